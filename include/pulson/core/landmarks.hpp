@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace pulson {
+
+/// N points, or N vectors attached to points, in R^d: a d×N matrix with one column per landmark.
+using Points = Eigen::MatrixXd;
+
+/// One shape: an ordered set of landmarks in R^d, d = 1, 2, 3.
+struct Landmarks {
+  Points points;                    ///< d×N, length units of the file
+  std::vector<std::string> labels;  ///< N names, or empty: then landmarks are known by their number from 1
+  std::vector<std::string> groups;  ///< N outline (group) names, or empty: all belong to one outline
+  std::string name;                 ///< specimen name, may be empty
+  std::string source;               ///< where it came from, as a user would address it: `file.tps#3`
+
+  int dimension() const { return static_cast<int>(points.rows()); }
+  int count() const { return static_cast<int>(points.cols()); }
+
+  /// What a message calls landmark `index` (from 0): its label in quotes or its number from 1.
+  std::string describe(int index) const;
+};
+
+/// Indices of the landmarks of each group, in order of first appearance; one list of all where there are no groups.
+std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape);
+
+/// The largest distance between two of the points; 0 for fewer than two.
+double diameter(const Points& points);
+
+/// The median of all distances between two different points, the lower one of the two middle values; 0 for fewer than
+/// two points.
+double median_distance(const Points& points);
+
+/// The median over the points of the distance to the nearest other point, the lower one of two middle values; 0 for
+/// fewer than two points.
+double median_nearest_distance(const Points& points);
+
+/// The first pair of landmarks (a < b) at the same place, that is no further apart than `tolerance` times the diameter.
+std::optional<std::pair<int, int>> find_coincident(const Points& points, double tolerance = 1e-12);
+
+/// The smallest axis-aligned box that holds all points, as {lower corner, upper corner}.
+std::pair<Eigen::VectorXd, Eigen::VectorXd> bounding_box(const Points& points);
+
+}  // namespace pulson

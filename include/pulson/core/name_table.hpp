@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+
+/// One named parameter of a table row. An empty default means that it must be given.
+struct ParameterInfo {
+  std::string name;
+  std::string default_text;
+  std::string help;
+};
+
+/// One term of a specification `NAME:key=value,key=value`, as text.
+struct Spec {
+  std::string name;
+  std::map<std::string, std::string> values;
+};
+
+/// Splits `NAME:key=value,...+NAME:...` into its terms; a '+' separates terms where a letter follows it, so 1e+3 is a
+/// number. @throws InputError on a malformed term; `what` ("kernel", "noise") is named in the message.
+std::vector<Spec> parse_spec_sum(std::string_view text, std::string_view what);
+
+/// A number, the whole of `text`. @throws InputError that begins with `what`.
+double parse_number(std::string_view text, std::string_view what);
+
+/// A list `1/3/5` of numbers. @throws InputError that begins with `what`.
+std::vector<double> parse_number_list(std::string_view text, std::string_view what);
+
+/// The entry of `valid` nearest to `name` by edit distance, or an empty string where none is near.
+std::string nearest_name(std::string_view name, std::span<const std::string> valid);
+
+/// The values of one row's parameters, defaults filled in; every getter names the parameter in its errors.
+class Parameters {
+ public:
+  /// @throws InputError if `spec` has a key that `info` does not list, or lacks one that has no default.
+  Parameters(const Spec& spec, std::span<const ParameterInfo> info, std::string_view what);
+
+  const std::string& text(const std::string& key) const;
+  bool is_auto(const std::string& key) const { return text(key) == "auto"; }
+  double number(const std::string& key) const;
+  /// A number that must be finite and greater than zero.
+  double positive(const std::string& key) const;
+  /// A number that must be finite and not less than zero.
+  double non_negative(const std::string& key) const;
+  /// Counts from 1 (`1/3/5`), returned from 0; empty where the text is `all`.
+  std::vector<int> indices(const std::string& key) const;
+
+ private:
+  std::string describe(const std::string& key) const;
+
+  std::string what_;
+  std::map<std::string, std::string> values_;
+};
+
+/// The one registry type: name → make, parameters with defaults, one line of help. The command line, files and tests
+/// read the table; an unknown name lists the valid ones.
+template <class Make>
+class NameTable {
+ public:
+  struct Row {
+    std::string name;
+    std::vector<ParameterInfo> parameters;
+    std::string help;
+    Make make;
+  };
+
+  NameTable(std::string what, std::vector<Row> rows) : what_(std::move(what)), rows_(std::move(rows)) {}
+
+  const std::vector<Row>& rows() const { return rows_; }
+  const std::string& what() const { return what_; }
+
+  /// @throws InputError that lists the valid names if there is no such row.
+  const Row& find(std::string_view name) const {
+    std::vector<std::string> names;
+    for (const Row& row : rows_) {
+      if (row.name == name) return row;
+      names.push_back(row.name);
+    }
+    throw InputError(unknown_name_message(what_, name, names));
+  }
+
+  /// Each term of a sum with its row and parameters, in order.
+  std::vector<std::pair<const Row*, Parameters>> parse(std::string_view text) const {
+    std::vector<std::pair<const Row*, Parameters>> terms;
+    for (const Spec& spec : parse_spec_sum(text, what_)) {
+      const Row& row = find(spec.name);
+      terms.emplace_back(&row, Parameters(spec, row.parameters, what_ + " '" + spec.name + "'"));
+    }
+    return terms;
+  }
+
+ private:
+  static std::string unknown_name_message(const std::string& what, std::string_view name,
+                                          const std::vector<std::string>& names) {
+    std::string message = "unknown " + what + " '" + std::string(name) + "'";
+    if (const std::string near = nearest_name(name, names); !near.empty()) message += "; did you mean '" + near + "'";
+    message += "; valid: ";
+    for (std::size_t i = 0; i < names.size(); ++i) message += (i > 0 ? ", " : "") + names[i];
+    return message;
+  }
+
+  std::string what_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace pulson

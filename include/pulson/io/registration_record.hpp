@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "pulson/matching/registration.hpp"
+
+namespace pulson {
+
+/// Counts that tell how far the result is from a diffeomorphic image of the source; none where they have no meaning.
+struct TopologyCounts {
+  std::optional<int> order_inversions;   ///< d = 1: pairs of landmarks that changed order
+  std::optional<int> flipped_triangles;  ///< d = 2: triangles of the source's Delaunay triangulation that turned over
+};
+
+/// `registration.json`: the record of a registration, arrays as [landmark][axis] and increments as [step][channel],
+/// numbers in the fewest digits that read back to the same bits. `source` is q0, where the flow begins: the original
+/// after alignment.
+std::string registration_json(const Registration& registration, const TopologyCounts& counts);
+
+/// Reads what registration_json wrote. @throws InputError that names the file, the key and what would be right
+Registration read_registration(const std::filesystem::path& path);
+
+/// `residuals.csv`: one row per landmark with target, result, their difference and its length.
+std::string residuals_csv(const Registration& registration);
+
+/// `trajectory.csv`: one row per step and landmark with time, position and momentum.
+std::string trajectory_csv(const Registration& registration, const Trajectory& path);
+
+}  // namespace pulson

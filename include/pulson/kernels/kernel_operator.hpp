@@ -1,0 +1,103 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pulson/core/landmarks.hpp"
+#include "pulson/core/name_table.hpp"
+
+namespace pulson {
+
+/// The shape of a radial kernel k(r) with k(0) = 1; α is the width in landmark length units.
+enum class KernelProfile {
+  kGaussian,  ///< exp(−r²/α²)
+  kPeakon,    ///< exp(−r/α), with K'(0) := 0
+};
+
+/// One term w·k(r/α) of a kernel.
+struct KernelTerm {
+  KernelProfile profile = KernelProfile::kGaussian;
+  double alpha = 1;
+  double weight = 1;
+};
+
+/// A radial kernel and its derivatives at one difference z: K = value, ∇K = first·z, ∇²K = first·I + second·z zᵀ.
+struct RadialJet {
+  double value = 0;
+  double first = 0;
+  double second = 0;
+};
+
+/// The kernel sums that everything else stands on, for K(z) = Σ_terms w k(|z|/α) in d = 1, 2, 3 dimensions.
+///
+/// Points, momenta and displacements are d×N. Sums over pairs are vectorised over targets with run-time dispatch (SSE4,
+/// AVX2, AVX-512), each target's sum taken over the sources in their order: the result does not depend on the number of
+/// lanes beyond rounding in the exponential, nor on the number of threads at all. Cost O(NM); O(N) memory unless said.
+/// All methods are thread-safe.
+class KernelOperator {
+ public:
+  /// @throws InputError if there is no term, or a width or weight is not finite and positive.
+  explicit KernelOperator(std::vector<KernelTerm> terms);
+
+  const std::vector<KernelTerm>& terms() const { return terms_; }
+
+  /// The specification that makes this kernel, widths to full precision: `gaussian:alpha=0.25`.
+  std::string spec() const;
+
+  /// K(0), the sum of the weights.
+  double at_zero() const;
+
+  /// sup |K'|, the Lipschitz constant of K (a bound for sums): √(2/e)/α gaussian, 1/α peakon.
+  double lipschitz() const;
+
+  RadialJet jet(double squared_distance) const;
+
+  /// The velocity field u(x_i) = Σ_j K(x_i − y_j) p_j, (2). @param x d×M @param y, p d×N @return d×M
+  Points apply(const Points& x, const Points& y, const Points& p) const;
+
+  /// u(x_i) and its gradient: jacobian column i is ∂u/∂x at x_i, d×d in column-major order. @return u, d×M
+  Points apply_with_jacobian(const Points& x, const Points& y, const Points& p, Eigen::MatrixXd& jacobian) const;
+
+  /// A δ, the derivative of q ↦ K(q)p along δ: (Aδ)_i = Σ_j p_j ∇K(q_i − q_j)·(δ_i − δ_j). With H = ½ p·K(q)p, A =
+  /// H_pq.
+  Points apply_tangent(const Points& q, const Points& p, const Points& delta) const;
+
+  /// ∂/∂q of Σ_ij a_i·p_j K(q_i − q_j): column i is Σ_j (a_i·p_j + p_i·a_j) ∇K(q_i − q_j). This is Aᵀa = H_qp a, and
+  /// H_q = ½ gradient(q, p, p).
+  Points gradient(const Points& q, const Points& a, const Points& p) const;
+
+  /// H_qq δ: column i is Σ_j (p_i·p_j) ∇²K(q_i − q_j)(δ_i − δ_j).
+  Points hessian(const Points& q, const Points& p, const Points& delta) const;
+
+  /// K(x_i − y_j), M×N.
+  Eigen::MatrixXd gram(const Points& x, const Points& y) const;
+
+  /// A as a dN×dN matrix (index a·d + axis), for direct solves. O((dN)²) memory.
+  Eigen::MatrixXd tangent_matrix(const Points& q, const Points& p) const;
+
+  /// H_qq as a dN×dN matrix (index a·d + axis). O((dN)²) memory.
+  Eigen::MatrixXd hessian_matrix(const Points& q, const Points& p) const;
+
+ private:
+  std::vector<KernelTerm> terms_;
+};
+
+using MakeKernelTerm = KernelTerm (*)(const Parameters&, double automatic_alpha);
+
+/// Kernels by name; see `pulson info kernels`.
+const NameTable<MakeKernelTerm>& kernel_table();
+
+/// The width that `alpha=auto` stands for: half the median distance between two landmarks of the source, but at most
+/// three times the median distance to a nearest neighbour. So momenta move parts of the shape rather than single points
+/// or the whole, and the kernel matrix of a densely sampled outline stays regular (its condition grows like exp(c
+/// α²/spacing²)).
+double automatic_alpha(const Points& source);
+
+/// The kernel of a specification such as `gaussian:alpha=0.4+peakon:alpha=0.1,weight=0.5`; `source` serves alpha=auto.
+/// @throws InputError
+KernelOperator make_kernel(std::string_view spec, const Points& source);
+
+/// Name of the vector instruction set that the kernel sums use on this machine: "AVX3", "AVX2", "SSE4", …
+std::string vector_target();
+
+}  // namespace pulson

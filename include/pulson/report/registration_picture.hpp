@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson {
+
+/// All that the picture of one registration shows. d = 1, 2 or 3; N landmarks; K steps.
+struct RegistrationPicture {
+  Landmarks source;                 ///< d×N, where the flow starts; its groups are outlined one by one
+  Points target;                    ///< d×N
+  Points result;                    ///< d×N, where the flow took the source
+  std::vector<double> times;        ///< K+1 times, increasing
+  std::vector<Points> trajectory;   ///< K+1 entries d×N: the landmarks at `times`
+  std::vector<Points> grid_before;  ///< d = 2: lines 2×M of the material grid at the start; may be empty
+  std::vector<Points> grid_after;   ///< d = 2: the same lines at the end; may be empty
+  std::vector<Points> grid_paths;   ///< d = 1: paths 2×M of material points, rows (t, x); may be empty
+  std::string title;                ///< one line, may be empty
+  std::string subtitle;             ///< one line, may be empty
+};
+
+/// How the landmarks of one group are joined in a picture.
+enum class OutlineKind { kNone, kOpen, kClosed };
+
+/// Whether points in their order look like a sampled curve, and whether it closes.
+///
+/// With g the gaps |x_{i+1} − x_i|, m their median and n the median over all points of the distance to the nearest
+/// other point: a curve has at least 12 points, max g ≤ 3m (it never jumps) and m ≤ 2n (neighbours in order are
+/// neighbours in space, which scattered points are not); it is closed if also |x_1 − x_N| ≤ 3m. Points on a line, d =
+/// 1, are no curve. points: d×N. O(N²).
+OutlineKind outline_kind(const Points& points);
+
+/// Draws a registration: source, target, result, the paths of the landmarks and the deformed grid, as a PNG about 1600
+/// pixels wide and an SVG of the same layout.
+///
+/// d = 2: the source with the undeformed grid beside the result with the deformed one; paths are coloured by time.
+/// d = 1: position over time, one colour for each landmark. d = 3: the projections xy, xz and yz.
+/// Groups that are curves by `outline_kind` are outlined; where their landmarks lie too close for marks, the line alone
+/// is drawn, and some of the paths. Lengths keep one scale on all axes (but for d = 1, where one axis is time).
+///
+/// @throws InputError on a value that is not finite or sizes that disagree, where a folder does not exist and where
+/// gnuplot is missing or fails; neither file is then written. Takes some tenths of a second; safe to call from several
+/// threads.
+void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
+                                const std::filesystem::path& svg);
+
+}  // namespace pulson

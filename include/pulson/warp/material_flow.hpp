@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "pulson/integrators/integrator.hpp"
+
+namespace pulson {
+
+/// The motion of every point of space under a landmark path. The point with label x (its place at t = 0) moves by
+///
+///     X⁺ = X + Δt Σ_b K(X⁺ − q_b⁺) p_b + Σ_a c_a(x) δ_a,   X(0) = x
+///
+/// where δ_a is what noise moved landmark a in this step, and c(x) = K(x,q0) K(q0,q0)^{-1} are the cardinal functions
+/// of kernel interpolation in label space: each object takes its interior along, so two of them pass through each other
+/// cleanly. The map is a diffeomorphism without position noise, and may fold with it. K(q0,q0) is inverted on the
+/// eigenvectors whose eigenvalue is at least 1e-10 of the largest.
+class MaterialFlow {
+ public:
+  /// @param increments ΔW of the path, C×K
+  MaterialFlow(StochasticSystem system, Trajectory path, const Eigen::MatrixXd& increments);
+
+  /// Places of the labelled points at every time of the path. @param labels d×M @return K+1 matrices d×M @throws
+  /// StepError where a step is too large for a point
+  std::vector<Points> paths(const Points& labels) const;
+
+  /// Places at the end of the path, d×M.
+  Points end(const Points& labels) const;
+
+ private:
+  Points step(int k, const Points& x, const Points& labels) const;
+
+  StochasticSystem system_;
+  Trajectory path_;
+  std::vector<Points> noise_coefficients_;  ///< per step K(q0,q0)^{-1} applied to δ, d×N; empty without channels
+};
+
+}  // namespace pulson

@@ -1,0 +1,64 @@
+#include "options.hpp"
+
+#include <chrono>
+#include <cmath>
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr int kMaxSteps = 10'000'000;
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
+void TimeOptions::add_to(CLI::App& verb) {
+  verb.add_option("--time", time, "length T of the time interval")->capture_default_str();
+  CLI::Option* by_steps = verb.add_option("--steps", steps, "number of time steps")->capture_default_str();
+  verb.add_option("--dt", dt, "longest time step, in place of --steps")->excludes(by_steps);
+}
+
+TimeGrid TimeOptions::grid() const {
+  if (!(std::isfinite(time) && time > 0))
+    throw InputError(fmt::format("--time is {}; it must be greater than 0", time));
+  if (!dt) {
+    if (steps < 1 || steps > kMaxSteps)
+      throw InputError(fmt::format("--steps is {}; it must be from 1 to {}", steps, kMaxSteps));
+    return {time, steps};
+  }
+  if (!(std::isfinite(*dt) && *dt > 0 && time / *dt <= kMaxSteps))
+    throw InputError(fmt::format("--dt is {}; it must be greater than 0 and give at most {} steps", *dt, kMaxSteps));
+  return {time, std::max(1, static_cast<int>(std::ceil(time / *dt * (1 - 1e-12))))};
+}
+
+void add_threads_option(CLI::App& verb) {
+  verb.add_option_function<int>(
+      "--threads",
+      [](int count) {
+        if (count < 0) throw InputError(fmt::format("--threads is {}; it must be 0 (one per core) or more", count));
+        set_thread_count(count);
+      },
+      "threads to use; 0: one per core");
+}
+
+Progress::Progress() : started_(now()), on_terminal_(isatty(STDERR_FILENO) != 0) {}
+
+Progress::~Progress() {
+  if (shown_ > 0) fmt::print(stderr, "\r\x1b[K");
+}
+
+void Progress::show(const std::string& text) {
+  const double time = now();
+  if (!on_terminal_ || time - started_ < 1 || time - shown_ < 0.1) return;
+  shown_ = time;
+  fmt::print(stderr, "\r\x1b[K{}", text);
+  std::fflush(stderr);
+}
+
+}  // namespace pulson

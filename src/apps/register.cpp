@@ -1,0 +1,183 @@
+// `pulson register`: fits momenta, and noise, so that a source flows to a target.
+
+#include <memory>
+
+#include <fmt/core.h>
+
+#include "options.hpp"
+#include "pulson/io/atomic_file.hpp"
+#include "pulson/io/landmark_files.hpp"
+#include "pulson/io/registration_record.hpp"
+#include "pulson/warp/triangulation.hpp"
+#include "register_picture.hpp"
+#include "verbs.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RegisterArguments {
+  std::string source;
+  std::string target;
+  std::string out;
+  RegistrationOptions options;
+  TimeOptions time;
+  std::string mode;
+  std::string lambda = "1";
+  std::string align = "none";
+  std::string solver = "auto";
+  std::string json;
+  bool no_picture = false;
+  bool quiet = false;
+};
+
+void add_matching_options(CLI::App& verb, RegisterArguments& arguments) {
+  RegistrationOptions& options = arguments.options;
+  verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels")->capture_default_str();
+  verb.add_option("--noise", options.noise, "noise model, see pulson info noises")->capture_default_str();
+  verb.add_option("--mode", arguments.mode,
+                  "deterministic, or map: the noise is fitted too [map where there is noise]");
+  verb.add_option("--integrator", options.integrator, "see pulson info integrators")->capture_default_str();
+  verb.add_option("--sigma", options.sigma, "standard deviation of a landmark's place, length units")
+      ->capture_default_str();
+  verb.add_option("--lambda", arguments.lambda, "weight of the energy; auto: 1/diameter^2 of the source")
+      ->capture_default_str();
+  verb.add_option("--align", arguments.align, "motion taken out first: none, translation, rigid, similarity")
+      ->capture_default_str();
+  verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")->capture_default_str();
+  verb.add_option("--tolerance", options.minimise.gradient_tolerance, "relative gradient that counts as converged")
+      ->capture_default_str();
+  verb.add_option("--max-iterations", options.minimise.max_iterations)->capture_default_str();
+}
+
+RegistrationOptions registration_options(const RegisterArguments& arguments) {
+  RegistrationOptions options = arguments.options;
+  options.grid = arguments.time.grid();
+  if (!arguments.mode.empty()) options.mode = parse_mode(arguments.mode);
+  options.lambda = std::nullopt;
+  if (arguments.lambda != "auto") options.lambda = parse_number(arguments.lambda, "--lambda");
+  options.align = parse_alignment(arguments.align);
+  options.minimise.solver = parse_solver(arguments.solver);
+  if (options.minimise.max_iterations < 0)
+    throw InputError(fmt::format("--max-iterations is {}; it must not be negative", options.minimise.max_iterations));
+  if (!(options.minimise.gradient_tolerance > 0))
+    throw InputError(fmt::format("--tolerance is {}; it must be greater than 0", options.minimise.gradient_tolerance));
+  return options;
+}
+
+TopologyCounts topology_counts(const Registration& registration) {
+  TopologyCounts counts;
+  const Points& source = registration.source.points;
+  if (source.rows() == 1) counts.order_inversions = order_inversions(source, registration.result);
+  if (source.rows() == 2) counts.flipped_triangles = flipped_triangles(source, registration.result);
+  return counts;
+}
+
+void print_summary(const Registration& registration, const TopologyCounts& counts) {
+  int worst = 0;
+  registration.distances().maxCoeff(&worst);
+  fmt::print("{} → {}: {} landmarks in {}D\n", registration.original.source, registration.target.source,
+             registration.source.count(), registration.source.dimension());
+  if (registration.alignment.kind != AlignmentKind::kNone)
+    fmt::print("aligned    {}, scale {:.4g}\n", alignment_name(registration.alignment.kind),
+               registration.alignment.scale);
+  fmt::print("model      {}, noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n", registration.kernel,
+             registration.noise, mode_name(registration.mode), registration.grid.steps, registration.sigma,
+             registration.lambda);
+  fmt::print("{} {} iterations of {} in {:.2f} s: {} (relative gradient {:.1e})\n",
+             registration.converged ? "converged " : "STOPPED   ", registration.iterations,
+             solver_name(registration.solver), registration.seconds, registration.stop_reason,
+             registration.relative_gradient);
+  fmt::print("rms        {:.4g} (was {:.4g}), largest {:.4g} at landmark {}\n", registration.rms(),
+             registration.initial_rms(), registration.max_residual(), registration.source.describe(worst));
+  fmt::print("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
+             registration.cost.energy, registration.cost.action, registration.cost.data);
+  if (counts.order_inversions) fmt::print("topology   {} pairs of landmarks changed order\n", *counts.order_inversions);
+  if (counts.flipped_triangles) fmt::print("topology   {} Delaunay triangles turned over\n", *counts.flipped_triangles);
+}
+
+// Why the shapes stayed apart, as far as the numbers tell.
+std::string advice(const Registration& registration) {
+  if (!registration.converged) return "more --max-iterations or --steps may help";
+  if (registration.noise == "none")
+    return "without position noise landmarks cannot pass each other: try --noise ch-sd:beta=B, with B a part of the "
+           "distance they have to go; or give a smaller --sigma or --lambda";
+  return "give a smaller --sigma or --lambda, or another noise or kernel";
+}
+
+void print_warnings(const Registration& registration, const RegisterArguments& arguments) {
+  if (registration.noise == "none" && arguments.options.noise != "none")
+    fmt::print(stderr, "note: mode deterministic does not use the noise '{}'\n", arguments.options.noise);
+  if (!registration.converged)
+    fmt::print(stderr, "warning: not converged: {} after {} iterations\n", registration.stop_reason,
+               registration.iterations);
+  if (!registration.matched())
+    fmt::print(stderr, "warning: not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of what it was; {}\n",
+               registration.rms(), registration.rms() / registration.sigma,
+               100 * registration.rms() / registration.initial_rms(), advice(registration));
+}
+
+void write_results(const Registration& registration, const TopologyCounts& counts, const RegisterArguments& arguments) {
+  const fs::path out = arguments.out;
+  const Trajectory path = replay(registration);
+  const std::string record = registration_json(registration, counts);
+  write_file_atomically(out / "registration.json", record);
+  write_file_atomically(out / "residuals.csv", residuals_csv(registration));
+  write_file_atomically(out / "trajectory.csv", trajectory_csv(registration, path));
+  if (arguments.json == "-")
+    fmt::print("{}", record);
+  else if (!arguments.json.empty())
+    write_file_atomically(arguments.json, record);
+  if (!arguments.no_picture)
+    write_registration_picture(make_registration_picture(registration, path), out / "registration.png",
+                               out / "registration.svg");
+}
+
+int run_register(const RegisterArguments& arguments) {
+  std::vector<std::string> notes;
+  const Landmarks source = read_landmarks(arguments.source, &notes);
+  const Landmarks target = read_landmarks(arguments.target, &notes);
+  RegistrationOptions options = registration_options(arguments);
+  Progress progress;
+  options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
+    progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
+  };
+  create_output_directory(arguments.out);
+  const Registration registration = register_shapes(source, target, options);
+  const TopologyCounts counts = topology_counts(registration);
+  write_results(registration, counts, arguments);
+  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+  if (arguments.json != "-" && !arguments.quiet) {
+    print_summary(registration, counts);
+    fmt::print("wrote      {}: registration.json, residuals.csv, trajectory.csv{}\n", arguments.out,
+               arguments.no_picture ? "" : ", registration.png, registration.svg");
+  }
+  print_warnings(registration, arguments);
+  return registration.converged ? kDone : kNotConverged;
+}
+
+}  // namespace
+
+void add_register_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("register", "Fit momenta, and noise, so that SOURCE flows to TARGET");
+  auto arguments = std::make_shared<RegisterArguments>();
+  verb->add_option("SOURCE", arguments->source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
+  verb->add_option("TARGET", arguments->target, "shape that it should become")->required();
+  verb->add_option("-o,--out", arguments->out, "folder for the results")->required();
+  add_matching_options(*verb, *arguments);
+  arguments->time.add_to(*verb);
+  add_threads_option(*verb);
+  verb->add_option("--json", arguments->json, "write the record here too; - for standard output, and nothing else");
+  verb->add_flag("--no-picture", arguments->no_picture, "do not draw registration.png and .svg");
+  verb->add_flag("-q,--quiet", arguments->quiet, "print warnings and errors only");
+  verb->footer(
+      "Examples:\n"
+      "  pulson register a.csv b.csv -o out\n"
+      "  pulson register skulls.tps#1 skulls.tps#2 -o out --align similarity --kernel gaussian:alpha=auto\n"
+      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=0.3\n"
+      "Exit codes: 0 done, 2 bad input, 3 not converged (results are written).");
+  verb->callback([arguments, &exit_code] { exit_code = run_register(*arguments); });
+}
+
+}  // namespace pulson

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+namespace pulson {
+
+/// Exit codes of the program, see docs: 1 is an internal error.
+enum ExitCode { kDone = 0, kInternalError = 1, kBadInput = 2, kNotConverged = 3 };
+
+/// Each adds its verb to the program; the verb's callback sets `exit_code` where it is not kDone.
+void add_register_verb(CLI::App& program, int& exit_code);
+void add_info_verb(CLI::App& program);
+
+}  // namespace pulson

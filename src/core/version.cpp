@@ -1,0 +1,7 @@
+#include "pulson/core/version.hpp"
+
+namespace pulson {
+
+std::string version() { return PULSON_VERSION; }
+
+}  // namespace pulson

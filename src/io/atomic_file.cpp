@@ -1,0 +1,90 @@
+#include "pulson/io/atomic_file.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <string>
+#include <system_error>
+
+#include <unistd.h>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
+  throw InputError("cannot write '" + path.string() + "': " + reason);
+}
+
+std::string last_error() { return std::generic_category().message(errno); }
+
+/// A file that is removed again unless `keep` is called.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const fs::path& target) {
+    static std::atomic<unsigned> serial{0};
+    path_ = target;
+    path_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(serial++);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    std::error_code ignored;
+    if (!is_kept_) fs::remove(path_, ignored);
+  }
+
+  const fs::path& path() const { return path_; }
+  void keep() { is_kept_ = true; }
+
+ private:
+  fs::path path_;
+  bool is_kept_ = false;
+};
+
+/// Writes `contents` to `to`; messages name `path`.
+void write_all(const fs::path& to, std::string_view contents, const fs::path& path) {
+  std::FILE* const file = std::fopen(to.c_str(), "wb");
+  if (file == nullptr) fail(path, last_error());
+  const bool is_written =
+      std::fwrite(contents.data(), 1, contents.size(), file) == contents.size() && std::fflush(file) == 0;
+  const std::string reason = is_written ? "" : last_error();
+  const bool is_closed = std::fclose(file) == 0;
+  if (!is_written) fail(path, reason);
+  if (!is_closed) fail(path, last_error());
+}
+
+void require_folder(const fs::path& path) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) fail(path, "there is no folder '" + folder.string() + "'");
+}
+
+}  // namespace
+
+void write_file_atomically(const fs::path& path, std::string_view contents) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status)) fail(path, "it is a folder; a file is needed");
+  if (fs::exists(status) && !fs::is_regular_file(status)) return write_all(path, contents, path);
+  require_folder(path);
+  const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
+  TemporaryFile temporary(target);
+  write_all(temporary.path(), contents, path);
+  fs::rename(temporary.path(), target, error);
+  if (error) fail(path, error.message());
+  temporary.keep();
+}
+
+void create_output_directory(const fs::path& path) {
+  const std::string failure = "cannot use '" + path.string() + "' as the folder for output: ";
+  std::error_code error;
+  if (fs::exists(path, error) && !fs::is_directory(path, error)) throw InputError(failure + "it is a file");
+  fs::create_directories(path, error);
+  if (error) throw InputError(failure + error.message());
+  if (::access(path.c_str(), W_OK | X_OK) != 0) throw InputError(failure + last_error());
+}
+
+}  // namespace pulson

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pulson::io {
+
+/// One line of a table, split into fields: blanks around a field and the quotes around it are taken off.
+struct CsvRecord {
+  std::size_t line;
+  std::vector<std::string> fields;
+};
+
+/// The lines of a table but blank ones and comments ('#'), at most `limit` of them. Fields are separated by the first
+/// of ; , tab that the first line has outside quotes, else by blanks. @throws InputError on a broken quote.
+std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text,
+                                   std::size_t limit = std::string::npos);
+
+}  // namespace pulson::io

@@ -1,0 +1,226 @@
+#include "pulson/io/registration_record.hpp"
+
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/core/version.hpp"
+
+namespace pulson {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json points_json(const Points& points) {
+  Json rows = Json::array();
+  for (const auto& column : points.colwise()) rows.push_back(std::vector<double>(column.begin(), column.end()));
+  return rows;
+}
+
+template <class Value>
+Json optional_json(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json shape_json(const Landmarks& shape) {
+  return {{"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
+}
+
+Json alignment_json(const Alignment& alignment) {
+  return {{"kind", alignment_name(alignment.kind)},
+          {"scale", alignment.scale},
+          {"rotation", points_json(alignment.rotation.transpose())},
+          {"translation", std::vector<double>(alignment.translation.begin(), alignment.translation.end())}};
+}
+
+// Valid JSON in which each key of the top level has a line of its own: to be read by people and compared by diff.
+std::string one_key_a_line(const Json& json) {
+  std::string text = "{";
+  for (const auto& [key, value] : json.items())
+    text += (text.size() > 1 ? ",\n  " : "\n  ") + Json(key).dump() + ": " + value.dump();
+  return text + "\n}\n";
+}
+
+// Reads keys of one file; every error names the file and the key.
+class Reader {
+ public:
+  Reader(const Json& json, std::string file, std::string path = {})
+      : json_(json), file_(std::move(file)), path_(std::move(path)) {}
+
+  Reader at(const std::string& key) const {
+    if (!json_.is_object() || !json_.contains(key)) fail(key, "is missing");
+    return {json_.at(key), file_, path_.empty() ? key : path_ + "." + key};
+  }
+  template <class Value>
+  Value as(std::string_view what) const {
+    try {
+      return json_.get<Value>();
+    } catch (const Json::exception&) {
+      fail({}, "is not " + std::string(what));
+    }
+  }
+  double number() const { return as<double>("a number"); }
+  std::string text() const { return as<std::string>("a text"); }
+  std::vector<std::string> texts() const { return as<std::vector<std::string>>("a list of texts"); }
+  int integer() const { return as<int>("a whole number"); }
+  bool flag() const { return as<bool>("true or false"); }
+  // rows as the columns of the matrix, each of `size` numbers
+  Eigen::MatrixXd columns(Eigen::Index size) const {
+    const auto rows = as<std::vector<std::vector<double>>>("a list of lists of numbers");
+    Eigen::MatrixXd matrix(size, static_cast<Eigen::Index>(rows.size()));
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (static_cast<Eigen::Index>(rows[i].size()) != size)
+        fail({}, "has " + std::to_string(rows[i].size()) + " numbers in row " + std::to_string(i + 1) + "; " +
+                     std::to_string(size) + " are needed");
+      for (std::size_t c = 0; c < rows[i].size(); ++c)
+        matrix(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(i)) = rows[i][c];
+    }
+    return matrix;
+  }
+  [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
+    const std::string place = key.empty() ? path_ : (path_.empty() ? key : path_ + "." + key);
+    throw InputError(file_ + ": '" + place + "' " + problem);
+  }
+
+ private:
+  const Json& json_;
+  std::string file_;
+  std::string path_;
+};
+
+Eigen::Index first_row_size(const Reader& reader) {
+  const auto rows = reader.as<std::vector<std::vector<double>>>("a list of lists of numbers");
+  if (rows.empty() || rows.front().empty() || rows.front().size() > 3)
+    reader.fail({}, "needs at least one landmark of 1, 2 or 3 coordinates");
+  return static_cast<Eigen::Index>(rows.front().size());
+}
+
+Landmarks read_shape(const Reader& reader, Points points) {
+  Landmarks shape;
+  shape.points = std::move(points);
+  shape.source = reader.at("file").text();
+  shape.name = reader.at("name").text();
+  shape.labels = reader.at("labels").texts();
+  shape.groups = reader.at("groups").texts();
+  const auto count = static_cast<std::size_t>(shape.count());
+  if (!shape.labels.empty() && shape.labels.size() != count) reader.fail("labels", "has another length than the shape");
+  if (!shape.groups.empty() && shape.groups.size() != count) reader.fail("groups", "has another length than the shape");
+  return shape;
+}
+
+Points same_size(const Reader& reader, Eigen::Index d, Eigen::Index count) {
+  Points points = reader.columns(d);
+  if (points.cols() != count) reader.fail({}, "has another number of landmarks than 'source'");
+  return points;
+}
+
+Alignment read_alignment(const Reader& reader, Eigen::Index d) {
+  Alignment alignment{parse_alignment(reader.at("kind").text()), reader.at("scale").number(), {}, {}};
+  alignment.rotation = reader.at("rotation").columns(d).transpose();
+  const auto translation = reader.at("translation").as<std::vector<double>>("a list of numbers");
+  if (alignment.rotation.rows() != d || static_cast<Eigen::Index>(translation.size()) != d)
+    reader.fail("rotation", "has another dimension than 'source'");
+  alignment.translation = Eigen::Map<const Eigen::VectorXd>(translation.data(), d);
+  return alignment;
+}
+
+Json parse_file(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw InputError(path.string() + ": the file cannot be opened");
+  try {
+    return Json::parse(file);
+  } catch (const Json::parse_error& error) {
+    throw InputError(path.string() + ": not a JSON file (byte " + std::to_string(error.byte) + ")");
+  }
+}
+
+void read_setting(const Reader& reader, Registration& registration) {
+  registration.kernel = reader.at("kernel").text();
+  registration.noise = reader.at("noise").text();
+  registration.mode = parse_mode(reader.at("mode").text());
+  registration.integrator = reader.at("integrator").text();
+  registration.grid = {reader.at("time").number(), reader.at("steps").integer()};
+  registration.sigma = reader.at("sigma").number();
+  registration.lambda = reader.at("lambda").number();
+}
+
+void read_outcome(const Reader& reader, Registration& registration) {
+  const Reader cost = reader.at("cost");
+  registration.cost = {cost.at("energy").number(), cost.at("action").number(), cost.at("data").number()};
+  registration.solver = parse_solver(reader.at("solver").text());
+  registration.converged = reader.at("converged").flag();
+  registration.stop_reason = reader.at("stop_reason").text();
+  registration.iterations = reader.at("iterations").integer();
+  registration.evaluations = reader.at("evaluations").integer();
+  registration.relative_gradient = reader.at("relative_gradient").number();
+  registration.seconds = reader.at("seconds").number();
+}
+
+}  // namespace
+
+std::string registration_json(const Registration& registration, const TopologyCounts& counts) {
+  Json json;
+  json["format"] = "pulson registration 1";
+  json["version"] = version();
+  json["kernel"] = registration.kernel;
+  json["noise"] = registration.noise;
+  json["mode"] = mode_name(registration.mode);
+  json["integrator"] = registration.integrator;
+  json["steps"] = registration.grid.steps;
+  json["time"] = registration.grid.time;
+  json["sigma"] = registration.sigma;
+  json["lambda"] = registration.lambda;
+  json["solver"] = solver_name(registration.solver);
+  json["converged"] = registration.converged;
+  json["matched"] = registration.matched();
+  json["stop_reason"] = registration.stop_reason;
+  json["relative_gradient"] = registration.relative_gradient;
+  json["iterations"] = registration.iterations;
+  json["evaluations"] = registration.evaluations;
+  json["seconds"] = registration.seconds;
+  json["cost"] = {{"total", registration.cost.total()},
+                  {"energy", registration.cost.energy},
+                  {"action", registration.cost.action},
+                  {"data", registration.cost.data}};
+  json["rms"] = registration.rms();
+  json["initial_rms"] = registration.initial_rms();
+  json["max_residual"] = registration.max_residual();
+  json["order_inversions"] = optional_json(counts.order_inversions);
+  json["flipped_triangles"] = optional_json(counts.flipped_triangles);
+  json["alignment"] = alignment_json(registration.alignment);
+  json["source_shape"] = shape_json(registration.original);
+  json["target_shape"] = shape_json(registration.target);
+  json["original"] = points_json(registration.original.points);
+  json["source"] = points_json(registration.source.points);
+  json["target"] = points_json(registration.target.points);
+  json["result"] = points_json(registration.result);
+  json["momenta"] = points_json(registration.momenta);
+  json["increments"] = points_json(registration.increments);
+  return one_key_a_line(json);
+}
+
+Registration read_registration(const std::filesystem::path& path) {
+  const Json json = parse_file(path);
+  const Reader reader(json, path.string());
+  Registration registration;
+  read_setting(reader, registration);
+  read_outcome(reader, registration);
+  const Eigen::Index d = first_row_size(reader.at("source"));
+  const Points source = reader.at("source").columns(d);
+  registration.original = read_shape(reader.at("source_shape"), same_size(reader.at("original"), d, source.cols()));
+  registration.target = read_shape(reader.at("target_shape"), same_size(reader.at("target"), d, source.cols()));
+  registration.source = registration.original;
+  registration.source.points = source;
+  registration.alignment = read_alignment(reader.at("alignment"), d);
+  registration.result = same_size(reader.at("result"), d, source.cols());
+  registration.momenta = same_size(reader.at("momenta"), d, source.cols());
+  const int channels =
+      registration_system(registration).noise->channels(static_cast<int>(d), static_cast<int>(source.cols()));
+  registration.increments = reader.at("increments").columns(channels);
+  if (registration.grid.steps < 1 || registration.increments.cols() != registration.grid.steps)
+    reader.fail("increments", "has another number of rows than 'steps'");
+  return registration;
+}
+
+}  // namespace pulson

@@ -1,0 +1,108 @@
+#include "text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
+
+namespace pulson::io {
+namespace {
+
+constexpr std::string_view kBlanks = " \t";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+std::string describe(const CoordinatePlace& place) {
+  const std::string of_shape = place.shape.empty() ? "" : " of " + place.shape;
+  return fmt::format("{}:{}: landmark {}{}: {}", place.path, place.line, place.landmark, of_shape, "xyz"[place.axis]);
+}
+
+double parse_number_at(std::string_view text, const CoordinatePlace& place) {
+  try {
+    return parse_number(text, "");
+  } catch (const InputError&) {
+    throw InputError(fmt::format("{} is {}; a number is needed", describe(place), in_quotes(text)));
+  }
+}
+
+}  // namespace
+
+std::vector<TextLine> split_lines(const std::string& path, std::string_view text) {
+  if (text.find('\0') != std::string_view::npos)
+    throw InputError(path + " is not a text file (it holds a zero byte); text must be in UTF-8");
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  std::vector<TextLine> lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    lines.push_back({lines.size() + 1, text.substr(0, end)});
+    const std::size_t end_length = text.substr(end).starts_with("\r\n") ? 2 : 1;
+    text.remove_prefix(std::min(end + end_length, text.size()));
+  }
+  return lines;
+}
+
+std::string_view trim(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+std::vector<std::string_view> split_words(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (text = trim(text); !text.empty(); text = trim(text)) {
+    words.push_back(text.substr(0, text.find_first_of(kBlanks)));
+    text.remove_prefix(words.back().size());
+  }
+  return words;
+}
+
+std::string to_lower(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
+}
+
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t kLongest = 60;
+  std::string shown(text.substr(0, kLongest));
+  std::replace_if(
+      shown.begin(), shown.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
+  return "'" + shown + (text.size() > kLongest ? "...'" : "'");
+}
+
+std::string counted(std::size_t count, std::string_view noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+void fail(const std::string& path, std::size_t line, const std::string& message) {
+  throw InputError(fmt::format("{}:{}: {}", path, line, message));
+}
+
+bool is_missing(std::string_view text) {
+  static constexpr std::array<std::string_view, 9> kMarks = {"", "na", "n/a", "nan", "null", "none", "-", "?", "."};
+  return std::find(kMarks.begin(), kMarks.end(), to_lower(text)) != kMarks.end();
+}
+
+bool is_number(std::string_view text) {
+  try {
+    parse_number(text, "");
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+double parse_coordinate(std::string_view text, const CoordinatePlace& place) {
+  if (!is_missing(text)) {
+    const double value = parse_number_at(text, place);
+    if (std::isfinite(value)) return value;
+  }
+  throw InputError(fmt::format("{} is {}; missing landmarks are not supported yet, every coordinate must be finite",
+                               describe(place), in_quotes(text)));
+}
+
+}  // namespace pulson::io

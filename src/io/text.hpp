@@ -1,0 +1,53 @@
+#pragma once
+
+// What the readers of text formats share: lines, words, numbers and the wording of errors.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pulson::io {
+
+/// A line of a file, without its end, and its number from 1.
+struct TextLine {
+  std::size_t number;
+  std::string_view text;
+};
+
+/// The lines of `text`, which may end in LF, CRLF or CR and begin with a byte order mark.
+/// @throws InputError if it holds a zero byte: then it is no text, or UTF-16.
+std::vector<TextLine> split_lines(const std::string& path, std::string_view text);
+
+std::string_view trim(std::string_view text);
+std::vector<std::string_view> split_words(std::string_view text);
+std::string to_lower(std::string_view text);
+
+/// `text` in quotes, made fit for a one-line message: long text is cut, control characters become '?'.
+std::string in_quotes(std::string_view text);
+
+/// "1 landmark", "2 landmarks".
+std::string counted(std::size_t count, std::string_view noun);
+
+/// @throws InputError "path:line: message".
+[[noreturn]] void fail(const std::string& path, std::size_t line, const std::string& message);
+
+/// Where a coordinate stands, for messages alone.
+struct CoordinatePlace {
+  const std::string& path;
+  std::size_t line;
+  std::string landmark;  ///< its label in quotes or its number
+  std::string shape;     ///< as in "shape 3", may be empty
+  std::size_t axis;      ///< 0, 1, 2
+};
+
+/// Whether `text` is one of the usual marks of a missing value: nothing, NA, NaN, ...
+bool is_missing(std::string_view text);
+
+/// Whether the whole of `text` is a number.
+bool is_number(std::string_view text);
+
+/// A finite number. @throws InputError that names the place, and says so where the value is missing or not finite.
+double parse_coordinate(std::string_view text, const CoordinatePlace& place);
+
+}  // namespace pulson::io

@@ -1,0 +1,232 @@
+#include "pulson/kernels/kernel_operator.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/core.h>
+
+#include "pair_sums.hpp"
+#include "pulson/core/parallel.hpp"
+
+namespace pulson {
+namespace {
+
+// Coordinate-major copy of a d×N matrix, each row padded with zeros to a whole number of target blocks.
+class CoordinateRows {
+ public:
+  explicit CoordinateRows(const Points& points)
+      : stride_((static_cast<std::size_t>(points.cols()) + kTargetBlock - 1) / kTargetBlock * kTargetBlock),
+        rows_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(stride_), points.rows())) {
+    rows_.topRows(points.cols()) = points.transpose();
+  }
+  CoordinateRows(std::size_t stride, Eigen::Index rows)
+      : stride_(stride), rows_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(stride), rows)) {}
+
+  std::size_t stride() const { return stride_; }
+  const double* data() const { return rows_.data(); }
+  double* data() { return rows_.data(); }
+  Points points(Eigen::Index first_row, Eigen::Index rows, Eigen::Index count) const {
+    return rows_.block(0, first_row, count, rows).transpose();
+  }
+
+ private:
+  std::size_t stride_;
+  Eigen::MatrixXd rows_;
+};
+
+// Below this many pairs one thread is faster than starting another (a few 10 µs).
+constexpr std::size_t kPairsPerThread = 100'000;
+
+void run(PairSumArguments& arguments, const std::vector<KernelTerm>& terms) {
+  const std::size_t blocks = arguments.target_stride / kTargetBlock;
+  const auto add_block = [&](int block) {
+    PairSumArguments local = arguments;
+    for (const KernelTerm& term : terms) {
+      local.term = term;
+      add_pair_sums(local, static_cast<std::size_t>(block) * kTargetBlock);
+    }
+  };
+  if (arguments.target_stride * arguments.sources < kPairsPerThread) {
+    for (std::size_t block = 0; block < blocks; ++block) add_block(static_cast<int>(block));
+  } else {
+    parallel_for(static_cast<int>(blocks), add_block);
+  }
+}
+
+// Σ over the pairs of one point set with itself, where targets and sources carry the same vectors.
+Points self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& q, const Points& u, const Points& v,
+                const Points& a, const Points& b) {
+  assert(u.cols() == q.cols() && v.cols() == q.cols() && a.cols() == q.cols() && b.cols() == q.cols());
+  const CoordinateRows x(q), u_rows(u), v_rows(v), a_rows(a), b_rows(b);
+  CoordinateRows out(x.stride(), q.rows());
+  const auto count = static_cast<std::size_t>(q.cols());
+  PairSumArguments arguments{.sum = sum,
+                             .dimension = static_cast<int>(q.rows()),
+                             .term = {},
+                             .targets = count,
+                             .sources = count,
+                             .target_stride = x.stride(),
+                             .source_stride = x.stride(),
+                             .x = x.data(),
+                             .u = u_rows.data(),
+                             .v = v_rows.data(),
+                             .y = x.data(),
+                             .a = a_rows.data(),
+                             .b = b_rows.data(),
+                             .out = out.data()};
+  run(arguments, terms);
+  return out.points(0, q.rows(), q.cols());
+}
+
+// Sums over sources y with vectors p at other targets x; `rows` numbers a target.
+CoordinateRows field_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& x, const Points& y,
+                         const Points& p, Eigen::Index rows) {
+  assert(x.rows() == y.rows() && p.rows() == y.rows() && p.cols() == y.cols());
+  const CoordinateRows x_rows(x), y_rows(y), p_rows(p);
+  CoordinateRows out(x_rows.stride(), rows);
+  PairSumArguments arguments{.sum = sum,
+                             .dimension = static_cast<int>(x.rows()),
+                             .term = {},
+                             .targets = static_cast<std::size_t>(x.cols()),
+                             .sources = static_cast<std::size_t>(y.cols()),
+                             .target_stride = x_rows.stride(),
+                             .source_stride = y_rows.stride(),
+                             .x = x_rows.data(),
+                             .u = nullptr,
+                             .v = nullptr,
+                             .y = y_rows.data(),
+                             .a = p_rows.data(),
+                             .b = nullptr,
+                             .out = out.data()};
+  run(arguments, terms);
+  return out;
+}
+
+RadialJet term_jet(const KernelTerm& term, double s) {
+  if (term.profile == KernelProfile::kGaussian) {
+    const double c = -1 / (term.alpha * term.alpha);
+    const double k = term.weight * std::exp(c * s);
+    return {k, 2 * c * k, 4 * c * c * k};
+  }
+  const double c = -1 / term.alpha;
+  const double r = std::sqrt(s);
+  const double k = term.weight * std::exp(c * r);
+  if (r == 0) return {k, 0, 0};
+  const double first = c * k / r;
+  return {k, first, first / r * (c - 1 / r)};
+}
+
+// A dN×dN matrix whose off-diagonal d×d blocks are −block(a, b), and each diagonal one the sum of its row's.
+template <int d, class Block>
+Eigen::MatrixXd difference_matrix(const Points& q, const Block& block) {
+  const Eigen::Index n = q.cols();
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(d * n, d * n);
+  for (Eigen::Index b = 0; b < n; ++b) {
+    for (Eigen::Index a = 0; a < n; ++a) {
+      if (a == b) continue;
+      const Eigen::Matrix<double, d, 1> z = q.col(a) - q.col(b);
+      const Eigen::Matrix<double, d, d> pair = block(a, b, z);
+      matrix.template block<d, d>(a * d, b * d) = -pair;
+      matrix.template block<d, d>(a * d, a * d) += pair;
+    }
+  }
+  return matrix;
+}
+
+// p_b ∇Kᵀ
+template <int d>
+Eigen::MatrixXd tangent_matrix_in(const KernelOperator& kernel, const Points& q, const Points& p) {
+  using Vector = Eigen::Matrix<double, d, 1>;
+  return difference_matrix<d>(q, [&](Eigen::Index, Eigen::Index b, const Vector& z) -> Eigen::Matrix<double, d, d> {
+    return Vector(p.col(b)) * (kernel.jet(z.squaredNorm()).first * z).transpose();
+  });
+}
+
+// (p_a·p_b) ∇²K
+template <int d>
+Eigen::MatrixXd hessian_matrix_in(const KernelOperator& kernel, const Points& q, const Points& p) {
+  using Vector = Eigen::Matrix<double, d, 1>;
+  using Matrix = Eigen::Matrix<double, d, d>;
+  return difference_matrix<d>(q, [&](Eigen::Index a, Eigen::Index b, const Vector& z) -> Matrix {
+    const RadialJet k = kernel.jet(z.squaredNorm());
+    return Vector(p.col(a)).dot(Vector(p.col(b))) * (k.first * Matrix::Identity() + k.second * z * z.transpose());
+  });
+}
+
+}  // namespace
+
+KernelOperator::KernelOperator(std::vector<KernelTerm> terms) : terms_(std::move(terms)) {
+  if (terms_.empty()) throw InputError("a kernel needs at least one term");
+  for (const KernelTerm& term : terms_) {
+    if (!(std::isfinite(term.alpha) && term.alpha > 0))
+      throw InputError(fmt::format("kernel: alpha is {}; it must be greater than 0", term.alpha));
+    if (!(std::isfinite(term.weight) && term.weight > 0))
+      throw InputError(fmt::format("kernel: weight is {}; it must be greater than 0", term.weight));
+  }
+}
+
+double KernelOperator::at_zero() const { return jet(0).value; }
+
+double KernelOperator::lipschitz() const {
+  double sum = 0;
+  for (const KernelTerm& term : terms_) {
+    const bool gaussian = term.profile == KernelProfile::kGaussian;
+    sum += term.weight / term.alpha * (gaussian ? std::sqrt(2 / std::numbers::e) : 1);
+  }
+  return sum;
+}
+
+RadialJet KernelOperator::jet(double squared_distance) const {
+  RadialJet sum;
+  for (const KernelTerm& term : terms_) {
+    const RadialJet jet = term_jet(term, squared_distance);
+    sum.value += jet.value;
+    sum.first += jet.first;
+    sum.second += jet.second;
+  }
+  return sum;
+}
+
+Points KernelOperator::apply(const Points& x, const Points& y, const Points& p) const {
+  return field_sum(PairSum::kApply, terms_, x, y, p, x.rows()).points(0, x.rows(), x.cols());
+}
+
+Points KernelOperator::apply_with_jacobian(const Points& x, const Points& y, const Points& p,
+                                           Eigen::MatrixXd& jacobian) const {
+  const Eigen::Index d = x.rows();
+  const CoordinateRows sums = field_sum(PairSum::kApplyJacobian, terms_, x, y, p, d + d * d);
+  jacobian = sums.points(d, d * d, x.cols());
+  return sums.points(0, d, x.cols());
+}
+
+Points KernelOperator::apply_tangent(const Points& q, const Points& p, const Points& delta) const {
+  return self_sum(PairSum::kTangent, terms_, q, delta, delta, p, delta);
+}
+
+Points KernelOperator::gradient(const Points& q, const Points& a, const Points& p) const {
+  return self_sum(PairSum::kGradient, terms_, q, a, p, a, p);
+}
+
+Points KernelOperator::hessian(const Points& q, const Points& p, const Points& delta) const {
+  return self_sum(PairSum::kHessian, terms_, q, delta, p, p, delta);
+}
+
+Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {
+  Eigen::MatrixXd matrix(x.cols(), y.cols());
+  for (Eigen::Index j = 0; j < y.cols(); ++j)
+    for (Eigen::Index i = 0; i < x.cols(); ++i) matrix(i, j) = jet((x.col(i) - y.col(j)).squaredNorm()).value;
+  return matrix;
+}
+
+Eigen::MatrixXd KernelOperator::tangent_matrix(const Points& q, const Points& p) const {
+  if (q.rows() == 1) return tangent_matrix_in<1>(*this, q, p);
+  return q.rows() == 2 ? tangent_matrix_in<2>(*this, q, p) : tangent_matrix_in<3>(*this, q, p);
+}
+
+Eigen::MatrixXd KernelOperator::hessian_matrix(const Points& q, const Points& p) const {
+  if (q.rows() == 1) return hessian_matrix_in<1>(*this, q, p);
+  return q.rows() == 2 ? hessian_matrix_in<2>(*this, q, p) : hessian_matrix_in<3>(*this, q, p);
+}
+
+}  // namespace pulson

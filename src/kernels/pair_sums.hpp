@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+
+#include "pulson/kernels/kernel_operator.hpp"
+
+namespace pulson {
+
+/// The sums over pairs that KernelOperator is made of; z = x_i − y_j. Targets carry u, v and sources a, b.
+enum class PairSum {
+  kApply,          ///< Σ_j K a_j
+  kApplyJacobian,  ///< Σ_j K a_j and Σ_j a_j ∇Kᵀ (d + d² rows)
+  kTangent,        ///< Σ_j a_j ∇K·(u_i − b_j)
+  kGradient,       ///< Σ_j (u_i·b_j + v_i·a_j) ∇K, where targets carry (u, v) = sources' (a, b)
+  kHessian,        ///< Σ_j (v_i·a_j) ∇²K (u_i − b_j)
+};
+
+/// Targets are processed in blocks of this many, so arrays over targets are padded to a multiple of it.
+inline constexpr std::size_t kTargetBlock = 64;
+
+/// Coordinate-major arrays: row c of x is x + c·target_stride, of y, a, b likewise with source_stride.
+struct PairSumArguments {
+  PairSum sum = PairSum::kApply;
+  int dimension = 2;
+  KernelTerm term;
+  std::size_t targets = 0;
+  std::size_t sources = 0;
+  std::size_t target_stride = 0;
+  std::size_t source_stride = 0;
+  const double* x = nullptr;
+  const double* u = nullptr;
+  const double* v = nullptr;
+  const double* y = nullptr;
+  const double* a = nullptr;
+  const double* b = nullptr;
+  double* out = nullptr;  ///< rows of target_stride, added to
+};
+
+/// Adds the sums of the targets first … min(first + kTargetBlock, targets) − 1 to `out`, with the best vector target of
+/// this machine. Entries beyond `targets` up to the padded end are scratch.
+void add_pair_sums(const PairSumArguments& arguments, std::size_t first);
+
+/// Vector lanes of the chosen target, for tests.
+std::size_t vector_lanes();
+
+}  // namespace pulson

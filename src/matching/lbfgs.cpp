@@ -1,0 +1,75 @@
+#include <nlopt.hpp>
+
+#include "solvers.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::VectorXd;
+
+// What NLopt's callback needs between calls: the best point so far, and when to stop.
+struct Search {
+  const MatchingObjective& objective;
+  const MinimiseOptions& options;
+  MinimiseSummary& summary;
+
+  double operator()(const VectorXd& z, VectorXd* gradient) {
+    ++summary.evaluations;
+    auto at = objective.evaluate(z);
+    // A wall: the line search turns back to shorter steps.
+    if (!at) {
+      if (gradient != nullptr) *gradient = z;
+      return 1e3 * (1 + summary.solution.cost.total());
+    }
+    const VectorXd slope = objective.gradient(*at);
+    if (gradient != nullptr) *gradient = slope;
+    const double cost = at->cost.total();
+    if (cost <= summary.solution.cost.total()) {
+      summary.solution = std::move(*at);
+      summary.relative_gradient = relative_gradient(z, slope);
+      ++summary.iterations;
+      if (options.on_iteration) options.on_iteration(summary.iterations, cost, summary.relative_gradient);
+      if (summary.relative_gradient <= options.gradient_tolerance) throw nlopt::forced_stop();
+    }
+    return cost;
+  }
+};
+
+double call_search(unsigned n, const double* z, double* gradient, void* search) {
+  const Eigen::Map<const VectorXd> point(z, n);
+  VectorXd slope;
+  const double cost = (*static_cast<Search*>(search))(point, gradient != nullptr ? &slope : nullptr);
+  if (gradient != nullptr) Eigen::Map<VectorXd>(gradient, n) = slope;
+  return cost;
+}
+
+}  // namespace
+
+MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const MinimiseOptions& options,
+                               MatchingObjective::Evaluation start) {
+  MinimiseSummary summary{.solver = Solver::kLbfgs, .solution = std::move(start)};
+  summary.relative_gradient = relative_gradient(summary.solution.z, objective.gradient(summary.solution));
+  const auto n = static_cast<unsigned>(objective.unknowns());
+  nlopt::opt minimiser(nlopt::LD_LBFGS, n);
+  Search search{objective, options, summary};
+  minimiser.set_min_objective(call_search, &search);
+  minimiser.set_maxeval(options.max_iterations);
+  minimiser.set_vector_storage(30);
+  std::vector<double> z(summary.solution.z.begin(), summary.solution.z.end());
+  double cost = 0;
+  summary.reason = "no step lowers the cost by more than round-off";
+  try {
+    if (minimiser.optimize(z, cost) == nlopt::MAXEVAL_REACHED) summary.reason = "the limit of iterations was reached";
+  } catch (const nlopt::forced_stop&) {
+    // stopped by the gradient test
+  } catch (const nlopt::roundoff_limited&) {
+    // the reason above
+  } catch (const std::runtime_error&) {
+    summary.reason = "the line search failed";
+  }
+  summary.converged = summary.relative_gradient <= options.gradient_tolerance;
+  if (summary.converged) summary.reason = "the gradient vanishes";
+  return summary;
+}
+
+}  // namespace pulson

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson::picture {
+
+/// A colour as gnuplot writes it: #RRGGBB, or #AARRGGBB where AA = 00 is opaque and FF invisible.
+using Colour = std::string;
+
+namespace colour {
+inline const Colour kSource = "#4C6A92";
+inline const Colour kTarget = "#E07B39";
+inline const Colour kResult = "#1F2733";
+inline const Colour kGrid = "#74A9B1BC";
+inline const Colour kFrame = "#C9CED6";
+inline const Colour kTitle = "#1F2733";
+inline const Colour kText = "#5B6470";
+inline const Colour kTicText = "#868E99";
+inline const Colour kPaper = "#FFFFFF";
+}  // namespace colour
+
+/// Colour of s in [0, 1] on the palette viridis (S. van der Walt and N. Smith), cut before its yellow end, which white
+/// paper would swallow.
+Colour time_colour(double s);
+
+/// The same colour, transparent to the given part in [0, 1]. `opaque`: #RRGGBB.
+Colour faded(const Colour& opaque, double transparency);
+
+struct Stroke {
+  Colour colour;
+  double width;  // pixels
+};
+
+enum class Align { kLeft, kCentre, kRight };
+
+/// Width of the text in the sans font, estimated to some percent.
+double text_width(std::string_view text, double size);
+
+/// A drawing in pixels, the origin in the lower left corner. Everything on it, dots too, is made of stroked lines and
+/// of text, since these look the same in gnuplot's PNG and SVG terminals; its own point symbols do not.
+class Canvas {
+ public:
+  Canvas(double width, double height) : width_(width), height_(height) {}
+
+  double width() const { return width_; }
+  double height() const { return height_; }
+
+  /// Lines 2×M each, in one stroke.
+  void lines(const std::vector<Points>& lines, const Stroke& stroke);
+
+  /// A straight line between each column of `from` and that of `to` (2×M).
+  void segments(const Points& from, const Points& to, const Stroke& stroke);
+
+  /// Filled discs around the columns of `centres` (2×M).
+  void dots(const Points& centres, double radius, const Colour& colour);
+
+  /// Circles around the columns of `centres` (2×M).
+  void rings(const Points& centres, double radius, const Stroke& stroke);
+
+  /// One line of text, its middle at height y; made smaller where it would be wider than `max_width`.
+  void text(double x, double y, std::string_view text, double size, const Colour& colour, Align align = Align::kLeft,
+            double max_width = 1e9);
+
+  /// Writes both files. @throws InputError as Gnuplot does.
+  void write(const std::filesystem::path& png, const std::filesystem::path& svg) const;
+
+ private:
+  struct Layer {
+    std::string rows;
+    Stroke stroke;
+  };
+
+  double width_;
+  double height_;
+  std::vector<Layer> layers_;
+  std::vector<std::string> labels_;
+};
+
+}  // namespace pulson::picture

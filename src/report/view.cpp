@@ -1,0 +1,98 @@
+#include "view.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace pulson::picture {
+namespace {
+
+constexpr double kTicLength = 7;
+constexpr double kTicText = 18;
+constexpr double kTicDistance = 100;  // least pixels between tics; one for both axes, so equal scales get equal steps
+
+/// The round step (1, 2 or 5 times a power of ten) nearest above `least`.
+double round_step(double least) {
+  const double power = std::pow(10.0, std::floor(std::log10(least)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= least * (1 - 1e-9)) return factor * power;
+  return 10 * power;
+}
+
+std::string tic_text(double value, double step) {
+  if (std::abs(value) < step * 1e-6) value = 0;
+  const double digits = -std::floor(std::log10(step) + 1e-9);
+  std::string text = std::abs(value) >= 1e9 || digits > 6 ? fmt::format("{:.10g}", value)
+                                                          : fmt::format("{:.{}f}", value, std::max(0, int(digits)));
+  if (text.starts_with('-')) text.replace(0, 1, "−");
+  return text;
+}
+
+}  // namespace
+
+Interval range_of(const std::vector<const Points*>& sets, int row) {
+  Interval range{INFINITY, -INFINITY};
+  for (const Points* set : sets)
+    if (set->cols() > 0) range = range.joined({set->row(row).minCoeff(), set->row(row).maxCoeff()});
+  return range;
+}
+
+Tics make_tics(const Interval& range, double pixels) {
+  const double step = round_step(range.span() * kTicDistance / pixels);
+  Tics tics;
+  for (double k = std::ceil(range.low / step); k * step <= range.high; ++k) {
+    tics.values.push_back(k * step);
+    tics.texts.push_back(tic_text(k * step, step));
+    if (tics.values.size() > 20) break;  // the span is lost in rounding
+  }
+  return tics;
+}
+
+Points View::pixels(const Points& data) const {
+  Points result(2, data.cols());
+  result.row(0) = (data.row(row_x).array() - x.low) * (box.width / x.span()) + box.left;
+  result.row(1) = (data.row(row_y).array() - y.low) * (box.height / y.span()) + box.bottom;
+  return result;
+}
+
+std::vector<Points> View::pixels(const std::vector<Points>& data) const {
+  std::vector<Points> result;
+  result.reserve(data.size());
+  for (const Points& points : data) result.push_back(pixels(points));
+  return result;
+}
+
+void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bool left_numbers) {
+  const Box& box = view.box;
+  const double right = box.left + box.width, top = box.bottom + box.height;
+  Points frame(2, 5);
+  frame << box.left, right, right, box.left, box.left, box.bottom, box.bottom, top, top, box.bottom;
+  std::vector<Points> lines{frame};
+  const auto add_tic = [&](double x, double y, double dx, double dy) {
+    lines.push_back((Points(2, 2) << x, x + dx, y, y + dy).finished());
+  };
+
+  const Tics x_tics = make_tics(view.x, box.width), y_tics = make_tics(view.y, box.height);
+  for (std::size_t i = 0; i < x_tics.values.size(); ++i) {
+    const double x = box.left + (x_tics.values[i] - view.x.low) / view.x.span() * box.width;
+    add_tic(x, box.bottom, 0, -kTicLength);
+    canvas.text(x, box.bottom - kTicLength - 14, x_tics.texts[i], kTicText, colour::kTicText, Align::kCentre);
+  }
+  for (std::size_t i = 0; i < y_tics.values.size(); ++i) {
+    const double y = box.bottom + (y_tics.values[i] - view.y.low) / view.y.span() * box.height;
+    if (!left_numbers) break;
+    add_tic(box.left, y, -kTicLength, 0);
+    canvas.text(box.left - kTicLength - 7, y, y_tics.texts[i], kTicText, colour::kTicText, Align::kRight);
+  }
+  canvas.lines(lines, {colour::kFrame, 1.4});
+  canvas.text(box.left, top + 20, heading, 22, colour::kTitle);
+}
+
+double left_number_width(const Interval& y, double pixels) {
+  double widest = 0;
+  for (const std::string& text : make_tics(y, pixels).texts) widest = std::max(widest, text_width(text, kTicText));
+  return widest + kTicLength + 7;
+}
+
+}  // namespace pulson::picture

@@ -1,0 +1,272 @@
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/core/landmarks.hpp"
+#include "pulson/core/name_table.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/core/time_grid.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::IsEmpty;
+using testing::Pair;
+using testing::StartsWith;
+
+std::string error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// ---- specifications
+
+TEST(ParseSpecSum, SplitsTermsAndParameters) {
+  const std::vector<Spec> specs = parse_spec_sum("gaussian:alpha=0.4+matern32:alpha=1,weight=0.5+none", "kernel");
+  ASSERT_EQ(specs.size(), 3U);
+  EXPECT_EQ(specs[0].name, "gaussian");
+  EXPECT_THAT(specs[0].values, ElementsAre(Pair("alpha", "0.4")));
+  EXPECT_EQ(specs[1].name, "matern32");
+  EXPECT_THAT(specs[1].values, ElementsAre(Pair("alpha", "1"), Pair("weight", "0.5")));
+  EXPECT_EQ(specs[2].name, "none");
+  EXPECT_THAT(specs[2].values, IsEmpty());
+}
+
+TEST(ParseSpecSum, LeavesTheSignOfAnExponent) {
+  const std::vector<Spec> specs = parse_spec_sum("gaussian:alpha=1e+3+peakon:alpha=+2", "kernel");
+  ASSERT_EQ(specs.size(), 2U);
+  EXPECT_EQ(specs[0].values.at("alpha"), "1e+3");
+  EXPECT_EQ(specs[1].values.at("alpha"), "+2");
+}
+
+TEST(ParseSpecSum, RefusesMalformedTerms) {
+  const auto message = [](const std::string& text) { return error_of([&] { parse_spec_sum(text, "kernel"); }); };
+  EXPECT_EQ(message(""), "kernel '' has no name");
+  EXPECT_EQ(message(":alpha=1"), "kernel ':alpha=1' has no name");
+  for (const std::string pair : {"alpha", "alpha=", "=1", ""})
+    EXPECT_EQ(message("peakon:" + pair), "kernel 'peakon': '" + pair + "' is not key=value");
+  EXPECT_EQ(message("peakon:alpha=1,alpha=2"), "kernel 'peakon': alpha is given twice");
+}
+
+TEST(ParseNumber, TakesTheWholeText) {
+  EXPECT_EQ(parse_number("+1.5e2", "x"), 150);
+  EXPECT_EQ(parse_number("-.25", "x"), -0.25);
+  for (const std::string text : {"", "+", "1x", " 1", "1 ", "1,5", "one", "1e999"})
+    EXPECT_EQ(error_of([&] { parse_number(text, "x"); }), "x is '" + text + "'; a number is needed");
+}
+
+TEST(ParseNumberList, SplitsAtSlashes) {
+  EXPECT_THAT(parse_number_list("1/-2.5/3", "center"), ElementsAre(1, -2.5, 3));
+  EXPECT_EQ(error_of([] { parse_number_list("1//3", "center"); }), "center is ''; a number is needed");
+}
+
+TEST(NearestName, FindsOnlyWhatIsNear) {
+  const std::vector<std::string> names = {"gaussian", "peakon", "matern32", "matern52"};
+  EXPECT_EQ(nearest_name("gausian", names), "gaussian");
+  EXPECT_EQ(nearest_name("Peakon", names), "peakon");
+  EXPECT_EQ(nearest_name("matern5", names), "matern52");
+  EXPECT_EQ(nearest_name("spline", names), "");
+  EXPECT_EQ(nearest_name("x", {}), "");
+}
+
+// ---- tables
+
+using Table = NameTable<std::function<double(const Parameters&)>>;
+
+Table make_table() {
+  return {"kernel",
+          {{"gaussian",
+            {{"alpha", "", "width"}, {"weight", "1", "factor"}},
+            "smooth",
+            [](const Parameters& p) { return p.positive("alpha") * p.number("weight"); }},
+           {"one", {}, "constant", [](const Parameters&) { return 1.0; }}}};
+}
+
+TEST(NameTable, MakesEachTermOfASum) {
+  const Table table = make_table();
+  double sum = 0;
+  for (const auto& [row, parameters] : table.parse("gaussian:alpha=3,weight=-2+one+gaussian:alpha=10"))
+    sum += row->make(parameters);
+  EXPECT_EQ(sum, -6 + 1 + 10);
+  EXPECT_EQ(table.find("one").help, "constant");
+}
+
+TEST(NameTable, SaysWhatIsWrong) {
+  const Table table = make_table();
+  const auto message = [&](const std::string& text) { return error_of([&] { table.parse(text); }); };
+  EXPECT_EQ(message("gausian:alpha=1"), "unknown kernel 'gausian'; did you mean 'gaussian'? Valid: gaussian, one");
+  EXPECT_THAT(message("spline"), AllOf(StartsWith("unknown kernel 'spline'"), EndsWith("Valid: gaussian, one")));
+  EXPECT_EQ(message("gaussian"), "kernel 'gaussian' needs alpha (width), as in gaussian:alpha=1");
+  EXPECT_EQ(message("gaussian:beta=1"), "kernel 'gaussian' has no parameter 'beta'; it has: alpha, weight");
+  EXPECT_EQ(message("one:beta=1"), "kernel 'one' has no parameter 'beta'; it has: none");
+}
+
+class ParametersOf : public testing::Test {
+ protected:
+  static Parameters given(const std::string& text) {
+    static const std::vector<ParameterInfo> info = {{"v", "1", "value"}};
+    return {Spec{"t", {{"v", text}}}, info, "noise 't'"};
+  }
+};
+
+TEST_F(ParametersOf, ReadsNumbers) {
+  EXPECT_EQ(given("-2").number("v"), -2);
+  EXPECT_EQ(given("2").positive("v"), 2);
+  EXPECT_EQ(given("0").non_negative("v"), 0);
+  EXPECT_TRUE(given("auto").is_auto("v"));
+  EXPECT_FALSE(given("1").is_auto("v"));
+}
+
+TEST_F(ParametersOf, ReadsIndicesFromOne) {
+  EXPECT_THAT(given("5/1/3").indices("v"), ElementsAre(0, 2, 4));
+  EXPECT_THAT(given("all").indices("v"), IsEmpty());
+}
+
+TEST_F(ParametersOf, SaysWhatIsWrong) {
+  EXPECT_EQ(error_of([] { given("wide").number("v"); }), "noise 't': v is 'wide'; a number is needed");
+  EXPECT_EQ(error_of([] { given("inf").number("v"); }), "noise 't': v is 'inf'; it must be finite");
+  EXPECT_EQ(error_of([] { given("nan").number("v"); }), "noise 't': v is 'nan'; it must be finite");
+  EXPECT_EQ(error_of([] { given("0").positive("v"); }), "noise 't': v is 0; it must be greater than 0");
+  EXPECT_EQ(error_of([] { given("-1").non_negative("v"); }), "noise 't': v is -1; it must not be negative");
+  for (const std::string text : {"0", "1/2.5", "-3", "1e10"})
+    EXPECT_EQ(error_of([&] { given(text).indices("v"); }),
+              "noise 't': v is '" + text + "'; landmarks are counted from 1, as in 1/3/5");
+  EXPECT_EQ(error_of([] { given("2/1/2").indices("v"); }), "noise 't': v is '2/1/2'; it names a landmark twice");
+}
+
+// ---- landmarks
+
+Points make_points(std::vector<double> numbers) {
+  return Points::Map(numbers.data(), 2, static_cast<Eigen::Index>(numbers.size() / 2));
+}
+
+TEST(Landmarks, AreDescribedByLabelOrNumber) {
+  Landmarks shape;
+  shape.points = make_points({0, 0, 1, 1});
+  EXPECT_EQ(shape.describe(1), "2");
+  shape.labels = {"tip", ""};
+  EXPECT_EQ(shape.describe(0), "'tip'");
+  EXPECT_EQ(shape.describe(1), "2");
+}
+
+TEST(LandmarksByGroup, KeepsTheOrderOfFirstAppearance) {
+  Landmarks shape;
+  shape.points = Points::Zero(2, 5);
+  EXPECT_THAT(landmarks_by_group(shape), ElementsAre(ElementsAre(0, 1, 2, 3, 4)));
+  shape.groups = {"right", "left", "right", "left", "centre"};
+  EXPECT_THAT(landmarks_by_group(shape), ElementsAre(ElementsAre(0, 2), ElementsAre(1, 3), ElementsAre(4)));
+}
+
+TEST(Diameter, IsTheLargestDistance) {
+  EXPECT_EQ(diameter(make_points({0, 0, 1, 0, 3, 4, 0, 1})), 5);
+  EXPECT_EQ(diameter(Points::Ones(3, 1)), 0);
+  EXPECT_EQ(diameter(Points(2, 0)), 0);
+}
+
+TEST(MedianDistance, IsTheLowerMiddleOne) {
+  EXPECT_EQ(median_distance((Points(1, 3) << 0, 1, 5).finished()), 4);      // 1 4 5
+  EXPECT_EQ(median_distance((Points(1, 4) << 0, 1, 5, 20).finished()), 5);  // 1 4 5 15 19 20
+  EXPECT_EQ(median_distance((Points(1, 2) << -1, 1).finished()), 2);
+  EXPECT_EQ(median_distance(Points::Ones(3, 1)), 0);
+}
+
+TEST(FindCoincident, ComparesWithTheDiameter) {
+  EXPECT_EQ(find_coincident(make_points({0, 0, 1, 0, 0, 1})), std::nullopt);
+  EXPECT_EQ(find_coincident(make_points({0, 0, 1, 0, 5, 5, 1, 0})), std::pair(1, 3));
+  EXPECT_EQ(find_coincident(make_points({0, 0, 1000, 0, 1000, 1}), 1e-2), std::pair(1, 2));
+  EXPECT_EQ(find_coincident(make_points({3, 3, 3, 3})), std::pair(0, 1));
+  EXPECT_EQ(find_coincident(Points::Ones(2, 1)), std::nullopt);
+}
+
+TEST(BoundingBox, HoldsAllPoints) {
+  const auto [lower, upper] = bounding_box(make_points({0, 3, -1, 2, 5, 2.5}));
+  EXPECT_EQ(lower, Eigen::Vector2d(-1, 2));
+  EXPECT_EQ(upper, Eigen::Vector2d(5, 3));
+}
+
+TEST(TimeGrid, EndsExactlyAtItsTime) {
+  const TimeGrid grid{0.7, 3};
+  EXPECT_EQ(grid.at(0), 0);
+  EXPECT_EQ(grid.at(3), 0.7);
+  EXPECT_DOUBLE_EQ(grid.at(1), grid.dt());
+}
+
+// ---- threads
+
+class ParallelFor : public testing::TestWithParam<int> {
+ protected:
+  void SetUp() override { set_thread_count(GetParam()); }
+  void TearDown() override { set_thread_count(0); }
+};
+
+TEST_P(ParallelFor, RunsEachIndexOnce) {
+  for (const int count : {0, 1, 2, 1000}) {
+    std::vector<std::atomic<int>> runs(static_cast<std::size_t>(count));
+    parallel_for(count, [&](int i) { ++runs[static_cast<std::size_t>(i)]; });
+    for (const auto& n : runs) EXPECT_EQ(n, 1);
+  }
+}
+
+TEST_P(ParallelFor, MayBeNested) {
+  std::vector<std::atomic<int>> runs(60);
+  parallel_for(6, [&](int i) {
+    parallel_for(10, [&](int j) {
+      const int place = 10 * i + j;
+      ++runs[static_cast<std::size_t>(place)];
+    });
+  });
+  for (const auto& n : runs) EXPECT_EQ(n, 1);
+}
+
+TEST_P(ParallelFor, RethrowsAndCanBeUsedAgain) {
+  const auto run = [] {
+    parallel_for(100, [](int i) {
+      if (i == 37) throw std::runtime_error("task 37");
+    });
+  };
+  EXPECT_THROW(run(), std::runtime_error);
+  std::atomic<int> sum{0};
+  parallel_for(10, [&](int i) { sum += i; });
+  EXPECT_EQ(sum, 45);
+}
+
+TEST_P(ParallelFor, GivesTheSameBitsForAnyNumberOfThreads) {
+  const auto blocks = [] {
+    std::vector<double> sums(64);
+    parallel_for(64, [&](int b) {
+      for (int i = 0; i < 1000; ++i) sums[static_cast<std::size_t>(b)] += std::sin(1000.0 * b + i);
+    });
+    return sums;
+  };
+  const std::vector<double> sums = blocks();
+  set_thread_count(1);
+  EXPECT_EQ(sums, blocks());
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, ParallelFor, testing::Values(1, 2, 3));
+
+TEST(ThreadCount, IsTheRequestedOneOrAllCores) {
+  set_thread_count(3);
+  EXPECT_EQ(thread_count(), 3);
+  set_thread_count(-1);
+  EXPECT_GE(thread_count(), 1);
+  set_thread_count(0);
+  EXPECT_GE(thread_count(), 1);
+}
+
+}  // namespace
+}  // namespace pulson

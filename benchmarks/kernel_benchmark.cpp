@@ -1,9 +1,11 @@
-// Nanoseconds per pair of the kernel sums, one thread; the counter `ns_per_pair` is the figure to compare.
-// HWY_DISABLED_TARGETS cannot be set at run time: the vector target is the best that the machine has, and is printed.
+// Nanoseconds per pair of the kernel sums on one thread, for every vector target that this machine has: the counter
+// `ns_per_pair` (printed in seconds, so n stands for nano) is the figure to compare.
 
 #include <cmath>
 
 #include <benchmark/benchmark.h>
+#include <hwy/highway.h>
+#include <hwy/targets.h>
 
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
@@ -15,77 +17,71 @@ using pulson::KernelProfile;
 using pulson::Points;
 
 struct Problem {
-  explicit Problem(const benchmark::State& state)
-      : kernel({{static_cast<KernelProfile>(state.range(0)), 0.3, 1}}),
-        q(Points::Random(state.range(1), state.range(2))),
-        p(Points::Random(state.range(1), state.range(2))),
-        delta(Points::Random(state.range(1), state.range(2))) {
-    pulson::set_thread_count(1);
-  }
   KernelOperator kernel;
   Points q, p, delta;
+  Problem(KernelProfile profile, int d, int n)
+      : kernel({{profile, 0.3, 1}}), q(Points::Random(d, n)), p(Points::Random(d, n)), delta(Points::Random(d, n)) {}
 };
 
-void report(benchmark::State& state) {
-  const double pairs = static_cast<double>(state.range(2)) * static_cast<double>(state.range(2));
-  state.counters["ns_per_pair"] =
-      benchmark::Counter(pairs * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-  state.SetLabel(pulson::vector_target());
-}
+using Sum = Points (*)(const Problem&);
 
-void apply(benchmark::State& state) {
-  const Problem problem(state);
-  for (auto _ : state) benchmark::DoNotOptimize(problem.kernel.apply(problem.q, problem.q, problem.p));
-  report(state);
+Points apply(const Problem& problem) { return problem.kernel.apply(problem.q, problem.q, problem.p); }
+Points apply_tangent(const Problem& problem) {
+  return problem.kernel.apply_tangent(problem.q, problem.p, problem.delta);
 }
+Points gradient(const Problem& problem) { return problem.kernel.gradient(problem.q, problem.p, problem.p); }
+Points hessian(const Problem& problem) { return problem.kernel.hessian(problem.q, problem.p, problem.delta); }
 
-void apply_tangent(benchmark::State& state) {
-  const Problem problem(state);
-  for (auto _ : state) benchmark::DoNotOptimize(problem.kernel.apply_tangent(problem.q, problem.p, problem.delta));
-  report(state);
-}
-
-void gradient(benchmark::State& state) {
-  const Problem problem(state);
-  for (auto _ : state) benchmark::DoNotOptimize(problem.kernel.gradient(problem.q, problem.p, problem.p));
-  report(state);
-}
-
-void hessian(benchmark::State& state) {
-  const Problem problem(state);
-  for (auto _ : state) benchmark::DoNotOptimize(problem.kernel.hessian(problem.q, problem.p, problem.delta));
-  report(state);
-}
-
-// The yardstick: the same sum with std::exp, one pair at a time.
-void apply_scalar_exp(benchmark::State& state) {
-  const Problem problem(state);
+// The yardstick: std::exp, one pair at a time.
+Points apply_scalar(const Problem& problem) {
   const Eigen::Index n = problem.q.cols();
-  Points u(problem.q.rows(), n);
-  for (auto _ : state) {
-    u.setZero();
-    for (Eigen::Index i = 0; i < n; ++i)
-      for (Eigen::Index j = 0; j < n; ++j)
-        u.col(i) +=
-            std::exp((problem.q.col(i) - problem.q.col(j)).squaredNorm() * (-1 / (0.3 * 0.3))) * problem.p.col(j);
-    benchmark::DoNotOptimize(u.data());
-  }
-  report(state);
+  Points u = Points::Zero(2, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double x = problem.q(0, i) - problem.q(0, j);
+      const double y = problem.q(1, i) - problem.q(1, j);
+      const double k = std::exp((x * x + y * y) * (-1 / (0.3 * 0.3)));
+      u(0, i) += k * problem.p(0, j);
+      u(1, i) += k * problem.p(1, j);
+    }
+  return u;
 }
 
-void sizes(benchmark::internal::Benchmark* benchmark) {
-  benchmark->ArgNames({"kernel", "d", "N"});
-  benchmark->Args({0, 2, 1000});
-  for (const int kernel : {0, 1})
-    for (const int d : {1, 2, 3})
-      for (const int n : {10, 100, 1000})
-        if (kernel != 0 || d != 2 || n != 1000) benchmark->Args({kernel, d, n});
+void add(const std::string& name, int64_t target, Sum sum, KernelProfile profile, int d, int n) {
+  benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().DeInit();
+    pulson::set_thread_count(1);
+    const Problem problem(profile, d, n);
+    for (auto _ : state) benchmark::DoNotOptimize(sum(problem));
+    state.counters["ns_per_pair"] =
+        benchmark::Counter(1.0 * n * n, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  });
 }
 
-BENCHMARK(apply)->Apply(sizes);
-BENCHMARK(apply_tangent)->Apply(sizes);
-BENCHMARK(gradient)->Apply(sizes);
-BENCHMARK(hessian)->Apply(sizes);
-BENCHMARK(apply_scalar_exp)->ArgNames({"kernel", "d", "N"})->Args({0, 2, 1000});
+void add_sums(int64_t target, KernelProfile profile, int d, int n) {
+  const std::string setting = std::string(profile == KernelProfile::kGaussian ? "gaussian" : "peakon") +
+                              "/d:" + std::to_string(d) + "/N:" + std::to_string(n) + "/" +
+                              hwy::TargetName(static_cast<uint32_t>(target));
+  add("apply/" + setting, target, apply, profile, d, n);
+  add("apply_tangent/" + setting, target, apply_tangent, profile, d, n);
+  add("gradient/" + setting, target, gradient, profile, d, n);
+  add("hessian/" + setting, target, hessian, profile, d, n);
+}
 
 }  // namespace
+
+int main(int argc, char** argv) {
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    add_sums(target, KernelProfile::kGaussian, 2, 1000);
+    add_sums(target, KernelProfile::kPeakon, 2, 1000);
+  }
+  for (const int d : {1, 3}) add_sums(hwy::SupportedAndGeneratedTargets().front(), KernelProfile::kGaussian, d, 1000);
+  for (const int n : {2, 10, 100})
+    add_sums(hwy::SupportedAndGeneratedTargets().front(), KernelProfile::kGaussian, 2, n);
+  add("apply/gaussian/d:2/N:1000/std_exp", hwy::SupportedAndGeneratedTargets().front(), apply_scalar,
+      KernelProfile::kGaussian, 2, 1000);
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+}

@@ -87,9 +87,10 @@ def letter_s():
 
 
 def disc(center):
-    """A centre and two rings of 6 and 10 points; radius 0.4."""
-    rings = [turn(r, 2 * math.pi * i / n, center) for r, n in ((0.2, 6), (0.4, 10)) for i in range(n)]
-    return [center] + rings
+    """A centre and two rings of 6 and 10 points; radius 0.4. The rings are not gone round in order: the points fill a disc
+    and are no outline."""
+    rings = ((0.2, 6, (0, 2, 4, 1, 3, 5)), (0.4, 10, (0, 3, 6, 9, 2, 5, 8, 1, 4, 7)))
+    return [center] + [turn(r, 2 * math.pi * i / n, center) for r, n, order in rings for i in order]
 
 
 def finger(base, angle, bend, length, width):

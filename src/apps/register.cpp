@@ -48,7 +48,8 @@ void add_matching_options(CLI::App& verb, RegisterArguments& arguments) {
   verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")->capture_default_str();
   verb.add_option("--tolerance", options.minimise.gradient_tolerance, "relative gradient that counts as converged")
       ->capture_default_str();
-  verb.add_option("--max-iterations", options.minimise.max_iterations)->capture_default_str();
+  verb.add_option("--max-iterations", options.minimise.max_iterations, "of the solver, from each start")
+      ->capture_default_str();
 }
 
 RegistrationOptions registration_options(const RegisterArguments& arguments) {
@@ -82,9 +83,9 @@ void print_summary(const Registration& registration, const TopologyCounts& count
   if (registration.alignment.kind != AlignmentKind::kNone)
     fmt::print("aligned    {}, scale {:.4g}\n", alignment_name(registration.alignment.kind),
                registration.alignment.scale);
-  fmt::print("model      {}, noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n", registration.kernel,
-             registration.noise, mode_name(registration.mode), registration.grid.steps, registration.sigma,
-             registration.lambda);
+  fmt::print("model      {}, noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n",
+             registration_system(registration).kernel.spec(4), registration.noise, mode_name(registration.mode),
+             registration.grid.steps, registration.sigma, registration.lambda);
   fmt::print("{} {} iterations of {} in {:.2f} s: {} (relative gradient {:.1e})\n",
              registration.converged ? "converged " : "STOPPED   ", registration.iterations,
              solver_name(registration.solver), registration.seconds, registration.stop_reason,
@@ -99,11 +100,14 @@ void print_summary(const Registration& registration, const TopologyCounts& count
 
 // Why the shapes stayed apart, as far as the numbers tell.
 std::string advice(const Registration& registration) {
-  if (!registration.converged) return "more --max-iterations or --steps may help";
-  if (registration.noise == "none")
-    return "without position noise landmarks cannot pass each other: try --noise ch-sd:beta=B, with B a part of the "
-           "distance they have to go; or give a smaller --sigma or --lambda";
-  return "give a smaller --sigma or --lambda, or another noise or kernel";
+  const bool still = registration.noise == "none";
+  const std::string noise = "try --noise ch-sd:beta=B, with B a part of the distance that landmarks have to go";
+  if (registration.source.dimension() == 1 && still)
+    if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
+      return fmt::format("{} pairs of landmarks have another order in the target, which no flow can reach: {}", pairs,
+                         noise);
+  if (!registration.converged) return "more --steps or --max-iterations may help" + (still ? "; or " + noise : "");
+  return "a smaller --sigma or --lambda fits closer" + (still ? "; for shapes that no flow can match " + noise : "");
 }
 
 void print_warnings(const Registration& registration, const RegisterArguments& arguments) {

@@ -1,6 +1,7 @@
 #include "register_picture.hpp"
 
 #include <cmath>
+#include <filesystem>
 
 #include <fmt/core.h>
 
@@ -75,27 +76,22 @@ std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<d
   return paths;
 }
 
-// The kernel with widths as a person writes them.
-std::string short_kernel(const Registration& registration) {
-  std::string text;
-  const KernelOperator kernel = make_kernel(registration.kernel, registration.source.points);
-  for (const KernelTerm& term : kernel.terms())
-    text += fmt::format("{}{} α = {:.3g}", text.empty() ? "" : " + ",
-                        term.profile == KernelProfile::kGaussian ? "gaussian" : "peakon", term.alpha);
-  return text;
-}
-
 std::string subtitle(const Registration& registration) {
   std::string text = registration.noise == "none" ? std::string("no noise") : registration.noise;
-  text += fmt::format("  ·  {}  ·  rms {:.3g} (was {:.3g})  ·  energy {:.3g}", short_kernel(registration),
-                      registration.rms(), registration.initial_rms(), registration.cost.energy);
+  text += fmt::format("  ·  {}  ·  rms {:.3g} (was {:.3g})  ·  energy {:.3g}",
+                      registration_system(registration).kernel.spec(3), registration.rms(), registration.initial_rms(),
+                      registration.cost.energy);
   if (registration.mode == MatchingMode::kMap) text += fmt::format(" + action {:.3g}", registration.cost.action);
   if (!registration.converged) text += "  ·  not converged";
   if (!registration.matched()) text += "  ·  not matched";
   return text;
 }
 
-std::string short_name(const Landmarks& shape) { return shape.name.empty() ? shape.source : shape.name; }
+// Its name; where that is a mere number, the file's name and the number.
+std::string short_name(const Landmarks& shape) {
+  const bool tells = shape.name.find_first_not_of("0123456789") != std::string::npos;
+  return tells ? shape.name : std::filesystem::path(shape.source).filename().string();
+}
 
 void add_material(const Registration& registration, const Trajectory& path, RegistrationPicture& picture) {
   const MaterialFlow flow(registration_system(registration), path, registration.increments);

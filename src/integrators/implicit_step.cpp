@@ -13,6 +13,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // A turn costs one kernel sum and a Newton step a factorisation, so slow contraction is still cheap.
 constexpr double kContraction = 0.9;
 constexpr int kMaxTurns = 400;
+// Of continuation, as a part of Δt: a branch that cannot be followed so far ends there for all practical purposes.
+constexpr double kSmallestStep = 1.0 / 128;
 
 double largest(const Points& x) { return x.size() == 0 ? 0 : x.cwiseAbs().maxCoeff(); }
 
@@ -105,14 +107,16 @@ class NewtonBranch {
 
 }  // namespace
 
-ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt) {
+ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt,
+                             RootSearch search) {
   const Iterated fixed = iterate(c, [&](const Points& q) -> Points { return c + dt * kernel.apply(q, q, p); });
   if (fixed.converged) return {fixed.x, true, false, fixed.contraction};
+  if (search == RootSearch::kContracting) return {fixed.x, false, false, fixed.contraction};
 
   NewtonBranch branch(kernel, c, p);
   double s = 0;
   double step = 0.25;
-  while (s < 1 && step > 1e-6) {
+  while (s < 1 && step >= kSmallestStep) {
     const double next = std::min(1.0, s + step);
     if (branch.advance(s * dt, next * dt)) {
       s = next;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "pulson/dynamics/hamiltonian.hpp"
+#include "pulson/integrators/integrator.hpp"
 
 namespace pulson {
 
@@ -18,7 +18,8 @@ struct ImplicitRoot {
 /// not, Newton follows the root from Δt = 0, q = c in steps s of sΔt; a step is accepted if Newton's correction is
 /// small beside the predicted move and the determinant of I − sΔtA keeps its sign. Where that fails the branch ends (or
 /// its end cannot be told from it) and `found` is false.
-ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt);
+ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt,
+                             RootSearch search);
 
 /// Solves (I − ΔtA)x = b, or its transpose, A = tangent_matrix(q, p): by the same iteration while it contracts, else by
 /// LU factors.

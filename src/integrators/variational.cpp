@@ -27,7 +27,7 @@ MatrixXd velocity_matrix(const KernelOperator& kernel, const Points& q) {
 }  // namespace
 
 Trajectory VariationalIntegrator::integrate(const StochasticSystem& system, const PhaseState& initial,
-                                            const TimeGrid& grid, const MatrixXd& increments) const {
+                                            const TimeGrid& grid, const MatrixXd& increments, RootSearch search) const {
   assert(increments.cols() == grid.steps);
   const MatrixXd w = acting_increments(increments);
   Trajectory path;
@@ -38,7 +38,7 @@ Trajectory VariationalIntegrator::integrate(const StochasticSystem& system, cons
     const PhaseState& state = path.states.back();
     path.contraction_bound = std::max(path.contraction_bound, contraction_bound(system.kernel, state.p, grid.dt()));
     const Points c = state.q + system.noise->position_noise(state, w.col(k));
-    ImplicitRoot root = solve_positions(system.kernel, c, state.p, grid.dt());
+    ImplicitRoot root = solve_positions(system.kernel, c, state.p, grid.dt(), search);
     if (!root.found) throw StepError(k, grid, "the implicit equation (20) for the positions has no unique solution");
     path.contraction_measured = std::max(path.contraction_measured, root.contraction);
     path.continuation_steps += root.continued ? 1 : 0;

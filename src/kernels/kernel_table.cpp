@@ -22,8 +22,7 @@ std::string_view profile_name(KernelProfile profile) {
 const NameTable<MakeKernelTerm>& kernel_table() {
   static const std::vector<ParameterInfo> kParameters = {
       {"alpha", "auto",
-       "width in landmark length units; auto: half the median distance of the source's landmarks, at most three times "
-       "the median distance to a nearest neighbour"},
+       "width, length units; auto: half the median distance, at most 2 median distances to the nearest landmark"},
       {"weight", "1", "factor of this term in a sum"}};
   static const NameTable<MakeKernelTerm> kTable(
       "kernel", {{"gaussian", kParameters, "exp(-r^2/alpha^2): smooth fields, the usual choice",
@@ -34,7 +33,7 @@ const NameTable<MakeKernelTerm>& kernel_table() {
 }
 
 double automatic_alpha(const Points& source) {
-  return std::min(0.5 * median_distance(source), 3 * median_nearest_distance(source));
+  return std::min(0.5 * median_distance(source), 2 * median_nearest_distance(source));
 }
 
 KernelOperator make_kernel(std::string_view spec, const Points& source) {
@@ -48,11 +47,14 @@ KernelOperator make_kernel(std::string_view spec, const Points& source) {
   return KernelOperator(std::move(terms));
 }
 
-std::string KernelOperator::spec() const {
+std::string KernelOperator::spec(int digits) const {
+  const auto number = [digits](double value) {
+    return digits >= 17 ? fmt::format("{}", value) : fmt::format("{:.{}g}", value, digits);
+  };
   std::string text;
   for (const KernelTerm& term : terms_) {
-    text += fmt::format("{}{}:alpha={}", text.empty() ? "" : "+", profile_name(term.profile), term.alpha);
-    if (term.weight != 1) text += fmt::format(",weight={}", term.weight);
+    text += fmt::format("{}{}:alpha={}", text.empty() ? "" : "+", profile_name(term.profile), number(term.alpha));
+    if (term.weight != 1) text += ",weight=" + number(term.weight);
   }
   return text;
 }

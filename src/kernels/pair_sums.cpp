@@ -23,11 +23,7 @@ void add_pair_sums(const PairSumArguments& arguments, std::size_t first) {
 
 std::size_t vector_lanes() { return HWY_DYNAMIC_DISPATCH(LaneCount)(); }
 
-std::string vector_target() {
-  vector_lanes();  // the first dispatch chooses the target
-  const auto chosen = static_cast<std::uint32_t>(hwy::SupportedTargets()) & HWY_TARGETS;
-  return hwy::TargetName(static_cast<std::uint32_t>(chosen & (~chosen + 1)));
-}
+std::string vector_target() { return hwy::TargetName(hwy::SupportedAndGeneratedTargets().front()); }
 
 }  // namespace pulson
 

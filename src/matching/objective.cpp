@@ -85,11 +85,11 @@ MatrixXd MatchingObjective::increments(const VectorXd& z) const {
 
 std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const VectorXd& z) const {
   try {
-    Evaluation at{
-        z,
-        problem_.integrator->integrate(problem_.system, {problem_.source, momenta(z)}, problem_.grid, increments(z)),
-        {},
-        {}};
+    Evaluation at{z,
+                  problem_.integrator->integrate(problem_.system, {problem_.source, momenta(z)}, problem_.grid,
+                                                 increments(z), RootSearch::kContracting),
+                  {},
+                  {}};
     at.residual = (at.path.final().q - problem_.target).reshaped() / problem_.sigma;
     const Index momentum_unknowns = problem_.source.rows() * momenta_from_white_.cols();
     at.cost.energy = 0.5 * z.head(momentum_unknowns).squaredNorm();

@@ -126,6 +126,7 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   canvas.lines(before.pixels(picture.grid_before), kGridStroke);
   draw_target(canvas, before.pixels(picture.target), figure);
   draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
+  draw_numbers(canvas, before.pixels(picture.source.points), figure);
 
   draw_frame(canvas, after, "Result", stacked);
   canvas.lines(after.pixels(picture.grid_after), kGridStroke);

@@ -1,6 +1,7 @@
 #include "layers.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -21,6 +22,9 @@ constexpr double kLegendGap = 48;
 constexpr double kLegendHeight = 30;  // above the bottom edge
 constexpr double kSampleGap = 11;     // between a sample and its text
 constexpr double kDenseOutline = 2.2;
+constexpr std::size_t kMostGroupEntries = 4;
+constexpr double kNumberSize = 15;
+constexpr Eigen::Index kMostNumbers = 60;
 constexpr double kBarLength = 190;
 constexpr double kBarHeight = 12;
 
@@ -30,6 +34,12 @@ std::vector<std::size_t> knots(std::size_t last, std::size_t most) {
   std::vector<std::size_t> result(count + 1);
   for (std::size_t i = 0; i <= count; ++i) result[i] = i * last / count;
   return result;
+}
+
+// Blue, raspberry, green, violet: told apart in colour blindness and from the orange target.
+const Colour& group_colour(std::size_t group) {
+  static const std::array<Colour, 4> kColours = {colour::kSource, "#B03A63", "#2F8F6B", "#7D5BA6"};
+  return kColours.at(group % kColours.size());
 }
 
 Points point(double x, double y) { return (Points(2, 1) << x, y).finished(); }
@@ -92,11 +102,21 @@ Marks::Marks(const Figure& figure) {
 
 void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour) {
   const Marks marks(figure);
-  canvas.lines(trace(figure, false, pixels), {colour, marks.outline});
-  canvas.lines(trace(figure, true, pixels), {colour, kDenseOutline});
-  const Points marked = pixels(Eigen::all, figure.marked);
-  canvas.dots(marked, marks.dot + std::min(1.2, 0.25 * marks.dot), colour::kPaper);
-  canvas.dots(marked, marks.dot, colour);
+  for (std::size_t group = 0; group < figure.groups.size(); ++group) {
+    const Colour own = figure.names.empty() ? colour : group_colour(group);
+    canvas.lines(trace(figure, false, pixels, group), {own, marks.outline});
+    canvas.lines(trace(figure, true, pixels, group), {own, kDenseOutline});
+    const Points marked = pixels(Eigen::all, figure.groups[group]);
+    canvas.dots(marked, marks.dot + std::min(1.2, 0.25 * marks.dot), colour::kPaper);
+    canvas.dots(marked, marks.dot, own);
+  }
+}
+
+void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure) {
+  if (pixels.cols() > kMostNumbers || !figure.outlines.empty() || figure.spacing < 2 * kNumberSize) return;
+  const double offset = Marks(figure).ring + 3;
+  for (Eigen::Index a = 0; a < pixels.cols(); ++a)
+    canvas.text(pixels(0, a) + offset, pixels(1, a) + offset, std::to_string(a + 1), kNumberSize, colour::kTicText);
 }
 
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure) {
@@ -129,6 +149,13 @@ void draw_paths_by_time(Canvas& canvas, const std::vector<Points>& trajectory, c
 }
 
 std::vector<LegendEntry> legend_of_shapes(const Figure& figure) {
+  if (!figure.names.empty()) {
+    std::vector<LegendEntry> entries;
+    for (std::size_t group = 0; group < std::min(figure.names.size(), kMostGroupEntries); ++group)
+      entries.push_back({Sample::kDot, group_colour(group), figure.names[group], ""});
+    entries.push_back({Sample::kRing, colour::kTarget, "target", ""});
+    return entries;
+  }
   const bool lines = figure.marked.empty();
   return {{lines ? Sample::kLine : Sample::kDot, colour::kSource, "source", ""},
           {lines ? Sample::kLine : Sample::kRing, colour::kTarget, "target", ""},

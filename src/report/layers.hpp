@@ -21,8 +21,12 @@ struct Marks {
   explicit Marks(const Figure& figure);
 };
 
-/// The landmarks, now at `pixels` (2×N), as discs on a narrow white margin with their outlines below them.
+/// The landmarks, now at `pixels` (2×N), as discs on a narrow white margin with their outlines below them; of `colour`
+/// where there is one group, else of their group's.
 void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour);
+
+/// The numbers of the landmarks, from 1, beside their marks, where these are few enough to be told apart.
+void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure);
 
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure);

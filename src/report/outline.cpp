@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "pulson/report/registration_picture.hpp"
 
@@ -25,6 +26,21 @@ std::vector<double> gaps_of(const Points& points) {
   return gaps;
 }
 
+double cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
+
+// Whether the open segments ab and cd cross.
+bool cross_each_other(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
+                      const Eigen::Vector2d& d) {
+  return cross(b - a, c - a) * cross(b - a, d - a) < 0 && cross(d - c, a - c) * cross(d - c, b - c) < 0;
+}
+
+bool crosses_itself(const Points& points) {
+  for (Eigen::Index j = 2; j + 1 < points.cols(); ++j)
+    for (Eigen::Index i = 0; i + 1 < j; ++i)
+      if (cross_each_other(points.col(i), points.col(i + 1), points.col(j), points.col(j + 1))) return true;
+  return false;
+}
+
 }  // namespace
 
 OutlineKind outline_kind(const Points& points) {
@@ -35,6 +51,7 @@ OutlineKind outline_kind(const Points& points) {
   const double typical = median(std::move(gaps));
   if (!(typical > 0) || largest > kLargestGap * typical) return OutlineKind::kNone;
   if (typical > kLargestStep * median_nearest_distance(points)) return OutlineKind::kNone;
+  if (points.rows() == 2 && crosses_itself(points)) return OutlineKind::kNone;
   const bool closes = (points.col(n - 1) - points.col(0)).norm() <= kLargestGap * typical;
   return closes ? OutlineKind::kClosed : OutlineKind::kOpen;
 }
@@ -50,16 +67,26 @@ Figure plan_figure(const Landmarks& shape, double scale) {
     if (kind != OutlineKind::kNone) {
       const double gap = scale * median(gaps_of(points));
       if (gap < kDenseGap) stride = static_cast<std::size_t>(std::ceil(kDenseGap / gap));
-      figure.outlines.push_back({members, stride > 1});
+      figure.outlines.push_back({members, figure.groups.size(), stride > 1});
       if (kind == OutlineKind::kClosed) figure.outlines.back().members.push_back(members.front());
     }
-    if (stride == 1) figure.marked.insert(figure.marked.end(), members.begin(), members.end());
+    figure.groups.push_back(stride == 1 ? members : std::vector<int>());
+    if (!shape.groups.empty()) figure.names.push_back(shape.groups[static_cast<std::size_t>(members.front())]);
+    figure.marked.insert(figure.marked.end(), figure.groups.back().begin(), figure.groups.back().end());
     for (std::size_t i = 0; i < members.size(); i += stride) figure.with_path.push_back(members[i]);
   }
+  if (figure.groups.size() < 2) figure.names.clear();
   figure.spacing = std::numeric_limits<double>::infinity();
   if (figure.marked.size() > 1)
     figure.spacing = scale * median_nearest_distance(shape.points(Eigen::all, figure.marked));
   return figure;
+}
+
+std::vector<Points> trace(const Figure& figure, bool dense, const Points& points, std::size_t group) {
+  std::vector<Points> lines;
+  for (const Outline& outline : figure.outlines)
+    if (outline.dense == dense && outline.group == group) lines.emplace_back(points(Eigen::all, outline.members));
+  return lines;
 }
 
 std::vector<Points> trace(const Figure& figure, bool dense, const Points& points) {

@@ -48,6 +48,12 @@ struct EndpointJacobian {
   Eigen::MatrixXd increments;  ///< dN×CK, ∂q(T)/∂ΔW, channel fastest
 };
 
+/// How far an implicit step goes to find its root.
+enum class RootSearch {
+  kThorough,     ///< the root is followed from Δt = 0 where the fixed-point iteration does not contract
+  kContracting,  ///< only steps whose iteration contracts are taken: cheap, and well away from where the root ends
+};
+
 /// A one-step method for the stochastic Hamiltonian system (11), with its exact discrete tangent and adjoint.
 class Integrator {
  public:
@@ -58,7 +64,7 @@ class Integrator {
 
   /// A sample path. @param increments ΔW, C×K, column k over step k @throws StepError
   virtual Trajectory integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
-                               const Eigen::MatrixXd& increments) const = 0;
+                               const Eigen::MatrixXd& increments, RootSearch search = RootSearch::kThorough) const = 0;
 
   /// The change of the final state along a change of the initial state and of the increments, to first order.
   virtual PhaseState tangent(const StochasticSystem& system, const Trajectory& path, const PhaseState& initial_change,

@@ -20,7 +20,7 @@ class VariationalIntegrator final : public Integrator {
  public:
   std::string name() const override { return "variational"; }
   Trajectory integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
-                       const Eigen::MatrixXd& increments) const override;
+                       const Eigen::MatrixXd& increments, RootSearch search = RootSearch::kThorough) const override;
   PhaseState tangent(const StochasticSystem& system, const Trajectory& path, const PhaseState& initial_change,
                      const Eigen::MatrixXd& increments_change) const override;
   PathGradient adjoint(const StochasticSystem& system, const Trajectory& path,

@@ -41,8 +41,9 @@ class KernelOperator {
 
   const std::vector<KernelTerm>& terms() const { return terms_; }
 
-  /// The specification that makes this kernel, widths to full precision: `gaussian:alpha=0.25`.
-  std::string spec() const;
+  /// The specification that makes this kernel: `gaussian:alpha=0.25`. With the 17 digits of the default it makes the
+  /// same kernel to the last bit; fewer are for people.
+  std::string spec(int digits = 17) const;
 
   /// K(0), the sum of the weights.
   double at_zero() const;
@@ -88,9 +89,9 @@ using MakeKernelTerm = KernelTerm (*)(const Parameters&, double automatic_alpha)
 const NameTable<MakeKernelTerm>& kernel_table();
 
 /// The width that `alpha=auto` stands for: half the median distance between two landmarks of the source, but at most
-/// three times the median distance to a nearest neighbour. So momenta move parts of the shape rather than single points
-/// or the whole, and the kernel matrix of a densely sampled outline stays regular (its condition grows like exp(c
-/// α²/spacing²)).
+/// twice the median distance to a nearest neighbour. So momenta move parts of the shape rather than single points or
+/// the whole, and the kernel matrix of a densely sampled outline stays regular (its condition grows like exp((πα/2s)²),
+/// s the spacing).
 double automatic_alpha(const Points& source);
 
 /// The kernel of a specification such as `gaussian:alpha=0.4+peakon:alpha=0.1,weight=0.5`; `source` serves alpha=auto.

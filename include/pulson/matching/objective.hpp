@@ -56,7 +56,8 @@ class MatchingObjective {
   const Eigen::VectorXd& roughness() const { return roughness_; }
   Eigen::Index residuals() const { return problem_.target.size(); }
 
-  /// Empty where the integrator found no unique step: such z are out of bounds.
+  /// Empty where a step of the path does not contract: such z are out of bounds, since near the end of a root tiny
+  /// controls would move landmarks far.
   std::optional<Evaluation> evaluate(const Eigen::VectorXd& z) const;
 
   /// ∇J at an evaluation, by the adjoint.

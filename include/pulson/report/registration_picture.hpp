@@ -10,9 +10,9 @@ namespace pulson {
 
 /// All that the picture of one registration shows. d = 1, 2 or 3; N landmarks; K steps.
 struct RegistrationPicture {
-  Landmarks source;                 ///< d×N, where the flow starts; its groups are outlined one by one
-  Points target;                    ///< d×N
-  Points result;                    ///< d×N, where the flow took the source
+  Landmarks source;  ///< d×N, where the flow starts; its groups are outlined one by one, each in a colour of its own
+  Points target;     ///< d×N
+  Points result;     ///< d×N, where the flow took the source
   std::vector<double> times;        ///< K+1 times, increasing
   std::vector<Points> trajectory;   ///< K+1 entries d×N: the landmarks at `times`
   std::vector<Points> grid_before;  ///< d = 2: lines 2×M of the material grid at the start; may be empty
@@ -29,8 +29,8 @@ enum class OutlineKind { kNone, kOpen, kClosed };
 ///
 /// With g the gaps |x_{i+1} − x_i|, m their median and n the median over all points of the distance to the nearest
 /// other point: a curve has at least 12 points, max g ≤ 3m (it never jumps) and m ≤ 2n (neighbours in order are
-/// neighbours in space, which scattered points are not); it is closed if also |x_1 − x_N| ≤ 3m. Points on a line, d =
-/// 1, are no curve. points: d×N. O(N²).
+/// neighbours in space, which scattered points are not), and does not cross itself in the plane; it is closed if also
+/// |x_1 − x_N| ≤ 3m. Points on a line, d = 1, are no curve. points: d×N. O(N²).
 OutlineKind outline_kind(const Points& points);
 
 /// Draws a registration: source, target, result, the paths of the landmarks and the deformed grid, as a PNG about 1600

@@ -1,0 +1,261 @@
+// Wrong input and options: exit code 2, one line that says what is wrong and what would be right, and nothing written.
+
+#include <ostream>
+
+#include <gmock/gmock.h>
+
+#include "program.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AnyOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+
+class WrongInput : public Program {
+ protected:
+  void SetUp() override {
+    Program::SetUp();
+    write("a.csv", "x,y\n0,0\n1,0\n0,1\n");
+    write("b.csv", "x,y\n0,0\n1.1,0\n0,1.2\n");
+    write("two.csv", "x,y\n0,0\n1,0\n");
+    write("three_d.csv", "x,y,z\n0,0,0\n1,0,1\n0,1,2\n");
+    write("nan.csv", "x,y\n0,0\n1,nan\n0,1\n");
+    write("word.csv", "x,y\n0,0\n1,abc\n0,1\n");
+    write("header.csv", "x,y\n");
+    write("empty.csv", "");
+    write("coincident.csv", "x,y\n0,0\n1,0\n1,0\n");
+    write("coincident_names.csv", "label,x,y\nnose,0,0\ntail,1,0\nfin,1,0\n");
+    write("many.tps", "LM=3\n0 0\n1 0\n0 1\nID=ann\nLM=3\n0 0\n1.1 0\n0 1.1\nID=bob\n");
+    fs::create_directory("folder");
+  }
+
+  static void expect_one_line(const std::string& text) {
+    EXPECT_EQ(count_lines(text), 1U) << text;
+    EXPECT_THAT(text, testing::EndsWith("\n"));
+    EXPECT_THAT(text, StartsWith("pulson: "));
+  }
+
+  /// @param parts what the message must hold
+  static void expect_refused(const Arguments& arguments, const std::vector<std::string>& parts,
+                             const ProgramSetting& setting = {}) {
+    const auto before = all_files();
+    const ProgramRun done = run(arguments, setting);
+    EXPECT_EQ(done.exit_code, 2) << done.err;
+    EXPECT_EQ(done.out, "");
+    expect_one_line(done.err);
+    for (const std::string& part : parts) EXPECT_THAT(done.err, HasSubstr(part));
+    EXPECT_THAT(changed_since(before), IsEmpty());
+  }
+
+  static Arguments register_ab(const std::string& options) {
+    return joined(words("register a.csv b.csv -o out"), words(options));
+  }
+};
+
+struct WrongCommand {
+  std::string name;
+  std::string line;
+  std::vector<std::string> parts;
+};
+
+std::ostream& operator<<(std::ostream& stream, const WrongCommand& command) { return stream << command.line; }
+
+class WrongCommands : public WrongInput, public testing::WithParamInterface<WrongCommand> {};
+class WrongOptions : public WrongInput, public testing::WithParamInterface<WrongCommand> {};
+
+TEST_P(WrongCommands, AreRefused) { expect_refused(words(GetParam().line), GetParam().parts); }
+TEST_P(WrongOptions, AreRefused) { expect_refused(register_ab(GetParam().line), GetParam().parts); }
+
+constexpr auto kName = [](const auto& parameter) { return parameter.param.name; };
+
+// clang-format off
+const std::vector<WrongCommand> kWrongCommands = {
+    {"NoArguments", "", {"--help"}},
+    {"UnknownVerb", "regster a.csv b.csv -o out", {"regster"}},
+    {"RegisterAlone", "register", {"SOURCE"}},
+    {"NoTarget", "register a.csv -o out", {"TARGET"}},
+    {"NoFolder", "register a.csv b.csv", {"--out"}},
+    {"OneFileTooMany", "register a.csv b.csv a.csv -o out", {"a.csv"}},
+    {"InfoAlone", "info", {"WHAT"}},
+    {"InfoNonsense", "info nonsense", {"'nonsense'", "kernels, noises, integrators, formats"}},
+    {"InfoFolder", "info folder", {"'folder'", "a file is needed"}},
+    {"InfoNan", "info nan.csv", {"nan.csv:3", "landmark 2"}},
+    {"MissingSource", "register missing.csv b.csv -o out", {"'missing.csv'", "No such file"}},
+    {"MissingTarget", "register a.csv missing.csv -o out", {"'missing.csv'", "No such file"}},
+    {"FolderAsSource", "register folder b.csv -o out", {"'folder'", "a file is needed"}},
+    {"FolderAsTarget", "register a.csv folder -o out", {"'folder'", "a file is needed"}},
+    {"EmptyFile", "register empty.csv b.csv -o out", {"empty.csv is empty"}},
+    {"HeaderOnly", "register header.csv b.csv -o out", {"header.csv", "no landmarks"}},
+    {"UnequalNumbers", "register a.csv two.csv -o out", {"a.csv has 3", "two.csv has 2"}},
+    {"OtherDimension", "register a.csv three_d.csv -o out", {"a.csv is 2D", "three_d.csv is 3D"}},
+    {"Nan", "register a.csv nan.csv -o out", {"nan.csv:3", "landmark 2", "y is 'nan'"}},
+    {"Word", "register word.csv b.csv -o out", {"word.csv:3", "'abc'", "a number is needed"}},
+    {"Coincident", "register coincident.csv b.csv -o out", {"coincident.csv", "landmarks 2 and 3"}},
+    {"CoincidentNames", "register coincident_names.csv b.csv -o out", {"'tail' and 'fin'"}},
+    {"NoiseBeyondTheLast", "register two.csv two.csv -o out --noise ch-sd:beta=1,on=9", {"on=9", "2"}},
+    {"SeveralShapes", "register many.tps b.csv -o out", {"2 shapes", "many.tps#1", "many.tps#id=ann"}},
+    {"NumberZero", "register many.tps#0 b.csv -o out", {"2 shapes", "from 1", "#0"}},
+    {"NumberBeyond", "register a.csv many.tps#99 -o out", {"2 shapes", "#99"}},
+    {"NumberBeyondAll", "register a.csv many.tps#99999999999999999999999 -o out", {"2 shapes"}},
+    {"NumberMissing", "register many.tps# b.csv -o out", {"many.tps", "id=NAME"}},
+    {"NobodyOfThatName", "register many.tps#id=nobody b.csv -o out", {"'nobody'", "ann, bob"}},
+    {"NearlyThatName", "register many.tps#id=bobb b.csv -o out", {"'bobb'", "did you mean 'bob'"}},
+    {"OutIsAFile", "register a.csv b.csv -o two.csv", {"'two.csv'", "it is a file"}},
+    {"OutIsInAFile", "register a.csv b.csv -o two.csv/out", {"'two.csv/out'"}},
+    {"OutNowhere", "register a.csv b.csv -o /dev/null/out", {"'/dev/null/out'"}},
+};
+
+const std::vector<WrongCommand> kWrongOptions = {
+    {"AlphaZero", "--kernel gaussian:alpha=0", {"kernel 'gaussian'", "alpha is 0", "greater than 0"}},
+    {"AlphaNegative", "--kernel gaussian:alpha=-1", {"alpha is -1", "greater than 0"}},
+    {"AlphaNan", "--kernel gaussian:alpha=nan", {"alpha is 'nan'", "finite"}},
+    {"AlphaWord", "--kernel gaussian:alpha=wide", {"alpha is 'wide'", "a number is needed"}},
+    {"AlphaTwice", "--kernel gaussian:alpha=1,alpha=2", {"alpha is given twice"}},
+    {"AlphaMisspelt", "--kernel gaussian:alpa=1", {"'alpa'", "alpha"}},
+    {"KernelMisspelt", "--kernel gausian:alpha=1", {"unknown kernel 'gausian'", "did you mean 'gaussian'", "peakon"}},
+    {"KernelUnknown", "--kernel foo", {"unknown kernel 'foo'", "gaussian", "peakon"}},
+    {"NoiseMisspelt", "--noise ch-ds:beta=1", {"unknown noise 'ch-ds'", "did you mean 'ch-sd'", "none"}},
+    {"NoiseUnknown", "--noise zzzzz", {"unknown noise 'zzzzz'", "none", "ch-sd"}},
+    {"BetaMissing", "--noise ch-sd", {"'ch-sd' needs beta", "ch-sd:beta=1"}},
+    {"BetaZero", "--noise ch-sd:beta=0", {"beta is 0", "greater than 0"}},
+    {"OnZero", "--noise ch-sd:beta=1,on=0", {"on is '0'", "from 1"}},
+    {"OnTwice", "--noise ch-sd:beta=1,on=2/2", {"on is '2/2'", "twice"}},
+    {"Mode", "--mode foo", {"unknown mode 'foo'", "deterministic, map"}},
+    {"ModeWithoutValue", "--mode=", {"--mode"}},
+    {"ModeWithoutNoise", "--mode map", {"mode map", "--noise"}},
+    {"Align", "--align foo", {"unknown alignment 'foo'", "none, translation, rigid, similarity"}},
+    {"Solver", "--solver foo", {"unknown solver 'foo'", "gauss-newton", "lbfgs", "auto"}},
+    {"Integrator", "--integrator foo", {"unknown integrator 'foo'", "variational"}},
+    {"StepsZero", "--steps 0", {"--steps is 0", "from 1"}},
+    {"StepsWord", "--steps many", {"--steps", "many"}},
+    {"StepsFraction", "--steps 1.5", {"--steps", "1.5"}},
+    {"StepsTwice", "--steps 3 --steps 4", {"--steps"}},
+    {"StepsAndDt", "--steps 10 --dt 0.1", {"--steps", "--dt"}},
+    {"DtZero", "--dt 0", {"--dt is 0", "greater than 0"}},
+    {"DtNan", "--dt nan", {"--dt is nan"}},
+    {"DtTiny", "--dt 1e-12", {"--dt is 1e-12", "steps"}},
+    {"SigmaZero", "--sigma 0", {"sigma is 0", "greater than 0"}},
+    {"SigmaNan", "--sigma nan", {"sigma is nan"}},
+    {"LambdaNegative", "--lambda -1", {"lambda is -1", "greater than 0"}},
+    {"LambdaWord", "--lambda heavy", {"--lambda is 'heavy'", "a number is needed"}},
+    {"LambdaInfinite", "--lambda inf", {"lambda is inf", "finite"}},
+    {"TimeNan", "--time nan", {"--time is nan"}},
+    {"TimeInfinite", "--time inf", {"--time is inf", "finite"}},
+    {"ThreadsNegative", "--threads -1", {"--threads is -1"}},
+    {"ToleranceZero", "--tolerance 0", {"--tolerance is 0"}},
+    {"IterationsNegative", "--max-iterations -1", {"--max-iterations is -1"}},
+    {"UnknownOption", "--nosuch", {"--nosuch"}},
+    {"OptionWithoutValue", "--kernel", {"--kernel"}},
+    {"JsonWithoutFolder", "--no-picture --json nowhere/x.json", {"'nowhere/x.json'", "no folder 'nowhere'"}},
+    {"JsonIsAFolder", "--no-picture --json folder", {"'folder'", "it is a folder"}},
+};
+// clang-format on
+
+INSTANTIATE_TEST_SUITE_P(Command, WrongCommands, testing::ValuesIn(kWrongCommands), kName);
+INSTANTIATE_TEST_SUITE_P(Option, WrongOptions, testing::ValuesIn(kWrongOptions), kName);
+
+TEST_F(WrongInput, LeavesEarlierResultsAlone) {
+  ASSERT_EQ(run(register_ab("")).exit_code, 0);
+  expect_refused(register_ab("--sigma 0"), {"sigma"});
+  expect_refused(words("register coincident.csv b.csv -o out"), {"landmarks 2 and 3"});
+}
+
+TEST_F(WrongInput, OddTextStaysOneLine) {
+  expect_refused({"register", "no\nsuch\rfile.csv", "b.csv", "-o", "out"}, {"cannot read"});
+  expect_refused(joined(register_ab("--kernel"), {"x\ny"}), {"unknown kernel"});
+  expect_refused({"register", "", "b.csv", "-o", "out"}, {"''"});
+  expect_refused(joined(register_ab("--kernel"), {""}), {"kernel ''"});
+  expect_refused(joined(register_ab("--mode"), {""}), {"deterministic, map"});
+  expect_refused({"register", "a.csv", "b.csv", "-o", ""}, {"''"});
+}
+
+TEST_F(WrongInput, FoldersThatForbidWriting) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  fs::permissions("folder", fs::perms::owner_read | fs::perms::owner_exec);
+  expect_refused(words("register a.csv b.csv -o folder"), {"'folder'", "Permission denied"});
+  expect_refused(words("register a.csv b.csv -o folder/out"), {"'folder/out'", "Permission denied"});
+  fs::permissions("folder", fs::perms::owner_all);
+  fs::permissions("a.csv", fs::perms::none);
+  expect_refused(register_ab(""), {"'a.csv'", "Permission denied"});
+}
+
+// One result that cannot be written must not leave the others behind.
+TEST_F(WrongInput, ResultsAreWrittenAllOrNone) {
+  for (const std::string name : {"registration.json", "trajectory.csv", "registration.png"}) {
+    fs::create_directories("out/" + name);
+    expect_refused(register_ab(""), {"'out/" + name + "'"});
+    fs::remove_all("out");
+  }
+}
+
+TEST_F(WrongInput, FullDiskBehindTheRecord) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  const ProgramRun done = run(register_ab("--no-picture --json /dev/full"));
+  EXPECT_EQ(done.exit_code, 2);
+  expect_one_line(done.err);
+  EXPECT_THAT(done.err, HasSubstr("/dev/full"));
+  EXPECT_THAT(names_in("out"), AnyOf(IsEmpty(), ElementsAre("registration.json", "residuals.csv", "trajectory.csv")));
+}
+
+// Either it is refused before anything is written, or the tables stand and a warning says why there is no picture.
+TEST_F(WrongInput, GnuplotIsMissing) {
+  const ProgramRun done = run(register_ab("--quiet"), {.search_path = "/nowhere"});
+  EXPECT_EQ(count_lines(done.err), 1U) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("gnuplot"));
+  EXPECT_THAT(done.err, HasSubstr("--no-picture"));
+  if (done.exit_code == 0) {
+    EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "residuals.csv", "trajectory.csv"));
+  } else {
+    EXPECT_EQ(done.exit_code, 2);
+    EXPECT_THAT(names_in("out"), IsEmpty());
+  }
+}
+
+class ExtremeNumbers : public WrongInput, public testing::WithParamInterface<WrongCommand> {};
+
+// It may succeed, give up or refuse, but it must not crash, hang, or call it an internal error.
+TEST_P(ExtremeNumbers, EndInOrder) {
+  write("huge.csv", "x,y\n0,0\n1e308,0\n0,1e308\n");
+  write("large.csv", "x,y\n0,0\n1e150,0\n0,1e150\n");
+  write("tiny.csv", "x,y\n0,0\n1e-308,0\n0,1e-308\n");
+  const ProgramRun done = run(joined(words(GetParam().line), words("-o out --no-picture")), {.limit = 5});
+  ASSERT_THAT(done.exit_code, AnyOf(0, 2, 3)) << done.err;
+  if (done.exit_code == 2) {
+    expect_one_line(done.err);
+    EXPECT_THAT(names_in("out"), IsEmpty());
+    EXPECT_THAT(done.err, Not(HasSubstr("at the same place"))) << "they are not";
+  } else {
+    EXPECT_TRUE(read_json("out/registration.json").is_object());
+    EXPECT_TRUE(read_json("out/registration.json")["rms"].is_number());
+  }
+}
+
+// clang-format off
+INSTANTIATE_TEST_SUITE_P(Extreme, ExtremeNumbers, testing::Values(
+    WrongCommand{"SigmaSmall", "register a.csv b.csv --sigma 1e-300", {}},
+    WrongCommand{"SigmaLarge", "register a.csv b.csv --sigma 1e300", {}},
+    WrongCommand{"LambdaLarge", "register a.csv b.csv --lambda 1e300", {}},
+    WrongCommand{"AlphaSmall", "register a.csv b.csv --kernel gaussian:alpha=1e-300", {}},
+    WrongCommand{"AlphaLarge", "register a.csv b.csv --kernel gaussian:alpha=1e300", {}},
+    WrongCommand{"PeakonSmall", "register a.csv b.csv --kernel peakon:alpha=1e-300", {}},
+    WrongCommand{"BetaSmall", "register a.csv b.csv --noise ch-sd:beta=1e-300", {}},
+    WrongCommand{"BetaLarge", "register a.csv b.csv --noise ch-sd:beta=1e300", {}},
+    WrongCommand{"TimeSmall", "register a.csv b.csv --time 1e-300", {}},
+    WrongCommand{"TimeLarge", "register a.csv b.csv --time 1e300", {}},
+    WrongCommand{"SourceHuge", "register huge.csv b.csv", {}},
+    WrongCommand{"TargetHuge", "register a.csv huge.csv", {}},
+    WrongCommand{"SourceLarge", "register large.csv b.csv", {}},
+    WrongCommand{"TargetLarge", "register a.csv large.csv", {}},
+    WrongCommand{"SourceTiny", "register tiny.csv b.csv", {}},
+    WrongCommand{"NothingToDo", "register a.csv a.csv", {}},
+    WrongCommand{"ManyThreads", "register a.csv b.csv --threads 1000000", {}}), kName);
+// clang-format on
+
+}  // namespace
+}  // namespace pulson

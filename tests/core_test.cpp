@@ -108,8 +108,8 @@ TEST(NameTable, MakesEachTermOfASum) {
 TEST(NameTable, SaysWhatIsWrong) {
   const Table table = make_table();
   const auto message = [&](const std::string& text) { return error_of([&] { table.parse(text); }); };
-  EXPECT_EQ(message("gausian:alpha=1"), "unknown kernel 'gausian'; did you mean 'gaussian'? Valid: gaussian, one");
-  EXPECT_THAT(message("spline"), AllOf(StartsWith("unknown kernel 'spline'"), EndsWith("Valid: gaussian, one")));
+  EXPECT_EQ(message("gausian:alpha=1"), "unknown kernel 'gausian'; did you mean 'gaussian'; valid: gaussian, one");
+  EXPECT_THAT(message("spline"), AllOf(StartsWith("unknown kernel 'spline'"), EndsWith("valid: gaussian, one")));
   EXPECT_EQ(message("gaussian"), "kernel 'gaussian' needs alpha (width), as in gaussian:alpha=1");
   EXPECT_EQ(message("gaussian:beta=1"), "kernel 'gaussian' has no parameter 'beta'; it has: alpha, weight");
   EXPECT_EQ(message("one:beta=1"), "kernel 'one' has no parameter 'beta'; it has: none");

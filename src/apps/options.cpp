@@ -26,7 +26,7 @@ void TimeOptions::add_to(CLI::App& verb) {
 
 TimeGrid TimeOptions::grid() const {
   if (!(std::isfinite(time) && time > 0))
-    throw InputError(fmt::format("--time is {}; it must be greater than 0", time));
+    throw InputError(fmt::format("--time is {}; it must be a finite number greater than 0", time));
   if (!dt) {
     if (steps < 1 || steps > kMaxSteps)
       throw InputError(fmt::format("--steps is {}; it must be from 1 to {}", steps, kMaxSteps));

@@ -1,13 +1,17 @@
 // The program: one verb per file.
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string>
+#include <vector>
 
 #include <CLI/Error.hpp>
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "verbs.hpp"
@@ -21,6 +25,17 @@ int complain(std::string message, int exit_code) {
   return exit_code;
 }
 
+// A first word that is no verb gets an answer of its own: the parser would only miss a verb.
+void check_verb(const CLI::App& program, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
+  if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return;
+  const std::string near = pulson::nearest_name(argv[1], verbs);
+  throw pulson::InputError(fmt::format("unknown verb '{}'{}; valid: {}", argv[1],
+                                       near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(verbs, ", ")));
+}
+
 int run(int argc, char** argv) {
   int exit_code = pulson::kDone;
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
@@ -31,13 +46,16 @@ int run(int argc, char** argv) {
   program.get_formatter()->column_width(34);
   pulson::add_register_verb(program, exit_code);
   pulson::add_info_verb(program);
+  check_verb(program, argc, argv);
   try {
     program.parse(argc, argv);
     return exit_code;
   } catch (const CLI::Success& success) {
     return program.exit(success);
   } catch (const CLI::ParseError& error) {
-    return complain(fmt::format("{} (see pulson --help)", error.what()), pulson::kBadInput);
+    const bool has_verb = argc > 1 && argv[1][0] != '-';
+    return complain(fmt::format("{} (see pulson {}--help)", error.what(), has_verb ? argv[1] + std::string(" ") : ""),
+                    pulson::kBadInput);
   }
 }
 
@@ -45,7 +63,10 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    const int exit_code = run(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      return complain("standard output could not be written", pulson::kBadInput);
+    return exit_code;
   } catch (const pulson::InputError& error) {
     return complain(error.what(), pulson::kBadInput);
   } catch (const std::bad_alloc&) {

@@ -1,6 +1,7 @@
 // `pulson register`: fits momenta, and noise, so that a source flows to a target.
 
 #include <memory>
+#include <optional>
 
 #include <fmt/core.h>
 
@@ -8,6 +9,7 @@
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "pulson/io/registration_record.hpp"
+#include "pulson/report/gnuplot.hpp"
 #include "pulson/warp/triangulation.hpp"
 #include "register_picture.hpp"
 #include "verbs.hpp"
@@ -23,7 +25,7 @@ struct RegisterArguments {
   std::string out;
   RegistrationOptions options;
   TimeOptions time;
-  std::string mode;
+  std::optional<std::string> mode;
   std::string lambda = "1";
   std::string align = "none";
   std::string solver = "auto";
@@ -55,7 +57,7 @@ void add_matching_options(CLI::App& verb, RegisterArguments& arguments) {
 RegistrationOptions registration_options(const RegisterArguments& arguments) {
   RegistrationOptions options = arguments.options;
   options.grid = arguments.time.grid();
-  if (!arguments.mode.empty()) options.mode = parse_mode(arguments.mode);
+  if (arguments.mode) options.mode = parse_mode(*arguments.mode);
   options.lambda = std::nullopt;
   if (arguments.lambda != "auto") options.lambda = parse_number(arguments.lambda, "--lambda");
   options.align = parse_alignment(arguments.align);
@@ -75,11 +77,16 @@ TopologyCounts topology_counts(const Registration& registration) {
   return counts;
 }
 
+// "1 pair of landmarks", "2 pairs of landmarks".
+std::string counted(int count, std::string_view noun, std::string_view rest = {}) {
+  return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
+}
+
 void print_summary(const Registration& registration, const TopologyCounts& counts) {
   int worst = 0;
   registration.distances().maxCoeff(&worst);
-  fmt::print("{} → {}: {} landmarks in {}D\n", registration.original.source, registration.target.source,
-             registration.source.count(), registration.source.dimension());
+  fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
+             counted(registration.source.count(), "landmark"), registration.source.dimension());
   if (registration.alignment.kind != AlignmentKind::kNone)
     fmt::print("aligned    {}, scale {:.4g}\n", alignment_name(registration.alignment.kind),
                registration.alignment.scale);
@@ -94,8 +101,10 @@ void print_summary(const Registration& registration, const TopologyCounts& count
              registration.initial_rms(), registration.max_residual(), registration.source.describe(worst));
   fmt::print("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
              registration.cost.energy, registration.cost.action, registration.cost.data);
-  if (counts.order_inversions) fmt::print("topology   {} pairs of landmarks changed order\n", *counts.order_inversions);
-  if (counts.flipped_triangles) fmt::print("topology   {} Delaunay triangles turned over\n", *counts.flipped_triangles);
+  if (counts.order_inversions)
+    fmt::print("topology   {} changed order\n", counted(*counts.order_inversions, "pair", "of landmarks"));
+  if (counts.flipped_triangles)
+    fmt::print("topology   {} turned over\n", counted(*counts.flipped_triangles, "Delaunay triangle"));
 }
 
 // Why the shapes stayed apart, as far as the numbers tell.
@@ -104,8 +113,8 @@ std::string advice(const Registration& registration) {
   const std::string noise = "try --noise ch-sd:beta=B, with B a part of the distance that landmarks have to go";
   if (registration.source.dimension() == 1 && still)
     if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
-      return fmt::format("{} pairs of landmarks have another order in the target, which no flow can reach: {}", pairs,
-                         noise);
+      return fmt::format("{} another order in the target, which no flow can reach: {}",
+                         counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
   if (!registration.converged) return "more --steps or --max-iterations may help" + (still ? "; or " + noise : "");
   return "a smaller --sigma or --lambda fits closer" + (still ? "; for shapes that no flow can match " + noise : "");
 }
@@ -138,6 +147,18 @@ void write_results(const Registration& registration, const TopologyCounts& count
                                out / "registration.svg");
 }
 
+// All that can be known to fail before the work is done.
+void check_outputs(const RegisterArguments& arguments) {
+  if (!arguments.no_picture && !Gnuplot::is_installed())
+    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
+  if (!arguments.json.empty() && arguments.json != "-") check_output_file(arguments.json);
+  create_output_directory(arguments.out);
+  const fs::path out = arguments.out;
+  for (const char* name : {"registration.json", "residuals.csv", "trajectory.csv"}) check_output_file(out / name);
+  if (arguments.no_picture) return;
+  for (const char* name : {"registration.png", "registration.svg"}) check_output_file(out / name);
+}
+
 int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
   const Landmarks source = read_landmarks(arguments.source, &notes);
@@ -147,7 +168,7 @@ int run_register(const RegisterArguments& arguments) {
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
   };
-  create_output_directory(arguments.out);
+  check_outputs(arguments);
   const Registration registration = register_shapes(source, target, options);
   const TopologyCounts counts = topology_counts(registration);
   write_results(registration, counts, arguments);

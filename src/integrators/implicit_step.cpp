@@ -14,9 +14,25 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kContraction = 0.9;
 constexpr int kMaxTurns = 400;
 // Of continuation, as a part of Δt: a branch that cannot be followed so far ends there for all practical purposes.
-constexpr double kSmallestStep = 1.0 / 128;
+constexpr double kSmallestStep = 1e-7;
 
 double largest(const Points& x) { return x.size() == 0 ? 0 : x.cwiseAbs().maxCoeff(); }
+
+// What the terms of Δt K(q)p add up to at most: their rounding is that of q.
+double terms_size(const KernelOperator& kernel, const Points& p, double dt) {
+  return dt * kernel.at_zero() * p.colwise().norm().sum();
+}
+
+// Whether no two landmarks turn about each other by more than a right angle from c to q. An iteration that overshoots
+// can land on a root where two of them have passed each other; on the branch from Δt = 0 they cannot.
+bool keeps_sides(const Points& c, const Points& q) {
+  for (Eigen::Index b = 1; b < c.cols(); ++b) {
+    const auto before = c.leftCols(b).colwise() - c.col(b);
+    const auto after = q.leftCols(b).colwise() - q.col(b);
+    if (!((before.array() * after.array()).colwise().sum() >= 0).all()) return false;
+  }
+  return true;
+}
 
 struct Iterated {
   Points x;
@@ -24,10 +40,10 @@ struct Iterated {
   double contraction = 0;
 };
 
-// x ← map(x) from x until the correction is round-off. Corrections below `noise` times the size of x are round-off
-// already; their ratios say nothing.
+// x ← map(x) from x until the correction is round-off: of x itself, or of terms as large as `rounding` that the map
+// adds up, where their ratios say nothing any more.
 template <class Map>
-Iterated iterate(const Points& start, const Map& map) {
+Iterated iterate(const Points& start, double rounding, const Map& map) {
   Iterated result{start, false, 0};
   double previous = std::numeric_limits<double>::infinity();
   for (int turn = 0; turn < kMaxTurns; ++turn) {
@@ -40,8 +56,8 @@ Iterated iterate(const Points& start, const Map& map) {
       result.converged = true;
       return result;
     }
-    const bool at_round_off = correction <= 64 * kEpsilon * scale;
-    if (at_round_off && correction >= 0.5 * previous) {
+    const bool at_round_off = correction <= 64 * kEpsilon * std::max(scale, rounding);
+    if (at_round_off && correction >= previous) {
       result.converged = true;
       return result;
     }
@@ -57,7 +73,8 @@ Iterated iterate(const Points& start, const Map& map) {
 // Newton's iteration for q = c + τK(q)p with its LU factors, as continuation in τ needs them.
 class NewtonBranch {
  public:
-  NewtonBranch(const KernelOperator& kernel, const Points& c, const Points& p) : kernel_(kernel), c_(c), p_(p), q_(c) {}
+  NewtonBranch(const KernelOperator& kernel, const Points& c, const Points& p, double rounding)
+      : kernel_(kernel), c_(c), p_(p), q_(c), rounding_(rounding) {}
 
   const Points& q() const { return q_; }
 
@@ -78,7 +95,8 @@ class NewtonBranch {
       total += size;
       // The corrector must stay close to the predictor, or it may have jumped to another root.
       if (!std::isfinite(size) || total > 0.5 * largest(predicted)) return is_round_off(total, q) && accept(q);
-      if (is_round_off(size, q) || (size <= 1e-12 * largest(q) && size >= 0.5 * previous)) return accept(q);
+      if (is_round_off(size, q) || (size <= 1e-12 * std::max(largest(q), rounding_) && size >= 0.5 * previous))
+        return accept(q);
       previous = size;
     }
     return false;
@@ -93,8 +111,11 @@ class NewtonBranch {
   static Points solve(const Eigen::PartialPivLU<Eigen::MatrixXd>& lu, const Points& b) {
     return lu.solve(Eigen::VectorXd(b.reshaped())).reshaped(b.rows(), b.cols());
   }
-  static bool is_round_off(double size, const Points& q) { return size <= 4 * kEpsilon * largest(q); }
+  bool is_round_off(double size, const Points& q) const {
+    return size <= 4 * kEpsilon * std::max(largest(q), rounding_);
+  }
   bool accept(const Points& q) {
+    if (!keeps_sides(q_, q)) return false;
     q_ = q;
     return true;
   }
@@ -103,17 +124,19 @@ class NewtonBranch {
   const Points& c_;
   const Points& p_;
   Points q_;
+  double rounding_;
 };
 
 }  // namespace
 
 ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt,
                              RootSearch search) {
-  const Iterated fixed = iterate(c, [&](const Points& q) -> Points { return c + dt * kernel.apply(q, q, p); });
-  if (fixed.converged) return {fixed.x, true, false, fixed.contraction};
+  const Iterated fixed =
+      iterate(c, terms_size(kernel, p, dt), [&](const Points& q) -> Points { return c + dt * kernel.apply(q, q, p); });
+  if (fixed.converged && keeps_sides(c, fixed.x)) return {fixed.x, true, false, fixed.contraction};
   if (search == RootSearch::kContracting) return {fixed.x, false, false, fixed.contraction};
 
-  NewtonBranch branch(kernel, c, p);
+  NewtonBranch branch(kernel, c, p, terms_size(kernel, p, dt));
   double s = 0;
   double step = 0.25;
   while (s < 1 && step >= kSmallestStep) {
@@ -129,7 +152,8 @@ ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, cons
 }
 
 Points solve_tangent(const KernelOperator& kernel, const Points& q, const Points& p, double dt, const Points& b) {
-  const Iterated fixed = iterate(b, [&](const Points& x) -> Points { return b + dt * kernel.apply_tangent(q, p, x); });
+  const Iterated fixed =
+      iterate(b, 0, [&](const Points& x) -> Points { return b + dt * kernel.apply_tangent(q, p, x); });
   if (fixed.converged) return fixed.x;
   Eigen::MatrixXd matrix = -dt * kernel.tangent_matrix(q, p);
   matrix.diagonal().array() += 1;
@@ -138,7 +162,7 @@ Points solve_tangent(const KernelOperator& kernel, const Points& q, const Points
 
 Points solve_tangent_transposed(const KernelOperator& kernel, const Points& q, const Points& p, double dt,
                                 const Points& b) {
-  const Iterated fixed = iterate(b, [&](const Points& x) -> Points { return b + dt * kernel.gradient(q, x, p); });
+  const Iterated fixed = iterate(b, 0, [&](const Points& x) -> Points { return b + dt * kernel.gradient(q, x, p); });
   if (fixed.converged) return fixed.x;
   Eigen::MatrixXd matrix = -dt * kernel.tangent_matrix(q, p).transpose();
   matrix.diagonal().array() += 1;

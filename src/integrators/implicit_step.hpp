@@ -14,10 +14,12 @@ struct ImplicitRoot {
 
 /// Solves q = c + Δt K(q)p for q, to round-off.
 ///
-/// The fixed-point iteration from q = c is used while each correction is at most 0.9 of the one before. Where it is
-/// not, Newton follows the root from Δt = 0, q = c in steps s of sΔt; a step is accepted if Newton's correction is
-/// small beside the predicted move and the determinant of I − sΔtA keeps its sign. Where that fails the branch ends (or
-/// its end cannot be told from it) and `found` is false.
+/// The fixed-point iteration from q = c is used while each correction is at most 0.9 of the one before, and its limit
+/// is taken if no two landmarks have turned about each other by more than a right angle. Where it is not, Newton
+/// follows the root from Δt = 0, q = c in steps s of sΔt; a step is accepted if Newton's correction is small beside the
+/// predicted move the determinant of I − sΔtA keeps its sign and no two landmarks turn
+/// about each other by more than a right angle. Where that fails the branch ends (or its end cannot
+/// be told from it) and `found` is false.
 ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt,
                              RootSearch search);
 

@@ -64,12 +64,17 @@ void require_folder(const fs::path& path) {
 
 }  // namespace
 
+void check_output_file(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) fail(path, "it is a folder; a file is needed");
+  require_folder(path);
+}
+
 void write_file_atomically(const fs::path& path, std::string_view contents) {
+  check_output_file(path);
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) fail(path, "it is a folder; a file is needed");
   if (fs::exists(status) && !fs::is_regular_file(status)) return write_all(path, contents, path);
-  require_folder(path);
   const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
   TemporaryFile temporary(target);
   write_all(temporary.path(), contents, path);

@@ -1,11 +1,14 @@
 #include "pulson/io/registration_record.hpp"
 
+#include <cstdint>
 #include <fstream>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 
 #include "pulson/core/errors.hpp"
 #include "pulson/core/version.hpp"
+#include "pulson/noise/noise_table.hpp"
 
 namespace pulson {
 namespace {
@@ -38,7 +41,8 @@ Json alignment_json(const Alignment& alignment) {
 std::string one_key_a_line(const Json& json) {
   std::string text = "{";
   for (const auto& [key, value] : json.items())
-    text += (text.size() > 1 ? ",\n  " : "\n  ") + Json(key).dump() + ": " + value.dump();
+    text += (text.size() > 1 ? ",\n  " : "\n  ") + Json(key).dump() + ": " +
+            value.dump(-1, ' ', false, Json::error_handler_t::replace);
   return text + "\n}\n";
 }
 
@@ -63,7 +67,21 @@ class Reader {
   double number() const { return as<double>("a number"); }
   std::string text() const { return as<std::string>("a text"); }
   std::vector<std::string> texts() const { return as<std::vector<std::string>>("a list of texts"); }
-  int integer() const { return as<int>("a whole number"); }
+  int integer() const {
+    if (!json_.is_number_integer()) fail({}, "is not a whole number");
+    const auto value = json_.get<std::int64_t>();
+    if (value < 0 || value > std::numeric_limits<int>::max()) fail({}, "is out of range");
+    return static_cast<int>(value);
+  }
+  // What `parse` makes of the text; its InputError gets the file and the key.
+  template <class Parse>
+  auto parsed(const Parse& parse) const {
+    try {
+      return parse(text());
+    } catch (const InputError& error) {
+      fail({}, std::string("is wrong: ") + error.what());
+    }
+  }
   bool flag() const { return as<bool>("true or false"); }
   // rows as the columns of the matrix, each of `size` numbers
   Eigen::MatrixXd columns(Eigen::Index size) const {
@@ -116,7 +134,7 @@ Points same_size(const Reader& reader, Eigen::Index d, Eigen::Index count) {
 }
 
 Alignment read_alignment(const Reader& reader, Eigen::Index d) {
-  Alignment alignment{parse_alignment(reader.at("kind").text()), reader.at("scale").number(), {}, {}};
+  Alignment alignment{reader.at("kind").parsed(parse_alignment), reader.at("scale").number(), {}, {}};
   alignment.rotation = reader.at("rotation").columns(d).transpose();
   const auto translation = reader.at("translation").as<std::vector<double>>("a list of numbers");
   if (alignment.rotation.rows() != d || static_cast<Eigen::Index>(translation.size()) != d)
@@ -127,7 +145,7 @@ Alignment read_alignment(const Reader& reader, Eigen::Index d) {
 
 Json parse_file(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) throw InputError(path.string() + ": the file cannot be opened");
+  if (!file || std::filesystem::is_directory(path)) throw InputError(path.string() + ": the file cannot be opened");
   try {
     return Json::parse(file);
   } catch (const Json::parse_error& error) {
@@ -138,8 +156,9 @@ Json parse_file(const std::filesystem::path& path) {
 void read_setting(const Reader& reader, Registration& registration) {
   registration.kernel = reader.at("kernel").text();
   registration.noise = reader.at("noise").text();
-  registration.mode = parse_mode(reader.at("mode").text());
+  registration.mode = reader.at("mode").parsed(parse_mode);
   registration.integrator = reader.at("integrator").text();
+  reader.at("integrator").parsed([](const std::string& name) { return make_integrator(name) != nullptr; });
   registration.grid = {reader.at("time").number(), reader.at("steps").integer()};
   registration.sigma = reader.at("sigma").number();
   registration.lambda = reader.at("lambda").number();
@@ -148,7 +167,7 @@ void read_setting(const Reader& reader, Registration& registration) {
 void read_outcome(const Reader& reader, Registration& registration) {
   const Reader cost = reader.at("cost");
   registration.cost = {cost.at("energy").number(), cost.at("action").number(), cost.at("data").number()};
-  registration.solver = parse_solver(reader.at("solver").text());
+  registration.solver = reader.at("solver").parsed(parse_solver);
   registration.converged = reader.at("converged").flag();
   registration.stop_reason = reader.at("stop_reason").text();
   registration.iterations = reader.at("iterations").integer();
@@ -215,8 +234,12 @@ Registration read_registration(const std::filesystem::path& path) {
   registration.alignment = read_alignment(reader.at("alignment"), d);
   registration.result = same_size(reader.at("result"), d, source.cols());
   registration.momenta = same_size(reader.at("momenta"), d, source.cols());
-  const int channels =
-      registration_system(registration).noise->channels(static_cast<int>(d), static_cast<int>(source.cols()));
+  reader.at("kernel").parsed([&](const std::string& spec) { return make_kernel(spec, source).at_zero(); });
+  const int channels = reader.at("noise").parsed([&](const std::string& spec) {
+    const auto noise = make_noise(spec);
+    noise->check(static_cast<int>(d), static_cast<int>(source.cols()));
+    return noise->channels(static_cast<int>(d), static_cast<int>(source.cols()));
+  });
   registration.increments = reader.at("increments").columns(channels);
   if (registration.grid.steps < 1 || registration.increments.cols() != registration.grid.steps)
     reader.fail("increments", "has another number of rows than 'steps'");

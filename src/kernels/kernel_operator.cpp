@@ -38,6 +38,9 @@ class CoordinateRows {
 // Below this many pairs one thread is faster than starting another (a few 10 µs).
 constexpr std::size_t kPairsPerThread = 100'000;
 
+// Beyond it 1/α⁴ leaves the range of numbers.
+constexpr double kSmallestAlpha = 1e-70;
+
 void run(PairSumArguments& arguments, const std::vector<KernelTerm>& terms) {
   const std::size_t blocks = arguments.target_stride / kTargetBlock;
   const auto add_block = [&](int block) {
@@ -161,6 +164,9 @@ KernelOperator::KernelOperator(std::vector<KernelTerm> terms) : terms_(std::move
   for (const KernelTerm& term : terms_) {
     if (!(std::isfinite(term.alpha) && term.alpha > 0))
       throw InputError(fmt::format("kernel: alpha is {}; it must be greater than 0", term.alpha));
+    if (term.alpha < kSmallestAlpha || term.alpha > 1 / kSmallestAlpha)
+      throw InputError(
+          fmt::format("kernel: alpha is {}; it must be from {} to {}", term.alpha, kSmallestAlpha, 1 / kSmallestAlpha));
     if (!(std::isfinite(term.weight) && term.weight > 0))
       throw InputError(fmt::format("kernel: weight is {}; it must be greater than 0", term.weight));
   }

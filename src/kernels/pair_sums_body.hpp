@@ -23,7 +23,7 @@ using Vector = hn::Vec<Tag>;
 
 HWY_INLINE Vector Constant(double value) { return hn::Set(Tag(), value); }
 
-// exp(x) for x ≤ 0 to within 1 ulp; x below −708 gives exp(−708), 3e-308.
+// exp(x) for x ≤ 0 to within 1.2 ulp; x below −708 gives exp(−708), 3e-308.
 // x = n ln2 + r with |r| ≤ ½ ln2, e^r = 1 + r + r²Q(r), Q of degree 9 interpolated at Chebyshev nodes (relative error
 // 1.6e-17). Adding 1.5·2⁵² rounds x/ln2 to the integer n and leaves n in the low bits, whence 2ⁿ.
 HWY_INLINE Vector ExpNonPositive(Vector x) {

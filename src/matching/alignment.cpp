@@ -49,10 +49,12 @@ Alignment align(const Points& source, const Points& target, AlignmentKind kind) 
     Eigen::VectorXd sign = Eigen::VectorXd::Ones(d);
     if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign[d - 1] = -1;
     motion.rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
-    const double fitted = svd.singularValues().dot(sign) / x.squaredNorm();
-    // On a line a reversal leaves no positive scale (the best is a reflection): the size is then taken from the
-    // spreads.
-    if (kind == AlignmentKind::kSimilarity) motion.scale = fitted > 0 ? fitted : y.norm() / x.norm();
+    // Points all at one place have no size. On a line a reversal leaves no positive scale (the best is a reflection):
+    // the size is then taken from the spreads.
+    if (kind == AlignmentKind::kSimilarity && x.squaredNorm() > 0 && y.squaredNorm() > 0) {
+      const double fitted = svd.singularValues().dot(sign) / x.squaredNorm();
+      motion.scale = fitted > 0 ? fitted : y.norm() / x.norm();
+    }
   }
   motion.translation = target_mean - motion.scale * motion.rotation * source_mean;
   return motion;

@@ -47,7 +47,9 @@ class FlowGaussNewton {
 
   FlowStart run() {
     fields_.assign(static_cast<std::size_t>(steps_), {problem_.source, Points::Zero(d, count_)});
-    path_ = *flow(fields_);
+    std::optional<Path> rest = flow(fields_);
+    if (!rest) return {Points::Zero(d, count_), 0};
+    path_ = std::move(*rest);
     double sigma = std::max(problem_.sigma, kFirstSigma * root_mean_square(problem_.source - problem_.target));
     int iterations = run_stage(sigma);
     while (sigma > problem_.sigma) {

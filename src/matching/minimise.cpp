@@ -46,6 +46,14 @@ std::vector<Eigen::VectorXd> starting_points(const MatchingObjective& objective,
   return starts;
 }
 
+// The path of z, or that of landmarks at rest where this costs less.
+MatchingObjective::Evaluation better_start(const MatchingObjective& objective, const Eigen::VectorXd& z) {
+  std::optional<MatchingObjective::Evaluation> rest = objective.evaluate(Eigen::VectorXd::Zero(objective.unknowns()));
+  if (!rest) throw InputError("the distances to the target, divided by sigma, leave the range of numbers");
+  std::optional<MatchingObjective::Evaluation> start = objective.evaluate(z);
+  return start && start->cost.total() < rest->cost.total() ? std::move(*start) : std::move(*rest);
+}
+
 bool is_better(const MinimiseSummary& a, const MinimiseSummary& b) {
   return a.solution.cost.total() < b.solution.cost.total();
 }
@@ -82,9 +90,7 @@ MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptio
   int evaluations = 0;
   std::optional<MinimiseSummary> best;
   for (const Eigen::VectorXd& z : starting_points(objective, iterations)) {
-    std::optional<MatchingObjective::Evaluation> start = objective.evaluate(z);
-    if (!start) start = objective.evaluate(Eigen::VectorXd::Zero(objective.unknowns()));
-    MinimiseSummary summary = solve(objective, options, std::move(start.value()));
+    MinimiseSummary summary = solve(objective, options, better_start(objective, z));
     iterations += summary.iterations;
     evaluations += summary.evaluations;
     if (!best || is_better(summary, *best)) best = std::move(summary);

@@ -20,7 +20,7 @@ constexpr double kMostLeftOut = 1e-6;
 
 void check_positive(double value, std::string_view what) {
   if (!(std::isfinite(value) && value > 0))
-    throw InputError(fmt::format("{} is {}; it must be greater than 0", what, value));
+    throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
 }
 
 void check(const MatchingProblem& problem) {
@@ -28,6 +28,12 @@ void check(const MatchingProblem& problem) {
   check_positive(problem.lambda, "lambda");
   check_positive(problem.grid.time, "time");
   if (problem.grid.steps < 1) throw InputError(fmt::format("steps is {}; at least 1 is needed", problem.grid.steps));
+  if (problem.source.rows() != problem.target.rows() || problem.source.cols() != problem.target.cols())
+    throw InputError(fmt::format("the source has {} landmarks in {}D, the target {} in {}D", problem.source.cols(),
+                                 problem.source.rows(), problem.target.cols(), problem.target.rows()));
+  if (const auto pair = find_coincident(problem.source))
+    throw InputError(
+        fmt::format("source landmarks {} and {} are at the same place", pair->first + 1, pair->second + 1));
   if (!problem.source.allFinite() || !problem.target.allFinite())
     throw InputError("a landmark coordinate is not a finite number");
 }

@@ -10,6 +10,22 @@
 namespace pulson {
 namespace {
 
+// Squares and their inverses must stay in the range of numbers.
+constexpr double kLargestCoordinate = 1e100;
+constexpr double kSmallestSize = 1e-100;
+
+void check_range(const Landmarks& shape) {
+  const double largest = shape.points.cwiseAbs().maxCoeff();
+  const auto [low, high] = bounding_box(shape.points);
+  const double size = (high - low).maxCoeff();
+  if (largest > kLargestCoordinate)
+    throw InputError(fmt::format("{}: a coordinate is {}; at most {} in size is supported, change the unit",
+                                 shape.source, largest, kLargestCoordinate));
+  if (size > 0 && size < kSmallestSize)
+    throw InputError(fmt::format("{}: the shape is {} across; at least {} is supported, change the unit", shape.source,
+                                 size, kSmallestSize));
+}
+
 void check_finite(const Landmarks& shape) {
   for (int a = 0; a < shape.count(); ++a)
     if (!shape.points.col(a).allFinite())
@@ -28,8 +44,10 @@ void check_pair(const Landmarks& source, const Landmarks& target) {
   if (source.count() != target.count())
     throw InputError(fmt::format("the shapes have different numbers of landmarks: {} has {}, {} has {}", source.source,
                                  source.count(), target.source, target.count()));
-  check_finite(source);
-  check_finite(target);
+  for (const Landmarks* shape : {&source, &target}) {
+    check_finite(*shape);
+    check_range(*shape);
+  }
 }
 
 void check_distinct(const Landmarks& source) {

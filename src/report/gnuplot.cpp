@@ -5,8 +5,10 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <sstream>
 #include <system_error>
 
 #include <fcntl.h>
@@ -160,6 +162,14 @@ void Gnuplot::run() {
     fs::rename(temporary, file, failure);
     if (failure) throw InputError(fmt::format("cannot write '{}': {}", file.string(), failure.message()));
   }
+}
+
+bool Gnuplot::is_installed() {
+  const char* const search_path = std::getenv("PATH");
+  std::istringstream folders(search_path != nullptr ? search_path : "/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (::access((fs::path(folder) / "gnuplot").c_str(), X_OK) == 0) return true;
+  return false;
 }
 
 std::string Gnuplot::quoted(std::string_view text) {

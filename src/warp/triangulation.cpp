@@ -20,15 +20,18 @@ double twice_area(const Points& x, const std::array<int, 3>& t) {
 class DelaunayHull {
  public:
   explicit DelaunayHull(const Points& points) : coordinates_(points), sink_(std::tmpfile()) {
+    if (!sink_) return;
     qh_zero(&qh_, sink_.get());
-    // d: Delaunay; Qt: split cocircular polygons into triangles; Qbb: scale the paraboloid; Qc: keep coplanar points.
-    std::string command = "qhull d Qt Qbb Qc";
+    // d: Delaunay; Qt: split cocircular polygons into triangles; Qbb: scale the paraboloid; Qc: keep coplanar points;
+    // Qz: a point at infinity, without which three points and cocircular ones have no hull.
+    std::string command = "qhull d Qt Qbb Qc Qz";
     failed_ = qh_new_qhull(&qh_, 2, static_cast<int>(points.cols()), coordinates_.data(), 0, command.data(),
                            sink_.get(), sink_.get()) != 0;
   }
   DelaunayHull(const DelaunayHull&) = delete;
   DelaunayHull& operator=(const DelaunayHull&) = delete;
   ~DelaunayHull() {
+    if (!sink_) return;
     qh_freeqhull(&qh_, qh_ALL);
     int current_long = 0;
     int total_long = 0;
@@ -59,7 +62,7 @@ class DelaunayHull {
   qhT qh_{};
   Points coordinates_;
   std::unique_ptr<std::FILE, Close> sink_;
-  bool failed_ = false;
+  bool failed_ = true;
 };
 
 }  // namespace

@@ -36,7 +36,7 @@ struct RadialJet {
 /// All methods are thread-safe.
 class KernelOperator {
  public:
-  /// @throws InputError if there is no term, or a width or weight is not finite and positive.
+  /// @throws InputError if there is no term, a width is not within 1e-70 to 1e70 or a weight not finite and positive.
   explicit KernelOperator(std::vector<KernelTerm> terms);
 
   const std::vector<KernelTerm>& terms() const { return terms_; }

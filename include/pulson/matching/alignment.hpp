@@ -26,7 +26,7 @@ std::string alignment_name(AlignmentKind kind);
 
 /// The motion of the given kind that brings `source` closest to `target` in the sum of squared distances (Procrustes;
 /// Umeyama 1991, reflections excluded). The source is moved, so that the flow and its result live in the target's
-/// coordinates. @param source, target d×N
+/// coordinates. Where either set lies at one place the scale is 1. @param source, target d×N
 Alignment align(const Points& source, const Points& target, AlignmentKind kind);
 
 }  // namespace pulson

@@ -27,7 +27,7 @@ struct MinimiseOptions {
   /// which has no B: relative_gradient().
   double gradient_tolerance = 1e-5;
   /// Called after each iteration, for progress.
-  std::function<void(int iteration, double cost, double relative_gradient)> on_iteration;
+  std::function<void(int iteration, double cost, double relative_gradient)> on_iteration{};
 };
 
 struct MinimiseSummary {

@@ -19,13 +19,13 @@ std::string mode_name(MatchingMode mode);
 struct RegistrationOptions {
   std::string kernel = "gaussian:alpha=auto";
   std::string noise = "none";
-  std::optional<MatchingMode> mode;  ///< default: `map` where there is noise, else `deterministic`
+  std::optional<MatchingMode> mode{};  ///< default: `map` where there is noise, else `deterministic`
   std::string integrator = "variational";
-  TimeGrid grid;
+  TimeGrid grid{};
   double sigma = 0.01;
   std::optional<double> lambda = 1;  ///< none: 1/diameter² of the source, so that costs do not depend on the unit
   AlignmentKind align = AlignmentKind::kNone;
-  MinimiseOptions minimise;
+  MinimiseOptions minimise{};
 };
 
 /// The record of a registration: all that is needed to replay it, and what it cost. Its JSON form is

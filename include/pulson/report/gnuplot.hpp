@@ -14,6 +14,10 @@ namespace pulson {
 class Gnuplot {
  public:
   Gnuplot() = default;
+
+  /// Whether there is a gnuplot in the folders of PATH.
+  static bool is_installed();
+
   Gnuplot(const Gnuplot&) = delete;
   Gnuplot& operator=(const Gnuplot&) = delete;
   ~Gnuplot();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "pulson/integrators/integrator.hpp"
@@ -28,9 +29,11 @@ class MaterialFlow {
 
  private:
   Points step(int k, const Points& x, const Points& labels) const;
+  std::optional<Points> solve_points(const Points& c, const Points& q, const Points& p) const;
 
   StochasticSystem system_;
   Trajectory path_;
+  std::vector<Points> landmark_noise_;      ///< per step δ, d×N; empty without channels
   std::vector<Points> noise_coefficients_;  ///< per step K(q0,q0)^{-1} applied to δ, d×N; empty without channels
 };
 

@@ -19,7 +19,7 @@ constexpr double kSigmaRatio = 4;
 constexpr int kMaxIterationsPerStage = 30;
 constexpr double kStageGain = 1e-2;  // a stage ends where an iteration lowers the cost by less than this part of it
 constexpr double kLastGain = 1e-5;
-constexpr double kShortestStep = 1e-3;
+constexpr int kMostHalvings = 10;
 constexpr int kMaxNewton = 30;
 constexpr double kSmallestDeterminant = 0.05;  // of I − Δt∇v: nearer to singular the step is refused
 
@@ -88,7 +88,8 @@ class FlowGaussNewton {
   // One Gauss–Newton step, halved until it lowers the cost.
   bool improve(double sigma, double before) {
     const Fields full = gauss_newton_fields(sigma);
-    for (double part = 1; part > kShortestStep; part /= 2) {
+    double part = 1;
+    for (int halvings = 0; halvings < kMostHalvings; ++halvings, part /= 2) {
       Fields trial = part == 1 ? full : blend(part, full);
       std::optional<Path> path = flow(trial);
       if (!path || !(cost(*path, sigma) < before)) continue;

@@ -15,7 +15,7 @@ constexpr std::array<std::pair<std::string_view, Solver>, 3> kNames = {
     {{"auto", Solver::kAuto}, {"gauss-newton", Solver::kGaussNewton}, {"lbfgs", Solver::kLbfgs}}};
 
 // Beyond this many coordinates a Jacobian costs more than the iterations it saves.
-constexpr Eigen::Index kGaussNewtonCoordinates = 400;
+constexpr Eigen::Index kGaussNewtonCoordinates = 800;
 
 // Increments that carry each landmark straight to its target as far as the noise can, with as little action as that
 // takes: in the last step half of an increment is lost (w_k = ½(ΔW_{k−1} + ΔW_k)), so all are equal but for the first

@@ -10,7 +10,7 @@ namespace pulson {
 
 /// How the objective is minimised.
 enum class Solver {
-  kAuto,         ///< Gauss–Newton up to 400 coordinates of q(T), L-BFGS beyond
+  kAuto,         ///< Gauss–Newton up to 800 coordinates of q(T), L-BFGS beyond
   kGaussNewton,  ///< Levenberg–Marquardt in data space: few iterations, each O(K (dN)³)
   kLbfgs,        ///< limited-memory quasi-Newton on the adjoint gradient: O(N²) an iteration
 };

@@ -17,14 +17,13 @@ constexpr std::array<std::pair<std::string_view, Solver>, 3> kNames = {
 // Beyond this many coordinates a Jacobian costs more than the iterations it saves.
 constexpr Eigen::Index kGaussNewtonCoordinates = 800;
 
-// Increments that carry each landmark straight to its target as far as the noise can, with as little action as that
-// takes: in the last step half of an increment is lost (w_k = ½(ΔW_{k−1} + ΔW_k)), so all are equal but for the first
-// order in 1/K.
+// Equal increments in all steps that carry each landmark straight to its target, as far as the noise can move it. K
+// equal increments ΔW act as (K − ½)ΔW, since half of the last is lost: w_k = ½(ΔW_{k−1} + ΔW_k).
 Eigen::MatrixXd straight_increments(const MatchingProblem& problem) {
   const PhaseState rest{problem.source, Points::Zero(problem.source.rows(), problem.source.cols())};
   const Points way = (problem.target - problem.source) / (problem.grid.steps - 0.5);
   const NoiseModel& noise = *problem.system.noise;
-  // With B the map from increments to displacements, the least increments are Bᵀ(BBᵀ)⁻¹ of the displacements.
+  // With B the map from increments to displacements: along Bᵀ·way, scaled so that B takes it to `way` where it can.
   Eigen::VectorXd increments = noise.position_noise_transposed(rest, way);
   const double reached = noise.position_noise(rest, increments).squaredNorm();
   if (reached > 0) increments *= increments.squaredNorm() / reached;

@@ -1,0 +1,40 @@
+#include "pulson/random/normals.hpp"
+
+#include <cassert>
+#include <limits>
+
+#include "normal_batch.hpp"
+
+namespace pulson {
+
+Eigen::MatrixXd standard_normals(std::uint64_t seed, std::uint64_t path, int channels, int steps) {
+  assert(channels >= 0 && steps >= 0);
+  Eigen::MatrixXd normals(channels, steps);
+  NormalBatch batch;
+  batch.over = NormalBatch::Over::kChannels;
+  batch.seed = seed;
+  batch.path = path;
+  batch.count = static_cast<std::size_t>(channels);
+  batch.rows = static_cast<std::size_t>(steps);
+  batch.stride = batch.count;
+  batch.out = normals.data();
+  fill_normals(batch);
+  return normals;
+}
+
+void fill_standard_normals(std::uint64_t seed, std::uint64_t first_path, std::size_t paths, std::uint32_t block,
+                           std::uint32_t channel, double* out) {
+  assert(block < 1U << 30U);
+  assert(paths == 0 || paths - 1 <= std::numeric_limits<std::uint64_t>::max() - first_path);
+  NormalBatch batch;
+  batch.seed = seed;
+  batch.path = first_path;
+  batch.block = block;
+  batch.channel = channel;
+  batch.count = paths;
+  batch.stride = paths;
+  batch.out = out;
+  fill_normals(batch);
+}
+
+}  // namespace pulson

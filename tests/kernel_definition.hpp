@@ -23,7 +23,7 @@ namespace pulson {
 /// A constant as a number, a Jet, or a Jet of Jets.
 template <class T>
 T constant(double x) {
-  if constexpr (std::is_same_v<T, double>)
+  if constexpr (std::is_floating_point_v<T>)
     return x;
   else
     return T(constant<typename T::Scalar>(x));
@@ -35,6 +35,14 @@ T profile(const std::string& name, const T& x) {
   using std::exp;
   if (name == "gaussian") return exp(-x * x);
   if (name == "peakon") return exp(-x);
+  if (name == "matern32") {
+    const T t = constant<T>(std::sqrt(3.0)) * x;
+    return (constant<T>(1) + t) * exp(-t);
+  }
+  if (name == "matern52") {
+    const T t = constant<T>(std::sqrt(5.0)) * x;
+    return (constant<T>(1) + t + t * t * constant<T>(1.0 / 3)) * exp(-t);
+  }
   throw std::logic_error("kernel '" + name + "' has no definition in the tests");
 }
 
@@ -65,35 +73,48 @@ struct DefinedKernel {
     return sum;
   }
 
-  /// K, and ∇K = first·z, ∇²K = first·I + second zzᵀ from K' and K'', where a kink at r = 0 counts as flat.
+  /// K, and ∇K = first·z, ∇²K = first·I + second zzᵀ from K' and K'', where a kink at r = 0 counts as flat. At small r
+  /// the digits of smooth kernels cancel, hence long double.
   RadialJet factors(double r) const {
-    using Jet = ceres::Jet<double, 1>;
+    using Jet = ceres::Jet<long double, 1>;
     RadialJet sum;
     for (const DefinedTerm& term : terms) {
-      const ceres::Jet<Jet, 1> x(Jet(r / term.alpha, 0), 0);
+      const long double alpha = term.alpha;
+      const ceres::Jet<Jet, 1> x(Jet(r / alpha, 0), 0);
       const ceres::Jet<Jet, 1> k = profile(term.name, x);
-      const double slope = term.weight / term.alpha * k.v[0].a;
-      const double curvature = term.weight / (term.alpha * term.alpha) * k.v[0].v[0];
-      sum.value += term.weight * k.a.a;
+      const long double slope = term.weight / alpha * k.v[0].a;
+      const long double curvature = term.weight / (alpha * alpha) * k.v[0].v[0];
+      sum.value += static_cast<double>(term.weight * k.a.a);
       if (r == 0) {
-        sum.first += slope == 0 ? curvature : 0;
+        sum.first += slope == 0 ? static_cast<double>(curvature) : 0;
       } else {
-        sum.first += slope / r;
-        sum.second += (curvature - slope / r) / (r * r);
+        sum.first += static_cast<double>(slope / r);
+        sum.second += static_cast<double>((curvature - slope / r) / r / r);
       }
     }
     return sum;
+  }
+
+  /// Whether ∇K is continuous at 0.
+  bool smooth() const {
+    for (const DefinedTerm& term : terms)
+      if (std::abs(profile(term.name, ceres::Jet<double, 1>(0, 0)).v[0]) > 1e-12) return false;
+    return true;
   }
 };
 
 inline std::ostream& operator<<(std::ostream& out, const DefinedKernel& kernel) { return out << kernel.spec(); }
 
-/// Every row of the table, and a weighted sum of two terms.
+/// Every row of the table, and a sum of all with widths and weights of their own.
 inline std::vector<DefinedKernel> every_kernel() {
-  const auto& rows = kernel_table().rows();
   std::vector<DefinedKernel> kernels;
-  for (const auto& row : rows) kernels.push_back({{{row.name, 0.7, 1}}});
-  kernels.push_back({{{rows.front().name, 0.4, 1.5}, {rows.back().name, 1.25, 0.5}}});
+  DefinedKernel sum;
+  for (const auto& row : kernel_table().rows()) {
+    kernels.push_back({{{row.name, 0.7, 1}}});
+    const auto i = static_cast<double>(sum.terms.size());
+    sum.terms.push_back({row.name, (4 + 2 * i) / 10, (15 - 2 * i) / 10});
+  }
+  kernels.push_back(sum);
   return kernels;
 }
 

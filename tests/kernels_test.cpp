@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
@@ -137,6 +137,15 @@ TEST_P(KernelContract, GramIsTheKernelOfEachPair) {
       EXPECT_NEAR(gram(i, j), definition_.value((x.col(i) - y.col(j)).norm()), 1e-14 * kernel_.at_zero());
 }
 
+TEST_P(KernelContract, GramIsPositiveDefinite) {
+  Points q(d_, static_cast<Eigen::Index>(std::pow(4, d_)));  // a lattice, a little shaken
+  for (Eigen::Index i = 0; i < q.cols(); ++i)
+    for (int axis = 0; axis < d_; ++axis) q(axis, i) = 0.7 * static_cast<double>((i >> (2 * axis)) % 4);
+  q += 0.1 * random_points(d_, static_cast<int>(q.cols()), 1);
+  const Eigen::VectorXd eigenvalues = kernel_.gram(q, q).selfadjointView<Eigen::Lower>().eigenvalues();
+  EXPECT_GT(eigenvalues.minCoeff(), 1e-10 * eigenvalues.maxCoeff());
+}
+
 TEST_P(KernelContract, MatricesEqualTheProducts) {
   for (const int count : {1, 2, 9}) {
     const Points q = random_points(d_, count, 1);
@@ -152,10 +161,62 @@ TEST_P(KernelContract, MatricesEqualTheProducts) {
   }
 }
 
+// exp(−708) is the smallest of the vector exponential; the scalar one goes on to 0.
+TEST_P(KernelContract, ScalarsEqualVectorsAtEveryDistance) {
+  const Points p = random_points(d_, 2, 2);
+  const Points delta = random_points(d_, 2, 3);
+  const double dots = std::abs(p.col(0).dot(p.col(1)));
+  for (const double r : {1e-100, 1e-30, 1e-9, 1e-4, 0.1, 1.0, 10.0, 100.0, 300.0, 1e3, 1e6}) {
+    Points q = Points::Zero(d_, 2);
+    q.col(1) = r * random_points(d_, 1, 1).col(0).normalized();
+    const auto expect_near = [r](const Eigen::MatrixXd& actual, const Eigen::MatrixXd& expected, double size) {
+      EXPECT_LE((actual - expected).norm(), 1e-12 * size + 1e-280) << r << "\n" << actual << "\n\n" << expected;
+    };
+    const RadialJet k = kernel_.jet(q.col(1).squaredNorm());
+    const Points velocities = p * kernel_.gram(q, q);
+    expect_near(kernel_.apply(q, q, p), velocities, velocities.norm());
+    const Points tangent = (kernel_.tangent_matrix(q, p) * delta.reshaped()).reshaped(d_, 2);
+    expect_near(kernel_.apply_tangent(q, p, delta), tangent, tangent.norm());
+    const Points gradient = 2 * p.col(0).dot(p.col(1)) * k.first * (q.col(0) - q.col(1));
+    expect_near(kernel_.gradient(q, p, p).col(0), gradient, gradient.norm());
+    const Points hessian = (kernel_.hessian_matrix(q, p) * delta.reshaped()).reshaped(d_, 2);
+    expect_near(kernel_.hessian(q, p, delta), hessian,
+                dots * (std::abs(k.first) + std::abs(k.second) * r * r) * delta.norm());
+  }
+}
+
+TEST_P(KernelContract, HugeDistancesGiveNumbers) {
+  for (const double r : {1e6, 1e30, 1e100, 1e150}) {
+    Points q = Points::Zero(d_, 2);
+    q.col(1).setConstant(r);
+    const Points p = random_points(d_, 2, 1);
+    Eigen::MatrixXd jacobian;
+    EXPECT_TRUE(kernel_.apply_with_jacobian(q, q, p, jacobian).allFinite()) << r;
+    EXPECT_TRUE(jacobian.allFinite()) << r;
+    EXPECT_TRUE(kernel_.apply_tangent(q, p, p).allFinite()) << r;
+    EXPECT_TRUE(kernel_.gradient(q, p, p).allFinite()) << r;
+    EXPECT_TRUE(kernel_.hessian(q, p, random_points(d_, 2, 2)).allFinite()) << r;
+    EXPECT_EQ(kernel_.gram(q.col(0), q.col(1)).value(), 0) << r;
+    EXPECT_EQ(kernel_.tangent_matrix(q, p), Eigen::MatrixXd::Zero(2 * d_, 2 * d_)) << r;
+    EXPECT_EQ(kernel_.hessian_matrix(q, p), Eigen::MatrixXd::Zero(2 * d_, 2 * d_)) << r;
+  }
+}
+
 // ---- derivatives
 
+TEST_P(KernelContract, SmallDistancesHaveTheLimitsOfTheDefinition) {
+  const RadialJet limit = definition_.factors(0);
+  for (const double r : {0.0, 1e-100, 1e-30, 1e-9}) {
+    const RadialJet jet = kernel_.jet(r * r);
+    EXPECT_NEAR(jet.value, kernel_.at_zero(), 1e-15 * kernel_.at_zero() + 2 * kernel_.lipschitz() * r) << r;
+    if (!definition_.smooth()) continue;
+    EXPECT_NEAR(jet.first, limit.first, 1e-7 * std::abs(limit.first)) << r;
+    EXPECT_LE(std::abs(jet.second) * r * r, 1e-7 * std::abs(limit.first)) << r;
+  }
+}
+
 TEST_P(KernelContract, JetIsTheDerivativeOfTheDefinition) {
-  using First = ceres::Jet<double, 3>;
+  using First = ceres::Jet<long double, 3>;  // the digits of smooth kernels cancel at small r
   using Second = ceres::Jet<First, 3>;
   for (const double r : {1e-3, 0.1, 0.5, 1.0, 3.0}) {
     const Eigen::VectorXd z = r * random_points(d_, 1, 1).col(0).normalized();
@@ -167,12 +228,14 @@ TEST_P(KernelContract, JetIsTheDerivativeOfTheDefinition) {
     }
     const Second k = definition_.value(Second(sqrt(squared)));
     const RadialJet jet = kernel_.jet(z.squaredNorm());
-    EXPECT_NEAR(jet.value, k.a.a, 1e-14 * kernel_.at_zero()) << r;
+    EXPECT_NEAR(jet.value, static_cast<double>(k.a.a), 1e-14 * kernel_.at_zero()) << r;
     const double size = std::abs(jet.first) + std::abs(jet.second) * r * r;
     for (int e = 0; e < d_; ++e) {
-      EXPECT_NEAR(jet.first * z[e], k.v[e].a, 1e-13 * size * r) << r;
-      for (int f = 0; f < d_; ++f)
-        EXPECT_NEAR((e == f ? jet.first : 0) + jet.second * z[e] * z[f], k.v[e].v[f], 1e-13 * size) << r;
+      EXPECT_NEAR(jet.first * z[e], static_cast<double>(k.v[e].a), 1e-13 * size * r) << r;
+      for (int f = 0; f < d_; ++f) {
+        const auto expected = static_cast<double>(k.v[e].v[f]);
+        EXPECT_NEAR((e == f ? jet.first : 0) + jet.second * z[e] * z[f], expected, 1e-13 * size) << r;
+      }
     }
   }
 }

@@ -2,10 +2,10 @@
 
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/core.h>
 
+#include "kernel_profiles.hpp"
 #include "pair_sums.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -106,20 +106,6 @@ CoordinateRows field_sum(PairSum sum, const std::vector<KernelTerm>& terms, cons
   return out;
 }
 
-RadialJet term_jet(const KernelTerm& term, double s) {
-  if (term.profile == KernelProfile::kGaussian) {
-    const double c = -1 / (term.alpha * term.alpha);
-    const double k = term.weight * std::exp(c * s);
-    return {k, 2 * c * k, 4 * c * c * k};
-  }
-  const double c = -1 / term.alpha;
-  const double r = std::sqrt(s);
-  const double k = term.weight * std::exp(c * r);
-  if (r == 0) return {k, 0, 0};
-  const double first = c * k / r;
-  return {k, first, first / r * (c - 1 / r)};
-}
-
 // A dN×dN matrix whose off-diagonal d×d blocks are −block(a, b), and each diagonal one the sum of its row's.
 template <int d, class Block>
 Eigen::MatrixXd difference_matrix(const Points& q, const Block& block) {
@@ -176,20 +162,17 @@ double KernelOperator::at_zero() const { return jet(0).value; }
 
 double KernelOperator::lipschitz() const {
   double sum = 0;
-  for (const KernelTerm& term : terms_) {
-    const bool gaussian = term.profile == KernelProfile::kGaussian;
-    sum += term.weight / term.alpha * (gaussian ? std::sqrt(2 / std::numbers::e) : 1);
-  }
+  for (const KernelTerm& term : terms_) sum += term.weight / term.alpha * facts_of(term.profile).lipschitz;
   return sum;
 }
 
 RadialJet KernelOperator::jet(double squared_distance) const {
   RadialJet sum;
   for (const KernelTerm& term : terms_) {
-    const RadialJet jet = term_jet(term, squared_distance);
-    sum.value += jet.value;
-    sum.first += jet.first;
-    sum.second += jet.second;
+    const RadialJet jet = facts_of(term.profile).jet(term.alpha, squared_distance);
+    sum.value += term.weight * jet.value;
+    sum.first += term.weight * jet.first;
+    sum.second += term.weight * jet.second;
   }
   return sum;
 }

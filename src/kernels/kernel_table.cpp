@@ -1,34 +1,29 @@
 #include <algorithm>
+#include <utility>
 
 #include <fmt/core.h>
 
+#include "kernel_profiles.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
 namespace pulson {
-namespace {
-
-template <KernelProfile profile>
-KernelTerm make_term(const Parameters& parameters, double automatic) {
-  return {profile, parameters.is_auto("alpha") ? automatic : parameters.positive("alpha"),
-          parameters.positive("weight")};
-}
-
-std::string_view profile_name(KernelProfile profile) {
-  return profile == KernelProfile::kGaussian ? "gaussian" : "peakon";
-}
-
-}  // namespace
 
 const NameTable<MakeKernelTerm>& kernel_table() {
-  static const std::vector<ParameterInfo> kParameters = {
-      {"alpha", "auto",
-       "width, length units; auto: half the median distance, at most 2 median distances to the nearest landmark"},
-      {"weight", "1", "factor of this term in a sum"}};
-  static const NameTable<MakeKernelTerm> kTable(
-      "kernel", {{"gaussian", kParameters, "exp(-r^2/alpha^2): smooth fields, the usual choice",
-                  make_term<KernelProfile::kGaussian>},
-                 {"peakon", kParameters, "exp(-r/alpha): Camassa-Holm's kernel; fields have a kink at each landmark",
-                  make_term<KernelProfile::kPeakon>}});
+  static const NameTable<MakeKernelTerm> kTable = [] {
+    const std::vector<ParameterInfo> parameters = {
+        {"alpha", "auto",
+         "width, length units; auto: half the median distance, at most 2 median distances to the nearest landmark"},
+        {"weight", "1", "factor of this term in a sum"}};
+    std::vector<NameTable<MakeKernelTerm>::Row> rows;
+    for (const ProfileFacts& facts : kernel_profiles()) {
+      const auto make = [profile = facts.profile](const Parameters& given, double automatic) {
+        return KernelTerm{profile, given.is_auto("alpha") ? automatic : given.positive("alpha"),
+                          given.positive("weight")};
+      };
+      rows.push_back({std::string(facts.name), parameters, std::string(facts.help), make});
+    }
+    return NameTable<MakeKernelTerm>("kernel", std::move(rows));
+  }();
   return kTable;
 }
 
@@ -53,7 +48,7 @@ std::string KernelOperator::spec(int digits) const {
   };
   std::string text;
   for (const KernelTerm& term : terms_) {
-    text += fmt::format("{}{}:alpha={}", text.empty() ? "" : "+", profile_name(term.profile), number(term.alpha));
+    text += fmt::format("{}{}:alpha={}", text.empty() ? "" : "+", facts_of(term.profile).name, number(term.alpha));
     if (term.weight != 1) text += ",weight=" + number(term.weight);
   }
   return text;

@@ -9,86 +9,13 @@
 #include <hwy/highway.h>
 
 #include "pair_sums.hpp"
+#include "profiles_body.hpp"
 
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
 namespace pulson {
 namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Tag = hn::ScalableTag<double>;
-using Vector = hn::Vec<Tag>;
-
-HWY_INLINE Vector Constant(double value) { return hn::Set(Tag(), value); }
-
-// exp(x) for x ≤ 0 to within 1 ulp; x below −708 gives exp(−708), 3e-308.
-// x = n ln2 + r with |r| ≤ ½ ln2, e^r = 1 + r + r²Q(r), Q of degree 9 interpolated at Chebyshev nodes (relative error
-// 1.6e-17). Adding 1.5·2⁵² rounds x/ln2 to the integer n and leaves n in the low bits, whence 2ⁿ.
-HWY_INLINE Vector ExpNonPositive(Vector x) {
-  const hn::RebindToSigned<Tag> bits;
-  const Vector magic = Constant(0x1.8p52);
-  x = hn::Max(x, Constant(-708.0));
-  const Vector shifted = hn::MulAdd(x, Constant(0x1.71547652b82fep0), magic);
-  const Vector n = hn::Sub(shifted, magic);
-  const Vector ln2_low = Constant(0x1.cf79abc9e3b3ap-40);
-  const Vector r_high = hn::NegMulAdd(n, Constant(0x1.62e42fefa0000p-1), x);
-  const Vector r = hn::NegMulAdd(n, ln2_low, r_high);
-  const Vector r_lost = hn::NegMulAdd(n, ln2_low, hn::Sub(r_high, r));  // rounded off in r
-  Vector q = Constant(0x1.af38a9b0ec855p-26);
-  q = hn::MulAdd(q, r, Constant(0x1.289185613a3d6p-22));
-  q = hn::MulAdd(q, r, Constant(0x1.71de0dae63bb3p-19));
-  q = hn::MulAdd(q, r, Constant(0x1.a019b90d2ae7ap-16));
-  q = hn::MulAdd(q, r, Constant(0x1.a01a01a7c41d5p-13));
-  q = hn::MulAdd(q, r, Constant(0x1.6c16c1788bd90p-10));
-  q = hn::MulAdd(q, r, Constant(0x1.11111111109b3p-7));
-  q = hn::MulAdd(q, r, Constant(0x1.5555555553d63p-5));
-  q = hn::MulAdd(q, r, Constant(0x1.5555555555556p-3));
-  q = hn::MulAdd(q, r, Constant(0.5));
-  const Vector e = hn::Add(Constant(1.0), hn::Add(r, hn::MulAdd(hn::Mul(r, r), q, r_lost)));
-  return hn::BitCast(Tag(), hn::Add(hn::BitCast(bits, e), hn::ShiftLeft<52>(hn::BitCast(bits, shifted))));
-}
-
-// A profile gives weight·k, and the factors of ∇K = first·z, ∇²K = first·I + second·zzᵀ, from s = |z|².
-struct Jet {
-  Vector value, first, second;
-};
-
-struct GaussianProfile {
-  explicit GaussianProfile(const KernelTerm& term)
-      : weight(Constant(term.weight)), c(Constant(-1 / (term.alpha * term.alpha))), c2(hn::Add(c, c)) {}
-  HWY_INLINE Vector Value(Vector s) const { return hn::Mul(weight, ExpNonPositive(hn::Mul(c, s))); }
-  HWY_INLINE Jet First(Vector s) const {
-    const Vector k = Value(s);
-    return {k, hn::Mul(c2, k), k};
-  }
-  HWY_INLINE Jet Second(Vector s) const {
-    const Jet jet = First(s);
-    return {jet.value, jet.first, hn::Mul(c2, jet.first)};
-  }
-  Vector weight, c, c2;
-};
-
-struct PeakonProfile {
-  explicit PeakonProfile(const KernelTerm& term) : weight(Constant(term.weight)), c(Constant(-1 / term.alpha)) {}
-  HWY_INLINE Vector Value(Vector s) const { return hn::Mul(weight, ExpNonPositive(hn::Mul(c, hn::Sqrt(s)))); }
-  // K'(0) := 0, so both factors vanish at s = 0.
-  HWY_INLINE Vector InverseDistance(Vector s) const {
-    return hn::IfThenZeroElse(hn::Eq(s, hn::Zero(Tag())), hn::Div(Constant(1.0), hn::Sqrt(s)));
-  }
-  HWY_INLINE Jet First(Vector s) const {
-    const Vector k = Value(s);
-    return {k, hn::Mul(hn::Mul(c, k), InverseDistance(s)), k};
-  }
-  HWY_INLINE Jet Second(Vector s) const {
-    const Vector k = Value(s);
-    const Vector inverse = InverseDistance(s);
-    const Vector first = hn::Mul(hn::Mul(c, k), inverse);
-    return {k, first, hn::Mul(hn::Mul(first, inverse), hn::Sub(c, inverse))};
-  }
-  Vector weight, c;
-};
 
 template <int d>
 HWY_INLINE Vector Dot(const Vector* a, const Vector* b) {
@@ -276,6 +203,10 @@ void AddBlockWithProfile(const PairSumArguments& g, std::size_t first) {
       return AddBlockInDimension<Sum, GaussianProfile>(g, first);
     case KernelProfile::kPeakon:
       return AddBlockInDimension<Sum, PeakonProfile>(g, first);
+    case KernelProfile::kMatern32:
+      return AddBlockInDimension<Sum, Matern32Profile>(g, first);
+    case KernelProfile::kMatern52:
+      return AddBlockInDimension<Sum, Matern52Profile>(g, first);
   }
 }
 

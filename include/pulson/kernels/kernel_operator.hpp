@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
@@ -8,10 +10,13 @@
 
 namespace pulson {
 
-/// The shape of a radial kernel k(r) with k(0) = 1; α is the width in landmark length units.
+/// The shape of a radial kernel k(r) with k(0) = 1; α is the width in landmark length units. Matérn's of order ν = 3/2
+/// and 5/2 belong to the Sobolev spaces of order ν + d/2.
 enum class KernelProfile {
-  kGaussian,  ///< exp(−r²/α²)
+  kGaussian,  ///< exp(−r²/α²), C^∞
   kPeakon,    ///< exp(−r/α), with K'(0) := 0
+  kMatern32,  ///< (1 + x) exp(−x), x = √3 r/α; K is C²
+  kMatern52,  ///< (1 + x + x²/3) exp(−x), x = √5 r/α; K is C⁴
 };
 
 /// One term w·k(r/α) of a kernel.
@@ -32,8 +37,8 @@ struct RadialJet {
 ///
 /// Points, momenta and displacements are d×N. Sums over pairs are vectorised over targets with run-time dispatch (SSE4,
 /// AVX2, AVX-512), each target's sum taken over the sources in their order: the result does not depend on the number of
-/// lanes beyond rounding in the exponential, nor on the number of threads at all. Cost O(NM); O(N) memory unless said.
-/// All methods are thread-safe.
+/// lanes beyond rounding, as products are fused where the target can, nor on the number of threads at all. Cost O(NM);
+/// O(N) memory unless said. All methods are thread-safe.
 class KernelOperator {
  public:
   /// @throws InputError if there is no term, a width is not within 1e-70 to 1e70 or a weight not finite and positive.
@@ -48,7 +53,8 @@ class KernelOperator {
   /// K(0), the sum of the weights.
   double at_zero() const;
 
-  /// sup |K'|, the Lipschitz constant of K (a bound for sums): √(2/e)/α gaussian, 1/α peakon.
+  /// sup |K'|, the Lipschitz constant of K (a bound for sums): √(2/e)/α gaussian, 1/α peakon, √3/(eα) matern32,
+  /// √5 φ³ exp(−φ)/(3α) matern52, φ the golden ratio.
   double lipschitz() const;
 
   RadialJet jet(double squared_distance) const;
@@ -83,15 +89,15 @@ class KernelOperator {
   std::vector<KernelTerm> terms_;
 };
 
-using MakeKernelTerm = KernelTerm (*)(const Parameters&, double automatic_alpha);
+using MakeKernelTerm = std::function<KernelTerm(const Parameters&, double automatic_alpha)>;
 
 /// Kernels by name; see `pulson info kernels`.
 const NameTable<MakeKernelTerm>& kernel_table();
 
 /// The width that `alpha=auto` stands for: half the median distance between two landmarks of the source, but at most
 /// twice the median distance to a nearest neighbour. So momenta move parts of the shape rather than single points or
-/// the whole, and the kernel matrix of a densely sampled outline stays regular (its condition grows like exp((πα/2s)²),
-/// s the spacing).
+/// the whole, and the kernel matrix of a densely sampled outline stays regular (the gaussian's condition grows like
+/// exp((πα/2s)²), s the spacing; a Matérn kernel's like (α/s)^(2ν + 1)).
 double automatic_alpha(const Points& source);
 
 /// The kernel of a specification such as `gaussian:alpha=0.4+peakon:alpha=0.1,weight=0.5`; `source` serves alpha=auto.

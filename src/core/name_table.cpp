@@ -143,6 +143,19 @@ double Parameters::non_negative(const std::string& key) const {
   return value;
 }
 
+std::vector<double> Parameters::numbers(const std::string& key) const {
+  std::vector<double> list = parse_number_list(text(key), describe(key));
+  for (const double value : list)
+    if (!std::isfinite(value)) throw InputError(describe(key) + " is " + quoted(text(key)) + "; it must be finite");
+  return list;
+}
+
+bool Parameters::flag(const std::string& key) const {
+  if (text(key) != "0" && text(key) != "1")
+    throw InputError(describe(key) + " is " + quoted(text(key)) + "; it must be 0 or 1");
+  return text(key) == "1";
+}
+
 std::vector<int> Parameters::indices(const std::string& key) const {
   std::vector<int> list;
   if (text(key) == "all") return list;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/LU>
 
@@ -10,29 +9,40 @@ namespace pulson {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-// A turn costs one kernel sum and a Newton step a factorisation, so slow contraction is still cheap.
-constexpr double kContraction = 0.9;
+// Of a linear iteration: a turn costs one product and the direct way a factorisation.
+constexpr double kLinearContraction = 0.9;
 constexpr int kMaxTurns = 400;
-// Of continuation, as a part of Δt: a branch that cannot be followed so far ends there for all practical purposes.
+// Of continuation, as a part of the step: a branch that cannot be followed so far ends there for all practical
+// purposes.
 constexpr double kSmallestStep = 1e-7;
 
-double largest(const Points& x) { return x.size() == 0 ? 0 : x.cwiseAbs().maxCoeff(); }
+// Sizes of changes of x, the largest over its blocks, each beside that of the block.
+class Measure {
+ public:
+  explicit Measure(Eigen::VectorXd rounding) : rounding_(std::move(rounding)) {}
 
-// What the terms of Δt K(q)p add up to at most: their rounding is that of q.
-double terms_size(const KernelOperator& kernel, const Points& p, double dt) {
-  return dt * kernel.at_zero() * p.colwise().norm().sum();
-}
+  /// Beside x.
+  double of(const Points& change, const Points& x) const { return ratio(change, x, false); }
+  /// Beside x and the terms that are added up in it.
+  double of_terms(const Points& change, const Points& x) const { return ratio(change, x, true); }
 
-// Whether no two landmarks turn about each other by more than a right angle from c to q. An iteration that overshoots
-// can land on a root where two of them have passed each other; on the branch from Δt = 0 they cannot.
-bool keeps_sides(const Points& c, const Points& q) {
-  for (Eigen::Index b = 1; b < c.cols(); ++b) {
-    const auto before = c.leftCols(b).colwise() - c.col(b);
-    const auto after = q.leftCols(b).colwise() - q.col(b);
-    if (!((before.array() * after.array()).colwise().sum() >= 0).all()) return false;
+ private:
+  double ratio(const Points& change, const Points& x, bool with_terms) const {
+    if (x.size() == 0) return 0;
+    const Eigen::Index width = x.cols() / rounding_.size();
+    double largest = 0;
+    for (Eigen::Index b = 0; b < rounding_.size(); ++b) {
+      double scale = x.middleCols(b * width, width).cwiseAbs().maxCoeff();
+      if (with_terms) scale = std::max(scale, rounding_[b]);
+      const double size = change.middleCols(b * width, width).cwiseAbs().maxCoeff();
+      const double part = size / std::max(scale, std::numeric_limits<double>::min());
+      if (!(part <= largest)) largest = part;  // a NaN stays
+    }
+    return largest;
   }
-  return true;
-}
+
+  Eigen::VectorXd rounding_;
+};
 
 struct Iterated {
   Points x;
@@ -40,133 +50,133 @@ struct Iterated {
   double contraction = 0;
 };
 
-// x ← map(x) from x until the correction is round-off: of x itself, or of terms as large as `rounding` that the map
-// adds up, where their ratios say nothing any more.
+// x ← map(x) from `start` until the correction is round-off: of x itself, or of the terms that the map adds up, where
+// ratios of corrections say nothing any more.
 template <class Map>
-Iterated iterate(const Points& start, double rounding, const Map& map) {
+Iterated iterate(const Points& start, const Measure& measure, double contraction, const Map& map) {
   Iterated result{start, false, 0};
   double previous = std::numeric_limits<double>::infinity();
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     Points next = map(result.x);
-    const double correction = largest(next - result.x);
-    const double scale = std::max(largest(next), std::numeric_limits<double>::min());
+    const Points change = next - result.x;
+    const double correction = measure.of(change, next);
+    const double beside_terms = measure.of_terms(change, next);
     result.x = std::move(next);
     if (!std::isfinite(correction)) return result;
-    if (correction <= kEpsilon * scale) {
+    if (correction <= kEpsilon) {
       result.converged = true;
       return result;
     }
-    const bool at_round_off = correction <= 64 * kEpsilon * std::max(scale, rounding);
+    const bool at_round_off = beside_terms <= 64 * kEpsilon;
     if (at_round_off && correction >= previous) {
       result.converged = true;
       return result;
     }
     if (turn > 0 && !at_round_off) {
       result.contraction = std::max(result.contraction, correction / previous);
-      if (result.contraction > kContraction) return result;
+      if (result.contraction > contraction) return result;
     }
     previous = correction;
   }
   return result;
 }
 
-// Newton's iteration for q = c + τK(q)p with its LU factors, as continuation in τ needs them.
+Points solve(const Eigen::PartialPivLU<Eigen::MatrixXd>& lu, const Points& b) {
+  return lu.solve(Eigen::VectorXd(b.reshaped())).reshaped(b.rows(), b.cols());
+}
+
+// Newton's iteration for x = c + sF(x) with its LU factors, as continuation in s needs them.
 class NewtonBranch {
  public:
-  NewtonBranch(const KernelOperator& kernel, const Points& c, const Points& p, double rounding)
-      : kernel_(kernel), c_(c), p_(p), q_(c), rounding_(rounding) {}
+  NewtonBranch(const ImplicitMap& map, const Points& c, const Measure& measure)
+      : map_(map), c_(c), x_(c), measure_(measure) {}
 
-  const Points& q() const { return q_; }
+  const Points& x() const { return x_; }
 
-  // Moves the root from τ to `tau_next`; false, leaving it, if it cannot be followed that far in one step.
-  bool advance(double tau, double tau_next) {
-    Eigen::PartialPivLU<Eigen::MatrixXd> lu = factor(q_, tau);
-    const Points velocity = kernel_.apply(q_, q_, p_);
-    const Points predicted = (tau_next - tau) * solve(lu, velocity);
-    Points q = q_ + predicted;
+  // Moves the root from s to `s_next`; false, leaving it, if it cannot be followed that far in one step.
+  bool advance(double s, double s_next) {
+    Eigen::PartialPivLU<Eigen::MatrixXd> lu = factor(x_, s);
+    const Points predicted = (s_next - s) * solve(lu, map_.value(x_));
+    Points x = x_ + predicted;
     double total = 0;
     double previous = std::numeric_limits<double>::infinity();
     for (int turn = 0; turn < 20; ++turn) {
-      lu = factor(q, tau_next);
+      lu = factor(x, s_next);
       if (!(lu.determinant() > 0)) return false;
-      const Points correction = solve(lu, c_ + tau_next * kernel_.apply(q, q, p_) - q);
-      q += correction;
-      const double size = largest(correction);
+      const Points correction = solve(lu, c_ + s_next * map_.value(x) - x);
+      x += correction;
+      const double size = measure_.of_terms(correction, x);
       total += size;
       // The corrector must stay close to the predictor, or it may have jumped to another root.
-      if (!std::isfinite(size) || total > 0.5 * largest(predicted)) return is_round_off(total, q) && accept(q);
-      if (is_round_off(size, q) || (size <= 1e-12 * std::max(largest(q), rounding_) && size >= 0.5 * previous))
-        return accept(q);
+      if (!std::isfinite(size) || total > 0.5 * measure_.of_terms(predicted, x))
+        return total <= 4 * kEpsilon && accept(x);
+      if (size <= 4 * kEpsilon || (size <= 1e-12 && size >= 0.5 * previous)) return accept(x);
       previous = size;
     }
     return false;
   }
 
  private:
-  Eigen::PartialPivLU<Eigen::MatrixXd> factor(const Points& q, double tau) const {
-    Eigen::MatrixXd matrix = -tau * kernel_.tangent_matrix(q, p_);
+  Eigen::PartialPivLU<Eigen::MatrixXd> factor(const Points& x, double s) const {
+    Eigen::MatrixXd matrix = -s * map_.jacobian(x);
     matrix.diagonal().array() += 1;
     return Eigen::PartialPivLU<Eigen::MatrixXd>(matrix);
   }
-  static Points solve(const Eigen::PartialPivLU<Eigen::MatrixXd>& lu, const Points& b) {
-    return lu.solve(Eigen::VectorXd(b.reshaped())).reshaped(b.rows(), b.cols());
-  }
-  bool is_round_off(double size, const Points& q) const {
-    return size <= 4 * kEpsilon * std::max(largest(q), rounding_);
-  }
-  bool accept(const Points& q) {
-    if (!keeps_sides(q_, q)) return false;
-    q_ = q;
+  bool accept(const Points& x) {
+    if (!map_.may_follow(x_, x)) return false;
+    x_ = x;
     return true;
   }
 
-  const KernelOperator& kernel_;
+  const ImplicitMap& map_;
   const Points& c_;
-  const Points& p_;
-  Points q_;
-  double rounding_;
+  Points x_;
+  const Measure& measure_;
 };
 
 }  // namespace
 
-ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt,
-                             RootSearch search) {
+ImplicitRoot solve_implicit(const ImplicitMap& map, const Points& c, RootSearch search) {
+  const Measure measure(map.terms_size());
   const Iterated fixed =
-      iterate(c, terms_size(kernel, p, dt), [&](const Points& q) -> Points { return c + dt * kernel.apply(q, q, p); });
-  if (fixed.converged && keeps_sides(c, fixed.x)) return {fixed.x, true, false, fixed.contraction};
+      iterate(c, measure, map.contraction(), [&](const Points& x) -> Points { return c + map.value(x); });
+  if (fixed.converged && map.may_follow(c, fixed.x)) return {fixed.x, true, false, fixed.contraction};
   if (search == RootSearch::kContracting) return {fixed.x, false, false, fixed.contraction};
 
-  NewtonBranch branch(kernel, c, p, terms_size(kernel, p, dt));
+  NewtonBranch branch(map, c, measure);
   double s = 0;
   double step = 0.25;
   while (s < 1 && step >= kSmallestStep) {
     const double next = std::min(1.0, s + step);
-    if (branch.advance(s * dt, next * dt)) {
+    if (branch.advance(s, next)) {
       s = next;
       step *= 2;
     } else {
       step /= 2;
     }
   }
-  return {branch.q(), s == 1, true, fixed.contraction};
+  return {branch.x(), s == 1, true, fixed.contraction};
 }
 
-Points solve_tangent(const KernelOperator& kernel, const Points& q, const Points& p, double dt, const Points& b) {
-  const Iterated fixed =
-      iterate(b, 0, [&](const Points& x) -> Points { return b + dt * kernel.apply_tangent(q, p, x); });
+Points solve_linear(const std::function<Points(const Points&)>& apply, const std::function<Eigen::MatrixXd()>& matrix,
+                    const Points& b, int blocks) {
+  const Iterated fixed = iterate(b, Measure(Eigen::VectorXd::Zero(blocks)), kLinearContraction,
+                                 [&](const Points& x) -> Points { return b + apply(x); });
   if (fixed.converged) return fixed.x;
-  Eigen::MatrixXd matrix = -dt * kernel.tangent_matrix(q, p);
-  matrix.diagonal().array() += 1;
-  return matrix.partialPivLu().solve(Eigen::VectorXd(b.reshaped())).reshaped(b.rows(), b.cols());
+  Eigen::MatrixXd whole = -matrix();
+  whole.diagonal().array() += 1;
+  return solve(Eigen::PartialPivLU<Eigen::MatrixXd>(whole), b);
 }
 
-Points solve_tangent_transposed(const KernelOperator& kernel, const Points& q, const Points& p, double dt,
-                                const Points& b) {
-  const Iterated fixed = iterate(b, 0, [&](const Points& x) -> Points { return b + dt * kernel.gradient(q, x, p); });
-  if (fixed.converged) return fixed.x;
-  Eigen::MatrixXd matrix = -dt * kernel.tangent_matrix(q, p).transpose();
-  matrix.diagonal().array() += 1;
-  return matrix.partialPivLu().solve(Eigen::VectorXd(b.reshaped())).reshaped(b.rows(), b.cols());
+Eigen::MatrixXd matrix_of(const std::function<Points(const Points&)>& apply, Eigen::Index rows, Eigen::Index cols) {
+  Eigen::MatrixXd matrix(rows * cols, rows * cols);
+  Points unit = Points::Zero(rows, cols);
+  for (Eigen::Index i = 0; i < unit.size(); ++i) {
+    unit.reshaped()[i] = 1;
+    matrix.col(i) = apply(unit).reshaped();
+    unit.reshaped()[i] = 0;
+  }
+  return matrix;
 }
 
 }  // namespace pulson

@@ -1,32 +1,56 @@
 #pragma once
 
+#include <functional>
+#include <limits>
+
 #include "pulson/integrators/integrator.hpp"
 
 namespace pulson {
 
+/// A map F of which a step needs the root of x = c + s F(x) at s = 1, that is continuously connected to x = c at s = 0.
+/// x is a d×M matrix of one or more blocks of equal size in different units, such as [q p].
+class ImplicitMap {
+ public:
+  virtual ~ImplicitMap() = default;
+
+  virtual Points value(const Points& x) const = 0;
+
+  /// ∂F/∂x, index column·d + axis.
+  virtual Eigen::MatrixXd jacobian(const Points& x) const = 0;
+
+  /// What the terms of F add up to at most, one number for each block: their rounding is that of x.
+  virtual Eigen::VectorXd terms_size() const = 0;
+
+  /// Whether roots at two values of s may be on one branch.
+  virtual bool may_follow(const Points& /*before*/, const Points& /*after*/) const { return true; }
+
+  /// The ratio of successive corrections from which on the fixed-point iteration is not trusted.
+  virtual double contraction() const { return 0.9; }
+};
+
 /// How the root of an implicit step was found.
 struct ImplicitRoot {
-  Points q;
+  Points x;
   bool found = false;
-  bool continued = false;  ///< found by continuation in the step size
+  bool continued = false;  ///< found by continuation in s
   double contraction = 0;  ///< largest ratio of successive corrections of the fixed-point iteration
 };
 
-/// Solves q = c + Δt K(q)p for q, to round-off.
+/// Solves x = c + F(x) to round-off.
 ///
-/// The fixed-point iteration from q = c is used while each correction is at most 0.9 of the one before, and its limit
-/// is taken if no two landmarks have turned about each other by more than a right angle. Where it is not, Newton
-/// follows the root from Δt = 0, q = c in steps s of sΔt; a step is accepted if Newton's correction is small beside the
-/// predicted move the determinant of I − sΔtA keeps its sign and no two landmarks turn
-/// about each other by more than a right angle. Where that fails the branch ends (or its end cannot
-/// be told from it) and `found` is false.
-ImplicitRoot solve_positions(const KernelOperator& kernel, const Points& c, const Points& p, double dt,
-                             RootSearch search);
+/// The fixed-point iteration from x = c is used while each correction is at most `contraction` of the one before, and
+/// its limit is taken if it may follow c. Where it is not, Newton follows the root from s = 0 to 1; a step in s is
+/// accepted if Newton's correction is small beside the predicted move, the determinant of I − sF' is positive and the
+/// roots may follow each other. Where that fails the branch ends (or its end cannot be told from it) and `found` is
+/// false.
+ImplicitRoot solve_implicit(const ImplicitMap& map, const Points& c, RootSearch search);
 
-/// Solves (I − ΔtA)x = b, or its transpose, A = tangent_matrix(q, p): by the same iteration while it contracts, else by
-/// LU factors.
-Points solve_tangent(const KernelOperator& kernel, const Points& q, const Points& p, double dt, const Points& b);
-Points solve_tangent_transposed(const KernelOperator& kernel, const Points& q, const Points& p, double dt,
-                                const Points& b);
+/// Solves (I − J)x = b, x in blocks as those of ImplicitMap: by the fixed-point iteration while it contracts, else by
+/// LU factors. @param apply x ↦ Jx @param matrix J, index column·d + axis
+Points solve_linear(const std::function<Points(const Points&)>& apply, const std::function<Eigen::MatrixXd()>& matrix,
+                    const Points& b, int blocks = 1);
+
+/// The dM×dM matrix of a linear map of d×M matrices, column by column.
+Eigen::MatrixXd matrix_of(const std::function<Points(const Points&)>& apply, Eigen::Index rows, Eigen::Index cols);
 
 }  // namespace pulson

@@ -1,40 +1,49 @@
-#include <fmt/core.h>
-
+#include "pulson/integrators/midpoint.hpp"
+#include "pulson/integrators/runge_kutta.hpp"
+#include "pulson/integrators/stormer_verlet.hpp"
 #include "pulson/integrators/variational.hpp"
 
 namespace pulson {
+namespace {
 
-StepError::StepError(int step, const TimeGrid& grid, const std::string& reason)
-    : InputError(fmt::format("step {} of {} (dt = {:.4g}): {}; use more steps, as in --steps {}", step + 1, grid.steps,
-                             grid.dt(), reason, 2 * grid.steps)),
-      step_(step) {}
+using Made = std::unique_ptr<const Integrator>;
+
+}  // namespace
 
 const NameTable<MakeIntegrator>& integrator_table() {
   static const NameTable<MakeIntegrator> kTable(
       "integrator",
       {{"variational",
         {},
-        "the stochastic variational integrator, equation (20): symplectic, implicit in the positions",
-        []() -> std::unique_ptr<const Integrator> { return std::make_unique<VariationalIntegrator>(); }}});
+        "the stochastic variational integrator (20), compensated so that it converges to the Stratonovich equation "
+        "(11) "
+        "for every noise: symplectic, implicit in the positions",
+        []() -> Made { return std::make_unique<VariationalIntegrator>(true); }},
+       {"variational-paper",
+        {},
+        "(20) as printed: another equation where noise moves positions and momenta together (p-sd but for constant "
+        "fields, ch-sd-screened), else the same as variational",
+        []() -> Made { return std::make_unique<VariationalIntegrator>(false); }},
+       {"midpoint",
+        {},
+        "stochastic implicit midpoint: symplectic, of order 2 without noise",
+        []() -> Made { return std::make_unique<MidpointIntegrator>(); }},
+       {"heun",
+        {},
+        "Heun-Stratonovich: explicit, not symplectic",
+        []() -> Made { return std::make_unique<RungeKuttaIntegrator>(heun_tableau()); }},
+       {"rk4",
+        {},
+        "classical Runge-Kutta of order 4, for no noise: explicit, not symplectic",
+        []() -> Made { return std::make_unique<RungeKuttaIntegrator>(rk4_tableau()); }},
+       {"stormer-verlet", {}, "for no noise: symplectic, reversible, of order 2", []() -> Made {
+          return std::make_unique<StormerVerletIntegrator>();
+        }}});
   return kTable;
 }
 
 std::unique_ptr<const Integrator> make_integrator(std::string_view name) {
   return integrator_table().find(name).make();
-}
-
-Eigen::MatrixXd acting_increments(const Eigen::MatrixXd& increments) {
-  Eigen::MatrixXd w = 0.5 * increments;
-  const Eigen::Index k = increments.cols();
-  if (k > 1) w.rightCols(k - 1) += 0.5 * increments.leftCols(k - 1);
-  return w;
-}
-
-Eigen::MatrixXd acting_increments_transposed(const Eigen::MatrixXd& acting_bar) {
-  Eigen::MatrixXd bar = 0.5 * acting_bar;
-  const Eigen::Index k = acting_bar.cols();
-  if (k > 1) bar.leftCols(k - 1) += 0.5 * acting_bar.rightCols(k - 1);
-  return bar;
 }
 
 }  // namespace pulson

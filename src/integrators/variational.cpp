@@ -1,121 +1,153 @@
 #include "pulson/integrators/variational.hpp"
 
-#include <algorithm>
-#include <cassert>
-
-#include <Eigen/LU>
-
-#include "implicit_step.hpp"
+#include "variational_maps.hpp"
 
 namespace pulson {
-namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-// K ⊗ I as a dN×dN matrix.
-MatrixXd velocity_matrix(const KernelOperator& kernel, const Points& q) {
-  const Index d = q.rows();
-  const MatrixXd gram = kernel.gram(q, q);
-  MatrixXd matrix = MatrixXd::Zero(d * q.cols(), d * q.cols());
-  for (Index axis = 0; axis < d; ++axis)
-    for (Index b = 0; b < q.cols(); ++b)
-      for (Index a = 0; a < q.cols(); ++a) matrix(a * d + axis, b * d + axis) = gram(a, b);
-  return matrix;
+Integrator::StepOutcome VariationalIntegrator::do_step(const StochasticSystem& system, const PhaseState& start,
+                                                       double dt, const VectorXd& w, RootSearch search) const {
+  const NoiseModel& noise = *system.noise;
+  const NoiseTraits traits = noise.traits();
+  StepOutcome outcome;
+  if (traits.moves_momenta) {
+    ImplicitRoot root = solve_implicit(MomentumMap(noise, start.q, w), start.p, search);
+    if (!root.found) return {.end = {}, .inner = {}, .found = false};
+    outcome.inner = std::move(root.x);
+    outcome.continued = root.continued;
+  }
+  const Points& p = traits.moves_momenta ? outcome.inner : start.p;
+  Points c = start.q;
+  if (traits.moves_positions) c += noise.gradient({start.q, p}, w).p;
+
+  const bool compensates = this->compensates(noise);
+  ImplicitRoot root = solve_implicit(PositionMap(system, p, dt, compensates), c, search);
+  outcome.found = root.found;
+  outcome.continued |= root.continued;
+  outcome.contraction = root.contraction;
+  Points force = -hamiltonian_q(system.kernel, root.x, p);
+  if (compensates) force -= noise.compensation_gradient({root.x, p}).q;
+  if (noise.friction() > 0) force -= noise.friction() * hamiltonian_p(system.kernel, root.x, p);
+  outcome.end.p = p + dt * force;
+  outcome.end.q = std::move(root.x);
+  return outcome;
 }
 
-}  // namespace
+PhaseState VariationalIntegrator::do_tangent(const Step& step, const PhaseState& start_change, const VectorXd& w_change,
+                                             const VectorXd& parameters_change) const {
+  const NoiseModel& noise = *step.system.noise;
+  const KernelOperator& kernel = step.system.kernel;
+  const Points& p = step.momenta;
+  const Points& q = step.end.q;
+  const Points zero = Points::Zero(q.rows(), q.cols());
+  const PhaseState inside{step.start.q, p};
+  const bool by_parameters = parameters_change.size() > 0;
 
-Trajectory VariationalIntegrator::integrate(const StochasticSystem& system, const PhaseState& initial,
-                                            const TimeGrid& grid, const MatrixXd& increments, RootSearch search) const {
-  assert(increments.cols() == grid.steps);
-  const MatrixXd w = acting_increments(increments);
-  Trajectory path;
-  path.grid = grid;
-  path.states.reserve(static_cast<std::size_t>(grid.steps) + 1);
-  path.states.push_back(initial);
-  for (int k = 0; k < grid.steps; ++k) {
-    const PhaseState& state = path.states.back();
-    path.contraction_bound = std::max(path.contraction_bound, contraction_bound(system.kernel, state.p, grid.dt()));
-    const Points c = state.q + system.noise->position_noise(state, w.col(k));
-    ImplicitRoot root = solve_positions(system.kernel, c, state.p, grid.dt(), search);
-    if (!root.found) throw StepError(k, grid, "the implicit equation (20) for the positions has no unique solution");
-    path.contraction_measured = std::max(path.contraction_measured, root.contraction);
-    path.continuation_steps += root.continued ? 1 : 0;
-    Points p = state.p - grid.dt() * hamiltonian_q(system.kernel, root.q, state.p);
-    if (!p.allFinite() || !root.q.allFinite()) throw StepError(k, grid, "the momenta grow beyond all bounds");
-    path.states.push_back({std::move(root.q), std::move(p)});
+  PhaseState forcing{zero, zero};  // what changes of w and θ add to ∇h_w
+  if (step.w.size() > 0) {
+    forcing = noise.gradient(inside, w_change);
+    if (by_parameters) {
+      const PhaseState more = noise.gradient_by_parameters(inside, step.w, parameters_change);
+      forcing.q += more.q;
+      forcing.p += more.p;
+    }
   }
-  return path;
+  Points dp = start_change.p;
+  Points dq = start_change.q;
+  const NoiseTraits traits = noise.traits();
+  if (traits.moves_momenta) {
+    dp -= forcing.q + noise.hessian(inside, step.w, {dq, zero}).q;
+    const MomentumMap map(noise, step.start.q, step.w);
+    dp = solve_linear(
+        [&](const Points& x) -> Points {
+          return -noise.hessian(inside, step.w, {zero, x}).q;
+        },
+        [&] { return map.jacobian(p); }, dp);
+  }
+  if (traits.moves_positions) {
+    if (!traits.additive) dq += noise.hessian(inside, step.w, {start_change.q, dp}).p;
+    dq += forcing.p;
+  }
+
+  const bool compensates = this->compensates(noise);
+  const PositionMap map(step.system, p, step.dt, compensates);
+  PhaseState of_g{zero, zero};
+  if (compensates && by_parameters) of_g = noise.compensation_by_parameters({q, p}, parameters_change);
+  dq += step.dt * (kernel.apply(q, q, dp) + of_g.p);
+  dq = solve_linear([&](const Points& x) { return map.tangent(q, x); }, [&] { return map.jacobian(q); }, dq);
+
+  Points force = -kernel.hessian(q, p, dq) - kernel.gradient(q, dp, p);
+  if (compensates) force -= noise.compensation_hessian({q, p}, {dq, dp}).q + of_g.q;
+  if (!traits.hamiltonian) {
+    force -= noise.friction() * (kernel.apply_tangent(q, p, dq) + kernel.apply(q, q, dp));
+    if (by_parameters) force -= noise.friction_by_parameters(parameters_change) * kernel.apply(q, q, p);
+  }
+  return {dq, dp + step.dt * force};
 }
 
-PhaseState VariationalIntegrator::tangent(const StochasticSystem& system, const Trajectory& path,
-                                          const PhaseState& initial_change, const MatrixXd& increments_change) const {
-  const double dt = path.grid.dt();
-  const MatrixXd dw = acting_increments(increments_change);
-  PhaseState delta = initial_change;
-  for (int k = 0; k < path.grid.steps; ++k) {
-    const PhaseState& state = path.states[static_cast<std::size_t>(k)];
-    const Points& q = path.states[static_cast<std::size_t>(k) + 1].q;
-    const Points change =
-        delta.q + system.noise->position_noise(state, dw.col(k)) + dt * system.kernel.apply(q, q, delta.p);
-    delta.q = solve_tangent(system.kernel, q, state.p, dt, change);
-    delta.p -= dt * (system.kernel.hessian(q, state.p, delta.q) + system.kernel.gradient(q, delta.p, state.p));
-  }
-  return delta;
-}
+// The equations of do_tangent read backwards; all second derivatives are symmetric.
+Integrator::StepBar VariationalIntegrator::do_adjoint(const Step& step, const PhaseState& end_bar) const {
+  const NoiseModel& noise = *step.system.noise;
+  const KernelOperator& kernel = step.system.kernel;
+  const NoiseTraits traits = noise.traits();
+  const Points& p = step.momenta;
+  const Points& q = step.end.q;
+  const Points zero = Points::Zero(q.rows(), q.cols());
+  const double dt = step.dt;
 
-// Each step read backwards: with A, H_qq and K at (q⁺, p),
-//   q̄⁺ ← q̄⁺ − Δt H_qq p̄⁺,  (I − ΔtA)ᵀ μ = q̄⁺,  p̄ = p̄⁺ − Δt A p̄⁺ + Δt K μ,  q̄ = μ,  w̄ = (h_p)ᵀ μ.
-PathGradient VariationalIntegrator::adjoint(const StochasticSystem& system, const Trajectory& path,
-                                            const PhaseState& final_bar) const {
-  const double dt = path.grid.dt();
-  const PhaseState& start = path.initial();
-  const int channels = system.noise->channels(static_cast<int>(start.q.rows()), static_cast<int>(start.q.cols()));
-  MatrixXd w_bar(channels, path.grid.steps);
-  PhaseState bar = final_bar;
-  for (int k = path.grid.steps - 1; k >= 0; --k) {
-    const PhaseState& state = path.states[static_cast<std::size_t>(k)];
-    const Points& q = path.states[static_cast<std::size_t>(k) + 1].q;
-    bar.q -= dt * system.kernel.hessian(q, state.p, bar.p);
-    bar.p -= dt * system.kernel.apply_tangent(q, state.p, bar.p);
-    bar.q = solve_tangent_transposed(system.kernel, q, state.p, dt, bar.q);
-    bar.p += dt * system.kernel.apply(q, q, bar.q);
-    w_bar.col(k) = system.noise->position_noise_transposed(state, bar.q);
+  const bool compensates = this->compensates(noise);
+  Points q_bar = end_bar.q - dt * kernel.hessian(q, p, end_bar.p);
+  Points p_bar = end_bar.p - dt * kernel.apply_tangent(q, p, end_bar.p);
+  if (compensates) {
+    const PhaseState of_g = noise.compensation_hessian({q, p}, {end_bar.p, zero});
+    q_bar -= dt * of_g.q;
+    p_bar -= dt * of_g.p;
   }
-  return {std::move(bar.q), std::move(bar.p), acting_increments_transposed(w_bar)};
-}
+  if (!traits.hamiltonian) {
+    q_bar -= dt * noise.friction() * kernel.gradient(q, end_bar.p, p);
+    p_bar -= dt * noise.friction() * kernel.apply(q, q, end_bar.p);
+  }
+  const PositionMap map(step.system, p, dt, compensates);
+  const Points mu = solve_linear([&](const Points& x) { return map.transposed(q, x); },
+                                 [&]() -> Eigen::MatrixXd { return map.jacobian(q).transpose(); }, q_bar);
+  p_bar += dt * kernel.apply(q, q, mu);
 
-EndpointJacobian VariationalIntegrator::endpoint_jacobian(const StochasticSystem& system,
-                                                          const Trajectory& path) const {
-  const double dt = path.grid.dt();
-  const PhaseState& start = path.initial();
-  const Index d = start.q.rows();
-  const Index rows = start.q.size();
-  const Index channels = system.noise->channels(static_cast<int>(d), static_cast<int>(start.q.cols()));
-  EndpointJacobian jacobian{{}, MatrixXd(rows, channels * path.grid.steps)};
-  MatrixXd acting(rows, channels * path.grid.steps);
-  MatrixXd q_bar = MatrixXd::Identity(rows, rows);  // column r: the adjoint state for coordinate r of q(T)
-  MatrixXd p_bar = MatrixXd::Zero(rows, rows);
-  for (int k = path.grid.steps - 1; k >= 0; --k) {
-    const PhaseState& state = path.states[static_cast<std::size_t>(k)];
-    const Points& q = path.states[static_cast<std::size_t>(k) + 1].q;
-    const MatrixXd tangent = dt * system.kernel.tangent_matrix(q, state.p);
-    q_bar.noalias() -= dt * system.kernel.hessian_matrix(q, state.p) * p_bar;
-    p_bar -= (tangent * p_bar).eval();
-    q_bar = (MatrixXd::Identity(rows, rows) - tangent.transpose()).partialPivLu().solve(q_bar).eval();
-    p_bar.noalias() += dt * velocity_matrix(system.kernel, q) * q_bar;
-    for (Index r = 0; channels > 0 && r < rows; ++r)
-      acting.block(r, k * channels, 1, channels) =
-          system.noise->position_noise_transposed(state, q_bar.col(r).reshaped(d, start.q.cols())).transpose();
+  const PhaseState inside{step.start.q, p};
+  StepBar bar{{mu, p_bar}, {}, {}};
+  Points nu = zero;
+  if (traits.moves_positions && !traits.additive) {
+    const PhaseState of_h = noise.hessian(inside, step.w, {zero, mu});
+    bar.start.q += of_h.q;
+    bar.start.p += of_h.p;
   }
-  for (int k = 0; k < path.grid.steps; ++k) {
-    auto block = jacobian.increments.middleCols(k * channels, channels);
-    block = 0.5 * acting.middleCols(k * channels, channels);
-    if (k + 1 < path.grid.steps) block += 0.5 * acting.middleCols((k + 1) * channels, channels);
+  if (traits.moves_momenta) {
+    const MomentumMap momenta(noise, step.start.q, step.w);
+    nu = solve_linear(
+        [&](const Points& x) -> Points {
+          return -noise.hessian(inside, step.w, {x, zero}).p;
+        },
+        [&]() -> Eigen::MatrixXd { return momenta.jacobian(p).transpose(); }, bar.start.p);
+    bar.start.p = nu;
+    bar.start.q -= noise.hessian(inside, step.w, {nu, zero}).q;
   }
-  jacobian.momenta = p_bar.transpose();
-  return jacobian;
+  bar.w = noise.contract(inside, {-nu, mu});
+
+  const VectorXd theta = noise.parameters();
+  bar.parameters = VectorXd::Zero(theta.size());
+  for (Eigen::Index i = 0; i < theta.size(); ++i) {
+    const VectorXd unit = VectorXd::Unit(theta.size(), i);
+    const PhaseState of_h = noise.gradient_by_parameters(inside, step.w, unit);
+    bar.parameters[i] = mu.cwiseProduct(of_h.p).sum() - nu.cwiseProduct(of_h.q).sum();
+    if (compensates) {
+      const PhaseState of_g = noise.compensation_by_parameters({q, p}, unit);
+      bar.parameters[i] += dt * (mu.cwiseProduct(of_g.p).sum() - end_bar.p.cwiseProduct(of_g.q).sum());
+    }
+    if (!traits.hamiltonian)
+      bar.parameters[i] -=
+          dt * noise.friction_by_parameters(unit) * end_bar.p.cwiseProduct(kernel.apply(q, q, p)).sum();
+  }
+  return bar;
 }
 
 }  // namespace pulson

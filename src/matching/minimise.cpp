@@ -24,8 +24,8 @@ Eigen::MatrixXd straight_increments(const MatchingProblem& problem) {
   const Points way = (problem.target - problem.source) / (problem.grid.steps - 0.5);
   const NoiseModel& noise = *problem.system.noise;
   // With B the map from increments to displacements: along Bᵀ·way, scaled so that B takes it to `way` where it can.
-  Eigen::VectorXd increments = noise.position_noise_transposed(rest, way);
-  const double reached = noise.position_noise(rest, increments).squaredNorm();
+  Eigen::VectorXd increments = noise.contract(rest, {Points::Zero(way.rows(), way.cols()), way});
+  const double reached = noise.gradient(rest, increments).p.squaredNorm();
   if (reached > 0) increments *= increments.squaredNorm() / reached;
   return increments.replicate(1, problem.grid.steps);
 }
@@ -39,7 +39,7 @@ std::vector<Eigen::VectorXd> starting_points(const MatchingObjective& objective,
   iterations = flow.iterations;
   std::vector<Eigen::VectorXd> starts{
       objective.white(flow.momenta, Eigen::MatrixXd::Zero(channels, problem.grid.steps))};
-  if (channels > 0)
+  if (problem.system.noise->traits().moves_positions)
     starts.push_back(
         objective.white(Points::Zero(problem.source.rows(), problem.source.cols()), straight_increments(problem)));
   return starts;

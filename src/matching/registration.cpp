@@ -125,7 +125,7 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
   if (options.align != AlignmentKind::kNone) registration.source.points = registration.alignment.apply(source.points);
 
   const Points& q0 = registration.source.points;
-  StochasticSystem system{make_kernel(options.kernel, q0), make_noise(options.noise)};
+  StochasticSystem system{make_kernel(options.kernel, q0), make_noise(options.noise, registration.source)};
   system.noise->check(source.dimension(), source.count());
   registration.mode = choose_mode(options, *system.noise, source);
   if (registration.mode == MatchingMode::kDeterministic) system.noise = make_noise("none");
@@ -144,7 +144,8 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
 }
 
 StochasticSystem registration_system(const Registration& registration) {
-  return {make_kernel(registration.kernel, registration.source.points), make_noise(registration.noise)};
+  return {make_kernel(registration.kernel, registration.source.points),
+          make_noise(registration.noise, registration.source)};
 }
 
 Trajectory replay(const Registration& registration) {

@@ -1,54 +1,65 @@
-#include "pulson/noise/ch_sd.hpp"
-
-#include <cassert>
-
 #include <fmt/core.h>
 
-#include "pulson/core/errors.hpp"
+#include "models.hpp"
+#include "pulson/noise/differentiated_noise.hpp"
+#include "pulson/noise/landmark_choice.hpp"
 
 namespace pulson {
+namespace {
 
-std::string ChSd::spec() const {
-  std::string text = fmt::format("ch-sd:beta={}", beta_);
-  for (std::size_t i = 0; i < on_.size(); ++i) text += fmt::format("{}{}", i == 0 ? ",on=" : "/", on_[i] + 1);
-  return text;
+// Canonical Hamiltonian stochastic deformation with constant coefficients, §5.1-5.2 of the paper: h = β p_a^j for each
+// chosen landmark a and axis j, axis fastest.
+struct ChSd : NoiseFormula {
+  LandmarkChoice on;
+
+  std::vector<std::string> parameter_names() const { return {"beta"}; }
+  std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("ch-sd:beta={}{}", theta[0], on.spec()); }
+  int channels(int dimension, int count) const { return dimension * on.count(count); }
+  NoiseTraits traits() const { return {.moves_positions = true, .diffeomorphic = false}; }
+  void check(int /*dimension*/, int count, const std::string& spec) const { on.check(count, spec); }
+
+  template <class T>
+  void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
+    const Eigen::Index d = state.p.rows();
+    for (Eigen::Index i = 0; i < h.size(); ++i) h[i] += theta[0] * state.p(i % d, on[static_cast<int>(i / d)]);
+  }
+  template <class T>
+  void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
+                    StateOf<T>& gradient) const {
+    const Eigen::Index d = state.p.rows();
+    for (Eigen::Index i = 0; i < w.size(); ++i) gradient.p(i % d, on[static_cast<int>(i / d)]) += theta[0] * T(w[i]);
+  }
+};
+
+// No channels at all.
+struct NoNoise : NoiseFormula {
+  std::vector<std::string> parameter_names() const { return {}; }
+  std::string spec(const Eigen::VectorXd& /*theta*/) const { return "none"; }
+  int channels(int /*dimension*/, int /*count*/) const { return 0; }
+  NoiseTraits traits() const { return {}; }
+  template <class T>
+  void add_potentials(const StateOf<T>&, const VectorOf<T>&, VectorOf<T>&) const {}
+  template <class T>
+  void add_gradient(const StateOf<T>&, const VectorOf<T>&, const Eigen::VectorXd&, StateOf<T>&) const {}
+};
+
+}  // namespace
+
+NoiseTable::Row ch_sd() {
+  return {"ch-sd",
+          {{"beta", "", "amplitude, length per square root of time"}, LandmarkChoice::info()},
+          "h = beta p_a: noise in the positions; landmarks may pass through each other (paper, section 5.1)",
+          [](const Parameters& parameters, const Landmarks&) {
+            ChSd formula;
+            formula.on = LandmarkChoice(parameters);
+            return make_differentiated(std::move(formula), {parameters.positive("beta")});
+          }};
 }
 
-int ChSd::channels(int dimension, int count) const {
-  return dimension * (on_.empty() ? count : static_cast<int>(on_.size()));
-}
-
-Points ChSd::position_noise(const PhaseState& state, const Eigen::VectorXd& increments) const {
-  const Eigen::Index d = state.q.rows();
-  assert(increments.size() == channels(static_cast<int>(d), static_cast<int>(state.q.cols())));
-  if (on_.empty()) return beta_ * Eigen::Map<const Points>(increments.data(), d, state.q.cols());
-  Points noise = Points::Zero(d, state.q.cols());
-  for (std::size_t i = 0; i < on_.size(); ++i)
-    noise.col(on_[i]) = beta_ * increments.segment(static_cast<Eigen::Index>(i) * d, d);
-  return noise;
-}
-
-Eigen::VectorXd ChSd::position_noise_transposed(const PhaseState& /*state*/, const Points& q_bar) const {
-  const Eigen::Index d = q_bar.rows();
-  if (on_.empty()) return beta_ * q_bar.reshaped();
-  Eigen::VectorXd w_bar(d * static_cast<Eigen::Index>(on_.size()));
-  for (std::size_t i = 0; i < on_.size(); ++i)
-    w_bar.segment(static_cast<Eigen::Index>(i) * d, d) = beta_ * q_bar.col(on_[i]);
-  return w_bar;
-}
-
-void ChSd::check(int /*dimension*/, int count) const {
-  if (!on_.empty() && on_.back() >= count)
-    throw InputError(fmt::format("noise '{}': on={} names a landmark beyond the last; the shape has {}", spec(),
-                                 on_.back() + 1, count));
-}
-
-Points NoNoise::position_noise(const PhaseState& state, const Eigen::VectorXd& /*increments*/) const {
-  return Points::Zero(state.q.rows(), state.q.cols());
-}
-
-Eigen::VectorXd NoNoise::position_noise_transposed(const PhaseState& /*state*/, const Points& /*q_bar*/) const {
-  return {};
+NoiseTable::Row no_noise() {
+  return {"none", {}, "no noise: the geodesic equations of classical LDDMM", [](const Parameters&, const Landmarks&) {
+            return make_differentiated(NoNoise(), {});
+          }};
 }
 
 }  // namespace pulson

@@ -1,34 +1,31 @@
 #include "pulson/noise/noise_table.hpp"
 
-#include "pulson/noise/ch_sd.hpp"
+#include "models.hpp"
 
 namespace pulson {
+
+const NoiseTable& noise_table() {
+  static const NoiseTable kTable(
+      "noise", {no_noise(), ch_sd(), ch_sd_screened(), p_sd(), trouve_vialard(), potential(), langevin()});
+  return kTable;
+}
+
 namespace {
 
-std::shared_ptr<const NoiseModel> make_none(const Parameters& /*parameters*/) { return std::make_shared<NoNoise>(); }
-
-std::shared_ptr<const NoiseModel> make_ch_sd(const Parameters& parameters) {
-  return std::make_shared<ChSd>(parameters.positive("beta"), parameters.indices("on"));
+void check_no_term_is_empty(std::string_view spec) {
+  if (spec.empty()) throw InputError("the noise is empty; no noise is 'none'");
+  if (spec.front() == '+' || spec.back() == '+' || spec.find("++") != std::string_view::npos)
+    throw InputError("noise '" + std::string(spec) +
+                     "': a term of the sum is empty; models are joined as in ch-sd:beta=1+p-sd:beta=0.2");
 }
 
 }  // namespace
 
-const NameTable<MakeNoise>& noise_table() {
-  static const NameTable<MakeNoise> kTable(
-      "noise", {{"none", {}, "no noise: the geodesic equations of classical LDDMM", make_none},
-                {"ch-sd",
-                 {{"beta", "", "amplitude, length per square root of time"},
-                  {"on", "all", "landmarks that it acts on, counted from 1, as in 1/3/5"}},
-                 "h = beta p_a: noise in the positions; landmarks may pass through each other (paper, section 5.1)",
-                 make_ch_sd}});
-  return kTable;
-}
-
-std::shared_ptr<const NoiseModel> make_noise(std::string_view spec) {
-  const auto terms = noise_table().parse(spec);
-  if (terms.size() != 1)
-    throw InputError("noise '" + std::string(spec) + "': sums of noise models are not supported; give one model");
-  return terms.front().first->make(terms.front().second);
+std::shared_ptr<const NoiseModel> make_noise(std::string_view spec, const Landmarks& shape) {
+  check_no_term_is_empty(spec);
+  std::vector<std::shared_ptr<const NoiseModel>> terms;
+  for (const auto& [row, parameters] : noise_table().parse(spec)) terms.push_back(row->make(parameters, shape));
+  return terms.size() == 1 ? terms.front() : sum_of_noises(std::move(terms));
 }
 
 }  // namespace pulson

@@ -51,6 +51,10 @@ class Parameters {
   double positive(const std::string& key) const;
   /// A number that must be finite and not less than zero.
   double non_negative(const std::string& key) const;
+  /// A list `1/3/5` of finite numbers.
+  std::vector<double> numbers(const std::string& key) const;
+  /// 0 or 1.
+  bool flag(const std::string& key) const;
   /// Counts from 1 (`1/3/5`), returned from 0; empty where the text is `all`.
   std::vector<int> indices(const std::string& key) const;
 

@@ -1,38 +1,94 @@
 #pragma once
 
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "pulson/core/phase_state.hpp"
 
 namespace pulson {
 
-/// A noise model of the stochastic Hamiltonian system (11): channels i = 1..C, each a potential h_i(q,p) that drives
-/// `dq = … + Σ h_i,p ∘ dW_i`, `dp = … − Σ h_i,q ∘ dW_i`.
+/// What a noise model is, as integrators, documentation and tests need to know it.
+struct NoiseTraits {
+  bool moves_positions = false;       ///< some h_i,p ≠ 0
+  bool moves_momenta = false;         ///< some h_i,q ≠ 0
+  bool additive = true;               ///< h_i,p and h_i,q are constant
+  bool compensated = false;           ///< some channel has h_i,q·h_i,p ≠ 0, so that G ≠ 0
+  bool hamiltonian = true;            ///< there is no friction
+  bool translation_invariant = true;  ///< h_i(q + c, p) = h_i(q, p), so that total momentum is kept
+  bool diffeomorphic = true;          ///< landmarks cannot pass each other in the limit Δt → 0
+  bool local = true;                  ///< each potential is a sum over landmarks, so that ∇²h_w has d×d blocks alone
+};
+
+/// A noise model of the stochastic Hamiltonian system (11): channels i = 1..C, each a potential h_i(q,p), affine in p,
+/// that drives
 ///
-/// Integrators use a model through increments w (C numbers) and h_w = Σ_i w_i h_i. The models so far have h_q = 0 and
-/// h_p constant (`additive position noise`), for which the adapted momentum of the integrator is the momentum itself.
+///     dq = H_p dt + Σ h_i,p ∘ dW_i,   dp = −H_q dt − Σ h_i,q ∘ dW_i − λ H_p dt
+///
+/// with friction λ = 0 for all but Langevin's. Integrators use a model through increments w (C numbers) and the
+/// potential h_w = Σ_i w_i h_i; G = ¼ Σ_i h_i,q·h_i,p is what the compensated integrator adds to H. Pairs (q part, p
+/// part) of derivatives are PhaseStates, d×N each. All methods are const and thread-safe.
 class NoiseModel {
  public:
   virtual ~NoiseModel() = default;
 
-  /// The specification that makes this model again: `ch-sd:beta=1`.
+  /// The specification that makes this model again for the same shape: `ch-sd:beta=1`.
   virtual std::string spec() const = 0;
 
   /// C, for shapes of `count` landmarks in R^d.
   virtual int channels(int dimension, int count) const = 0;
 
-  /// Whether every flow of this model is a diffeomorphism, so that landmarks cannot pass each other in the limit Δt →
-  /// 0.
-  virtual bool diffeomorphic() const = 0;
-
-  /// Σ_i h_i,p w_i, d×N. @param increments C numbers
-  virtual Points position_noise(const PhaseState& state, const Eigen::VectorXd& increments) const = 0;
-
-  /// The transpose of position_noise in its increments: entry i is Σ_a h_i,p_a · q_bar_a. @param q_bar d×N
-  virtual Eigen::VectorXd position_noise_transposed(const PhaseState& state, const Points& q_bar) const = 0;
+  virtual NoiseTraits traits() const = 0;
 
   /// @throws InputError if the model cannot act on N landmarks in R^d, as where `on=9` meets eight landmarks.
   virtual void check(int dimension, int count) const = 0;
+
+  /// h_i, C numbers.
+  virtual Eigen::VectorXd potentials(const PhaseState& state) const = 0;
+
+  /// ∇h_w = (h_w,q, h_w,p).
+  virtual PhaseState gradient(const PhaseState& state, const Eigen::VectorXd& w) const = 0;
+
+  /// ∇²h_w along a change of the state.
+  virtual PhaseState hessian(const PhaseState& state, const Eigen::VectorXd& w, const PhaseState& change) const = 0;
+
+  /// ∇h_i·with, C numbers: the transpose of `gradient` in w.
+  virtual Eigen::VectorXd contract(const PhaseState& state, const PhaseState& with) const = 0;
+
+  /// ∇G.
+  virtual PhaseState compensation_gradient(const PhaseState& state) const = 0;
+
+  /// ∇²G along a change of the state.
+  virtual PhaseState compensation_hessian(const PhaseState& state, const PhaseState& change) const = 0;
+
+  /// The share of h_w,p that is a field over space, Σ_i w_i ξ_i(x), d×M; zero for models that know landmarks alone. The
+  /// C increments are those of a shape of `count` landmarks.
+  virtual Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const = 0;
+
+  /// The same share of G_p, d×M.
+  virtual Points spatial_compensation(const Points& x) const = 0;
+
+  /// λ of the friction −λ H_p in dp.
+  virtual double friction() const { return 0; }
+
+  /// Names of the parameters θ that may be fitted: `beta`, `gamma`, `width`, …
+  virtual std::vector<std::string> parameter_names() const = 0;
+
+  /// θ
+  virtual Eigen::VectorXd parameters() const = 0;
+
+  /// The same model with other parameters. @throws InputError if one is out of its range
+  virtual std::shared_ptr<const NoiseModel> with_parameters(const Eigen::VectorXd& parameters) const = 0;
+
+  /// ∂(∇h_w)/∂θ along a change of θ.
+  virtual PhaseState gradient_by_parameters(const PhaseState& state, const Eigen::VectorXd& w,
+                                            const Eigen::VectorXd& change) const = 0;
+
+  /// ∂(∇G)/∂θ along a change of θ.
+  virtual PhaseState compensation_by_parameters(const PhaseState& state, const Eigen::VectorXd& change) const = 0;
+
+  /// ∂λ/∂θ of the friction along a change of θ.
+  virtual double friction_by_parameters(const Eigen::VectorXd& change) const = 0;
 };
 
 }  // namespace pulson

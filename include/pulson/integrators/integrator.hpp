@@ -25,21 +25,37 @@ class StepError : public InputError {
 
 /// The states of one sample path at the times of its grid, and what the steps met.
 struct Trajectory {
+  std::string integrator;           ///< its name
   TimeGrid grid;
+  Eigen::MatrixXd increments;       ///< ΔW, C×K
   std::vector<PhaseState> states;   ///< K+1 adapted states (q, p̂)
+  std::vector<Points> inner;        ///< K momenta inside the steps where they differ from p̂, else empty
   double contraction_bound = 0;     ///< largest κ of the steps, see contraction_bound()
   double contraction_measured = 0;  ///< largest ratio of successive corrections in the steps' fixed-point iterations
   int continuation_steps = 0;  ///< steps whose root was followed from Δt = 0 because the iteration did not contract
 
   const PhaseState& initial() const { return states.front(); }
   const PhaseState& final() const { return states.back(); }
+  /// The momenta that carry the positions through step k: p of (20).
+  const Points& step_momenta(int k) const {
+    const auto i = static_cast<std::size_t>(k);
+    return inner.empty() ? states[i].p : inner[i];
+  }
 };
 
-/// Derivatives of the end point with respect to what a path depends on.
+/// A change of what a path depends on.
+struct PathChange {
+  PhaseState initial;
+  Eigen::MatrixXd increments;  ///< C×K
+  Eigen::VectorXd parameters;  ///< of the noise, in the order of NoiseModel::parameters(); empty for none
+};
+
+/// Derivatives of a scalar with respect to what a path depends on.
 struct PathGradient {
   Points q0_bar;                   ///< d×N
   Points p0_bar;                   ///< d×N
   Eigen::MatrixXd increments_bar;  ///< C×K
+  Eigen::VectorXd parameters_bar;  ///< of the noise
 };
 
 /// The linear map from (p0, ΔW) to q(T), one row per coordinate of q(T) (index a·d + axis).
@@ -54,7 +70,16 @@ enum class RootSearch {
   kContracting,  ///< only steps whose iteration contracts are taken: cheap, and well away from where the root ends
 };
 
-/// A one-step method for the stochastic Hamiltonian system (11), with its exact discrete tangent and adjoint.
+/// What documentation and tests need to know of an integrator.
+struct IntegratorTraits {
+  bool symplectic = true;
+  bool reversible = false;  ///< without noise: turning the momenta leads back to the start
+  bool noise = true;        ///< else it refuses noise
+  int order = 1;            ///< without noise
+};
+
+/// A one-step method for the stochastic Hamiltonian system (11), with its exact discrete tangent and adjoint. All
+/// methods are const and thread-safe.
 class Integrator {
  public:
   virtual ~Integrator() = default;
@@ -62,20 +87,58 @@ class Integrator {
   /// The name in integrator_table().
   virtual std::string name() const = 0;
 
-  /// A sample path. @param increments ΔW, C×K, column k over step k @throws StepError
-  virtual Trajectory integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
-                               const Eigen::MatrixXd& increments, RootSearch search = RootSearch::kThorough) const = 0;
+  virtual IntegratorTraits traits() const = 0;
 
-  /// The change of the final state along a change of the initial state and of the increments, to first order.
-  virtual PhaseState tangent(const StochasticSystem& system, const Trajectory& path, const PhaseState& initial_change,
-                             const Eigen::MatrixXd& increments_change) const = 0;
+  /// A sample path. @param increments ΔW, C×K, column k over step k
+  /// @throws StepError; InputError where the integrator refuses the noise
+  Trajectory integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
+                       const Eigen::MatrixXd& increments, RootSearch search = RootSearch::kThorough) const;
 
-  /// The transpose of `tangent`: given ∂f/∂(q,p)(T), returns ∂f/∂q0, ∂f/∂p0, ∂f/∂ΔW.
-  virtual PathGradient adjoint(const StochasticSystem& system, const Trajectory& path,
-                               const PhaseState& final_bar) const = 0;
+  /// The change of the final state along a change of what the path depends on, to first order.
+  PhaseState tangent(const StochasticSystem& system, const Trajectory& path, const PathChange& change) const;
 
-  /// All rows of the derivative of q(T) at once. Cost O(K (dN)³), memory O((dN)² + dN·CK).
-  virtual EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const = 0;
+  /// The transpose of `tangent`: given ∂f/∂(q,p)(T), returns ∂f/∂q0, ∂f/∂p0, ∂f/∂ΔW, ∂f/∂θ.
+  PathGradient adjoint(const StochasticSystem& system, const Trajectory& path, const PhaseState& final_bar) const;
+
+  /// All rows of the derivative of q(T) at once: here one adjoint for each.
+  virtual EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const;
+
+ protected:
+  struct StepOutcome {
+    PhaseState end;
+    Points inner;  ///< momenta inside the step where they differ from p̂
+    bool found = true;
+    bool continued = false;
+    double contraction = 0;
+  };
+
+  /// A step that was taken.
+  struct Step {
+    const StochasticSystem& system;
+    double dt;
+    Eigen::VectorXd w;        ///< the increments that act in it
+    const PhaseState& start;  ///< adapted
+    const PhaseState& end;    ///< adapted
+    const Points& momenta;    ///< Trajectory::step_momenta
+  };
+
+  struct StepBar {
+    PhaseState start;
+    Eigen::VectorXd w;
+    Eigen::VectorXd parameters;
+  };
+
+  virtual StepOutcome do_step(const StochasticSystem& system, const PhaseState& start, double dt,
+                              const Eigen::VectorXd& w, RootSearch search) const = 0;
+  virtual PhaseState do_tangent(const Step& step, const PhaseState& start_change, const Eigen::VectorXd& w_change,
+                                const Eigen::VectorXd& parameters_change) const = 0;
+  virtual StepBar do_adjoint(const Step& step, const PhaseState& end_bar) const = 0;
+
+  /// From the increments of the path to those that act in its steps, and the transpose of this map.
+  virtual Eigen::MatrixXd acting(const Eigen::MatrixXd& increments) const { return increments; }
+  virtual Eigen::MatrixXd acting_transposed(const Eigen::MatrixXd& acting_bar) const { return acting_bar; }
+
+  static Step step_of(const StochasticSystem& system, const Trajectory& path, int k, const Eigen::MatrixXd& acting);
 };
 
 using MakeIntegrator = std::unique_ptr<const Integrator> (*)();

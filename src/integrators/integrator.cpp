@@ -1,0 +1,112 @@
+#include "pulson/integrators/integrator.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include <fmt/core.h>
+
+#include "pulson/core/parallel.hpp"
+
+namespace pulson {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+StepError::StepError(int step, const TimeGrid& grid, const std::string& reason)
+    : InputError(fmt::format("step {} of {} (dt = {:.4g}): {}; use more steps, as in --steps {}", step + 1, grid.steps,
+                             grid.dt(), reason, 2 * grid.steps)),
+      step_(step) {}
+
+Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
+                                 const MatrixXd& increments, RootSearch search) const {
+  assert(increments.cols() == grid.steps);
+  assert(increments.rows() ==
+         system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols())));
+  if (increments.rows() > 0 && !traits().noise)
+    throw InputError(
+        fmt::format("integrator '{}' is for no noise, and the noise is '{}'", name(), system.noise->spec()));
+  const MatrixXd w = acting(increments);
+  Trajectory path;
+  path.integrator = name();
+  path.grid = grid;
+  path.increments = increments;
+  path.states.reserve(static_cast<std::size_t>(grid.steps) + 1);
+  path.states.push_back(initial);
+  for (int k = 0; k < grid.steps; ++k) {
+    StepOutcome outcome = do_step(system, path.states.back(), grid.dt(), w.col(k), search);
+    if (!outcome.found) throw StepError(k, grid, "its implicit equation has no unique solution");
+    if (!outcome.end.p.allFinite() || !outcome.end.q.allFinite())
+      throw StepError(k, grid, "the momenta grow beyond all bounds");
+    const Points& momenta = outcome.inner.size() > 0 ? outcome.inner : path.states.back().p;
+    path.contraction_bound = std::max(path.contraction_bound, contraction_bound(system.kernel, momenta, grid.dt()));
+    path.contraction_measured = std::max(path.contraction_measured, outcome.contraction);
+    path.continuation_steps += outcome.continued ? 1 : 0;
+    path.states.push_back(std::move(outcome.end));
+    if (outcome.inner.size() > 0) path.inner.push_back(std::move(outcome.inner));
+  }
+  return path;
+}
+
+Integrator::Step Integrator::step_of(const StochasticSystem& system, const Trajectory& path, int k,
+                                     const MatrixXd& acting) {
+  const auto i = static_cast<std::size_t>(k);
+  return {system, path.grid.dt(), acting.col(k), path.states[i], path.states[i + 1], path.step_momenta(k)};
+}
+
+PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory& path, const PathChange& change) const {
+  const MatrixXd w = acting(path.increments);
+  const MatrixXd dw = acting(change.increments);
+  PhaseState delta = change.initial;
+  for (int k = 0; k < path.grid.steps; ++k)
+    delta = do_tangent(step_of(system, path, k, w), delta, dw.col(k), change.parameters);
+  return delta;
+}
+
+PathGradient Integrator::adjoint(const StochasticSystem& system, const Trajectory& path,
+                                 const PhaseState& final_bar) const {
+  const MatrixXd w = acting(path.increments);
+  MatrixXd w_bar(w.rows(), w.cols());
+  PathGradient gradient;
+  gradient.parameters_bar = VectorXd::Zero(system.noise->parameters().size());
+  PhaseState bar = final_bar;
+  for (int k = path.grid.steps - 1; k >= 0; --k) {
+    StepBar before = do_adjoint(step_of(system, path, k, w), bar);
+    bar = std::move(before.start);
+    w_bar.col(k) = before.w;
+    gradient.parameters_bar += before.parameters;
+  }
+  gradient.q0_bar = std::move(bar.q);
+  gradient.p0_bar = std::move(bar.p);
+  gradient.increments_bar = acting_transposed(w_bar);
+  return gradient;
+}
+
+EndpointJacobian Integrator::endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const {
+  const Points& q = path.final().q;
+  EndpointJacobian jacobian{MatrixXd(q.size(), q.size()), MatrixXd(q.size(), path.increments.size())};
+  parallel_for(static_cast<int>(q.size()), [&](int row) {
+    PhaseState unit{Points::Zero(q.rows(), q.cols()), Points::Zero(q.rows(), q.cols())};
+    unit.q.reshaped()[row] = 1;
+    const PathGradient gradient = adjoint(system, path, unit);
+    jacobian.momenta.row(row) = gradient.p0_bar.reshaped().transpose();
+    jacobian.increments.row(row) = gradient.increments_bar.reshaped().transpose();
+  });
+  return jacobian;
+}
+
+MatrixXd acting_increments(const MatrixXd& increments) {
+  MatrixXd w = 0.5 * increments;
+  const Index k = increments.cols();
+  if (k > 1) w.rightCols(k - 1) += 0.5 * increments.leftCols(k - 1);
+  return w;
+}
+
+MatrixXd acting_increments_transposed(const MatrixXd& acting_bar) {
+  MatrixXd bar = 0.5 * acting_bar;
+  const Index k = acting_bar.cols();
+  if (k > 1) bar.leftCols(k - 1) += 0.5 * acting_bar.rightCols(k - 1);
+  return bar;
+}
+
+}  // namespace pulson

@@ -1,0 +1,71 @@
+#include "variational_maps.hpp"
+
+namespace pulson {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+Points PositionMap::value(const Points& q) const {
+  Points velocity = hamiltonian_p(system_.kernel, q, p_);
+  if (compensates_) velocity += system_.noise->compensation_gradient({q, p_}).p;
+  return dt_ * velocity;
+}
+
+Points PositionMap::tangent(const Points& q, const Points& delta) const {
+  Points change = system_.kernel.apply_tangent(q, p_, delta);
+  if (compensates_) change += system_.noise->compensation_hessian({q, p_}, {delta, Points::Zero(q.rows(), q.cols())}).p;
+  return dt_ * change;
+}
+
+Points PositionMap::transposed(const Points& q, const Points& mu) const {
+  Points change = system_.kernel.gradient(q, mu, p_);
+  if (compensates_) change += system_.noise->compensation_hessian({q, p_}, {Points::Zero(q.rows(), q.cols()), mu}).q;
+  return dt_ * change;
+}
+
+MatrixXd PositionMap::jacobian(const Points& q) const {
+  MatrixXd matrix = dt_ * system_.kernel.tangent_matrix(q, p_);
+  if (compensates_) {
+    const Points zero = Points::Zero(q.rows(), q.cols());
+    matrix += dt_ * matrix_of(
+                        [&](const Points& delta) {
+                          return system_.noise->compensation_hessian({q, p_}, {delta, zero}).p;
+                        },
+                        q.rows(), q.cols());
+  }
+  return matrix;
+}
+
+Eigen::VectorXd PositionMap::terms_size() const {
+  return Eigen::VectorXd::Constant(1, dt_ * system_.kernel.at_zero() * p_.colwise().norm().sum());
+}
+
+bool PositionMap::may_follow(const Points& before, const Points& after) const {
+  for (Index b = 1; b < before.cols(); ++b) {
+    const auto from = before.leftCols(b).colwise() - before.col(b);
+    const auto to = after.leftCols(b).colwise() - after.col(b);
+    if (!((from.array() * to.array()).colwise().sum() >= 0).all()) return false;
+  }
+  return true;
+}
+
+MatrixXd MomentumMap::jacobian(const Points& p) const {
+  const Points zero = Points::Zero(p.rows(), p.cols());
+  return matrix_of(
+      [&](const Points& delta) -> Points {
+        return -noise_.hessian({q_, p}, w_, {zero, delta}).q;
+      },
+      p.rows(), p.cols());
+}
+
+MatrixXd velocity_matrix(const KernelOperator& kernel, const Points& q) {
+  const Index d = q.rows();
+  const MatrixXd gram = kernel.gram(q, q);
+  MatrixXd matrix = MatrixXd::Zero(d * q.cols(), d * q.cols());
+  for (Index axis = 0; axis < d; ++axis)
+    for (Index b = 0; b < q.cols(); ++b)
+      for (Index a = 0; a < q.cols(); ++a) matrix(a * d + axis, b * d + axis) = gram(a, b);
+  return matrix;
+}
+
+}  // namespace pulson

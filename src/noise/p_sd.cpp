@@ -1,0 +1,315 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include "models.hpp"
+#include "pulson/noise/differentiated_noise.hpp"
+
+namespace pulson {
+namespace {
+
+// One scalar function φ of space with its derivatives, for any scalar.
+template <class T>
+struct FieldJet {
+  T value;
+  VectorOf<T> slope;  // ∇φ
+};
+
+// φ_f, f = 1..F: each gives d fields ξ = β φ_f e_j. θ = (β), or (β, the width or wavenumber).
+class ScalarFields {
+ public:
+  enum class Kind { kConstant, kBump, kGrid, kCosine };
+
+  static ScalarFields constant() { return {Kind::kConstant, {}, 0}; }
+  static ScalarFields bumps(Points centres) { return {Kind::kBump, std::move(centres), 0}; }
+  static ScalarFields grid(Points centres, int count) { return {Kind::kGrid, std::move(centres), count}; }
+  static ScalarFields cosines() { return {Kind::kCosine, {}, 0}; }
+
+  Kind kind() const { return kind_; }
+  const Points& centres() const { return centres_; }
+  int grid_count() const { return grid_count_; }
+  bool has_centres() const { return kind_ == Kind::kBump || kind_ == Kind::kGrid; }
+
+  int count(int dimension) const {
+    if (kind_ == Kind::kConstant) return 1;
+    return kind_ == Kind::kCosine ? dimension : static_cast<int>(centres_.cols());
+  }
+
+  template <class T>
+  T value(Eigen::Index f, const VectorOf<T>& x, const VectorOf<T>& theta) const {
+    using std::cos;
+    using std::exp;
+    if (kind_ == Kind::kConstant) return T(1);
+    if (kind_ == Kind::kCosine) return cos(theta[1] * x[f]);
+    const VectorOf<T> z = from_centre(f, x);
+    return exp(-z.dot(z) / (theta[1] * theta[1]));
+  }
+
+  template <class T>
+  FieldJet<T> jet(Eigen::Index f, const VectorOf<T>& x, const VectorOf<T>& theta) const {
+    using std::sin;
+    FieldJet<T> jet{value(f, x, theta), VectorOf<T>::Constant(x.size(), T(0))};
+    if (kind_ == Kind::kCosine) jet.slope[f] = -theta[1] * sin(theta[1] * x[f]);
+    if (has_centres()) jet.slope = (T(-2) * jet.value / (theta[1] * theta[1])) * from_centre(f, x);
+    return jet;
+  }
+
+  // ∇²φ v
+  template <class T>
+  VectorOf<T> curvature(Eigen::Index f, const VectorOf<T>& x, const VectorOf<T>& theta, const VectorOf<T>& v) const {
+    VectorOf<T> result = VectorOf<T>::Constant(x.size(), T(0));
+    if (kind_ == Kind::kCosine) result[f] = -theta[1] * theta[1] * value(f, x, theta) * v[f];
+    if (has_centres()) {
+      const VectorOf<T> z = from_centre(f, x);
+      const T c = T(-2) / (theta[1] * theta[1]);
+      result = (c * value(f, x, theta)) * (v + (c * z.dot(v)) * z).eval();
+    }
+    return result;
+  }
+
+ private:
+  ScalarFields(Kind kind, Points centres, int grid_count)
+      : kind_(kind), centres_(std::move(centres)), grid_count_(grid_count) {}
+
+  template <class T>
+  VectorOf<T> from_centre(Eigen::Index f, const VectorOf<T>& x) const {
+    VectorOf<T> z = x;
+    for (Eigen::Index axis = 0; axis < x.size(); ++axis) z[axis] -= T(centres_(axis, f));
+    return z;
+  }
+
+  Kind kind_;
+  Points centres_;  // d×F
+  int grid_count_;
+};
+
+// h = Σ_a p_a·ξ_i(q_a), (8)-(10), with fields ξ = β φ_f e_j, axis j fastest. Momenta get −(∇ξ_i)ᵀp. The compensation is
+// again of this form: G = Σ_a p_a·Y(q_a) with Y = ¼β² Σ_f φ_f ∇φ_f.
+struct PSd : NoiseFormula {
+  ScalarFields fields = ScalarFields::constant();
+
+  bool is_constant() const { return fields.kind() == ScalarFields::Kind::kConstant; }
+
+  std::vector<std::string> parameter_names() const {
+    if (is_constant()) return {"beta"};
+    return {"beta", fields.has_centres() ? "width" : "wavenumber"};
+  }
+  std::string spec(const Eigen::VectorXd& theta) const {
+    switch (fields.kind()) {
+      case ScalarFields::Kind::kConstant:
+        return fmt::format("p-sd:beta={}", theta[0]);
+      case ScalarFields::Kind::kCosine:
+        return fmt::format("p-sd:beta={},fields=cos,wavenumber={}", theta[0], theta[1]);
+      case ScalarFields::Kind::kGrid:
+        return fmt::format("p-sd:beta={},fields=grid,count={},width={}", theta[0], fields.grid_count(), theta[1]);
+      case ScalarFields::Kind::kBump:
+        break;
+    }
+    std::string centre;
+    for (const double x : fields.centres().reshaped()) centre += fmt::format("{}{}", centre.empty() ? "" : "/", x);
+    return fmt::format("p-sd:beta={},fields=bump,center={},width={}", theta[0], centre, theta[1]);
+  }
+  int channels(int dimension, int /*count*/) const { return dimension * fields.count(dimension); }
+  NoiseTraits traits() const {
+    return {.moves_positions = true,
+            .moves_momenta = !is_constant(),
+            .additive = is_constant(),
+            .compensated = !is_constant(),
+            .translation_invariant = is_constant()};
+  }
+  void check(int dimension, int /*count*/, const std::string& spec) const {
+    if (fields.has_centres() && fields.centres().rows() != dimension)
+      throw InputError(fmt::format("noise '{}': its centres are points in {}D, the shape is in {}D", spec,
+                                   fields.centres().rows(), dimension));
+  }
+
+  template <class T>
+  void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
+    const Eigen::Index d = state.q.rows();
+    for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
+      const VectorOf<T> x = state.q.col(a);
+      for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f)
+        h.segment(f * d, d) += (theta[0] * fields.value(f, x, theta)) * state.p.col(a);
+    }
+  }
+
+  template <class T>
+  void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
+                    StateOf<T>& gradient) const {
+    const Eigen::Index d = state.q.rows();
+    const VectorOf<T> weights = w.unaryExpr([](double x) { return T(x); });
+    for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
+      const VectorOf<T> x = state.q.col(a);
+      for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f) {
+        const VectorOf<T> beta_w = theta[0] * weights.segment(f * d, d);
+        const FieldJet<T> phi = fields.jet(f, x, theta);
+        gradient.p.col(a) += phi.value * beta_w;
+        gradient.q.col(a) += beta_w.dot(state.p.col(a)) * phi.slope;
+      }
+    }
+  }
+
+  template <class T>
+  void add_compensation_gradient(const StateOf<T>& state, const VectorOf<T>& theta, StateOf<T>& gradient) const {
+    if (is_constant()) return;
+    const T quarter = T(0.25) * theta[0] * theta[0];
+    for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
+      const VectorOf<T> x = state.q.col(a);
+      const VectorOf<T> p = state.p.col(a);
+      for (Eigen::Index f = 0; f < fields.count(static_cast<int>(x.size())); ++f) {
+        const FieldJet<T> phi = fields.jet(f, x, theta);
+        gradient.p.col(a) += (quarter * phi.value) * phi.slope;
+        gradient.q.col(a) +=
+            quarter * (phi.slope * phi.slope.dot(p) + phi.value * fields.curvature(f, x, theta, p)).eval();
+      }
+    }
+  }
+
+  void add_spatial_noise(const Points& x, const Eigen::VectorXd& theta, const Eigen::VectorXd& w, Points& field) const {
+    StateOf<double> gradient{Points::Zero(x.rows(), x.cols()), field};
+    add_gradient(StateOf<double>{x, gradient.q}, theta, w, gradient);
+    field = gradient.p;
+  }
+  void add_spatial_compensation(const Points& x, const Eigen::VectorXd& theta, Points& field) const {
+    StateOf<double> gradient{Points::Zero(x.rows(), x.cols()), field};
+    add_compensation_gradient(StateOf<double>{x, gradient.q}, theta, gradient);
+    field = gradient.p;
+  }
+};
+
+// Centres given as x/y/x/y: d×F. Without a shape they are on a line.
+Points given_centres(const Parameters& parameters, const Landmarks& shape) {
+  if (parameters.text("center") == "none") throw InputError("noise 'p-sd': fields=bump needs center, as in center=0/0");
+  const std::vector<double> numbers = parameters.numbers("center");
+  const Eigen::Index d = shape.count() == 0 ? 1 : shape.dimension();
+  const auto size = static_cast<Eigen::Index>(numbers.size());
+  if (size % d != 0)
+    throw InputError(fmt::format("noise 'p-sd': center has {} numbers; in {}D each centre takes {}, as in {}", size, d,
+                                 d, d == 2 ? "center=0/0" : "center=0/0/0"));
+  return Eigen::Map<const Points>(numbers.data(), d, size / d);
+}
+
+// count^d centres from corner to corner of the box of the shape; one in the middle of an axis along which it is flat.
+Points grid_centres(const Landmarks& shape, int count) {
+  const auto [low, high] = bounding_box(shape.points);
+  const Eigen::Index d = shape.dimension();
+  std::vector<Eigen::VectorXd> ticks;
+  Eigen::Index total = 1;
+  for (Eigen::Index axis = 0; axis < d; ++axis) {
+    const bool one = count == 1 || !(high[axis] > low[axis]);
+    ticks.push_back(one ? Eigen::VectorXd::Constant(1, low[axis] + (high[axis] - low[axis]) / 2)
+                        : Eigen::VectorXd::LinSpaced(count, low[axis], high[axis]).eval());
+    total *= ticks.back().size();
+  }
+  Points centres(d, total);
+  for (Eigen::Index i = 0; i < total; ++i) {
+    Eigen::Index rest = i;
+    for (Eigen::Index axis = 0; axis < d; ++axis) {
+      const Eigen::VectorXd& tick = ticks[static_cast<std::size_t>(axis)];
+      centres(axis, i) = tick[rest % tick.size()];
+      rest /= tick.size();
+    }
+  }
+  return centres;
+}
+
+constexpr int kMostOnASide = 100;
+constexpr int kMostBumps = 10000;
+
+ScalarFields make_grid(const Parameters& parameters, const Landmarks& shape) {
+  const double count = parameters.number("count");
+  if (!(count >= 1 && count <= kMostOnASide) || count != std::floor(count))
+    throw InputError(
+        fmt::format("noise 'p-sd': count is {}; it must be a whole number from 1 to {}", count, kMostOnASide));
+  if (shape.count() == 0) throw InputError("noise 'p-sd': fields=grid needs a shape, whose box it covers");
+  const double bumps = std::pow(count, shape.dimension());
+  if (bumps > kMostBumps)
+    throw InputError(fmt::format(
+        "noise 'p-sd': count={} makes {} bumps in {}D; at most {} can be used, which is "
+        "count={}",
+        count, bumps, shape.dimension(), kMostBumps, std::floor(std::pow(kMostBumps, 1.0 / shape.dimension()) + 1e-9)));
+  return ScalarFields::grid(grid_centres(shape, static_cast<int>(count)), static_cast<int>(count));
+}
+
+// The distance of the nearest neighbours on a grid; 0 where it has one point, or there is no grid.
+double grid_spacing(const ScalarFields& fields) {
+  if (fields.grid_count() < 2) return 0;
+  const Points& centres = fields.centres();
+  double nearest = 0;
+  for (Eigen::Index i = 1; i < centres.cols(); ++i) {
+    const double distance = (centres.col(i) - centres.col(0)).norm();
+    if (nearest == 0 || distance < nearest) nearest = distance;
+  }
+  return nearest;
+}
+
+// The distance of neighbours on a grid, or for other centres a quarter of the diameter of the shape.
+double automatic_width(const ScalarFields& fields, const Landmarks& shape) {
+  const double spacing = grid_spacing(fields);
+  const double width = spacing > 0 ? spacing : shape.count() > 1 ? diameter(shape.points) / 4 : 0;
+  if (!(width > 0)) throw InputError("noise 'p-sd': width=auto needs at least two landmarks apart; give a number");
+  return width;
+}
+
+// What each kind of fields reads beside beta.
+const std::map<std::string, std::vector<std::string>> kKinds = {
+    {"constant", {}}, {"grid", {"count", "width"}}, {"bump", {"center", "width"}}, {"cos", {"wavenumber"}}};
+
+void check_kind(const Parameters& parameters) {
+  const std::string& kind = parameters.text("fields");
+  std::vector<std::string> kinds;
+  for (const auto& entry : kKinds) kinds.push_back(entry.first);
+  if (!kKinds.contains(kind)) {
+    const std::string near = nearest_name(kind, kinds);
+    throw InputError(fmt::format("noise 'p-sd': fields is '{}'{}; valid: {}", kind,
+                                 near.empty() ? "" : fmt::format("; did you mean '{}'", near), fmt::join(kinds, ", ")));
+  }
+  for (const ParameterInfo& parameter : p_sd().parameters) {
+    const std::vector<std::string>& read = kKinds.at(kind);
+    if (parameter.name == "beta" || parameter.name == "fields" ||
+        parameters.text(parameter.name) == parameter.default_text ||
+        std::find(read.begin(), read.end(), parameter.name) != read.end())
+      continue;
+    throw InputError(fmt::format("noise 'p-sd': fields={} does not use {}", kind, parameter.name));
+  }
+}
+
+ScalarFields make_fields(const Parameters& parameters, const Landmarks& shape) {
+  const std::string& kind = parameters.text("fields");
+  if (kind == "constant") return ScalarFields::constant();
+  if (kind == "cos") return ScalarFields::cosines();
+  if (kind == "grid") return make_grid(parameters, shape);
+  return ScalarFields::bumps(given_centres(parameters, shape));
+}
+
+std::shared_ptr<const NoiseModel> make_p_sd(const Parameters& parameters, const Landmarks& shape) {
+  check_kind(parameters);
+  const double beta = parameters.positive("beta");
+  PSd formula;
+  formula.fields = make_fields(parameters, shape);
+  if (formula.is_constant()) return make_differentiated(std::move(formula), {beta});
+  if (!formula.fields.has_centres())
+    return make_differentiated(std::move(formula), {beta, parameters.positive("wavenumber")});
+  const double width =
+      parameters.is_auto("width") ? automatic_width(formula.fields, shape) : parameters.positive("width");
+  return make_differentiated(std::move(formula), {beta, width});
+}
+
+}  // namespace
+
+NoiseTable::Row p_sd() {
+  return {"p-sd",
+          {{"beta", "", "amplitude, length per square root of time"},
+           {"fields", "constant", "constant, grid, bump or cos; each is a field along every axis"},
+           {"count", "4", "fields=grid: bumps along each side of the shape's box"},
+           {"center", "none", "fields=bump: coordinates of one or more centres, as in 0/0"},
+           {"width", "auto", "of bumps exp(-|x - c|^2/width^2); auto: their spacing, or diameter/4"},
+           {"wavenumber", "1", "fields=cos: cos(wavenumber x) along each axis"}},
+          "h = sum_a p_a.xi(q_a): noise that is a field over space; flows stay diffeomorphic (section 2.2)",
+          make_p_sd};
+}
+
+}  // namespace pulson

@@ -44,28 +44,37 @@ inline std::vector<std::string> kernel_specs() {
   return specs;
 }
 
-/// Each row of noise_table() with 0.3 for what has no default, and once more on some of the landmarks where it can be.
+/// Each row of noise_table() with 0.3 for what has no default, once more for each of its variants, and two sums.
 inline std::vector<std::string> noise_specs() {
+  const std::vector<std::string> variants = {"on=1/3", "common=1", "fields=cos,wavenumber=1.3",
+                                             "fields=grid,count=2,width=0.8",
+                                             "fields=bump,center=0.3/0.2/0.1/1/0.3/0.6,width=0.7"};
   std::vector<std::string> specs;
   for (const auto& row : noise_table().rows()) {
     std::string spec = row.name;
-    bool on = false;
-    for (const ParameterInfo& parameter : row.parameters) {
+    for (const ParameterInfo& parameter : row.parameters)
       if (parameter.default_text.empty()) spec += (spec == row.name ? ":" : ",") + parameter.name + "=0.3";
-      on = on || parameter.name == "on";
-    }
     specs.push_back(spec);
-    if (on) specs.push_back(spec + (spec == row.name ? ":" : ",") + "on=1/3");
+    for (const std::string& variant : variants)
+      for (const ParameterInfo& parameter : row.parameters)
+        if (variant.starts_with(parameter.name + "=")) specs.push_back(spec + (spec == row.name ? ":" : ",") + variant);
   }
+  specs.emplace_back("ch-sd:beta=0.3,on=2+potential:beta=0.2,gamma=0.5");
+  specs.emplace_back("p-sd:beta=0.2,fields=cos+langevin:sigma=0.1,friction=0.4");
   return specs;
 }
 
-/// Every integrator with every noise and every kernel: a new row of a table is tested by being there.
+/// Every integrator with every noise that it takes, and without noise and with constant noise with every kernel: a new
+/// row of a table is tested by being there.
 inline std::vector<Combination> all_combinations() {
+  const std::string plain = kernel_specs().front();
   std::vector<Combination> all;
   for (const auto& integrator : integrator_table().rows())
     for (const std::string& noise : noise_specs())
-      for (const std::string& kernel : kernel_specs()) all.push_back({integrator.name, noise, kernel});
+      for (const std::string& kernel : kernel_specs())
+        if ((kernel == plain || noise == "none" || noise == "ch-sd:beta=0.3") &&
+            (noise == "none" || integrator.make()->traits().noise))
+          all.push_back({integrator.name, noise, kernel});
   return all;
 }
 
@@ -101,44 +110,62 @@ struct Problem {
   Problem(const Combination& c, int d, int n, TimeGrid time_grid = {0.4, 4}, double speed = 0.6)
       : integrator(make_integrator(c.integrator)), grid(time_grid), numbers(static_cast<unsigned>(100 * d + n)) {
     start = {numbers.landmarks(d, n), speed * numbers(d, n)};
-    system = {make_kernel(c.kernel, start.q), make_noise(c.noise)};
+    shape.points = start.q;
+    system = {make_kernel(c.kernel, start.q), make_noise(c.noise, shape)};
     increments = std::sqrt(3 * grid.dt()) * numbers(system.noise->channels(d, n), grid.steps);
   }
   Trajectory path() const { return integrator->integrate(system, start, grid, increments); }
   PhaseState random_state() {
     return {numbers(start.q.rows(), start.q.cols()), numbers(start.q.rows(), start.q.cols())};
   }
-  Eigen::MatrixXd random_increments() { return numbers(increments.rows(), increments.cols()); }
+  PathChange random_change() {
+    return {random_state(), numbers(increments.rows(), increments.cols()),
+            0.1 * numbers(system.noise->parameters().size(), 1)};
+  }
 
   std::unique_ptr<const Integrator> integrator;
   TimeGrid grid;
   Numbers numbers;
   PhaseState start;
+  Landmarks shape;  // at the start
   StochasticSystem system{KernelOperator({KernelTerm{}}), nullptr};
   Eigen::MatrixXd increments;
 };
 
 inline double dot(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return a.cwiseProduct(b).sum(); }
 inline double dot(const PhaseState& a, const PhaseState& b) { return dot(a.q, b.q) + dot(a.p, b.p); }
+inline double dot(const PathGradient& gradient, const PathChange& change) {
+  return dot({gradient.q0_bar, gradient.p0_bar}, change.initial) + dot(gradient.increments_bar, change.increments) +
+         gradient.parameters_bar.dot(change.parameters);
+}
 inline double norm(const PhaseState& a) { return std::sqrt(dot(a, a)); }
 inline double largest(const Eigen::MatrixXd& a) { return a.size() == 0 ? 0 : a.cwiseAbs().maxCoeff(); }
 
-/// The largest entry of q⁺ − q − Δt K(q⁺)p − Σ h_i,p w and of p⁺ − p + Δt H_q(q⁺,p) over all steps, beside what is
-/// added up in them: q and Δt Σ|p|, p and Δt Σ|p|² Lip(K).
-inline double defect(const Problem& problem, const Trajectory& path) {
+/// The largest relative error in the equations of the variational integrators over all steps: of
+/// q⁺ − q − Σ h_i,p w − Δt (H + G)_p(q⁺,p), p + Σ h_i,q w − p̂ and p̂⁺ − p + Δt (H + G)_q(q⁺,p) + λΔt H_p(q⁺,p), beside
+/// what is added up in them: q and Δt Σ|p|, p and Δt Σ|p|² Lip(K).
+inline double variational_defect(const Problem& problem, const Trajectory& path) {
   const KernelOperator& kernel = problem.system.kernel;
+  const NoiseModel& noise = *problem.system.noise;
+  const bool compensates = path.integrator == "variational" && noise.traits().compensated;
   const Eigen::MatrixXd w = acting_increments(problem.increments);
   const double dt = path.grid.dt();
   double worst = 0;
   for (int k = 0; k < path.grid.steps; ++k) {
     const PhaseState& now = path.states[static_cast<std::size_t>(k)];
     const PhaseState& next = path.states[static_cast<std::size_t>(k) + 1];
-    const Points c = now.q + problem.system.noise->position_noise(now, w.col(k));
-    const Points q_error = next.q - c - dt * hamiltonian_p(kernel, next.q, now.p);
-    const Points p_error = next.p - now.p + dt * hamiltonian_q(kernel, next.q, now.p);
-    const double total = now.p.cwiseAbs().sum();
-    worst = std::max(worst, largest(q_error) / (largest(c) + dt * kernel.at_zero() * total));
-    worst = std::max(worst, largest(p_error) / (largest(now.p) + dt * kernel.lipschitz() * total * total));
+    const Points& p = path.step_momenta(k);
+    const PhaseState h = noise.gradient({now.q, p}, w.col(k));
+    const Points zero = Points::Zero(p.rows(), p.cols());
+    const PhaseState g = compensates ? noise.compensation_gradient({next.q, p}) : PhaseState{zero, zero};
+    const Points velocity = hamiltonian_p(kernel, next.q, p);
+    const Points q_error = next.q - now.q - h.p - dt * (velocity + g.p);
+    const Points inner_error = p + h.q - now.p;
+    const Points p_error = next.p - p + dt * (hamiltonian_q(kernel, next.q, p) + g.q + noise.friction() * velocity);
+    const double total = p.cwiseAbs().sum();
+    worst = std::max(worst, largest(q_error) / (largest(now.q) + largest(h.p) + dt * kernel.at_zero() * total));
+    worst = std::max(worst, largest(inner_error) / (largest(now.p) + largest(h.q)));
+    worst = std::max(worst, largest(p_error) / (largest(p) + dt * kernel.lipschitz() * total * total));
   }
   return worst;
 }

@@ -22,7 +22,7 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 class IntegratorContract : public testing::TestWithParam<Combination> {
  protected:
-  // Calls check(problem) for N = 1 … `most` in d = 1, 2, 3; `on=1/3` needs three landmarks.
+  // Calls check(problem) for N = 1 … `most` in d = 1, 2, 3, where the noise can be had; `on=1/3` needs three landmarks.
   template <class Check>
   static void for_each_problem(int most, const Check& check) {
     const int least = GetParam().noise.find("on=") == std::string::npos ? 1 : 3;
@@ -33,6 +33,9 @@ class IntegratorContract : public testing::TestWithParam<Combination> {
         check(problem);
       }
     }
+  }
+  static bool symplectic(const Problem& problem) {
+    return problem.integrator->traits().symplectic && problem.system.noise->traits().hamiltonian;
   }
 };
 
@@ -63,34 +66,39 @@ MatrixXd changes(const std::vector<Jet>& jets, int d, int part) {
   return x;
 }
 
-// Random directions of q0, of p0 and of the increments are the three parts of the dual numbers.
+// Random directions of q0, of p0 and of the increments are the three parts of the dual numbers. The oracle of noise
+// that is not additive is slow.
 TEST_P(IntegratorContract, AgreesWithTheOracleAndItsDualNumbers) {
-  for_each_problem(12, [](Problem& problem) {
+  const bool additive = Problem(GetParam(), 2, 3).system.noise->traits().additive;
+  for_each_problem(additive ? 5 : 3, [&](Problem& problem) {
     const int d = static_cast<int>(problem.start.q.rows());
     const int n = static_cast<int>(problem.start.q.cols());
-    const Oracle oracle(GetParam(), problem.system.kernel.terms(), d, n, problem.grid.dt());
-    ASSERT_EQ(problem.increments.rows(), oracle.channels());
+    if (!additive && d + n > 5) return;
+    const DefinedNoise noise(GetParam().noise, problem.shape);
+    const Oracle oracle(GetParam().integrator, noise, problem.system.noise->traits().compensated,
+                        problem.system.kernel.terms(), d, n, problem.grid);
     const PhaseState u = problem.random_state();
-    const MatrixXd dw = problem.random_increments();
+    const MatrixXd dw = problem.numbers(problem.increments.rows(), problem.increments.cols());
     const auto end = oracle.run<Jet>({with_change(problem.start.q, u.q, 0), with_change(problem.start.p, u.p, 1)},
-                                     with_change(problem.increments, dw, 2), problem.grid.steps);
+                                     with_change(problem.increments, dw, 2));
 
     const Trajectory path = problem.path();
     EXPECT_LE(largest(path.final().q - values(end.q, d)), 1e-13 * std::max(1.0, largest(path.final().q)));
     EXPECT_LE(largest(path.final().p - values(end.p, d)), 1e-13 * std::max(1.0, largest(path.final().p)));
 
     const Points zero = Points::Zero(d, n);
-    const MatrixXd still = MatrixXd::Zero(problem.increments.rows(), problem.increments.cols());
+    const MatrixXd still = MatrixXd::Zero(dw.rows(), dw.cols());
     const PhaseState bar = problem.random_state();
     const PathGradient gradient = problem.integrator->adjoint(problem.system, path, bar);
-    const std::array<PhaseState, 3> starts{PhaseState{u.q, zero}, PhaseState{zero, u.p}, PhaseState{zero, zero}};
+    const std::array<PathChange, 3> changes_of{PathChange{{u.q, zero}, still, {}}, PathChange{{zero, u.p}, still, {}},
+                                               PathChange{{zero, zero}, dw, {}}};
     const std::array<double, 3> along{dot(gradient.q0_bar, u.q), dot(gradient.p0_bar, u.p),
                                       dot(gradient.increments_bar, dw)};
     for (int part = 0; part < 3; ++part) {
       SCOPED_TRACE("part " + std::to_string(part));
       const auto i = static_cast<std::size_t>(part);
       const PhaseState expected{changes(end.q, d, part), changes(end.p, d, part)};
-      const PhaseState tangent = problem.integrator->tangent(problem.system, path, starts[i], part == 2 ? dw : still);
+      const PhaseState tangent = problem.integrator->tangent(problem.system, path, changes_of[i]);
       EXPECT_LE(norm({tangent.q - expected.q, tangent.p - expected.p}), 1e-10 * norm(expected));
       EXPECT_NEAR(along[i], dot(bar, expected), 1e-10 * norm(bar) * norm(expected));
     }
@@ -100,29 +108,30 @@ TEST_P(IntegratorContract, AgreesWithTheOracleAndItsDualNumbers) {
 TEST_P(IntegratorContract, AdjointIsTheTransposeOfTheTangent) {
   for_each_problem(12, [](Problem& problem) {
     const Trajectory path = problem.path();
-    const PhaseState u = problem.random_state();
-    const MatrixXd dw = problem.random_increments();
+    const PathChange change = problem.random_change();
     const PhaseState bar = problem.random_state();
-    const PhaseState tangent = problem.integrator->tangent(problem.system, path, u, dw);
-    const PathGradient gradient = problem.integrator->adjoint(problem.system, path, bar);
-    EXPECT_NEAR(dot(gradient.q0_bar, u.q) + dot(gradient.p0_bar, u.p) + dot(gradient.increments_bar, dw),
-                dot(tangent, bar), 1e-12 * norm(tangent) * norm(bar));
+    const PhaseState tangent = problem.integrator->tangent(problem.system, path, change);
+    EXPECT_NEAR(dot(problem.integrator->adjoint(problem.system, path, bar), change), dot(tangent, bar),
+                1e-12 * norm(tangent) * norm(bar));
   });
 }
 
+// The parameters of the noise change along.
 TEST_P(IntegratorContract, TaylorRemainderIsOfSecondOrder) {
   Problem problem(GetParam(), 2, 5);
   const PhaseState bar = problem.random_state();
-  const PhaseState u = problem.random_state();
-  const MatrixXd dw = problem.random_increments();
+  const PathChange change = problem.random_change();
   const Trajectory path = problem.path();
-  const double slope = dot(problem.integrator->tangent(problem.system, path, u, dw), bar);
+  const double slope = dot(problem.integrator->tangent(problem.system, path, change), bar);
   std::vector<double> sizes;
   std::vector<double> remainders;
-  for (double h = 1e-2; h > 5e-4; h /= 2) {
-    const Trajectory moved =
-        problem.integrator->integrate(problem.system, {problem.start.q + h * u.q, problem.start.p + h * u.p},
-                                      problem.grid, problem.increments + h * dw);
+  for (double h = 2e-3; h > 1e-4; h /= 2) {
+    const StochasticSystem system{
+        problem.system.kernel,
+        problem.system.noise->with_parameters(problem.system.noise->parameters() + h * change.parameters)};
+    const Trajectory moved = problem.integrator->integrate(
+        system, {problem.start.q + h * change.initial.q, problem.start.p + h * change.initial.p}, problem.grid,
+        problem.increments + h * change.increments);
     sizes.push_back(h);
     remainders.push_back(std::abs(dot(moved.final(), bar) - dot(path.final(), bar) - h * slope));
   }
@@ -147,7 +156,8 @@ TEST_P(IntegratorContract, RowsOfTheEndpointJacobianAreAdjoints) {
   });
 }
 
-TEST_P(IntegratorContract, IsSymplecticWithFrozenIncrements) {
+// Of the others the defect shows, so that the test can fail.
+TEST_P(IntegratorContract, IsSymplecticWithFrozenIncrementsWhereItSaysSo) {
   for_each_problem(4, [](Problem& problem) {
     const Trajectory path = problem.path();
     const Index d = problem.start.q.rows();
@@ -157,27 +167,42 @@ TEST_P(IntegratorContract, IsSymplecticWithFrozenIncrements) {
     for (Index i = 0; i < 2 * half; ++i) {
       const VectorXd unit = VectorXd::Unit(2 * half, i);
       const PhaseState column = problem.integrator->tangent(
-          problem.system, path, {unit.head(half).reshaped(d, half / d), unit.tail(half).reshaped(d, half / d)}, still);
+          problem.system, path,
+          {{unit.head(half).reshaped(d, half / d), unit.tail(half).reshaped(d, half / d)}, still, {}});
       m.col(i) << column.q.reshaped(), column.p.reshaped();
     }
     MatrixXd form = MatrixXd::Zero(2 * half, 2 * half);
     form.topRightCorner(half, half).setIdentity();
     form.bottomLeftCorner(half, half) = -MatrixXd::Identity(half, half);
-    EXPECT_LE(largest(m.transpose() * form * m - form), 1e-11);
+    const double defect = largest(m.transpose() * form * m - form);
+    if (symplectic(problem)) {
+      EXPECT_LE(defect, 1e-11);
+    } else if (half / d > 2) {
+      EXPECT_GT(defect, 1e-11);
+    }
   });
 }
 
 TEST_P(IntegratorContract, SolvesItsEquationsToRoundOff) {
-  for_each_problem(12, [](Problem& problem) { EXPECT_LE(defect(problem, problem.path()), 8 * kEpsilon); });
+  if (!GetParam().integrator.starts_with("variational")) GTEST_SKIP() << "the oracle compares the others";
+  for_each_problem(12, [](Problem& problem) { EXPECT_LE(variational_defect(problem, problem.path()), 8 * kEpsilon); });
 }
 
-TEST_P(IntegratorContract, KeepsTheTotalMomentum) {
-  const Problem problem(GetParam(), 2, 3, {100, 10'000}, 0.3);
+// Where the potentials do not change under translation and there is no friction; else it changes for all to see.
+TEST_P(IntegratorContract, KeepsTheTotalMomentumWhereItShould) {
+  const NoiseTraits traits = Problem(GetParam(), 2, 3).system.noise->traits();
+  const bool kept = traits.translation_invariant && traits.hamiltonian;
+  // Noise that is not additive drives landmarks into one another in the long run.
+  const TimeGrid grid = !kept ? TimeGrid{4, 400} : TimeGrid{traits.additive ? 100.0 : 4.0, 10'000};
+  const Problem problem(GetParam(), 2, 3, grid, 0.3);
   const VectorXd total = problem.start.p.rowwise().sum();
   double worst = 0;
   for (const PhaseState& state : problem.path().states)
     worst = std::max(worst, largest(state.p.rowwise().sum() - total));
-  EXPECT_LE(worst, 1e-12 * problem.start.p.cwiseAbs().sum());
+  if (kept)
+    EXPECT_LE(worst, 1e-12 * problem.start.p.cwiseAbs().sum());
+  else
+    EXPECT_GT(worst, 1e-3 * problem.start.p.cwiseAbs().sum());
 }
 
 }  // namespace

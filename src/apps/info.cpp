@@ -16,9 +16,9 @@ namespace {
 template <class Make>
 void print_table(const NameTable<Make>& table) {
   for (const auto& row : table.rows()) {
-    fmt::print("{:<14} {}\n", row.name, row.help);
+    fmt::print("{:<18} {}\n", row.name, row.help);
     for (const ParameterInfo& parameter : row.parameters)
-      fmt::print("    {:<10} {}{}\n", parameter.name, parameter.help,
+      fmt::print("    {:<14} {}{}\n", parameter.name, parameter.help,
                  parameter.default_text.empty() ? "" : " [" + parameter.default_text + "]");
   }
 }

@@ -1,5 +1,6 @@
 #include "options.hpp"
 
+#include <charconv>
 #include <chrono>
 #include <cmath>
 
@@ -18,13 +19,22 @@ double now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 
 }  // namespace
 
-void TimeOptions::add_to(CLI::App& verb) {
-  verb.add_option("--time", time, "length T of the time interval")->capture_default_str();
-  CLI::Option* by_steps = verb.add_option("--steps", steps, "number of time steps")->capture_default_str();
-  verb.add_option("--dt", dt, "longest time step, in place of --steps")->excludes(by_steps);
+void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
+  verb.add_option("--time", time, "length T of the time interval [" + default_time + "]");
+  CLI::Option* by_steps = verb.add_option_function<int>(
+      "--steps",
+      [this](int count) {
+        steps = count;
+        dt.reset();
+      },
+      "number of time steps" + (dt ? std::string(", in place of --dt") : fmt::format(" [{}]", steps)));
+  verb.add_option("--dt", dt,
+                  dt ? fmt::format("longest time step [{}]", *dt) : "longest time step, in place of --steps")
+      ->excludes(by_steps);
 }
 
-TimeGrid TimeOptions::grid() const {
+TimeGrid TimeOptions::grid(double default_time) const {
+  const double time = this->time.value_or(default_time);
   if (!(std::isfinite(time) && time > 0))
     throw InputError(fmt::format("--time is {}; it must be a finite number greater than 0", time));
   if (!dt) {
@@ -35,6 +45,17 @@ TimeGrid TimeOptions::grid() const {
   if (!(std::isfinite(*dt) && *dt > 0 && time / *dt <= kMaxSteps))
     throw InputError(fmt::format("--dt is {}; it must be greater than 0 and give at most {} steps", *dt, kMaxSteps));
   return {time, std::max(1, static_cast<int>(std::ceil(time / *dt * (1 - 1e-12))))};
+}
+
+void add_seed_option(CLI::App& verb, std::uint64_t& seed) {
+  verb.add_option_function<std::string>(
+      "--seed",
+      [&seed](const std::string& text) {
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+        if (error != std::errc() || end != text.data() + text.size())
+          throw InputError(fmt::format("--seed is '{}'; it must be a whole number from 0 to 2^64 - 1", text));
+      },
+      fmt::format("paths are functions of (seed, path number) [{}]", seed));
 }
 
 void add_threads_option(CLI::App& verb) {

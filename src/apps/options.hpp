@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -11,14 +12,18 @@ namespace pulson {
 
 /// `--time`, `--steps` or `--dt`.
 struct TimeOptions {
-  double time = 1;
+  std::optional<double> time;
   int steps = 20;
-  std::optional<double> dt;
+  std::optional<double> dt;  ///< where it is given, the default of --steps is not used
 
-  void add_to(CLI::App& verb);
-  /// K equal steps, none longer than --dt where that is given. @throws InputError
-  TimeGrid grid() const;
+  /// `default_time` is what help says of it.
+  void add_to(CLI::App& verb, const std::string& default_time);
+  /// K equal steps over --time or `default_time`, none longer than --dt where that is given. @throws InputError
+  TimeGrid grid(double default_time = 1) const;
 };
+
+/// `--seed` of the random numbers.
+void add_seed_option(CLI::App& verb, std::uint64_t& seed);
 
 /// `--threads`; sets the number at once.
 void add_threads_option(CLI::App& verb);

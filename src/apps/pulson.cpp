@@ -45,6 +45,7 @@ int run(int argc, char** argv) {
   program.require_subcommand(1);
   program.get_formatter()->column_width(34);
   pulson::add_register_verb(program, exit_code);
+  pulson::add_simulate_verb(program, exit_code);
   pulson::add_info_verb(program);
   check_verb(program, argc, argv);
   try {

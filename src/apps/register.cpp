@@ -191,7 +191,7 @@ void add_register_verb(CLI::App& program, int& exit_code) {
   verb->add_option("TARGET", arguments->target, "shape that it should become")->required();
   verb->add_option("-o,--out", arguments->out, "folder for the results")->required();
   add_matching_options(*verb, *arguments);
-  arguments->time.add_to(*verb);
+  arguments->time.add_to(*verb, "1");
   add_threads_option(*verb);
   verb->add_option("--json", arguments->json, "write the record here too; - for standard output, and nothing else");
   verb->add_flag("--no-picture", arguments->no_picture, "do not draw registration.png and .svg");

@@ -94,7 +94,7 @@ std::string short_name(const Landmarks& shape) {
 }
 
 void add_material(const Registration& registration, const Trajectory& path, RegistrationPicture& picture) {
-  const MaterialFlow flow(registration_system(registration), path, registration.increments);
+  const MaterialFlow flow(registration_system(registration), path);
   const auto [low, high] = drawn_box(registration);
   if (registration.source.dimension() == 2) {
     const std::vector<Points> lines = grid_lines(low, high);
@@ -121,7 +121,8 @@ RegistrationPicture make_registration_picture(const Registration& registration, 
 
   // Landmarks may have a path where the plane between them has none: the steps are too long for the strain there.
   try {
-    if (registration.source.dimension() < 3) add_material(registration, path, picture);
+    const bool has_map = path.integrator == "variational" || path.integrator == "variational-paper";
+    if (registration.source.dimension() < 3 && has_map) add_material(registration, path, picture);
   } catch (const StepError&) {
     picture.subtitle += "  ·  steps too long to draw the grid";
   }

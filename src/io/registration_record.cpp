@@ -4,22 +4,13 @@
 #include <fstream>
 #include <limits>
 
-#include <nlohmann/json.hpp>
-
+#include "json_text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json points_json(const Points& points) {
-  Json rows = Json::array();
-  for (const auto& column : points.colwise()) rows.push_back(std::vector<double>(column.begin(), column.end()));
-  return rows;
-}
 
 template <class Value>
 Json optional_json(const std::optional<Value>& value) {
@@ -35,15 +26,6 @@ Json alignment_json(const Alignment& alignment) {
           {"scale", alignment.scale},
           {"rotation", points_json(alignment.rotation.transpose())},
           {"translation", std::vector<double>(alignment.translation.begin(), alignment.translation.end())}};
-}
-
-// Valid JSON in which each key of the top level has a line of its own: to be read by people and compared by diff.
-std::string one_key_a_line(const Json& json) {
-  std::string text = "{";
-  for (const auto& [key, value] : json.items())
-    text += (text.size() > 1 ? ",\n  " : "\n  ") + Json(key).dump() + ": " +
-            value.dump(-1, ' ', false, Json::error_handler_t::replace);
-  return text + "\n}\n";
 }
 
 // Reads keys of one file; every error names the file and the key.
@@ -236,7 +218,7 @@ Registration read_registration(const std::filesystem::path& path) {
   registration.momenta = same_size(reader.at("momenta"), d, source.cols());
   reader.at("kernel").parsed([&](const std::string& spec) { return make_kernel(spec, source).at_zero(); });
   const int channels = reader.at("noise").parsed([&](const std::string& spec) {
-    const auto noise = make_noise(spec);
+    const auto noise = make_noise(spec, registration.source);
     noise->check(static_cast<int>(d), static_cast<int>(source.cols()));
     return noise->channels(static_cast<int>(d), static_cast<int>(source.cols()));
   });

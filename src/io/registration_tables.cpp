@@ -2,24 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "csv_rows.hpp"
 #include "pulson/io/registration_record.hpp"
 
 namespace pulson {
 namespace {
-
-constexpr std::string_view kAxes = "xyz";
-
-// Header fields `,prefix_x,prefix_y` for d axes.
-std::string axis_names(std::string_view prefix, Eigen::Index d) {
-  std::string text;
-  for (Eigen::Index c = 0; c < d; ++c) text += fmt::format(",{}_{}", prefix, kAxes[static_cast<std::size_t>(c)]);
-  return text;
-}
-
-template <class Column>
-void append_values(std::string& text, const Column& column) {
-  for (const double value : column) fmt::format_to(std::back_inserter(text), ",{}", value);
-}
 
 std::string quoted_label(const Landmarks& shape, int a) {
   if (shape.labels.empty()) return {};
@@ -49,17 +36,8 @@ std::string residuals_csv(const Registration& registration) {
 }
 
 std::string trajectory_csv(const Registration& registration, const Trajectory& path) {
-  const Eigen::Index d = registration.result.rows();
-  std::string text = "step,time,landmark" + axis_names("q", d) + axis_names("p", d) + "\n";
-  for (int k = 0; k <= path.grid.steps; ++k) {
-    const PhaseState& state = path.states[static_cast<std::size_t>(k)];
-    for (int a = 0; a < registration.source.count(); ++a) {
-      fmt::format_to(std::back_inserter(text), "{},{},{}", k, path.grid.at(k), a + 1);
-      append_values(text, Eigen::VectorXd(state.q.col(a)));
-      append_values(text, Eigen::VectorXd(state.p.col(a)));
-      text += '\n';
-    }
-  }
+  std::string text = "step,time,landmark" + state_names(registration.result.rows()) + "\n";
+  append_states(text, path, "", 1);
   return text;
 }
 

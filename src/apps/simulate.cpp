@@ -1,0 +1,201 @@
+// `pulson simulate`: one or a few sample paths.
+
+#include <chrono>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "options.hpp"
+#include "pulson/io/atomic_file.hpp"
+#include "pulson/io/simulation_record.hpp"
+#include "pulson/report/gnuplot.hpp"
+#include "pulson/report/path_picture.hpp"
+#include "start_options.hpp"
+#include "verbs.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostSamples = 1000;
+constexpr std::int64_t kMostNumbers = 400'000'000;  // of states in memory: 3.2 GB
+constexpr int kPrintedSamples = 5;
+
+struct SimulateArguments {
+  StartOptions start;
+  TimeOptions time{.time = {}, .steps = 20, .dt = 0.02};
+  SamplePathsOptions options;
+  std::string integrator = "variational";
+  std::string out;
+  std::string json;
+  int every = 1;
+  bool no_picture = false;
+  bool quiet = false;
+};
+
+void check_size(const Start& start, const SimulateArguments& arguments, const TimeGrid& grid) {
+  const int samples = arguments.options.samples;
+  if (samples < 1 || samples > kMostSamples)
+    throw InputError(
+        fmt::format("--samples is {}; it must be from 1 to {} (more: pulson ensemble)", samples, kMostSamples));
+  if (arguments.every < 1) throw InputError(fmt::format("--every is {}; it must be at least 1", arguments.every));
+  const std::int64_t numbers = 2 * start.state.q.size() * (std::int64_t{grid.steps} + 1) * samples;
+  if (numbers > kMostNumbers)
+    throw InputError(fmt::format("{} paths of {} landmarks and {} steps are {} numbers; at most {} fit, take fewer",
+                                 samples, start.shape.count(), grid.steps, numbers, kMostNumbers));
+}
+
+std::string setting(const Simulation& simulation) {
+  return fmt::format("{}  ·  {}  ·  {}, dt = {:.3g}  ·  seed {}", simulation.system.noise->spec(),
+                     simulation.system.kernel.spec(3), simulation.integrator, simulation.options.grid.dt(),
+                     simulation.options.seed);
+}
+
+// All paths as far as each goes; a path that ended early is drawn to its end and stays there.
+PathPicture make_picture(const Simulation& simulation) {
+  PathPicture picture;
+  picture.start = simulation.shape;
+  const TimeGrid& grid = simulation.options.grid;
+  for (int k = 0; k <= grid.steps; ++k) picture.times.push_back(grid.at(k));
+  for (const SamplePath& sample : simulation.samples) {
+    std::vector<Points> q;
+    std::vector<Points> p;
+    for (std::size_t k = 0; k < picture.times.size(); ++k) {
+      const PhaseState& state = sample.path.states[std::min(k, sample.path.states.size() - 1)];
+      q.push_back(state.q);
+      p.push_back(state.p);
+    }
+    picture.positions.push_back(std::move(q));
+    picture.momenta.push_back(std::move(p));
+  }
+  const int n = simulation.shape.count();
+  picture.title =
+      fmt::format("{} of {} landmark{}",
+                  simulation.options.samples == 1 ? std::string("A sample path")
+                                                  : fmt::format("{} sample paths", simulation.options.samples),
+                  n, n == 1 ? "" : "s");
+  picture.subtitle = setting(simulation);
+  return picture;
+}
+
+void check_outputs(const SimulateArguments& arguments) {
+  if (!arguments.no_picture && !Gnuplot::is_installed())
+    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
+  if (!arguments.json.empty() && arguments.json != "-") check_output_file(arguments.json);
+  create_output_directory(arguments.out);
+  const fs::path out = arguments.out;
+  for (const char* name : {"simulation.json", "paths.csv"}) check_output_file(out / name);
+  if (arguments.no_picture) return;
+  for (const char* name : {"paths.png", "paths.svg"}) check_output_file(out / name);
+}
+
+void write_results(const Simulation& simulation, const SimulateArguments& arguments) {
+  const fs::path out = arguments.out;
+  const std::string record = simulation_json(simulation);
+  write_file_atomically(out / "simulation.json", record);
+  write_file_atomically(out / "paths.csv", sample_paths_csv(simulation, arguments.every));
+  if (arguments.json == "-")
+    fmt::print("{}", record);
+  else if (!arguments.json.empty())
+    write_file_atomically(arguments.json, record);
+  if (!arguments.no_picture) write_path_picture(make_picture(simulation), out / "paths.png", out / "paths.svg");
+}
+
+std::string numbers_text(const Points& points) {
+  std::string text;
+  for (const auto& column : points.colwise()) {
+    std::string one;
+    for (const double x : column) one += fmt::format("{}{:.5g}", one.empty() ? "" : "/", x);
+    text += (text.empty() ? "" : ", ") + one;
+  }
+  return text;
+}
+
+void print_summary(const Simulation& simulation) {
+  const TimeGrid& grid = simulation.options.grid;
+  fmt::print("{} path{} of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}\n",
+             simulation.options.samples, simulation.options.samples == 1 ? "" : "s", simulation.shape.count(),
+             simulation.shape.dimension(), grid.time, grid.steps, grid.dt(), simulation.options.seed);
+  fmt::print("model      {}, noise {}, integrator {}\n", simulation.system.kernel.spec(4),
+             simulation.system.noise->spec(), simulation.integrator);
+  double kappa = 0;
+  double momentum = 0;
+  double error = 0;
+  for (const SamplePath& sample : simulation.samples) {
+    kappa = std::max(kappa, sample.path.contraction_bound);
+    momentum = std::max(momentum, sample.largest_momentum);
+    error = std::max(error, sample.momentum_error);
+  }
+  const NoiseTraits traits = simulation.system.noise->traits();
+  fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
+             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
+  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total kept to {:.1e}\n", error);
+  if (simulation.start.q.size() > 6) return;
+  for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
+    fmt::print("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),
+               numbers_text(simulation.samples[m].path.final().p));
+}
+
+// Warnings for paths that are not clean. @return whether there are any
+bool print_warnings(const Simulation& simulation) {
+  std::size_t unclean = 0;
+  std::string first;
+  for (std::size_t m = 0; m < simulation.samples.size(); ++m) {
+    const SamplePath& sample = simulation.samples[m];
+    if (sample.status == PathStatus::kClean) continue;
+    if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
+  }
+  if (unclean > 0)
+    fmt::print(stderr, "warning: {} of {} paths did not reach their end cleanly; {}\n", unclean,
+               simulation.samples.size(), first);
+  return unclean > 0;
+}
+
+int run_simulate(const SimulateArguments& arguments) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Start start = arguments.start.start();
+  SamplePathsOptions options = arguments.options;
+  options.grid = arguments.time.grid(start.default_time);
+  check_size(start, arguments, options.grid);
+  const auto integrator = make_integrator(arguments.integrator);
+  check_outputs(arguments);
+  Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
+  simulation.samples = sample_paths(start.system, *integrator, start.state, options);
+  simulation.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  write_results(simulation, arguments);
+  for (const std::string& note : start.notes) fmt::print(stderr, "note: {}\n", note);
+  if (arguments.json != "-" && !arguments.quiet) {
+    print_summary(simulation);
+    fmt::print("wrote      {}: simulation.json, paths.csv{}\n", arguments.out,
+               arguments.no_picture ? "" : ", paths.png, paths.svg");
+  }
+  return print_warnings(simulation) ? kNotConverged : kDone;
+}
+
+}  // namespace
+
+void add_simulate_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("simulate", "Draw one or a few sample paths of the stochastic system");
+  auto arguments = std::make_shared<SimulateArguments>();
+  arguments->start.add_to(*verb);
+  verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")->capture_default_str();
+  arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
+  verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
+  add_seed_option(*verb, arguments->options.seed);
+  verb->add_option("-o,--out", arguments->out, "folder for the results")->required();
+  verb->add_option("--every", arguments->every, "write every n-th step to paths.csv")->capture_default_str();
+  add_threads_option(*verb);
+  verb->add_option("--json", arguments->json, "write the record here too; - for standard output, and nothing else");
+  verb->add_flag("--no-picture", arguments->no_picture, "do not draw paths.png and .svg");
+  verb->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  verb->footer(
+      "Examples:\n"
+      "  pulson simulate --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out\n"
+      "  pulson simulate --shape wings.tps#1 --noise p-sd:beta=0.1,fields=grid --samples 5 -o out\n"
+      "  pulson simulate --from out/registration.json --noise ch-sd:beta=0.05 --samples 20 -o paths\n"
+      "Exit codes: 0 done, 2 bad input, 3 a path could not be followed to its end (results are written).");
+  verb->callback([arguments, &exit_code] { exit_code = run_simulate(*arguments); });
+}
+
+}  // namespace pulson

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson {
+
+using Json = nlohmann::ordered_json;
+
+/// The columns of a matrix as a list of lists: [landmark][axis].
+Json points_json(const Points& points);
+
+/// Valid JSON in which each key of the top level has a line of its own: to be read by people and compared by diff.
+std::string one_key_a_line(const Json& json);
+
+}  // namespace pulson

@@ -26,7 +26,10 @@ constexpr std::array<std::array<double, 3>, 9> kViridis{{{68, 1, 84},
 constexpr double kViridisEnd = 0.8;
 constexpr std::string_view kNarrow = " fijlrtI.,:;'|()[]-";
 constexpr std::string_view kWide = "mwMW@%=+<>";
-constexpr double kSmallestText = 0.55;    // of the size asked for, before text is cut
+constexpr double kSmallestText = 0.55;  // of the size asked for, before text is cut
+constexpr double kBarb = 4;             // of an arrow's tip, pixels for a stroke of no width
+constexpr double kBarbSlope = 0.45;
+constexpr double kShortestArrow = 1;      // pixels
 constexpr double kPointsPerPixel = 0.75;  // pngcairo counts text in points, the SVG terminal in pixels
 
 /// Width of one byte's letter in font sizes, DejaVu Sans; 0 for the later bytes of a letter.
@@ -95,6 +98,19 @@ void Canvas::segments(const Points& from, const Points& to, const Stroke& stroke
     layer.rows += '\n';
   }
   if (!layer.rows.empty()) layers_.push_back(std::move(layer));
+}
+
+void Canvas::arrows(const Points& from, const Points& to, const Stroke& stroke) {
+  std::vector<Points> lines;
+  for (Eigen::Index i = 0; i < from.cols(); ++i) {
+    const Eigen::Vector2d tip = to.col(i), shaft = tip - from.col(i);
+    const double length = shaft.norm(), barb = std::min(0.4 * length, kBarb + 3 * stroke.width);
+    if (length < kShortestArrow) continue;
+    const Eigen::Vector2d back = -barb / length * shaft, side = kBarbSlope * Eigen::Vector2d(-back.y(), back.x());
+    lines.push_back((Points(2, 2) << from.col(i), tip).finished());
+    lines.push_back((Points(2, 3) << tip + back + side, tip, tip + back - side).finished());
+  }
+  this->lines(lines, stroke);
 }
 
 void Canvas::dots(const Points& centres, double radius, const Colour& colour) {

@@ -16,6 +16,7 @@ namespace colour {
 inline const Colour kSource = "#4C6A92";
 inline const Colour kTarget = "#E07B39";
 inline const Colour kResult = "#1F2733";
+inline const Colour kMomentum = "#B03A63";
 inline const Colour kGrid = "#74A9B1BC";
 inline const Colour kFrame = "#C9CED6";
 inline const Colour kTitle = "#1F2733";
@@ -55,6 +56,9 @@ class Canvas {
 
   /// A straight line between each column of `from` and that of `to` (2×M).
   void segments(const Points& from, const Points& to, const Stroke& stroke);
+
+  /// An arrow from each column of `from` to that of `to` (2×M).
+  void arrows(const Points& from, const Points& to, const Stroke& stroke);
 
   /// Filled discs around the columns of `centres` (2×M).
   void dots(const Points& centres, double radius, const Colour& colour);

@@ -5,91 +5,24 @@
 #include <cmath>
 #include <numeric>
 
-#include <fmt/format.h>
+#include "pulson/report/thinning.hpp"
 
 namespace pulson::picture {
 namespace {
 
-constexpr int kTimeColours = 48;
-constexpr std::size_t kMostVertices = 250000;  // of all paths together
-constexpr std::size_t kLeastKnots = 24;        // of one path
-constexpr std::size_t kMostKnots = 300;
-
-constexpr double kTitleSize = 30;
-constexpr double kSubtitleSize = 21;
-constexpr double kLegendSize = 20;
-constexpr double kLegendGap = 48;
-constexpr double kLegendHeight = 30;  // above the bottom edge
-constexpr double kSampleGap = 11;     // between a sample and its text
+constexpr std::size_t kFewestVertices = 24;  // of one path
+constexpr std::size_t kMostVertices = 3000;
 constexpr double kDenseOutline = 2.2;
-constexpr std::size_t kMostGroupEntries = 4;
 constexpr double kNumberSize = 15;
 constexpr Eigen::Index kMostNumbers = 60;
-constexpr double kBarLength = 190;
-constexpr double kBarHeight = 12;
 
-/// At most `most` + 1 of the indices 0 … last, evenly spread, with both ends.
-std::vector<std::size_t> knots(std::size_t last, std::size_t most) {
-  const std::size_t count = std::max<std::size_t>(1, std::min(last, most));
-  std::vector<std::size_t> result(count + 1);
-  for (std::size_t i = 0; i <= count; ++i) result[i] = i * last / count;
-  return result;
-}
+}  // namespace
 
-// Blue, raspberry, green, violet: told apart in colour blindness and from the orange target.
 const Colour& group_colour(std::size_t group) {
+  // Blue, raspberry, green, violet: told apart in colour blindness and from the orange target.
   static const std::array<Colour, 4> kColours = {colour::kSource, "#B03A63", "#2F8F6B", "#7D5BA6"};
   return kColours.at(group % kColours.size());
 }
-
-Points point(double x, double y) { return (Points(2, 1) << x, y).finished(); }
-
-Points horizontal(double from, double to, double y) { return (Points(2, 2) << from, to, y, y).finished(); }
-
-void draw_time_bar(Canvas& canvas, double left, double y) {
-  // Round ends reach out by r. Each piece covers the end of the one before it, so no seams show.
-  constexpr double r = kBarHeight / 2, kPiece = (kBarLength - 2 * r) / kTimeColours;
-  for (int i = 0; i < kTimeColours; ++i) {
-    const double from = left + r + kPiece * i;
-    canvas.lines({horizontal(from, from + kPiece, y)}, {time_colour((i + 0.5) / kTimeColours), kBarHeight});
-  }
-}
-
-double sample_width(Sample sample) {
-  return sample == Sample::kTimeBar ? kBarLength : sample == Sample::kLine ? 36 : 20;
-}
-
-double entry_width(const LegendEntry& entry) {
-  double width = sample_width(entry.sample) + kSampleGap + text_width(entry.text, kLegendSize);
-  if (!entry.end_text.empty()) width += kSampleGap + text_width(entry.end_text, kLegendSize);
-  return width;
-}
-
-void draw_sample(Canvas& canvas, double left, double y, const LegendEntry& entry) {
-  const double width = sample_width(entry.sample);
-  switch (entry.sample) {
-    case Sample::kDot:
-      return canvas.dots(point(left + width / 2, y), 6.5, entry.colour);
-    case Sample::kRing:
-      return canvas.rings(point(left + width / 2, y), 8.5, {entry.colour, 2.2});
-    case Sample::kLine:
-      return canvas.lines({horizontal(left, left + width, y)}, {entry.colour, 2.4});
-    case Sample::kTimeBar:
-      return draw_time_bar(canvas, left, y);
-  }
-}
-
-void draw_entry(Canvas& canvas, double left, double y, const LegendEntry& entry) {
-  const double sample = sample_width(entry.sample), text = text_width(entry.text, kLegendSize);
-  const bool text_first = entry.sample == Sample::kTimeBar;
-  const double text_left = text_first ? left : left + sample + kSampleGap;
-  const double sample_left = text_first ? left + text + kSampleGap : left;
-  draw_sample(canvas, sample_left, y, entry);
-  canvas.text(text_left, y, entry.text, kLegendSize, colour::kText);
-  if (text_first) canvas.text(sample_left + sample + kSampleGap, y, entry.end_text, kLegendSize, colour::kText);
-}
-
-}  // namespace
 
 Marks::Marks(const Figure& figure) {
   const double shown = static_cast<double>(std::max(figure.marked.size(), figure.with_path.size()));
@@ -126,71 +59,39 @@ void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure) {
   canvas.rings(pixels(Eigen::all, figure.marked), marks.ring, {colour::kTarget, marks.stroke});
 }
 
-void draw_paths_by_time(Canvas& canvas, const std::vector<Points>& trajectory, const std::vector<double>& times,
-                        const Figure& figure) {
-  const std::vector<int>& shown = figure.with_path;
-  const std::size_t n = shown.size();
-  const double width = Marks(figure).path;
-  const std::size_t most = std::clamp(kMostVertices / n, kLeastKnots, kMostKnots);
-  const std::vector<std::size_t> k = knots(trajectory.size() - 1, most);
+void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, const Figure& figure, double width,
+                        std::size_t vertices) {
+  const std::vector<double>& times = paths.times;
   const double start = times.front(), duration = times.back() - times.front();
-  const auto bin = [&](std::size_t i) {  // of the step that begins at knot i
-    const double middle = (times[k[i]] + times[k[i + 1]]) / 2;
-    return static_cast<int>(kTimeColours * (middle - start) / duration);
+  const auto colour_of_step = [&](std::size_t from, std::size_t to) {
+    const double middle = (times[from] - start) / 2 + (times[to] - start) / 2;
+    return std::min(static_cast<std::size_t>(kTimeColours * (middle / duration)), std::size_t{kTimeColours - 1});
   };
+  const std::size_t most = std::clamp(vertices / figure.with_path.size(), kFewestVertices, kMostVertices);
+  const auto kept = thin_paths(paths.trajectory, figure.with_path, times, most);
 
-  for (std::size_t begin = 0, end = 0; begin + 1 < k.size(); begin = end) {
-    while (end + 1 < k.size() && bin(end) == bin(begin)) ++end;
-    std::vector<Points> pieces(n, Points(2, end - begin + 1));
-    for (std::size_t i = begin; i <= end; ++i)
-      for (std::size_t a = 0; a < n; ++a) pieces[a].col(i - begin) = trajectory[k[i]].col(shown[a]);
-    canvas.lines(pieces, {time_colour((bin(begin) + 0.5) / kTimeColours), width});
+  std::vector<std::vector<Points>> pieces(kTimeColours);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const std::vector<std::size_t>& k = kept[i];
+    Points path(paths.trajectory.front().rows(), static_cast<Eigen::Index>(k.size()));
+    for (std::size_t j = 0; j < k.size(); ++j) path.col(j) = paths.trajectory[k[j]].col(figure.with_path[i]);
+    path = view.pixels(path);
+    for (std::size_t begin = 0, end = 0; begin + 1 < k.size(); begin = end) {
+      const std::size_t colour = colour_of_step(k[begin], k[begin + 1]);
+      while (end + 1 < k.size() && colour_of_step(k[end], k[end + 1]) == colour) ++end;
+      pieces[colour].emplace_back(path.middleCols(begin, end - begin + 1));
+    }
   }
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    canvas.lines(pieces[i], {time_colour((static_cast<double>(i) + 0.5) / kTimeColours), width});
 }
 
-std::vector<LegendEntry> legend_of_shapes(const Figure& figure) {
-  if (!figure.names.empty()) {
-    std::vector<LegendEntry> entries;
-    for (std::size_t group = 0; group < std::min(figure.names.size(), kMostGroupEntries); ++group)
-      entries.push_back({Sample::kDot, group_colour(group), figure.names[group], ""});
-    entries.push_back({Sample::kRing, colour::kTarget, "target", ""});
-    return entries;
+void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure) {
+  for (std::size_t group = 0; group < figure.groups.size(); ++group) {
+    const Colour& own = figure.names.empty() ? colour::kSource : group_colour(group);
+    canvas.lines(trace(figure, true, pixels, group), {own, 1});
+    canvas.dots(pixels(Eigen::all, figure.groups[group]), 0.6 * Marks(figure).dot, own);
   }
-  const bool lines = figure.marked.empty();
-  return {{lines ? Sample::kLine : Sample::kDot, colour::kSource, "source", ""},
-          {lines ? Sample::kLine : Sample::kRing, colour::kTarget, "target", ""},
-          {lines ? Sample::kLine : Sample::kDot, colour::kResult, "result", ""}};
-}
-
-LegendEntry legend_of_time(const std::vector<double>& times) {
-  return {Sample::kTimeBar, "", fmt::format("path, t = {:.4g}", times.front()), fmt::format("{:.4g}", times.back())};
-}
-
-LegendEntry legend_of_grid(const std::string& text) { return {Sample::kLine, colour::kGrid, text, ""}; }
-
-void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
-  double width = kLegendGap * static_cast<double>(entries.size() - 1);
-  for (const LegendEntry& entry : entries) width += entry_width(entry);
-  double left = (canvas.width() - width) / 2;
-  for (const LegendEntry& entry : entries) {
-    draw_entry(canvas, left, kLegendHeight, entry);
-    left += entry_width(entry) + kLegendGap;
-  }
-}
-
-double title_height(const RegistrationPicture& picture) {
-  return 24 + (picture.title.empty() ? 0 : 1.35 * kTitleSize) + (picture.subtitle.empty() ? 0 : 1.6 * kSubtitleSize);
-}
-
-void draw_titles(Canvas& canvas, const RegistrationPicture& picture, double left) {
-  const double room = canvas.width() - left - 24;
-  double y = canvas.height() - 24;
-  if (!picture.title.empty()) {
-    canvas.text(left, y - 0.6 * kTitleSize, picture.title, kTitleSize, colour::kTitle, Align::kLeft, room);
-    y -= 1.35 * kTitleSize;
-  }
-  if (!picture.subtitle.empty())
-    canvas.text(left, y - 0.7 * kSubtitleSize, picture.subtitle, kSubtitleSize, colour::kText, Align::kLeft, room);
 }
 
 std::vector<Colour> colours_by_position(const Points& source) {

@@ -5,7 +5,6 @@
 
 #include "canvas.hpp"
 #include "outline.hpp"
-#include "pulson/report/registration_picture.hpp"
 #include "view.hpp"
 
 namespace pulson::picture {
@@ -31,32 +30,24 @@ void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure);
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure);
 
-/// Paths, 2×N at each time, coloured by time from the first to the last; later parts lie above earlier ones. Long
-/// trajectories are thinned to what can be seen.
-void draw_paths_by_time(Canvas& canvas, const std::vector<Points>& trajectory, const std::vector<double>& times,
-                        const Figure& figure);
+inline constexpr int kTimeColours = 48;
 
-enum class Sample { kDot, kRing, kLine, kTimeBar };
-
-/// One entry of the legend: a sample and what it means. A time bar stands between its two texts, which are the ends.
-struct LegendEntry {
-  Sample sample;
-  Colour colour;
-  std::string text;
-  std::string end_text;
+/// Paths d×N at each time.
+struct Paths {
+  const std::vector<Points>& trajectory;
+  const std::vector<double>& times;
 };
 
-/// The entries for source, target and result, as the figure shows them.
-std::vector<LegendEntry> legend_of_shapes(const Figure& figure);
-LegendEntry legend_of_time(const std::vector<double>& times);
-LegendEntry legend_of_grid(const std::string& text);
+/// The paths of the figure's landmarks, coloured by time from the first to the last; later parts lie above earlier
+/// ones. Long ones are thinned by `thin_paths`, to about `vertices` in all.
+void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, const Figure& figure, double width,
+                        std::size_t vertices);
 
-/// The entries in one row around the middle of the canvas, above its bottom edge.
-void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries);
+/// The landmarks where paths start, at `pixels` (2×N), in small marks, and thinly the outlines that have no marks.
+void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure);
 
-/// Title and subtitle from `left`, below the top edge.
-void draw_titles(Canvas& canvas, const RegistrationPicture& picture, double left);
-double title_height(const RegistrationPicture& picture);
+/// Told apart in colour blindness.
+const Colour& group_colour(std::size_t group);
 
 /// Colour of landmark a where each has its own: ordered by position at the start.
 std::vector<Colour> colours_by_position(const Points& source);

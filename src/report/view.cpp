@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kTicLength = 7;
 constexpr double kTicText = 18;
-constexpr double kTicDistance = 100;  // least pixels between tics; one for both axes, so equal scales get equal steps
+constexpr double kWidestNumber = 0.85;  // of the distance between tics
 
 /// The round step (1, 2 or 5 times a power of ten) nearest above `least`.
 double round_step(double least) {
@@ -38,8 +38,10 @@ Interval range_of(const std::vector<const Points*>& sets, int row) {
   return range;
 }
 
-Tics make_tics(const Interval& range, double pixels) {
-  const double step = round_step(range.span() * kTicDistance / pixels);
+double number_width(const std::string& text) { return text_width(text, kTicText); }
+
+Tics make_tics(const Interval& range, double pixels, double distance) {
+  const double step = round_step(range.span() * distance / pixels);
   Tics tics;
   for (double k = std::ceil(range.low / step); k * step <= range.high; ++k) {
     tics.values.push_back(k * step);
@@ -47,6 +49,14 @@ Tics make_tics(const Interval& range, double pixels) {
     if (tics.values.size() > 20) break;  // the span is lost in rounding
   }
   return tics;
+}
+
+Tics make_tics_below(const Interval& range, double pixels) {
+  const Tics tics = make_tics(range, pixels);
+  double widest = 0;
+  for (const std::string& text : tics.texts) widest = std::max(widest, number_width(text));
+  const double room = tics.values.size() < 2 ? pixels : (tics.values[1] - tics.values[0]) / range.span() * pixels;
+  return widest < kWidestNumber * room ? tics : make_tics(range, pixels, widest / kWidestNumber);
 }
 
 Points View::pixels(const Points& data) const {
@@ -63,7 +73,19 @@ std::vector<Points> View::pixels(const std::vector<Points>& data) const {
   return result;
 }
 
-void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bool left_numbers) {
+std::vector<View> coordinate_planes(const std::vector<Interval>& ranges) {
+  std::vector<View> views;
+  for (const auto& [row_x, row_y] : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 2)})
+    views.push_back({{}, ranges[row_x], ranges[row_y], row_x, row_y});
+  return views;
+}
+
+std::string axis_names(const View& view) {
+  constexpr std::string_view kNames = "xyz";
+  return fmt::format("{} →   {} ↑", kNames[view.row_x], kNames[view.row_y]);
+}
+
+void draw_frame(Canvas& canvas, const View& view, const std::string& heading, const Tics& x_tics, const Tics& y_tics) {
   const Box& box = view.box;
   const double right = box.left + box.width, top = box.bottom + box.height;
   Points frame(2, 5);
@@ -73,26 +95,33 @@ void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bo
     lines.push_back((Points(2, 2) << x, x + dx, y, y + dy).finished());
   };
 
-  const Tics x_tics = make_tics(view.x, box.width), y_tics = make_tics(view.y, box.height);
   for (std::size_t i = 0; i < x_tics.values.size(); ++i) {
     const double x = box.left + (x_tics.values[i] - view.x.low) / view.x.span() * box.width;
     add_tic(x, box.bottom, 0, -kTicLength);
-    canvas.text(x, box.bottom - kTicLength - 14, x_tics.texts[i], kTicText, colour::kTicText, Align::kCentre);
+    const double half = number_width(x_tics.texts[i]) / 2;
+    canvas.text(std::min(x, canvas.width() - half), box.bottom - kTicLength - 14, x_tics.texts[i], kTicText,
+                colour::kTicText, Align::kCentre);
   }
   for (std::size_t i = 0; i < y_tics.values.size(); ++i) {
     const double y = box.bottom + (y_tics.values[i] - view.y.low) / view.y.span() * box.height;
-    if (!left_numbers) break;
     add_tic(box.left, y, -kTicLength, 0);
     canvas.text(box.left - kTicLength - 7, y, y_tics.texts[i], kTicText, colour::kTicText, Align::kRight);
   }
   canvas.lines(lines, {colour::kFrame, 1.4});
-  canvas.text(box.left, top + 20, heading, 22, colour::kTitle);
+  canvas.text(box.left, top + 20, heading, 22, colour::kTitle, Align::kLeft, box.width);
 }
 
-double left_number_width(const Interval& y, double pixels) {
+void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bool left_numbers) {
+  draw_frame(canvas, view, heading, make_tics_below(view.x, view.box.width),
+             left_numbers ? make_tics(view.y, view.box.height) : Tics());
+}
+
+double left_number_width(const Tics& tics) {
   double widest = 0;
-  for (const std::string& text : make_tics(y, pixels).texts) widest = std::max(widest, text_width(text, kTicText));
+  for (const std::string& text : tics.texts) widest = std::max(widest, number_width(text));
   return widest + kTicLength + 7;
 }
+
+double left_number_width(const Interval& y, double pixels) { return left_number_width(make_tics(y, pixels)); }
 
 }  // namespace pulson::picture

@@ -24,14 +24,20 @@ struct Interval {
 /// The values of one coordinate that all of these points take; never empty.
 Interval range_of(const std::vector<const Points*>& sets, int row);
 
-/// Round numbers within an interval, and their text.
+/// Places within an interval that an axis marks, and the text beside each.
 struct Tics {
   std::vector<double> values;
   std::vector<std::string> texts;
 };
 
+/// Least pixels between tics; one for both axes, so that equal scales get equal steps.
+inline constexpr double kTicDistance = 100;
+
 /// Tics for an axis `pixels` long: few, at steps of 1, 2 or 5 times a power of ten.
-Tics make_tics(const Interval& range, double pixels);
+Tics make_tics(const Interval& range, double pixels, double distance = kTicDistance);
+
+/// The same for a horizontal axis: fewer where the numbers would run into one another.
+Tics make_tics_below(const Interval& range, double pixels);
 
 /// A rectangle of the canvas, in pixels.
 struct Box {
@@ -54,10 +60,23 @@ struct View {
   std::vector<Points> pixels(const std::vector<Points>& data) const;
 };
 
-/// Draws the thin frame of a panel with a name above it, tics and numbers at the bottom and, on demand, at the left.
+/// Views of the ranges of x, y and z: the planes xy, xz and yz.
+std::vector<View> coordinate_planes(const std::vector<Interval>& ranges);
+
+/// What a view shows: "x →   z ↑".
+std::string axis_names(const View& view);
+
+/// Draws the thin frame of a panel with a name above it, and tics with numbers at the bottom and at the left.
+void draw_frame(Canvas& canvas, const View& view, const std::string& heading, const Tics& x_tics, const Tics& y_tics);
+
+/// The same with tics at round numbers, those at the left on demand.
 void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bool left_numbers);
 
+/// Width of a number on an axis.
+double number_width(const std::string& text);
+
 /// Room that the numbers at the left of a panel take.
+double left_number_width(const Tics& tics);
 double left_number_width(const Interval& y, double pixels);
 
 }  // namespace pulson::picture

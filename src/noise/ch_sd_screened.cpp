@@ -22,8 +22,11 @@ struct ChSdScreened : NoiseFormula {
   }
   int channels(int dimension, int count) const { return dimension * on.count(count); }
   NoiseTraits traits() const {
-    return {
-        .moves_positions = true, .moves_momenta = true, .additive = false, .compensated = true, .diffeomorphic = false,
+    return {.moves_positions = true,
+            .moves_momenta = true,
+            .additive = false,
+            .compensated = true,
+            .diffeomorphic = false,
             .local = false};
   }
   void check(int /*dimension*/, int count, const std::string& spec) const {

@@ -31,6 +31,8 @@ constexpr Dual operator-(Dual a, const Dual& b) { return a -= b; }
 constexpr Dual operator*(Dual a, const Dual& b) { return a *= b; }
 constexpr Dual operator/(Dual a, const Dual& b) { return a /= b; }
 
+constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value && a.change == b.change; }
+
 inline Dual exp(const Dual& a) { return {std::exp(a.value), std::exp(a.value) * a.change}; }
 inline Dual sin(const Dual& a) { return {std::sin(a.value), std::cos(a.value) * a.change}; }
 inline Dual cos(const Dual& a) { return {std::cos(a.value), -std::sin(a.value) * a.change}; }
@@ -43,7 +45,7 @@ struct Eigen::NumTraits<pulson::Dual> : Eigen::NumTraits<double> {
   using Real = pulson::Dual;
   using NonInteger = pulson::Dual;
   using Nested = pulson::Dual;
-  enum {
+  enum {  // NOLINT(readability-identifier-naming): Eigen's names
     IsComplex = 0,
     IsInteger = 0,
     IsSigned = 1,

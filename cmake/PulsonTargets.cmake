@@ -14,6 +14,17 @@ target_compile_options(
             -Wno-restrict # false alarms of g++ 12 on std::string (its bug 105651)
             $<$<BOOL:${PULSON_WARNINGS_AS_ERRORS}>:-Werror>)
 
+# SSSE3 alone is of few machines, and a fifth of the compile time of vector code. In all of our code or in none.
+target_compile_definitions(pulson_options INTERFACE HWY_DISABLED_TARGETS=HWY_SSSE3)
+
+# pulson_vector_source(<file>): its loops over axes and rounds must unroll in every preset, but for the sanitizers', which
+# take ten minutes over that.
+function(pulson_vector_source file)
+  if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+    set_source_files_properties(${file} PROPERTIES COMPILE_OPTIONS "-O3")
+  endif()
+endfunction()
+
 # pulson_library(<folder> SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>])
 # makes the static library pulson_<folder> with the alias pulson::<folder>. PUBLIC: what its headers include; PRIVATE:
 # what its .cpp files alone use. Headers of other packages count as system headers.

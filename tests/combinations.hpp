@@ -44,7 +44,8 @@ inline std::vector<std::string> kernel_specs() {
   return specs;
 }
 
-/// Each row of noise_table() with 0.3 for what has no default, once more for each of its variants, and two sums.
+/// Each row of noise_table() with 0.3 (a range: 0.8) for what has no default, once more for each of its variants, and
+/// two sums.
 inline std::vector<std::string> noise_specs() {
   const std::vector<std::string> variants = {"on=1/3", "common=1", "fields=cos,wavenumber=1.3",
                                              "fields=grid,count=2,width=0.8",
@@ -53,7 +54,8 @@ inline std::vector<std::string> noise_specs() {
   for (const auto& row : noise_table().rows()) {
     std::string spec = row.name;
     for (const ParameterInfo& parameter : row.parameters)
-      if (parameter.default_text.empty()) spec += (spec == row.name ? ":" : ",") + parameter.name + "=0.3";
+      if (parameter.default_text.empty())
+        spec += (spec == row.name ? ":" : ",") + parameter.name + (parameter.name == "gamma" ? "=0.8" : "=0.3");
     specs.push_back(spec);
     for (const std::string& variant : variants)
       for (const ParameterInfo& parameter : row.parameters)

@@ -34,17 +34,17 @@ void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
 }
 
 TimeGrid TimeOptions::grid(double default_time) const {
-  const double time = this->time.value_or(default_time);
-  if (!(std::isfinite(time) && time > 0))
-    throw InputError(fmt::format("--time is {}; it must be a finite number greater than 0", time));
+  const double length = time.value_or(default_time);
+  if (!(std::isfinite(length) && length > 0))
+    throw InputError(fmt::format("--time is {}; it must be a finite number greater than 0", length));
   if (!dt) {
     if (steps < 1 || steps > kMaxSteps)
       throw InputError(fmt::format("--steps is {}; it must be from 1 to {}", steps, kMaxSteps));
-    return {time, steps};
+    return {length, steps};
   }
-  if (!(std::isfinite(*dt) && *dt > 0 && time / *dt <= kMaxSteps))
+  if (!(std::isfinite(*dt) && *dt > 0 && length / *dt <= kMaxSteps))
     throw InputError(fmt::format("--dt is {}; it must be greater than 0 and give at most {} steps", *dt, kMaxSteps));
-  return {time, std::max(1, static_cast<int>(std::ceil(time / *dt * (1 - 1e-12))))};
+  return {length, std::max(1, static_cast<int>(std::ceil(length / *dt * (1 - 1e-12))))};
 }
 
 void add_seed_option(CLI::App& verb, std::uint64_t& seed) {

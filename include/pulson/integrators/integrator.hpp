@@ -25,7 +25,7 @@ class StepError : public InputError {
 
 /// The states of one sample path at the times of its grid, and what the steps met.
 struct Trajectory {
-  std::string integrator;           ///< its name
+  std::string integrator;  ///< its name
   TimeGrid grid;
   Eigen::MatrixXd increments;       ///< ΔW, C×K
   std::vector<PhaseState> states;   ///< K+1 adapted states (q, p̂)

@@ -35,7 +35,7 @@ class MaterialFlow {
 
   StochasticSystem system_;
   Trajectory path_;
-  Eigen::MatrixXd w_;                       ///< increments that act in each step, C×K
+  Eigen::MatrixXd w_;  ///< increments that act in each step, C×K
   bool compensates_ = false;
   std::vector<Points> landmark_noise_;      ///< per step δ, d×N; empty where it is zero
   std::vector<Points> noise_coefficients_;  ///< per step K(q0,q0)^{-1} applied to δ, d×N; empty where it is zero

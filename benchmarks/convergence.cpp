@@ -8,7 +8,6 @@
 #include <fmt/core.h>
 
 #include "pulson/core/parallel.hpp"
-#include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
 
 namespace pulson::convergence {
@@ -21,13 +20,7 @@ using Eigen::MatrixXd;
 constexpr int kMostBlocks = 64;
 constexpr int kChecked = 32;      // blocks whose first path checks the reference
 constexpr double kVisible = 3;    // standard errors that a weak error must differ from 0 by
-constexpr double kSure = 4;       // standard errors that decide
 constexpr int kFewestPoints = 3;  // of a slope
-
-Case make_case(const std::string& noise, const Points& q, const Points& p, bool commutes) {
-  const Landmarks shape{.points = q, .labels = {}, .groups = {}, .name = {}, .source = {}};
-  return {noise, {q, p}, {make_kernel("gaussian:alpha=1", q), make_noise(noise, shape)}, commutes};
-}
 
 void check(const Plan& plan) {
   for (const int steps : plan.steps)
@@ -247,8 +240,6 @@ Estimate mean_of(const std::vector<Sums>& blocks, Eigen::Index quantity, Eigen::
   return jackknife(blocks, [&](const Sums& sums) { return sums.mean(quantity, size); });
 }
 
-bool is_weak(Quantity quantity) { return quantity >= kMeanQ; }
-
 // The line through (log Δt, log |mean|): all points alike for strong errors, whose relative standard errors are alike;
 // for weak ones as many as stand out of their standard errors, weighted by these.
 Order order_of(const std::vector<Sums>& blocks, Quantity quantity, const std::vector<Estimate>& means,
@@ -309,23 +300,6 @@ Row make_row(const Experiment& experiment, std::size_t r, const std::vector<Bloc
 
 }  // namespace
 
-std::vector<Case> cases() {
-  const Points q1 = Eigen::RowVector2d(0, 2);
-  const Points p1 = Eigen::RowVector2d(2, 1);
-  const Points q2 = (Points(2, 2) << 0, 1.5, 0, 1).finished();
-  const Points p2 = (Points(2, 2) << 0.75, 0.25, 0.25, -0.25).finished();
-  return {make_case("ch-sd:beta=1.5,on=2", q1, p1, true),
-          make_case("trouve-vialard:sigma=0.5", q1, p1, true),
-          make_case("langevin:sigma=0.5,friction=1", q1, p1, true),
-          make_case("potential:beta=1,gamma=4", q1, p1, true),
-          make_case("ch-sd-screened:beta=1,gamma=4,on=2", q1, p1, true),
-          make_case("p-sd:beta=0.7,fields=cos,wavenumber=1", q1, 0.5 * p1, true),
-          make_case("p-sd:beta=0.7,fields=cos,wavenumber=1", q2, p2, false),
-          make_case("p-sd:beta=0.5,fields=grid,count=2", q2, p2, false)};
-}
-
-bool lags(const std::string& integrator) { return integrator.starts_with("variational"); }
-
 Measurement measure(const Case& setting, const Plan& plan) {
   check(plan);
   const Experiment experiment(setting, plan);
@@ -348,43 +322,6 @@ Measurement measure(const Case& setting, const Plan& plan) {
     result.limits_apart[i] = mean_of(limits, static_cast<Eigen::Index>(i), 0);
   if (!references.empty()) result.references_apart = mean_of(references, 0, 0);
   return result;
-}
-
-Claim claim_of(const Case& setting, const Row& row, Quantity quantity) {
-  using Kind = Claim::Kind;
-  const NoiseTraits noise = setting.system.noise->traits();
-  const bool symmetric = row.integrator == "midpoint" || row.integrator == "heun";
-  if (!symmetric && !lags(row.integrator)) return {Kind::kIsAtLeast, is_weak(quantity) ? 1.0 : 0.5};
-  const bool other_equation = row.integrator == "variational-paper" && noise.compensated;
-  if (other_equation && row.limit == Limit::kStratonovich) return {Kind::kStalls, 0};
-  // For additive noise the mean of two slopes is right to second order in law; the slope at the mean is not, where it
-  // is curved: half the variance of the increment is missing.
-  if (is_weak(quantity)) return {Kind::kIs, row.integrator == "heun" && noise.additive ? 2.0 : 1.0};
-  if (symmetric) return {Kind::kIs, setting.commutes ? 1 : 0.5};
-  const bool lag_shows = quantity == kState || (quantity == kPosition && noise.moves_positions);
-  return {Kind::kIs, lag_shows || noise.compensated || !setting.commutes ? 0.5 : 1};
-}
-
-Verdict compare(const Order& measured, const Claim& claim, Quantity quantity) {
-  if (measured.points == 0) return Verdict::kUndecided;
-  const double half_gap = is_weak(quantity) ? 0.5 : 0.25;
-  const double above = measured.slope.value - claim.order;
-  const double away = claim.kind == Claim::Kind::kIsAtLeast ? -above : std::abs(above);
-  const double margin = kSure * measured.slope.error;
-  if (away + margin < half_gap) return Verdict::kAgrees;
-  return away - margin > half_gap ? Verdict::kDiffers : Verdict::kUndecided;
-}
-
-Verdict stalls(const Case& setting, const Measurement& measurement, Quantity quantity) {
-  const auto own = std::ranges::find(measurement.rows, Limit::kPaper, &Row::limit);
-  if (own == measurement.rows.end() || own->means[quantity].empty()) return Verdict::kUndecided;
-  const auto at_least = [](const Estimate& e) { return std::abs(e.value) - kSure * e.error; };
-  const auto at_most = [](const Estimate& e) { return std::abs(e.value) + kSure * e.error; };
-  const double apart = at_least(measurement.limits_apart[quantity]);
-  const bool near = at_most(own->means[quantity].back()) < apart;
-  const bool converges =
-      compare(own->orders[quantity], claim_of(setting, *own, quantity), quantity) == Verdict::kAgrees;
-  return apart > 0 && (near || converges) ? Verdict::kAgrees : Verdict::kUndecided;
 }
 
 }  // namespace pulson::convergence

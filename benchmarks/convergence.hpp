@@ -39,6 +39,8 @@ enum Quantity : int {
   kQuantities
 };
 
+inline bool is_weak(Quantity quantity) { return quantity >= kMeanQ; }
+
 struct Plan {
   std::vector<int> steps = {16, 32, 64, 128, 256};  ///< of the grids over [0, time], coarsest first
   int reference_steps = 4096;                       ///< a multiple of each

@@ -127,25 +127,31 @@ double smallest_error(const Measurement& measurement) {
   return smallest;
 }
 
-void print_references(const std::vector<Measured>& all, const Plan& plan) {
+void print_references(const std::vector<Measured>& all) {
   fmt::print("### References\n");
   print_head({"noise", "references apart", "smallest error", "limits apart", "paths without reference"});
   for (const auto& [setting, m] : all)
     fmt::print("| {} | {} | {:.2g} | {} | {} |\n", text(setting), text(m.references_apart), smallest_error(m),
                m.limits_apart[kState].value > 0 ? text(m.limits_apart[kState]) : "the same", m.reference_failed);
-  fmt::print("\n### Paths left out: steps without a solution, of {} paths\n", plan.paths);
+  fmt::print("\n");
+}
+
+// Rows against the paper's limit are the same paths again.
+bool is_lossy(const Row& row) {
+  return row.limit == Limit::kStratonovich && std::ranges::any_of(row.failed, [](int n) { return n > 0; });
+}
+
+void print_failures(const std::vector<Measured>& all, const Plan& plan) {
+  fmt::print("### Paths left out because a step had no solution\n");
+  const bool any =
+      std::ranges::any_of(all, [](const Measured& m) { return std::ranges::any_of(m.measurement.rows, is_lossy); });
+  if (!any) return fmt::print("None of {}.\n", plan.paths);
   std::vector<std::string> columns = step_columns(plan);
   columns.insert(columns.begin(), {"noise", "integrator"});
   print_head(columns);
-  bool any = false;
-  for (const auto& [setting, m] : all) {
-    for (const Row& row : m.rows) {
-      if (row.limit == Limit::kPaper || std::ranges::all_of(row.failed, [](int n) { return n == 0; })) continue;
-      fmt::print("| {} | {} | {} |\n", text(setting), text(row), fmt::join(row.failed, " | "));
-      any = true;
-    }
-  }
-  if (!any) fmt::print("\nNone.\n");
+  for (const auto& [setting, m] : all)
+    for (const Row& row : m.rows)
+      if (is_lossy(row)) fmt::print("| {} | {} | {} |\n", text(setting), text(row), fmt::join(row.failed, " | "));
 }
 
 std::vector<Measured> measure_all(const Plan& plan, const std::string& only) {
@@ -165,7 +171,8 @@ void print(const std::vector<Measured>& all, const Plan& plan) {
              plan.reference_steps);
   print_strong(all, plan);
   print_weak(all, plan);
-  print_references(all, plan);
+  print_references(all);
+  print_failures(all, plan);
 }
 
 }  // namespace

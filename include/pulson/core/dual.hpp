@@ -45,7 +45,8 @@ struct Eigen::NumTraits<pulson::Dual> : Eigen::NumTraits<double> {
   using Real = pulson::Dual;
   using NonInteger = pulson::Dual;
   using Nested = pulson::Dual;
-  enum {  // NOLINT(readability-identifier-naming): Eigen's names
+  // Eigen's names. NOLINTBEGIN(readability-identifier-naming)
+  enum {
     IsComplex = 0,
     IsInteger = 0,
     IsSigned = 1,
@@ -54,4 +55,5 @@ struct Eigen::NumTraits<pulson::Dual> : Eigen::NumTraits<double> {
     AddCost = 2,
     MulCost = 4
   };
+  // NOLINTEND(readability-identifier-naming)
 };

@@ -73,7 +73,7 @@ using Weak = Eigen::Array<double, kQuantities - kMeanQ, 1>;
 Weak functionals(const PhaseState& z) {
   const double q = z.q(0, 1);
   const double p = z.p(0, 0);
-  return Weak(q, q * q, p, p * p);
+  return {q, q * q, p, p * p};
 }
 
 // The end of a path by an integrator.
@@ -88,7 +88,7 @@ Weak lag_control(const StochasticSystem& system, const PhaseState& before, const
   const PhaseState h = system.noise->gradient(before, 0.5 * last_increment);
   const double q = -h.p(0, 1);
   const double p = h.q(0, 0);
-  return Weak(q, 2 * before.q(0, 1) * q, p, 2 * before.p(0, 0) * p);
+  return {q, 2 * before.q(0, 1) * q, p, 2 * before.p(0, 0) * p};
 }
 
 Eigen::Array<double, kQuantities, 1> quantities(const End& end, const PhaseState& limit) {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <exception>
+#include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -175,9 +178,7 @@ void print(const std::vector<Measured>& all, const Plan& plan) {
   print_failures(all, plan);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App program("Strong and weak orders of convergence, as Markdown");
   Plan plan;
   int threads = 0;
@@ -192,10 +193,17 @@ int main(int argc, char** argv) {
   CLI11_PARSE(program, argc, argv);
   pulson::set_thread_count(threads);
 
+  print(measure_all(plan, only), plan);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    print(measure_all(plan, only), plan);
-  } catch (const pulson::InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fputs((std::string(error.what()) + "\n").c_str(), stderr);
     return 2;
   }
 }

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include "forced_target.hpp"
 #include "kernel_definition.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
@@ -22,21 +23,6 @@ using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 // ---- vector targets
-
-// Lets the kernel sums use one vector target alone, and all of them again at the end.
-class ForcedTarget {
- public:
-  explicit ForcedTarget(std::int64_t target) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-  ForcedTarget(const ForcedTarget&) = delete;
-  ForcedTarget& operator=(const ForcedTarget&) = delete;
-  ~ForcedTarget() {
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().DeInit();
-  }
-};
 
 std::vector<Eigen::MatrixXd> every_sum(const KernelOperator& kernel, int dimension, int count) {
   const Points q = random_points(dimension, count, 1);

@@ -77,6 +77,7 @@ HWY_AFTER_NAMESPACE();
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include "forced_target.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/random/brownian.hpp"
 #include "pulson/random/normals.hpp"
@@ -90,21 +91,6 @@ HWY_EXPORT(DrawInlined);
 namespace {
 
 using testing::ThrowsMessage;
-
-// Lets the vector code use one target alone, and all of them again at the end.
-class ForcedTarget {
- public:
-  explicit ForcedTarget(std::int64_t target) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  }
-  ForcedTarget(const ForcedTarget&) = delete;
-  ForcedTarget& operator=(const ForcedTarget&) = delete;
-  ~ForcedTarget() {
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().DeInit();
-  }
-};
 
 void for_every_target(const std::function<void()>& check) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {

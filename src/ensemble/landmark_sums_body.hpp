@@ -1,0 +1,231 @@
+// Sums over pairs of landmarks, one path in each lane. Included once per vector target, so its guard toggles with the
+// target.
+#if defined(PULSON_LANDMARK_SUMS_BODY) == defined(HWY_TARGET_TOGGLE)
+#ifdef PULSON_LANDMARK_SUMS_BODY
+#undef PULSON_LANDMARK_SUMS_BODY
+#else
+#define PULSON_LANDMARK_SUMS_BODY
+#endif
+
+#include <cstddef>
+
+#include <hwy/highway.h>
+
+#include "lane_kernels_body.hpp"
+
+// Functions are named in Highway's style, which they extend.
+// NOLINTBEGIN(readability-identifier-naming)
+HWY_BEFORE_NAMESPACE();
+namespace pulson {
+namespace HWY_NAMESPACE {
+
+// d coordinates of one landmark.
+template <int d, class D>
+struct Coordinates {
+  using V = hn::Vec<D>;
+  using T = hn::TFromD<D>;
+
+  HWY_INLINE void Load(const T* from, std::size_t landmark) {
+    for (int c = 0; c < d; ++c) at[c] = hn::Load(D(), from + (landmark * d + c) * hn::Lanes(D()));
+  }
+  HWY_INLINE void Store(T* to, std::size_t landmark) const {
+    for (int c = 0; c < d; ++c) hn::Store(at[c], D(), to + (landmark * d + c) * hn::Lanes(D()));
+  }
+  HWY_INLINE Coordinates Minus(const Coordinates& other) const {
+    Coordinates difference;
+    for (int c = 0; c < d; ++c) difference.at[c] = hn::Sub(at[c], other.at[c]);
+    return difference;
+  }
+  HWY_INLINE V Dot(const Coordinates& other) const {
+    V sum = hn::Mul(at[0], other.at[0]);
+    for (int c = 1; c < d; ++c) sum = hn::MulAdd(at[c], other.at[c], sum);
+    return sum;
+  }
+  HWY_INLINE void Add(V factor, const Coordinates& other) {
+    for (int c = 0; c < d; ++c) at[c] = hn::MulAdd(factor, other.at[c], at[c]);
+  }
+  HWY_INLINE void Subtract(V factor, const Coordinates& other) {
+    for (int c = 0; c < d; ++c) at[c] = hn::NegMulAdd(factor, other.at[c], at[c]);
+  }
+
+  V at[d];
+};
+
+// Where the sums keep the first and second factors of the derivatives of K, for each pair in the order of AddPairs.
+struct KeptJets {
+  float* first;
+  float* second;
+  std::size_t stride;
+};
+
+// u_a += Σ K(x_a − x_b) p_b and f_a −= Σ (p_a·p_b) ∇K(x_a − x_b), and the smallest |x_a − x_b|².
+template <int d, class Kernel>
+struct ExactSum {
+  struct Landmark {
+    Coordinates<d, Tag> x, p, u, f;
+  };
+  HWY_INLINE void Load(std::size_t a, Landmark& l) const {
+    l.x.Load(x, a);
+    l.p.Load(p, a);
+    l.u.Load(u, a);
+    l.f.Load(f, a);
+  }
+  HWY_INLINE void Store(std::size_t a, const Landmark& l) const {
+    l.u.Store(u, a);
+    l.f.Store(f, a);
+  }
+  HWY_INLINE void Add(Landmark& a, Landmark& b) {
+    const Coordinates<d, Tag> z = a.x.Minus(b.x);
+    const Vector s = z.Dot(z);
+    const Jet jet = kernel.Second(s);
+    if (kernel.Kinked()) nearest = hn::Min(nearest, s);
+    a.u.Add(jet.value, b.p);
+    b.u.Add(jet.value, a.p);
+    const Vector slope = hn::Mul(jet.first, a.p.Dot(b.p));
+    a.f.Subtract(slope, z);
+    b.f.Add(slope, z);
+    const hn::Rebind<float, Tag> half;
+    hn::Store(hn::DemoteTo(half, jet.first), half, jets.first);
+    jets.first += jets.stride;
+    if constexpr (!Kernel::kProportional) {
+      hn::Store(hn::DemoteTo(half, jet.second), half, jets.second);
+      jets.second += jets.stride;
+    }
+  }
+  const Kernel& kernel;
+  const double *x, *p;
+  double *u, *f;
+  KeptJets jets;
+  Vector nearest;
+};
+
+// u_a += Σ K(x_a − x_b) p_b in single precision.
+template <int d, class Kernel>
+struct RoughSum {
+  struct Landmark {
+    Coordinates<d, FloatTag> x, p, u;
+  };
+  HWY_INLINE void Load(std::size_t a, Landmark& l) const {
+    l.x.Load(x, a);
+    l.p.Load(p, a);
+    l.u.Load(u, a);
+  }
+  HWY_INLINE void Store(std::size_t a, const Landmark& l) const { l.u.Store(u, a); }
+  HWY_INLINE void Add(Landmark& a, Landmark& b) {
+    const Coordinates<d, FloatTag> z = a.x.Minus(b.x);
+    const Floats k = kernel.Roughly(z.Dot(z));
+    a.u.Add(k, b.p);
+    b.u.Add(k, a.p);
+  }
+  const Kernel& kernel;
+  const float *x, *p;
+  float* u;
+};
+
+// u_a += Σ p_b ∇K·(t_a − t_b): the change of velocities along a change t of positions.
+template <int d>
+struct TangentSum {
+  struct Landmark {
+    Coordinates<d, FloatTag> x, p, t, u;
+  };
+  HWY_INLINE void Load(std::size_t a, Landmark& l) const {
+    l.x.Load(x, a);
+    l.p.Load(p, a);
+    l.t.Load(t, a);
+    l.u.Load(u, a);
+  }
+  HWY_INLINE void Store(std::size_t a, const Landmark& l) const { l.u.Store(u, a); }
+  HWY_INLINE void Add(Landmark& a, Landmark& b) {
+    const Floats along = a.x.Minus(b.x).Dot(a.t.Minus(b.t));
+    const Floats slope = hn::Mul(hn::Load(FloatTag(), jets.first), along);
+    a.u.Add(slope, b.p);
+    b.u.Add(slope, a.p);
+    jets.first += jets.stride;
+  }
+  const float *x, *p, *t;
+  float* u;
+  KeptJets jets;
+};
+
+// f_a −= Σ (p_a·p_b) ∇²K (t_a − t_b): the change of forces.
+template <int d, class Kernel>
+struct ForceTangentSum {
+  using Landmark = typename TangentSum<d>::Landmark;
+  HWY_INLINE void Load(std::size_t a, Landmark& l) const {
+    l.x.Load(x, a);
+    l.p.Load(p, a);
+    l.t.Load(t, a);
+    l.u.Load(f, a);
+  }
+  HWY_INLINE void Store(std::size_t a, const Landmark& l) const { l.u.Store(f, a); }
+  HWY_INLINE void Add(Landmark& a, Landmark& b) {
+    const Coordinates<d, FloatTag> z = a.x.Minus(b.x);
+    const Coordinates<d, FloatTag> w = a.t.Minus(b.t);
+    const Floats weight = a.p.Dot(b.p);
+    const Floats along_w = hn::Mul(weight, hn::Load(FloatTag(), jets.first));
+    jets.first += jets.stride;
+    const Floats along_z = hn::Mul(Second(weight, along_w), z.Dot(w));
+    a.u.Subtract(along_w, w);
+    a.u.Subtract(along_z, z);
+    b.u.Add(along_w, w);
+    b.u.Add(along_z, z);
+  }
+  // (p_a·p_b) times the second factor of ∇²K.
+  HWY_INLINE Floats Second(Floats weight, Floats along_w) {
+    if constexpr (Kernel::kProportional) return hn::Mul(kernel.Ratio(), along_w);
+    const Floats second = hn::Load(FloatTag(), jets.second);
+    jets.second += jets.stride;
+    return hn::Mul(weight, second);
+  }
+  const Kernel& kernel;
+  const float *x, *p, *t;
+  float* f;
+  KeptJets jets;
+};
+
+// The smallest (c_a − c_b)·(x_a − x_b): negative where two have turned about each other by more than a right angle.
+template <int d>
+struct TurnSum {
+  struct Landmark {
+    Coordinates<d, Tag> c, x;
+  };
+  HWY_INLINE void Load(std::size_t a, Landmark& l) const {
+    l.c.Load(c, a);
+    l.x.Load(x, a);
+  }
+  HWY_INLINE void Store(std::size_t, const Landmark&) const {}
+  HWY_INLINE void Add(const Landmark& a, const Landmark& b) {
+    lowest = hn::Min(lowest, a.c.Minus(b.c).Dot(a.x.Minus(b.x)));
+  }
+  const double *c, *x;
+  Vector lowest;
+};
+
+template <int rows, class Sum>
+HWY_INLINE void AddRows(Sum& sum, std::size_t a, std::size_t b, std::size_t end) {
+  typename Sum::Landmark row[rows];
+  for (int r = 0; r < rows; ++r) sum.Load(a + r, row[r]);
+  for (; b < end; ++b) {
+    typename Sum::Landmark other;
+    sum.Load(b, other);
+    for (int r = 0; r < rows; ++r) sum.Add(row[r], other);
+    sum.Store(b, other);
+  }
+  for (int r = 0; r < rows; ++r) sum.Store(a + r, row[r]);
+}
+
+// Each pair a < b once. Two rows at a time load and store each b once, and hide the latencies of one another.
+template <class Sum>
+HWY_INLINE void AddPairs(Sum& sum, std::size_t count) {
+  for (std::size_t a = 0; a + 1 < count; a += 2) {
+    AddRows<1>(sum, a, a + 1, a + 2);
+    AddRows<2>(sum, a, a + 2, count);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace pulson
+HWY_AFTER_NAMESPACE();
+// NOLINTEND(readability-identifier-naming)
+
+#endif  // PULSON_LANDMARK_SUMS_BODY

@@ -36,7 +36,7 @@ void measure(SamplePath& sample, double bound) {
     const double largest = p.colwise().norm().maxCoeff();
     sample.largest_momentum = std::max(sample.largest_momentum, largest);
     sample.momentum_error = std::max(sample.momentum_error, (p.rowwise().sum() - total).norm() / (size > 0 ? size : 1));
-    if (largest > bound && sample.status == PathStatus::kClean) {
+    if (largest > bound && sample.status != PathStatus::kMomentumBound) {
       sample.status = PathStatus::kMomentumBound;
       sample.reason =
           fmt::format("a momentum passed {:.3g} at t = {:.4g}", bound, sample.path.grid.at(static_cast<int>(k)));
@@ -51,6 +51,20 @@ std::string path_status_name(PathStatus status) {
   return status == PathStatus::kNoRoot ? "no_root" : "momentum_bound";
 }
 
+SamplePath sample_path(const StochasticSystem& system, const Integrator& integrator, const PhaseState& start,
+                       const TimeGrid& grid, const Eigen::MatrixXd& increments, double momentum_bound) {
+  SamplePath sample;
+  try {
+    sample.path = integrator.integrate(system, start, grid, increments);
+  } catch (const StepError& error) {
+    sample.status = PathStatus::kNoRoot;
+    sample.reason = error.what();
+    sample.path = beginning(system, integrator, start, grid, increments, error.step());
+  }
+  measure(sample, momentum_bound);
+  return sample;
+}
+
 std::vector<SamplePath> sample_paths(const StochasticSystem& system, const Integrator& integrator,
                                      const PhaseState& start, const SamplePathsOptions& options) {
   const auto d = static_cast<int>(start.q.rows());
@@ -59,17 +73,10 @@ std::vector<SamplePath> sample_paths(const StochasticSystem& system, const Integ
   const int channels = system.noise->channels(d, n);
   std::vector<SamplePath> samples(static_cast<std::size_t>(options.samples));
   parallel_for(options.samples, [&](int m) {
-    SamplePath& sample = samples[static_cast<std::size_t>(m)];
-    const Eigen::MatrixXd increments =
-        brownian_increments(options.seed, static_cast<std::uint64_t>(m), channels, options.grid);
-    try {
-      sample.path = integrator.integrate(system, start, options.grid, increments);
-    } catch (const StepError& error) {
-      sample.status = PathStatus::kNoRoot;
-      sample.reason = error.what();
-      sample.path = beginning(system, integrator, start, options.grid, increments, error.step());
-    }
-    measure(sample, options.momentum_bound);
+    samples[static_cast<std::size_t>(m)] =
+        sample_path(system, integrator, start, options.grid,
+                    brownian_increments(options.seed, static_cast<std::uint64_t>(m), channels, options.grid),
+                    options.momentum_bound);
   });
   return samples;
 }

@@ -27,11 +27,17 @@ struct SamplePath {
   double momentum_error{};    ///< max over time of the change of total momentum, beside Σ|p_a(0)| (or 1 at rest)
 };
 
+inline constexpr double kMomentumBound = 1e8;  ///< beyond it a path counts as lost, unless said otherwise
+
+/// The path of these increments, as far as it can be followed.
+SamplePath sample_path(const StochasticSystem& system, const Integrator& integrator, const PhaseState& start,
+                       const TimeGrid& grid, const Eigen::MatrixXd& increments, double momentum_bound = kMomentumBound);
+
 struct SamplePathsOptions {
   TimeGrid grid;
   std::uint64_t seed = 1;
   int samples = 1;
-  double momentum_bound = 1e8;
+  double momentum_bound = kMomentumBound;
 };
 
 /// Sample paths number 0 … samples − 1 of a system from one start: the increments of path m are

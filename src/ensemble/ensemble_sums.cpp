@@ -1,0 +1,87 @@
+#include "pulson/ensemble/ensemble_sums.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace pulson {
+
+void Moments::merge(const Moments& other) {
+  if (other.count == 0) return;
+  if (count == 0) {
+    *this = other;
+    return;
+  }
+  const auto own = static_cast<double>(count);
+  const auto others = static_cast<double>(other.count);
+  const Eigen::ArrayXd apart = other.mean - mean;
+  mean += apart * (others / (own + others));
+  squares += other.squares + apart.square() * (own * others / (own + others));
+  count += other.count;
+}
+
+Eigen::ArrayXd Moments::variance() const {
+  if (count < 2) return Eigen::ArrayXd::Constant(mean.size(), std::numeric_limits<double>::quiet_NaN());
+  return squares / static_cast<double>(count - 1);
+}
+
+Eigen::ArrayXd Moments::standard_error() const { return (variance() / static_cast<double>(count)).sqrt(); }
+
+Moments moments_of(const Eigen::ArrayXXd& x, const std::vector<bool>& used) {
+  Moments moments{std::count(used.begin(), used.end(), true), Eigen::ArrayXd::Zero(x.cols()),
+                  Eigen::ArrayXd::Zero(x.cols())};
+  if (moments.count == 0) return moments;
+  const auto add = [&](const Eigen::ArrayXXd& rows) {
+    for (Eigen::Index c = 0; c < rows.cols(); ++c) {
+      moments.mean[c] = rows.col(c).mean();
+      moments.squares[c] = (rows.col(c) - moments.mean[c]).square().sum();
+    }
+  };
+  if (moments.count == x.rows()) {
+    add(x);
+    return moments;
+  }
+  Eigen::ArrayXXd rows(moments.count, x.cols());
+  Eigen::Index next = 0;
+  for (Eigen::Index row = 0; row < x.rows(); ++row)
+    if (used[static_cast<std::size_t>(row)]) rows.row(next++) = x.row(row);
+  add(rows);
+  return moments;
+}
+
+std::int64_t Histogram::total() const {
+  return static_cast<std::int64_t>(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}));
+}
+
+double Histogram::quantile(double probability) const {
+  const double wanted = probability * static_cast<double>(total());
+  double below = 0;
+  for (std::size_t bin = 0; bin < counts.size(); ++bin) {
+    const auto here = static_cast<double>(counts[bin]);
+    if (here > 0 && below + here >= wanted)
+      return std::clamp(low + width() * (static_cast<double>(bin) + std::max(0.0, wanted - below) / here), smallest,
+                        largest);
+    below += here;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+Estimate EnsembleSums::crossing_probability() const {
+  const auto clean = static_cast<double>(paths.clean);
+  const double probability = static_cast<double>(crossing.at_end) / clean;
+  const auto pairs = static_cast<double>(crossing.pairs[0] + crossing.pairs[1] + crossing.pairs[2]);
+  if (pairs == 0) return {probability, std::sqrt(probability * (1 - probability) / clean)};
+  double variance = 0;  // of the mean of a pair
+  for (std::size_t k = 0; k <= 2; ++k) {
+    const double mean = static_cast<double>(k) / 2;
+    variance += static_cast<double>(crossing.pairs[k]) / pairs * (mean - probability) * (mean - probability);
+  }
+  return {probability, std::sqrt(variance / pairs)};
+}
+
+Eigen::ArrayXd EnsembleSums::mean_error(std::size_t record) const {
+  return (pair_moments.empty() ? moments : pair_moments)[record].standard_error();
+}
+
+}  // namespace pulson

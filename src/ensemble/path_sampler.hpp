@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lanes.hpp"
+#include "pulson/integrators/integrator.hpp"
+
+namespace pulson {
+
+/// The states of a block's paths at one time.
+struct LaneStates {
+  /// kPathBatch×2dN: the coordinates of q (index a·d + axis), then those of p.
+  Eigen::ArrayXXd values;
+  /// d = 1, N > 1: the least signed gap of neighbours in their order at the start; it is negative where that order is
+  /// lost.
+  PathLanes smallest_gap;
+  PathLanes largest_momentum;            ///< max |p_a| up to now
+  std::array<bool, kPathBatch> running;  ///< whether the path has come so far
+};
+
+/// How a block's paths ended.
+struct LaneEnds {
+  std::array<bool, kPathBatch> reached_end;
+  PathLanes largest_momentum;  ///< max |p_a| over time
+  PathLanes smallest_gap;      ///< d = 1, N > 1: the least LaneStates::smallest_gap over time
+};
+
+/// What paths to sample.
+struct PathPlan {
+  TimeGrid grid;
+  std::uint64_t seed = 1;
+  bool antithetic = false;      ///< path 2j + 1 has the noise of path 2j with the other sign, and that the number j
+  double momentum_bound = 1e8;  ///< paths beyond it may end early
+  std::vector<int> records;     ///< steps after which states are wanted, increasing
+};
+
+/// Samples blocks of kPathBatch neighbouring paths. A path is a function of its number alone. Methods are thread-safe.
+class PathSampler {
+ public:
+  using Sink = std::function<void(std::size_t record, const LaneStates&)>;
+
+  virtual ~PathSampler() = default;
+
+  /// What it is, for people: `pair lanes`.
+  virtual std::string name() const = 0;
+
+  /// Samples the paths `first_path` … + kPathBatch − 1; `sink` gets each record in order.
+  virtual LaneEnds sample(std::uint64_t first_path, const Sink& sink) const = 0;
+};
+
+/// The fastest sampler that knows the system: vector lanes for the pair on a line and for additive noise, else one path
+/// at a time. @throws InputError where the noise or the integrator refuse the start
+std::unique_ptr<const PathSampler> make_path_sampler(const StochasticSystem& system, const std::string& integrator,
+                                                     const PhaseState& start, const PathPlan& plan);
+
+/// Any system, by its integrator.
+std::unique_ptr<const PathSampler> make_scalar_sampler(const StochasticSystem& system, const std::string& integrator,
+                                                       const PhaseState& start, const PathPlan& plan);
+
+/// Additive noise in vector lanes; null where they do not know the system.
+std::unique_ptr<const PathSampler> make_landmark_sampler(const StochasticSystem& system, const std::string& integrator,
+                                                         const PhaseState& start, const PathPlan& plan);
+
+/// The pair on a line in vector lanes; null where they do not know the system.
+std::unique_ptr<const PathSampler> make_pair_sampler(const StochasticSystem& system, const std::string& integrator,
+                                                     const PhaseState& start, const PathPlan& plan);
+
+}  // namespace pulson

@@ -1,0 +1,146 @@
+// The verb `ensemble`: what it writes, and that stops do not change it.
+
+#include "ensemble_program.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include <gmock/gmock.h>
+
+namespace pulson {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+TEST_F(EnsembleProgram, WritesARecordAndTables) {
+  const ProgramRun done = run_pair("--samples 200 --time 10 --seed 3 --records 11 --densities 2.5 -o out");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.err, "");
+  EXPECT_THAT(names_in("out"), ElementsAre("densities.csv", "ensemble.json", "means.csv"));
+  EXPECT_THAT(done.out, StartsWith("200 paths of 2 landmarks in 1D to t = 10: 500 steps of 0.02, seed 3\n"));
+  EXPECT_THAT(done.out, HasSubstr("\npaths      200 clean, 0 without a root, 0 with momenta beyond 1e+08, 0 ties\n"));
+  EXPECT_THAT(done.out, HasSubstr("\ncrossing   "));
+  EXPECT_THAT(done.out, HasSubstr("\nmomentum   total kept to "));
+  const nlohmann::json record = read_json("out/ensemble.json");
+  EXPECT_EQ(record["samples"], 200);
+  EXPECT_EQ(record["partial"], false);
+  EXPECT_EQ(record["times"], nlohmann::json::parse("[0.0, 1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]"));
+  EXPECT_EQ(record["mean_q"].size(), 12U);
+  EXPECT_EQ(count_lines(contents("out/means.csv")), 1 + 12 * 4U);
+  const std::string densities = contents("out/densities.csv");
+  EXPECT_THAT(densities, HasSubstr("\n2.5,1,q,x,"));
+  EXPECT_THAT(densities, HasSubstr("\n10,2,p,x,"));
+}
+
+TEST_F(EnsembleProgram, IsAFunctionOfTheSeedAlone) {
+  for (const int threads : {1, 2, 3}) {
+    const std::string folder = "by" + std::to_string(threads);
+    EXPECT_EQ(run_pair("--samples 1000 --time 10 --threads " + std::to_string(threads) + " -o " + folder).exit_code, 0);
+    EXPECT_EQ(read_json(folder + "/ensemble.json")["threads"], threads);
+    expect_same_results("by1", folder);
+  }
+  run_pair("--samples 1000 --time 10 --seed 2 -o other");
+  EXPECT_NE(record_of("by1"), record_of("other"));
+}
+
+TEST_F(EnsembleProgram, PrintsOnlyTheRecordWhereItIsAskedFor) {
+  const ProgramRun done = run_pair("--samples 64 --time 1 -o out --json -");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.err, "");
+  EXPECT_TRUE(done.out == contents("out/ensemble.json"));
+  EXPECT_EQ(run_pair("--samples 64 --time 1 -o out --quiet --json copy.json").out, "");
+  EXPECT_EQ(read_json("copy.json")["samples"], 64);
+}
+
+TEST_F(EnsembleProgram, GoesOnToTheSameBits) {
+  const std::string kRun = "--samples 2000 --time 20 --antithetic --save-paths ";
+  ASSERT_EQ(run_pair(kRun + "whole.npy -o whole").exit_code, 0);
+  std::string options = kRun + "parts.npy -o parts --stop-after ";
+  std::int64_t before = 0;
+  for (const std::string stop : {"1 --threads 1", "65 --threads 2 --resume", "193 --threads 3 --resume"}) {
+    const ProgramRun part = run_pair(options + stop);
+    EXPECT_EQ(part.exit_code, 3);
+    EXPECT_THAT(part.out, StartsWith("PARTIAL: "));
+    EXPECT_THAT(part.err, HasSubstr("of 2000 paths; --resume goes on from here"));
+    EXPECT_THAT(names_in("parts"), ElementsAre("densities.csv", "ensemble.json", "ensemble.partial", "means.csv"));
+    const nlohmann::json record = read_json("parts/ensemble.json");
+    EXPECT_EQ(record["partial"], true);
+    EXPECT_EQ(record["samples_wanted"], 2000);
+    EXPECT_GT(record["samples"], before);
+    before = record["samples"];
+  }
+  EXPECT_LT(before, 2000);
+  EXPECT_EQ(run_pair(kRun + "parts.npy -o parts --resume").exit_code, 0);
+  expect_same_results("whole", "parts");
+  EXPECT_TRUE(contents("whole.npy") == contents("parts.npy"));
+}
+
+// Rounded up to whole blocks of 64.
+TEST_F(EnsembleProgram, StopsAfterSoManySamples) {
+  for (const auto& [stop, samples] : std::vector<std::pair<int, int>>{{1, 64}, {200, 256}, {640, 640}}) {
+    const std::string folder = "out" + std::to_string(stop);
+    run_pair("--samples 4000 --time 1 --threads 2 --stop-after " + std::to_string(stop) + " -o " + folder);
+    EXPECT_EQ(read_json(folder + "/ensemble.json")["samples"], samples);
+  }
+}
+
+TEST_F(EnsembleProgram, WritesStatesForNumpy) {
+  const ProgramRun done =
+      run_pair("--samples 70 --time 2 --records 5 --save-final ends.npy --save-paths all.npy -o out");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  const std::string ends = contents("ends.npy");
+  const std::string all = contents("all.npy");
+  EXPECT_THAT(ends.substr(0, 128), HasSubstr("'shape': (70, 2, 2, 1,)"));
+  EXPECT_THAT(all.substr(0, 128), HasSubstr("'shape': (70, 5, 2, 2, 1,)"));
+  ASSERT_EQ(ends.size() % 64, (70 * 4 * 8) % 64U);
+  ASSERT_GT(all.size(), 70 * 5 * 4 * 8U);
+  const auto number = [](const std::string& file, std::size_t from_end) {
+    double x = 0;
+    std::memcpy(&x, file.data() + file.size() - 8 * from_end, 8);
+    return x;
+  };
+  double mean = 0;
+  for (std::size_t m = 0; m < 70; ++m) {
+    for (std::size_t c = 1; c <= 4; ++c) EXPECT_EQ(number(ends, 4 * m + c), number(all, 20 * m + c));
+    EXPECT_EQ(number(all, 20 * m + 20), 0);  // q1 at time 0
+    EXPECT_EQ(number(all, 20 * m + 19), 10);
+    mean += number(ends, 4 * m + 3) / 70;
+  }
+  EXPECT_NEAR(mean, read_json("out/ensemble.json")["mean_q"].back()[1][0].get<double>(), 1e-12);
+}
+
+TEST_F(EnsembleProgram, TakesAShapeOfThePlane) {
+  write("five.csv", "x,y\n0,0\n1,0\n1,1\n0,1\n0.5,1.5\n");
+  const ProgramRun done = run(words(
+      "ensemble --shape five.csv --noise ch-sd:beta=0.1 --samples 100 --dt 0.05 --records 3 --no-picture -o out"));
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, StartsWith("100 paths of 5 landmarks in 2D to t = 1: 20 steps of 0.05, seed 1\n"));
+  EXPECT_THAT(done.out, testing::Not(HasSubstr("crossing")));
+  const nlohmann::json record = read_json("out/ensemble.json");
+  EXPECT_TRUE(record["crossing"].is_null());
+  ASSERT_EQ(record["mean_q"].size(), 3U);
+  // Momenta are 0: the positions are those of the noise alone, whose variance is β²(T − ¾Δt).
+  const double deviation = 0.1 * std::sqrt(1 - 0.75 * 0.05);
+  const std::vector<std::vector<double>> start = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 1.5}};
+  for (std::size_t a = 0; a < 5; ++a)
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      EXPECT_EQ(record["mean_q"][0][a][axis], start[a][axis]);
+      EXPECT_NEAR(record["mean_q"][2][a][axis].get<double>(), start[a][axis], 5 * deviation / 10);
+      EXPECT_NEAR(record["deviation_q"][2][a][axis].get<double>(), deviation, 5 * deviation / std::sqrt(200));
+      EXPECT_EQ(record["mean_p"][2][a][axis], 0);
+    }
+}
+
+TEST_F(EnsembleProgram, TellsOfPathsThatAreLost) {
+  const ProgramRun done = run_pair("--samples 100 --time 20 --bound 3.9999 -o out");
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, StartsWith("warning: 100 of 100 paths are not clean; "));
+  EXPECT_EQ(read_json("out/ensemble.json")["paths"]["momentum_bound"], 100);
+  EXPECT_TRUE(read_json("out/ensemble.json")["crossing"].is_null());
+  EXPECT_EQ(count_lines(contents("out/means.csv")), 1U);
+}
+
+}  // namespace
+}  // namespace pulson

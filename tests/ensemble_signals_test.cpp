@@ -1,0 +1,119 @@
+// The verb `ensemble` under signals: it stops in order, loses nothing that was saved, and goes on to the same bits.
+
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include <gmock/gmock.h>
+
+#include "ensemble_program.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::IsEmpty;
+using testing::StartsWith;
+
+class EnsembleSignals : public EnsembleProgram {
+ protected:
+  static ProgramRun finished(const pid_t child) {
+    int status = 0;
+    EXPECT_EQ(::waitpid(child, &status, 0), child);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), contents("out.txt"), contents("err.txt")};
+  }
+
+  /// A child that samples, and so notes the signals that it gets.
+  static pid_t sampling(const std::string& line) {
+    const pid_t child = ::fork();
+    if (child == 0) become(words(line));
+    while (!catches(child, SIGTERM) && is_running(child)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return child;
+  }
+
+  static bool is_running(pid_t child) {
+    siginfo_t info{};
+    return ::waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+  }
+
+  /// Whether the process has a handler of its own for a signal.
+  static bool catches(pid_t child, int signal) {
+    std::istringstream stream(contents("/proc/" + std::to_string(child) + "/status"));
+    for (std::string line; std::getline(stream, line);)
+      if (line.starts_with("SigCgt:")) return (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1) & 1U) != 0;
+    return false;
+  }
+
+ private:
+  [[noreturn]] static void become(Arguments arguments) {
+    const int out = ::open("out.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    const int err = ::open("err.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    if (out < 0 || err < 0 || ::dup2(out, STDOUT_FILENO) < 0 || ::dup2(err, STDERR_FILENO) < 0) ::_exit(126);
+    arguments.insert(arguments.begin(), PULSON_PROGRAM);
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    ::alarm(120);
+    ::execv(PULSON_PROGRAM, pointers.data());
+    ::_exit(127);
+  }
+};
+
+TEST_F(EnsembleSignals, StopsAfterASignalAndGoesOn) {
+  const std::string kRun = "--samples 40000 --threads 1 ";  // a second or two
+  ASSERT_EQ(run_pair(kRun + "-o whole").exit_code, 0);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    SCOPED_TRACE(signal);
+    const pid_t child = sampling(kPair + kRun + "-o parts");
+    ::kill(child, signal);
+    const ProgramRun stopped = finished(child);
+    EXPECT_EQ(stopped.exit_code, 3) << stopped.err;
+    EXPECT_THAT(stopped.err, StartsWith("warning: partial: "));
+    EXPECT_EQ(read_json("parts/ensemble.json")["partial"], true);
+    EXPECT_LT(read_json("parts/ensemble.json")["samples"], 40000);
+    EXPECT_EQ(run_pair(kRun + "-o parts --resume").exit_code, 0);
+    expect_same_results("whole", "parts");
+    std::filesystem::remove_all("parts");
+  }
+}
+
+TEST_F(EnsembleSignals, EndsAtOnceAfterASecondSignal) {
+  // The first 64 paths alone take minutes.
+  const pid_t child = sampling(kPair + std::string("--integrator midpoint --dt 0.0001 --threads 1 -o out"));
+  ::kill(child, SIGINT);
+  while (catches(child, SIGINT) && is_running(child)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  ::kill(child, SIGINT);
+  EXPECT_EQ(finished(child).exit_code, -SIGINT);
+  EXPECT_THAT(names_in("out"), IsEmpty());
+}
+
+TEST_F(EnsembleSignals, LosesNothingOfWhatWasSavedWhenItIsKilled) {
+  const std::string kRun = "--samples 40000 --threads 1 -o ";
+  run_pair(kRun + "out --stop-after 1");
+  const auto before = all_files();
+  const pid_t child = sampling(kPair + kRun + "out --resume");
+  ::kill(child, SIGKILL);
+  EXPECT_EQ(finished(child).exit_code, -SIGKILL);
+  std::filesystem::remove("out.txt");
+  std::filesystem::remove("err.txt");
+  EXPECT_THAT(changed_since(before), IsEmpty());
+  const ProgramRun done = run_pair(kRun + "out --resume");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  run_pair(kRun + "whole");
+  expect_same_results("whole", "out");
+}
+
+// Sums are saved every ten seconds.
+TEST_F(EnsembleSignals, HasNothingToResumeWhenItWasKilledEarly) {
+  const std::string kRun = "--samples 100000000 --threads 1 -o out";
+  const pid_t child = sampling(kPair + kRun);
+  ::kill(child, SIGKILL);
+  EXPECT_EQ(finished(child).exit_code, -SIGKILL);
+  EXPECT_THAT(names_in("out"), IsEmpty());
+  const ProgramRun done = run_pair(kRun + " --resume");
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_EQ(count_lines(done.err), 1U);
+  EXPECT_THAT(done.err, StartsWith("pulson: there is nothing to resume: 'out/ensemble.partial'"));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -2,81 +2,32 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <random>
 #include <set>
-#include <sstream>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
+#include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/report/thinning.hpp"
 
 namespace pulson {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr std::uintmax_t kLargestSvg = 2000000;
-
-/// A folder of its own for one test, removed at its end.
-class PathPictureTest : public testing::Test {
+class PathPictureTest : public PictureTest {
  protected:
-  PathPictureTest() {
-    std::string name = (fs::temp_directory_path() / "pulson_paths_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~PathPictureTest() override { fs::remove_all(folder_); }
-
-  static std::string contents(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
+  /// Writes the picture, expects two whole files and returns the SVG's text.
+  static std::string draw(const PathPicture& picture) {
+    write_path_picture(picture, "paths.png", "paths.svg");
+    return expect_whole_pictures("paths.png", "paths.svg");
   }
 
-  /// Writes the picture, expects two whole files of one size and returns the SVG's text.
-  std::string draw(const PathPicture& picture) const {
-    write_path_picture(picture, folder_ / "paths.png", folder_ / "paths.svg");
-    const std::string png = contents(folder_ / "paths.png");
-    std::string svg = contents(folder_ / "paths.svg");
-    EXPECT_GT(png.size(), 5000u);
-    EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
-    EXPECT_EQ(png.substr(png.size() - 8, 4), "IEND");
-    const unsigned width = big_endian(png, 16), height = big_endian(png, 20);
-    EXPECT_GE(width, 1200u);
-    EXPECT_LE(width, 1600u);
-    EXPECT_GE(height, 400u);
-    EXPECT_LE(height, 1700u);
-    EXPECT_NE(svg.find("width=\"" + std::to_string(width) + "\" height=\"" + std::to_string(height) + "\""),
-              std::string::npos);
-    EXPECT_NE(svg.find("</svg>"), std::string::npos);
-    EXPECT_LT(svg.size(), kLargestSvg);
-    for (const char* bad : {"nan", "inf,", "inf "}) EXPECT_EQ(svg.find(bad), std::string::npos) << bad;
-    return svg;
-  }
-
-  std::string message_of_failed_write(const PathPicture& picture) const {
-    try {
-      write_path_picture(picture, folder_ / "paths.png", folder_ / "paths.svg");
-    } catch (const InputError& error) {
-      EXPECT_TRUE(fs::is_empty(folder_));
-      return error.what();
-    }
-    return "";
-  }
-
-  fs::path folder_;
-
- private:
-  static unsigned big_endian(const std::string& bytes, std::size_t at) {
-    unsigned value = 0;
-    for (std::size_t i = at; i < at + 4; ++i) value = 256 * value + static_cast<unsigned char>(bytes[i]);
-    return value;
+  static std::string message_of_failed_write(const PathPicture& picture) {
+    std::string message = error_of([&] { write_path_picture(picture, "paths.png", "paths.svg"); });
+    EXPECT_TRUE(files().empty());
+    return message;
   }
 };
 
@@ -105,8 +56,6 @@ PathPicture walks(int d, int n, std::size_t paths, int steps) {
   return picture;
 }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST_F(PathPictureTest, WritesBothFilesInEachDimension) {
   for (const int d : {1, 2, 3})
     for (const int n : {1, 4, 40})
@@ -115,9 +64,7 @@ TEST_F(PathPictureTest, WritesBothFilesInEachDimension) {
         const std::string svg = draw(walks(d, n, paths, 20));
         EXPECT_TRUE(contains(svg, ">walks<") && contains(svg, ">seed 42<"));
       }
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename().string());
-  EXPECT_EQ(names, (std::set<std::string>{"paths.png", "paths.svg"}));
+  EXPECT_EQ(files(), (std::set<std::string>{"paths.png", "paths.svg"}));
 }
 
 TEST_F(PathPictureTest, NamesLandmarksAxesAndPaths) {
@@ -238,8 +185,8 @@ TEST_F(PathPictureTest, RefusesSizesThatDisagree) {
 
 TEST_F(PathPictureTest, SaysThatTheFolderIsMissingAndWritesNeither) {
   const PathPicture picture = walks(1, 2, 1, 10);
-  EXPECT_THROW(write_path_picture(picture, folder_ / "paths.png", folder_ / "nowhere" / "paths.svg"), InputError);
-  EXPECT_TRUE(fs::is_empty(folder_));
+  EXPECT_THROW(write_path_picture(picture, "paths.png", "nowhere/paths.svg"), InputError);
+  EXPECT_TRUE(files().empty());
 }
 
 TEST(SpreadIndicesTest, KeepsBothEnds) {

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -7,11 +6,10 @@
 #include <numbers>
 #include <random>
 #include <set>
-#include <sstream>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
+#include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/report/gnuplot.hpp"
 #include "pulson/report/registration_picture.hpp"
@@ -21,42 +19,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for one test, removed at its end.
-class ReportTest : public testing::Test {
+class ReportTest : public PictureTest {
  protected:
-  ReportTest() {
-    std::string name = (fs::temp_directory_path() / "pulson_report_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~ReportTest() override { fs::remove_all(folder_); }
-
-  std::set<std::string> files() const {
-    std::set<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename().string());
-    return names;
+  static void write(const RegistrationPicture& picture) {
+    write_registration_picture(picture, "picture.png", "picture.svg");
   }
 
-  void write(const RegistrationPicture& picture) const {
-    write_registration_picture(picture, folder_ / "picture.png", folder_ / "picture.svg");
+  static std::string message_of_failed_write(const RegistrationPicture& picture) {
+    return error_of([&] { write(picture); });
   }
-
-  std::string message_of_failed_write(const RegistrationPicture& picture) const {
-    try {
-      write(picture);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  }
-
-  fs::path folder_;
 };
-
-std::string contents(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 /// n points on an arc of the unit circle from angle 0, without its end; other coordinates grow along it.
 Points arc(int d, int n, double angle) {
@@ -87,53 +59,12 @@ RegistrationPicture example(int d, int n) {
   return picture;
 }
 
-std::uint32_t big_endian(const std::string& bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = at; i < at + 4; ++i) value = 256 * value + static_cast<unsigned char>(bytes[i]);
-  return value;
-}
-
-/// Every element of the XML text is closed in order, and no bare '&' occurs.
-bool is_balanced_xml(const std::string& text) {
-  std::vector<std::string> open;
-  for (std::size_t i = text.find('<'); i != std::string::npos; i = text.find('<', i + 1)) {
-    const std::size_t end = text.find('>', i);
-    if (end == std::string::npos) return false;
-    const std::string name = text.substr(i + 1, text.find_first_of(" \t\n/>", i + 2) - i - 1);
-    if (name.starts_with('?') || text[end - 1] == '/') continue;
-    if (!name.starts_with('/')) {
-      open.push_back(name);
-    } else {
-      if (open.empty() || "/" + open.back() != name) return false;
-      open.pop_back();
-    }
-  }
-  for (std::size_t i = text.find('&'); i != std::string::npos; i = text.find('&', i + 1))
-    if (text.find(';', i) > i + 6) return false;
-  return open.empty() && text.find("</svg>") != std::string::npos;
-}
-
-void expect_whole_pictures(const fs::path& png_file, const fs::path& svg_file) {
-  const std::string png = contents(png_file), svg = contents(svg_file);
-  ASSERT_GT(png.size(), 5000u);
-  EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
-  EXPECT_EQ(png.substr(png.size() - 8, 4), "IEND");
-  const std::uint32_t width = big_endian(png, 16), height = big_endian(png, 20);
-  EXPECT_GE(width, 1200u);
-  EXPECT_LE(width, 1600u);
-  EXPECT_GE(height, 400u);
-  EXPECT_LE(height, 1700u);
-  EXPECT_TRUE(is_balanced_xml(svg));
-  const std::string size = "width=\"" + std::to_string(width) + "\" height=\"" + std::to_string(height) + "\"";
-  EXPECT_NE(svg.find(size), std::string::npos) << "the two differ in layout";
-}
-
 TEST_F(ReportTest, WritesBothFilesInEachDimension) {
   for (const int d : {1, 2, 3})
     for (const int n : {1, 2, 8, 40, 500}) {
       SCOPED_TRACE(testing::Message() << "d = " << d << ", N = " << n);
       write(example(d, n));
-      expect_whole_pictures(folder_ / "picture.png", folder_ / "picture.svg");
+      expect_whole_pictures("picture.png", "picture.svg");
       EXPECT_EQ(files(), (std::set<std::string>{"picture.png", "picture.svg"}));
     }
 }
@@ -148,7 +79,7 @@ TEST_F(ReportTest, DrawsDegenerateAndFarAwayShapes) {
       for (Points& points : picture.trajectory) points = picture.source.points;
       picture.grid_before = picture.grid_after = picture.grid_paths = {};
       write(picture);
-      expect_whole_pictures(folder_ / "picture.png", folder_ / "picture.svg");
+      expect_whole_pictures("picture.png", "picture.svg");
     }
 }
 
@@ -160,7 +91,7 @@ TEST_F(ReportTest, DrawsFlatAndUprightShapes) {
     for (Points* points : {&picture.source.points, &picture.target, &picture.result}) points->row(1) *= stretch;
     for (Points& points : picture.trajectory) points.row(1) *= stretch;
     write(picture);
-    expect_whole_pictures(folder_ / "picture.png", folder_ / "picture.svg");
+    expect_whole_pictures("picture.png", "picture.svg");
   }
 }
 
@@ -169,8 +100,8 @@ TEST_F(ReportTest, ShowsSpecialCharactersAsTheyAre) {
   picture.title = "a_b^2 {c} @d 'e' \"f\" \\n `g` %h $i #j & <k> → β";
   picture.subtitle = "not\nUTF-8: \xE9 \xC3";
   write(picture);
-  expect_whole_pictures(folder_ / "picture.png", folder_ / "picture.svg");
-  const std::string svg = contents(folder_ / "picture.svg");
+  expect_whole_pictures("picture.png", "picture.svg");
+  const std::string svg = contents("picture.svg");
   EXPECT_NE(svg.find("a_b^2 {c} @d 'e' \"f\" \\n `g` %h $i #j &amp; &lt;k> → β"), std::string::npos);
   EXPECT_NE(svg.find("not UTF-8: ? ?"), std::string::npos);
 }
@@ -179,11 +110,11 @@ TEST_F(ReportTest, CutsTitlesThatDoNotFit) {
   RegistrationPicture picture = example(2, 8);
   for (int i = 0; i < 400; ++i) picture.title += "ü ";
   write(picture);
-  EXPECT_NE(contents(folder_ / "picture.svg").find("ü…"), std::string::npos);
+  EXPECT_NE(contents("picture.svg").find("ü…"), std::string::npos);
 }
 
 TEST_F(ReportTest, WritesToFoldersWithSpecialNames) {
-  const fs::path folder = folder_ / "|it's a \"folder\" & $more";
+  const fs::path folder = "|it's a \"folder\" & $more";
   fs::create_directory(folder);
   write_registration_picture(example(2, 8), folder / "a'b.png", folder / "~c d.svg");
   expect_whole_pictures(folder / "a'b.png", folder / "~c d.svg");
@@ -223,7 +154,7 @@ TEST_F(ReportTest, RefusesSizesThatDisagree) {
 TEST_F(ReportTest, SaysThatGnuplotIsMissing) {
   const char* const old = std::getenv("PATH");
   const std::string path = old != nullptr ? old : "";
-  setenv("PATH", folder_.c_str(), 1);
+  setenv("PATH", fs::current_path().c_str(), 1);
   const std::string message = message_of_failed_write(example(2, 8));
   setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(message.substr(0, 63), "gnuplot was not found; install it (Debian: gnuplot-nox) or put ");
@@ -232,21 +163,21 @@ TEST_F(ReportTest, SaysThatGnuplotIsMissing) {
 
 TEST_F(ReportTest, SaysThatTheFolderIsMissingAndWritesNeither) {
   try {
-    write_registration_picture(example(2, 8), folder_ / "picture.png", folder_ / "nowhere" / "picture.svg");
+    write_registration_picture(example(2, 8), "picture.png", "nowhere/picture.svg");
     FAIL();
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("its folder does not exist"), std::string::npos);
   }
-  EXPECT_THROW(write_registration_picture(example(2, 8), folder_, folder_ / "picture.svg"), InputError);
+  EXPECT_THROW(write_registration_picture(example(2, 8), ".", "picture.svg"), InputError);
   EXPECT_TRUE(files().empty());
 }
 
 TEST_F(ReportTest, AFailingScriptLeavesTheOlderFile) {
-  std::ofstream(folder_ / "old.png") << "older picture";
+  std::ofstream("old.png") << "older picture";
   try {
     Gnuplot gnuplot;
     gnuplot.command("set terminal pngcairo");
-    gnuplot.set_output(folder_ / "old.png");
+    gnuplot.set_output("old.png");
     gnuplot.command("plot " + gnuplot.add_block("1 2\n3 4") + " with lines, $absent with lines");
     gnuplot.run();
     FAIL();
@@ -256,11 +187,11 @@ TEST_F(ReportTest, AFailingScriptLeavesTheOlderFile) {
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
   }
   EXPECT_EQ(files(), (std::set<std::string>{"old.png"}));
-  EXPECT_EQ(contents(folder_ / "old.png"), "older picture");
+  EXPECT_EQ(contents("old.png"), "older picture");
   Gnuplot draws_nothing;
-  draws_nothing.set_output(folder_ / "old.png");
+  draws_nothing.set_output("old.png");
   EXPECT_THROW(draws_nothing.run(), InputError);
-  EXPECT_EQ(contents(folder_ / "old.png"), "older picture");
+  EXPECT_EQ(contents("old.png"), "older picture");
 }
 
 TEST(GnuplotTest, QuotesText) {

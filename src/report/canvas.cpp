@@ -81,8 +81,12 @@ double text_width(std::string_view text, double size) {
   return width * size;
 }
 
-void Canvas::lines(const std::vector<Points>& lines, const Stroke& stroke) {
-  Layer layer{{}, stroke};
+void Canvas::lines(const std::vector<Points>& lines, const Stroke& stroke) { add(lines, stroke, false); }
+
+void Canvas::areas(const std::vector<Points>& outlines, const Colour& colour) { add(outlines, {colour, 0}, true); }
+
+void Canvas::add(const std::vector<Points>& lines, const Stroke& stroke, bool filled) {
+  Layer layer{{}, stroke, filled};
   for (const Points& line : lines) {
     for (Eigen::Index i = 0; i < line.cols(); ++i) add_vertex(layer.rows, line(0, i), line(1, i));
     layer.rows += '\n';
@@ -91,7 +95,7 @@ void Canvas::lines(const std::vector<Points>& lines, const Stroke& stroke) {
 }
 
 void Canvas::segments(const Points& from, const Points& to, const Stroke& stroke) {
-  Layer layer{{}, stroke};
+  Layer layer{{}, stroke, false};
   for (Eigen::Index i = 0; i < from.cols(); ++i) {
     add_vertex(layer.rows, from(0, i), from(1, i));
     add_vertex(layer.rows, to(0, i), to(1, i));
@@ -149,8 +153,11 @@ void Canvas::write(const std::filesystem::path& png, const std::filesystem::path
   for (const std::string& label : labels_) gnuplot.command(label);
   std::string plot = "plot ";
   for (const Layer& layer : layers_)
-    plot += fmt::format("{}{} with lines linewidth {:.2f} linecolor rgb '{}' title ''", plot.size() > 5 ? ", " : "",
-                        gnuplot.add_block(layer.rows), layer.stroke.width, layer.stroke.colour);
+    plot += fmt::format("{}{} with {} linecolor rgb '{}' title ''", plot.size() > 5 ? ", " : "",
+                        gnuplot.add_block(layer.rows),
+                        layer.filled ? "filledcurves closed fillstyle solid noborder"
+                                     : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
+                        layer.stroke.colour);
   gnuplot.command(terminal("pngcairo", kPointsPerPixel, width_, height_));
   gnuplot.set_output(png);
   gnuplot.command(plot);

@@ -19,6 +19,7 @@ inline const Colour kResult = "#1F2733";
 inline const Colour kMomentum = "#B03A63";
 inline const Colour kGrid = "#74A9B1BC";
 inline const Colour kFrame = "#C9CED6";
+inline const Colour kReference = "#AEB5BF";
 inline const Colour kTitle = "#1F2733";
 inline const Colour kText = "#5B6470";
 inline const Colour kTicText = "#868E99";
@@ -42,8 +43,9 @@ enum class Align { kLeft, kCentre, kRight };
 /// Width of the text in the sans font, estimated to some percent.
 double text_width(std::string_view text, double size);
 
-/// A drawing in pixels, the origin in the lower left corner. Everything on it, dots too, is made of stroked lines and
-/// of text, since these look the same in gnuplot's PNG and SVG terminals; its own point symbols do not.
+/// A drawing in pixels, the origin in the lower left corner. Everything on it, dots too, is made of stroked lines, of
+/// filled areas and of text, since these look the same in gnuplot's PNG and SVG terminals; its own point symbols do
+/// not.
 class Canvas {
  public:
   Canvas(double width, double height) : width_(width), height_(height) {}
@@ -53,6 +55,9 @@ class Canvas {
 
   /// Lines 2×M each, in one stroke.
   void lines(const std::vector<Points>& lines, const Stroke& stroke);
+
+  /// Areas 2×M each, filled; the last vertex is joined to the first.
+  void areas(const std::vector<Points>& outlines, const Colour& colour);
 
   /// A straight line between each column of `from` and that of `to` (2×M).
   void segments(const Points& from, const Points& to, const Stroke& stroke);
@@ -77,7 +82,10 @@ class Canvas {
   struct Layer {
     std::string rows;
     Stroke stroke;
+    bool filled = false;
   };
+
+  void add(const std::vector<Points>& lines, const Stroke& stroke, bool filled);
 
   double width_;
   double height_;

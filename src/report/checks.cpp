@@ -9,9 +9,7 @@
 namespace pulson::picture {
 namespace {
 
-constexpr double kLargest = 1e300;  // beyond it, differences and squares of pixels would overflow
-
-bool can_be_drawn(const Points& points) { return (points.array().abs() <= kLargest).all(); }
+bool can_be_drawn(const Points& points) { return (points.array().abs() <= kLargestDrawn).all(); }
 
 }  // namespace
 
@@ -32,7 +30,7 @@ void Checks::points(const Points& points, Eigen::Index rows, const std::string& 
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     if (!points.col(i).allFinite()) refuse(fmt::format("point {} of {} is not finite", i + 1, what));
     if (!can_be_drawn(points.col(i)))
-      refuse(fmt::format("point {} of {} is larger than {:g}, too large to be drawn", i + 1, what, kLargest));
+      refuse(fmt::format("point {} of {} is larger than {:g}, too large to be drawn", i + 1, what, kLargestDrawn));
   }
 }
 
@@ -55,8 +53,9 @@ void Checks::times(const std::vector<double>& times, std::size_t entries, const 
   if (times.size() != entries || entries < 2)
     refuse(fmt::format("{} times for {} entries of {}; both must be K+1, K ≥ 1", times.size(), entries, of_what));
   for (std::size_t k = 0; k < times.size(); ++k)
-    if (!(std::abs(times[k]) <= kLargest) || (k > 0 && times[k] <= times[k - 1]))
-      refuse(fmt::format("time {} is {}; times must increase and be no larger than {:g}", k + 1, times[k], kLargest));
+    if (!can_be_drawn(times[k]) || (k > 0 && times[k] <= times[k - 1]))
+      refuse(
+          fmt::format("time {} is {}; times must increase and be no larger than {:g}", k + 1, times[k], kLargestDrawn));
 }
 
 }  // namespace pulson::picture

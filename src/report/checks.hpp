@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -7,6 +8,12 @@
 #include "pulson/core/landmarks.hpp"
 
 namespace pulson::picture {
+
+/// Beyond it, differences and squares of pixels would overflow.
+inline constexpr double kLargestDrawn = 1e300;
+
+/// Finite, and no larger than that.
+inline bool can_be_drawn(double value) { return std::abs(value) <= kLargestDrawn; }
 
 /// Refuses what cannot be drawn: each method throws InputError, its message led by the name of the picture.
 class Checks {

@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "pulson/core/errors.hpp"
+#include "utf8.hpp"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): only some systems declare it
 
@@ -96,21 +97,6 @@ fs::path temporary_name(const fs::path& file) {
          fmt::format(".{}.{}-{}.part{}", file.stem().string(), getpid(), counter++, file.extension().string());
 }
 
-/// Length of the UTF-8 sequence that starts at `i`, 0 if it is broken.
-std::size_t utf8_length(std::string_view text, std::size_t i) {
-  const auto lead = static_cast<unsigned char>(text[i]);
-  const std::size_t length = lead < 0x80   ? 1
-                             : lead < 0xC2 ? 0
-                             : lead < 0xE0 ? 2
-                             : lead < 0xF0 ? 3
-                             : lead < 0xF5 ? 4
-                                           : 0;
-  if (i + length > text.size()) return 0;
-  for (std::size_t j = 1; j < length; ++j)
-    if ((static_cast<unsigned char>(text[i + j]) & 0xC0) != 0x80) return 0;
-  return length;
-}
-
 }  // namespace
 
 Gnuplot::~Gnuplot() {
@@ -175,7 +161,7 @@ bool Gnuplot::is_installed() {
 std::string Gnuplot::quoted(std::string_view text) {
   std::string result = "'";
   for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = utf8_length(text, i);
+    const std::size_t length = picture::utf8_length(text, i);
     const auto byte = static_cast<unsigned char>(text[i]);
     if (length == 0) {
       result += '?';

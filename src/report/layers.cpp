@@ -20,7 +20,7 @@ constexpr Eigen::Index kMostNumbers = 60;
 
 const Colour& group_colour(std::size_t group) {
   // Blue, raspberry, green, violet: told apart in colour blindness and from the orange target.
-  static const std::array<Colour, 4> kColours = {colour::kSource, "#B03A63", "#2F8F6B", "#7D5BA6"};
+  static const std::array<Colour, kGroupColours> kColours = {colour::kSource, "#B03A63", "#2F8F6B", "#7D5BA6"};
   return kColours.at(group % kColours.size());
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -46,7 +47,9 @@ void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, co
 /// The landmarks where paths start, at `pixels` (2×N), in small marks, and thinly the outlines that have no marks.
 void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure);
 
-/// Told apart in colour blindness.
+inline constexpr std::size_t kGroupColours = 4;
+
+/// Told apart in colour blindness; they repeat after `kGroupColours`.
 const Colour& group_colour(std::size_t group);
 
 /// Colour of landmark a where each has its own: ordered by position at the start.

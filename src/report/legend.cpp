@@ -10,11 +10,7 @@
 namespace pulson::picture {
 namespace {
 
-constexpr double kSize = 20;      // of the text
-constexpr double kEntryGap = 48;  // between entries
 constexpr double kLeastEntryGap = 22;
-constexpr double kHeight = 30;     // above the bottom edge
-constexpr double kSampleGap = 11;  // between a sample and its text
 constexpr std::size_t kMostGroups = 4;
 constexpr double kBarLength = 190;
 constexpr double kBarHeight = 12;
@@ -38,8 +34,8 @@ double sample_width(Sample sample) {
 
 /// `scale`: of the texts.
 double entry_width(const LegendEntry& entry, double scale) {
-  double width = sample_width(entry.sample) + kSampleGap + scale * text_width(entry.text, kSize);
-  if (!entry.end_text.empty()) width += kSampleGap + scale * text_width(entry.end_text, kSize);
+  double width = sample_width(entry.sample) + kSampleGap + scale * text_width(entry.text, kLegendText);
+  if (!entry.end_text.empty()) width += kSampleGap + scale * text_width(entry.end_text, kLegendText);
   return width;
 }
 
@@ -62,16 +58,16 @@ void draw_sample(Canvas& canvas, double left, double y, const LegendEntry& entry
 void draw_entry(Canvas& canvas, double left, const LegendEntry& entry, double scale) {
   const double sample = sample_width(entry.sample);
   const auto write = [&](double x, const std::string& text) {
-    canvas.text(x, kHeight, text, kSize, colour::kText, Align::kLeft,
-                scale < 1 ? scale * text_width(text, kSize) : 1e9);
+    canvas.text(x, kLegendHeight, text, kLegendText, colour::kText, Align::kLeft,
+                scale < 1 ? scale * text_width(text, kLegendText) : 1e9);
   };
   if (entry.sample == Sample::kColourBar) {
-    const double sample_left = left + scale * text_width(entry.text, kSize) + kSampleGap;
+    const double sample_left = left + scale * text_width(entry.text, kLegendText) + kSampleGap;
     write(left, entry.text);
-    draw_sample(canvas, sample_left, kHeight, entry);
+    draw_sample(canvas, sample_left, kLegendHeight, entry);
     write(sample_left + sample + kSampleGap, entry.end_text);
   } else {
-    draw_sample(canvas, left, kHeight, entry);
+    draw_sample(canvas, left, kLegendHeight, entry);
     write(left + sample + kSampleGap, entry.text);
   }
 }

@@ -8,6 +8,11 @@
 
 namespace pulson::picture {
 
+inline constexpr double kLegendText = 20;
+inline constexpr double kEntryGap = 48;      // between entries
+inline constexpr double kLegendHeight = 30;  // above the bottom edge
+inline constexpr double kSampleGap = 11;     // between a sample and its text
+
 enum class Sample { kDot, kRing, kLine, kArrow, kColourBar };
 
 /// One entry of the legend: a sample and what it means. A colour bar stands between its two texts, which are the ends.

@@ -54,15 +54,6 @@ double threshold_of(const std::vector<const Curve*>& curves) {
   return std::log10(sizes.back()) - small > kMostLinearDecades ? std::pow(10.0, std::floor(small)) : 0;
 }
 
-std::string power_of_ten(int exponent, bool negative) {
-  constexpr std::array<std::string_view, 10> kRaised = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-  const std::string sign = negative ? "−" : "";
-  if (exponent == 0 || exponent == 1) return sign + (exponent == 0 ? "1" : "10");
-  std::string text = sign + (exponent < 0 ? "10⁻" : "10");
-  for (const char digit : std::to_string(std::abs(exponent))) text += kRaised.at(static_cast<std::size_t>(digit - '0'));
-  return text;
-}
-
 }  // namespace
 
 Points values_over_time(const std::vector<Points>& trajectory, const std::vector<double>& times, int landmark, int row,

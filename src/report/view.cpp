@@ -1,6 +1,7 @@
 #include "view.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -51,8 +52,8 @@ Tics make_tics(const Interval& range, double pixels, double distance) {
   return tics;
 }
 
-Tics make_tics_below(const Interval& range, double pixels) {
-  const Tics tics = make_tics(range, pixels);
+Tics make_tics_below(const Interval& range, double pixels, double distance) {
+  const Tics tics = make_tics(range, pixels, distance);
   double widest = 0;
   for (const std::string& text : tics.texts) widest = std::max(widest, number_width(text));
   const double room = tics.values.size() < 2 ? pixels : (tics.values[1] - tics.values[0]) / range.span() * pixels;
@@ -85,6 +86,19 @@ std::string axis_names(const View& view) {
   return fmt::format("{} →   {} ↑", kNames[view.row_x], kNames[view.row_y]);
 }
 
+std::string power_of_ten(int exponent, bool negative) {
+  constexpr std::array<std::string_view, 10> kRaised = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  const std::string sign = negative ? "−" : "";
+  if (exponent == 0 || exponent == 1) return sign + (exponent == 0 ? "1" : "10");
+  std::string text = sign + (exponent < 0 ? "10⁻" : "10");
+  for (const char digit : std::to_string(std::abs(exponent))) text += kRaised.at(static_cast<std::size_t>(digit - '0'));
+  return text;
+}
+
+void draw_heading(Canvas& canvas, const Box& box, const std::string& heading, double height) {
+  canvas.text(box.left, box.bottom + box.height + height, heading, 22, colour::kTitle, Align::kLeft, box.width);
+}
+
 void draw_frame(Canvas& canvas, const View& view, const std::string& heading, const Tics& x_tics, const Tics& y_tics) {
   const Box& box = view.box;
   const double right = box.left + box.width, top = box.bottom + box.height;
@@ -108,7 +122,7 @@ void draw_frame(Canvas& canvas, const View& view, const std::string& heading, co
     canvas.text(box.left - kTicLength - 7, y, y_tics.texts[i], kTicText, colour::kTicText, Align::kRight);
   }
   canvas.lines(lines, {colour::kFrame, 1.4});
-  canvas.text(box.left, top + 20, heading, 22, colour::kTitle, Align::kLeft, box.width);
+  if (!heading.empty()) draw_heading(canvas, box, heading);
 }
 
 void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bool left_numbers) {

@@ -37,7 +37,7 @@ inline constexpr double kTicDistance = 100;
 Tics make_tics(const Interval& range, double pixels, double distance = kTicDistance);
 
 /// The same for a horizontal axis: fewer where the numbers would run into one another.
-Tics make_tics_below(const Interval& range, double pixels);
+Tics make_tics_below(const Interval& range, double pixels, double distance = kTicDistance);
 
 /// A rectangle of the canvas, in pixels.
 struct Box {
@@ -66,11 +66,19 @@ std::vector<View> coordinate_planes(const std::vector<Interval>& ranges);
 /// What a view shows: "x →   z ↑".
 std::string axis_names(const View& view);
 
-/// Draws the thin frame of a panel with a name above it, and tics with numbers at the bottom and at the left.
+inline constexpr double kHeadingHeight = 20;  // of its middle above a panel
+
+/// The name of a panel above its box.
+void draw_heading(Canvas& canvas, const Box& box, const std::string& heading, double height = kHeadingHeight);
+
+/// Draws the thin frame of a panel with its heading, if any, and tics with numbers at the bottom and at the left.
 void draw_frame(Canvas& canvas, const View& view, const std::string& heading, const Tics& x_tics, const Tics& y_tics);
 
 /// The same with tics at round numbers, those at the left on demand.
 void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bool left_numbers);
+
+/// "−10⁻³"; the powers 0 and 1 as "1" and "10".
+std::string power_of_ten(int exponent, bool negative = false);
 
 /// Width of a number on an axis.
 double number_width(const std::string& text);

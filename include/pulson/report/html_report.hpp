@@ -1,0 +1,67 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace pulson {
+
+/// What became of a claim.
+enum class Verdict { kHolds, kDoesNotHold, kNotTested };
+
+struct ReportParagraph {
+  std::string text;
+};
+
+/// A picture that the page contains as a whole.
+struct ReportPicture {
+  std::filesystem::path file;  ///< SVG or PNG, told apart by its contents
+  std::string caption = {};    ///< may be empty; it is also what a reader hears who does not see the picture
+};
+
+struct ReportCell {
+  std::string text;
+  std::optional<Verdict> verdict = {};  ///< shown as a coloured mark before the text
+};
+
+/// A table that can be sorted by a click on a head; numbers are sorted as numbers.
+struct ReportTable {
+  std::vector<std::string> header;
+  std::vector<std::vector<ReportCell>> rows;  ///< each as long as the header
+  std::string caption = {};                   ///< may be empty
+};
+
+/// One claim, what became of it, and what was measured.
+struct ReportClaim {
+  std::string claim;
+  Verdict verdict;
+  std::string measured = {};  ///< may be empty
+};
+
+using ReportClaims = std::vector<ReportClaim>;
+using ReportBlock = std::variant<ReportParagraph, ReportPicture, ReportTable, ReportClaims>;
+
+struct ReportSection {
+  std::string heading;
+  std::vector<ReportBlock> blocks;
+};
+
+/// A report on a run; every text is plain.
+struct HtmlReport {
+  std::string title;
+  std::string lead = {};  ///< a paragraph below the title, may be empty
+  std::vector<ReportSection> sections = {};
+  std::string command = {};  ///< the command line that made it, may be empty
+  std::string version = {};  ///< of the program, may be empty
+};
+
+/// The report as one HTML5 page that needs nothing beside itself: style, script and pictures are within it. It follows
+/// the reader's choice of light or dark and fits narrow screens.
+///
+/// @throws InputError where a picture cannot be read or is neither SVG nor PNG, and on a table whose rows differ in
+/// length from its header.
+std::string html_report(const HtmlReport& report);
+
+}  // namespace pulson

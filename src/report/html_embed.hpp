@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace pulson::html {
+
+/// The text as HTML shows it between tags and between double quotes. Control characters become spaces, bytes that are
+/// not UTF-8 become U+FFFD, for a page that contains either is not valid.
+std::string escaped(std::string_view text);
+
+/// RFC 4648.
+std::string base64(std::string_view bytes);
+
+/// The picture as a `data:` address. An SVG too is embedded as an image and not as part of the page: gnuplot gives the
+/// same ids in each, and an image runs no scripts and loads nothing. @throws InputError if the file cannot be read or
+/// is neither SVG nor PNG.
+std::string data_address(const std::filesystem::path& picture);
+
+}  // namespace pulson::html

@@ -1,0 +1,110 @@
+#include "pulson/fokker_planck/pair_equation.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/core.h>
+
+#include "backward_equation.hpp"
+#include "number_checks.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "scaled_pair.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr int kLeastGrids = 2;
+constexpr int kUsualGrids = 3;  // two changes, from which an order is seen
+constexpr int kMostGrids = 8;
+
+// Node values times steps of the largest grid that is still solved: about ten minutes.
+constexpr double kMostWork = 3e11;
+
+void check(const PairEquationOptions& options) {
+  require_positive("the tolerance of the pair equation", options.tolerance);
+  if (options.most_grids < kLeastGrids || options.most_grids > kMostGrids)
+    throw InputError(fmt::format("the most grids of the pair equation are {}; it must be {} to {}", options.most_grids,
+                                 kLeastGrids, kMostGrids));
+}
+
+// u at the start and at the kCurveIntervals + 1 times, as it comes: it may leave [0, 1] by the error.
+std::vector<double> solve(const ScaledPair& pair, const PairMesh& mesh) {
+  BackwardEquation equation(pair, mesh);
+  std::vector<double> curve{0};
+  const int steps_between = mesh.steps / kCurveIntervals;
+  for (int step = 1; step <= mesh.steps; ++step) {
+    equation.step();
+    if (step % steps_between == 0) curve.push_back(equation.at_start());
+  }
+  return curve;
+}
+
+void state_error(PairCrossing& crossing, double tolerance) {
+  const std::size_t count = crossing.grids.size();
+  const double change = std::abs(crossing.grids[count - 1] - crossing.grids[count - 2]);
+  crossing.error = change;
+  crossing.order = 0;
+  if (count >= kUsualGrids) {
+    const double before = crossing.grids[count - 2] - crossing.grids[count - 3];
+    const bool shrinks = change <= std::abs(before) / 2;
+    const bool same_sign = before * (crossing.grids[count - 1] - crossing.grids[count - 2]) > 0;
+    if (!shrinks) crossing.error = std::max(change, std::abs(before));
+    if (same_sign) crossing.order = std::max(0.0, std::log2(std::abs(before) / change));
+  }
+  crossing.converged = crossing.error <= tolerance;
+}
+
+void add_grid(PairCrossing& crossing, const PairMesh& mesh, std::vector<double> curve) {
+  crossing.grids.push_back(curve.back());
+  crossing.curve_error = 0;
+  for (std::size_t k = 0; k < crossing.curve.size(); ++k)
+    crossing.curve_error = std::max(crossing.curve_error, std::abs(curve[k] - crossing.curve[k]));
+  crossing.curve = std::move(curve);
+  crossing.gap_points = mesh.nodes();
+  crossing.momentum_lines = mesh.lines;
+  crossing.steps = mesh.steps;
+}
+
+void refine(PairCrossing& crossing, const ScaledPair& pair, const PairEquationOptions& options) {
+  for (int level = 0; level < options.most_grids; ++level) {
+    const PairMesh mesh = pair_mesh(pair, level);
+    if (level >= kLeastGrids && mesh.work() > kMostWork) return;
+    add_grid(crossing, mesh, solve(pair, mesh));
+    if (level + 1 < kLeastGrids) continue;
+    state_error(crossing, options.tolerance);
+    if (level + 1 >= kUsualGrids && crossing.converged) return;
+  }
+}
+
+}  // namespace
+
+PairCrossing crossing_probability(const PairEquation& pair, const PairEquationOptions& options) {
+  check(options);
+  const auto began = std::chrono::steady_clock::now();
+  const ScaledPair scaled = scaled_pair(pair);
+  PairCrossing crossing;
+  for (int k = 0; k <= kCurveIntervals; ++k) crossing.times.push_back(pair.time * k / kCurveIntervals);
+  if (pair.beta == 0) {
+    crossing.curve.assign(crossing.times.size(), 0);
+    crossing.converged = true;
+    return crossing;
+  }
+  refine(crossing, scaled, options);
+  const auto within = [](double u) { return std::clamp(u, 0.0, 1.0); };
+  std::transform(crossing.curve.begin(), crossing.curve.end(), crossing.curve.begin(), within);
+  crossing.probability = crossing.curve.back();
+  crossing.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return crossing;
+}
+
+std::vector<PairCrossing> crossing_probabilities(const std::vector<PairEquation>& pairs,
+                                                 const PairEquationOptions& options) {
+  std::vector<PairCrossing> all(pairs.size());
+  parallel_for(static_cast<int>(pairs.size()),
+               [&](int i) { all[static_cast<std::size_t>(i)] = crossing_probability(pairs[i], options); });
+  return all;
+}
+
+}  // namespace pulson

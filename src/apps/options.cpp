@@ -70,8 +70,11 @@ void add_threads_option(CLI::App& verb) {
 
 Progress::Progress() : started_(now()), on_terminal_(isatty(STDERR_FILENO) != 0) {}
 
-Progress::~Progress() {
+Progress::~Progress() { clear(); }
+
+void Progress::clear() {
   if (shown_ > 0) fmt::print(stderr, "\r\x1b[K");
+  shown_ = 0;
 }
 
 void Progress::show(const std::string& text) {

@@ -36,6 +36,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   void show(const std::string& text);
+  /// Takes the line away, so that something else can be printed.
+  void clear();
 
  private:
   double started_;

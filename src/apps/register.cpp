@@ -6,10 +6,10 @@
 #include <fmt/core.h>
 
 #include "options.hpp"
+#include "outputs.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "pulson/io/registration_record.hpp"
-#include "pulson/report/gnuplot.hpp"
 #include "pulson/warp/triangulation.hpp"
 #include "register_picture.hpp"
 #include "verbs.hpp"
@@ -17,22 +17,20 @@
 namespace pulson {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct RegisterArguments {
   std::string source;
   std::string target;
-  std::string out;
+  OutputOptions output;
   RegistrationOptions options;
   TimeOptions time;
   std::optional<std::string> mode;
   std::string lambda = "1";
   std::string align = "none";
   std::string solver = "auto";
-  std::string json;
-  bool no_picture = false;
-  bool quiet = false;
 };
+
+const std::vector<std::string> kFiles = {"registration.json", "residuals.csv", "trajectory.csv"};
+const std::vector<std::string> kPictures = {"registration.png", "registration.svg"};
 
 void add_matching_options(CLI::App& verb, RegisterArguments& arguments) {
   RegistrationOptions& options = arguments.options;
@@ -131,32 +129,16 @@ void print_warnings(const Registration& registration, const RegisterArguments& a
                100 * registration.rms() / registration.initial_rms(), advice(registration));
 }
 
-void write_results(const Registration& registration, const TopologyCounts& counts, const RegisterArguments& arguments) {
-  const fs::path out = arguments.out;
+void write_results(const Registration& registration, const TopologyCounts& counts, const OutputOptions& output) {
   const Trajectory path = replay(registration);
   const std::string record = registration_json(registration, counts);
-  write_file_atomically(out / "registration.json", record);
-  write_file_atomically(out / "residuals.csv", residuals_csv(registration));
-  write_file_atomically(out / "trajectory.csv", trajectory_csv(registration, path));
-  if (arguments.json == "-")
-    fmt::print("{}", record);
-  else if (!arguments.json.empty())
-    write_file_atomically(arguments.json, record);
-  if (!arguments.no_picture)
-    write_registration_picture(make_registration_picture(registration, path), out / "registration.png",
-                               out / "registration.svg");
-}
-
-// All that can be known to fail before the work is done.
-void check_outputs(const RegisterArguments& arguments) {
-  if (!arguments.no_picture && !Gnuplot::is_installed())
-    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
-  if (!arguments.json.empty() && arguments.json != "-") check_output_file(arguments.json);
-  create_output_directory(arguments.out);
-  const fs::path out = arguments.out;
-  for (const char* name : {"registration.json", "residuals.csv", "trajectory.csv"}) check_output_file(out / name);
-  if (arguments.no_picture) return;
-  for (const char* name : {"registration.png", "registration.svg"}) check_output_file(out / name);
+  write_file_atomically(output.file("registration.json"), record);
+  write_file_atomically(output.file("residuals.csv"), residuals_csv(registration));
+  write_file_atomically(output.file("trajectory.csv"), trajectory_csv(registration, path));
+  output.write_json(record);
+  if (!output.no_picture)
+    write_registration_picture(make_registration_picture(registration, path), output.file("registration.png"),
+                               output.file("registration.svg"));
 }
 
 int run_register(const RegisterArguments& arguments) {
@@ -168,15 +150,14 @@ int run_register(const RegisterArguments& arguments) {
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
   };
-  check_outputs(arguments);
+  arguments.output.check(kFiles, kPictures);
   const Registration registration = register_shapes(source, target, options);
   const TopologyCounts counts = topology_counts(registration);
-  write_results(registration, counts, arguments);
+  write_results(registration, counts, arguments.output);
   for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
-  if (arguments.json != "-" && !arguments.quiet) {
+  if (arguments.output.prints()) {
     print_summary(registration, counts);
-    fmt::print("wrote      {}: registration.json, residuals.csv, trajectory.csv{}\n", arguments.out,
-               arguments.no_picture ? "" : ", registration.png, registration.svg");
+    arguments.output.print_written(kFiles, kPictures);
   }
   print_warnings(registration, arguments);
   return registration.converged ? kDone : kNotConverged;
@@ -189,13 +170,10 @@ void add_register_verb(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<RegisterArguments>();
   verb->add_option("SOURCE", arguments->source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
   verb->add_option("TARGET", arguments->target, "shape that it should become")->required();
-  verb->add_option("-o,--out", arguments->out, "folder for the results")->required();
+  arguments->output.add_to(*verb, "registration.png and .svg", "-q,--quiet");
   add_matching_options(*verb, *arguments);
   arguments->time.add_to(*verb, "1");
   add_threads_option(*verb);
-  verb->add_option("--json", arguments->json, "write the record here too; - for standard output, and nothing else");
-  verb->add_flag("--no-picture", arguments->no_picture, "do not draw registration.png and .svg");
-  verb->add_flag("-q,--quiet", arguments->quiet, "print warnings and errors only");
   verb->footer(
       "Examples:\n"
       "  pulson register a.csv b.csv -o out\n"

@@ -1,22 +1,19 @@
 // `pulson simulate`: one or a few sample paths.
 
 #include <chrono>
-#include <filesystem>
 
 #include <fmt/format.h>
 
 #include "options.hpp"
+#include "outputs.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/simulation_record.hpp"
-#include "pulson/report/gnuplot.hpp"
 #include "pulson/report/path_picture.hpp"
 #include "start_options.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr int kMostSamples = 1000;
 constexpr std::int64_t kMostNumbers = 400'000'000;  // of states in memory: 3.2 GB
@@ -27,12 +24,12 @@ struct SimulateArguments {
   TimeOptions time{.time = {}, .steps = 20, .dt = 0.02};
   SamplePathsOptions options;
   std::string integrator = "variational";
-  std::string out;
-  std::string json;
+  OutputOptions output;
   int every = 1;
-  bool no_picture = false;
-  bool quiet = false;
 };
+
+const std::vector<std::string> kFiles = {"simulation.json", "paths.csv"};
+const std::vector<std::string> kPictures = {"paths.png", "paths.svg"};
 
 void check_size(const Start& start, const SimulateArguments& arguments, const TimeGrid& grid) {
   const int samples = arguments.options.samples;
@@ -79,27 +76,14 @@ PathPicture make_picture(const Simulation& simulation) {
   return picture;
 }
 
-void check_outputs(const SimulateArguments& arguments) {
-  if (!arguments.no_picture && !Gnuplot::is_installed())
-    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
-  if (!arguments.json.empty() && arguments.json != "-") check_output_file(arguments.json);
-  create_output_directory(arguments.out);
-  const fs::path out = arguments.out;
-  for (const char* name : {"simulation.json", "paths.csv"}) check_output_file(out / name);
-  if (arguments.no_picture) return;
-  for (const char* name : {"paths.png", "paths.svg"}) check_output_file(out / name);
-}
-
 void write_results(const Simulation& simulation, const SimulateArguments& arguments) {
-  const fs::path out = arguments.out;
+  const OutputOptions& output = arguments.output;
   const std::string record = simulation_json(simulation);
-  write_file_atomically(out / "simulation.json", record);
-  write_file_atomically(out / "paths.csv", sample_paths_csv(simulation, arguments.every));
-  if (arguments.json == "-")
-    fmt::print("{}", record);
-  else if (!arguments.json.empty())
-    write_file_atomically(arguments.json, record);
-  if (!arguments.no_picture) write_path_picture(make_picture(simulation), out / "paths.png", out / "paths.svg");
+  write_file_atomically(output.file("simulation.json"), record);
+  write_file_atomically(output.file("paths.csv"), sample_paths_csv(simulation, arguments.every));
+  output.write_json(record);
+  if (!output.no_picture)
+    write_path_picture(make_picture(simulation), output.file("paths.png"), output.file("paths.svg"));
 }
 
 std::string numbers_text(const Points& points) {
@@ -159,16 +143,15 @@ int run_simulate(const SimulateArguments& arguments) {
   options.grid = arguments.time.grid(start.default_time);
   check_size(start, arguments, options.grid);
   const auto integrator = make_integrator(arguments.integrator);
-  check_outputs(arguments);
+  arguments.output.check(kFiles, kPictures);
   Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
   simulation.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   write_results(simulation, arguments);
   for (const std::string& note : start.notes) fmt::print(stderr, "note: {}\n", note);
-  if (arguments.json != "-" && !arguments.quiet) {
+  if (arguments.output.prints()) {
     print_summary(simulation);
-    fmt::print("wrote      {}: simulation.json, paths.csv{}\n", arguments.out,
-               arguments.no_picture ? "" : ", paths.png, paths.svg");
+    arguments.output.print_written(kFiles, kPictures);
   }
   return print_warnings(simulation) ? kNotConverged : kDone;
 }
@@ -183,12 +166,9 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
   add_seed_option(*verb, arguments->options.seed);
-  verb->add_option("-o,--out", arguments->out, "folder for the results")->required();
   verb->add_option("--every", arguments->every, "write every n-th step to paths.csv")->capture_default_str();
   add_threads_option(*verb);
-  verb->add_option("--json", arguments->json, "write the record here too; - for standard output, and nothing else");
-  verb->add_flag("--no-picture", arguments->no_picture, "do not draw paths.png and .svg");
-  verb->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  arguments->output.add_to(*verb, "paths.png and .svg");
   verb->footer(
       "Examples:\n"
       "  pulson simulate --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out\n"

@@ -46,6 +46,9 @@ int run(int argc, char** argv) {
   program.get_formatter()->column_width(34);
   pulson::add_register_verb(program, exit_code);
   pulson::add_simulate_verb(program, exit_code);
+  pulson::add_ensemble_verb(program, exit_code);
+  pulson::add_fokker_planck_verb(program, exit_code);
+  pulson::add_reproduce_verb(program, exit_code);
   pulson::add_info_verb(program);
   check_verb(program, argc, argv);
   try {

@@ -1,0 +1,179 @@
+// Section 3: the densities (15) and (18) beside histograms, and the pair equation on a grid.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "laboratory.hpp"
+#include "pulson/fokker_planck/densities.hpp"
+#include "pulson/fokker_planck/pair_equation.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kBeta = 1.5;
+constexpr double kP1 = 4;
+
+struct Marginal {
+  std::string heading;
+  Histogram histogram;
+  NormalLaw law;
+};
+
+/// sup |F_sampled − F| at the edges of the bins.
+double distance(const Marginal& marginal) {
+  const auto total = static_cast<double>(marginal.histogram.total());
+  double below = 0, largest = 0;
+  for (std::size_t bin = 0; bin < marginal.histogram.counts.size(); ++bin) {
+    below += static_cast<double>(marginal.histogram.counts[bin]) / total;
+    const double edge = marginal.histogram.low + marginal.histogram.width() * static_cast<double>(bin + 1);
+    if (bin + 1 < marginal.histogram.counts.size())
+      largest = std::max(largest, std::abs(below - marginal.law.cdf(edge)));
+  }
+  return largest;
+}
+
+/// The bins from the first to the last that is not empty, joined so that there are about 40.
+Series sampled(const Histogram& histogram) {
+  const auto begin = static_cast<std::size_t>(
+      std::find_if(histogram.counts.begin(), histogram.counts.end(), [](auto c) { return c > 0; }) -
+      histogram.counts.begin());
+  std::size_t end = histogram.counts.size();
+  while (end > begin + 1 && histogram.counts[end - 1] == 0) --end;
+  const std::size_t joined = std::max<std::size_t>(1, (end - begin) / 40);
+  const double unit = 1 / (static_cast<double>(histogram.total()) * histogram.width() * static_cast<double>(joined));
+  Series series;
+  series.name = "sampled";
+  series.style = SeriesStyle::kSteps;
+  series.x.push_back(histogram.low + histogram.width() * static_cast<double>(begin));
+  for (std::size_t bin = begin; bin < end; bin += joined) {
+    double count = 0;
+    for (std::size_t i = bin; i < std::min(bin + joined, histogram.counts.size()); ++i)
+      count += static_cast<double>(histogram.counts[i]);
+    series.y.push_back(count * unit);
+    series.x.push_back(series.x.back() + histogram.width() * static_cast<double>(joined));
+  }
+  return series;
+}
+
+Series density(const NormalLaw& law, const std::string& name) {
+  Series series;
+  series.name = name;
+  series.colour = Series::kInk;
+  const double deviation = std::sqrt(law.variance);
+  for (int i = -200; i <= 200; ++i) {
+    series.x.push_back(law.mean + deviation * i / 50);
+    series.y.push_back(law.density(series.x.back()));
+  }
+  return series;
+}
+
+ChartPanel panel_of(const Marginal& marginal) {
+  ChartPanel panel;
+  panel.heading = marginal.heading;
+  panel.series = {sampled(marginal.histogram), density(marginal.law, "density (15), the marginals of (18)")};
+  return panel;
+}
+
+/// Histograms of all coordinates at these times.
+EnsembleSums sample(const Laboratory& laboratory, const PhaseState& start, const std::string& noise,
+                    const std::vector<double>& times, std::vector<int>& steps) {
+  EnsembleOptions options;
+  const double dt = laboratory.options().grid.dt();
+  options.grid = {times.back(), static_cast<int>(std::lround(times.back() / dt))};
+  for (const double time : times) options.records.push_back(static_cast<int>(std::lround(time / dt)));
+  steps = options.histograms = options.records;
+  options.samples = laboratory.options().samples;
+  options.seed = laboratory.options().seed;
+  const StochasticSystem system{make_kernel(paper_kernels().front().spec, {}),
+                                paper_system({paper_kernels().front(), noise, kP1}).noise};
+  return laboratory.finish(Ensemble(system, "variational-paper", start, options), "fokker-planck");
+}
+
+}  // namespace
+
+ReportSection fokker_planck(const Laboratory& laboratory) {
+  const std::string noise = fmt::format("ch-sd:beta={}", kBeta);
+  const double dt = laboratory.options().grid.dt();
+  std::vector<int> steps;
+  Chart chart{"Densities of one pulson and of two",
+              fmt::format("{}, Gaussian pulsons  ·  {} paths  ·  dt = {:.3g}", noise, laboratory.options().samples, dt),
+              {{}, {}, {}},
+              false};
+  std::string csv = "pulsons,landmark,time,mean,variance,law_mean,law_variance,distance\n";
+  std::array<std::vector<double>, 3> distances;
+  const auto add = [&](std::size_t row, const EnsembleSums& sums, Eigen::Index landmark, Eigen::Index count,
+                       const FreePulson& pulson) {
+    for (std::size_t record = 0; record < steps.size(); ++record) {
+      const double time = dt * steps[record];
+      const Marginal marginal{fmt::format("density of {} at t = {:.3g}",
+                                          count == 1      ? "q"
+                                          : landmark == 0 ? "q₁"
+                                                          : "q₂",
+                                          time),
+                              sums.histograms[record][static_cast<std::size_t>(landmark)],
+                              position_law_of_scheme(pulson, {time, steps[record]})};
+      chart.rows[row].push_back(panel_of(marginal));
+      distances[row].push_back(distance(marginal));
+      csv += fmt::format("{},{},{},{},{},{},{},{}\n", count, landmark + 1, time, sums.moments[record].mean[landmark],
+                         sums.moments[record].variance()[landmark], marginal.law.mean, marginal.law.variance,
+                         distances[row].back());
+    }
+  };
+  const PhaseState one{(Points(1, 1) << 0).finished(), (Points(1, 1) << kP1).finished()};
+  add(0, sample(laboratory, one, noise, {1, 5, 10}, steps), 0, 1, {0, kP1, kBeta});
+  const EnsembleSums pair = sample(laboratory, paper_start(kP1), noise, {0.5, 1, 10}, steps);
+  add(1, pair, 0, 2, {0, kP1, kBeta});
+  add(2, pair, 1, 2, {10, 1, kBeta});
+
+  ReportSection section{"Section 3: the Fokker–Planck equation", {}};
+  laboratory.write_csv("densities.csv", csv);
+  laboratory.add_chart(section, "densities", chart,
+                       "Sampled densities beside (15): one pulson alone (top), and both of a pair (below)");
+  const double chance = 1.95 / std::sqrt(static_cast<double>(laboratory.options().samples));  // level 0.001
+  ReportClaims claims;
+  const double alone = *std::max_element(distances[0].begin(), distances[0].end());
+  claims.push_back(
+      {"(15): a free pulson's position is normal with mean q̄ + pt and variance β²t, its momentum is kept.",
+       alone < chance ? Verdict::kHolds : Verdict::kDoesNotHold,
+       fmt::format("largest distance of distribution functions {:.4f}; chance makes more than {:.4f} in one "
+                   "of 1000. (The scheme's own variance, β²(t − ¾dt), is used: half of the last increment "
+                   "acts in the step after)",
+                   alone, chance)});
+  const double apart = std::max(distances[1][0], distances[2][0]), met = std::max(distances[1][2], distances[2][2]);
+  claims.push_back(
+      {"(18) satisfies (16) asymptotically: pulsons far from each other behave like individual particles.",
+       apart < chance && met > chance ? Verdict::kHolds : Verdict::kDoesNotHold,
+       fmt::format("distance {:.4f} at t = 0.5, before they meet; {:.3f} at t = 10, after. As a joint law, "
+                   "(18) is a sum where a product is meant; each term is the marginal of one pulson",
+                   apart, met)});
+  section.blocks.emplace_back(std::move(claims));
+  section.blocks.emplace_back(ReportParagraph{
+      "With h = βp₂ total momentum is kept and the collision depends on r = q₂ − q₁ and y = ln(p₂/p₁) alone. The "
+      "backward equation in these two is solved on a grid, which gives crossing probabilities without sampling; figure "
+      "3 has the comparison with Monte Carlo over all β."});
+  ReportTable table{{"kernel", "β", "grids, each of half the spacing", "probability", "stated error", "seconds"},
+                    {},
+                    "Crossing at t = 100 on the grid, p̄₁ = 4"};
+  for (const PaperKernel& kernel : paper_kernels())
+    for (const double beta : {0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.5}) {
+      laboratory.show(fmt::format("fokker-planck, grid for {}, beta = {}", kernel.name, beta));
+      const PairCrossing c =
+          crossing_probability({make_kernel(kernel.spec, {}), beta, laboratory.options().grid.time, 0, 10, kP1, 1},
+                               laboratory.options().quick ? PairEquationOptions{0.01, 2} : PairEquationOptions{});
+      std::string grids;
+      for (const double p : c.grids) grids += fmt::format("{}{:.5f}", grids.empty() ? "" : ", ", p);
+      table.rows.push_back({{kernel.name},
+                            {fmt::format("{:g}", beta)},
+                            {grids},
+                            {fmt::format("{:.5f}", c.probability)},
+                            {fmt::format("{:.1e}", c.error)},
+                            {fmt::format("{:.2f}", c.seconds)}});
+    }
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
+}  // namespace pulson

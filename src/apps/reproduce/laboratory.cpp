@@ -1,0 +1,96 @@
+#include "laboratory.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "../interrupt.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/io/atomic_file.hpp"
+#include "pulson/kernels/kernel_operator.hpp"
+#include "pulson/noise/noise_table.hpp"
+
+namespace pulson {
+
+const std::vector<PaperKernel>& paper_kernels() {
+  static const std::vector<PaperKernel> kKernels = {{"gaussian:alpha=1", "gaussian", "Gaussian pulsons"},
+                                                    {"peakon:alpha=0.5", "peakon", "peakons"}};
+  return kKernels;
+}
+
+PhaseState paper_start(double p1) { return {(Points(1, 2) << 0, 10).finished(), (Points(1, 2) << p1, 1).finished()}; }
+
+StochasticSystem paper_system(const PaperPair& pair) {
+  return {make_kernel(pair.kernel.spec, {}), make_noise(pair.noise)};
+}
+
+const std::vector<Experiment>& experiments() {
+  static const std::vector<Experiment> kExperiments = {
+      {"figure1", "sample paths, and whether pulsons cross (5.1)", figure1},
+      {"figure2", "mean paths (5.1)", figure2},
+      {"figure3", "crossing probability over beta (5.2)", figure3},
+      {"figure4", "sample paths with noise screening (5.3)", figure4},
+      {"section5.4", "parametric noise and noise in the momenta (5.4)", section54},
+      {"fokker-planck", "densities (15) and (18), and crossing without sampling (3)", fokker_planck}};
+  return kExperiments;
+}
+
+EnsembleSums Laboratory::sample(const PaperPair& pair, const std::string& what, std::vector<int> records,
+                                KeepStates keep) const {
+  EnsembleOptions options;
+  options.grid = options_.grid;
+  options.seed = options_.seed;
+  options.samples = options_.samples;
+  options.records = std::move(records);
+  options.keep = keep;
+  return finish(Ensemble(paper_system(pair), "variational-paper", paper_start(pair.p1), std::move(options)), what);
+}
+
+EnsembleSums Laboratory::finish(Ensemble ensemble, const std::string& what) const {
+  while (!ensemble.done()) {
+    show(fmt::format(
+        "{}: {:.0f} %", what,
+        100 * static_cast<double>(ensemble.sums().samples) / static_cast<double>(ensemble.options().samples)));
+    ensemble.advance(4 * thread_count());
+  }
+  return ensemble.sums();
+}
+
+std::vector<SamplePath> Laboratory::paths(const PaperPair& pair, int count) const {
+  show("sample paths");
+  SamplePathsOptions options;
+  options.grid = options_.grid;
+  options.seed = options_.seed;
+  options.samples = count;
+  return sample_paths(paper_system(pair), *make_integrator("variational-paper"), paper_start(pair.p1), options);
+}
+
+void Laboratory::show(const std::string& what) const {
+  if (Interrupt::came()) throw Interrupted();
+  progress_.show(what);
+}
+
+std::string Laboratory::write_csv(const std::string& name, const std::string& text) const {
+  write_file_atomically(options_.out / name, text);
+  return name;
+}
+
+void Laboratory::add_chart(ReportSection& section, const std::string& name, const Chart& chart,
+                           const std::string& caption) const {
+  if (!options_.pictures) return;
+  const std::filesystem::path svg = options_.out / (name + ".svg");
+  write_chart(chart, options_.out / (name + ".png"), svg);
+  section.blocks.emplace_back(ReportPicture{svg, caption});
+}
+
+std::string text_of(const Estimate& estimate) {
+  return fmt::format("{:.4f} ± {:.4f}", estimate.value, estimate.standard_error);
+}
+
+std::string text_of(double value) { return fmt::format("{:.4g}", value); }
+
+double standard_errors_apart(const Estimate& a, const Estimate& b) {
+  return (a.value - b.value) / std::hypot(a.standard_error, b.standard_error);
+}
+
+}  // namespace pulson

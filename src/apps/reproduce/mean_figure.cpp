@@ -1,0 +1,123 @@
+// Figure 2: mean paths.
+
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "laboratory.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr std::array<double, 3> kBetas = {1.5, 2.5, 4.5};
+constexpr double kP1 = 4;
+
+struct Means {
+  double beta;
+  EnsembleSums sums;
+};
+
+Series mean_over_time(const Laboratory& laboratory, const Means& means, const std::vector<int>& records,
+                      Eigen::Index coordinate) {
+  Series series;
+  series.name = coordinate % 2 == 0 ? "faster pulson: q₁, p₁" : "slower pulson: q₂, p₂";
+  for (std::size_t record = 0; record < records.size(); ++record) {
+    const double mean = means.sums.moments[record].mean[coordinate];
+    const double spread = std::sqrt(means.sums.moments[record].variance()[coordinate]);
+    series.x.push_back(laboratory.options().grid.at(records[record]));
+    series.y.push_back(mean);
+    series.low.push_back(mean - spread);
+    series.high.push_back(mean + spread);
+  }
+  return series;
+}
+
+Series deterministic(const Laboratory& laboratory, const SamplePath& path, int landmark, bool momentum) {
+  Series series;
+  series.name = "without noise";
+  series.colour = Series::kInk;
+  series.dashed = true;
+  for (std::size_t k = 0; k < path.path.states.size(); k += 10) {
+    series.x.push_back(laboratory.options().grid.at(static_cast<int>(k)));
+    series.y.push_back((momentum ? path.path.states[k].p : path.path.states[k].q)(landmark));
+  }
+  return series;
+}
+
+Chart chart_of_means(const Laboratory& laboratory, const std::vector<Means>& all, const std::vector<int>& records,
+                     const SamplePath& without_noise) {
+  Chart chart{"Mean paths of Gaussian pulsons, p̄₁ = 4",
+              fmt::format("means of {} paths, shaded: one standard deviation  ·  dt = {:.3g}  ·  seed {}",
+                          all.front().sums.samples, laboratory.options().grid.dt(), laboratory.options().seed),
+              {{}, {}},
+              true};
+  for (const Means& means : all)
+    for (const bool momentum : {false, true}) {
+      ChartPanel panel;
+      panel.heading = fmt::format("{} over time t, β = {:g}", momentum ? "Momenta p" : "Positions q", means.beta);
+      for (int a = 0; a < 2; ++a) panel.series.push_back(deterministic(laboratory, without_noise, a, momentum));
+      for (int a = 0; a < 2; ++a)
+        panel.series.push_back(mean_over_time(laboratory, means, records, (momentum ? 2 : 0) + a));
+      chart.rows[momentum ? 1 : 0].push_back(std::move(panel));
+    }
+  return chart;
+}
+
+std::string csv_of_means(const Laboratory& laboratory, const std::vector<Means>& all, const std::vector<int>& records) {
+  std::string text = "beta,time,mean_q1,mean_q2,mean_p1,mean_p2,error_q1,error_q2,error_p1,error_p2\n";
+  for (const Means& means : all)
+    for (std::size_t record = 0; record < records.size(); ++record) {
+      text += fmt::format("{},{}", means.beta, laboratory.options().grid.at(records[record]));
+      for (const double x : means.sums.moments[record].mean) text += fmt::format(",{}", x);
+      for (const double x : means.sums.mean_error(record)) text += fmt::format(",{}", x);
+      text += '\n';
+    }
+  return text;
+}
+
+/// E p₁ at the end.
+Estimate final_momentum(const EnsembleSums& sums) {
+  const std::size_t last = sums.moments.size() - 1;
+  return {sums.moments[last].mean[2], sums.mean_error(last)[2]};
+}
+
+}  // namespace
+
+ReportSection figure2(const Laboratory& laboratory) {
+  const PaperKernel& kernel = paper_kernels().front();
+  const std::vector<int> records = spread_steps(laboratory.options().grid, 501);
+  std::vector<Means> all;
+  for (const double beta : kBetas)
+    all.push_back({beta, laboratory.sample({kernel, fmt::format("ch-sd:beta={},on=2", beta), kP1},
+                                           fmt::format("figure2, beta = {}", beta), records)});
+  const SamplePath without_noise = laboratory.paths({kernel, "none", kP1}, 1).front();
+  const double exchanged = without_noise.path.final().p(0);
+  const Estimate small = final_momentum(laboratory.sample({kernel, "ch-sd:beta=0.5,on=2", kP1}, "figure2, beta = 0.5"));
+
+  ReportSection section{"Figure 2: mean paths", {}};
+  laboratory.write_csv("figure2.csv", csv_of_means(laboratory, all, records));
+  laboratory.add_chart(section, "figure2", chart_of_means(laboratory, all, records, without_noise),
+                       "Mean paths for β = 1.5, 2.5 and 4.5, with one standard deviation; dashed: without noise");
+  ReportClaims claims;
+  const auto part = [&](double p1) { return 100 * (kP1 - p1) / (kP1 - exchanged); };
+  claims.push_back(
+      {"For small noise the mean solution resembles the deterministic one.",
+       part(small.value) > 90 ? Verdict::kHolds : Verdict::kDoesNotHold,
+       fmt::format("without noise p₁ falls from 4 to {:.4g}: the momenta are exchanged. In the mean, {:.1f} % of that "
+                   "exchange takes place at β = 0.5 (p₁ = {}) and {:.0f} % at β = 1.5",
+                   exchanged, part(small.value), text_of(small), part(final_momentum(all[0].sums).value))});
+  const Estimate low = final_momentum(all[0].sums), middle = final_momentum(all[1].sums),
+                 high = final_momentum(all[2].sums);
+  const bool rises = standard_errors_apart(middle, low) > 4 && standard_errors_apart(high, middle) > 4;
+  claims.push_back(
+      {"As β is increased, the mean solution represents two pulsons passing through each other with "
+       "increasingly less interaction.",
+       rises ? Verdict::kHolds : Verdict::kDoesNotHold,
+       fmt::format("mean p₁ at the end: {}, {}, {} for β = 1.5, 2.5, 4.5; without interaction it stays 4", text_of(low),
+                   text_of(middle), text_of(high))});
+  section.blocks.emplace_back(std::move(claims));
+  return section;
+}
+
+}  // namespace pulson

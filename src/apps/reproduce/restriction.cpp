@@ -1,0 +1,155 @@
+// §5.4: parametric noise, and noise in the momenta alone.
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "laboratory.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kFollowed = 0.01;  // so many may be lost where a claim is tested
+constexpr double kNear = 0.05;      // a gap that counts as asymptotically closed
+
+struct Potential {
+  std::string formula;  ///< of the paper
+  std::string noise;    ///< with {} for β
+  std::vector<double> betas;
+  bool of_paper;      ///< else it is pulson's own question
+  bool quick_sample;  ///< one path at a time: fewer paths
+};
+
+const std::vector<Potential>& potentials() {
+  static const std::vector<Potential> kPotentials = {
+      {"β(p₁ + p₂)", "p-sd:beta={}", {0.5, 1, 2, 4, 6.5}, true, false},
+      {"β q₂", "trouve-vialard:sigma={},on=2", {0.1, 0.25, 0.5, 1}, true, false},
+      {"β exp(−(q₁ − q₂)²/γ), γ = 4", "potential:beta={},gamma=4", {0.5, 1, 2, 4}, true, false},
+      {"Σ β p cos q", "p-sd:beta={},fields=cos,wavenumber=1", {0.25, 1}, false, true}};
+  return kPotentials;
+}
+
+struct Run {
+  const Potential* potential;
+  const PaperKernel* kernel;
+  double beta;
+  EnsembleSums sums;
+
+  double near() const {
+    std::int64_t count = 0;
+    for (std::size_t m = 0; m + 3 < sums.states.size(); m += 4)
+      if (std::abs(sums.states[m + 1] - sums.states[m]) < kNear) ++count;
+    return static_cast<double>(count) / static_cast<double>(sums.paths.clean);
+  }
+};
+
+EnsembleSums sample(const Laboratory& laboratory, const Potential& potential, const PaperKernel& kernel, double beta) {
+  const PaperPair pair{kernel, fmt::format(fmt::runtime(potential.noise), beta), 4};
+  const std::string what = fmt::format("section5.4, {}, {}", pair.noise, kernel.name);
+  if (!potential.quick_sample) return laboratory.sample(pair, what, {}, KeepStates::kFinal);
+  EnsembleOptions options;
+  options.grid = laboratory.options().grid;
+  options.seed = laboratory.options().seed;
+  options.samples = laboratory.options().quick ? 128 : 1024;
+  options.keep = KeepStates::kFinal;
+  return laboratory.finish(Ensemble(paper_system(pair), "variational-paper", paper_start(pair.p1), options), what);
+}
+
+std::vector<ReportCell> row_of(const Run& run) {
+  const PathCounts& paths = run.sums.paths;
+  return {{run.potential->formula},
+          {run.kernel->name},
+          {fmt::format("{:g}", run.beta)},
+          {fmt::format("{}", run.sums.samples)},
+          {fmt::format("{}", run.sums.crossing.at_end)},
+          {fmt::format("{}", run.sums.crossing.ever)},
+          {fmt::format("{}", paths.clean)},
+          {fmt::format("{}", paths.no_root)},
+          {fmt::format("{}", paths.momentum_bound)},
+          {fmt::format("{:.1f} %", 100 * run.near())}};
+}
+
+std::string csv_of(const std::vector<Run>& runs) {
+  std::string text = "potential,kernel,beta,samples,crossed,ever,clean,no_root,momentum_bound,near\n";
+  for (const Run& run : runs) {
+    const PathCounts& paths = run.sums.paths;
+    text +=
+        fmt::format("{},{},{},{},{},{},{},{},{},{}\n", run.potential->noise.substr(0, run.potential->noise.find('{')),
+                    run.kernel->name, run.beta, run.sums.samples, run.sums.crossing.at_end, run.sums.crossing.ever,
+                    paths.clean, paths.no_root, paths.momentum_bound, run.near());
+  }
+  return text;
+}
+
+double lost_part(const Run& run) {
+  return 1 - static_cast<double>(run.sums.paths.clean) / static_cast<double>(run.sums.samples);
+}
+
+/// "No crossing" for one potential and kernel: among the amplitudes at which nearly all paths could be followed, and
+/// among the others, of which it cannot be known.
+void add_claims(ReportClaims& claims, const std::vector<Run>& runs, const Potential& potential,
+                const PaperKernel& kernel) {
+  for (const bool followed : {true, false}) {
+    std::int64_t clean = 0, crossed = 0, ever = 0;
+    double most_lost = 0;
+    std::string betas;
+    for (const Run& run : runs) {
+      if (run.potential != &potential || run.kernel != &kernel || (lost_part(run) <= kFollowed) != followed) continue;
+      clean += run.sums.paths.clean;
+      crossed += run.sums.crossing.at_end;
+      ever += run.sums.crossing.ever;
+      most_lost = std::max(most_lost, lost_part(run));
+      betas += fmt::format("{}{:g}", betas.empty() ? "" : ", ", run.beta);
+    }
+    if (betas.empty()) continue;
+    const Verdict verdict = ever > 0 ? Verdict::kDoesNotHold : followed ? Verdict::kHolds : Verdict::kNotTested;
+    std::string measured = fmt::format("{} of {} clean paths crossed, {} ever did", crossed, clean, ever);
+    if (most_lost > 0)
+      measured += fmt::format("; up to {:.2g} % of the paths could not be followed to the end", 100 * most_lost);
+    if (!followed) measured += ", of which nothing is known";
+    claims.push_back({fmt::format("h = {}: {} do not cross, at β = {}{}.", potential.formula, kernel.particle, betas,
+                                  potential.of_paper ? "" : " (of the kind of Lemma 1, but not run in the paper)"),
+                      verdict, measured});
+  }
+}
+
+}  // namespace
+
+ReportSection section54(const Laboratory& laboratory) {
+  std::vector<Run> runs;
+  for (const Potential& potential : potentials())
+    for (const PaperKernel& kernel : paper_kernels())
+      for (const double beta : potential.betas)
+        runs.push_back({&potential, &kernel, beta, sample(laboratory, potential, kernel, beta)});
+
+  ReportSection section{"Section 5.4: parametric noise, and noise in the momenta alone", {}};
+  section.blocks.emplace_back(ReportParagraph{
+      "A step is taken by the root that is connected with dt = 0, which keeps the order of landmarks; where that "
+      "branch "
+      "ends before the step does, the path has no root and is counted so. A solver that takes any root jumps there, "
+      "and "
+      "sees crossings that are not the equation's. Momenta beyond 1e8 count as lost, too: head-on encounters make them "
+      "grow exponentially, and for peakons collisions come in finite time."});
+  laboratory.write_csv("section5.4.csv", csv_of(runs));
+  ReportClaims claims;
+  for (const Potential& potential : potentials())
+    for (const PaperKernel& kernel : paper_kernels()) add_claims(claims, runs, potential, kernel);
+  double most_near = 0;
+  for (const Run& run : runs)
+    if (run.potential->of_paper) most_near = std::max(most_near, run.near());
+  claims.push_back(
+      {"In many cases the pulsons would asymptotically approach each other, but never pass.",
+       most_near > 0.01 ? Verdict::kHolds : Verdict::kDoesNotHold,
+       fmt::format("up to {:.0f} % of the clean paths end with a gap below {:g}", 100 * most_near, kNear)});
+  section.blocks.emplace_back(std::move(claims));
+  ReportTable table{{"potential h", "kernel", "β", "paths", "crossed at the end", "ever", "clean", "no root",
+                     "momenta beyond 1e8", fmt::format("gap below {:g}", kNear)},
+                    {},
+                    "p̄₁ = 4"};
+  for (const Run& run : runs) table.rows.push_back(row_of(run));
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
+}  // namespace pulson

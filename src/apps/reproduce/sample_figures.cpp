@@ -1,0 +1,157 @@
+// Figures 1 and 4: a few sample paths, and what they are said to show.
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "laboratory.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr int kPaths = 3;
+
+Series coordinate_over_time(const SamplePath& sample, int landmark, bool momentum) {
+  Series series;
+  series.name = landmark == 0 ? "faster pulson: q₁, p₁" : "slower pulson: q₂, p₂";
+  for (std::size_t k = 0; k < sample.path.states.size(); ++k) {
+    const PhaseState& state = sample.path.states[k];
+    series.x.push_back(sample.path.grid.at(static_cast<int>(k)));
+    series.y.push_back((momentum ? state.p : state.q)(landmark));
+  }
+  return series;
+}
+
+/// Positions above, momenta below, a column for each path.
+Chart chart_of_paths(const std::vector<SamplePath>& samples, const std::string& title, const std::string& subtitle) {
+  Chart chart{title, subtitle, {{}, {}}, false};
+  for (std::size_t m = 0; m < samples.size(); ++m) {
+    const std::string end =
+        samples[m].status == PathStatus::kClean ? "" : fmt::format(", ends at t = {:.3g}", samples[m].path.grid.time);
+    for (const bool momentum : {false, true}) {
+      ChartPanel panel;
+      panel.heading = fmt::format("{} over time t, path {}{}", momentum ? "Momenta p" : "Positions q", m + 1, end);
+      for (int a = 0; a < 2; ++a) panel.series.push_back(coordinate_over_time(samples[m], a, momentum));
+      chart.rows[momentum ? 1 : 0].push_back(std::move(panel));
+    }
+  }
+  return chart;
+}
+
+std::string csv_of_paths(const std::vector<SamplePath>& samples) {
+  std::string text = "path,time,q1,q2,p1,p2\n";
+  for (std::size_t m = 0; m < samples.size(); ++m)
+    for (std::size_t k = 0; k < samples[m].path.states.size(); ++k) {
+      const PhaseState& s = samples[m].path.states[k];
+      text += fmt::format("{},{},{},{},{},{}\n", m + 1, samples[m].path.grid.at(static_cast<int>(k)), s.q(0), s.q(1),
+                          s.p(0), s.p(1));
+    }
+  return text;
+}
+
+void add_paths(ReportSection& section, const Laboratory& laboratory, const PaperPair& pair, const std::string& name,
+               const std::string& title) {
+  const std::vector<SamplePath> samples = laboratory.paths(pair, kPaths);
+  laboratory.write_csv(name + ".csv", csv_of_paths(samples));
+  const TimeGrid& grid = laboratory.options().grid;
+  laboratory.add_chart(section, name,
+                       chart_of_paths(samples, title,
+                                      fmt::format("{}  ·  {}  ·  dt = {:.3g}  ·  seed {}, paths 1 to {}", pair.noise,
+                                                  pair.kernel.spec, grid.dt(), laboratory.options().seed, kPaths)),
+                       title);
+}
+
+}  // namespace
+
+ReportSection figure1(const Laboratory& laboratory) {
+  const PaperPair pair{paper_kernels().front(), "ch-sd:beta=4,on=2", 4};
+  ReportSection section{"Figure 1: sample paths", {}};
+  add_paths(section, laboratory, pair, "figure1", "Sample paths of Gaussian pulsons, p̄₁ = 4, β = 4");
+
+  ReportClaims claims;
+  const EnsembleSums sums = laboratory.sample(pair, "figure1");
+  const Estimate crossing = sums.crossing_probability();
+  claims.push_back({"The faster pulson may in fact cross the slower one.",
+                    crossing.value > 4 * crossing.standard_error ? Verdict::kHolds : Verdict::kDoesNotHold,
+                    fmt::format("crossed at t = {:.3g}: {} of {} paths", laboratory.options().grid.time,
+                                text_of(crossing), sums.samples)});
+  std::string others;
+  bool all_cross = true;
+  for (const PaperKernel& kernel : paper_kernels())
+    for (const double p1 : {8.0, 2.0}) {
+      const Estimate other = laboratory.sample({kernel, pair.noise, p1}, "figure1").crossing_probability();
+      all_cross = all_cross && other.value > 4 * other.standard_error;
+      others += fmt::format("{}{}, p̄₁ = {:g}: {}", others.empty() ? "" : "; ", kernel.particle, p1, text_of(other));
+    }
+  claims.push_back({"p̄₁ = 8 and p̄₁ = 2, and peakons, gave qualitatively similar results.",
+                    all_cross ? Verdict::kHolds : Verdict::kDoesNotHold, "crossing probability of " + others});
+
+  int crossed = 0;
+  for (const PaperKernel& kernel : paper_kernels())
+    for (const double p1 : {8.0, 4.0, 2.0, 1.0}) {
+      const Points q = laboratory.paths({kernel, "none", p1}, 1).front().path.final().q;
+      if (q(1) < q(0)) ++crossed;
+    }
+  claims.push_back({"Without noise the faster pulson can never pass the slower one.",
+                    crossed == 0 ? Verdict::kHolds : Verdict::kDoesNotHold,
+                    fmt::format("{} of 8 deterministic runs (both kernels, p̄₁ = 8, 4, 2, 1) crossed", crossed)});
+  claims.push_back({"The variational integrator exactly preserves the total momentum.",
+                    sums.momentum_error < 1e-12 ? Verdict::kHolds : Verdict::kDoesNotHold,
+                    fmt::format("largest relative change over {} paths: {:.1e}", sums.samples, sums.momentum_error)});
+  section.blocks.emplace_back(std::move(claims));
+  return section;
+}
+
+ReportSection figure4(const Laboratory& laboratory) {
+  const PaperPair pair{paper_kernels().front(), "ch-sd-screened:beta=4,gamma=4,on=2", 4};
+  ReportSection section{"Figure 4: noise screening", {}};
+  section.blocks.emplace_back(
+      ReportParagraph{"The paper prints the potential as β p₂ exp(−(q₂ − q₁)²)/γ and calls γ the range over which the "
+                      "noise acts. It is "
+                      "read here as β p₂ exp(−(q₂ − q₁)²/γ), which has that range."});
+  add_paths(section, laboratory, pair, "figure4", "Sample paths with screened noise, p̄₁ = 4, β = 4, γ = 4");
+
+  const TimeGrid& grid = laboratory.options().grid;
+  const int early = static_cast<int>(std::lround(1 / grid.dt()));  // t = 1: a gap of 7
+  const EnsembleSums sums = laboratory.sample(pair, "figure4", {early, grid.steps});
+  const EnsembleSums unscreened =
+      laboratory.sample({pair.kernel, "ch-sd:beta=4,on=2", pair.p1}, "figure4, unscreened", {early, grid.steps});
+  EnsembleOptions options;
+  options.grid = grid;
+  options.seed = laboratory.options().seed;
+  options.samples = std::min<std::int64_t>(laboratory.options().samples, laboratory.options().quick ? 512 : 4096);
+  const EnsembleSums stratonovich = laboratory.finish(
+      Ensemble(paper_system(pair), "variational", paper_start(pair.p1), options), "figure4, compensated");
+  const auto share = [](const EnsembleSums& s) {
+    return fmt::format("{} clean, {} without a root, {} with momenta beyond 1e8, of {}", s.paths.clean, s.paths.no_root,
+                       s.paths.momentum_bound, s.samples);
+  };
+  const Estimate crossing = sums.crossing_probability();
+  ReportClaims claims;
+  claims.push_back(
+      {"The screened potential is translation-invariant, so that the total momentum is preserved exactly.",
+       sums.momentum_error < 1e-10 ? Verdict::kHolds : Verdict::kDoesNotHold,
+       fmt::format("largest change, beside Σ|p(0)|: {:.1e}, over paths with momenta up to 1e8", sums.momentum_error)});
+  const auto spread = [](const EnsembleSums& s) { return std::sqrt(s.moments.front().variance()[1]); };
+  const bool restricted = spread(sums) < 1e-3 * spread(unscreened) && crossing.value > 4 * crossing.standard_error;
+  claims.push_back(
+      {"Screening restricts the stochastic effects to the situation when two pulsons get close.",
+       restricted ? Verdict::kHolds : Verdict::kDoesNotHold,
+       fmt::format("at t = 1, with a gap of 7, q₂ has the standard deviation {:.1e}, without screening {:.3g}; "
+                   "when they meet, pulsons cross: {} at the end ({})",
+                   spread(sums), spread(unscreened), text_of(crossing), share(sums))});
+  const Estimate other = stratonovich.crossing_probability();
+  claims.push_back(
+      {"(20) converges to the Stratonovich equation (11) (§4).",
+       std::abs(standard_errors_apart(crossing, other)) > 3 ? Verdict::kDoesNotHold : Verdict::kNotTested,
+       fmt::format("for this noise, which acts on positions and momenta together, (20) as printed belongs to the "
+                   "Hamiltonian H − ¼ Σ h_q·h_p: it has {}; with that term added to H, which makes it Stratonovich's "
+                   "equation (pulson's integrator variational), {} ({}). They are {:.1f} standard errors apart",
+                   text_of(crossing), text_of(other), share(stratonovich),
+                   std::abs(standard_errors_apart(other, crossing)))});
+  section.blocks.emplace_back(std::move(claims));
+  return section;
+}
+
+}  // namespace pulson

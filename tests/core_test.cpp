@@ -268,5 +268,15 @@ TEST(ThreadCount, IsTheRequestedOneOrAllCores) {
   EXPECT_GE(thread_count(), 1);
 }
 
+TEST(NameTable, ShortensSpecificationsForPeople) {
+  EXPECT_EQ(shortened_spec("ch-sd:beta=1.5,on=1/3/12"), "ch-sd:beta=1.5,on=1/3/12");
+  EXPECT_EQ(shortened_spec("p-sd:beta=0.1,fields=grid,count=4,width=0.28136412763"),
+            "p-sd:beta=0.1,fields=grid,count=4,width=0.2814");
+  EXPECT_EQ(shortened_spec("p-sd:beta=1,center=0.123456789/-1234567.5,width=1e-20"),
+            "p-sd:beta=1,center=0.1235/-1.235e+06,width=1e-20");
+  EXPECT_EQ(shortened_spec("matern32:alpha=0.33333333+gaussian:alpha=1"), "matern32:alpha=0.3333+gaussian:alpha=1");
+  EXPECT_EQ(shortened_spec(""), "");
+}
+
 }  // namespace
 }  // namespace pulson

@@ -233,5 +233,25 @@ TEST(CrossingProbability, OfPairsOfWhichOneCrossesHasNoError) {
   EXPECT_EQ(found.standard_error, 0);
 }
 
+TEST(Histogram, JoinsBinsToBarsOfADensity) {
+  Histogram histogram;
+  histogram.low = 0;
+  histogram.high = 100;
+  histogram.counts.assign(100, 0);
+  for (int i = 0; i < 1000; ++i) {
+    const double x = 20 + 60 * (i + 0.5) / 1000;
+    ++histogram.counts[histogram.bin_of(x)];
+    histogram.smallest = std::min(histogram.smallest, x);
+    histogram.largest = std::max(histogram.largest, x);
+  }
+  const DensityBars bars = histogram.bars(0, 20);
+  ASSERT_EQ(bars.values.size(), 20U);
+  ASSERT_EQ(bars.edges.size(), 21U);
+  EXPECT_DOUBLE_EQ(bars.edges.front(), 20);
+  EXPECT_DOUBLE_EQ(bars.edges.back(), 80);
+  for (const double value : bars.values) EXPECT_NEAR(value, 1 / 60.0, 0.001);
+  EXPECT_LE(histogram.bars(0.1, 7).values.size(), 7U);
+}
+
 }  // namespace
 }  // namespace pulson

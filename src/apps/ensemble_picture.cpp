@@ -37,23 +37,11 @@ Series over_time(const EnsembleRun& run, Eigen::Index landmark, Eigen::Index coo
   return series;
 }
 
-/// The bins between the 0.1 % quantiles, joined to as many bars as the samples allow (Rice's rule).
+/// As many bars as the samples allow (Rice's rule), without the outermost tails.
 Series density_of(const Histogram& histogram, const std::string& name) {
-  Series series{.name = name, .x = {}, .y = {}, .style = SeriesStyle::kSteps};
-  const std::size_t begin = histogram.bin_of(histogram.quantile(0.001));
-  const std::size_t end = histogram.bin_of(histogram.quantile(0.999)) + 1;
-  const double bars = std::min(kMostBars, 2 * std::cbrt(static_cast<double>(histogram.total())));
-  const auto joined = static_cast<std::size_t>(std::ceil(static_cast<double>(end - begin) / bars));
-  const double width = histogram.width() * static_cast<double>(joined);
-  series.x.push_back(histogram.low + histogram.width() * static_cast<double>(begin));
-  for (std::size_t bin = begin; bin < end; bin += joined) {
-    double count = 0;
-    for (std::size_t i = bin; i < std::min(bin + joined, histogram.counts.size()); ++i)
-      count += static_cast<double>(histogram.counts[i]);
-    series.y.push_back(count / (static_cast<double>(histogram.total()) * width));
-    series.x.push_back(series.x.back() + width);
-  }
-  return series;
+  const double most = std::min(kMostBars, 2 * std::cbrt(static_cast<double>(histogram.total())));
+  DensityBars bars = histogram.bars(0.001, most);
+  return {.name = name, .x = std::move(bars.edges), .y = std::move(bars.values), .style = SeriesStyle::kSteps};
 }
 
 std::string axis_text(const EnsembleRun& run, Eigen::Index axis) {
@@ -91,8 +79,8 @@ Chart ensemble_chart(const EnsembleRun& run) {
   Chart chart{.title = fmt::format("{} sample paths of {} landmark{}{}{}", run.sums.samples, run.shape.count(),
                                    run.shape.count() == 1 ? "" : "s", some, run.partial() ? " (partial)" : ""),
               .subtitle = fmt::format("{}  ·  {}  ·  {}, dt = {:.3g}  ·  seed {}  ·  lines: means, bands: middle 90 %",
-                                      run.system.noise->spec(), run.system.kernel.spec(3), run.integrator,
-                                      run.options.grid.dt(), run.options.seed),
+                                      shortened_spec(run.system.noise->spec()), run.system.kernel.spec(3),
+                                      run.integrator, run.options.grid.dt(), run.options.seed),
               .rows = {}};
   for (Eigen::Index axis = 0; axis < run.start.q.rows(); ++axis) chart.rows.push_back(panels_of(run, axis));
   return chart;

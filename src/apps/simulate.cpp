@@ -44,7 +44,7 @@ void check_size(const Start& start, const SimulateArguments& arguments, const Ti
 }
 
 std::string setting(const Simulation& simulation) {
-  return fmt::format("{}  ·  {}  ·  {}, dt = {:.3g}  ·  seed {}", simulation.system.noise->spec(),
+  return fmt::format("{}  ·  {}  ·  {}, dt = {:.3g}  ·  seed {}", shortened_spec(simulation.system.noise->spec()),
                      simulation.system.kernel.spec(3), simulation.integrator, simulation.options.grid.dt(),
                      simulation.options.seed);
 }

@@ -1,6 +1,7 @@
 #include "pulson/core/name_table.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -86,6 +87,32 @@ std::vector<double> parse_number_list(std::string_view text, std::string_view wh
   std::vector<double> values;
   for (const std::string_view part : split(text, '/')) values.push_back(parse_number(part, what));
   return values;
+}
+
+std::string shortened_spec(std::string_view spec) {
+  constexpr std::size_t kLongest = 6;  // characters of a number that stays
+  constexpr int kDigits = 4;
+  std::string text;
+  const char* const end = spec.data() + spec.size();
+  for (const char* at = spec.data(); at != end;) {
+    double value = 0;
+    const bool may_start = at != spec.data() && (at[-1] == '=' || at[-1] == '/');
+    const auto [after, error] = std::from_chars(at, end, value);
+    if (!may_start || error != std::errc() || !std::isfinite(value)) {
+      text += *at++;
+      continue;
+    }
+    if (static_cast<std::size_t>(after - at) <= kLongest) {
+      text.append(at, after);
+    } else {
+      std::array<char, 32> buffer{};
+      const auto written =
+          std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, kDigits);
+      text.append(buffer.data(), written.ptr);
+    }
+    at = after;
+  }
+  return text;
 }
 
 std::string nearest_name(std::string_view name, std::span<const std::string> valid) {

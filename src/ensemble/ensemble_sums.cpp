@@ -67,6 +67,21 @@ double Histogram::quantile(double probability) const {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+DensityBars Histogram::bars(double tail, double most) const {
+  const std::size_t begin = bin_of(quantile(tail));
+  const std::size_t end = bin_of(quantile(1 - tail)) + 1;
+  const auto joined = static_cast<std::size_t>(std::ceil(static_cast<double>(end - begin) / most));
+  const double bar = width() * static_cast<double>(joined);
+  DensityBars bars{{low + width() * static_cast<double>(begin)}, {}};
+  for (std::size_t bin = begin; bin < end; bin += joined) {
+    double count = 0;
+    for (std::size_t i = bin; i < std::min(bin + joined, counts.size()); ++i) count += static_cast<double>(counts[i]);
+    bars.values.push_back(count / (static_cast<double>(total()) * bar));
+    bars.edges.push_back(bars.edges.back() + bar);
+  }
+  return bars;
+}
+
 Estimate EnsembleSums::crossing_probability() const {
   const auto clean = static_cast<double>(paths.clean);
   const double probability = static_cast<double>(crossing.at_end) / clean;

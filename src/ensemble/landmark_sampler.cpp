@@ -3,6 +3,7 @@
 
 #include "landmark_lanes.hpp"
 #include "path_sampler.hpp"
+#include "sample_lanes.hpp"
 
 namespace pulson {
 namespace {
@@ -18,22 +19,12 @@ class LandmarkSampler final : public PathSampler {
   std::string name() const override { return "landmark lanes"; }
 
   LaneEnds sample(std::uint64_t first_path, const Sink& sink) const override {
-    LandmarkBatch batch = landmark_batch(model_, first_path, start_);
-    LaneStates states;
-    states.values.resize(kPathBatch, 2 * start_.q.size());
-    std::uint32_t now = 0;
-    for (std::size_t record = 0; record < plan_.records.size(); ++record) {
-      const auto next = static_cast<std::uint32_t>(plan_.records[record]);
-      advance_landmarks(model_, batch, now, next);
-      now = next;
-      copy_states(batch, states);
-      sink(record, states);
-    }
-    advance_landmarks(model_, batch, now, static_cast<std::uint32_t>(plan_.grid.steps));
-    LaneEnds ends{{}, batch.largest_momentum, batch.smallest_side};
-    for (std::size_t lane = 0; lane < kPathBatch; ++lane)
-      ends.reached_end[lane] = batch.status[lane] == LaneStatus::kRunning;
-    return ends;
+    return sample_lanes(
+        landmark_batch(model_, first_path, start_), plan_, 2 * start_.q.size(), sink,
+        [&](LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
+          advance_landmarks(model_, batch, first, last);
+        },
+        [&](const LandmarkBatch& batch, LaneStates& states) { copy_states(batch, states); });
   }
 
  private:
@@ -42,15 +33,12 @@ class LandmarkSampler final : public PathSampler {
     const auto rows = static_cast<Eigen::Index>(kPathBatch);
     states.values.leftCols(half) = Eigen::Map<const Eigen::ArrayXXd>(batch.q.data(), rows, half);
     states.values.rightCols(half) = Eigen::Map<const Eigen::ArrayXXd>(batch.p.data(), rows, half);
-    for (std::size_t lane = 0; lane < kPathBatch; ++lane) {
-      states.running[lane] = batch.status[lane] == LaneStatus::kRunning;
-      states.smallest_gap[lane] = std::numeric_limits<double>::infinity();
-      for (std::size_t i = 1; i < batch.order.size(); ++i)
+    states.smallest_gap.fill(std::numeric_limits<double>::infinity());
+    for (std::size_t i = 1; i < batch.order.size(); ++i)
+      for (std::size_t lane = 0; lane < kPathBatch; ++lane)
         states.smallest_gap[lane] =
             std::min(states.smallest_gap[lane],
                      batch.q[batch.order[i] * kPathBatch + lane] - batch.q[batch.order[i - 1] * kPathBatch + lane]);
-    }
-    states.largest_momentum = batch.largest_momentum;
   }
 
   LandmarkModel model_;

@@ -4,6 +4,7 @@
 #include "pair_lanes.hpp"
 #include "path_sampler.hpp"
 #include "pulson/core/name_table.hpp"
+#include "sample_lanes.hpp"
 
 namespace pulson {
 namespace {
@@ -51,22 +52,11 @@ class PairSampler final : public PathSampler {
   std::string name() const override { return "pair lanes"; }
 
   LaneEnds sample(std::uint64_t first_path, const Sink& sink) const override {
-    PairBatch batch = pair_batch(model_, first_path, start_.q(0), start_.q(1) - start_.q(0), start_.p(0), start_.p(1));
-    LaneStates states;
-    states.values.resize(kPathBatch, 4);
-    std::uint32_t now = 0;
-    for (std::size_t record = 0; record < plan_.records.size(); ++record) {
-      const auto next = static_cast<std::uint32_t>(plan_.records[record]);
-      advance_pair(model_, batch, now, next);
-      now = next;
-      copy_states(batch, states);
-      sink(record, states);
-    }
-    advance_pair(model_, batch, now, static_cast<std::uint32_t>(plan_.grid.steps));
-    LaneEnds ends{{}, batch.largest_momentum, batch.smallest_side};
-    for (std::size_t lane = 0; lane < kPathBatch; ++lane)
-      ends.reached_end[lane] = batch.status[lane] == LaneStatus::kRunning;
-    return ends;
+    return sample_lanes(
+        pair_batch(model_, first_path, start_.q(0), start_.q(1) - start_.q(0), start_.p(0), start_.p(1)), plan_, 4,
+        sink,
+        [&](PairBatch& batch, std::uint32_t first, std::uint32_t last) { advance_pair(model_, batch, first, last); },
+        copy_states);
   }
 
  private:
@@ -78,9 +68,7 @@ class PairSampler final : public PathSampler {
       states.values(row, 2) = batch.p1[lane];
       states.values(row, 3) = batch.p2[lane];
       states.smallest_gap[lane] = batch.side * batch.gap[lane];
-      states.running[lane] = batch.status[lane] == LaneStatus::kRunning;
     }
-    states.largest_momentum = batch.largest_momentum;
   }
 
   PairModel model_;

@@ -35,6 +35,9 @@ double parse_number(std::string_view text, std::string_view what);
 /// A list `1/3/5` of numbers. @throws InputError that begins with `what`.
 std::vector<double> parse_number_list(std::string_view text, std::string_view what);
 
+/// A specification for people: its numbers of more than five digits rounded to four.
+std::string shortened_spec(std::string_view spec);
+
 /// The entry of `valid` nearest to `name` by edit distance, or an empty string where none is near.
 std::string nearest_name(std::string_view name, std::span<const std::string> valid);
 

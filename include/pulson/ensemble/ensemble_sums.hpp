@@ -27,6 +27,12 @@ struct Moments {
 /// Moments of the rows of x that are to be used.
 Moments moments_of(const Eigen::ArrayXXd& x, const std::vector<bool>& used);
 
+/// A density, constant between edges.
+struct DensityBars {
+  std::vector<double> edges;   ///< n + 1
+  std::vector<double> values;  ///< n
+};
+
 /// Counts of one number in equal bins; what lies outside is counted in the first bin or the last.
 struct Histogram {
   double low = 0;
@@ -45,6 +51,8 @@ struct Histogram {
   /// The x below which a part `probability` of the samples lies, linear within bins and
   /// not beyond the smallest and the largest sample. NaN where there are none.
   double quantile(double probability) const;
+  /// The density between the quantiles `tail` and 1 − tail, bins joined so that there are at most `most` bars.
+  DensityBars bars(double tail, double most) const;
 };
 
 /// How many paths ended how. A path is counted where it first fits: with momenta beyond the bound, without a root, with

@@ -35,27 +35,10 @@ double distance(const Marginal& marginal) {
   return largest;
 }
 
-/// The bins from the first to the last that is not empty, joined so that there are about 40.
 Series sampled(const Histogram& histogram) {
-  const auto begin = static_cast<std::size_t>(
-      std::find_if(histogram.counts.begin(), histogram.counts.end(), [](auto c) { return c > 0; }) -
-      histogram.counts.begin());
-  std::size_t end = histogram.counts.size();
-  while (end > begin + 1 && histogram.counts[end - 1] == 0) --end;
-  const std::size_t joined = std::max<std::size_t>(1, (end - begin) / 40);
-  const double unit = 1 / (static_cast<double>(histogram.total()) * histogram.width() * static_cast<double>(joined));
-  Series series;
-  series.name = "sampled";
-  series.style = SeriesStyle::kSteps;
-  series.x.push_back(histogram.low + histogram.width() * static_cast<double>(begin));
-  for (std::size_t bin = begin; bin < end; bin += joined) {
-    double count = 0;
-    for (std::size_t i = bin; i < std::min(bin + joined, histogram.counts.size()); ++i)
-      count += static_cast<double>(histogram.counts[i]);
-    series.y.push_back(count * unit);
-    series.x.push_back(series.x.back() + histogram.width() * static_cast<double>(joined));
-  }
-  return series;
+  constexpr double kBars = 50;
+  DensityBars bars = histogram.bars(0.0001, kBars);
+  return {.name = "sampled", .x = std::move(bars.edges), .y = std::move(bars.values), .style = SeriesStyle::kSteps};
 }
 
 Series density(const NormalLaw& law, const std::string& name) {

@@ -72,7 +72,7 @@ TEST_F(Reproduce, TellsWhatCouldNotBeTested) {
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("holds          h = β(p₁ + p₂): Gaussian pulsons do not cross"));
   EXPECT_THAT(done.out, HasSubstr("not tested     h = β q₂: Gaussian pulsons do not cross"));
-  EXPECT_THAT(contents("out/section5.4.csv"), HasSubstr("\np-sd:beta=,gaussian,6.5,128,0,0,128,0,0,"));
+  EXPECT_THAT(contents("out/section5.4.csv"), HasSubstr("\np-sd,gaussian,6.5,128,0,0,128,0,0,"));
 }
 
 TEST_F(Reproduce, IsTheSameForAnyNumberOfThreads) {

@@ -14,6 +14,7 @@ constexpr double kFollowed = 0.01;  // so many may be lost where a claim is test
 constexpr double kNear = 0.05;      // a gap that counts as asymptotically closed
 
 struct Potential {
+  std::string name;     ///< for csv
   std::string formula;  ///< of the paper
   std::string noise;    ///< with {} for β
   std::vector<double> betas;
@@ -23,10 +24,10 @@ struct Potential {
 
 const std::vector<Potential>& potentials() {
   static const std::vector<Potential> kPotentials = {
-      {"β(p₁ + p₂)", "p-sd:beta={}", {0.5, 1, 2, 4, 6.5}, true, false},
-      {"β q₂", "trouve-vialard:sigma={},on=2", {0.1, 0.25, 0.5, 1}, true, false},
-      {"β exp(−(q₁ − q₂)²/γ), γ = 4", "potential:beta={},gamma=4", {0.5, 1, 2, 4}, true, false},
-      {"Σ β p cos q", "p-sd:beta={},fields=cos,wavenumber=1", {0.25, 1}, false, true}};
+      {"p-sd", "β(p₁ + p₂)", "p-sd:beta={}", {0.5, 1, 2, 4, 6.5}, true, false},
+      {"trouve-vialard", "β q₂", "trouve-vialard:sigma={},on=2", {0.1, 0.25, 0.5, 1}, true, false},
+      {"potential", "β exp(−(q₁ − q₂)²/γ), γ = 4", "potential:beta={},gamma=4", {0.5, 1, 2, 4}, true, false},
+      {"p-sd-cos", "Σ β p cos q", "p-sd:beta={},fields=cos,wavenumber=1", {0.25, 1}, false, true}};
   return kPotentials;
 }
 
@@ -74,10 +75,9 @@ std::string csv_of(const std::vector<Run>& runs) {
   std::string text = "potential,kernel,beta,samples,crossed,ever,clean,no_root,momentum_bound,near\n";
   for (const Run& run : runs) {
     const PathCounts& paths = run.sums.paths;
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{}\n", run.potential->noise.substr(0, run.potential->noise.find('{')),
-                    run.kernel->name, run.beta, run.sums.samples, run.sums.crossing.at_end, run.sums.crossing.ever,
-                    paths.clean, paths.no_root, paths.momentum_bound, run.near());
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", run.potential->name, run.kernel->name, run.beta,
+                        run.sums.samples, run.sums.crossing.at_end, run.sums.crossing.ever, paths.clean, paths.no_root,
+                        paths.momentum_bound, run.near());
   }
   return text;
 }

@@ -124,5 +124,15 @@ TEST_F(EnsembleErrors, SumsOutliveResultsThatCannotBeWritten) {
   EXPECT_TRUE(std::filesystem::exists("out/ensemble.partial"));
 }
 
+// A run that was not finished is not overwritten.
+TEST_F(EnsembleErrors, AnUnfinishedRunIsKept) {
+  EXPECT_EQ(run_pair("--time 1 --samples 640 --stop-after 64 -o out").exit_code, 3);
+  const auto before = all_files();
+  const ProgramRun refused = run_pair("--time 1 --samples 128 -o out");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, testing::HasSubstr("ensemble.partial' is of an unfinished run"));
+  EXPECT_TRUE(changed_since(before).empty());
+}
+
 }  // namespace
 }  // namespace pulson

@@ -1,6 +1,7 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -8,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pulson/core/errors.hpp"
+#include "error_of.hpp"
 #include "pulson/core/landmarks.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
@@ -23,15 +24,6 @@ using testing::EndsWith;
 using testing::IsEmpty;
 using testing::Pair;
 using testing::StartsWith;
-
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 // ---- specifications
 
@@ -196,6 +188,37 @@ TEST(BoundingBox, HoldsAllPoints) {
   const auto [lower, upper] = bounding_box(make_points({0, 3, -1, 2, 5, 2.5}));
   EXPECT_EQ(lower, Eigen::Vector2d(-1, 2));
   EXPECT_EQ(upper, Eigen::Vector2d(5, 3));
+}
+
+// ---- landmarks that miss a coordinate
+
+const double kNone = std::numeric_limits<double>::quiet_NaN();
+
+TEST(IncompletePoints, MissACoordinate) {
+  EXPECT_THAT(incomplete_points(make_points({0, 0, kNone, 1, 2, 2, kNone, kNone, 1, kNone})), ElementsAre(1, 3, 4));
+  EXPECT_THAT(incomplete_points(make_points({0, 0, 1, 1})), IsEmpty());
+  EXPECT_THAT(incomplete_points(Points(2, 0)), IsEmpty());
+}
+
+TEST(IncompletePoints, AreLeftOutOfMeasures) {
+  const Points complete = make_points({0, 0, 1, 0, 3, 4, 0, 1});
+  const Points gapped = make_points({kNone, 90, 0, 0, 1, 0, kNone, kNone, 3, 4, 0, 1, -70, kNone});
+  EXPECT_EQ(diameter(gapped), diameter(complete));
+  EXPECT_EQ(median_distance(gapped), median_distance(complete));
+  EXPECT_EQ(median_nearest_distance(gapped), median_nearest_distance(complete));
+  EXPECT_EQ(bounding_box(gapped), bounding_box(complete));
+  EXPECT_EQ(find_coincident(gapped), std::nullopt);
+  EXPECT_EQ(find_coincident(make_points({kNone, 1, 2, 2, kNone, 1, 5, 5, 2, 2})), std::pair(1, 4));
+}
+
+TEST(IncompletePoints, MayBeAll) {
+  const Points none = make_points({kNone, 1, 2, kNone});
+  EXPECT_EQ(diameter(none), 0);
+  EXPECT_EQ(median_distance(none), 0);
+  EXPECT_EQ(median_nearest_distance(none), 0);
+  EXPECT_EQ(find_coincident(none), std::nullopt);
+  EXPECT_TRUE(bounding_box(none).first.array().isNaN().all());
+  EXPECT_EQ(bounding_box(Points(3, 0)).second.size(), 3);
 }
 
 TEST(TimeGrid, EndsExactlyAtItsTime) {

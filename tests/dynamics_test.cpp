@@ -56,6 +56,31 @@ TEST_P(HamiltonianContract, ContractionBoundOfTwoLandmarksIsTheirMomentumDiffere
   EXPECT_EQ(contraction_bound(kernel_, p.leftCols(1), 0.05), 0);
 }
 
+// Of landmarks without momentum two stand for all.
+TEST_P(HamiltonianContract, ContractionBoundIsTheLargestOverAllPairs) {
+  const auto expect_largest = [&](const Points& p) {
+    double largest = 0;
+    for (Eigen::Index a = 0; a < p.cols(); ++a)
+      for (Eigen::Index b = 0; b < a; ++b) {
+        double others = 0;
+        for (Eigen::Index c = 0; c < p.cols(); ++c)
+          if (c != a && c != b) others += p.col(c).norm();
+        largest = std::max(largest, (p.col(a) - p.col(b)).norm() + 2 * others);
+      }
+    const double expected = 0.05 * kernel_.lipschitz() * largest;
+    EXPECT_NEAR(contraction_bound(kernel_, p, 0.05), expected, 1e-14 * expected);
+  };
+  for (const int count : {1, 2, 3, 7}) {
+    for (unsigned moving = 0; moving < (1U << count); ++moving) {
+      SCOPED_TRACE(std::to_string(count) + " landmarks, with momenta: " + std::to_string(moving));
+      Points p = random_points(d_, count, moving);
+      for (int a = 0; a < count; ++a)
+        if ((moving >> a & 1U) == 0) p.col(a).setZero();
+      expect_largest(p);
+    }
+  }
+}
+
 // The largest change of a gap of dt K(q)p, over the largest change of a gap of q.
 TEST_P(HamiltonianContract, ContractionBoundBoundsTheChangeOfGaps) {
   const double dt = 0.05;

@@ -16,6 +16,15 @@ double lower_median(std::vector<double> values) {
   return *middle;
 }
 
+bool is_incomplete(const Points& points, Eigen::Index a) { return points.col(a).array().isNaN().any(); }
+
+Points complete_points(const Points& points) {
+  std::vector<Eigen::Index> complete;
+  for (Eigen::Index a = 0; a < points.cols(); ++a)
+    if (!is_incomplete(points, a)) complete.push_back(a);
+  return points(Eigen::all, complete);
+}
+
 }  // namespace
 
 std::string Landmarks::describe(int index) const {
@@ -36,24 +45,34 @@ std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape) {
   return members;
 }
 
+std::vector<int> incomplete_points(const Points& points) {
+  std::vector<int> incomplete;
+  for (Eigen::Index a = 0; a < points.cols(); ++a)
+    if (is_incomplete(points, a)) incomplete.push_back(static_cast<int>(a));
+  return incomplete;
+}
+
 double diameter(const Points& points) {
+  const Points complete = complete_points(points);
   double largest = 0;
-  for (Eigen::Index b = 1; b < points.cols(); ++b)
-    largest = std::max(largest, (points.leftCols(b).colwise() - points.col(b)).colwise().squaredNorm().maxCoeff());
+  for (Eigen::Index b = 1; b < complete.cols(); ++b)
+    largest = std::max(largest, (complete.leftCols(b).colwise() - complete.col(b)).colwise().squaredNorm().maxCoeff());
   return std::sqrt(largest);
 }
 
 double median_distance(const Points& points) {
+  const Points complete = complete_points(points);
   std::vector<double> distances;
-  for (Eigen::Index b = 1; b < points.cols(); ++b)
-    for (Eigen::Index a = 0; a < b; ++a) distances.push_back((points.col(a) - points.col(b)).norm());
+  for (Eigen::Index b = 1; b < complete.cols(); ++b)
+    for (Eigen::Index a = 0; a < b; ++a) distances.push_back((complete.col(a) - complete.col(b)).norm());
   return lower_median(std::move(distances));
 }
 
 double median_nearest_distance(const Points& points) {
+  const Points complete = complete_points(points);
   std::vector<double> nearest;
-  for (Eigen::Index b = 0; b < points.cols() && points.cols() > 1; ++b) {
-    Eigen::VectorXd distances = (points.colwise() - points.col(b)).colwise().norm();
+  for (Eigen::Index b = 0; b < complete.cols() && complete.cols() > 1; ++b) {
+    Eigen::VectorXd distances = (complete.colwise() - complete.col(b)).colwise().norm();
     distances[b] = std::numeric_limits<double>::infinity();
     nearest.push_back(distances.minCoeff());
   }
@@ -62,6 +81,7 @@ double median_nearest_distance(const Points& points) {
 
 std::optional<std::pair<int, int>> find_coincident(const Points& points, double tolerance) {
   const double limit = tolerance * diameter(points);
+  // A distance that is NaN is below no limit.
   for (Eigen::Index b = 1; b < points.cols(); ++b)
     for (Eigen::Index a = 0; a < b; ++a)
       if ((points.col(a) - points.col(b)).norm() <= limit) return std::pair(static_cast<int>(a), static_cast<int>(b));
@@ -69,7 +89,12 @@ std::optional<std::pair<int, int>> find_coincident(const Points& points, double 
 }
 
 std::pair<Eigen::VectorXd, Eigen::VectorXd> bounding_box(const Points& points) {
-  return {points.rowwise().minCoeff(), points.rowwise().maxCoeff()};
+  const Points complete = complete_points(points);
+  if (complete.cols() == 0) {
+    const Eigen::VectorXd none = Eigen::VectorXd::Constant(points.rows(), std::numeric_limits<double>::quiet_NaN());
+    return {none, none};
+  }
+  return {complete.rowwise().minCoeff(), complete.rowwise().maxCoeff()};
 }
 
 }  // namespace pulson

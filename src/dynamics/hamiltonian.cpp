@@ -1,6 +1,7 @@
 #include "pulson/dynamics/hamiltonian.hpp"
 
 #include <algorithm>
+#include <vector>
 
 namespace pulson {
 
@@ -17,10 +18,15 @@ Points hamiltonian_q(const KernelOperator& kernel, const Points& q, const Points
 double contraction_bound(const KernelOperator& kernel, const Points& p, double dt) {
   const Eigen::VectorXd sizes = p.colwise().norm();
   const double total = sizes.sum();
+  std::vector<Eigen::Index> columns;  // of landmarks without momentum two stand for all
+  int at_rest = 0;
+  for (Eigen::Index a = 0; a < p.cols(); ++a)
+    if (sizes[a] != 0 || ++at_rest <= 2) columns.push_back(a);
   double largest = 0;
-  for (Eigen::Index b = 1; b < p.cols(); ++b)
-    for (Eigen::Index a = 0; a < b; ++a)
-      largest = std::max(largest, (p.col(a) - p.col(b)).norm() + 2 * (total - sizes[a] - sizes[b]));
+  for (std::size_t b = 1; b < columns.size(); ++b)
+    for (std::size_t a = 0; a < b; ++a)
+      largest = std::max(largest, (p.col(columns[a]) - p.col(columns[b])).norm() +
+                                      2 * (total - sizes[columns[a]] - sizes[columns[b]]));
   return dt * kernel.lipschitz() * largest;
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 namespace pulson {
 namespace {
@@ -12,6 +14,9 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // Of a linear iteration: a turn costs one product and the direct way a factorisation.
 constexpr double kLinearContraction = 0.9;
 constexpr int kMaxTurns = 400;
+// A linear system of so few unknowns is factored, a larger one is first tried with so large a Krylov space.
+constexpr Eigen::Index kSmallSystem = 100;
+constexpr int kKrylov = 100;
 // Of continuation, as a part of the step: a branch that cannot be followed so far ends there for all practical
 // purposes.
 constexpr double kSmallestStep = 1e-7;
@@ -83,6 +88,32 @@ Iterated iterate(const Points& start, const Measure& measure, double contraction
 
 Points solve(const Eigen::PartialPivLU<Eigen::MatrixXd>& lu, const Points& b) {
   return lu.solve(Eigen::VectorXd(b.reshaped())).reshaped(b.rows(), b.cols());
+}
+
+// GMRES for (I − J)x = b (Saad and Schultz 1986), the Krylov space kept orthonormal by Gram and Schmidt, twice. None
+// where round-off is not reached.
+std::optional<Points> solve_by_gmres(const std::function<Points(const Points&)>& apply, const Points& b) {
+  const double size = b.norm();
+  if (size == 0) return b;
+  Eigen::MatrixXd space(b.size(), kKrylov + 1);
+  Eigen::MatrixXd hessenberg = Eigen::MatrixXd::Zero(kKrylov + 1, kKrylov);
+  space.col(0) = b.reshaped() / size;
+  for (int k = 0; k < kKrylov; ++k) {
+    const Points v = space.col(k).reshaped(b.rows(), b.cols());
+    Eigen::VectorXd w = (v - apply(v)).reshaped();
+    for (int pass = 0; pass < 2; ++pass) {
+      const Eigen::VectorXd part = space.leftCols(k + 1).transpose() * w;
+      w.noalias() -= space.leftCols(k + 1) * part;
+      hessenberg.col(k).head(k + 1) += part;
+    }
+    hessenberg(k + 1, k) = w.norm();
+    const auto h = hessenberg.topLeftCorner(k + 2, k + 1);
+    const Eigen::VectorXd y = h.householderQr().solve(size * Eigen::VectorXd::Unit(k + 2, 0));
+    if ((size * Eigen::VectorXd::Unit(k + 2, 0) - h * y).norm() <= 8 * kEpsilon * size)
+      return Points((space.leftCols(k + 1) * y).reshaped(b.rows(), b.cols()));
+    space.col(k + 1) = w / hessenberg(k + 1, k);
+  }
+  return std::nullopt;
 }
 
 // Newton's iteration for x = c + sF(x) with its LU factors, as continuation in s needs them.
@@ -163,6 +194,8 @@ Points solve_linear(const std::function<Points(const Points&)>& apply, const std
   const Iterated fixed = iterate(b, Measure(Eigen::VectorXd::Zero(blocks)), kLinearContraction,
                                  [&](const Points& x) -> Points { return b + apply(x); });
   if (fixed.converged) return fixed.x;
+  if (blocks == 1 && b.size() > kSmallSystem)
+    if (std::optional<Points> x = solve_by_gmres(apply, b)) return std::move(*x);
   Eigen::MatrixXd whole = -matrix();
   whole.diagonal().array() += 1;
   return solve(Eigen::PartialPivLU<Eigen::MatrixXd>(whole), b);

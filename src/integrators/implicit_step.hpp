@@ -46,7 +46,7 @@ struct ImplicitRoot {
 ImplicitRoot solve_implicit(const ImplicitMap& map, const Points& c, RootSearch search);
 
 /// Solves (I − J)x = b, x in blocks as those of ImplicitMap: by the fixed-point iteration while it contracts, else by
-/// LU factors. @param apply x ↦ Jx @param matrix J, index column·d + axis
+/// GMRES where x is one large block, else by LU factors. @param apply x ↦ Jx @param matrix J, index column·d + axis
 Points solve_linear(const std::function<Points(const Points&)>& apply, const std::function<Eigen::MatrixXd()>& matrix,
                     const Points& b, int blocks = 1);
 

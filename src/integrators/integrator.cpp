@@ -95,6 +95,18 @@ EndpointJacobian Integrator::endpoint_jacobian(const StochasticSystem& system, c
   return jacobian;
 }
 
+MatrixXd Integrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
+                                      const MatrixXd& momentum_changes) const {
+  const Points& q = path.final().q;
+  MatrixXd changes(q.size(), momentum_changes.cols());
+  parallel_for(static_cast<int>(momentum_changes.cols()), [&](int column) {
+    const PhaseState start{Points::Zero(q.rows(), q.cols()), momentum_changes.col(column).reshaped(q.rows(), q.cols())};
+    const PathChange change{start, MatrixXd::Zero(path.increments.rows(), path.increments.cols()), {}};
+    changes.col(column) = tangent(system, path, change).q.reshaped();
+  });
+  return changes;
+}
+
 MatrixXd acting_increments(const MatrixXd& increments) {
   MatrixXd w = 0.5 * increments;
   const Index k = increments.cols();

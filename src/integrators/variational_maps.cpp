@@ -41,11 +41,16 @@ Eigen::VectorXd PositionMap::terms_size() const {
 }
 
 bool PositionMap::may_follow(const Points& before, const Points& after) const {
-  for (Index b = 1; b < before.cols(); ++b) {
-    const auto from = before.leftCols(b).colwise() - before.col(b);
-    const auto to = after.leftCols(b).colwise() - after.col(b);
-    if (!((from.array() * to.array()).colwise().sum() >= 0).all()) return false;
-  }
+  const auto none_turned = [&](Index b, Index first, Index count) {
+    const auto from = before.middleCols(first, count).colwise() - before.col(b);
+    const auto to = after.middleCols(first, count).colwise() - after.col(b);
+    return ((from.array() * to.array()).colwise().sum() >= 0).all();
+  };
+  const Eigen::Array<bool, 1, Eigen::Dynamic> moving = (p_.array() != 0).colwise().any();
+  const bool all_moving = moving.all();
+  const Index count = before.cols();
+  for (Index b = 0; b < count; ++b)
+    if (moving[b] && !(none_turned(b, 0, b) && (all_moving || none_turned(b, b + 1, count - b - 1)))) return false;
   return true;
 }
 

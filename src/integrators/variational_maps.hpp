@@ -13,8 +13,9 @@ class PositionMap final : public ImplicitMap {
   Points value(const Points& q) const override;
   Eigen::MatrixXd jacobian(const Points& q) const override;
   Eigen::VectorXd terms_size() const override;
-  /// No two landmarks may turn about each other by more than a right angle: an iteration that overshoots can land on a
-  /// root where two of them have passed each other; on the branch from Δt = 0 they cannot.
+  /// No two landmarks, one of them with momentum, may turn about each other by more than a right angle: an iteration
+  /// that overshoots can land on a root where two of them have passed each other; on the branch from Δt = 0 they
+  /// cannot.
   bool may_follow(const Points& before, const Points& after) const override;
 
   /// F'(q) δ and F'(q)ᵀ μ.

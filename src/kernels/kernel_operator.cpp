@@ -57,36 +57,14 @@ void run(PairSumArguments& arguments, const std::vector<KernelTerm>& terms) {
   }
 }
 
-// Σ over the pairs of one point set with itself, where targets and sources carry the same vectors.
-Points self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& q, const Points& u, const Points& v,
-                const Points& a, const Points& b) {
-  assert(u.cols() == q.cols() && v.cols() == q.cols() && a.cols() == q.cols() && b.cols() == q.cols());
-  const CoordinateRows x(q), u_rows(u), v_rows(v), a_rows(a), b_rows(b);
-  CoordinateRows out(x.stride(), q.rows());
-  const auto count = static_cast<std::size_t>(q.cols());
-  PairSumArguments arguments{.sum = sum,
-                             .dimension = static_cast<int>(q.rows()),
-                             .term = {},
-                             .targets = count,
-                             .sources = count,
-                             .target_stride = x.stride(),
-                             .source_stride = x.stride(),
-                             .x = x.data(),
-                             .u = u_rows.data(),
-                             .v = v_rows.data(),
-                             .y = x.data(),
-                             .a = a_rows.data(),
-                             .b = b_rows.data(),
-                             .out = out.data()};
-  run(arguments, terms);
-  return out.points(0, q.rows(), q.cols());
-}
-
-// Sums over sources y with vectors p at other targets x; `rows` numbers a target.
-CoordinateRows field_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& x, const Points& y,
-                         const Points& p, Eigen::Index rows) {
-  assert(x.rows() == y.rows() && p.rows() == y.rows() && p.cols() == y.cols());
-  const CoordinateRows x_rows(x), y_rows(y), p_rows(p);
+// Σ over the pairs of targets x, which carry u and v, and sources y, which carry a and b; null where a sum needs none.
+// `rows` numbers a target.
+CoordinateRows pair_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& x, const Points* u,
+                        const Points* v, const Points& y, const Points& a, const Points* b, Eigen::Index rows) {
+  assert(x.rows() == y.rows() && a.cols() == y.cols());
+  const Points none(x.rows(), 0);
+  const CoordinateRows x_rows(x), u_rows(u ? *u : none), v_rows(v ? *v : none);
+  const CoordinateRows y_rows(y), a_rows(a), b_rows(b ? *b : none);
   CoordinateRows out(x_rows.stride(), rows);
   PairSumArguments arguments{.sum = sum,
                              .dimension = static_cast<int>(x.rows()),
@@ -96,15 +74,61 @@ CoordinateRows field_sum(PairSum sum, const std::vector<KernelTerm>& terms, cons
                              .target_stride = x_rows.stride(),
                              .source_stride = y_rows.stride(),
                              .x = x_rows.data(),
-                             .u = nullptr,
-                             .v = nullptr,
+                             .u = u_rows.data(),
+                             .v = v_rows.data(),
                              .y = y_rows.data(),
-                             .a = p_rows.data(),
-                             .b = nullptr,
+                             .a = a_rows.data(),
+                             .b = b_rows.data(),
                              .out = out.data()};
   run(arguments, terms);
   return out;
 }
+
+using Indices = std::vector<Eigen::Index>;
+
+// The columns of p that are not zero: the sources that add something to a sum.
+Indices nonzero_columns(const Points& p) {
+  Indices columns;
+  for (Eigen::Index j = 0; j < p.cols(); ++j)
+    if (!(p.col(j).array() == 0).all()) columns.push_back(j);
+  return columns;
+}
+
+Indices complement(const Indices& columns, Eigen::Index count) {
+  Indices others;
+  std::size_t next = 0;
+  for (Eigen::Index j = 0; j < count; ++j) {
+    if (next < columns.size() && columns[next] == j)
+      ++next;
+    else
+      others.push_back(j);
+  }
+  return others;
+}
+
+// Σ over sources y with vectors p at targets x.
+CoordinateRows field_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& x, const Points& y,
+                         const Points& p, Eigen::Index rows) {
+  const Indices sources = nonzero_columns(p);
+  if (static_cast<Eigen::Index>(sources.size()) == p.cols())
+    return pair_sum(sum, terms, x, nullptr, nullptr, y, p, nullptr, rows);
+  return pair_sum(sum, terms, x, nullptr, nullptr, y(Eigen::all, sources), p(Eigen::all, sources), nullptr, rows);
+}
+
+// Adds to the columns `targets` of `out` the sum over the columns `sources` of one point set.
+void add_self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& q, const Points& u, const Points& v,
+                  const Points& a, const Points& b, const Indices& targets, const Indices& sources, Points& out) {
+  if (targets.empty() || sources.empty()) return;
+  const auto part = [](const Points& points, const Indices& columns) -> Points {
+    return static_cast<Eigen::Index>(columns.size()) == points.cols() ? points : Points(points(Eigen::all, columns));
+  };
+  const Points of_u = part(u, targets), of_v = part(v, targets), of_b = part(b, sources);
+  const CoordinateRows sums =
+      pair_sum(sum, terms, part(q, targets), &of_u, &of_v, part(q, sources), part(a, sources), &of_b, q.rows());
+  out(Eigen::all, targets) += sums.points(0, q.rows(), static_cast<Eigen::Index>(targets.size()));
+}
+
+Indices all_columns(const Points& points) { return complement({}, points.cols()); }
 
 // A dN×dN matrix whose off-diagonal d×d blocks are −block(a, b), and each diagonal one the sum of its row's.
 template <int d, class Block>
@@ -190,15 +214,26 @@ Points KernelOperator::apply_with_jacobian(const Points& x, const Points& y, con
 }
 
 Points KernelOperator::apply_tangent(const Points& q, const Points& p, const Points& delta) const {
-  return self_sum(PairSum::kTangent, terms_, q, delta, delta, p, delta);
+  Points sum = Points::Zero(q.rows(), q.cols());
+  add_self_sum(PairSum::kTangent, terms_, q, delta, delta, p, delta, all_columns(q), nonzero_columns(p), sum);
+  return sum;
 }
 
+// Landmarks without momentum act on those with momentum alone, through a.
 Points KernelOperator::gradient(const Points& q, const Points& a, const Points& p) const {
-  return self_sum(PairSum::kGradient, terms_, q, a, p, a, p);
+  Points sum = Points::Zero(q.rows(), q.cols());
+  const Indices moving = nonzero_columns(p);
+  add_self_sum(PairSum::kGradient, terms_, q, a, p, a, p, all_columns(q), moving, sum);
+  if (static_cast<Eigen::Index>(moving.size()) < q.cols())
+    add_self_sum(PairSum::kGradient, terms_, q, a, p, a, p, moving, complement(moving, q.cols()), sum);
+  return sum;
 }
 
 Points KernelOperator::hessian(const Points& q, const Points& p, const Points& delta) const {
-  return self_sum(PairSum::kHessian, terms_, q, delta, p, p, delta);
+  Points sum = Points::Zero(q.rows(), q.cols());
+  const Indices moving = nonzero_columns(p);
+  add_self_sum(PairSum::kHessian, terms_, q, delta, p, p, delta, moving, moving, sum);
+  return sum;
 }
 
 Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {

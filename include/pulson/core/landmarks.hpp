@@ -15,7 +15,7 @@ using Points = Eigen::MatrixXd;
 
 /// One shape: an ordered set of landmarks in R^d, d = 1, 2, 3.
 struct Landmarks {
-  Points points;                    ///< d×N, length units of the file
+  Points points;                    ///< d×N, length units of the file; a missing coordinate is NaN
   std::vector<std::string> labels;  ///< N names, or empty: then landmarks are known by their number from 1
   std::vector<std::string> groups;  ///< N outline (group) names, or empty: all belong to one outline
   std::string name;                 ///< specimen name, may be empty
@@ -31,6 +31,11 @@ struct Landmarks {
 /// Indices of the landmarks of each group, in order of first appearance; one list of all where there are no groups.
 std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape);
 
+/// Indices of the points that miss a coordinate (it is NaN), in their order.
+std::vector<int> incomplete_points(const Points& points);
+
+// The measures below leave out the points that miss a coordinate, as if they were not there.
+
 /// The largest distance between two of the points; 0 for fewer than two.
 double diameter(const Points& points);
 
@@ -43,9 +48,10 @@ double median_distance(const Points& points);
 double median_nearest_distance(const Points& points);
 
 /// The first pair of landmarks (a < b) at the same place, that is no further apart than `tolerance` times the diameter.
+/// The indices count all points.
 std::optional<std::pair<int, int>> find_coincident(const Points& points, double tolerance = 1e-12);
 
-/// The smallest axis-aligned box that holds all points, as {lower corner, upper corner}.
+/// The smallest axis-aligned box that holds all points, as {lower corner, upper corner}; NaN where there are none.
 std::pair<Eigen::VectorXd, Eigen::VectorXd> bounding_box(const Points& points);
 
 }  // namespace pulson

@@ -103,6 +103,10 @@ class Integrator {
   /// All rows of the derivative of q(T) at once: here one adjoint for each.
   virtual EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const;
 
+  /// The changes of q(T), dN×R, for R changes of p0 at once (index a·d + axis): here one tangent for each.
+  virtual Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,
+                                           const Eigen::MatrixXd& momentum_changes) const;
+
  protected:
   struct StepOutcome {
     PhaseState end;

@@ -1,0 +1,198 @@
+// Many tangents of one path at once, as products of matrices. Without noise in the momenta a landmark at p = 0 keeps
+// it: it is carried along, and acts on nothing. The equations of the others, which move, are solved for themselves; the
+// carried ones follow, each by a d×d matrix.
+
+#include <Eigen/LU>
+
+#include "pulson/core/parallel.hpp"
+#include "pulson/integrators/variational.hpp"
+#include "variational_maps.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+using Indices = std::vector<Index>;
+
+constexpr Index kCarriedAtOnce = 64;
+constexpr Index kColumnsAtOnce = 64;
+
+// Rows a·d + axis of the landmarks given, axis by axis: index axis·M + a.
+Indices rows_of(const Indices& landmarks, Index d) {
+  Indices rows;
+  for (Index axis = 0; axis < d; ++axis)
+    for (const Index a : landmarks) rows.push_back(a * d + axis);
+  return rows;
+}
+
+void for_blocks(Index count, Index size, const std::function<void(Index first, Index size)>& task) {
+  parallel_for(static_cast<int>((count + size - 1) / size), [&](int block) {
+    const Index first = block * size;
+    task(first, std::min(size, count - first));
+  });
+}
+
+// ΔtK, ΔtA and ΔtH_qq of the landmarks that move; K is M×M, the others have index axis·M + a.
+struct StepMatrices {
+  MatrixXd gram;
+  MatrixXd tangent;
+  MatrixXd hessian;
+};
+
+template <int d>
+StepMatrices step_matrices(const KernelOperator& kernel, const Points& q, const Points& p, double dt) {
+  using Vector = Eigen::Matrix<double, d, 1>;
+  using Block = Eigen::Matrix<double, d, d>;
+  const Index m = q.cols();
+  StepMatrices step{MatrixXd(m, m), MatrixXd::Zero(d * m, d * m), MatrixXd::Zero(d * m, d * m)};
+  const auto add = [&](MatrixXd& matrix, Index a, Index b, const Block& block) {
+    for (int j = 0; j < d; ++j)
+      for (int i = 0; i < d; ++i) matrix(i * m + a, j * m + b) += block(i, j);
+  };
+  for (Index b = 0; b < m; ++b) {
+    step.gram(b, b) = dt * kernel.at_zero();
+    for (Index a = 0; a < b; ++a) {
+      const Vector z = q.col(a) - q.col(b);
+      const RadialJet k = kernel.jet(z.squaredNorm());
+      step.gram(a, b) = step.gram(b, a) = dt * k.value;
+      const Vector slope = dt * k.first * z;
+      const Block of_b = Vector(p.col(b)) * slope.transpose();  // p_b ∇K(q_a − q_b)
+      const Block of_a = -Vector(p.col(a)) * slope.transpose();
+      add(step.tangent, a, a, of_b);
+      add(step.tangent, a, b, -of_b);
+      add(step.tangent, b, b, of_a);
+      add(step.tangent, b, a, -of_a);
+      const Block bend =
+          dt * Vector(p.col(a)).dot(Vector(p.col(b))) * (k.first * Block::Identity() + k.second * z * z.transpose());
+      add(step.hessian, a, a, bend);
+      add(step.hessian, b, b, bend);
+      add(step.hessian, a, b, -bend);
+      add(step.hessian, b, a, -bend);
+    }
+  }
+  return step;
+}
+
+template <int d>
+class ChangesSweep {
+ public:
+  ChangesSweep(const KernelOperator& kernel, double dt, Indices moving, Indices carried, const MatrixXd& changes)
+      : kernel_(kernel),
+        dt_(dt),
+        moving_(std::move(moving)),
+        carried_(std::move(carried)),
+        dp_(changes(rows_of(moving_, d), Eigen::all)),
+        dq_(MatrixXd::Zero(dp_.rows(), dp_.cols())),
+        dx_(MatrixXd::Zero(d * count(carried_), dp_.cols())) {}
+
+  // Through the step to q⁺ with momenta p.
+  void advance(const Points& q, const Points& momenta) {
+    const Points moving_q = q(Eigen::all, moving_);
+    const Points moving_p = momenta(Eigen::all, moving_);
+    const StepMatrices step = step_matrices<d>(kernel_, moving_q, moving_p, dt_);
+    const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(dp_.rows(), dp_.rows()) - step.tangent);
+    const Index m = count(moving_);
+    // δq⁺ = (I − ΔtA)⁻¹(δq + ΔtK δp), with δp of the start: the carried need it too, so forces come last.
+    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
+      auto dq = dq_.middleCols(first, size);
+      for (int axis = 0; axis < d; ++axis)
+        dq.middleRows(axis * m, m).noalias() += step.gram * dp_.block(axis * m, first, m, size);
+      dq = lu.solve(dq).eval();
+    });
+    carry(q, moving_q, moving_p);
+    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
+      auto dp = dp_.middleCols(first, size);
+      dp -= (step.tangent.transpose() * dp).eval();
+      dp.noalias() -= step.hessian * dq_.middleCols(first, size);
+    });
+  }
+
+  MatrixXd changes() const {
+    MatrixXd all(dx_.rows() + dq_.rows(), dq_.cols());
+    all(rows_of(moving_, d), Eigen::all) = dq_;
+    for (Index i = 0; i < count(carried_); ++i)
+      all.template middleRows<d>(carried_[static_cast<std::size_t>(i)] * d) = dx_.template middleRows<d>(i * d);
+    return all;
+  }
+
+ private:
+  using Vector = Eigen::Matrix<double, d, 1>;
+  using Block = Eigen::Matrix<double, d, d>;
+
+  static Index count(const Indices& landmarks) { return static_cast<Index>(landmarks.size()); }
+
+  // δx⁺ = (I − Δt∇u)⁻¹ (δx + Δt Σ_j (K δp_j − p_j ∇K·δq_j⁺)).
+  void carry(const Points& q, const Points& moving_q, const Points& moving_p) {
+    const Index m = count(moving_);
+    for_blocks(count(carried_), kCarriedAtOnce, [&](Index first, Index size) {
+      MatrixXd gram(size, m);
+      MatrixXd by_q(d * size, d * m);  // rows axis by axis
+      std::vector<Block> slopes(static_cast<std::size_t>(size), Block::Zero());
+      for (Index j = 0; j < m; ++j) {
+        for (Index i = 0; i < size; ++i) {
+          const Vector z = q.col(carried_[static_cast<std::size_t>(first + i)]) - moving_q.col(j);
+          const RadialJet k = kernel_.jet(z.squaredNorm());
+          const Block slope = dt_ * Vector(moving_p.col(j)) * (k.first * z).transpose();
+          slopes[static_cast<std::size_t>(i)] += slope;
+          gram(i, j) = dt_ * k.value;
+          for (int c = 0; c < d; ++c)
+            for (int r = 0; r < d; ++r) by_q(r * size + i, c * m + j) = -slope(r, c);
+        }
+      }
+      MatrixXd moved = by_q * dq_;
+      for (int axis = 0; axis < d; ++axis)
+        moved.middleRows(axis * size, size).noalias() += gram * dp_.middleRows(axis * m, m);
+      for (Index i = 0; i < size; ++i) {
+        auto rows = dx_.template middleRows<d>((first + i) * d);
+        for (int axis = 0; axis < d; ++axis) rows.row(axis) += moved.row(axis * size + i);
+        const Block inverse = (Block::Identity() - slopes[static_cast<std::size_t>(i)]).inverse();
+        rows = (inverse * rows).eval();
+      }
+    });
+  }
+
+  const KernelOperator& kernel_;
+  double dt_;
+  Indices moving_;
+  Indices carried_;
+  MatrixXd dp_;  // of those that move, index axis·M + a
+  MatrixXd dq_;
+  MatrixXd dx_;  // of those that are carried, index a·d + axis
+};
+
+template <int d>
+MatrixXd changes_in(const StochasticSystem& system, const Trajectory& path, Indices moving, Indices carried,
+                    const MatrixXd& momentum_changes) {
+  ChangesSweep<d> sweep(system.kernel, path.grid.dt(), std::move(moving), std::move(carried), momentum_changes);
+  for (int k = 0; k < path.grid.steps; ++k)
+    sweep.advance(path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k));
+  return sweep.changes();
+}
+
+}  // namespace
+
+MatrixXd VariationalIntegrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
+                                                 const MatrixXd& momentum_changes) const {
+  const NoiseTraits traits = system.noise->traits();
+  if (!traits.additive || traits.moves_momenta || !traits.hamiltonian)
+    return Integrator::endpoint_changes(system, path, momentum_changes);
+  const Points& p0 = path.initial().p;
+  const Index d = p0.rows();
+  Indices moving, carried;
+  for (Index a = 0; a < p0.cols(); ++a) {
+    const bool moves = (p0.col(a).array() != 0).any() || (momentum_changes.middleRows(a * d, d).array() != 0).any();
+    (moves ? moving : carried).push_back(a);
+  }
+  switch (d) {
+    case 1:
+      return changes_in<1>(system, path, std::move(moving), std::move(carried), momentum_changes);
+    case 2:
+      return changes_in<2>(system, path, std::move(moving), std::move(carried), momentum_changes);
+    default:
+      return changes_in<3>(system, path, std::move(moving), std::move(carried), momentum_changes);
+  }
+}
+
+}  // namespace pulson

@@ -74,6 +74,11 @@ const std::vector<RealFile> kRealFiles = {
     {"tps_trilomorph/AMNH_28896_C.tps", 1, 16, {655, 854}, {774, 689}, "AMNH_28896", "AMNH_28896", 2},
     {"tps_trilomorph/Alberti_1983-7.87_C.tps", 1, 16,
      {2521, 1697}, {2862, 997}, "Alberti_1983-7.87", "Alberti_1983-7.87", 3},
+    {"vtk_greedy_lmshoot/shooting_test_2d_target.vtk", 1, 80, {0, -1}, {-0.078459, -0.996917}},
+    {"vtk_greedy_lmshoot/shooting_test_2d_template.vtk", 1, 80, {0.8, 0.3}, {0.799075, 0.292154}},
+    {"vtk_skulls_skshapes/skull_australopithecus.vtk", 1, 178, {55.719101, -24.401685}, {-31.280899, 7.598315}},
+    {"vtk_skulls_skshapes/skull_sapiens.vtk", 1, 206, {16.463592, -34.480583}, {-18.536408, -33.480583}},
+    {"vtk_skulls_skshapes/template.vtk", 1, 150, {-105, 25}, {0, -18}},
 };
 // clang-format on
 
@@ -104,6 +109,21 @@ TEST_P(RealFiles, HoldWhatTheyHold) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Data, RealFiles, testing::ValuesIn(kRealFiles));
+
+// The numbers of pieces are those of a union-find of the lines in another program.
+TEST(RealFilesWithLines, HaveAGroupForEachPiece) {
+  const std::vector<std::pair<std::string, std::size_t>> cases = {
+      {"vtk_greedy_lmshoot/shooting_test_2d_target.vtk", 1},
+      {"vtk_skulls_skshapes/skull_australopithecus.vtk", 6},
+      {"vtk_skulls_skshapes/skull_sapiens.vtk", 6},
+      {"vtk_skulls_skshapes/template.vtk", 8},
+  };
+  for (const auto& [name, pieces] : cases) {
+    const fs::path path = data_folder() / name;
+    if (!fs::exists(path)) GTEST_SKIP() << "no " << path << "; PULSON_DATA may name the folder with the data";
+    EXPECT_EQ(landmarks_by_group(read_landmarks(path.string())).size(), pieces) << name;
+  }
+}
 
 TEST(RealFilesOfOtherKinds, AreRefusedWithAReason) {
   const std::vector<std::pair<std::string, std::string>> cases = {

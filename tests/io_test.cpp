@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -193,15 +194,47 @@ TEST_F(CsvFile, RefusesWhatIsNoNumber) {
   EXPECT_EQ(read_error("t.csv", "x\na\x1B[31mb\n"), "t.csv:2: landmark 1: x is 'a?[31mb'; a number is needed");
 }
 
-TEST_F(CsvFile, RefusesMissingLandmarks) {
-  const std::string reason = "; missing landmarks are not supported yet, every coordinate must be finite";
-  const auto error_with = [](const std::string& mark) { return read_error("t.csv", "x,y\n1,2\n3," + mark + "\n"); };
-  const auto error_text = [&](const std::string& mark) { return "t.csv:3: landmark 2: y is '" + mark + "'" + reason; };
-  for (const std::string missing : {"NA", "", "NaN", "nan", "inf", "-Inf", "null"})
-    EXPECT_EQ(error_with(missing), error_text(missing));
-  EXPECT_EQ(read_error("t.csv", "specimen,landmark,x,y\nA,1,2,3\nA,tip,NA,NA\n"),
-            "t.csv:3: landmark 'tip' of specimen 'A': x is 'NA'" + reason);
-  EXPECT_EQ(read_error("t.csv", "NA,NA\n1,2\n"), "t.csv:1: landmark 1: x is 'NA'" + reason);
+TEST_F(CsvFile, RefusesInfiniteCoordinates) {
+  for (const std::string infinite : {"inf", "-Inf", "infinity"})
+    EXPECT_EQ(read_error("t.csv", "x,y\n1,2\n3," + infinite + "\n"),
+              "t.csv:3: landmark 2: y is '" + infinite + "'; a coordinate must be finite");
+}
+
+// ---- csv: missing coordinates
+
+// Whether all coordinates but those of `missing` are equal, and those are NaN.
+testing::AssertionResult are_equal_but(const Points& points, const Points& expected, const std::vector<int>& missing) {
+  if (incomplete_points(points) != missing) return testing::AssertionFailure() << "others are missing in\n" << points;
+  const auto both_missing = points.array().isNaN() && expected.array().isNaN();
+  if (points.rows() == expected.rows() && points.cols() == expected.cols() &&
+      (both_missing || points.array() == expected.array()).all())
+    return testing::AssertionSuccess();
+  return testing::AssertionFailure() << points << "\nis not\n" << expected;
+}
+
+const double kNone = std::numeric_limits<double>::quiet_NaN();
+
+TEST_F(CsvFile, TakesMarksOfMissingCoordinates) {
+  for (const std::string mark : {"NA", "", "NaN", "nan", "-nan", "null", "-", "?", "."})
+    EXPECT_TRUE(are_equal_but(read_one("t.csv", "x,y\n1,2\n3," + mark + "\n5,6\n").points,
+                              points_2d({1, 2, 3, kNone, 5, 6}), {1}))
+        << mark;
+  const LandmarkFile file = read("t.csv", "specimen,landmark,x,y\nA,1,2,3\nA,tip,NA,NA\nB,1,NA,7\n");
+  EXPECT_TRUE(are_equal_but(file.shapes[0].points, points_2d({2, 3, kNone, kNone}), {1}));
+  EXPECT_THAT(file.shapes[0].labels, ElementsAre("1", "tip"));
+  EXPECT_TRUE(are_equal_but(file.shapes[1].points, points_2d({kNone, 7}), {0}));
+}
+
+TEST_F(CsvFile, IsRecognisedWithMissingCoordinates) {
+  const Points expected = points_2d({kNone, kNone, 1, 2});
+  for (const std::string text : {"NA,NA\n1,2\n", "NA NA\n1 2\n", "nan\tnan\n1\t2\n", "x,y\nNA,NA\n1,2\n", ",\n1,2\n"}) {
+    const LandmarkFile file = read("points.txt", text);
+    EXPECT_EQ(file.format, "csv") << text;
+    EXPECT_TRUE(are_equal_but(file.shapes.front().points, expected, {0})) << text;
+  }
+  EXPECT_TRUE(are_equal_but(read_one("points.txt", "NA,5\n1,2\n").points, points_2d({kNone, 5, 1, 2}), {0}));
+  EXPECT_TRUE(are_equal_but(read_one("all.csv", "NA,NA\n").points, points_2d({kNone, kNone}), {0}));
+  EXPECT_THAT(read_error("notes.txt", "-\nfirst, a line of text\n"), HasSubstr("is in none of the landmark formats"));
 }
 
 // ---- tps
@@ -253,6 +286,7 @@ TEST_F(TpsFile, WarnsOfMarksOfMissingLandmarks) {
       read("a.tps", "LM=3\n-1 -1\n4 5\n-1.0 -1.0\n").warnings,
       ElementsAre("a.tps: 2 landmarks at (-1, -1), often the mark of a missing one, read as a point like any other"));
   EXPECT_THAT(read("b.tps", "LM=3\n-1 -1\n1 -1\n0 1\n").warnings, IsEmpty());
+  EXPECT_THAT(read("c.tps", "LM=3\n-1 -1\nNA 5\n0 1\n").warnings, ElementsAre(HasSubstr("1 landmark at (-1, -1)")));
 }
 
 TEST_F(TpsFile, RefusesTruncatedShapes) {
@@ -280,13 +314,18 @@ TEST_F(TpsFile, RefusesLinesThatDoNotFit) {
   EXPECT_EQ(read_error("t.tps", "LM 1\n1 2\n"), "t.tps:1: 'LM 1'; a tps file begins with LM= or LM3=");
 }
 
-TEST_F(TpsFile, RefusesWhatIsNoNumberAndMissingLandmarks) {
+TEST_F(TpsFile, RefusesWhatIsNoFiniteNumber) {
   EXPECT_EQ(read_error("t.tps", "LM=2\n1 2\n3 four\n"),
             "t.tps:3: landmark 2 of shape 1: y is 'four'; a number is needed");
-  for (const std::string missing : {"NA", "NaN", "inf"})
-    EXPECT_EQ(read_error("t.tps", "LM=1\n1 2\nLM=1\n" + missing + " 2\n"),
-              "t.tps:4: landmark 1 of shape 2: x is '" + missing +
-                  "'; missing landmarks are not supported yet, every coordinate must be finite");
+  EXPECT_EQ(read_error("t.tps", "LM=1\n1 2\nLM=1\ninf 2\n"),
+            "t.tps:4: landmark 1 of shape 2: x is 'inf'; a coordinate must be finite");
+}
+
+TEST_F(TpsFile, TakesMarksOfMissingCoordinates) {
+  for (const std::string mark : {"NA", "NaN", "nan", "-nan", "?"})
+    EXPECT_TRUE(are_equal_but(read_one("t.tps", "LM=3\n1 2\n" + mark + " 4\n-1 -1\n").points,
+                              points_2d({1, 2, kNone, 4, -1, -1}), {1}))
+        << mark;
 }
 
 // ---- addresses
@@ -355,7 +394,7 @@ TEST_F(Unreadable, IsRefused) {
   EXPECT_EQ(read_error("utf16.csv", std::string("x\0,\0y\0", 6)),
             "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
   EXPECT_EQ(read_error("notes.txt", "Landmark 1 is the tip\n"),
-            "notes.txt is in none of the landmark formats (tps, csv); it begins with 'Landmark 1 is the tip'");
+            "notes.txt is in none of the landmark formats (tps, vtk, csv); it begins with 'Landmark 1 is the tip'");
 }
 
 TEST(LandmarkFormats, DescribeThemselves) {

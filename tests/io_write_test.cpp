@@ -1,3 +1,4 @@
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <limits>
@@ -46,6 +47,16 @@ TEST_F(CsvWriter, IsReadBackToTheSameBits) {
   EXPECT_EQ(back.points, shape.points);
   EXPECT_EQ(back.labels, shape.labels);
   EXPECT_EQ(back.groups, shape.groups);
+}
+
+TEST_F(CsvWriter, KeepsMissingCoordinates) {
+  Landmarks shape;
+  shape.points = points_2d({1, std::numeric_limits<double>::quiet_NaN(), 3, 4});
+  write_landmarks_csv("out.csv", shape);
+  const Points back = read_landmarks("out.csv").points;
+  EXPECT_EQ(back(0, 0), 1);
+  EXPECT_TRUE(std::isnan(back(1, 0)));
+  EXPECT_EQ(back.col(1), shape.points.col(1));
 }
 
 TEST_F(AtomicFile, ReplacesTheFileAndLeavesNothingElse) {

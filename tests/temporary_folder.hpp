@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -10,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
-#include "pulson/core/errors.hpp"
+#include "error_of.hpp"
 #include "pulson/core/landmarks.hpp"
 
 namespace pulson {
@@ -39,18 +38,6 @@ class InTemporaryFolder : public testing::Test {
   static std::size_t count_entries() {
     return static_cast<std::size_t>(
         std::distance(std::filesystem::directory_iterator("."), std::filesystem::directory_iterator()));
-  }
-
-  /// The message of the InputError that `action` throws, checked to be one line.
-  static std::string error_of(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const InputError& error) {
-      std::string message = error.what();
-      EXPECT_EQ(message.find_first_of("\r\n"), std::string::npos) << message;
-      return message;
-    }
-    return "no error";
   }
 
  private:

@@ -1,5 +1,6 @@
 // `pulson info`: the tables of names, or what is in a landmark file.
 
+#include <cmath>
 #include <filesystem>
 
 #include <fmt/core.h>
@@ -34,9 +35,12 @@ void print_formats() {
 void print_shape(std::size_t number, const Landmarks& shape) {
   fmt::print("{:>5}  {:<24} {:>5} landmarks", number, shape.name, shape.count());
   if (shape.count() > 0) {
+    const std::size_t missing = incomplete_points(shape.points).size();
     const auto [low, high] = bounding_box(shape.points);
-    fmt::print(" in {}D,", shape.dimension());
-    for (int c = 0; c < shape.dimension(); ++c) fmt::print(" {} {:.6g} to {:.6g}", "xyz"[c], low[c], high[c]);
+    fmt::print(" in {}D", shape.dimension());
+    for (int c = 0; c < shape.dimension() && !std::isnan(low[c]); ++c)
+      fmt::print("{} {} {:.6g} to {:.6g}", c == 0 ? "," : "", "xyz"[c], low[c], high[c]);
+    if (missing > 0) fmt::print(", {} missing", missing);
     if (const std::size_t groups = landmarks_by_group(shape).size(); groups > 1) fmt::print(", {} groups", groups);
     if (const auto pair = find_coincident(shape.points); pair && shape.count() > 1)
       fmt::print(", {} and {} coincide", shape.describe(pair->first), shape.describe(pair->second));

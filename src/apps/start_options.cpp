@@ -39,6 +39,12 @@ void check_same_size(const Points& p, const Points& q, const std::string& what) 
                                  q.cols(), q.rows()));
 }
 
+void check_complete(const Landmarks& shape) {
+  if (const std::vector<int> incomplete = incomplete_points(shape.points); !incomplete.empty())
+    throw InputError(fmt::format("{}: landmark {} misses a coordinate; a shape without gaps is needed", shape.source,
+                                 shape.describe(incomplete.front())));
+}
+
 void check_distinct(const Landmarks& shape) {
   if (const auto pair = find_coincident(shape.points); pair && shape.count() > 1)
     throw InputError(fmt::format("{}: landmarks {} and {} are at the same place", shape.source,
@@ -80,10 +86,15 @@ Start StartOptions::start() const {
   } else {
     throw InputError("a start is needed: --q, --shape or --from");
   }
+  check_complete(start.shape);
   check_distinct(start.shape);
   if (!from) start.state = {start.shape.points, Points::Zero(start.shape.points.rows(), start.shape.points.cols())};
   if (p) start.state.p = parse_points(*p, "--p");
-  if (momenta) start.state.p = read_landmarks(*momenta, &start.notes).points;
+  if (momenta) {
+    const Landmarks vectors = read_landmarks(*momenta, &start.notes);
+    check_complete(vectors);
+    start.state.p = vectors.points;
+  }
   check_same_size(start.state.p, start.state.q, p ? "--p" : "--momenta");
   start.system = {make_kernel(kernel.value_or(kernel_spec), start.shape.points),
                   make_noise(noise.value_or(noise_spec), start.shape)};

@@ -95,10 +95,20 @@ std::optional<std::size_t> find_role(const RoleColumns& columns, Role role) {
 
 }  // namespace
 
+bool holds_numbers(const CsvRecord& record) {
+  return std::all_of(record.fields.begin(), record.fields.end(),
+                     [](const std::string& field) { return is_number(field) || is_missing(field); });
+}
+
+bool holds_only_marks(const CsvRecord& record) {
+  return std::all_of(record.fields.begin(), record.fields.end(),
+                     [](const std::string& field) { return is_missing(field); });
+}
+
 bool is_header(const CsvRecord& record) {
   const auto& fields = record.fields;
   return std::none_of(fields.begin(), fields.end(), [](const std::string& field) { return is_number(field); }) &&
-         !std::all_of(fields.begin(), fields.end(), [](const std::string& field) { return is_missing(field); });
+         !holds_only_marks(record);
 }
 
 bool names_coordinates(const CsvRecord& header) {

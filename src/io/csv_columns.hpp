@@ -17,8 +17,15 @@ struct CsvColumns {
   std::vector<std::string> unused;      ///< names of columns that mean nothing here
 };
 
-/// Whether the first line of a table names its columns: it holds words and no number.
+/// Whether the first line of a table names its columns: it holds words and no number. Marks of missing values alone are
+/// no header.
 bool is_header(const CsvRecord& record);
+
+/// Whether each field of a line is a number or the mark of a missing one.
+bool holds_numbers(const CsvRecord& record);
+
+/// Whether a line holds nothing but marks of missing values.
+bool holds_only_marks(const CsvRecord& record);
 
 /// Whether a header names any coordinate.
 bool names_coordinates(const CsvRecord& header);

@@ -141,9 +141,11 @@ bool sniff_csv(std::string_view text) {
   try {
     const std::vector<CsvRecord> first = csv_records("", text, 1);
     if (first.empty()) return false;
-    const auto& fields = first.front().fields;
-    return std::all_of(fields.begin(), fields.end(), [](const std::string& field) { return is_number(field); }) ||
-           (is_header(first.front()) && names_coordinates(first.front()));
+    if (is_header(first.front())) return names_coordinates(first.front());
+    if (!holds_only_marks(first.front())) return holds_numbers(first.front());
+    const std::vector<CsvRecord> all = csv_records("", text);
+    const auto telling = std::find_if_not(all.begin(), all.end(), holds_only_marks);
+    return telling != all.end() && holds_numbers(*telling);
   } catch (const InputError&) {
     return false;
   }

@@ -15,4 +15,7 @@ LandmarkFile read_csv(const std::string& path, std::string_view text);
 bool sniff_tps(std::string_view text);
 LandmarkFile read_tps(const std::string& path, std::string_view text);
 
+bool sniff_vtk(std::string_view text);
+LandmarkFile read_vtk(const std::string& path, std::string_view text);
+
 }  // namespace pulson::io

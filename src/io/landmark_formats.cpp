@@ -1,8 +1,4 @@
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
-#include <iterator>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -20,6 +16,12 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        "tpsDig text: LM= or LM3=, coordinates, ID=, IMAGE=; several shapes",
        io::sniff_tps,
        io::read_tps},
+      {"vtk",
+       {"vtk"},
+       "VTK legacy polydata, 1.0 to 5.1, ASCII or BINARY: POINTS; in the plane where all z are equal; pieces of LINES "
+       "and POLYGONS are groups",
+       io::sniff_vtk,
+       io::read_vtk},
       {"csv",
        {"csv", "tsv"},
        "table x[,y[,z]] with , ; tab or blanks between, with or without header (label, group); several shapes with a "
@@ -31,17 +33,6 @@ const std::vector<LandmarkFormat>& landmark_formats() {
 }
 
 namespace {
-
-std::string read_contents(const std::filesystem::path& path) {
-  const std::string failure = "cannot read '" + path.string() + "': ";
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) throw InputError(failure + "it is a folder; a file is needed");
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw InputError(failure + std::generic_category().message(errno));
-  std::string contents{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (contents.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError(path.string() + " is empty");
-  return contents;
-}
 
 std::string first_line(std::string_view contents) {
   const std::size_t begin = contents.find_first_not_of(" \t\r\n");
@@ -78,7 +69,7 @@ void name_shapes(const std::filesystem::path& path, std::vector<Landmarks>& shap
 }  // namespace
 
 LandmarkFile read_landmark_file(const std::filesystem::path& path) {
-  const std::string contents = read_contents(path);
+  const std::string contents = io::read_text_file(path);
   const LandmarkFormat& format = find_format(path, contents);
   LandmarkFile file = format.read(path.string(), contents);
   file.format = format.name;

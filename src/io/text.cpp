@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -29,6 +34,17 @@ double parse_number_at(std::string_view text, const CoordinatePlace& place) {
 }
 
 }  // namespace
+
+std::string read_text_file(const std::filesystem::path& path) {
+  const std::string failure = "cannot read '" + path.string() + "': ";
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) throw InputError(failure + "it is a folder; a file is needed");
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw InputError(failure + std::generic_category().message(errno));
+  std::string contents{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (contents.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError(path.string() + " is empty");
+  return contents;
+}
 
 std::vector<TextLine> split_lines(const std::string& path, std::string_view text) {
   if (text.find('\0') != std::string_view::npos)
@@ -97,12 +113,12 @@ bool is_number(std::string_view text) {
 }
 
 double parse_coordinate(std::string_view text, const CoordinatePlace& place) {
-  if (!is_missing(text)) {
-    const double value = parse_number_at(text, place);
-    if (std::isfinite(value)) return value;
-  }
-  throw InputError(fmt::format("{} is {}; missing landmarks are not supported yet, every coordinate must be finite",
-                               describe(place), in_quotes(text)));
+  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  if (is_missing(text)) return kMissing;
+  const double value = parse_number_at(text, place);
+  if (std::isinf(value))
+    throw InputError(fmt::format("{} is {}; a coordinate must be finite", describe(place), in_quotes(text)));
+  return std::isnan(value) ? kMissing : value;
 }
 
 }  // namespace pulson::io

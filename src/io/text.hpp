@@ -3,11 +3,15 @@
 // What the readers of text formats share: lines, words, numbers and the wording of errors.
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace pulson::io {
+
+/// All of a file. @throws InputError if it cannot be read or holds only blanks.
+std::string read_text_file(const std::filesystem::path& path);
 
 /// A line of a file, without its end, and its number from 1.
 struct TextLine {
@@ -47,7 +51,8 @@ bool is_missing(std::string_view text);
 /// Whether the whole of `text` is a number.
 bool is_number(std::string_view text);
 
-/// A finite number. @throws InputError that names the place, and says so where the value is missing or not finite.
+/// A finite number, or NaN where the value is missing (is_missing, or a number that is NaN). @throws InputError that
+/// names the place.
 double parse_coordinate(std::string_view text, const CoordinatePlace& place);
 
 }  // namespace pulson::io

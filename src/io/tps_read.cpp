@@ -145,7 +145,7 @@ class TpsReader {
     std::size_t marks = 0;
     for (const Landmarks& shape : file_.shapes)
       for (const auto& point : shape.points.colwise()) {
-        if ((point.array() >= 0).all()) continue;
+        if (point.hasNaN() || (point.array() >= 0).all()) continue;
         if ((point.array() != -1).any()) return 0;
         ++marks;
       }

@@ -10,7 +10,7 @@
 namespace pulson {
 
 /// What a landmark file holds. Coordinates are as the file has them: length units, axes and their directions (in tps, y
-/// points up) are not changed.
+/// points up) are not changed. A missing coordinate is NaN.
 struct LandmarkFile {
   std::string format;                 ///< name of the row of landmark_formats() that read it
   std::vector<Landmarks> shapes;      ///< in the order of the file; a shape may have no landmarks

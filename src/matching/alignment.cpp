@@ -2,24 +2,109 @@
 
 #include <array>
 #include <utility>
+#include <vector>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <Eigen/SVD>
+#include <fmt/core.h>
 
+#include "landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, AlignmentKind>, 4> kNames = {
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::array<std::pair<std::string_view, AlignmentKind>, 5> kNames = {
     {{"none", AlignmentKind::kNone},
      {"translation", AlignmentKind::kTranslation},
      {"rigid", AlignmentKind::kRigid},
-     {"similarity", AlignmentKind::kSimilarity}}};
+     {"similarity", AlignmentKind::kSimilarity},
+     {"affine", AlignmentKind::kAffine}}};
+
+// What is below this part of the size of its terms is their rounding.
+constexpr double kRounding = 1e-12;
+
+// The landmarks of a shape that the fit uses, M of them.
+struct WeighedShape {
+  VectorXd mean;      // x̄, weighted
+  Points points;      // d×M, √w_a (x_a − x̄)
+  double resolution;  // below which a length in `points` is rounding of the coordinates
+
+  WeighedShape(const Points& x, const VectorXd& weights) : mean(x * weights / weights.sum()) {
+    const VectorXd roots = weights.cwiseSqrt();
+    points = (x.colwise() - mean) * roots.asDiagonal();
+    resolution = kRounding * (x * roots.asDiagonal()).norm();
+  }
+
+  bool is_one_place() const { return points.norm() <= resolution; }
+};
+
+// Those of positive weight and finite coordinates.
+std::vector<Index> usable_landmarks(const Points& source, const Points& target, const VectorXd& weights) {
+  std::vector<Index> usable;
+  for (Index a = 0; a < source.cols(); ++a)
+    if (weights[a] > 0 && source.col(a).allFinite() && target.col(a).allFinite()) usable.push_back(a);
+  if (usable.empty())
+    throw InputError("no landmark can be aligned: none has finite coordinates in both shapes and a weight above 0");
+  return usable;
+}
+
+// The orthogonal Q of least |Qx − y|²: a rotation, unless a reflection may be taken and fits better. Where the shapes
+// lie in a hyperplane, both fit alike.
+MatrixXd orthogonal_fit(const WeighedShape& x, const WeighedShape& y, bool reflect) {
+  const Eigen::JacobiSVD<MatrixXd> svd(y.points * x.points.transpose(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Index last = svd.singularValues().size() - 1;
+  const bool is_better = svd.singularValues()[last] > x.points.norm() * y.resolution + y.points.norm() * x.resolution;
+  VectorXd sign = VectorXd::Ones(last + 1);
+  if (!(reflect && is_better) && (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign[last] = -1;
+  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+}
+
+// The s > 0 of least |sx − y|². On a line a reversal leaves none (the best is a reflection): the size is then taken
+// from the spreads.
+double scale_fit(const Points& x, const Points& y) {
+  const double fitted = x.cwiseProduct(y).sum() / x.squaredNorm();
+  return fitted > 0 ? fitted : y.norm() / x.norm();
+}
+
+// Whether the columns span the space, beyond `resolution`.
+bool span_space(const MatrixXd& columns, double resolution) {
+  return columns.cols() >= columns.rows() &&
+         Eigen::JacobiSVD<MatrixXd>(columns).singularValues().minCoeff() > resolution;
+}
+
+void check_general_position(const WeighedShape& shape, std::string_view name) {
+  if (span_space(shape.points, shape.resolution)) return;
+  const Index d = shape.points.rows();
+  throw InputError(fmt::format(
+      "an affine alignment in {}D needs at least {} landmarks in general position, with a weight above 0 and finite "
+      "coordinates in both shapes; of the {} there are {}{}",
+      d, d + 1, name, shape.points.cols(), shape.points.cols() > d ? ", all in one hyperplane" : ""));
+}
+
+// The regular A of least |Ax − y|².
+MatrixXd affine_fit(const WeighedShape& x, const WeighedShape& y, bool reflect) {
+  check_general_position(x, "source");
+  check_general_position(y, "target");
+  MatrixXd fitted = x.points.transpose().colPivHouseholderQr().solve(y.points.transpose()).transpose();
+  if (!span_space(fitted, kRounding * fitted.norm()))
+    throw InputError("the affine fit has determinant 0: it flattens the shape");
+  const double determinant = fitted.determinant();
+  if (determinant < 0 && !reflect)
+    throw InputError(fmt::format(
+        "the affine fit has determinant {:.4g}, not a positive one: it mirrors the shape; --reflect allows that",
+        determinant));
+  return fitted;
+}
 
 }  // namespace
 
-Points Alignment::apply(const Points& x) const { return (scale * rotation * x).colwise() + translation; }
+Points Alignment::apply(const Points& x) const { return (scale * linear * x).colwise() + translation; }
 
 AlignmentKind parse_alignment(std::string_view name) {
   std::string valid;
@@ -36,27 +121,22 @@ std::string alignment_name(AlignmentKind kind) {
   return {};
 }
 
-Alignment align(const Points& source, const Points& target, AlignmentKind kind) {
-  const Eigen::Index d = source.rows();
-  Alignment motion{kind, 1, Eigen::MatrixXd::Identity(d, d), Eigen::VectorXd::Zero(d)};
+Alignment align(const Points& source, const Points& target, AlignmentKind kind, const AlignmentOptions& options) {
+  const Index d = source.rows();
+  Alignment motion{kind, 1, MatrixXd::Identity(d, d), VectorXd::Zero(d)};
   if (kind == AlignmentKind::kNone) return motion;
-  const Eigen::VectorXd source_mean = source.rowwise().mean();
-  const Eigen::VectorXd target_mean = target.rowwise().mean();
-  if (kind != AlignmentKind::kTranslation) {
-    const Points x = source.colwise() - source_mean;
-    const Points y = target.colwise() - target_mean;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(y * x.transpose(), Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Eigen::VectorXd sign = Eigen::VectorXd::Ones(d);
-    if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) sign[d - 1] = -1;
-    motion.rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
-    // Points all at one place have no size. On a line a reversal leaves no positive scale (the best is a reflection):
-    // the size is then taken from the spreads.
-    if (kind == AlignmentKind::kSimilarity && x.squaredNorm() > 0 && y.squaredNorm() > 0) {
-      const double fitted = svd.singularValues().dot(sign) / x.squaredNorm();
-      motion.scale = fitted > 0 ? fitted : y.norm() / x.norm();
-    }
+  const VectorXd weights = landmark_weights(options.weights, source.cols());
+  const std::vector<Index> usable = usable_landmarks(source, target, weights);
+  const VectorXd relative = weights(usable) / weights(usable).maxCoeff();
+  const WeighedShape x(source(Eigen::all, usable), relative);
+  const WeighedShape y(target(Eigen::all, usable), relative);
+  if (kind == AlignmentKind::kAffine) {
+    motion.linear = affine_fit(x, y, options.reflect);
+  } else if (kind != AlignmentKind::kTranslation && !x.is_one_place() && !y.is_one_place()) {
+    motion.linear = orthogonal_fit(x, y, options.reflect);
+    if (kind == AlignmentKind::kSimilarity) motion.scale = scale_fit(motion.linear * x.points, y.points);
   }
-  motion.translation = target_mean - motion.scale * motion.rotation * source_mean;
+  motion.translation = y.mean - motion.scale * motion.linear * x.mean;
   return motion;
 }
 

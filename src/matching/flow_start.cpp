@@ -16,6 +16,7 @@ using Eigen::VectorXd;
 
 constexpr double kFirstSigma = 0.2;  // of the distance that the landmarks have to go
 constexpr double kSigmaRatio = 4;
+constexpr double kViaSoftness = 4;  // soft enough to move, firm enough to stay by the way that was begun
 constexpr int kMaxIterationsPerStage = 30;
 constexpr double kStageGain = 1e-2;  // a stage ends where an iteration lowers the cost by less than this part of it
 constexpr double kLastGain = 1e-5;
@@ -37,31 +38,47 @@ double root_mean_square(const Points& difference) {
 template <int d>
 class FlowGaussNewton {
  public:
-  explicit FlowGaussNewton(const MatchingProblem& problem)
+  explicit FlowGaussNewton(const FlowProblem& problem)
       : problem_(problem),
-        kernel_(problem.system.kernel),
+        kernel_(problem.kernel),
         count_(problem.source.cols()),
         steps_(problem.grid.steps),
         dt_(problem.grid.dt()),
-        weight_(problem.lambda / problem.grid.time) {}
-
-  FlowStart run() {
-    fields_.assign(static_cast<std::size_t>(steps_), {problem_.source, Points::Zero(d, count_)});
-    std::optional<Path> rest = flow(fields_);
-    if (!rest) return {Points::Zero(d, count_), 0};
-    path_ = std::move(*rest);
-    double sigma = std::max(problem_.sigma, kFirstSigma * root_mean_square(problem_.source - problem_.target));
-    int iterations = run_stage(sigma);
-    while (sigma > problem_.sigma) {
-      sigma = std::max(problem_.sigma, sigma / kSigmaRatio);
-      iterations += run_stage(sigma);
+        weight_(problem.lambda / problem.grid.time) {
+    for (const MatrixXd& precision : problem.precisions) {
+      precisions_.emplace_back(precision);
+      largest_ = std::max(largest_, precision.trace());
     }
-    return {gauss_newton_fields(sigma).front().momenta, iterations};
+    // A coordinate that was not observed has the variance of a thousand others' deviations.
+    for (const Block& precision : precisions_)
+      variances_.push_back((precision + 1e-6 * largest_ * Block::Identity()).inverse());
+  }
+
+  // Zero momenta where no way begins.
+  FlowStart run(const Points* via) {
+    int iterations = via != nullptr ? begin_via(*via) : 0;
+    double softness = std::max(1.0, kViaSoftness);
+    if (via == nullptr) {
+      fields_.assign(static_cast<std::size_t>(steps_), {problem_.source, Points::Zero(d, count_)});
+      // The deviation of a coordinate in units of what the data allow.
+      softness =
+          std::max(1.0, kFirstSigma * root_mean_square(problem_.source - problem_.target) * std::sqrt(largest_ / d));
+    }
+    std::optional<Path> path = flow(fields_);
+    if (!path) return {Points::Zero(d, count_), iterations};
+    path_ = std::move(*path);
+    iterations += run_stage(softness);
+    while (softness > 1) {
+      softness = std::max(1.0, softness / kSigmaRatio);
+      iterations += run_stage(softness);
+    }
+    return {gauss_newton_fields(softness).front().momenta, iterations};
   }
 
  private:
   using Block = Eigen::Matrix<double, d, d>;
   using Blocks = std::vector<Block>;
+  using Vector = Eigen::Matrix<double, d, 1>;
 
   struct Path {
     std::vector<Points> q;       // q_1 … q_K
@@ -70,29 +87,51 @@ class FlowGaussNewton {
     double energy = 0;           // ½ Σ_k Δt |v_k|²
   };
 
-  double cost(const Path& path, double sigma) const {
-    return weight_ * path.energy + 0.5 * (path.q.back() - problem_.target).squaredNorm() / (sigma * sigma);
+  double cost(const Path& path, double softness) const {
+    double data = 0;
+    for (Index a = 0; a < count_; ++a) {
+      const Vector misfit = path.q.back().col(a) - problem_.target.col(a);
+      data += misfit.dot(precisions_[static_cast<std::size_t>(a)] * misfit);
+    }
+    return weight_ * path.energy + 0.5 * data / (softness * softness);
   }
 
-  int run_stage(double sigma) {
-    const double enough = sigma > problem_.sigma ? kStageGain : kLastGain;
+  // The fields of the ways there and on, each in about half of the steps.
+  int begin_via(const Points& via) {
+    const int half = std::max(1, steps_ / 2);
+    FlowProblem there{kernel_, {half * dt_, half}, problem_.lambda, problem_.source, via, problem_.precisions};
+    FlowProblem on{
+        kernel_, {(steps_ - half) * dt_, steps_ - half}, problem_.lambda, via, problem_.target, problem_.precisions};
+    FlowGaussNewton first(there);
+    int iterations = first.run(nullptr).iterations;
+    fields_ = std::move(first.fields_);
+    if (on.grid.steps == 0) return iterations;
+    on.source = first.path_.q.empty() ? problem_.source : first.path_.q.back();
+    FlowGaussNewton second(on);
+    iterations += second.run(nullptr).iterations;
+    fields_.insert(fields_.end(), second.fields_.begin(), second.fields_.end());
+    return iterations;
+  }
+
+  int run_stage(double softness) {
+    const double enough = softness > 1 ? kStageGain : kLastGain;
     for (int iteration = 1; iteration <= kMaxIterationsPerStage; ++iteration) {
-      const double before = cost(path_, sigma);
-      if (!improve(sigma, before)) return iteration;
-      const double after = cost(path_, sigma);
+      const double before = cost(path_, softness);
+      if (!improve(softness, before)) return iteration;
+      const double after = cost(path_, softness);
       if (before - after <= enough * after) return iteration;
     }
     return kMaxIterationsPerStage;
   }
 
   // One Gauss–Newton step, halved until it lowers the cost.
-  bool improve(double sigma, double before) {
-    const Fields full = gauss_newton_fields(sigma);
+  bool improve(double softness, double before) {
+    const Fields full = gauss_newton_fields(softness);
     double part = 1;
     for (int halvings = 0; halvings < kMostHalvings; ++halvings, part /= 2) {
       Fields trial = part == 1 ? full : blend(part, full);
       std::optional<Path> path = flow(trial);
-      if (!path || !(cost(*path, sigma) < before)) continue;
+      if (!path || !(cost(*path, softness) < before)) continue;
       fields_ = std::move(trial);
       path_ = std::move(*path);
       return true;
@@ -164,13 +203,14 @@ class FlowGaussNewton {
     return phi;
   }
 
-  Fields gauss_newton_fields(double sigma) const {
+  Fields gauss_newton_fields(double softness) const {
     const std::vector<Blocks> phi = propagators();
     MatrixXd system = MatrixXd::Zero(d * count_, d * count_);
     Points misfit = path_.q.back() - problem_.target;
     for (std::size_t k = 0; k < phi.size(); ++k) add_step(phi[k], path_.q[k], path_.moved[k], system, misfit);
     system /= weight_;
-    system.diagonal().array() += sigma * sigma;
+    for (Index a = 0; a < count_; ++a)
+      system.template block<d, d>(a * d, a * d) += softness * softness * variances_[static_cast<std::size_t>(a)];
     const Eigen::LLT<Eigen::Ref<MatrixXd>> factors(system);
     const Points eta = factors.solve(VectorXd(misfit.reshaped())).reshaped(d, count_);
     Fields fields(phi.size());
@@ -194,21 +234,24 @@ class FlowGaussNewton {
     }
   }
 
-  const MatchingProblem& problem_;
+  const FlowProblem& problem_;
   const KernelOperator& kernel_;
   Index count_;
   int steps_;
   double dt_;
   double weight_;
+  Blocks precisions_;
+  Blocks variances_;
+  double largest_ = 0;  // of the precisions' traces
   Fields fields_;
   Path path_;
 };
 
 }  // namespace
 
-FlowStart flow_start(const MatchingProblem& problem) {
-  if (problem.source.rows() == 1) return FlowGaussNewton<1>(problem).run();
-  return problem.source.rows() == 2 ? FlowGaussNewton<2>(problem).run() : FlowGaussNewton<3>(problem).run();
+FlowStart flow_start(const FlowProblem& problem, const Points* via) {
+  if (problem.source.rows() == 1) return FlowGaussNewton<1>(problem).run(via);
+  return problem.source.rows() == 2 ? FlowGaussNewton<2>(problem).run(via) : FlowGaussNewton<3>(problem).run(via);
 }
 
 }  // namespace pulson

@@ -21,7 +21,7 @@ struct Search {
       if (gradient != nullptr) *gradient = z;
       return 1e3 * (1 + summary.solution.cost.total());
     }
-    const VectorXd slope = objective.gradient(*at);
+    const VectorXd slope = z + objective.data_gradient(*at);
     if (gradient != nullptr) *gradient = slope;
     const double cost = at->cost.total();
     if (cost <= summary.solution.cost.total()) {
@@ -48,7 +48,8 @@ double call_search(unsigned n, const double* z, double* gradient, void* search) 
 MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const MinimiseOptions& options,
                                MatchingObjective::Evaluation start) {
   MinimiseSummary summary{.solver = Solver::kLbfgs, .solution = std::move(start)};
-  summary.relative_gradient = relative_gradient(summary.solution.z, objective.gradient(summary.solution));
+  const VectorXd& z0 = summary.solution.z;
+  summary.relative_gradient = relative_gradient(z0, z0 + objective.data_gradient(summary.solution));
   const auto n = static_cast<unsigned>(objective.unknowns());
   nlopt::opt minimiser(nlopt::LD_LBFGS, n);
   Search search{objective, options, summary};

@@ -6,56 +6,282 @@
 #include <utility>
 
 #include "flow_start.hpp"
+#include "pulson/matching/landmark_term.hpp"
 #include "solvers.hpp"
+#include "ways.hpp"
 
 namespace pulson {
 namespace {
 
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
 constexpr std::array<std::pair<std::string_view, Solver>, 3> kNames = {
     {{"auto", Solver::kAuto}, {"gauss-newton", Solver::kGaussNewton}, {"lbfgs", Solver::kLbfgs}}};
 
-// Beyond this many coordinates a Jacobian costs more than the iterations it saves.
-constexpr Eigen::Index kGaussNewtonCoordinates = 800;
+// Beyond these a Jacobian costs more than the iterations it saves: its columns, and with fitted noise its rows.
+constexpr Index kMostColumns = 1200;
+constexpr Index kMostRows = 800;
+
+// Landmarks that the start by flows takes: beyond, its dense matrices cost more than all that follows.
+constexpr Index kFlowLandmarks = 250;
+
+// Continuation: the first softness, of the root mean square residual, and how it comes down.
+constexpr double kFirstPart = 0.2;
+constexpr double kSoftnessRatio = 2;
+constexpr double kStageTolerance = 1e-2;
+constexpr int kStageIterations = 30;
+
+// A search that stops with a larger relative gradient has failed.
+constexpr double kFarFromMinimum = 0.1;
+// Residuals of this size, root mean square in deviations, count as matched.
+constexpr double kMatched = 3;
+
+// Levels of MatchingObjective::smooth_unknowns(): the last is all.
+constexpr std::array<double, 3> kLevels = {0.1, 0.01, 1e-3};
+constexpr double kLevelTolerance = 1e-2;  // of those that are not the last
+
+// Two minima are one where no landmark is ever further apart than this part of the diameter.
+constexpr double kSamePath = 1e-3;
+
+using Evaluation = MatchingObjective::Evaluation;
+
+// A target for every landmark: its own place where nothing was observed.
+FlowProblem flow_problem(const MatchingProblem& problem, const std::vector<Index>& landmarks) {
+  const LandmarkTerm& data = *problem.data->landmarks();
+  FlowProblem flow{problem.system.kernel,
+                   problem.grid,
+                   problem.lambda,
+                   problem.source(Eigen::all, landmarks),
+                   data.target()(Eigen::all, landmarks),
+                   {}};
+  for (std::size_t a = 0; a < landmarks.size(); ++a) {
+    flow.precisions.push_back(data.precision(landmarks[a]));
+    for (Index axis = 0; axis < flow.source.rows(); ++axis) {
+      const auto column = static_cast<Index>(a);
+      if (flow.precisions.back()(axis, axis) == 0) flow.target(axis, column) = flow.source(axis, column);
+    }
+  }
+  return flow;
+}
 
 // Equal increments in all steps that carry each landmark straight to its target, as far as the noise can move it. K
 // equal increments ΔW act as (K − ½)ΔW, since half of the last is lost: w_k = ½(ΔW_{k−1} + ΔW_k).
-Eigen::MatrixXd straight_increments(const MatchingProblem& problem) {
+MatrixXd straight_increments(const MatchingProblem& problem, const Points& target) {
   const PhaseState rest{problem.source, Points::Zero(problem.source.rows(), problem.source.cols())};
-  const Points way = (problem.target - problem.source) / (problem.grid.steps - 0.5);
+  const Points way = (target - problem.source) / (problem.grid.steps - 0.5);
   const NoiseModel& noise = *problem.system.noise;
   // With B the map from increments to displacements: along Bᵀ·way, scaled so that B takes it to `way` where it can.
-  Eigen::VectorXd increments = noise.contract(rest, {Points::Zero(way.rows(), way.cols()), way});
+  VectorXd increments = noise.contract(rest, {Points::Zero(way.rows(), way.cols()), way});
   const double reached = noise.gradient(rest, increments).p.squaredNorm();
   if (reached > 0) increments *= increments.squaredNorm() / reached;
   return increments.replicate(1, problem.grid.steps);
 }
 
-// Where searches begin: the flow without noise; and, where there is noise, the landmarks at rest but for the noise.
-std::vector<Eigen::VectorXd> starting_points(const MatchingObjective& objective, int& iterations) {
-  const MatchingProblem& problem = objective.problem();
-  const int channels =
-      problem.system.noise->channels(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
-  const FlowStart flow = flow_start(problem);
-  iterations = flow.iterations;
-  std::vector<Eigen::VectorXd> starts{
-      objective.white(flow.momenta, Eigen::MatrixXd::Zero(channels, problem.grid.steps))};
-  if (problem.system.noise->traits().moves_positions)
-    starts.push_back(
-        objective.white(Points::Zero(problem.source.rows(), problem.source.cols()), straight_increments(problem)));
-  return starts;
-}
+struct Start {
+  std::string name;
+  VectorXd z;
+};
 
-// The path of z, or that of landmarks at rest where this costs less.
-MatchingObjective::Evaluation better_start(const MatchingObjective& objective, const Eigen::VectorXd& z) {
-  std::optional<MatchingObjective::Evaluation> rest = objective.evaluate(Eigen::VectorXd::Zero(objective.unknowns()));
-  if (!rest) throw InputError("the distances to the target, divided by sigma, leave the range of numbers");
-  std::optional<MatchingObjective::Evaluation> start = objective.evaluate(z);
-  return start && start->cost.total() < rest->cost.total() ? std::move(*start) : std::move(*rest);
-}
+class Searches {
+ public:
+  Searches(const MatchingObjective& objective, const MinimiseOptions& options)
+      : objective_(objective), problem_(objective.problem()), options_(options) {
+    std::optional<Evaluation> rest = objective.evaluate(VectorXd::Zero(objective.unknowns()));
+    if (!rest)
+      throw InputError(problem_.system.noise->traits().compensated
+                           ? "landmarks at rest have no path: either the noise is too strong for the time step (use "
+                             "more --steps or a smaller amplitude), or the distances to the target, divided by sigma, "
+                             "leave the range of numbers"
+                           : "the distances to the target, divided by sigma, leave the range of numbers");
+    rest_ = std::move(*rest);
+  }
 
-bool is_better(const MinimiseSummary& a, const MinimiseSummary& b) {
-  return a.solution.cost.total() < b.solution.cost.total();
-}
+  MinimiseSummary run() {
+    for (const Start& start : starts()) search(start);
+    // Shapes that stay apart: they may have to turn round each other.
+    if (!matched() && options_.starts == 1 && problem_.source.rows() > 1 && problem_.data->landmarks() != nullptr)
+      for (const int way : {1, 2}) search(flow_start_by(way));
+    if (!matched() && dense()) found_.push_back(continuation());
+    if (found_.empty()) found_.push_back(solve(rest_, options_));
+    std::stable_sort(found_.begin(), found_.end(), better);
+    std::vector<Minimum> minima = distinct();
+    MinimiseSummary best = std::move(found_.front());
+    best.minima = std::move(minima);
+    best.iterations = iterations_;
+    best.evaluations = evaluations_;
+    return best;
+  }
+
+ private:
+  bool fits_noise() const { return objective_.unknowns() > objective_.basis().unknowns(); }
+
+  // Without the rough momenta of a flow without noise: what they do the noise does at less cost.
+  VectorXd smoothed(const VectorXd& z) const {
+    const std::vector<Index> smooth = objective_.smooth_unknowns(kLevels.front());
+    VectorXd part = VectorXd::Zero(z.size());
+    part(smooth) = z(smooth);
+    return part;
+  }
+
+  bool dense() const {
+    if (options_.solver != Solver::kAuto) return options_.solver == Solver::kGaussNewton;
+    return fits_noise() ? problem_.source.size() <= kMostRows : objective_.unknowns() <= kMostColumns;
+  }
+
+  // Where searches begin: flows without noise, each by another way; and, where there is noise to be fitted, the
+  // landmarks at rest but for the noise.
+  std::vector<Start> starts() {
+    if (problem_.data->landmarks() == nullptr) return {};
+    std::vector<Start> starts;
+    for (int way = 0; way < options_.starts; ++way) starts.push_back(flow_start_by(way));
+    if (problem_.realisations.empty() && problem_.system.noise->traits().moves_positions) {
+      const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
+      starts.push_back({"noise", objective_.white(rest, straight_increments(problem_, observed_target()))});
+    }
+    return starts;
+  }
+
+  Start flow_start_by(int way) {
+    const std::vector<Index> spread = objective_.basis().spread(kFlowLandmarks);
+    const FlowProblem flow = flow_problem(problem_, spread);
+    const Points via = way > 0 ? halfway(flow.source, flow.target, way, options_.seed) : Points();
+    const FlowStart start = flow_start(flow, way > 0 ? &via : nullptr);
+    iterations_ += start.iterations;
+    Points momenta = Points::Zero(problem_.source.rows(), problem_.source.cols());
+    momenta(Eigen::all, spread) = start.momenta;
+    const int channels = problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
+                                                         static_cast<int>(problem_.source.cols()));
+    return {way > 0 ? "way " + std::to_string(way + 1) : "flow",
+            objective_.white(momenta, MatrixXd::Zero(channels, problem_.grid.steps))};
+  }
+
+  Points observed_target() const {
+    std::vector<Index> all(static_cast<std::size_t>(problem_.source.cols()));
+    for (std::size_t a = 0; a < all.size(); ++a) all[a] = static_cast<Index>(a);
+    return flow_problem(problem_, all).target;
+  }
+
+  MinimiseSummary solve(Evaluation start, const MinimiseOptions& options, const Restriction& restriction = {}) {
+    MinimiseSummary summary = dense() ? minimise_gauss_newton(objective_, options, std::move(start), restriction)
+                                      : minimise_lbfgs(objective_, options, std::move(start));
+    iterations_ += summary.iterations;
+    evaluations_ += summary.evaluations;
+    return summary;
+  }
+
+  // The smooth momenta first, then with ever rougher ones. Where the time step does not resolve these they stay as far
+  // as they came, and the smooth ones are solved for once more.
+  MinimiseSummary solve_by_levels(Evaluation start) {
+    const std::vector<Index> every = objective_.smooth_unknowns(kLevels.back());
+    if (!dense() || every.empty()) {
+      MinimiseSummary summary = solve(std::move(start), options_);
+      summary.resolved = objective_.unknowns();
+      return summary;
+    }
+    MinimiseOptions rough = options_;
+    rough.gradient_tolerance = std::max(kLevelTolerance, options_.gradient_tolerance);
+    std::vector<Index> smooth;  // of the first level
+    std::vector<Index> reached;
+    MinimiseSummary best;
+    for (const double part : kLevels) {
+      std::vector<Index> unknowns = objective_.smooth_unknowns(part);
+      const bool last = unknowns.size() == every.size();
+      if (unknowns.empty() || unknowns.size() == reached.size()) continue;
+      const bool first = smooth.empty();
+      MinimiseSummary summary =
+          solve(first ? std::move(start) : best.solution, last ? options_ : rough, {1, unknowns, !first});
+      if (first) smooth = unknowns;
+      if (!summary.converged && !first)
+        return solve_smooth(smooth, std::move(summary.solution), std::move(best.solution));
+      reached = std::move(unknowns);
+      best = std::move(summary);
+      if (!best.converged || last) break;
+    }
+    best.resolved = std::ssize(reached);
+    return best;
+  }
+
+  MinimiseSummary solve_smooth(const std::vector<Index>& smooth, Evaluation rough, Evaluation smoother) {
+    MinimiseSummary summary = solve(std::move(rough), options_, {1, smooth, true});
+    if (!summary.converged) summary = solve(std::move(smoother), options_, {1, smooth, false});
+    summary.resolved = std::ssize(smooth);
+    return summary;
+  }
+
+  // Whether a search ended in a minimum whose residuals are as large as the errors of the data.
+  bool matched() const {
+    const double most = 0.5 * kMatched * kMatched * static_cast<double>(problem_.source.size());
+    return std::any_of(found_.begin(), found_.end(), [&](const MinimiseSummary& summary) {
+      return summary.solution.cost.data <= most && (summary.relative_gradient < kFarFromMinimum || fits_noise());
+    });
+  }
+
+  void search(const Start& start) {
+    std::optional<Evaluation> at = objective_.evaluate(fits_noise() ? smoothed(start.z) : start.z);
+    // The path of the start, or that of landmarks at rest where this costs less.
+    const bool of_use = at && at->cost.total() < rest_.cost.total();
+    found_.push_back(solve_by_levels(of_use ? std::move(*at) : rest_));
+    found_.back().start = of_use ? start.name : "rest";
+  }
+
+  // Where one search did not converge its cost may be the time step's error: 1 % less does not recommend it.
+  static bool better(const MinimiseSummary& a, const MinimiseSummary& b) {
+    const double of_a = (a.converged ? 0.99 : 1) * a.solution.cost.total();
+    const double of_b = (b.converged ? 0.99 : 1) * b.solution.cost.total();
+    return of_a < of_b;
+  }
+
+  // From rest, with the data held ever more firmly.
+  MinimiseSummary continuation() {
+    MinimiseOptions stage = options_;
+    stage.gradient_tolerance = std::max(kStageTolerance, options_.gradient_tolerance);
+    stage.max_iterations = std::min(kStageIterations, options_.max_iterations);
+    const auto count = static_cast<double>(problem_.source.size());
+    double softness = kFirstPart * std::sqrt(2 * rest_.cost.data / count);
+    Evaluation at = rest_;
+    int stages = 0;
+    for (; softness > 1; softness /= kSoftnessRatio, ++stages) at = solve(std::move(at), stage, {softness}).solution;
+    MinimiseSummary summary = solve(std::move(at), options_);
+    summary.start = "rest";
+    summary.continuation_stages = stages;
+    summary.resolved = objective_.unknowns();
+    return summary;
+  }
+
+  double apart(const Evaluation& a, const Evaluation& b) const {
+    double largest = 0;
+    for (std::size_t k = 0; k < a.path().states.size(); ++k)
+      largest = std::max(largest, (a.path().states[k].q - b.path().states[k].q).colwise().norm().maxCoeff());
+    return largest;
+  }
+
+  std::vector<Minimum> distinct() const {
+    std::vector<Minimum> minima;
+    std::vector<const Evaluation*> kept;
+    const double same = kSamePath * diameter(problem_.source);
+    for (const MinimiseSummary& summary : found_) {
+      std::size_t i = 0;
+      while (i < kept.size() && apart(*kept[i], summary.solution) > same) ++i;
+      if (i < kept.size()) {
+        ++minima[i].found;
+      } else {
+        kept.push_back(&summary.solution);
+        minima.push_back({summary.solution.cost, summary.converged, 1});
+      }
+    }
+    return minima;
+  }
+
+  const MatchingObjective& objective_;
+  const MatchingProblem& problem_;
+  const MinimiseOptions& options_;
+  Evaluation rest_;
+  std::vector<MinimiseSummary> found_;
+  int iterations_ = 0;
+  int evaluations_ = 1;
+};
 
 }  // namespace
 
@@ -74,7 +300,7 @@ std::string solver_name(Solver solver) {
   return {};
 }
 
-double relative_gradient(const Eigen::VectorXd& z, const Eigen::VectorXd& gradient) {
+double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
   const double size = gradient.norm();
   const double scale = z.norm() + (gradient - z).norm();
   // Identical shapes: z = 0, r = 0, and nothing to do.
@@ -82,21 +308,7 @@ double relative_gradient(const Eigen::VectorXd& z, const Eigen::VectorXd& gradie
 }
 
 MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptions& options) {
-  const bool dense = options.solver == Solver::kGaussNewton ||
-                     (options.solver == Solver::kAuto && objective.residuals() <= kGaussNewtonCoordinates);
-  const auto solve = dense ? minimise_gauss_newton : minimise_lbfgs;
-  int iterations = 0;
-  int evaluations = 0;
-  std::optional<MinimiseSummary> best;
-  for (const Eigen::VectorXd& z : starting_points(objective, iterations)) {
-    MinimiseSummary summary = solve(objective, options, better_start(objective, z));
-    iterations += summary.iterations;
-    evaluations += summary.evaluations;
-    if (!best || is_better(summary, *best)) best = std::move(summary);
-  }
-  best->iterations = iterations;
-  best->evaluations = evaluations;
-  return std::move(*best);
+  return Searches(objective, options).run();
 }
 
 }  // namespace pulson

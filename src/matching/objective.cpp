@@ -1,9 +1,12 @@
 #include "pulson/matching/objective.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/core.h>
+
+#include "pulson/core/parallel.hpp"
+#include "pulson/matching/landmark_term.hpp"
 
 namespace pulson {
 namespace {
@@ -12,126 +15,178 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Below the first, K is numerically singular; below the second, the energy holds a direction of p0 so firmly that it
-// explains less than this part of any misfit; but nothing above the third is left out.
-constexpr double kRankTolerance = 1e-13;
-constexpr double kUsefulPart = 1e-4;
+// See MatchingObjective; but nothing above the second, in parts of the trace of K, is left out.
+constexpr double kUsefulPart = 1e-3;
 constexpr double kMostLeftOut = 1e-6;
+// So few landmarks all have momenta.
+constexpr Index kAllLandmarks = 250;
 
 void check_positive(double value, std::string_view what) {
   if (!(std::isfinite(value) && value > 0))
     throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
 }
 
-void check(const MatchingProblem& problem) {
+MatchingProblem checked(MatchingProblem problem) {
   check_positive(problem.sigma, "sigma");
   check_positive(problem.lambda, "lambda");
   check_positive(problem.grid.time, "time");
   if (problem.grid.steps < 1) throw InputError(fmt::format("steps is {}; at least 1 is needed", problem.grid.steps));
-  if (problem.source.rows() != problem.target.rows() || problem.source.cols() != problem.target.cols())
-    throw InputError(fmt::format("the source has {} landmarks in {}D, the target {} in {}D", problem.source.cols(),
-                                 problem.source.rows(), problem.target.cols(), problem.target.rows()));
+  if (!problem.source.allFinite()) throw InputError("a source coordinate is not a finite number");
   if (const auto pair = find_coincident(problem.source))
     throw InputError(
         fmt::format("source landmarks {} and {} are at the same place", pair->first + 1, pair->second + 1));
-  if (!problem.source.allFinite() || !problem.target.allFinite())
-    throw InputError("a landmark coordinate is not a finite number");
+  if (const LandmarkTerm* data = problem.data->landmarks())
+    if (const Points target = data->target();
+        problem.source.rows() != target.rows() || problem.source.cols() != target.cols())
+      throw InputError(fmt::format("the source has {} landmarks in {}D, the target {} in {}D", problem.source.cols(),
+                                   problem.source.rows(), target.cols(), target.rows()));
+  problem.system.noise->check(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
+  return problem;
 }
 
-// N×rank: V D^{-½} for the eigenvalues of K above the tolerances, λK = VDVᵀ; `roughness` is the largest over each.
-MatrixXd whitening(const MatchingProblem& problem, VectorXd& roughness) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(problem.system.kernel.gram(problem.source, problem.source));
-  const VectorXd& values = eigen.eigenvalues();
-  const double observable = problem.lambda * std::pow(problem.sigma / problem.grid.time, 2);
-  const double largest = values[values.size() - 1];
-  const double floor = std::max(kRankTolerance * largest, std::min(kUsefulPart * observable, kMostLeftOut * largest));
-  const Index rank = (values.array() > floor).count();
-  roughness = largest * values.tail(rank).cwiseInverse();
-  return eigen.eigenvectors().rightCols(rank) *
-         (problem.lambda * values.tail(rank)).cwiseSqrt().cwiseInverse().asDiagonal();
+MomentumBasis make_basis(const MatchingProblem& problem) {
+  const KernelOperator& kernel = problem.system.kernel;
+  const double observable = kUsefulPart * problem.lambda * std::pow(problem.sigma / problem.grid.time, 2);
+  const double trace = kernel.at_zero() * static_cast<double>(problem.source.cols());
+  const double tolerance = problem.source.cols() <= kAllLandmarks ? 0 : std::min(observable, kMostLeftOut * trace);
+  return MomentumBasis(kernel, problem.source, problem.lambda, tolerance);
 }
 
 }  // namespace
 
-MatchingObjective::MatchingObjective(MatchingProblem problem) : problem_(std::move(problem)) {
-  check(problem_);
-  const int d = static_cast<int>(problem_.source.rows());
-  const int n = static_cast<int>(problem_.source.cols());
-  problem_.system.noise->check(d, n);
-  channels_ = problem_.system.noise->channels(d, n);
-  VectorXd roughness;
-  momenta_from_white_ = whitening(problem_, roughness);
-  white_from_momenta_ = (momenta_from_white_.transpose() * momenta_from_white_).diagonal().cwiseInverse().asDiagonal() *
-                        momenta_from_white_.transpose();
-  roughness_ = VectorXd::Ones(unknowns());
-  for (Index axis = 0; axis < d; ++axis) roughness_(Eigen::seqN(axis, roughness.size(), Index(d))) = roughness;
+MatchingObjective::MatchingObjective(MatchingProblem problem)
+    : problem_(checked(std::move(problem))),
+      channels_(problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
+                                                static_cast<int>(problem_.source.cols()))),
+      basis_(make_basis(problem_)) {}
+
+Index MatchingObjective::controls() const {
+  return problem_.realisations.empty() ? static_cast<Index>(channels_) * problem_.grid.steps : 0;
 }
 
-Index MatchingObjective::unknowns() const {
-  return problem_.source.rows() * momenta_from_white_.cols() + static_cast<Index>(channels_) * problem_.grid.steps;
+VectorXd MatchingObjective::roughness() const {
+  VectorXd roughness(unknowns());
+  roughness << basis_.roughness(), VectorXd::Ones(controls());
+  return roughness;
 }
 
 VectorXd MatchingObjective::white(const Points& p, const MatrixXd& dw) const {
-  const Points z0 = p * white_from_momenta_.transpose();
   VectorXd z(unknowns());
-  z << z0.reshaped(), dw.reshaped() / std::sqrt(problem_.grid.dt());
+  z.head(basis_.unknowns()) = basis_.white(p);
+  if (controls() > 0) z.tail(controls()) = dw.reshaped() / std::sqrt(problem_.grid.dt());
   return z;
 }
 
-Points MatchingObjective::momenta(const VectorXd& z) const {
-  const Index d = problem_.source.rows();
-  return z.head(d * momenta_from_white_.cols()).reshaped(d, momenta_from_white_.cols()) *
-         momenta_from_white_.transpose();
-}
+Points MatchingObjective::momenta(const VectorXd& z) const { return basis_.momenta(z.head(basis_.unknowns())); }
 
 MatrixXd MatchingObjective::increments(const VectorXd& z) const {
-  const Index controls = static_cast<Index>(channels_) * problem_.grid.steps;
-  return std::sqrt(problem_.grid.dt()) * z.tail(controls).reshaped(channels_, problem_.grid.steps);
+  const Index channels = controls() > 0 ? channels_ : 0;
+  return std::sqrt(problem_.grid.dt()) * z.tail(controls()).reshaped(channels, problem_.grid.steps);
 }
 
 std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const VectorXd& z) const {
+  const PhaseState start{problem_.source, momenta(z)};
+  const std::vector<MatrixXd> fitted =
+      problem_.realisations.empty() ? std::vector<MatrixXd>{increments(z)} : std::vector<MatrixXd>{};
+  const std::vector<MatrixXd>& noises = fitted.empty() ? problem_.realisations : fitted;
+  Evaluation at{z, std::vector<Trajectory>(noises.size()), {}};
   try {
-    Evaluation at{z,
-                  problem_.integrator->integrate(problem_.system, {problem_.source, momenta(z)}, problem_.grid,
-                                                 increments(z), RootSearch::kContracting),
-                  {},
-                  {}};
-    at.residual = (at.path.final().q - problem_.target).reshaped() / problem_.sigma;
-    const Index momentum_unknowns = problem_.source.rows() * momenta_from_white_.cols();
-    at.cost.energy = 0.5 * z.head(momentum_unknowns).squaredNorm();
-    at.cost.action = 0.5 * z.tail(z.size() - momentum_unknowns).squaredNorm();
-    at.cost.data = 0.5 * at.residual.squaredNorm();
-    if (!std::isfinite(at.cost.total())) return std::nullopt;
-    return at;
+    parallel_for(static_cast<int>(noises.size()), [&](int i) {
+      const auto s = static_cast<std::size_t>(i);
+      at.paths[s] =
+          problem_.integrator->integrate(problem_.system, start, problem_.grid, noises[s], RootSearch::kContracting);
+    });
   } catch (const StepError&) {
     return std::nullopt;
   }
+  at.cost.energy = 0.5 * z.head(basis_.unknowns()).squaredNorm();
+  at.cost.action = 0.5 * z.tail(controls()).squaredNorm();
+  for (const Trajectory& path : at.paths) at.cost.data += problem_.data->value(path.final().q);
+  at.cost.data /= static_cast<double>(at.paths.size());
+  if (!std::isfinite(at.cost.total())) return std::nullopt;
+  return at;
 }
 
-VectorXd MatchingObjective::gradient(const Evaluation& at) const {
-  const Points& source = problem_.source;
-  const Points q_bar = at.residual.reshaped(source.rows(), source.cols()) / problem_.sigma;
-  const PathGradient bar =
-      problem_.integrator->adjoint(problem_.system, at.path, {q_bar, Points::Zero(source.rows(), source.cols())});
-  const Points z0_bar = bar.p0_bar * momenta_from_white_;
-  VectorXd gradient = at.z;
-  gradient.head(z0_bar.size()) += z0_bar.reshaped();
-  gradient.tail(bar.increments_bar.size()) += std::sqrt(problem_.grid.dt()) * bar.increments_bar.reshaped();
+VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
+  std::vector<PathGradient> bars(at.paths.size());
+  const Points zero = Points::Zero(problem_.source.rows(), problem_.source.cols());
+  parallel_for(static_cast<int>(bars.size()), [&](int i) {
+    const Trajectory& path = at.paths[static_cast<std::size_t>(i)];
+    bars[static_cast<std::size_t>(i)] =
+        problem_.integrator->adjoint(problem_.system, path, {problem_.data->gradient(path.final().q), zero});
+  });
+  Points p_bar = zero;
+  for (const PathGradient& bar : bars) p_bar += bar.p0_bar;
+  VectorXd gradient(unknowns());
+  gradient.head(basis_.unknowns()) = basis_.pull_back(p_bar) / static_cast<double>(bars.size());
+  if (controls() > 0)
+    gradient.tail(controls()) = std::sqrt(problem_.grid.dt()) * bars.front().increments_bar.reshaped();
   return gradient;
 }
 
-MatrixXd MatchingObjective::jacobian(const Evaluation& at) const {
-  const Index d = problem_.source.rows();
-  const Index rank = momenta_from_white_.cols();
-  const EndpointJacobian end = problem_.integrator->endpoint_jacobian(problem_.system, at.path);
-  MatrixXd jacobian(residuals(), unknowns());
-  for (Index axis = 0; axis < d; ++axis) {
-    const MatrixXd by_landmark = end.momenta(Eigen::all, Eigen::seqN(axis, problem_.source.cols(), d));
-    const MatrixXd by_white = by_landmark * momenta_from_white_;
-    jacobian(Eigen::all, Eigen::seqN(axis, rank, d)) = by_white;
+std::vector<Index> MatchingObjective::smooth_unknowns(double part) const {
+  const auto pivots = static_cast<double>(basis_.rank());
+  const auto landmarks = static_cast<double>(problem_.source.cols());
+  const double least = part * problem_.lambda * std::pow(problem_.sigma / problem_.grid.time, 2) * pivots / landmarks;
+  const VectorXd eigenvalues = basis_.eigenvalues();
+  std::vector<Index> smooth;
+  for (Index i = 0; i < unknowns(); ++i)
+    if (i >= eigenvalues.size() || eigenvalues[i] >= least) smooth.push_back(i);
+  return smooth;
+}
+
+MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path, const std::vector<Index>& unknowns) const {
+  std::vector<Index> of_momenta, of_controls;
+  for (const Index i : unknowns) (i < basis_.unknowns() ? of_momenta : of_controls).push_back(i);
+  const MatrixXd basis = basis_.changes(of_momenta);
+  if (of_controls.empty()) return problem_.integrator->endpoint_changes(problem_.system, path, basis);
+  const EndpointJacobian end = problem_.integrator->endpoint_jacobian(problem_.system, path);
+  for (Index& i : of_controls) i -= basis_.unknowns();
+  MatrixXd changes(end.momenta.rows(), static_cast<Index>(unknowns.size()));
+  changes.leftCols(basis.cols()).noalias() = end.momenta * basis;
+  changes.rightCols(static_cast<Index>(of_controls.size())) =
+      std::sqrt(problem_.grid.dt()) * end.increments(Eigen::all, of_controls);
+  return changes;
+}
+
+MatchingObjective::Linearisation MatchingObjective::linearise(const Evaluation& at) const {
+  return linearise(at, smooth_unknowns(0));
+}
+
+MatchingObjective::Linearisation MatchingObjective::linearise(const Evaluation& at,
+                                                              const std::vector<Index>& unknowns) const {
+  const double part = 1 / std::sqrt(static_cast<double>(at.paths.size()));
+  std::vector<DataTerm::Linearisation> ends;
+  Index rows = 0;
+  for (const Trajectory& path : at.paths) {
+    ends.push_back(problem_.data->linearise(path.final().q, endpoint_changes(path, unknowns)));
+    rows += ends.back().residual.size();
   }
-  jacobian.rightCols(end.increments.cols()) = std::sqrt(problem_.grid.dt()) * end.increments;
-  return jacobian / problem_.sigma;
+  if (ends.size() == 1) return {std::move(ends.front().residual), std::move(ends.front().changes)};
+  Linearisation all{VectorXd(rows), MatrixXd(rows, static_cast<Index>(unknowns.size()))};
+  rows = 0;
+  for (const DataTerm::Linearisation& end : ends) {
+    all.residual.segment(rows, end.residual.size()) = part * end.residual;
+    all.jacobian.middleRows(rows, end.residual.size()) = part * end.changes;
+    rows += end.residual.size();
+  }
+  return all;
+}
+
+VectorXd MatchingObjective::residual(const Evaluation& at) const {
+  std::vector<VectorXd> ends;
+  Index rows = 0;
+  for (const Trajectory& path : at.paths) {
+    ends.push_back(problem_.data->residual(path.final().q));
+    rows += ends.back().size();
+  }
+  VectorXd all(rows);
+  rows = 0;
+  for (const VectorXd& end : ends) {
+    all.segment(rows, end.size()) = end / std::sqrt(static_cast<double>(ends.size()));
+    rows += end.size();
+  }
+  return all;
 }
 
 }  // namespace pulson

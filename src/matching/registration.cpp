@@ -1,144 +1,182 @@
 #include "pulson/matching/registration.hpp"
 
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include <fmt/core.h>
 
+#include "pulson/core/errors.hpp"
+#include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "registration_problem.hpp"
 
 namespace pulson {
 namespace {
 
-// Squares and their inverses must stay in the range of numbers.
-constexpr double kLargestCoordinate = 1e100;
-constexpr double kSmallestSize = 1e-100;
+template <class Value, std::size_t n>
+using Names = std::array<std::pair<std::string_view, Value>, n>;
 
-void check_range(const Landmarks& shape) {
-  const double largest = shape.points.cwiseAbs().maxCoeff();
-  const auto [low, high] = bounding_box(shape.points);
-  const double size = (high - low).maxCoeff();
-  if (largest > kLargestCoordinate)
-    throw InputError(fmt::format("{}: a coordinate is {}; at most {} in size is supported, change the unit",
-                                 shape.source, largest, kLargestCoordinate));
-  if (size > 0 && size < kSmallestSize)
-    throw InputError(fmt::format("{}: the shape is {} across; at least {} is supported, change the unit", shape.source,
-                                 size, kSmallestSize));
-}
+constexpr Names<MatchingMode, 4> kModes = {{{"deterministic", MatchingMode::kDeterministic},
+                                            {"map", MatchingMode::kMap},
+                                            {"pathwise", MatchingMode::kPathwise},
+                                            {"expected", MatchingMode::kExpected}}};
+constexpr Names<DataKind, 3> kDataKinds = {
+    {{"landmarks", DataKind::kLandmarks}, {"varifold", DataKind::kVarifold}, {"current", DataKind::kCurrent}}};
 
-void check_finite(const Landmarks& shape) {
-  for (int a = 0; a < shape.count(); ++a)
-    if (!shape.points.col(a).allFinite())
-      throw InputError(
-          fmt::format("{}: landmark {} has a coordinate that is not a finite number", shape.source, shape.describe(a)));
-}
-
-void check_pair(const Landmarks& source, const Landmarks& target) {
-  if (source.count() == 0) throw InputError(fmt::format("{}: the shape has no landmarks", source.source));
-  if (source.dimension() != target.dimension())
-    throw InputError(fmt::format("the shapes have different dimensions: {} is {}D, {} is {}D", source.source,
-                                 source.dimension(), target.source, target.dimension()));
-  if (source.dimension() < 1 || source.dimension() > 3)
-    throw InputError(
-        fmt::format("{}: landmarks in {} dimensions; 1, 2 or 3 are supported", source.source, source.dimension()));
-  if (source.count() != target.count())
-    throw InputError(fmt::format("the shapes have different numbers of landmarks: {} has {}, {} has {}", source.source,
-                                 source.count(), target.source, target.count()));
-  for (const Landmarks* shape : {&source, &target}) {
-    check_finite(*shape);
-    check_range(*shape);
+template <class Value, std::size_t n>
+Value parsed(const Names<Value, n>& names, std::string_view what, std::string_view name) {
+  std::string valid;
+  for (const auto& [known, value] : names) {
+    if (known == name) return value;
+    valid += (valid.empty() ? "" : ", ") + std::string(known);
   }
+  throw InputError(fmt::format("unknown {} '{}'; valid: {}", what, name, valid));
 }
 
-void check_distinct(const Landmarks& source) {
-  const auto pair = find_coincident(source.points);
-  if (!pair) return;
-  const std::string hint = pair->first == 0 && pair->second == source.count() - 1
-                               ? "a closed outline needs its first point only once: remove the last"
-                               : "remove or move one of them, in the target too";
-  throw InputError(fmt::format("{}: landmarks {} and {} are at the same place, so the kernel matrix is singular; {}",
-                               source.source, source.describe(pair->first), source.describe(pair->second), hint));
+template <class Value, std::size_t n>
+std::string name_of(const Names<Value, n>& names, Value value) {
+  for (const auto& [name, known] : names)
+    if (known == value) return std::string(name);
+  return {};
 }
 
-MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& noise, const Landmarks& source) {
-  const bool noisy = noise.channels(source.dimension(), source.count()) > 0;
-  const MatchingMode mode = options.mode.value_or(noisy ? MatchingMode::kMap : MatchingMode::kDeterministic);
-  if (mode == MatchingMode::kMap && !noisy)
-    throw InputError("mode map fits the noise, and there is none; give one, as in --noise ch-sd:beta=1");
-  return mode;
+Points mean_end(const std::vector<Trajectory>& paths) {
+  Points mean = paths.front().final().q;
+  for (std::size_t s = 1; s < paths.size(); ++s) mean += paths[s].final().q;
+  return mean / static_cast<double>(paths.size());
 }
 
-double choose_lambda(const RegistrationOptions& options, const Points& source) {
-  if (options.lambda) return *options.lambda;
-  const double size = diameter(source);
-  if (!(size > 0)) throw InputError("lambda auto needs at least two landmarks apart; give a number");
-  return 1 / (size * size);
+Points deviation_of_ends(const std::vector<Trajectory>& paths, const Points& mean) {
+  if (paths.size() < 2) return {};
+  Points squares = Points::Zero(mean.rows(), mean.cols());
+  for (const Trajectory& path : paths) squares += (path.final().q - mean).cwiseAbs2();
+  return (squares / static_cast<double>(paths.size())).cwiseSqrt();
+}
+
+void record_problem(const RegistrationProblem& problem, const RegistrationOptions& options,
+                    Registration& registration) {
+  registration.kernel = problem.matching.system.kernel.spec();
+  registration.noise = problem.matching.system.noise->spec();
+  registration.mode = problem.mode;
+  registration.integrator = options.integrator;
+  registration.grid = options.grid;
+  registration.sigma = options.sigma;
+  registration.lambda = problem.matching.lambda;
+  registration.data = problem.data;
+  registration.seed = options.seed;
+  registration.samples = std::max(1, static_cast<int>(problem.matching.realisations.size()));
+  registration.alignment = problem.alignment;
+  registration.source = problem.source;
+  registration.original = problem.original;
+  registration.target = problem.target;
+  registration.notes = problem.notes;
 }
 
 void record_solution(const MatchingObjective& objective, const MinimiseSummary& summary, Registration& registration) {
   const MatchingObjective::Evaluation& at = summary.solution;
-  registration.result = at.path.final().q;
+  registration.result = mean_end(at.paths);
+  registration.spread = deviation_of_ends(at.paths, registration.result);
   registration.momenta = objective.momenta(at.z);
-  registration.increments = objective.increments(at.z);
+  registration.increments = at.path().increments;
+  if (registration.mode == MatchingMode::kExpected) registration.increments.setZero();
   registration.cost = at.cost;
   registration.solver = summary.solver;
   registration.converged = summary.converged;
   registration.stop_reason = summary.reason;
+  registration.start = summary.start;
   registration.iterations = summary.iterations;
   registration.evaluations = summary.evaluations;
+  registration.continuation_stages = summary.continuation_stages;
+  registration.unknowns = objective.unknowns();
+  registration.resolved = summary.resolved;
   registration.relative_gradient = summary.relative_gradient;
+  registration.minima = summary.minima;
 }
 
-double root_mean_square(const Points& difference) {
-  return std::sqrt(difference.squaredNorm() / static_cast<double>(difference.cols()));
+// From each point to the nearest one on an edge.
+Eigen::VectorXd distances_to_curve(const Points& q, const Curve& curve) {
+  Eigen::VectorXd nearest = Eigen::VectorXd::Constant(q.cols(), std::numeric_limits<double>::infinity());
+  for (const auto& [a, b] : curve.edges) {
+    const Eigen::VectorXd start = curve.points.col(a);
+    const Eigen::VectorXd edge = curve.points.col(b) - start;
+    const double squared = edge.squaredNorm();
+    for (Eigen::Index i = 0; i < q.cols(); ++i) {
+      const double along = squared > 0 ? std::clamp((q.col(i) - start).dot(edge) / squared, 0.0, 1.0) : 0;
+      nearest[i] = std::min(nearest[i], (q.col(i) - start - along * edge).norm());
+    }
+  }
+  return nearest;
+}
+
+Eigen::VectorXd distances_in(const Registration& registration, const Points& q) {
+  if (registration.data.kind == DataKind::kLandmarks) return distances(q, registration.target.points);
+  return distances_to_curve(q, make_curve(registration.target, registration.data.ends));
+}
+
+double root_mean_square(const Eigen::VectorXd& distances) {
+  const auto missing = distances.array().isNaN();
+  return std::sqrt(missing.select(0, distances).squaredNorm() / static_cast<double>((!missing).count()));
+}
+
+Trajectory mean_path(const std::vector<Trajectory>& paths) {
+  Trajectory mean = paths.front();
+  const auto count = static_cast<double>(paths.size());
+  mean.increments.setZero();
+  mean.inner.clear();
+  for (std::size_t k = 0; k < mean.states.size(); ++k) {
+    for (std::size_t s = 1; s < paths.size(); ++s) {
+      mean.states[k].q += paths[s].states[k].q;
+      mean.states[k].p += paths[s].states[k].p;
+    }
+    mean.states[k].q /= count;
+    mean.states[k].p /= count;
+  }
+  return mean;
 }
 
 }  // namespace
 
-MatchingMode parse_mode(std::string_view name) {
-  if (name == "deterministic") return MatchingMode::kDeterministic;
-  if (name == "map") return MatchingMode::kMap;
-  throw InputError(fmt::format("unknown mode '{}'; valid: deterministic, map", name));
+MatchingMode parse_mode(std::string_view name) { return parsed(kModes, "mode", name); }
+
+std::string mode_name(MatchingMode mode) { return name_of(kModes, mode); }
+
+DataKind parse_data_kind(std::string_view name) { return parsed(kDataKinds, "data", name); }
+
+std::string data_kind_name(DataKind kind) { return name_of(kDataKinds, kind); }
+
+Eigen::VectorXd Registration::distances() const { return distances_in(*this, result); }
+
+double Registration::rms() const {
+  Eigen::VectorXd all = distances();
+  if (spread.size() > 0) {
+    const Eigen::VectorXd squares = spread.colwise().squaredNorm();
+    all = (all.array().square() + squares.array()).sqrt();
+  }
+  return root_mean_square(all);
 }
 
-std::string mode_name(MatchingMode mode) { return mode == MatchingMode::kMap ? "map" : "deterministic"; }
+double Registration::initial_rms() const { return root_mean_square(distances_in(*this, source.points)); }
 
-Eigen::VectorXd Registration::distances() const { return (result - target.points).colwise().norm(); }
-
-double Registration::rms() const { return root_mean_square(result - target.points); }
-
-double Registration::initial_rms() const { return root_mean_square(source.points - target.points); }
-
-double Registration::max_residual() const { return distances().maxCoeff(); }
+double Registration::max_residual() const {
+  const Eigen::VectorXd all = distances();
+  return all.array().isNaN().select(0, all).maxCoeff();
+}
 
 bool Registration::matched() const { return rms() <= std::max(3 * sigma, initial_rms() / 20); }
 
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  check_pair(source, target);
-  check_distinct(source);
+  RegistrationProblem problem = make_problem(source, target, options);
   Registration registration;
-  registration.original = source;
-  registration.target = target;
-  registration.source = source;
-  registration.alignment = align(source.points, target.points, options.align);
-  if (options.align != AlignmentKind::kNone) registration.source.points = registration.alignment.apply(source.points);
-
-  const Points& q0 = registration.source.points;
-  StochasticSystem system{make_kernel(options.kernel, q0), make_noise(options.noise, registration.source)};
-  system.noise->check(source.dimension(), source.count());
-  registration.mode = choose_mode(options, *system.noise, source);
-  if (registration.mode == MatchingMode::kDeterministic) system.noise = make_noise("none");
-  registration.kernel = system.kernel.spec();
-  registration.noise = system.noise->spec();
-  registration.integrator = options.integrator;
-  registration.grid = options.grid;
-  registration.sigma = options.sigma;
-  registration.lambda = choose_lambda(options, q0);
-
-  const MatchingObjective objective({std::move(system), make_integrator(options.integrator), options.grid, q0,
-                                     target.points, registration.sigma, registration.lambda});
-  record_solution(objective, minimise(objective, options.minimise), registration);
+  record_problem(problem, options, registration);
+  MinimiseOptions how = options.minimise;
+  how.seed = options.seed;
+  const MatchingObjective objective(std::move(problem.matching));
+  const MinimiseSummary summary = minimise(objective, how);
+  record_solution(objective, summary, registration);
+  if (options.uncertainty) registration.uncertainty = laplace(objective, summary.solution);
   registration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return registration;
 }
@@ -149,9 +187,17 @@ StochasticSystem registration_system(const Registration& registration) {
 }
 
 Trajectory replay(const Registration& registration) {
-  return make_integrator(registration.integrator)
-      ->integrate(registration_system(registration), {registration.source.points, registration.momenta},
-                  registration.grid, registration.increments);
+  const StochasticSystem system = registration_system(registration);
+  const auto integrator = make_integrator(registration.integrator);
+  const PhaseState start{registration.source.points, registration.momenta};
+  if (registration.mode != MatchingMode::kExpected)
+    return integrator->integrate(system, start, registration.grid, registration.increments);
+  std::vector<Trajectory> paths;
+  for (int s = 0; s < registration.samples; ++s)
+    paths.push_back(integrator->integrate(
+        system, start, registration.grid,
+        realisation(*system.noise, registration.source.points, registration.grid, registration.seed, s)));
+  return mean_path(paths);
 }
 
 int order_inversions(const Points& before, const Points& after) {

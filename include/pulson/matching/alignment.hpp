@@ -8,25 +8,37 @@
 namespace pulson {
 
 /// Which global motion is taken out before the flow begins.
-enum class AlignmentKind { kNone, kTranslation, kRigid, kSimilarity };
+enum class AlignmentKind { kNone, kTranslation, kRigid, kSimilarity, kAffine };
 
-/// x ↦ scale · rotation · x + translation.
+/// x ↦ scale · linear · x + translation.
 struct Alignment {
   AlignmentKind kind = AlignmentKind::kNone;
   double scale = 1;
-  Eigen::MatrixXd rotation;     ///< d×d, determinant +1
+  Eigen::MatrixXd linear;       ///< d×d: orthogonal; for an affine map any regular matrix, and then scale = 1
   Eigen::VectorXd translation;  ///< d
 
   Points apply(const Points& x) const;
 };
 
-/// `none`, `translation`, `rigid`, `similarity`. @throws InputError that lists them
+/// `none`, `translation`, `rigid`, `similarity`, `affine`. @throws InputError that lists them
 AlignmentKind parse_alignment(std::string_view name);
 std::string alignment_name(AlignmentKind kind);
 
-/// The motion of the given kind that brings `source` closest to `target` in the sum of squared distances (Procrustes;
-/// Umeyama 1991, reflections excluded). The source is moved, so that the flow and its result live in the target's
-/// coordinates. Where either set lies at one place the scale is 1. @param source, target d×N
-Alignment align(const Points& source, const Points& target, AlignmentKind kind);
+struct AlignmentOptions {
+  Eigen::VectorXd weights;  ///< w, N numbers, 0 or greater; empty: all 1
+  bool reflect = false;     ///< allow a negative determinant, where that fits better
+};
+
+/// The map of the given kind that brings `source` closest to `target`: it minimises
+///
+///     Σ_a w_a |scale · linear · x_a + translation − y_a|²
+///
+/// (Procrustes; Umeyama 1991, with weights). The source is moved, so that the flow and its result live in the target's
+/// coordinates. Landmarks of weight 0, or with a coordinate that is not finite in either shape, are left out. Where
+/// either shape lies at one place, a rigid map or a similarity is a translation.
+/// @param source, target d×N
+/// @throws InputError where no landmark is left, the weights are wrong, or there is no regular affine map: fewer than
+/// d + 1 landmarks in general position, or a negative determinant without `reflect`
+Alignment align(const Points& source, const Points& target, AlignmentKind kind, const AlignmentOptions& options = {});
 
 }  // namespace pulson

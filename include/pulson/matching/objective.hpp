@@ -1,25 +1,31 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "pulson/integrators/integrator.hpp"
+#include "pulson/matching/data_term.hpp"
+#include "pulson/matching/momentum_basis.hpp"
 
 namespace pulson {
 
 /// What is matched, and what a match costs:
 ///
-///     J(p0, ΔW) = (λ/2) p0ᵀK(q0)p0 + ½ Σ_k |ΔW_k|²/Δt + ½ Σ_a |q_a(T) − y_a|²/σ²
+///     J(p0, ΔW) = (λ/2) p0ᵀK(q0)p0 + ½ Σ_k |ΔW_k|²/Δt + D(q(T))
 ///
-/// minimised over p0 and, where the noise has channels, over the increments: the noise is a control. (The
-/// Freidlin–Wentzell MAP, not the Onsager–Machlup one; they are the same for additive noise.)
+/// with D the data term, ½ Σ_a |q_a(T) − y_a|²/σ² for landmarks. Minimised over p0 and, where the noise has channels,
+/// over the increments: the noise is a control. (The Freidlin–Wentzell MAP, not the Onsager–Machlup one; they are the
+/// same for additive noise.) Where realisations of the noise are given instead, the increments are those, the action
+/// drops out, and D is its mean over the realisations.
 struct MatchingProblem {
   StochasticSystem system;
   std::shared_ptr<const Integrator> integrator;
   TimeGrid grid;
-  Points source;        ///< q0, d×N
-  Points target;        ///< y, d×N
-  double sigma = 0.01;  ///< standard deviation of the observation, length units
-  double lambda = 1;    ///< weight of the energy
+  Points source;  ///< q0, d×N
+  std::shared_ptr<const DataTerm> data;
+  double sigma = 0.01;                          ///< what the data can resolve, length units: see MatchingObjective
+  double lambda = 1;                            ///< weight of the energy
+  std::vector<Eigen::MatrixXd> realisations{};  ///< frozen ΔW, C×K each; empty: the increments are fitted
 };
 
 /// The three terms of J, see MatchingProblem.
@@ -30,54 +36,72 @@ struct MatchingCost {
   double total() const { return energy + action + data; }
 };
 
-/// J in whitened unknowns z = (z0, zW): λK(q0) = VDVᵀ, p0 = V D^{-½} z0, ΔW = √Δt zW, so that J = ½|z|² + ½|r|², with
-/// r = (q(T) − y)/σ. Directions of p0 whose eigenvalue of K is below 1e-13 of the largest, or below 1e-4 λσ²/T², are
-/// left out: K is numerically singular there, or the energy holds them so firmly that they explain less than 1e-4 of
-/// any misfit.
+/// J in whitened unknowns z = (z0, zW): p0 = VD^{-½}z0 with λK(q0) = VDVᵀ at the landmarks of a MomentumBasis, ΔW = √Δt
+/// zW, so that J = ½|z|² + D. Landmarks are left without a momentum of their own where those of others do what it could
+/// do: while the trace of what is left of K is below 1e-3 λσ²/T², no direction that is left out would explain more than
+/// 1e-3 of any misfit. Nor are any taken whose Schur complement is below 1e-13 K(0), where K is numerically singular.
 class MatchingObjective {
  public:
   /// @throws InputError if two source landmarks coincide or numbers do not fit together
   explicit MatchingObjective(MatchingProblem problem);
 
-  /// The path of one z, with all that the derivatives need.
+  /// The paths of one z, with all that the derivatives need.
   struct Evaluation {
     Eigen::VectorXd z;
-    Trajectory path;
-    Eigen::VectorXd residual;  ///< r, dN
+    std::vector<Trajectory> paths;  ///< one, or one for each realisation
     MatchingCost cost;
+    const Trajectory& path() const { return paths.front(); }
+  };
+
+  /// D + ½|z|² to second order: D(z + δ) ≈ D(z) + ½|r + Jδ|² − ½|r|².
+  struct Linearisation {
+    Eigen::VectorXd residual;  ///< r
+    Eigen::MatrixXd jacobian;  ///< J, residuals × unknowns
   };
 
   const MatchingProblem& problem() const { return problem_; }
+  const MomentumBasis& basis() const { return basis_; }
 
-  Eigen::Index unknowns() const;
+  Eigen::Index unknowns() const { return basis_.unknowns() + controls(); }
 
-  /// How rough each unknown is: for momenta the largest eigenvalue of K over that of their direction, 1 for controls.
-  /// The path is the less linear in a direction the rougher it is.
-  const Eigen::VectorXd& roughness() const { return roughness_; }
-  Eigen::Index residuals() const { return problem_.target.size(); }
+  /// How rough each unknown is: MomentumBasis::roughness() for momenta, 1 for controls. The path is the less linear in
+  /// a direction the rougher it is.
+  Eigen::VectorXd roughness() const;
 
-  /// Empty where a step of the path does not contract: such z are out of bounds, since near the end of a root tiny
+  /// Empty where a step of a path does not contract: such z are out of bounds, since near the end of a root tiny
   /// controls would move landmarks far.
   std::optional<Evaluation> evaluate(const Eigen::VectorXd& z) const;
 
-  /// ∇J at an evaluation, by the adjoint.
-  Eigen::VectorXd gradient(const Evaluation& at) const;
+  /// ∂D/∂z at an evaluation, by the adjoint: ∇J = z + it.
+  Eigen::VectorXd data_gradient(const Evaluation& at) const;
 
-  /// ∂r/∂z, dN × unknowns.
-  Eigen::MatrixXd jacobian(const Evaluation& at) const;
+  /// @param unknowns those that J has columns for, in this order
+  Linearisation linearise(const Evaluation& at, const std::vector<Eigen::Index>& unknowns) const;
+  Linearisation linearise(const Evaluation& at) const;
 
-  /// The z of given momenta and increments; of p0 what lies in the directions left out is lost.
+  /// The unknowns but for momenta in directions whose eigenvalue of λK is below `part` of λσ²/T², as that of all
+  /// landmarks would be: the smooth ones, where the energy holds less firmly than the data.
+  std::vector<Eigen::Index> smooth_unknowns(double part) const;
+
+  /// Whether D = ½|r|², and then r.
+  bool is_least_squares() const { return problem_.data->is_least_squares(); }
+  Eigen::VectorXd residual(const Evaluation& at) const;
+
+  /// ∂q(T)/∂z of one path by the unknowns given, a column each.
+  Eigen::MatrixXd endpoint_changes(const Trajectory& path, const std::vector<Eigen::Index>& unknowns) const;
+
+  /// The z of given momenta and increments: of p0 its projection on the basis.
   Eigen::VectorXd white(const Points& momenta, const Eigen::MatrixXd& increments) const;
 
   Points momenta(const Eigen::VectorXd& z) const;              ///< p0, d×N
-  Eigen::MatrixXd increments(const Eigen::VectorXd& z) const;  ///< ΔW, C×K
+  Eigen::MatrixXd increments(const Eigen::VectorXd& z) const;  ///< ΔW, C×K, where they are fitted
 
  private:
+  Eigen::Index controls() const;
+
   MatchingProblem problem_;
   int channels_;
-  Eigen::VectorXd roughness_;
-  Eigen::MatrixXd white_from_momenta_;  ///< rank×N, D^½ Vᵀ
-  Eigen::MatrixXd momenta_from_white_;  ///< N×rank, V D^{-½}
+  MomentumBasis basis_;
 };
 
 }  // namespace pulson

@@ -1,19 +1,46 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
 #include "pulson/matching/alignment.hpp"
+#include "pulson/matching/curve_term.hpp"
+#include "pulson/matching/laplace.hpp"
 #include "pulson/matching/minimise.hpp"
 
 namespace pulson {
 
-/// What is minimised over: p0 alone without noise, or p0 and the noise as a control.
-enum class MatchingMode { kDeterministic, kMap };
+/// What is minimised over, and what becomes of the noise.
+enum class MatchingMode {
+  kDeterministic,  ///< p0; there is no noise
+  kMap,            ///< p0 and the increments: the noise is a control
+  kPathwise,       ///< p0, for one frozen realisation of the noise
+  kExpected,       ///< p0, with the data term's mean over frozen realisations
+};
 
-/// @throws InputError that lists `deterministic`, `map`
+/// @throws InputError that lists `deterministic`, `map`, `pathwise`, `expected`
 MatchingMode parse_mode(std::string_view name);
 std::string mode_name(MatchingMode mode);
+
+/// What the target says.
+enum class DataKind {
+  kLandmarks,  ///< where each landmark of the source should be: LandmarkTerm
+  kVarifold,   ///< the curve along which the source's should lie: CurveTerm
+  kCurrent,    ///< the same for curves with a direction
+};
+
+/// @throws InputError that lists `landmarks`, `varifold`, `current`
+DataKind parse_data_kind(std::string_view name);
+std::string data_kind_name(DataKind kind);
+
+struct DataOptions {
+  DataKind kind = DataKind::kLandmarks;
+  std::optional<double> width{};               ///< of curves; default: automatic_data_width() of the target
+  CurveEnds ends = CurveEnds::kAuto;           ///< of curves
+  Eigen::VectorXd weights{};                   ///< of landmarks; empty: all 1
+  std::vector<Eigen::MatrixXd> covariances{};  ///< of landmarks, instead of σ²I
+};
 
 /// Everything that defines a registration, as specifications.
 struct RegistrationOptions {
@@ -25,6 +52,11 @@ struct RegistrationOptions {
   double sigma = 0.01;
   std::optional<double> lambda = 1;  ///< none: 1/diameter² of the source, so that costs do not depend on the unit
   AlignmentKind align = AlignmentKind::kNone;
+  bool reflect = false;  ///< whether the alignment may be a reflection
+  DataOptions data{};
+  std::uint64_t seed = 1;    ///< of frozen realisations and of random ways
+  int samples = 16;          ///< frozen realisations of mode `expected`
+  bool uncertainty = false;  ///< whether laplace() is to be recorded
   MinimiseOptions minimise{};
 };
 
@@ -38,25 +70,37 @@ struct Registration {
   TimeGrid grid;
   double sigma = 0;
   double lambda = 0;
+  DataOptions data;  ///< its width is set where the data are curves
+  std::uint64_t seed = 1;
+  int samples = 1;      ///< realisations: path s has the increments brownian_increments(seed, s, …)
   Alignment alignment;  ///< moved the original source to `source`
   Landmarks source;     ///< q0: the source after alignment, where the flow begins
-  Landmarks original;   ///< the source as it was given
+  Landmarks original;   ///< the source as it was given, but for landmarks that miss a coordinate
   Landmarks target;
-  Points result;               ///< q(T), d×N
+  Points result;               ///< q(T), d×N; in mode `expected` its mean
+  Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one
   Points momenta;              ///< p0, d×N
-  Eigen::MatrixXd increments;  ///< ΔW, C×K
+  Eigen::MatrixXd increments;  ///< ΔW, C×K; 0 in mode `expected`, which has many
   MatchingCost cost;
   Solver solver = Solver::kAuto;
   bool converged = false;
   std::string stop_reason;
+  std::string start;  ///< see MinimiseSummary
   int iterations = 0;
   int evaluations = 0;
+  int continuation_stages = 0;
+  Eigen::Index unknowns = 0;
+  Eigen::Index resolved = 0;
   double relative_gradient = 0;
+  std::vector<Minimum> minima;
+  std::vector<std::string> notes;  ///< what a user should know, a line each
+  std::optional<LaplaceApproximation> uncertainty;
   double seconds = 0;
 
-  /// |q_a(T) − y_a| of each landmark.
+  /// |q_a(T) − y_a| of each landmark over the coordinates observed, NaN where there are none; for curves the distance
+  /// to the nearest point of the target's.
   Eigen::VectorXd distances() const;
-  /// Root mean square of the distances, length units.
+  /// Root mean square of the distances that there are, length units; in mode `expected` over the realisations too.
   double rms() const;
   /// The same before the flow: of the aligned source to the target.
   double initial_rms() const;
@@ -66,11 +110,13 @@ struct Registration {
   bool matched() const;
 };
 
-/// Fits momenta, and the noise where there is some, so that `source` flows to `target`.
+/// Fits momenta, and the noise where the mode says so, so that `source` flows to `target`. Landmarks of the source that
+/// miss a coordinate (NaN) are left out; coordinates that the target misses drop out of the data.
 /// @throws InputError where the shapes do not fit together or an option is wrong
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options);
 
-/// The system and path of a registration: the same bits as when it was fitted, on the same build.
+/// The system and path of a registration: the same bits as when it was fitted, on the same build. In mode `expected`
+/// the path is the mean of those of the realisations.
 StochasticSystem registration_system(const Registration& registration);
 Trajectory replay(const Registration& registration);
 

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <vector>
+
+#include "pulson/kernels/kernel_operator.hpp"
+
+namespace pulson {
+
+/// Momenta in whitened coordinates, at as few landmarks as carry them. By pivoted Cholesky factorisation of K(q0),
+/// pivots are taken, each where K is explained worst by those before, until the trace of what is left of K, its Schur
+/// complement S, is below a tolerance: a momentum at a landmark that is no pivot does what momenta at the pivots do but
+/// for a field of norm √S_aa, and no direction of momenta is left out whose field has more than the tolerance. With λK
+/// = VDVᵀ at the pivots, p0 = VD^{-½}z0 there and 0 elsewhere, so that the energy (λ/2) p0ᵀK p0 = ½|z0|². (For more
+/// than 1200 pivots λK = LLᵀ and p0 = L⁻ᵀz0.)
+class MomentumBasis {
+ public:
+  /// @param tolerance of the Schur complement's trace, in units of K
+  MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance);
+
+  const std::vector<Eigen::Index>& pivots() const { return pivots_; }
+  /// The first of the pivots in the order in which they were taken, `most` at most: landmarks spread over the shape.
+  std::vector<Eigen::Index> spread(Eigen::Index most) const;
+  /// Landmarks with a momentum; there are d unknowns for each.
+  Eigen::Index rank() const { return factor_.rows(); }
+  Eigen::Index unknowns() const { return dimension_ * rank(); }
+  /// The trace of the Schur complement left over.
+  double left_over() const { return left_over_; }
+
+  Points momenta(const Eigen::VectorXd& z0) const;  ///< p0, d×N, from z0, index pivot·d + axis
+
+  /// The z0 whose field is nearest to that of p, in the norm of K.
+  Eigen::VectorXd white(const Points& p) const;
+
+  /// The transpose of `momenta`: Σ_a p_a·b_a by z0.
+  Eigen::VectorXd pull_back(const Points& p_bar) const;
+
+  /// ∂p0/∂z0, index a·d + axis, a column for each unknown given.
+  Eigen::MatrixXd changes(const std::vector<Eigen::Index>& unknowns) const;
+
+  /// The eigenvalue of λK of each unknown's direction; infinite beyond 1200 pivots, where there are no directions.
+  Eigen::VectorXd eigenvalues() const;
+
+  /// How rough each unknown is: the largest eigenvalue of K over that of its direction.
+  Eigen::VectorXd roughness() const;
+
+ private:
+  Points scatter(const Points& at_pivots) const;
+
+  KernelOperator kernel_;
+  Points q0_;
+  double lambda_;
+  Eigen::Index dimension_;
+  std::vector<Eigen::Index> pivots_;
+  std::vector<Eigen::Index> spread_;
+  Eigen::MatrixXd factor_;       ///< L, lower triangle, of λK at the pivots
+  Eigen::VectorXd eigenvalues_;  ///< D, empty beyond 1200 pivots
+  Eigen::MatrixXd eigen_root_;   ///< VD^{-½}
+  double left_over_ = 0;
+};
+
+}  // namespace pulson

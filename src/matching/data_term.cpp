@@ -1,0 +1,11 @@
+#include "pulson/matching/data_term.hpp"
+
+#include <stdexcept>
+
+namespace pulson {
+
+Eigen::VectorXd DataTerm::residual(const Points& /*q*/) const {
+  throw std::logic_error("this data term is no sum of squares");
+}
+
+}  // namespace pulson

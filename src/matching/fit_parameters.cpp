@@ -1,0 +1,159 @@
+#include "pulson/matching/fit_parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/core.h>
+
+#include "log_maximum.hpp"
+#include "model_parameters.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/matching/laplace.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kRange = 100;  // of the search, a factor up and down
+
+// The evidence is wanted smooth, for quadratic interpolation and differences of step 0.05: the part of J that is still
+// to be gained at a minimum is the square of this.
+constexpr double kGradientTolerance = 1e-5;
+
+void check(const std::vector<Landmarks>& targets, const FitOptions& fit) {
+  if (targets.empty()) throw InputError("there is no target to fit parameters to");
+  if (fit.names.empty()) throw InputError("no parameter is named to be fitted");
+  if (!(fit.tolerance > 0 && fit.tolerance < 1))
+    throw InputError(fmt::format("the tolerance of the fit is {}; it must be between 0 and 1", fit.tolerance));
+  if (fit.max_evaluations < 1)
+    throw InputError(fmt::format("the fit may take {} evaluations; at least 1 is needed", fit.max_evaluations));
+}
+
+class Fit {
+ public:
+  Fit(const Landmarks& source, const std::vector<Landmarks>& targets, const RegistrationOptions& options,
+      const FitOptions& fit)
+      : source_(source),
+        targets_(targets),
+        fit_(fit),
+        tolerance_(options.minimise.gradient_tolerance),
+        parameters_(first_model(source, targets, options, fit)) {
+    std::vector<int> taken(parameters_.names().size(), 0);
+    for (const std::string& name : fit.names) {
+      places_.push_back(parameters_.places(name));
+      for (const Index place : places_.back()) {
+        if (++taken[static_cast<std::size_t>(place)] > 1)
+          throw InputError(
+              fmt::format("'{}' is to be fitted twice", parameters_.names()[static_cast<std::size_t>(place)]));
+        if (!(parameters_.values()[place] > 0))
+          throw InputError(
+              fmt::format("'{}' is {}; what is fitted, by its logarithm, must be greater than 0 at the start",
+                          parameters_.names()[static_cast<std::size_t>(place)], parameters_.values()[place]));
+      }
+    }
+  }
+
+  FittedParameters run() {
+    const LogMaximum maximum =
+        maximise_in_logarithms([&](const VectorXd& x) { return evidence(x); }, std::ssize(places_), std::log(kRange),
+                               fit_.tolerance, fit_.max_evaluations);
+    return result(maximum);
+  }
+
+ private:
+  static ModelParameters first_model(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                     RegistrationOptions options, const FitOptions& fit) {
+    check(targets, fit);
+    options.minimise.on_iteration = {};
+    options.minimise.gradient_tolerance = std::min(options.minimise.gradient_tolerance, kGradientTolerance);
+    return {make_problem(source, targets.front(), options), options};
+  }
+
+  RegistrationOptions options(const VectorXd& x) const {
+    VectorXd values = parameters_.values();
+    for (Index i = 0; i < x.size(); ++i) values(places_[static_cast<std::size_t>(i)]) *= std::exp(x[i]);
+    return parameters_.options(values);
+  }
+
+  VectorXd values(const VectorXd& x) const {
+    VectorXd values(x.size());
+    for (Index i = 0; i < x.size(); ++i)
+      values[i] = parameters_.values()[places_[static_cast<std::size_t>(i)].front()] * std::exp(x[i]);
+    return values;
+  }
+
+  struct Matches {
+    double log_evidence = 0;
+    int unfinished = 0;
+  };
+
+  Matches matches(const RegistrationOptions& options) const {
+    VectorXd evidence(std::ssize(targets_));
+    std::vector<char> converged(targets_.size());
+    parallel_for(static_cast<int>(targets_.size()), [&](int i) {
+      const auto t = static_cast<std::size_t>(i);
+      const MatchingObjective objective(make_problem(source_, targets_[t], options).matching);
+      const MinimiseSummary summary = minimise(objective, options.minimise);
+      evidence[i] = log_evidence(objective, summary.solution);
+      converged[t] = summary.converged || summary.relative_gradient <= tolerance_ ? 1 : 0;
+    });
+    return {evidence.sum(), static_cast<int>(std::count(converged.begin(), converged.end(), 0))};
+  }
+
+  // −∞ where it fails, but at the start, where that is the user's to mend.
+  double evidence(const VectorXd& x) {
+    double value = -std::numeric_limits<double>::infinity();
+    try {
+      const double sum = matches(options(x)).log_evidence;
+      if (std::isfinite(sum)) value = sum;
+    } catch (const InputError&) {
+      if (evaluations_ == 0) throw;
+    }
+    if (evaluations_ == 0 && !std::isfinite(value))
+      throw InputError("the evidence at the start is no finite number; other start values are needed");
+    ++evaluations_;
+    if (fit_.on_evaluation) fit_.on_evaluation(evaluations_, values(x), value);
+    return value;
+  }
+
+  FittedParameters result(const LogMaximum& maximum) const {
+    const RegistrationOptions best = options(maximum.x);
+    const int unfinished = matches(best).unfinished;
+    FittedParameters fitted{fit_.names,         values(maximum.x),   maximum.deviations,
+                            maximum.value,      maximum.evaluations, maximum.converged && unfinished == 0,
+                            best.kernel,        best.noise,          best.sigma,
+                            best.lambda.value()};
+    const auto add = [&](const std::string& text) { fitted.note += (fitted.note.empty() ? "" : "; ") + text; };
+    for (Index i = 0; i < maximum.x.size(); ++i)
+      if (maximum.at_bound[i])
+        add(fmt::format("{} is at the end of the search, {} times {} than at the start",
+                        fit_.names[static_cast<std::size_t>(i)], kRange, maximum.x[i] > 0 ? "larger" : "smaller"));
+    if (!maximum.converged)
+      add(fmt::format("the search ended after {} evaluations, before its tolerance was reached", maximum.evaluations));
+    if (unfinished > 0) add(fmt::format("{} of {} matches did not converge", unfinished, targets_.size()));
+    const bool lost = (maximum.deviations.array().isNaN() && !maximum.at_bound).any();
+    if (lost) add("the evidence is not curved like a maximum there: the data do not tell all these parameters apart");
+    return fitted;
+  }
+
+  const Landmarks& source_;
+  const std::vector<Landmarks>& targets_;
+  const FitOptions& fit_;
+  double tolerance_;  // of the gradient at a minimum, as it was asked for
+  ModelParameters parameters_;
+  std::vector<std::vector<Index>> places_;  // of each name
+  int evaluations_ = 0;
+};
+
+}  // namespace
+
+FittedParameters fit_parameters(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                const RegistrationOptions& options, const FitOptions& fit) {
+  return Fit(source, targets, options, fit).run();
+}
+
+}  // namespace pulson

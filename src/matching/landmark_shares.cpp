@@ -1,0 +1,76 @@
+#include "pulson/matching/landmark_shares.hpp"
+
+#include "pulson/matching/landmark_term.hpp"
+#include "pulson/noise/noise_table.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// The landmark that channel i alone moves; none where it moves several.
+std::optional<Index> only_landmark(const NoiseModel& noise, const PhaseState& state, Index i, Index channels) {
+  const PhaseState moved = noise.gradient(state, VectorXd::Unit(channels, i));
+  std::optional<Index> only;
+  for (Index a = 0; a < state.q.cols(); ++a) {
+    if (moved.q.col(a).isZero(0) && moved.p.col(a).isZero(0)) continue;
+    if (only) return std::nullopt;
+    only = a;
+  }
+  return only;
+}
+
+VectorXd action_by_landmark(const Registration& registration, const StochasticSystem& system) {
+  const Index channels = registration.increments.rows();
+  if (registration.mode != MatchingMode::kMap || channels == 0) return {};
+  const PhaseState start{registration.source.points, registration.momenta};
+  VectorXd action = VectorXd::Zero(start.q.cols());
+  for (Index i = 0; i < channels; ++i) {
+    const std::optional<Index> landmark = only_landmark(*system.noise, start, i, channels);
+    if (!landmark) return {};
+    action[*landmark] += 0.5 * registration.increments.row(i).squaredNorm() / registration.grid.dt();
+  }
+  return action;
+}
+
+VectorXd data_by_landmark(const Registration& registration) {
+  if (registration.data.kind != DataKind::kLandmarks) return {};
+  const DataOptions& data = registration.data;
+  const LandmarkTerm term({registration.target.points, registration.sigma, data.weights, data.covariances});
+  const Points misfit = registration.result - term.target();
+  VectorXd parts(misfit.cols());
+  for (Index a = 0; a < parts.size(); ++a) parts[a] = 0.5 * misfit.col(a).dot(term.precision(a) * misfit.col(a));
+  return parts;
+}
+
+}  // namespace
+
+LandmarkShares landmark_shares(const Registration& registration) {
+  const StochasticSystem system = registration_system(registration);
+  const Points& q0 = registration.source.points;
+  const Points& p0 = registration.momenta;
+  LandmarkShares shares;
+  const Points velocity = system.kernel.apply(q0, q0, p0);
+  shares.energy = 0.5 * registration.lambda * p0.cwiseProduct(velocity).colwise().sum().transpose();
+  shares.action = action_by_landmark(registration, system);
+  shares.data = data_by_landmark(registration);
+  try {
+    const Eigen::MatrixXd still(0, registration.grid.steps);
+    const Trajectory flow = make_integrator(registration.integrator)
+                                ->integrate({system.kernel, make_noise("none")}, {q0, p0}, registration.grid, still);
+    shares.flow = flow.final().q - q0;
+    shares.noise = registration.result - flow.final().q;
+  } catch (const StepError&) {
+    // no flow without the noise to keep the landmarks apart
+  }
+  return shares;
+}
+
+std::optional<double> noise_part(const Registration& registration, const LandmarkShares& shares) {
+  const Points way = registration.result - registration.source.points;
+  if (shares.noise.size() == 0 || way.isZero(0)) return std::nullopt;
+  return shares.noise.cwiseProduct(way).sum() / way.squaredNorm();
+}
+
+}  // namespace pulson

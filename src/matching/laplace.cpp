@@ -1,0 +1,72 @@
+#include "pulson/matching/laplace.hpp"
+
+#include <limits>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/matching/landmark_term.hpp"
+#include "quadratic_model.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+double evidence(const LandmarkTerm& data, const MatchingObjective::Evaluation& minimum, const QuadraticModel& model) {
+  return -minimum.cost.total() - 0.5 * model.log_determinant() - 0.5 * data.log_determinant();
+}
+
+// K(q0) times each column of momenta, dN×M.
+MatrixXd velocities(const MatchingProblem& problem, const MatrixXd& momenta) {
+  const MatrixXd gram = problem.system.kernel.gram(problem.source, problem.source);
+  MatrixXd fields(momenta.rows(), momenta.cols());
+  for (Index i = 0; i < momenta.cols(); ++i)
+    fields.col(i) = (momenta.col(i).reshaped(problem.source.rows(), problem.source.cols()) * gram).reshaped();
+  return fields;
+}
+
+// ∂/∂z of the mean of the end points, dN×U.
+MatrixXd mean_endpoint_changes(const MatchingObjective& objective, const MatchingObjective::Evaluation& at,
+                               const std::vector<Index>& unknowns) {
+  MatrixXd sum = objective.endpoint_changes(at.path(), unknowns);
+  for (std::size_t s = 1; s < at.paths.size(); ++s) sum += objective.endpoint_changes(at.paths[s], unknowns);
+  return sum / static_cast<double>(at.paths.size());
+}
+
+// √diag(A B⁻¹ Aᵀ) as d×N. @param changes A, dN×M: by the first M unknowns, the others change nothing
+Points deviations(const QuadraticModel& model, const MatrixXd& changes, Index unknowns, Index dimension) {
+  MatrixXd transposed = MatrixXd::Zero(unknowns, changes.rows());
+  transposed.topRows(changes.cols()) = changes.transpose();
+  return model.variances(transposed).cwiseSqrt().reshaped(dimension, changes.rows() / dimension);
+}
+
+}  // namespace
+
+LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum) {
+  const MatchingProblem& problem = objective.problem();
+  const Index d = problem.source.rows();
+  const Index unknowns = objective.unknowns();
+  const std::vector<Index> all = objective.smooth_unknowns(0);
+  const MatchingObjective::Linearisation linear = objective.linearise(minimum, all);
+  const VectorXd roughness = objective.roughness();
+  const QuadraticModel model(linear, roughness);
+  const std::vector<Index> of_momenta(all.begin(), all.begin() + objective.basis().unknowns());
+  const MatrixXd momenta = objective.basis().changes(of_momenta);
+  const LandmarkTerm* data = problem.data->landmarks();
+  return {deviations(model, momenta, unknowns, d), deviations(model, velocities(problem, momenta), unknowns, d),
+          deviations(model, mean_endpoint_changes(objective, minimum, all), unknowns, d),
+          data != nullptr ? evidence(*data, minimum, model) : std::numeric_limits<double>::quiet_NaN()};
+}
+
+double log_evidence(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum) {
+  const LandmarkTerm* data = objective.problem().data->landmarks();
+  if (data == nullptr)
+    throw InputError(
+        "the evidence needs landmarks as data: the cost of a curve is not the logarithm of a normalised density");
+  const MatchingObjective::Linearisation linear = objective.linearise(minimum);
+  const VectorXd roughness = objective.roughness();
+  return evidence(*data, minimum, QuadraticModel(linear, roughness));
+}
+
+}  // namespace pulson

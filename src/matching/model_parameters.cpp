@@ -1,0 +1,86 @@
+#include "model_parameters.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr Index kOfKernelTerm = 2;  // alpha, weight
+
+std::string after_dot(const std::string& name) { return name.substr(name.find_last_of('.') + 1); }
+
+// `gaussian.`, and `gaussian#2.` of the second term with that name; nothing where there is one term.
+std::vector<std::string> owners(const KernelOperator& kernel) {
+  const std::vector<Spec> specs = parse_spec_sum(kernel.spec(), "kernel");
+  if (specs.size() == 1) return {""};
+  std::vector<std::string> owners;
+  std::map<std::string, int> met;
+  for (const Spec& spec : specs) {
+    const int number = ++met[spec.name];
+    owners.push_back(number > 1 ? fmt::format("{}#{}.", spec.name, number) : spec.name + ".");
+  }
+  return owners;
+}
+
+}  // namespace
+
+ModelParameters::ModelParameters(const RegistrationProblem& problem, RegistrationOptions options)
+    : terms_(problem.matching.system.kernel.terms()),
+      noise_(problem.matching.system.noise),
+      options_(std::move(options)) {
+  std::vector<double> values;
+  const std::vector<std::string> owner = owners(problem.matching.system.kernel);
+  for (std::size_t i = 0; i < terms_.size(); ++i) {
+    names_.insert(names_.end(), {owner[i] + "alpha", owner[i] + "weight"});
+    values.insert(values.end(), {terms_[i].alpha, terms_[i].weight});
+  }
+  for (const std::string& name : noise_->parameter_names()) names_.push_back(name);
+  for (const double value : noise_->parameters()) values.push_back(value);
+  names_.insert(names_.end(), {"data-sigma", "lambda"});
+  values.insert(values.end(), {problem.matching.sigma, problem.matching.lambda});
+  values_ = VectorXd::Map(values.data(), std::ssize(values));
+  options_.mode = problem.mode;
+}
+
+std::vector<Index> ModelParameters::places(const std::string& name) const {
+  std::vector<Index> places;
+  std::vector<std::string> valid;
+  for (Index i = 0; i < values_.size(); ++i) {
+    const std::string& full = names_[static_cast<std::size_t>(i)];
+    if (full == name || after_dot(full) == name) places.push_back(i);
+    for (const std::string& way : {after_dot(full), full})
+      if (std::find(valid.begin(), valid.end(), way) == valid.end()) valid.push_back(way);
+  }
+  if (!places.empty()) return places;
+  const std::string near = nearest_name(name, valid);
+  throw InputError(fmt::format("'{}' is no parameter of these models{}; valid: {}", name,
+                               near.empty() ? "" : fmt::format("; did you mean '{}'", near), fmt::join(valid, ", ")));
+}
+
+RegistrationOptions ModelParameters::options(const VectorXd& values) const {
+  RegistrationOptions options = options_;
+  std::vector<KernelTerm> terms = terms_;
+  Index next = 0;
+  for (KernelTerm& term : terms) {
+    term.alpha = values[next];
+    term.weight = values[next + 1];
+    next += kOfKernelTerm;
+  }
+  const Index of_noise = noise_->parameters().size();
+  options.kernel = KernelOperator(std::move(terms)).spec();
+  options.noise = noise_->with_parameters(values.segment(next, of_noise))->spec();
+  options.sigma = values[next + of_noise];
+  options.lambda = values[next + of_noise + 1];
+  return options;
+}
+
+}  // namespace pulson

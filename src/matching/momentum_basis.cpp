@@ -1,0 +1,145 @@
+#include "pulson/matching/momentum_basis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Where so many pivots are needed, all landmarks are taken, by a factorisation in blocks.
+constexpr Index kPivotsBeforeAll = 512;
+
+// Beyond this rank eigenvectors cost more than they are worth.
+constexpr Index kMostEigenvectors = 1200;
+
+// Beside K(0), what is left of a landmark below this is round-off.
+constexpr double kSingular = 1e-13;
+
+struct Factorisation {
+  std::vector<Index> pivots;
+  std::vector<Index> spread;  // in the order in which pivots were taken
+  MatrixXd factor;
+  double left_over = 0;
+};
+
+// All landmarks in their order; none where K is singular to rounding.
+std::optional<Factorisation> factor_all(const KernelOperator& kernel, const Points& q) {
+  Factorisation result;
+  result.factor = kernel.gram(q, q);
+  if (Eigen::LLT<Eigen::Ref<MatrixXd>>(result.factor).info() != Eigen::Success) return std::nullopt;
+  result.pivots.resize(static_cast<std::size_t>(q.cols()));
+  std::iota(result.pivots.begin(), result.pivots.end(), Index(0));
+  return result;
+}
+
+// Columns of the pivoted factor, each added when its pivot is taken.
+Factorisation factor_pivots(const KernelOperator& kernel, const Points& q, double tolerance, Index most) {
+  const Index n = q.cols();
+  VectorXd left = VectorXd::Constant(n, kernel.at_zero());
+  MatrixXd columns(n, std::min<Index>(n, 64));
+  Factorisation result;
+  for (Index m = 0; m < n && m < most; ++m) {
+    Index pivot = 0;
+    const double largest = left.maxCoeff(&pivot);
+    if (!(left.sum() > tolerance && largest > kSingular * kernel.at_zero())) break;
+    if (m == columns.cols()) columns.conservativeResize(n, std::min(n, 2 * m));
+    VectorXd column = kernel.gram(q, q.col(pivot));
+    column.noalias() -= columns.leftCols(m) * columns.row(pivot).head(m).transpose();
+    columns.col(m) = column / std::sqrt(column[pivot]);
+    left = (left - columns.col(m).cwiseAbs2()).cwiseMax(0);
+    left[pivot] = 0;
+    result.pivots.push_back(pivot);
+  }
+  result.left_over = left.cwiseMax(0).sum();
+  result.spread = result.pivots;
+  result.factor = columns(result.pivots, Eigen::seqN(0, static_cast<Index>(result.pivots.size())));
+  return result;
+}
+
+Factorisation factor(const KernelOperator& kernel, const Points& q, double tolerance) {
+  const Index n = q.cols();
+  Factorisation first = factor_pivots(kernel, q, tolerance, std::max(kPivotsBeforeAll, n / 2));
+  if (first.left_over <= tolerance) return first;
+  if (std::optional<Factorisation> all = factor_all(kernel, q)) {
+    all->spread = std::move(first.pivots);
+    return std::move(*all);
+  }
+  return factor_pivots(kernel, q, tolerance, n);
+}
+
+}  // namespace
+
+MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance)
+    : kernel_(kernel), q0_(q0), lambda_(lambda), dimension_(q0.rows()) {
+  Factorisation result = factor(kernel, q0, tolerance);
+  pivots_ = std::move(result.pivots);
+  spread_ = std::move(result.spread);
+  left_over_ = result.left_over;
+  factor_ = std::sqrt(lambda) * std::move(result.factor);
+  if (rank() > kMostEigenvectors) return;
+  const MatrixXd lower = factor_.triangularView<Eigen::Lower>();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(lower * lower.transpose());
+  const double floor = kSingular * eigen.eigenvalues()[rank() - 1];
+  eigenvalues_ = eigen.eigenvalues().cwiseMax(floor);
+  eigen_root_ = eigen.eigenvectors() * eigenvalues_.cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+std::vector<Index> MomentumBasis::spread(Index most) const {
+  return {spread_.begin(), spread_.begin() + std::min(most, static_cast<Index>(spread_.size()))};
+}
+
+Points MomentumBasis::scatter(const Points& at_pivots) const {
+  Points p = Points::Zero(dimension_, q0_.cols());
+  p(Eigen::all, pivots_) = at_pivots;
+  return p;
+}
+
+Points MomentumBasis::momenta(const VectorXd& z0) const {
+  const auto z = z0.reshaped(dimension_, rank());
+  if (eigen_root_.size() > 0) return scatter(z * eigen_root_.transpose());
+  return scatter(factor_.triangularView<Eigen::Lower>().transpose().solve(MatrixXd(z.transpose())).transpose());
+}
+
+VectorXd MomentumBasis::pull_back(const Points& p_bar) const {
+  const Points at_pivots = p_bar(Eigen::all, pivots_);
+  if (eigen_root_.size() > 0) return (at_pivots * eigen_root_).reshaped();
+  return factor_.triangularView<Eigen::Lower>().solve(MatrixXd(at_pivots.transpose())).transpose().reshaped();
+}
+
+// With p = Wz, WWᵀ = (λK)⁻¹: z = WᵀλKp.
+VectorXd MomentumBasis::white(const Points& p) const {
+  Points velocity = Points::Zero(dimension_, q0_.cols());
+  velocity(Eigen::all, pivots_) = lambda_ * kernel_.apply(q0_(Eigen::all, pivots_), q0_, p);
+  return pull_back(velocity);
+}
+
+MatrixXd MomentumBasis::changes(const std::vector<Index>& unknowns) const {
+  MatrixXd changes(dimension_ * q0_.cols(), static_cast<Index>(unknowns.size()));
+  for (Index i = 0; i < changes.cols(); ++i)
+    changes.col(i) = momenta(VectorXd::Unit(this->unknowns(), unknowns[static_cast<std::size_t>(i)])).reshaped();
+  return changes;
+}
+
+VectorXd MomentumBasis::eigenvalues() const {
+  if (eigenvalues_.size() == 0) return VectorXd::Constant(unknowns(), std::numeric_limits<double>::infinity());
+  return eigenvalues_.transpose().replicate(dimension_, 1).reshaped();
+}
+
+VectorXd MomentumBasis::roughness() const {
+  if (eigenvalues_.size() == 0) return VectorXd::Ones(unknowns());
+  return eigenvalues_[rank() - 1] * eigenvalues().cwiseInverse();
+}
+
+}  // namespace pulson

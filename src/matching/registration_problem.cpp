@@ -1,0 +1,112 @@
+#include "registration_problem.hpp"
+
+#include <fmt/core.h>
+
+#include "pulson/matching/landmark_term.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "pulson/random/brownian.hpp"
+#include "registration_input.hpp"
+
+namespace pulson {
+namespace {
+
+MatchingMode choose_mode(const RegistrationOptions& options, bool noisy) {
+  const MatchingMode mode = options.mode.value_or(noisy ? MatchingMode::kMap : MatchingMode::kDeterministic);
+  if (mode != MatchingMode::kDeterministic && !noisy)
+    throw InputError(fmt::format("mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1",
+                                 mode_name(mode), mode == MatchingMode::kMap ? "fits" : "draws"));
+  if (mode == MatchingMode::kExpected && options.samples < 1)
+    throw InputError(fmt::format("samples is {}; mode expected needs at least 1", options.samples));
+  return mode;
+}
+
+double choose_lambda(const RegistrationOptions& options, const Points& source) {
+  if (options.lambda) return *options.lambda;
+  const double size = diameter(source);
+  if (!(size > 0)) throw InputError("lambda auto needs at least two landmarks apart; give a number");
+  return 1 / (size * size);
+}
+
+// The middle of a curve: of its edges, by their lengths.
+Eigen::VectorXd centre(const Curve& curve) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(curve.points.rows());
+  double length = 0;
+  for (const auto& [a, b] : curve.edges) {
+    const double edge = (curve.points.col(b) - curve.points.col(a)).norm();
+    sum += 0.5 * edge * (curve.points.col(a) + curve.points.col(b));
+    length += edge;
+  }
+  return length > 0 ? Eigen::VectorXd(sum / length) : Eigen::VectorXd(curve.points.rowwise().mean());
+}
+
+Alignment align_curves(const Curve& source, const Curve& target, AlignmentKind kind) {
+  const Eigen::Index d = source.points.rows();
+  Alignment motion{kind, 1, Eigen::MatrixXd::Identity(d, d), Eigen::VectorXd::Zero(d)};
+  if (kind == AlignmentKind::kNone) return motion;
+  if (kind != AlignmentKind::kTranslation)
+    throw InputError(fmt::format("alignment {} needs corresponding landmarks; curves can be aligned by translation",
+                                 alignment_name(kind)));
+  motion.translation = centre(target) - centre(source);
+  return motion;
+}
+
+struct Observed {
+  std::shared_ptr<const DataTerm> data;
+  Alignment alignment;
+};
+
+Observed observed_landmarks(const MatchingShapes& shapes, const RegistrationOptions& options) {
+  const DataOptions& data = shapes.data;
+  return {std::make_shared<LandmarkTerm>(
+              LandmarkObservations{shapes.target.points, options.sigma, data.weights, data.covariances}),
+          align(shapes.source.points, shapes.target.points, options.align,
+                {.weights = data.weights, .reflect = options.reflect})};
+}
+
+// Sets the width of the data where it is left open.
+Observed observed_curve(MatchingShapes& shapes, const RegistrationOptions& options) {
+  const Curve source = make_curve(shapes.source, shapes.data.ends);
+  const Curve target = make_curve(shapes.target, shapes.data.ends);
+  if (!shapes.data.width) shapes.data.width = automatic_data_width(target);
+  const auto measure = shapes.data.kind == DataKind::kVarifold ? CurveMeasure::kVarifold : CurveMeasure::kCurrent;
+  return {std::make_shared<CurveTerm>(source.edges, shapes.source.count(), target,
+                                      CurveTermOptions{measure, options.sigma, *shapes.data.width}),
+          align_curves(source, target, options.align)};
+}
+
+}  // namespace
+
+Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const TimeGrid& grid, std::uint64_t seed,
+                            int index) {
+  const int channels = noise.channels(static_cast<int>(shape.rows()), static_cast<int>(shape.cols()));
+  return brownian_increments(seed, static_cast<std::uint64_t>(index), channels, grid);
+}
+
+RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+  MatchingShapes shapes = matching_shapes(source, target, options.data);
+  Observed observed =
+      shapes.data.kind == DataKind::kLandmarks ? observed_landmarks(shapes, options) : observed_curve(shapes, options);
+  Landmarks aligned = shapes.source;
+  if (options.align != AlignmentKind::kNone) aligned.points = observed.alignment.apply(shapes.source.points);
+
+  const Points& q0 = aligned.points;
+  std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, aligned);
+  noise->check(aligned.dimension(), aligned.count());
+  const MatchingMode mode = choose_mode(options, noise->channels(aligned.dimension(), aligned.count()) > 0);
+  std::vector<Eigen::MatrixXd> realisations;
+  const int frozen = mode == MatchingMode::kExpected ? options.samples : mode == MatchingMode::kPathwise ? 1 : 0;
+  for (int s = 0; s < frozen; ++s) realisations.push_back(realisation(*noise, q0, options.grid, options.seed, s));
+  if (mode == MatchingMode::kDeterministic) noise = make_noise("none");
+  MatchingProblem matching{{make_kernel(options.kernel, q0), std::move(noise)},
+                           make_integrator(options.integrator),
+                           options.grid,
+                           q0,
+                           std::move(observed.data),
+                           options.sigma,
+                           choose_lambda(options, q0),
+                           std::move(realisations)};
+  return {std::move(shapes.source), std::move(aligned),  std::move(shapes.target), std::move(observed.alignment), mode,
+          std::move(shapes.data),   std::move(matching), std::move(shapes.notes)};
+}
+
+}  // namespace pulson

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "pulson/matching/registration.hpp"
+
+namespace pulson {
+
+/// What a registration is to solve, made of shapes and options; register_shapes() says what each part is.
+struct RegistrationProblem {
+  Landmarks original;  ///< the source without landmarks that miss a coordinate
+  Landmarks source;    ///< aligned
+  Landmarks target;    ///< of the same landmarks
+  Alignment alignment;
+  MatchingMode mode = MatchingMode::kDeterministic;
+  DataOptions data;
+  MatchingProblem matching;
+  std::vector<std::string> notes;
+};
+
+/// @throws InputError where the shapes do not fit together or an option is wrong
+RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options);
+
+/// The increments of realisation `index` for a shape of N landmarks in R^d.
+Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const TimeGrid& grid, std::uint64_t seed,
+                            int index);
+
+}  // namespace pulson

@@ -26,6 +26,9 @@ class WrongInput : public Program {
     write("two.csv", "x,y\n0,0\n1,0\n");
     write("three_d.csv", "x,y,z\n0,0,0\n1,0,1\n0,1,2\n");
     write("nan.csv", "x,y\n0,0\n1,nan\n0,1\n");
+    write("nan_names.csv", "label,x,y\nnose,0,0\ntail,1,0\nfin,NA,NA\n");
+    write("infinite.csv", "x,y\n0,0\n1,inf\n0,1\n");
+    write("cut.vtk", "# vtk DataFile Version 3.0\ncut\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n  1   2    3\n");
     write("word.csv", "x,y\n0,0\n1,abc\n0,1\n");
     write("header.csv", "x,y\n");
     write("empty.csv", "");
@@ -85,7 +88,8 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"InfoAlone", "info", {"WHAT"}},
     {"InfoNonsense", "info nonsense", {"'nonsense'", "kernels, noises, integrators, formats"}},
     {"InfoFolder", "info folder", {"'folder'", "a file is needed"}},
-    {"InfoNan", "info nan.csv", {"nan.csv:3", "landmark 2"}},
+    {"InfoInfinite", "info infinite.csv", {"infinite.csv:3", "landmark 2", "must be finite"}},
+    {"InfoCutVtk", "info cut.vtk", {"cut.vtk:5", "needs 6 numbers", "the file ends after 3"}},
     {"MissingSource", "register missing.csv b.csv -o out", {"'missing.csv'", "No such file"}},
     {"MissingTarget", "register a.csv missing.csv -o out", {"'missing.csv'", "No such file"}},
     {"FolderAsSource", "register folder b.csv -o out", {"'folder'", "a file is needed"}},
@@ -94,7 +98,11 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"HeaderOnly", "register header.csv b.csv -o out", {"header.csv", "no landmarks"}},
     {"UnequalNumbers", "register a.csv two.csv -o out", {"a.csv has 3", "two.csv has 2"}},
     {"OtherDimension", "register a.csv three_d.csv -o out", {"a.csv is 2D", "three_d.csv is 3D"}},
-    {"Nan", "register a.csv nan.csv -o out", {"nan.csv:3", "landmark 2", "y is 'nan'"}},
+    {"NanSimulate", "simulate --shape nan.csv -o out", {"nan.csv: landmark 2 misses a coordinate"}},
+    {"NanSimulateName", "simulate --shape nan_names.csv -o out", {"nan_names.csv: landmark 'fin' misses a coordinate"}},
+    {"NanMomenta", "simulate --shape a.csv --momenta nan.csv -o out", {"nan.csv: landmark 2 misses a coordinate"}},
+    {"NanEnsemble", "ensemble --shape nan.csv --noise ch-sd:beta=1 --samples 10 -o out",
+     {"nan.csv: landmark 2 misses a coordinate"}},
     {"Word", "register word.csv b.csv -o out", {"word.csv:3", "'abc'", "a number is needed"}},
     {"Coincident", "register coincident.csv b.csv -o out", {"coincident.csv", "landmarks 2 and 3"}},
     {"CoincidentNames", "register coincident_names.csv b.csv -o out", {"'tail' and 'fin'"}},
@@ -159,6 +167,14 @@ const std::vector<WrongCommand> kWrongOptions = {
 
 INSTANTIATE_TEST_SUITE_P(Command, WrongCommands, testing::ValuesIn(kWrongCommands), kName);
 INSTANTIATE_TEST_SUITE_P(Option, WrongOptions, testing::ValuesIn(kWrongOptions), kName);
+
+// What is missing is told, and no error.
+TEST_F(WrongInput, InfoCountsMissingLandmarks) {
+  write("all.csv", "NA,NA\nNA,NA\n");
+  EXPECT_THAT(run(words("info nan.csv")).out, HasSubstr("3 landmarks in 2D, x 0 to 0 y 0 to 1, 1 missing\n"));
+  EXPECT_THAT(run(words("info all.csv")).out, HasSubstr("2 landmarks in 2D, 2 missing\n"));
+  EXPECT_THAT(run(words("info a.csv")).out, Not(HasSubstr("missing")));
+}
 
 TEST_F(WrongInput, LeavesEarlierResultsAlone) {
   ASSERT_EQ(run(register_ab("")).exit_code, 0);

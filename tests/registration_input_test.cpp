@@ -1,113 +1,22 @@
-#include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <string>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "combinations.hpp"
+#include "error_of.hpp"
+#include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/registration.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "pulson/random/brownian.hpp"
 
 namespace pulson {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using pulson::error_of;
 using testing::AllOf;
 using testing::HasSubstr;
-
-// A random rotation.
-MatrixXd rotation(Numbers& numbers, int d) {
-  MatrixXd q = Eigen::HouseholderQR<MatrixXd>(numbers(d, d)).householderQ();
-  if (q.determinant() < 0) q.col(0) = -q.col(0);
-  return q;
-}
-
-// The rotation by small angles: the Cayley transform of a skew matrix.
-MatrixXd small_rotation(Numbers& numbers, int d) {
-  const MatrixXd x = 1e-3 * numbers(d, d);
-  const MatrixXd skew = x - x.transpose();
-  return (MatrixXd::Identity(d, d) - skew).inverse() * (MatrixXd::Identity(d, d) + skew);
-}
-
-constexpr std::array kKinds = {AlignmentKind::kNone, AlignmentKind::kTranslation, AlignmentKind::kRigid,
-                               AlignmentKind::kSimilarity};
-
-TEST(Alignment, RecoversAMotion) {
-  for (int d = 1; d <= 3; ++d) {
-    for (const AlignmentKind kind : kKinds) {
-      SCOPED_TRACE(alignment_name(kind) + " in dimension " + std::to_string(d));
-      Numbers numbers(static_cast<unsigned>(d));
-      const Points source = numbers.landmarks(d, 7);
-      Alignment motion{kind, 1, MatrixXd::Identity(d, d), VectorXd::Zero(d)};
-      if (kind != AlignmentKind::kNone) motion.translation = 3 * numbers(d, 1);
-      if (kind == AlignmentKind::kRigid || kind == AlignmentKind::kSimilarity) motion.rotation = rotation(numbers, d);
-      if (kind == AlignmentKind::kSimilarity) motion.scale = 2.5;
-      const Alignment found = align(source, motion.apply(source), kind);
-      EXPECT_EQ(found.kind, kind);
-      EXPECT_NEAR(found.scale, motion.scale, 1e-14 * motion.scale);
-      EXPECT_LE((found.rotation - motion.rotation).norm(), 1e-14);
-      EXPECT_LE((found.translation - motion.translation).norm(), 1e-13);
-      EXPECT_EQ(parse_alignment(alignment_name(kind)), kind);
-    }
-  }
-}
-
-TEST(Alignment, IsTheBestMotionAndNoReflection) {
-  for (int d = 1; d <= 3; ++d) {
-    for (const AlignmentKind kind : {AlignmentKind::kTranslation, AlignmentKind::kRigid, AlignmentKind::kSimilarity}) {
-      for (const bool mirrored : {false, true}) {
-        SCOPED_TRACE(alignment_name(kind) + " in dimension " + std::to_string(d) + (mirrored ? ", mirrored" : ""));
-        Numbers numbers(static_cast<unsigned>(d + 10));
-        const Points source = numbers.landmarks(d, 7);
-        Points target = source + 0.3 * numbers(d, 7);
-        if (mirrored) target.row(0) *= -1;
-        const Alignment best = align(source, target, kind);
-        EXPECT_NEAR(best.rotation.determinant(), 1, 1e-14);
-        EXPECT_GT(best.scale, 0);
-        // On a line no positive scale is best for a mirrored shape: the sum falls down to scale 0.
-        const bool has_best_scale = kind == AlignmentKind::kSimilarity && !(d == 1 && mirrored);
-        const double sum = (best.apply(source) - target).squaredNorm();
-        for (int trial = 0; trial < 20; ++trial) {
-          Alignment other = best;
-          other.translation += 1e-3 * numbers(d, 1);
-          if (kind != AlignmentKind::kTranslation) other.rotation = small_rotation(numbers, d) * other.rotation;
-          if (has_best_scale) other.scale *= 1 + 1e-3 * numbers();
-          // The change of rotation or scale must not move the middle.
-          other.translation += best.apply(source.rowwise().mean()) -
-                               (other.scale * other.rotation * source.rowwise().mean() + best.translation);
-          EXPECT_GE((other.apply(source) - target).squaredNorm(), sum);
-        }
-      }
-    }
-  }
-}
-
-TEST(Alignment, OfOneLandmarkIsATranslation) {
-  const Points source = Eigen::Vector2d(1, 2);
-  const Points target = Eigen::Vector2d(4, 6);
-  for (const AlignmentKind kind : {AlignmentKind::kTranslation, AlignmentKind::kRigid, AlignmentKind::kSimilarity}) {
-    const Alignment found = align(source, target, kind);
-    EXPECT_EQ(found.scale, 1) << alignment_name(kind);
-    EXPECT_LE((found.apply(source) - target).norm(), 1e-14) << alignment_name(kind);
-  }
-}
-
-// The message of the InputError that registering throws, checked to be one line.
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message;
-  }
-  return "no error";
-}
 
 Landmarks square(const std::string& source) {
   Landmarks shape;
@@ -131,20 +40,108 @@ TEST(RegistrationErrors, NameShapesThatDoNotFit) {
   const Landmarks good = square("a.csv");
   Landmarks bad = square("b.csv");
   bad.points = Points::Random(2, 3);
-  EXPECT_EQ(error_of(good, bad), "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3");
+  EXPECT_EQ(error_of(good, bad),
+            "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; outlines without "
+            "correspondence: --data varifold");
   bad.points = Points::Random(3, 4);
   EXPECT_EQ(error_of(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
   bad.points.resize(2, 0);
   EXPECT_EQ(error_of(bad, bad), "b.csv: the shape has no landmarks");
   bad.points = Points::Random(4, 4);
   EXPECT_EQ(error_of(bad, bad), "b.csv: landmarks in 4 dimensions; 1, 2 or 3 are supported");
-  for (const double value : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    bad = square("b.csv");
-    bad.points(1, 2) = value;
-    EXPECT_EQ(error_of(good, bad), "b.csv: landmark 3 has a coordinate that is not a finite number");
-    bad.labels = {"nose", "chin", "left eye", "right eye"};
-    EXPECT_EQ(error_of(bad, good), "b.csv: landmark 'left eye' has a coordinate that is not a finite number");
-  }
+  bad = square("b.csv");
+  bad.points(1, 2) = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(error_of(good, bad), "b.csv: landmark 3 has a coordinate that is not a finite number");
+  bad.labels = {"nose", "chin", "left eye", "right eye"};
+  EXPECT_EQ(error_of(bad, good), "b.csv: landmark 'left eye' has a coordinate that is not a finite number");
+  bad.points.row(1).setConstant(std::nan(""));
+  EXPECT_EQ(error_of(good, bad), "b.csv: no landmark has all its coordinates");
+}
+
+// A target that is not observed counts for nothing, a source that is not known is left out with its target.
+TEST(Registrations, DoWithoutWhatIsMissing) {
+  Landmarks source = square("a.csv");
+  Landmarks target = square("b.csv");
+  target.points = 1.1 * source.points;
+  const RegistrationOptions options{.kernel = "gaussian:alpha=1"};
+  Landmarks gaps = target;
+  gaps.points(1, 2) = std::nan("");
+  gaps.points.col(3).setConstant(std::nan(""));
+  const Registration part = register_shapes(source, gaps, options);
+  EXPECT_TRUE(part.converged);
+  EXPECT_EQ(part.result.cols(), 4);
+  EXPECT_TRUE(part.result.allFinite());
+  EXPECT_TRUE(std::isnan(part.distances()[3]));
+  EXPECT_LE(part.rms(), 1e-3);
+  EXPECT_EQ(part.notes.size(), 1U);
+  EXPECT_LT(part.cost.total(), register_shapes(source, target, options).cost.total());
+
+  source.points(0, 1) = std::nan("");
+  const Registration fewer = register_shapes(source, target, options);
+  EXPECT_EQ(fewer.source.count(), 3);
+  EXPECT_EQ(fewer.target.points.col(1), target.points.col(2));
+  EXPECT_EQ(fewer.notes, (std::vector<std::string>{"a.csv: 1 of 4 landmarks miss a coordinate and are left out: 2"}));
+}
+
+TEST(Registrations, FollowWeights) {
+  const Landmarks source = square("a.csv");
+  Landmarks target = source;
+  target.points.col(0).array() += 0.3;
+  RegistrationOptions options{.kernel = "gaussian:alpha=2", .sigma = 0.1};
+  const double plain = register_shapes(source, target, options).distances()[0];
+  options.data.weights = Eigen::Vector4d(100, 1, 1, 1);
+  EXPECT_LT(register_shapes(source, target, options).distances()[0], 0.2 * plain);
+  options.data.weights = {};
+  options.data.covariances.assign(4, 0.01 * Eigen::MatrixXd::Identity(2, 2));
+  EXPECT_NEAR(register_shapes(source, target, options).distances()[0], plain, 1e-12);
+  options.data.weights = Eigen::Vector3d::Ones();
+  EXPECT_EQ(error_of([&] { register_shapes(source, target, options); }), "there are 3 weights for 4 landmarks");
+}
+
+// With one frozen realisation, and with the mean over several, the increments are those of the seed.
+TEST(Registrations, MatchFrozenNoise) {
+  const Landmarks source = square("a.csv");
+  Landmarks target = source;
+  target.points.row(0) *= 1.3;
+  RegistrationOptions options{
+      .kernel = "gaussian:alpha=1", .noise = "ch-sd:beta=0.1", .mode = MatchingMode::kPathwise, .seed = 7};
+  const Registration pathwise = register_shapes(source, target, options);
+  EXPECT_TRUE(pathwise.converged);
+  EXPECT_TRUE(pathwise.matched());
+  EXPECT_EQ(pathwise.cost.action, 0);
+  EXPECT_EQ(pathwise.increments, brownian_increments(7, 0, 8, options.grid));
+  EXPECT_EQ(replay(pathwise).final().q, pathwise.result);
+
+  options.mode = MatchingMode::kExpected;
+  options.samples = 5;
+  const Registration expected = register_shapes(source, target, options);
+  EXPECT_TRUE(expected.converged);
+  EXPECT_EQ(expected.samples, 5);
+  EXPECT_EQ(expected.spread.cols(), 4);
+  EXPECT_LE((replay(expected).final().q - expected.result).norm(), 1e-13);
+  // D is the mean over the realisations: with equal deviations it is rms² N/(2σ²).
+  EXPECT_NEAR(expected.cost.data, 0.5 * 4 * std::pow(expected.rms() / 0.01, 2), 1e-9 * expected.cost.data);
+}
+
+// A circle of 20 points onto an ellipse of 33, and back in order.
+TEST(Registrations, MatchOutlinesWithoutCorrespondence) {
+  const auto outline = [](int count, double width, double height, const std::string& name) {
+    Landmarks shape{.points = Points(2, count), .labels = {}, .groups = {}, .name = {}, .source = name};
+    for (int a = 0; a < count; ++a) {
+      const double angle = 6.283185307179586 * a / count;
+      shape.points.col(a) << width * std::cos(angle), height * std::sin(angle);
+    }
+    return shape;
+  };
+  RegistrationOptions options{.kernel = "gaussian:alpha=0.8", .sigma = 0.02};
+  options.data.kind = DataKind::kVarifold;
+  const Registration fit = register_shapes(outline(20, 1, 1, "a.csv"), outline(33, 1.4, 0.8, "b.csv"), options);
+  EXPECT_TRUE(fit.converged);
+  EXPECT_GT(fit.initial_rms(), 0.15);
+  EXPECT_LT(fit.rms(), 0.03);
+  options.align = AlignmentKind::kRigid;
+  EXPECT_THAT(error_of([&] { register_shapes(outline(20, 1, 1, "a.csv"), outline(33, 1.4, 0.8, "b.csv"), options); }),
+              HasSubstr("alignment rigid needs corresponding landmarks"));
 }
 
 TEST(RegistrationErrors, NameLandmarksAtOnePlace) {
@@ -182,9 +179,9 @@ TEST(RegistrationErrors, NameNumbersOutOfRange) {
 }
 
 TEST(RegistrationErrors, NameWhatIsUnknown) {
-  EXPECT_EQ(error_of([] { parse_mode("mapp"); }), "unknown mode 'mapp'; valid: deterministic, map");
-  EXPECT_EQ(error_of([] { parse_alignment("affine"); }),
-            "unknown alignment 'affine'; valid: none, translation, rigid, similarity");
+  EXPECT_EQ(error_of([] { parse_mode("mapp"); }), "unknown mode 'mapp'; valid: deterministic, map, pathwise, expected");
+  EXPECT_EQ(error_of([] { parse_alignment("projective"); }),
+            "unknown alignment 'projective'; valid: none, translation, rigid, similarity, affine");
   EXPECT_EQ(error_of([] { parse_solver("adam"); }), "unknown solver 'adam'; valid: auto, gauss-newton, lbfgs");
   EXPECT_THAT(error_with([](auto& options) { options.kernel = "gausian"; }),
               AllOf(HasSubstr("unknown kernel 'gausian'"), HasSubstr("'gaussian'")));
@@ -208,7 +205,7 @@ TEST(RegistrationErrors, ObjectiveRefusesWhatDoesNotFit) {
                          make_integrator("variational"),
                          {},
                          source,
-                         target});
+                         std::make_shared<LandmarkTerm>(LandmarkObservations{target})});
     });
   };
   EXPECT_EQ(error(q, q), "no error");

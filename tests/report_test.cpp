@@ -50,7 +50,7 @@ RegistrationPicture example(int d, int n) {
     picture.trajectory.emplace_back((1 + 0.1 * k) * picture.source.points);
   }
   picture.result = picture.trajectory.back();
-  picture.target = picture.result.array() + 0.05;
+  picture.target.points = picture.result.array() + 0.05;
   const Points line = 1.5 * Points::Random(2, 20);
   if (d == 1) picture.grid_paths = {line.cwiseAbs()};
   if (d == 2) picture.grid_before = picture.grid_after = {line, Points(2, 0)};
@@ -75,7 +75,7 @@ TEST_F(ReportTest, DrawsDegenerateAndFarAwayShapes) {
       SCOPED_TRACE(testing::Message() << "d = " << d << ", offset = " << offset);
       RegistrationPicture picture = example(d, 3);
       picture.source.points.setConstant(offset);
-      picture.target = picture.result = picture.source.points;
+      picture.target.points = picture.result = picture.source.points;
       for (Points& points : picture.trajectory) points = picture.source.points;
       picture.grid_before = picture.grid_after = picture.grid_paths = {};
       write(picture);
@@ -88,7 +88,7 @@ TEST_F(ReportTest, DrawsFlatAndUprightShapes) {
     SCOPED_TRACE(testing::Message() << "stretch = " << stretch);
     RegistrationPicture picture = example(2, 30);
     picture.grid_before = picture.grid_after = {};
-    for (Points* points : {&picture.source.points, &picture.target, &picture.result}) points->row(1) *= stretch;
+    for (Points* points : {&picture.source.points, &picture.target.points, &picture.result}) points->row(1) *= stretch;
     for (Points& points : picture.trajectory) points.row(1) *= stretch;
     write(picture);
     expect_whole_pictures("picture.png", "picture.svg");
@@ -125,7 +125,7 @@ TEST_F(ReportTest, RefusesValuesThatAreNotFinite) {
   picture.trajectory[2](1, 4) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(message_of_failed_write(picture), "registration picture: point 5 of trajectory entry 3 is not finite");
   picture = example(2, 8);
-  picture.target(0, 0) = INFINITY;
+  picture.target.points(0, 0) = INFINITY;
   EXPECT_EQ(message_of_failed_write(picture), "registration picture: point 1 of the target is not finite");
   picture = example(2, 8);
   picture.times[4] = picture.times[3];
@@ -138,7 +138,7 @@ TEST_F(ReportTest, RefusesSizesThatDisagree) {
   picture.result = Points::Zero(2, 7);
   EXPECT_EQ(message_of_failed_write(picture), "registration picture: the result has 7 landmarks, the source 8");
   picture = example(2, 8);
-  picture.target = Points::Zero(3, 8);
+  picture.target.points = Points::Zero(3, 8);
   EXPECT_EQ(message_of_failed_write(picture), "registration picture: the target has 3 rows, not 2");
   picture = example(2, 8);
   picture.times.pop_back();

@@ -16,10 +16,10 @@ constexpr int kPointsPerCell = 6;   // so that a bent line is smooth
 constexpr int kMaterialPaths = 41;  // of a line's material points
 
 std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const Registration& registration) {
-  const Eigen::Index n = registration.result.cols();
-  Points all(registration.result.rows(), 3 * n);
+  const Eigen::Index n = registration.result.cols(), m = registration.target.points.cols();
+  Points all(registration.result.rows(), 2 * n + m);
   all << registration.source.points, registration.target.points, registration.result;
-  auto [low, high] = bounding_box(all);
+  const auto [low, high] = bounding_box(all);  // of the points that miss no coordinate
   const double side = std::max((high - low).maxCoeff(), 1e-300);
   return {low.array() - kMargin * side, high.array() + kMargin * side};
 }
@@ -110,7 +110,8 @@ void add_material(const Registration& registration, const Trajectory& path, Regi
 RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path) {
   RegistrationPicture picture;
   picture.source = registration.source;
-  picture.target = registration.target.points;
+  picture.target = registration.target;
+  picture.corresponds = registration.data.kind == DataKind::kLandmarks;
   picture.result = registration.result;
   for (int k = 0; k <= path.grid.steps; ++k) {
     picture.times.push_back(path.grid.at(k));

@@ -24,8 +24,58 @@ Json shape_json(const Landmarks& shape) {
 Json alignment_json(const Alignment& alignment) {
   return {{"kind", alignment_name(alignment.kind)},
           {"scale", alignment.scale},
-          {"rotation", points_json(alignment.rotation.transpose())},
+          {"linear", points_json(alignment.linear.transpose())},
           {"translation", std::vector<double>(alignment.translation.begin(), alignment.translation.end())}};
+}
+
+Json numbers_json(const Eigen::VectorXd& numbers) { return std::vector<double>(numbers.begin(), numbers.end()); }
+
+Json data_json(const DataOptions& data) {
+  Json json = {{"kind", data_kind_name(data.kind)}};
+  if (data.kind != DataKind::kLandmarks) json["ends"] = curve_ends_name(data.ends);
+  if (data.width) json["width"] = *data.width;
+  if (data.weights.size() > 0) json["weights"] = numbers_json(data.weights);
+  for (const Eigen::MatrixXd& covariance : data.covariances) json["covariances"].push_back(points_json(covariance));
+  return json;
+}
+
+Json cost_json(const MatchingCost& cost) {
+  return {{"total", cost.total()}, {"energy", cost.energy}, {"action", cost.action}, {"data", cost.data}};
+}
+
+Json minima_json(const std::vector<Minimum>& minima) {
+  Json json = Json::array();
+  for (const Minimum& minimum : minima)
+    json.push_back({{"cost", cost_json(minimum.cost)}, {"converged", minimum.converged}, {"found", minimum.found}});
+  return json;
+}
+
+Json shares_json(const Registration& registration, const LandmarkShares& shares) {
+  Json json = Json::object();
+  if (const auto part = noise_part(registration, shares)) json["noise_part"] = *part;
+  if (shares.flow.size() > 0) json["flow"] = points_json(shares.flow);
+  if (shares.noise.size() > 0) json["noise"] = points_json(shares.noise);
+  if (shares.energy.size() > 0) json["energy"] = numbers_json(shares.energy);
+  if (shares.action.size() > 0) json["action"] = numbers_json(shares.action);
+  if (shares.data.size() > 0) json["data"] = numbers_json(shares.data);
+  return json;
+}
+
+Json uncertainty_json(const LaplaceApproximation& uncertainty) {
+  return {{"momenta", points_json(uncertainty.momentum_deviation)},
+          {"velocities", points_json(uncertainty.velocity_deviation)},
+          {"result", points_json(uncertainty.end_deviation)},
+          {"log_evidence", uncertainty.log_evidence}};
+}
+
+Json fitted_json(const FittedParameters& fitted) {
+  return {{"names", fitted.names},
+          {"values", numbers_json(fitted.values)},
+          {"log_deviations", numbers_json(fitted.log_deviations)},
+          {"log_evidence", fitted.log_evidence},
+          {"evaluations", fitted.evaluations},
+          {"converged", fitted.converged},
+          {"note", fitted.note}};
 }
 
 // Reads keys of one file; every error names the file and the key.
@@ -34,8 +84,9 @@ class Reader {
   Reader(const Json& json, std::string file, std::string path = {})
       : json_(json), file_(std::move(file)), path_(std::move(path)) {}
 
+  bool has(const std::string& key) const { return json_.is_object() && json_.contains(key); }
   Reader at(const std::string& key) const {
-    if (!json_.is_object() || !json_.contains(key)) fail(key, "is missing");
+    if (!has(key)) fail(key, "is missing");
     return {json_.at(key), file_, path_.empty() ? key : path_ + "." + key};
   }
   template <class Value>
@@ -67,7 +118,37 @@ class Reader {
   bool flag() const { return as<bool>("true or false"); }
   // rows as the columns of the matrix, each of `size` numbers
   Eigen::MatrixXd columns(Eigen::Index size) const {
-    const auto rows = as<std::vector<std::vector<double>>>("a list of lists of numbers");
+    return columns_of(as<std::vector<std::vector<double>>>("a list of lists of numbers"), size);
+  }
+  // the same with null for a number that is not known, NaN in the matrix
+  Eigen::MatrixXd columns_or_null(Eigen::Index size) const {
+    std::vector<std::vector<double>> rows;
+    for (const Json& row : json_) {
+      rows.emplace_back();
+      for (const Json& value : row)
+        rows.back().push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN()
+                                              : Reader(value, file_, path_).number());
+    }
+    return columns_of(rows, size);
+  }
+  Eigen::VectorXd numbers() const {
+    const auto list = as<std::vector<double>>("a list of numbers");
+    return Eigen::Map<const Eigen::VectorXd>(list.data(), static_cast<Eigen::Index>(list.size()));
+  }
+  std::vector<Reader> items() const {
+    if (!json_.is_array()) fail({}, "is not a list");
+    std::vector<Reader> readers;
+    for (std::size_t i = 0; i < json_.size(); ++i)
+      readers.push_back({json_[i], file_, path_ + "[" + std::to_string(i) + "]"});
+    return readers;
+  }
+  [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
+    const std::string place = key.empty() ? path_ : (path_.empty() ? key : path_ + "." + key);
+    throw InputError(file_ + ": '" + place + "' " + problem);
+  }
+
+ private:
+  Eigen::MatrixXd columns_of(const std::vector<std::vector<double>>& rows, Eigen::Index size) const {
     Eigen::MatrixXd matrix(size, static_cast<Eigen::Index>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (static_cast<Eigen::Index>(rows[i].size()) != size)
@@ -78,12 +159,7 @@ class Reader {
     }
     return matrix;
   }
-  [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
-    const std::string place = key.empty() ? path_ : (path_.empty() ? key : path_ + "." + key);
-    throw InputError(file_ + ": '" + place + "' " + problem);
-  }
 
- private:
   const Json& json_;
   std::string file_;
   std::string path_;
@@ -109,6 +185,21 @@ Landmarks read_shape(const Reader& reader, Points points) {
   return shape;
 }
 
+DataOptions read_data(const Reader& reader, Eigen::Index d) {
+  DataOptions data;
+  data.kind = reader.at("kind").parsed(parse_data_kind);
+  if (reader.has("ends")) data.ends = reader.at("ends").parsed(parse_curve_ends);
+  if (reader.has("width")) data.width = reader.at("width").number();
+  if (reader.has("weights")) data.weights = reader.at("weights").numbers();
+  if (reader.has("covariances"))
+    for (const Reader& item : reader.at("covariances").items()) data.covariances.push_back(item.columns(d));
+  return data;
+}
+
+MatchingCost read_cost(const Reader& cost) {
+  return {cost.at("energy").number(), cost.at("action").number(), cost.at("data").number()};
+}
+
 Points same_size(const Reader& reader, Eigen::Index d, Eigen::Index count) {
   Points points = reader.columns(d);
   if (points.cols() != count) reader.fail({}, "has another number of landmarks than 'source'");
@@ -117,10 +208,11 @@ Points same_size(const Reader& reader, Eigen::Index d, Eigen::Index count) {
 
 Alignment read_alignment(const Reader& reader, Eigen::Index d) {
   Alignment alignment{reader.at("kind").parsed(parse_alignment), reader.at("scale").number(), {}, {}};
-  alignment.rotation = reader.at("rotation").columns(d).transpose();
+  const std::string linear = reader.has("rotation") ? "rotation" : "linear";  // the first is its name in old records
+  alignment.linear = reader.at(linear).columns(d).transpose();
   const auto translation = reader.at("translation").as<std::vector<double>>("a list of numbers");
-  if (alignment.rotation.rows() != d || static_cast<Eigen::Index>(translation.size()) != d)
-    reader.fail("rotation", "has another dimension than 'source'");
+  if (alignment.linear.rows() != d || static_cast<Eigen::Index>(translation.size()) != d)
+    reader.fail(linear, "has another dimension than 'source'");
   alignment.translation = Eigen::Map<const Eigen::VectorXd>(translation.data(), d);
   return alignment;
 }
@@ -147,8 +239,7 @@ void read_setting(const Reader& reader, Registration& registration) {
 }
 
 void read_outcome(const Reader& reader, Registration& registration) {
-  const Reader cost = reader.at("cost");
-  registration.cost = {cost.at("energy").number(), cost.at("action").number(), cost.at("data").number()};
+  registration.cost = read_cost(reader.at("cost"));
   registration.solver = reader.at("solver").parsed(parse_solver);
   registration.converged = reader.at("converged").flag();
   registration.stop_reason = reader.at("stop_reason").text();
@@ -156,11 +247,22 @@ void read_outcome(const Reader& reader, Registration& registration) {
   registration.evaluations = reader.at("evaluations").integer();
   registration.relative_gradient = reader.at("relative_gradient").number();
   registration.seconds = reader.at("seconds").number();
+  if (!reader.has("start")) return;  // an old record
+  registration.seed = reader.at("seed").as<std::uint64_t>("a seed");
+  registration.samples = reader.at("samples").integer();
+  registration.start = reader.at("start").text();
+  registration.continuation_stages = reader.at("continuation_stages").integer();
+  registration.unknowns = reader.at("unknowns").integer();
+  registration.resolved = reader.at("resolved").integer();
+  registration.notes = reader.at("notes").texts();
+  for (const Reader& item : reader.at("minima").items())
+    registration.minima.push_back(
+        {read_cost(item.at("cost")), item.at("converged").flag(), item.at("found").integer()});
 }
 
 }  // namespace
 
-std::string registration_json(const Registration& registration, const TopologyCounts& counts) {
+std::string registration_json(const Registration& registration, const RegistrationFacts& facts) {
   Json json;
   json["format"] = "pulson registration 1";
   json["version"] = version();
@@ -180,15 +282,22 @@ std::string registration_json(const Registration& registration, const TopologyCo
   json["iterations"] = registration.iterations;
   json["evaluations"] = registration.evaluations;
   json["seconds"] = registration.seconds;
-  json["cost"] = {{"total", registration.cost.total()},
-                  {"energy", registration.cost.energy},
-                  {"action", registration.cost.action},
-                  {"data", registration.cost.data}};
+  json["start"] = registration.start;
+  json["continuation_stages"] = registration.continuation_stages;
+  json["unknowns"] = registration.unknowns;
+  json["resolved"] = registration.resolved;
+  json["seed"] = registration.seed;
+  json["samples"] = registration.samples;
+  json["notes"] = registration.notes;
+  json["data"] = data_json(registration.data);
+  json["cost"] = cost_json(registration.cost);
+  json["minima"] = minima_json(registration.minima);
+  json["shares"] = shares_json(registration, facts.shares);
   json["rms"] = registration.rms();
   json["initial_rms"] = registration.initial_rms();
   json["max_residual"] = registration.max_residual();
-  json["order_inversions"] = optional_json(counts.order_inversions);
-  json["flipped_triangles"] = optional_json(counts.flipped_triangles);
+  json["order_inversions"] = optional_json(facts.counts.order_inversions);
+  json["flipped_triangles"] = optional_json(facts.counts.flipped_triangles);
   json["alignment"] = alignment_json(registration.alignment);
   json["source_shape"] = shape_json(registration.original);
   json["target_shape"] = shape_json(registration.target);
@@ -196,6 +305,9 @@ std::string registration_json(const Registration& registration, const TopologyCo
   json["source"] = points_json(registration.source.points);
   json["target"] = points_json(registration.target.points);
   json["result"] = points_json(registration.result);
+  if (registration.uncertainty) json["uncertainty"] = uncertainty_json(*registration.uncertainty);
+  if (facts.fitted) json["fitted"] = fitted_json(*facts.fitted);
+  if (registration.spread.size() > 0) json["spread"] = points_json(registration.spread);
   json["momenta"] = points_json(registration.momenta);
   json["increments"] = points_json(registration.increments);
   return one_key_a_line(json);
@@ -210,11 +322,17 @@ Registration read_registration(const std::filesystem::path& path) {
   const Eigen::Index d = first_row_size(reader.at("source"));
   const Points source = reader.at("source").columns(d);
   registration.original = read_shape(reader.at("source_shape"), same_size(reader.at("original"), d, source.cols()));
-  registration.target = read_shape(reader.at("target_shape"), same_size(reader.at("target"), d, source.cols()));
+  if (reader.has("data")) registration.data = read_data(reader.at("data"), d);
+  const bool corresponds = registration.data.kind == DataKind::kLandmarks;
+  Points target = reader.at("target").columns_or_null(d);
+  if (corresponds && target.cols() != source.cols())
+    reader.fail("target", "has another number of landmarks than 'source'");
+  registration.target = read_shape(reader.at("target_shape"), std::move(target));
   registration.source = registration.original;
   registration.source.points = source;
   registration.alignment = read_alignment(reader.at("alignment"), d);
   registration.result = same_size(reader.at("result"), d, source.cols());
+  if (reader.has("spread")) registration.spread = same_size(reader.at("spread"), d, source.cols());
   registration.momenta = same_size(reader.at("momenta"), d, source.cols());
   reader.at("kernel").parsed([&](const std::string& spec) { return make_kernel(spec, source).at_zero(); });
   const int channels = reader.at("noise").parsed([&](const std::string& spec) {

@@ -24,6 +24,15 @@ void Checks::shape(const Landmarks& shape, const std::string& what) const {
   points(shape.points, d, what);
 }
 
+void Checks::incomplete_shape(const Landmarks& shape, Eigen::Index rows, const std::string& what) const {
+  const auto is_missing = shape.points.array().isNaN();
+  points(is_missing.select(0, shape.points), rows, what);
+  if (shape.count() == 0) refuse(fmt::format("{} has no landmarks", what));
+  if (is_missing.all()) refuse(fmt::format("{} misses all of its coordinates", what));
+  if (!shape.groups.empty() && shape.groups.size() != static_cast<std::size_t>(shape.count()))
+    refuse(fmt::format("{} has {} group names for {} landmarks", what, shape.groups.size(), shape.count()));
+}
+
 void Checks::points(const Points& points, Eigen::Index rows, const std::string& what) const {
   if (points.rows() != rows) refuse(fmt::format("{} has {} rows, not {}", what, points.rows(), rows));
   if (can_be_drawn(points)) return;
@@ -37,6 +46,11 @@ void Checks::points(const Points& points, Eigen::Index rows, const std::string& 
 void Checks::landmarks(const Points& points, const Landmarks& shape, const std::string& shape_name,
                        const std::string& what) const {
   this->points(points, shape.dimension(), what);
+  count(points, shape, shape_name, what);
+}
+
+void Checks::count(const Points& points, const Landmarks& shape, const std::string& shape_name,
+                   const std::string& what) const {
   if (points.cols() != shape.count())
     refuse(fmt::format("{} has {} landmarks, {} {}", what, points.cols(), shape_name, shape.count()));
 }

@@ -25,12 +25,20 @@ class Checks {
   /// 1 to 3 rows, at least one landmark, as many groups as landmarks or none. `what`: "the source".
   void shape(const Landmarks& shape, const std::string& what) const;
 
+  /// So many rows, at least one landmark, as many groups as landmarks or none; coordinates may be missing (NaN), but
+  /// not all.
+  void incomplete_shape(const Landmarks& shape, Eigen::Index rows, const std::string& what) const;
+
   /// All of the points can be drawn, and they have so many rows.
   void points(const Points& points, Eigen::Index rows, const std::string& what) const;
 
   /// The same, and one point for each landmark of the shape, which a message calls `shape_name`.
   void landmarks(const Points& points, const Landmarks& shape, const std::string& shape_name,
                  const std::string& what) const;
+
+  /// One point for each landmark of the shape.
+  void count(const Points& points, const Landmarks& shape, const std::string& shape_name,
+             const std::string& what) const;
 
   /// Every entry of the list has a point for each landmark; `what`: "trajectory".
   void trajectory(const std::vector<Points>& entries, const Landmarks& shape, const std::string& shape_name,

@@ -52,8 +52,7 @@ void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure) {
     canvas.text(pixels(0, a) + offset, pixels(1, a) + offset, std::to_string(a + 1), kNumberSize, colour::kTicText);
 }
 
-void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure) {
-  const Marks marks(figure);
+void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks) {
   canvas.lines(trace(figure, false, pixels), {faded(colour::kTarget, 0.45), marks.outline});
   canvas.lines(trace(figure, true, pixels), {colour::kTarget, 1.6 * kDenseOutline});
   canvas.rings(pixels(Eigen::all, figure.marked), marks.ring, {colour::kTarget, marks.stroke});

@@ -29,7 +29,7 @@ void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, cons
 void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure);
 
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
-void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure);
+void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks);
 
 inline constexpr int kTimeColours = 48;
 

@@ -58,9 +58,25 @@ OutlineKind outline_kind(const Points& points) {
 
 namespace picture {
 
+namespace {
+
+void remove(std::vector<int>& from, const std::vector<int>& landmarks) {
+  std::erase_if(from, [&](int a) { return std::binary_search(landmarks.begin(), landmarks.end(), a); });
+}
+
+std::vector<std::vector<int>> complete_landmarks_by_group(const Landmarks& shape) {
+  const std::vector<int> incomplete = incomplete_points(shape.points);
+  std::vector<std::vector<int>> groups = landmarks_by_group(shape);
+  for (std::vector<int>& members : groups) remove(members, incomplete);
+  std::erase_if(groups, [](const std::vector<int>& members) { return members.empty(); });
+  return groups;
+}
+
+}  // namespace
+
 Figure plan_figure(const Landmarks& shape, double scale) {
   Figure figure{};
-  for (const std::vector<int>& members : landmarks_by_group(shape)) {
+  for (const std::vector<int>& members : complete_landmarks_by_group(shape)) {
     const Points points = shape.points(Eigen::all, members);
     const OutlineKind kind = outline_kind(points);
     std::size_t stride = 1;
@@ -79,6 +95,19 @@ Figure plan_figure(const Landmarks& shape, double scale) {
   figure.spacing = std::numeric_limits<double>::infinity();
   if (figure.marked.size() > 1)
     figure.spacing = scale * median_nearest_distance(shape.points(Eigen::all, figure.marked));
+  return figure;
+}
+
+Figure without(Figure figure, const std::vector<int>& left_out) {
+  for (std::vector<int>& members : figure.groups) remove(members, left_out);
+  remove(figure.marked, left_out);
+  for (Outline& outline : figure.outlines) {
+    const bool closed = outline.members.front() == outline.members.back();
+    if (closed) outline.members.pop_back();
+    remove(outline.members, left_out);
+    if (closed && outline.members.size() > 1) outline.members.push_back(outline.members.front());
+  }
+  std::erase_if(figure.outlines, [](const Outline& outline) { return outline.members.size() < 2; });
   return figure;
 }
 

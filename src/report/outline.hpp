@@ -24,8 +24,13 @@ struct Figure {
   double spacing;  // of the marked landmarks: median pixels to the nearest other, infinite for one alone
 };
 
-/// Chooses the figure of a shape that is drawn at `scale` pixels per length unit.
+/// Chooses the figure of a shape that is drawn at `scale` pixels per length unit. Landmarks that miss a coordinate are
+/// left out.
 Figure plan_figure(const Landmarks& shape, double scale);
+
+/// The figure without marks at some of its landmarks; outlines pass from one of their neighbours to the other. Sizes of
+/// marks and the landmarks with paths stay the same.
+Figure without(Figure figure, const std::vector<int>& left_out);
 
 /// The lines, 2×M or 3×M, of the dense or of the other outlines of one group through a position d×N of the landmarks.
 std::vector<Points> trace(const Figure& figure, bool dense, const Points& points, std::size_t group);

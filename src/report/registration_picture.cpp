@@ -12,7 +12,8 @@ void check(const RegistrationPicture& picture) {
   const picture::Checks checks("registration picture");
   const Landmarks& source = picture.source;
   checks.shape(source, "the source");
-  checks.landmarks(picture.target, source, "the source", "the target");
+  checks.incomplete_shape(picture.target, source.dimension(), "the target");
+  if (picture.corresponds) checks.count(picture.target.points, source, "the source", "the target");
   checks.landmarks(picture.result, source, "the source", "the result");
   checks.times(picture.times, picture.trajectory.size(), "the trajectory");
   checks.trajectory(picture.trajectory, source, "the source", "trajectory");

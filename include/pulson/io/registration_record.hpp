@@ -4,7 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "pulson/matching/registration.hpp"
+#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/matching/landmark_shares.hpp"
 
 namespace pulson {
 
@@ -14,16 +15,24 @@ struct TopologyCounts {
   std::optional<int> flipped_triangles;  ///< d = 2: triangles of the source's Delaunay triangulation that turned over
 };
 
+/// What can be told of a registration besides.
+struct RegistrationFacts {
+  TopologyCounts counts{};
+  LandmarkShares shares{};
+  std::optional<FittedParameters> fitted{};  ///< where parameters were fitted before
+};
+
 /// `registration.json`: the record of a registration, arrays as [landmark][axis] and increments as [step][channel],
 /// numbers in the fewest digits that read back to the same bits. `source` is q0, where the flow begins: the original
 /// after alignment.
-std::string registration_json(const Registration& registration, const TopologyCounts& counts);
+std::string registration_json(const Registration& registration, const RegistrationFacts& facts);
 
 /// Reads what registration_json wrote. @throws InputError that names the file, the key and what would be right
 Registration read_registration(const std::filesystem::path& path);
 
-/// `residuals.csv`: one row per landmark with target, result, their difference and its length.
-std::string residuals_csv(const Registration& registration);
+/// `residuals.csv`: one row per landmark with result and distance; for landmark data also with target and residual; and
+/// with what there is of its shares. A number that is not there, as of a target that was not observed, is NA.
+std::string residuals_csv(const Registration& registration, const LandmarkShares& shares);
 
 /// `trajectory.csv`: one row per step and landmark with time, position and momentum.
 std::string trajectory_csv(const Registration& registration, const Trajectory& path);

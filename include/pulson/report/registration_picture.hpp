@@ -11,8 +11,9 @@ namespace pulson {
 /// All that the picture of one registration shows. d = 1, 2 or 3; N landmarks; K steps.
 struct RegistrationPicture {
   Landmarks source;  ///< d×N, where the flow starts; its groups are outlined one by one, each in a colour of its own
-  Points target;     ///< d×N
-  Points result;     ///< d×N, where the flow took the source
+  Landmarks target;  ///< d×N, or d×M where it does not correspond; its points may miss coordinates (NaN), but not all
+  bool corresponds = true;          ///< whether landmark a of the target is where landmark a of the source should be
+  Points result;                    ///< d×N, where the flow took the source
   std::vector<double> times;        ///< K+1 times, increasing
   std::vector<Points> trajectory;   ///< K+1 entries d×N: the landmarks at `times`
   std::vector<Points> grid_before;  ///< d = 2: lines 2×M of the material grid at the start; may be empty
@@ -39,11 +40,14 @@ OutlineKind outline_kind(const Points& points);
 /// d = 2: the source with the undeformed grid beside the result with the deformed one; paths are coloured by time.
 /// d = 1: position over time, one colour for each landmark. d = 3: the projections xy, xz and yz.
 /// Groups that are curves by `outline_kind` are outlined; where their landmarks lie too close for marks, the line alone
-/// is drawn, and some of the paths. Lengths keep one scale on all axes (but for d = 1, where one axis is time).
+/// is drawn, and some of the paths. A target that corresponds has the source's groups and outlines, and short lines
+/// join it to the result; one that does not has its own, and no such lines. Landmarks that miss a coordinate in the
+/// target are not drawn there: an outline joins their neighbours. Lengths keep one scale on all axes (but for d = 1,
+/// where one axis is time).
 ///
-/// @throws InputError on a value that is not finite or sizes that disagree, where a folder does not exist and where
-/// gnuplot is missing or fails; neither file is then written. Takes some tenths of a second; safe to call from several
-/// threads.
+/// @throws InputError on a value that is not finite, but for what the target misses, on sizes that disagree, where a
+/// folder does not exist and where gnuplot is missing or fails; neither file is then written. Takes some tenths of a
+/// second; safe to call from several threads.
 void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
                                 const std::filesystem::path& svg);
 

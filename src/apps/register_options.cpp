@@ -1,0 +1,95 @@
+#include "register_options.hpp"
+
+#include <fmt/core.h>
+
+#include "pulson/io/observation_files.hpp"
+
+namespace pulson {
+namespace {
+
+void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
+  RegistrationOptions& options = arguments.options;
+  verb.add_option("--sigma", options.sigma, "standard deviation of a landmark's place, length units")
+      ->capture_default_str();
+  verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance");
+  verb.add_option("--covariances", arguments.covariances,
+                  "csv: for each landmark its variance, those of the axes, or its covariance, instead of sigma^2");
+  verb.add_option("--data", arguments.data,
+                  "landmarks; or, for outlines without correspondence, varifold, or current: with a direction")
+      ->capture_default_str();
+  verb.add_option("--data-width", arguments.data_width, "width of the kernel that compares outlines")
+      ->capture_default_str();
+  verb.add_option("--curve-ends", arguments.curve_ends, "outlines are closed, open or auto: where the gap is small")
+      ->capture_default_str();
+  verb.add_option("--align", arguments.align, "motion taken out first: none, translation, rigid, similarity, affine")
+      ->capture_default_str();
+  verb.add_flag("--reflect", options.reflect, "the motion may turn the shape over");
+}
+
+void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
+  RegistrationOptions& options = arguments.options;
+  verb.add_option("--lambda", arguments.lambda, "weight of the energy; auto: 1/diameter^2 of the source")
+      ->capture_default_str();
+  verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")->capture_default_str();
+  verb.add_option("--starts", options.minimise.starts,
+                  "searches, each from another way: straight, turned to the left, to the right, then at random")
+      ->capture_default_str();
+  verb.add_flag("--uncertainty", options.uncertainty,
+                "standard deviations of momenta and end points, by Laplace's approximation");
+  verb.add_option("--fit", arguments.fit,
+                  "parameters of noise and kernel that are fitted first, by the evidence: beta,alpha; also lambda and "
+                  "data-sigma")
+      ->delimiter(',');
+  verb.add_option("--samples", options.samples, "realisations of the noise in mode expected")->capture_default_str();
+  add_seed_option(verb, options.seed);
+  verb.add_option("--tolerance", options.minimise.gradient_tolerance, "relative gradient that counts as converged")
+      ->capture_default_str();
+  verb.add_option("--max-iterations", options.minimise.max_iterations, "of the solver, from each start")
+      ->capture_default_str();
+}
+
+void check_at_least(int value, int least, std::string_view option) {
+  if (value < least) throw InputError(fmt::format("{} is {}; it must be at least {}", option, value, least));
+}
+
+}  // namespace
+
+void RegisterArguments::add_to(CLI::App& verb) {
+  verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
+  verb.add_option("TARGET", target, "shape that it should become")->required();
+  output.add_to(verb, "registration.png and .svg", "-q,--quiet");
+  verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels")->capture_default_str();
+  verb.add_option("--noise", options.noise, "noise model, see pulson info noises")->capture_default_str();
+  verb.add_option("--mode", mode,
+                  "deterministic: no noise; map: the noise is fitted too [where there is noise]; pathwise: for one "
+                  "realisation of it; expected: for the mean over realisations");
+  verb.add_option("--integrator", options.integrator, "see pulson info integrators")->capture_default_str();
+  add_data_options(verb, *this);
+  add_solver_options(verb, *this);
+  time.add_to(verb, "1");
+  add_threads_option(verb);
+}
+
+RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {
+  RegistrationOptions asked = options;
+  asked.grid = time.grid();
+  if (mode) asked.mode = parse_mode(*mode);
+  asked.lambda = std::nullopt;
+  if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
+  asked.align = parse_alignment(align);
+  asked.minimise.solver = parse_solver(solver);
+  asked.data.kind = parse_data_kind(data);
+  asked.data.ends = parse_curve_ends(curve_ends);
+  if (data_width != "auto") asked.data.width = parse_number(data_width, "--data-width");
+  if (!weights.empty()) asked.data.weights = read_weights(weights, shape.count());
+  if (!covariances.empty()) asked.data.covariances = read_covariances(covariances, shape.count(), shape.dimension());
+  check_at_least(asked.minimise.starts, 1, "--starts");
+  check_at_least(asked.samples, 1, "--samples");
+  if (asked.minimise.max_iterations < 0)
+    throw InputError(fmt::format("--max-iterations is {}; it must not be negative", asked.minimise.max_iterations));
+  if (!(asked.minimise.gradient_tolerance > 0))
+    throw InputError(fmt::format("--tolerance is {}; it must be greater than 0", asked.minimise.gradient_tolerance));
+  return asked;
+}
+
+}  // namespace pulson

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "options.hpp"
+#include "outputs.hpp"
+#include "pulson/matching/registration.hpp"
+
+namespace pulson {
+
+/// The command line of `pulson register`.
+struct RegisterArguments {
+  std::string source;
+  std::string target;
+  OutputOptions output;
+  RegistrationOptions options;
+  TimeOptions time;
+  std::optional<std::string> mode;
+  std::string lambda = "1";
+  std::string align = "none";
+  std::string solver = "auto";
+  std::string data = "landmarks";
+  std::string data_width = "auto";
+  std::string curve_ends = "auto";
+  std::string weights;           ///< a file, or empty
+  std::string covariances;       ///< a file, or empty
+  std::vector<std::string> fit;  ///< names of parameters
+
+  void add_to(CLI::App& verb);
+
+  /// What is asked for a source of `count` landmarks in R^d; reads the files of weights and covariances.
+  /// @throws InputError
+  RegistrationOptions registration_options(const Landmarks& source) const;
+};
+
+}  // namespace pulson

@@ -1,0 +1,117 @@
+#include "register_summary.hpp"
+
+#include <cmath>
+
+#include <fmt/core.h>
+
+namespace pulson {
+namespace {
+
+// "1 pair of landmarks", "2 pairs of landmarks".
+std::string counted(int count, std::string_view noun, std::string_view rest = {}) {
+  return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
+}
+
+void print_model(const Registration& registration) {
+  fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
+             counted(registration.source.count(), "landmark"), registration.source.dimension());
+  if (registration.alignment.kind != AlignmentKind::kNone)
+    fmt::print("aligned    {}, scale {:.4g}\n", alignment_name(registration.alignment.kind),
+               registration.alignment.scale);
+  fmt::print("model      {}, noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n",
+             registration_system(registration).kernel.spec(4), registration.noise, mode_name(registration.mode),
+             registration.grid.steps, registration.sigma, registration.lambda);
+  if (registration.data.kind != DataKind::kLandmarks)
+    fmt::print("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
+               *registration.data.width, counted(registration.target.count(), "point"));
+  if (registration.samples > 1)
+    fmt::print("noise      {} realisations, seed {}\n", registration.samples, registration.seed);
+}
+
+void print_search(const Registration& registration) {
+  fmt::print("{} {} iterations of {} in {:.2f} s: {} (relative gradient {:.1e})\n",
+             registration.converged ? "converged " : "STOPPED   ", registration.iterations,
+             solver_name(registration.solver), registration.seconds, registration.stop_reason,
+             registration.relative_gradient);
+  if (registration.resolved < registration.unknowns)
+    fmt::print("resolved   {} of {} unknowns; rougher momenta stay as the start has them\n", registration.resolved,
+               registration.unknowns);
+  if (registration.continuation_stages > 0)
+    fmt::print("start      {}, in {} with the data held less firmly\n", registration.start,
+               counted(registration.continuation_stages, "stage"));
+  if (registration.minima.size() < 2) return;
+  fmt::print("minima     {} distinct:", registration.minima.size());
+  for (const Minimum& minimum : registration.minima)
+    fmt::print(" {:.4g} ({}x{})", minimum.cost.total(), minimum.found, minimum.converged ? "" : ", not converged");
+  fmt::print("\n");
+}
+
+void print_fitted(const FittedParameters& fitted) {
+  fmt::print("fitted    ");
+  for (std::size_t i = 0; i < fitted.names.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    fmt::print(" {} = {:.4g}", fitted.names[i], fitted.values[row]);
+    if (!std::isnan(fitted.log_deviations[row])) fmt::print(" (± {:.0f} %)", 100 * fitted.log_deviations[row]);
+  }
+  fmt::print(", log evidence {:.4g} after {} matches{}\n", fitted.log_evidence, fitted.evaluations,
+             fitted.converged ? "" : "; NOT CONVERGED");
+  if (!fitted.note.empty()) fmt::print("           {}\n", fitted.note);
+}
+
+void print_uncertainty(const LaplaceApproximation& uncertainty) {
+  fmt::print("deviations of the end points up to {:.3g}, of the momenta up to {:.3g}; log evidence {:.4g}\n",
+             uncertainty.end_deviation.maxCoeff(), uncertainty.momentum_deviation.maxCoeff(), uncertainty.log_evidence);
+}
+
+void print_fit(const Registration& registration, const RegistrationFacts& facts) {
+  int worst = 0;
+  const Eigen::VectorXd distances = registration.distances();
+  distances.array().isNaN().select(-1, distances).maxCoeff(&worst);
+  fmt::print("rms        {:.4g} (was {:.4g}), largest {:.4g} at landmark {}\n", registration.rms(),
+             registration.initial_rms(), registration.max_residual(), registration.source.describe(worst));
+  fmt::print("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
+             registration.cost.energy, registration.cost.action, registration.cost.data);
+  const auto part = noise_part(registration, facts.shares);
+  if (registration.noise != "none" && part)
+    fmt::print("way        {:.0f} % by the flow, {:.0f} % by the noise\n", 100 * (1 - *part), 100 * *part);
+  if (facts.counts.order_inversions)
+    fmt::print("topology   {} changed order\n", counted(*facts.counts.order_inversions, "pair", "of landmarks"));
+  if (facts.counts.flipped_triangles)
+    fmt::print("topology   {} turned over\n", counted(*facts.counts.flipped_triangles, "Delaunay triangle"));
+}
+
+// Why the shapes stayed apart, as far as the numbers tell.
+std::string advice(const Registration& registration) {
+  const bool still = registration.noise == "none";
+  const std::string noise = "try --noise ch-sd:beta=B, with B a part of the distance that landmarks have to go";
+  if (registration.source.dimension() == 1 && still)
+    if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
+      return fmt::format("{} another order in the target, which no flow can reach: {}",
+                         counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
+  if (!registration.converged) return "more --steps or --max-iterations may help" + (still ? "; or " + noise : "");
+  return "a smaller --sigma or --lambda fits closer" + (still ? "; for shapes that no flow can match " + noise : "");
+}
+
+}  // namespace
+
+void print_registration(const Registration& registration, const RegistrationFacts& facts) {
+  print_model(registration);
+  if (facts.fitted) print_fitted(*facts.fitted);
+  print_search(registration);
+  print_fit(registration, facts);
+  if (registration.uncertainty) print_uncertainty(*registration.uncertainty);
+}
+
+void print_warnings(const Registration& registration, const std::string& asked_noise) {
+  if (registration.noise == "none" && asked_noise != "none")
+    fmt::print(stderr, "note: mode deterministic does not use the noise '{}'\n", asked_noise);
+  if (!registration.converged)
+    fmt::print(stderr, "warning: not converged: {} after {} iterations\n", registration.stop_reason,
+               registration.iterations);
+  if (!registration.matched())
+    fmt::print(stderr, "warning: not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of what it was; {}\n",
+               registration.rms(), registration.rms() / registration.sigma,
+               100 * registration.rms() / registration.initial_rms(), advice(registration));
+}
+
+}  // namespace pulson

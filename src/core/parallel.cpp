@@ -16,7 +16,7 @@ std::atomic<int> requested_threads{0};
 thread_local bool inside_task = false;
 
 // Threads are ours to share out: products of matrices inside a task run on its own.
-[[maybe_unused]] const bool blas_is_serial = (openblas_set_num_threads(1), true);
+[[maybe_unused]] const bool kBlasIsSerial = (openblas_set_num_threads(1), true);
 
 }  // namespace
 

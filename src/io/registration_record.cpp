@@ -139,7 +139,7 @@ class Reader {
     if (!json_.is_array()) fail({}, "is not a list");
     std::vector<Reader> readers;
     for (std::size_t i = 0; i < json_.size(); ++i)
-      readers.push_back({json_[i], file_, path_ + "[" + std::to_string(i) + "]"});
+      readers.emplace_back(json_[i], file_, path_ + "[" + std::to_string(i) + "]");
     return readers;
   }
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const {

@@ -87,7 +87,7 @@ MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, dou
   pivots_ = std::move(result.pivots);
   spread_ = std::move(result.spread);
   left_over_ = result.left_over;
-  factor_ = std::sqrt(lambda) * std::move(result.factor);
+  factor_ = std::sqrt(lambda) * result.factor;
   if (rank() > kMostEigenvectors) return;
   const MatrixXd lower = factor_.triangularView<Eigen::Lower>();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(lower * lower.transpose());

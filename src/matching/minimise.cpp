@@ -190,8 +190,7 @@ class Searches {
       const bool last = unknowns.size() == every.size();
       if (unknowns.empty() || unknowns.size() == reached.size()) continue;
       const bool first = smooth.empty();
-      MinimiseSummary summary =
-          solve(first ? start : best.solution, last ? options_ : rough, {1, unknowns, !first});
+      MinimiseSummary summary = solve(first ? start : best.solution, last ? options_ : rough, {1, unknowns, !first});
       if (first) smooth = unknowns;
       if (!summary.converged && !first)
         return solve_smooth(smooth, std::move(summary.solution), std::move(best.solution));

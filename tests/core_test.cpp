@@ -184,6 +184,13 @@ TEST(FindCoincident, ComparesWithTheDiameter) {
   EXPECT_EQ(find_coincident(Points::Ones(2, 1)), std::nullopt);
 }
 
+TEST(FindCoincident, TellsTheFirstPairWhateverTheOrderInSpace) {
+  EXPECT_EQ(find_coincident(make_points({9, 0, 0, 0, 5, 1, 5, 1, 9, 0, 0, 0})), std::pair(2, 3));
+  EXPECT_EQ(find_coincident(make_points({0, 7, 0, 2, 0, 5, 0, 2, 0, 7})), std::pair(1, 3));
+  const double missing = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(find_coincident(make_points({missing, 2, 4, 4, missing, 2, 1, 1, 4, 4})), std::pair(1, 4));
+}
+
 TEST(BoundingBox, HoldsAllPoints) {
   const auto [lower, upper] = bounding_box(make_points({0, 3, -1, 2, 5, 2.5}));
   EXPECT_EQ(lower, Eigen::Vector2d(-1, 2));

@@ -41,6 +41,7 @@ RegistrationOptions options_of(std::string noise, double sigma, double lambda) {
   RegistrationOptions options;
   options.kernel = "gaussian:alpha=0.9";
   options.noise = std::move(noise);
+  options.integrator = "variational";
   options.grid = {1, 5};
   options.sigma = sigma;
   options.lambda = lambda;

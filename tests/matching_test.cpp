@@ -162,6 +162,7 @@ TEST(Registration, SolversAgree) {
     RegistrationOptions options = options_of(c.kernel, c.noise);
     options.integrator = c.integrator;
     options.sigma = 0.1;
+    options.minimise.gradient_tolerance = 1e-5;
     options.minimise.solver = Solver::kGaussNewton;
     const Registration newton = register_shapes(source, target, options);
     options.minimise.solver = Solver::kLbfgs;

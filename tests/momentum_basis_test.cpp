@@ -15,6 +15,9 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
+#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/objective.hpp"
+#include "pulson/noise/noise_table.hpp"
 
 namespace pulson {
 namespace {
@@ -216,6 +219,28 @@ TEST(MomentumBasis, StopsWhereTheKernelIsNumericallySingular) {
   EXPECT_LT(basis.rank(), 15);
   EXPECT_LT(basis.left_over(), 40 * 1e-13);
   EXPECT_TRUE(basis.momenta(VectorXd::Ones(basis.unknowns())).allFinite());
+}
+
+// Data of every other landmark, at twice the weight, with the weights and covariances that these had.
+TEST(Thinned, StandsForAllLandmarks) {
+  const std::vector<Index> few = {1, 3, 5, 7};
+  LandmarkObservations observed{outline(2, 8), 0.1, VectorXd::LinSpaced(8, 1, 2)};
+  observed.target(0, 3) = std::numeric_limits<double>::quiet_NaN();
+  for (int a = 0; a < 8; ++a) observed.covariances.emplace_back((1 + a) * MatrixXd::Identity(2, 2));
+  const MatchingProblem problem{{make_kernel("gaussian:alpha=0.5", outline(2, 8)), make_noise("none")},
+                                make_integrator("variational"),
+                                {1, 5},
+                                outline(2, 8),
+                                std::make_shared<LandmarkTerm>(observed),
+                                0.1};
+  const MatchingProblem part = thinned(problem, few);
+  EXPECT_EQ(part.source, problem.source(Eigen::all, few));
+  EXPECT_DOUBLE_EQ(part.sigma, 0.1 / std::sqrt(2));
+  const LandmarkTerm& all_data = *problem.data->landmarks();
+  const LandmarkTerm& data = *part.data->landmarks();
+  EXPECT_EQ(data.target(), all_data.target()(Eigen::all, few));
+  for (Index i = 0; i < 4; ++i)
+    EXPECT_TRUE(data.precision(i).isApprox(2 * all_data.precision(few[static_cast<std::size_t>(i)]), 1e-14));
 }
 
 }  // namespace

@@ -63,7 +63,9 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("--mode", mode,
                   "deterministic: no noise; map: the noise is fitted too [where there is noise]; pathwise: for one "
                   "realisation of it; expected: for the mean over realisations");
-  verb.add_option("--integrator", options.integrator, "see pulson info integrators")->capture_default_str();
+  verb.add_option("--integrator", options.integrator,
+                  "see pulson info integrators; auto: variational, where noise is fitted without its compensation")
+      ->capture_default_str();
   add_data_options(verb, *this);
   add_solver_options(verb, *this);
   time.add_to(verb, "1");

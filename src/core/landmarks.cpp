@@ -18,11 +18,20 @@ double lower_median(std::vector<double> values) {
 
 bool is_incomplete(const Points& points, Eigen::Index a) { return points.col(a).array().isNaN().any(); }
 
-Points complete_points(const Points& points) {
+std::vector<Eigen::Index> complete_columns(const Points& points) {
   std::vector<Eigen::Index> complete;
   for (Eigen::Index a = 0; a < points.cols(); ++a)
     if (!is_incomplete(points, a)) complete.push_back(a);
-  return points(Eigen::all, complete);
+  return complete;
+}
+
+Points complete_points(const Points& points) { return points(Eigen::all, complete_columns(points)); }
+
+// Along which complete points spread most.
+Eigen::Index longest_axis(const Points& complete) {
+  Eigen::Index axis = 0;
+  (complete.rowwise().maxCoeff() - complete.rowwise().minCoeff()).maxCoeff(&axis);
+  return axis;
 }
 
 }  // namespace
@@ -63,6 +72,7 @@ double diameter(const Points& points) {
 double median_distance(const Points& points) {
   const Points complete = complete_points(points);
   std::vector<double> distances;
+  distances.reserve(static_cast<std::size_t>(complete.cols() * (complete.cols() - 1) / 2));
   for (Eigen::Index b = 1; b < complete.cols(); ++b)
     for (Eigen::Index a = 0; a < b; ++a) distances.push_back((complete.col(a) - complete.col(b)).norm());
   return lower_median(std::move(distances));
@@ -81,11 +91,19 @@ double median_nearest_distance(const Points& points) {
 
 std::optional<std::pair<int, int>> find_coincident(const Points& points, double tolerance) {
   const double limit = tolerance * diameter(points);
-  // A distance that is NaN is below no limit.
-  for (Eigen::Index b = 1; b < points.cols(); ++b)
-    for (Eigen::Index a = 0; a < b; ++a)
-      if ((points.col(a) - points.col(b)).norm() <= limit) return std::pair(static_cast<int>(a), static_cast<int>(b));
-  return std::nullopt;
+  std::vector<Eigen::Index> sorted = complete_columns(points);
+  if (sorted.empty()) return std::nullopt;
+  const Eigen::VectorXd along = points.row(longest_axis(points(Eigen::all, sorted)));
+  std::sort(sorted.begin(), sorted.end(), [&](Eigen::Index a, Eigen::Index b) { return along[a] < along[b]; });
+  std::optional<std::pair<int, int>> first;  // by its later landmark, then by the earlier one
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    for (std::size_t j = i + 1; j < sorted.size() && along[sorted[j]] - along[sorted[i]] <= limit; ++j) {
+      if (!((points.col(sorted[i]) - points.col(sorted[j])).norm() <= limit)) continue;
+      const auto [a, b] = std::minmax({static_cast<int>(sorted[i]), static_cast<int>(sorted[j])});
+      if (!first || std::pair(b, a) < std::pair(first->second, first->first)) first = {a, b};
+    }
+  }
+  return first;
 }
 
 std::pair<Eigen::VectorXd, Eigen::VectorXd> bounding_box(const Points& points) {

@@ -57,7 +57,8 @@ MatrixXd inverse_root(const LandmarkObservations& observed, Index a, const std::
 }  // namespace
 
 LandmarkTerm::LandmarkTerm(const LandmarkObservations& observations)
-    : dimension_(observations.target.rows()),
+    : observations_(observations),
+      dimension_(observations.target.rows()),
       target_(observations.target.array().isNaN().select(0, observations.target).reshaped()) {
   check(observations);
   const VectorXd weights = landmark_weights(observations.weights, observations.target.cols());
@@ -84,6 +85,15 @@ LandmarkTerm::LandmarkTerm(const LandmarkObservations& observations)
 MatrixXd LandmarkTerm::precision(Index a) const {
   const Eigen::SparseMatrix<double> columns = whitening_.middleCols(a * dimension_, dimension_);
   return MatrixXd(columns.transpose() * columns);
+}
+
+LandmarkTerm LandmarkTerm::part(const std::vector<Index>& landmarks, double weight) const {
+  const VectorXd weights = landmark_weights(observations_.weights, observations_.target.cols());
+  LandmarkObservations some{observations_.target(Eigen::all, landmarks), observations_.sigma,
+                            weight * weights(landmarks)};
+  if (!observations_.covariances.empty())
+    for (const Index a : landmarks) some.covariances.push_back(observations_.covariances[static_cast<std::size_t>(a)]);
+  return LandmarkTerm(some);
 }
 
 VectorXd LandmarkTerm::residual(const Points& q) const { return whitening_ * (q.reshaped() - target_); }

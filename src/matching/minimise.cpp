@@ -5,16 +5,14 @@
 #include <cmath>
 #include <utility>
 
-#include "flow_start.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "solvers.hpp"
-#include "ways.hpp"
+#include "starts.hpp"
 
 namespace pulson {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::array<std::pair<std::string_view, Solver>, 3> kNames = {
@@ -23,9 +21,6 @@ constexpr std::array<std::pair<std::string_view, Solver>, 3> kNames = {
 // Beyond these a Jacobian costs more than the iterations it saves: its columns, and with fitted noise its rows.
 constexpr Index kMostColumns = 1200;
 constexpr Index kMostRows = 800;
-
-// Landmarks that the start by flows takes: beyond, its dense matrices cost more than all that follows.
-constexpr Index kFlowLandmarks = 250;
 
 // Continuation: the first softness, of the root mean square residual, and how it comes down.
 constexpr double kFirstPart = 0.2;
@@ -38,6 +33,9 @@ constexpr double kFarFromMinimum = 0.1;
 // Residuals of this size, root mean square in deviations, count as matched.
 constexpr double kMatched = 3;
 
+// A start that costs this many times a match already found will not end below it.
+constexpr double kHopeless = 10;
+
 // Levels of MatchingObjective::smooth_unknowns(): the last is all.
 constexpr std::array<double, 3> kLevels = {0.1, 0.01, 1e-3};
 constexpr double kLevelTolerance = 1e-2;  // of those that are not the last
@@ -46,43 +44,6 @@ constexpr double kLevelTolerance = 1e-2;  // of those that are not the last
 constexpr double kSamePath = 1e-3;
 
 using Evaluation = MatchingObjective::Evaluation;
-
-// A target for every landmark: its own place where nothing was observed.
-FlowProblem flow_problem(const MatchingProblem& problem, const std::vector<Index>& landmarks) {
-  const LandmarkTerm& data = *problem.data->landmarks();
-  FlowProblem flow{problem.system.kernel,
-                   problem.grid,
-                   problem.lambda,
-                   problem.source(Eigen::all, landmarks),
-                   data.target()(Eigen::all, landmarks),
-                   {}};
-  for (std::size_t a = 0; a < landmarks.size(); ++a) {
-    flow.precisions.push_back(data.precision(landmarks[a]));
-    for (Index axis = 0; axis < flow.source.rows(); ++axis) {
-      const auto column = static_cast<Index>(a);
-      if (flow.precisions.back()(axis, axis) == 0) flow.target(axis, column) = flow.source(axis, column);
-    }
-  }
-  return flow;
-}
-
-// Equal increments in all steps that carry each landmark straight to its target, as far as the noise can move it. K
-// equal increments ΔW act as (K − ½)ΔW, since half of the last is lost: w_k = ½(ΔW_{k−1} + ΔW_k).
-MatrixXd straight_increments(const MatchingProblem& problem, const Points& target) {
-  const PhaseState rest{problem.source, Points::Zero(problem.source.rows(), problem.source.cols())};
-  const Points way = (target - problem.source) / (problem.grid.steps - 0.5);
-  const NoiseModel& noise = *problem.system.noise;
-  // With B the map from increments to displacements: along Bᵀ·way, scaled so that B takes it to `way` where it can.
-  VectorXd increments = noise.contract(rest, {Points::Zero(way.rows(), way.cols()), way});
-  const double reached = noise.gradient(rest, increments).p.squaredNorm();
-  if (reached > 0) increments *= increments.squaredNorm() / reached;
-  return increments.replicate(1, problem.grid.steps);
-}
-
-struct Start {
-  std::string name;
-  VectorXd z;
-};
 
 class Searches {
  public:
@@ -102,7 +63,7 @@ class Searches {
     for (const Start& start : starts()) search(start);
     // Shapes that stay apart: they may have to turn round each other.
     if (!matched() && options_.starts == 1 && problem_.source.rows() > 1 && problem_.data->landmarks() != nullptr)
-      for (const int way : {1, 2}) search(flow_start_by(way));
+      for (const int way : {1, 2}) search(start_by(way));
     if (!matched() && dense()) found_.push_back(continuation());
     if (found_.empty()) found_.push_back(solve(rest_, options_));
     std::stable_sort(found_.begin(), found_.end(), better);
@@ -135,32 +96,31 @@ class Searches {
   std::vector<Start> starts() {
     if (problem_.data->landmarks() == nullptr) return {};
     std::vector<Start> starts;
-    for (int way = 0; way < options_.starts; ++way) starts.push_back(flow_start_by(way));
-    if (problem_.realisations.empty() && problem_.system.noise->traits().moves_positions) {
-      const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
-      starts.push_back({"noise", objective_.white(rest, straight_increments(problem_, observed_target()))});
-    }
+    for (int way = 0; way < options_.starts; ++way) starts.push_back(start_by(way));
+    if (problem_.realisations.empty() && problem_.system.noise->traits().moves_positions)
+      starts.push_back(start_by_noise(objective_));
     return starts;
   }
 
-  Start flow_start_by(int way) {
-    const std::vector<Index> spread = objective_.basis().spread(kFlowLandmarks);
-    const FlowProblem flow = flow_problem(problem_, spread);
-    const Points via = way > 0 ? halfway(flow.source, flow.target, way, options_.seed) : Points();
-    const FlowStart start = flow_start(flow, way > 0 ? &via : nullptr);
-    iterations_ += start.iterations;
+  // Where there are many landmarks: what a search of the same kind finds for a few of them.
+  Start start_by(int way) {
+    const std::vector<Index> few = representatives(objective_);
+    if (few.empty()) return flow_start_by(way);
+    const MatchingObjective objective(thinned(problem_, few));
+    Searches searches(objective, options_);
+    const Start start = searches.flow_start_by(way);
+    searches.search(start);
+    iterations_ += searches.iterations_;
+    evaluations_ += searches.evaluations_;
     Points momenta = Points::Zero(problem_.source.rows(), problem_.source.cols());
-    momenta(Eigen::all, spread) = start.momenta;
-    const int channels = problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
-                                                         static_cast<int>(problem_.source.cols()));
-    return {way > 0 ? "way " + std::to_string(way + 1) : "flow",
-            objective_.white(momenta, MatrixXd::Zero(channels, problem_.grid.steps))};
+    momenta(Eigen::all, few) = objective.momenta(searches.found_.back().solution.z);
+    return {start.name, without_noise(objective_, momenta)};
   }
 
-  Points observed_target() const {
-    std::vector<Index> all(static_cast<std::size_t>(problem_.source.cols()));
-    for (std::size_t a = 0; a < all.size(); ++a) all[a] = static_cast<Index>(a);
-    return flow_problem(problem_, all).target;
+  Start flow_start_by(int way) {
+    Start start = start_by_flow(objective_, way, options_.seed);
+    iterations_ += start.iterations;
+    return start;
   }
 
   MinimiseSummary solve(Evaluation start, const MinimiseOptions& options, const Restriction& restriction = {}) {
@@ -221,8 +181,15 @@ class Searches {
     std::optional<Evaluation> at = objective_.evaluate(fits_noise() ? smoothed(start.z) : start.z);
     // The path of the start, or that of landmarks at rest where this costs less.
     const bool of_use = at && at->cost.total() < rest_.cost.total();
+    if (is_hopeless(of_use ? *at : rest_)) return;
     found_.push_back(solve_by_levels(of_use ? std::move(*at) : rest_));
     found_.back().start = of_use ? start.name : "rest";
+  }
+
+  bool is_hopeless(const Evaluation& start) const {
+    if (options_.starts > 1 || !matched()) return false;
+    const MinimiseSummary& best = *std::min_element(found_.begin(), found_.end(), better);
+    return best.converged && start.cost.total() > kHopeless * best.solution.cost.total();
   }
 
   // Where one search did not converge its cost may be the time step's error: 1 % less does not recommend it.
@@ -232,7 +199,7 @@ class Searches {
     return of_a < of_b;
   }
 
-  // From rest, with the data held ever more firmly.
+  // From rest, with the data held ever more firmly, and moving what is smooth for data held so firmly.
   MinimiseSummary continuation() {
     MinimiseOptions stage = options_;
     stage.gradient_tolerance = std::max(kStageTolerance, options_.gradient_tolerance);
@@ -241,11 +208,13 @@ class Searches {
     double softness = kFirstPart * std::sqrt(2 * rest_.cost.data / count);
     Evaluation at = rest_;
     int stages = 0;
-    for (; softness > 1; softness /= kSoftnessRatio, ++stages) at = solve(std::move(at), stage, {softness}).solution;
-    MinimiseSummary summary = solve(std::move(at), options_);
+    for (; softness > 1; softness /= kSoftnessRatio, ++stages) {
+      const std::vector<Eigen::Index> smooth = objective_.smooth_unknowns(kLevels.front() * softness * softness);
+      if (!smooth.empty()) at = solve(std::move(at), stage, {softness, smooth}).solution;
+    }
+    MinimiseSummary summary = solve_by_levels(std::move(at));
     summary.start = "rest";
     summary.continuation_stages = stages;
-    summary.resolved = objective_.unknowns();
     return summary;
   }
 

@@ -20,6 +20,9 @@ constexpr double kUsefulPart = 1e-3;
 constexpr double kMostLeftOut = 1e-6;
 // So few landmarks all have momenta.
 constexpr Index kAllLandmarks = 250;
+// See MatchingObjective::smooth_unknowns().
+constexpr double kShareOfMomentum = 0.1;
+constexpr double kRoughPart = 1e-2;
 
 void check_positive(double value, std::string_view what) {
   if (!(std::isfinite(value) && value > 0))
@@ -54,11 +57,38 @@ MomentumBasis make_basis(const MatchingProblem& problem) {
 
 }  // namespace
 
+MatchingProblem thinned(const MatchingProblem& problem, const std::vector<Index>& landmarks) {
+  const double weight = static_cast<double>(problem.source.cols()) / static_cast<double>(landmarks.size());
+  MatchingProblem few = problem;
+  few.source = problem.source(Eigen::all, landmarks);
+  few.data = std::make_shared<LandmarkTerm>(problem.data->landmarks()->part(landmarks, weight));
+  few.sigma = problem.sigma / std::sqrt(weight);
+  return few;
+}
+
 MatchingObjective::MatchingObjective(MatchingProblem problem)
     : problem_(checked(std::move(problem))),
       channels_(problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
                                                 static_cast<int>(problem_.source.cols()))),
-      basis_(make_basis(problem_)) {}
+      basis_(make_basis(problem_)) {
+  if (controls() > 0 && problem_.system.noise->traits().moves_positions && basis_.eigenvalues().allFinite())
+    find_left_to_noise();
+}
+
+void MatchingObjective::find_left_to_noise() {
+  const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
+  const VectorXd roughness = basis_.roughness();
+  left_to_noise_.resize(static_cast<std::size_t>(basis_.unknowns()));
+  for (Index i = 0; i < basis_.unknowns(); ++i) {
+    if (roughness[i] * kRoughPart < 1) continue;
+    const Points momenta = basis_.momenta(VectorXd::Unit(basis_.unknowns(), i));
+    const Points velocity = problem_.system.kernel.apply(problem_.source, problem_.source, momenta);
+    const double variance = problem_.system.noise->contract({problem_.source, rest}, {rest, velocity}).squaredNorm() /
+                            velocity.squaredNorm();
+    left_to_noise_[static_cast<std::size_t>(i)] =
+        problem_.grid.time * velocity.squaredNorm() < kShareOfMomentum * variance;
+  }
+}
 
 Index MatchingObjective::controls() const {
   return problem_.realisations.empty() ? static_cast<Index>(channels_) * problem_.grid.steps : 0;
@@ -130,8 +160,11 @@ std::vector<Index> MatchingObjective::smooth_unknowns(double part) const {
   const double least = part * problem_.lambda * std::pow(problem_.sigma / problem_.grid.time, 2) * pivots / landmarks;
   const VectorXd eigenvalues = basis_.eigenvalues();
   std::vector<Index> smooth;
-  for (Index i = 0; i < unknowns(); ++i)
-    if (i >= eigenvalues.size() || eigenvalues[i] >= least) smooth.push_back(i);
+  for (Index i = 0; i < unknowns(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const bool left_to_noise = part > 0 && at < left_to_noise_.size() && left_to_noise_[at];
+    if (i >= eigenvalues.size() || (eigenvalues[i] >= least && !left_to_noise)) smooth.push_back(i);
+  }
   return smooth;
 }
 

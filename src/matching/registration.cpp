@@ -60,7 +60,7 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
   registration.kernel = problem.matching.system.kernel.spec();
   registration.noise = problem.matching.system.noise->spec();
   registration.mode = problem.mode;
-  registration.integrator = options.integrator;
+  registration.integrator = problem.matching.integrator->name();
   registration.grid = options.grid;
   registration.sigma = options.sigma;
   registration.lambda = problem.matching.lambda;

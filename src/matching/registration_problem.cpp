@@ -27,6 +27,14 @@ double choose_lambda(const RegistrationOptions& options, const Points& source) {
   return 1 / (size * size);
 }
 
+// Controls are smooth in time where they are fitted: zero ones must leave the geodesic alone, which what compensates
+// for the roughness of Brownian increments would not. Probabilities of controls are those of the compensated scheme.
+std::string choose_integrator(const RegistrationOptions& options, MatchingMode mode, const NoiseModel& noise) {
+  if (options.integrator != "auto") return options.integrator;
+  const bool controls = mode == MatchingMode::kMap && noise.traits().compensated && !options.uncertainty;
+  return controls ? "variational-paper" : "variational";
+}
+
 // The middle of a curve: of its edges, by their lengths.
 Eigen::VectorXd centre(const Curve& curve) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(curve.points.rows());
@@ -97,8 +105,9 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
   const int frozen = mode == MatchingMode::kExpected ? options.samples : mode == MatchingMode::kPathwise ? 1 : 0;
   for (int s = 0; s < frozen; ++s) realisations.push_back(realisation(*noise, q0, options.grid, options.seed, s));
   if (mode == MatchingMode::kDeterministic) noise = make_noise("none");
+  const std::string integrator = choose_integrator(options, mode, *noise);
   MatchingProblem matching{{make_kernel(options.kernel, q0), std::move(noise)},
-                           make_integrator(options.integrator),
+                           make_integrator(integrator),
                            options.grid,
                            q0,
                            std::move(observed.data),

@@ -43,6 +43,10 @@ class LandmarkTerm final : public DataTerm {
   /// w_a R_a⁻¹, d×d, with rows and columns of 0 for what is not observed.
   Eigen::MatrixXd precision(Eigen::Index a) const;
 
+  /// Some of the landmarks, in the order given, with `weight` times their weights.
+  /// @throws InputError if of these nothing is observed
+  LandmarkTerm part(const std::vector<Eigen::Index>& landmarks, double weight) const;
+
   /// The length of r: how many coordinates are observed, with a weight above 0.
   Eigen::Index residuals() const { return whitening_.rows(); }
 
@@ -50,10 +54,11 @@ class LandmarkTerm final : public DataTerm {
   double log_determinant() const { return log_determinant_; }
 
  private:
+  LandmarkObservations observations_;
   Eigen::Index dimension_;
-  Eigen::VectorXd target_;                                  ///< y, dN, with 0 for what is not observed
-  Eigen::SparseMatrix<double, Eigen::RowMajor> whitening_;  ///< F, of the blocks √w_a L⁻¹
-  std::optional<double> scale_;                             ///< s where F = sI
+  Eigen::VectorXd target_;                 ///< y, dN, with 0 for what is not observed
+  Eigen::SparseMatrix<double> whitening_;  ///< F, of the blocks √w_a L⁻¹; by columns, which precision() takes
+  std::optional<double> scale_;            ///< s where F = sI
   double log_determinant_ = 0;
 };
 

@@ -36,6 +36,11 @@ struct MatchingCost {
   double total() const { return energy + action + data; }
 };
 
+/// The problem of n of its N landmarks, which stand for all of them: each weighs N/n times as much.
+/// @param problem one whose data are landmarks
+/// @throws InputError if of these nothing is observed
+MatchingProblem thinned(const MatchingProblem& problem, const std::vector<Eigen::Index>& landmarks);
+
 /// J in whitened unknowns z = (z0, zW): p0 = VD^{-½}z0 with λK(q0) = VDVᵀ at the landmarks of a MomentumBasis, ΔW = √Δt
 /// zW, so that J = ½|z|² + D. Landmarks are left without a momentum of their own where those of others do what it could
 /// do: while the trace of what is left of K is below 1e-3 λσ²/T², no direction that is left out would explain more than
@@ -80,7 +85,12 @@ class MatchingObjective {
   Linearisation linearise(const Evaluation& at) const;
 
   /// The unknowns but for momenta in directions whose eigenvalue of λK is below `part` of λσ²/T², as that of all
-  /// landmarks would be: the smooth ones, where the energy holds less firmly than the data.
+  /// landmarks would be: the smooth ones, where the energy holds less firmly than the data. Where noise that moves
+  /// landmarks is fitted and `part` is not 0, momenta are left out too whose directions are rough (an eigenvalue below
+  /// 1e-2 of the largest) and belong to the noise: with B its map from increments to displacements, v = Kp and unit z,
+  /// T|v|² < 0.1 |Bᵀv|²/|v|², so that of a small misfit the momenta would explain less than a tenth. Their energy
+  /// counts at t = 0 only, where they nearly cancel: noise that moves such landmarks apart would set free a flow that J
+  /// has not paid for.
   std::vector<Eigen::Index> smooth_unknowns(double part) const;
 
   /// Whether D = ½|r|², and then r.
@@ -98,10 +108,12 @@ class MatchingObjective {
 
  private:
   Eigen::Index controls() const;
+  void find_left_to_noise();
 
   MatchingProblem problem_;
   int channels_;
   MomentumBasis basis_;
+  std::vector<bool> left_to_noise_;  ///< see smooth_unknowns()
 };
 
 }  // namespace pulson

@@ -47,7 +47,9 @@ struct RegistrationOptions {
   std::string kernel = "gaussian:alpha=auto";
   std::string noise = "none";
   std::optional<MatchingMode> mode{};  ///< default: `map` where there is noise, else `deterministic`
-  std::string integrator = "variational";
+  /// `auto`: `variational`; but `variational-paper`, which does not compensate, where controls are fitted and nothing
+  /// is asked of their probability
+  std::string integrator = "auto";
   TimeGrid grid{};
   double sigma = 0.01;
   std::optional<double> lambda = 1;  ///< none: 1/diameter² of the source, so that costs do not depend on the unit

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/minimise.hpp"
+#include "pulson/noise/noise_table.hpp"
+
+namespace pulson {
+
+/// A problem of landmarks for the tests of searches.
+struct Match {
+  Points source, target;
+  std::string kernel = "gaussian:alpha=0.5";
+  std::string noise = "none";
+  TimeGrid grid{1, 20};
+  double sigma = 0.2;
+  std::vector<Eigen::MatrixXd> realisations{};
+
+  MatchingObjective objective() const {
+    Landmarks shape;
+    shape.points = source;
+    return MatchingObjective({{make_kernel(kernel, source), make_noise(noise, shape)},
+                              make_integrator("variational"),
+                              grid,
+                              source,
+                              std::make_shared<LandmarkTerm>(LandmarkObservations{target, sigma}),
+                              sigma,
+                              1,
+                              realisations});
+  }
+};
+
+inline MinimiseSummary minimum(const Match& match, const MinimiseOptions& options) {
+  const MatchingObjective objective = match.objective();
+  MinimiseSummary summary = minimise(objective, options);
+  EXPECT_LE(summary.resolved, objective.unknowns());
+  EXPECT_GT(summary.resolved, 0);
+  return summary;
+}
+
+inline MinimiseOptions with_starts(int starts) {
+  MinimiseOptions options;
+  options.starts = starts;
+  return options;
+}
+
+/// How many searches ended somewhere.
+inline int searches(const MinimiseSummary& summary) {
+  int count = 0;
+  for (const Minimum& each : summary.minima) count += each.found;
+  return count;
+}
+
+}  // namespace pulson

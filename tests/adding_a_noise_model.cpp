@@ -44,11 +44,15 @@ struct Linear : NoiseFormula {
   }
 
   // The model is a field over space, so h_w,p and G_p are known everywhere.
-  void add_spatial_noise(const Points& x, const Eigen::VectorXd& theta, const Eigen::VectorXd& w, Points& field) const {
-    field += theta[0] * w.reshaped(x.rows(), x.rows()) * x;
+  template <class T>
+  void add_spatial_noise(const MatrixOf<T>& x, const VectorOf<T>& theta, const Eigen::VectorXd& w,
+                         MatrixOf<T>& field) const {
+    const MatrixOf<T> map = theta[0] * w.cast<T>().reshaped(x.rows(), x.rows());
+    field += map.lazyProduct(x);
   }
-  void add_spatial_compensation(const Points& x, const Eigen::VectorXd& theta, Points& field) const {
-    field += 0.25 * theta[0] * theta[0] * x;
+  template <class T>
+  void add_spatial_compensation(const MatrixOf<T>& x, const VectorOf<T>& theta, MatrixOf<T>& field) const {
+    field += T(0.25) * theta[0] * theta[0] * x;
   }
 };
 

@@ -265,6 +265,25 @@ TEST_P(NoiseContract, KnowsItsFieldsOverSpaceEverywhere) {
   });
 }
 
+TEST_P(NoiseContract, KnowsTheChangesOfItsFieldsOverSpace) {
+  in_each_dimension([](const Subject& s) {
+    const Points places = random_points(s.d, 2 * kCount, 21);
+    const Points change = random_points(s.d, 2 * kCount, 22);
+    const auto difference = [&](const std::function<Points(const Points&)>& field) -> Points {
+      const double h = 1e-3;
+      const auto around = [&](double step) -> Points {
+        return field(places + step * change) - field(places - step * change);
+      };
+      return (8 * around(h) - around(2 * h)) / (12 * h);
+    };
+    const Points noise = difference([&](const Points& x) { return s.noise->spatial_noise(x, s.w, kCount); });
+    const Points compensation = difference([&](const Points& x) { return s.noise->spatial_compensation(x); });
+    EXPECT_LE((s.noise->spatial_noise_change(places, s.w, kCount, change) - noise).norm(), 1e-8 * (1 + noise.norm()));
+    EXPECT_LE((s.noise->spatial_compensation_change(places, change) - compensation).norm(),
+              1e-8 * (1 + compensation.norm()));
+  });
+}
+
 // ---- structure
 
 TEST_P(NoiseContract, IsAffineInTheMomenta) {

@@ -63,6 +63,16 @@ PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory&
   return delta;
 }
 
+std::vector<SpaceStep> Integrator::space_steps(const StochasticSystem& system, const Trajectory& path) const {
+  const MatrixXd w = acting(path.increments);
+  std::vector<SpaceStep> steps;
+  for (int k = 0; k < path.grid.steps; ++k) {
+    steps.push_back(do_space(step_of(system, path, k, w)));
+    steps.back().w = w.col(k);
+  }
+  return steps;
+}
+
 PathGradient Integrator::adjoint(const StochasticSystem& system, const Trajectory& path,
                                  const PhaseState& final_bar) const {
   const MatrixXd w = acting(path.increments);

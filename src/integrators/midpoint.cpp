@@ -89,4 +89,12 @@ Integrator::StepBar MidpointIntegrator::do_adjoint(const Step& step, const Phase
   return bar;
 }
 
+SpaceStep MidpointIntegrator::do_space(const Step& step) const {
+  SpaceStep space;
+  space.stages = {parted(midpoint(step.start, step.end))};
+  space.noise = Eigen::Vector2d(0.5, 1);
+  space.drift = step.dt * space.noise;
+  return space;
+}
+
 }  // namespace pulson

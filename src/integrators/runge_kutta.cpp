@@ -83,4 +83,13 @@ Integrator::StepBar RungeKuttaIntegrator::do_adjoint(const Step& step, const Pha
   return bar;
 }
 
+SpaceStep RungeKuttaIntegrator::do_space(const Step& step) const {
+  SpaceStep space;
+  space.stages = run_stages(tableau_, StepField(step.system, step.dt, step.w), step.start).at;
+  space.noise.resize(tableau_.a.rows() + 1, tableau_.a.cols());
+  space.noise << tableau_.a, tableau_.b.transpose();
+  space.drift = step.dt * space.noise;
+  return space;
+}
+
 }  // namespace pulson

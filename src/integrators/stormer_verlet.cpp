@@ -88,4 +88,13 @@ Integrator::StepBar StormerVerletIntegrator::do_adjoint(const Step& step, const 
           VectorXd::Zero(step.system.noise->parameters().size())};
 }
 
+SpaceStep StormerVerletIntegrator::do_space(const Step& step) const {
+  SpaceStep space;
+  space.stages = {{step.start.q, step.momenta}, {step.end.q, step.momenta}};
+  const double half = step.dt / 2;
+  space.drift = (Eigen::Matrix<double, 3, 2>() << 0, 0, half, half, half, half).finished();
+  space.noise = Eigen::MatrixXd::Zero(3, 2);
+  return space;
+}
+
 }  // namespace pulson

@@ -150,4 +150,14 @@ Integrator::StepBar VariationalIntegrator::do_adjoint(const Step& step, const Ph
   return bar;
 }
 
+// Noise acts where the step begins, the flow where it ends.
+SpaceStep VariationalIntegrator::do_space(const Step& step) const {
+  SpaceStep space;
+  space.stages = {{step.start.q, step.momenta}, {step.end.q, step.momenta}};
+  space.drift = (Eigen::Matrix<double, 3, 2>() << 0, 0, 0, step.dt, 0, step.dt).finished();
+  space.noise = (Eigen::Matrix<double, 3, 2>() << 0, 0, 1, 0, 1, 0).finished();
+  space.compensated = compensates(*step.system.noise);
+  return space;
+}
+
 }  // namespace pulson

@@ -168,14 +168,17 @@ struct PSd : NoiseFormula {
     }
   }
 
-  void add_spatial_noise(const Points& x, const Eigen::VectorXd& theta, const Eigen::VectorXd& w, Points& field) const {
-    StateOf<double> gradient{Points::Zero(x.rows(), x.cols()), field};
-    add_gradient(StateOf<double>{x, gradient.q}, theta, w, gradient);
+  template <class T>
+  void add_spatial_noise(const MatrixOf<T>& x, const VectorOf<T>& theta, const Eigen::VectorXd& w,
+                         MatrixOf<T>& field) const {
+    StateOf<T> gradient{MatrixOf<T>::Constant(x.rows(), x.cols(), T(0)), field};
+    add_gradient(StateOf<T>{x, gradient.q}, theta, w, gradient);
     field = gradient.p;
   }
-  void add_spatial_compensation(const Points& x, const Eigen::VectorXd& theta, Points& field) const {
-    StateOf<double> gradient{Points::Zero(x.rows(), x.cols()), field};
-    add_compensation_gradient(StateOf<double>{x, gradient.q}, theta, gradient);
+  template <class T>
+  void add_spatial_compensation(const MatrixOf<T>& x, const VectorOf<T>& theta, MatrixOf<T>& field) const {
+    StateOf<T> gradient{MatrixOf<T>::Constant(x.rows(), x.cols(), T(0)), field};
+    add_compensation_gradient(StateOf<T>{x, gradient.q}, theta, gradient);
     field = gradient.p;
   }
 };

@@ -64,18 +64,24 @@ class SumOfNoises final : public NoiseModel {
   }
 
   Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const override {
-    Points field = Points::Zero(x.rows(), x.cols());
-    Eigen::Index channel = 0;
-    for (const auto& term : terms_) {
-      const Eigen::Index size = term->channels(static_cast<int>(x.rows()), count);
-      field += term->spatial_noise(x, w.segment(channel, size), count);
-      channel += size;
-    }
-    return field;
+    return added_fields(x, w, count, [&](const NoiseModel& term, const Eigen::VectorXd& w_term) {
+      return term.spatial_noise(x, w_term, count);
+    });
+  }
+  Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int count,
+                              const Points& change) const override {
+    return added_fields(x, w, count, [&](const NoiseModel& term, const Eigen::VectorXd& w_term) {
+      return term.spatial_noise_change(x, w_term, count, change);
+    });
   }
   Points spatial_compensation(const Points& x) const override {
     Points field = Points::Zero(x.rows(), x.cols());
     for (const auto& term : terms_) field += term->spatial_compensation(x);
+    return field;
+  }
+  Points spatial_compensation_change(const Points& x, const Points& change) const override {
+    Points field = Points::Zero(x.rows(), x.cols());
+    for (const auto& term : terms_) field += term->spatial_compensation_change(x, change);
     return field;
   }
 
@@ -157,6 +163,18 @@ class SumOfNoises final : public NoiseModel {
       visit(*term, first, size);
       first += size;
     }
+  }
+
+  template <class Part>
+  Points added_fields(const Points& x, const Eigen::VectorXd& w, int count, const Part& part) const {
+    Points field = Points::Zero(x.rows(), x.cols());
+    Eigen::Index channel = 0;
+    for (const auto& term : terms_) {
+      const Eigen::Index size = term->channels(static_cast<int>(x.rows()), count);
+      field += part(*term, Eigen::VectorXd(w.segment(channel, size)));
+      channel += size;
+    }
+    return field;
   }
 
   template <class Part>

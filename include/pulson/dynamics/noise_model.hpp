@@ -65,8 +65,13 @@ class NoiseModel {
   /// C increments are those of a shape of `count` landmarks.
   virtual Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const = 0;
 
+  /// The change of that field along a change of the places, d×M.
+  virtual Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int count,
+                                      const Points& change) const = 0;
+
   /// The same share of G_p, d×M.
   virtual Points spatial_compensation(const Points& x) const = 0;
+  virtual Points spatial_compensation_change(const Points& x, const Points& change) const = 0;
 
   /// λ of the friction −λ H_p in dp.
   virtual double friction() const { return 0; }

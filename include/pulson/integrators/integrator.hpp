@@ -8,6 +8,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/time_grid.hpp"
 #include "pulson/dynamics/stochastic_system.hpp"
+#include "pulson/integrators/space_step.hpp"
 
 namespace pulson {
 
@@ -107,6 +108,9 @@ class Integrator {
   virtual Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                            const Eigen::MatrixXd& momentum_changes) const;
 
+  /// How each step of a path moves the space between the landmarks.
+  std::vector<SpaceStep> space_steps(const StochasticSystem& system, const Trajectory& path) const;
+
  protected:
   struct StepOutcome {
     PhaseState end;
@@ -137,6 +141,7 @@ class Integrator {
   virtual PhaseState do_tangent(const Step& step, const PhaseState& start_change, const Eigen::VectorXd& w_change,
                                 const Eigen::VectorXd& parameters_change) const = 0;
   virtual StepBar do_adjoint(const Step& step, const PhaseState& end_bar) const = 0;
+  virtual SpaceStep do_space(const Step& step) const = 0;
 
   /// From the increments of the path to those that act in its steps, and the transpose of this map.
   virtual Eigen::MatrixXd acting(const Eigen::MatrixXd& increments) const { return increments; }

@@ -36,6 +36,7 @@ class RungeKuttaIntegrator final : public Integrator {
   PhaseState do_tangent(const Step& step, const PhaseState& start_change, const Eigen::VectorXd& w_change,
                         const Eigen::VectorXd& parameters_change) const override;
   StepBar do_adjoint(const Step& step, const PhaseState& end_bar) const override;
+  SpaceStep do_space(const Step& step) const override;
 
  private:
   ExplicitTableau tableau_;

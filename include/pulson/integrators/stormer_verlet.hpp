@@ -23,6 +23,7 @@ class StormerVerletIntegrator final : public Integrator {
   PhaseState do_tangent(const Step& step, const PhaseState& start_change, const Eigen::VectorXd& w_change,
                         const Eigen::VectorXd& parameters_change) const override;
   StepBar do_adjoint(const Step& step, const PhaseState& end_bar) const override;
+  SpaceStep do_space(const Step& step) const override;
 };
 
 }  // namespace pulson

@@ -45,6 +45,7 @@ class VariationalIntegrator final : public Integrator {
   PhaseState do_tangent(const Step& step, const PhaseState& start_change, const Eigen::VectorXd& w_change,
                         const Eigen::VectorXd& parameters_change) const override;
   StepBar do_adjoint(const Step& step, const PhaseState& end_bar) const override;
+  SpaceStep do_space(const Step& step) const override;
   Eigen::MatrixXd acting(const Eigen::MatrixXd& increments) const override { return acting_increments(increments); }
   Eigen::MatrixXd acting_transposed(const Eigen::MatrixXd& acting_bar) const override {
     return acting_increments_transposed(acting_bar);

@@ -34,9 +34,11 @@ struct NoiseFormula {
   void add_compensation_gradient(const StateOf<T>& /*state*/, const VectorOf<T>& /*theta*/,
                                  StateOf<T>& /*gradient*/) const {}
   /// Adds Σ_i w_i ξ_i(x) where the model is made of fields over space.
-  void add_spatial_noise(const Points& /*x*/, const Eigen::VectorXd& /*theta*/, const Eigen::VectorXd& /*w*/,
-                         Points& /*field*/) const {}
-  void add_spatial_compensation(const Points& /*x*/, const Eigen::VectorXd& /*theta*/, Points& /*field*/) const {}
+  template <class T>
+  void add_spatial_noise(const MatrixOf<T>& /*x*/, const VectorOf<T>& /*theta*/, const Eigen::VectorXd& /*w*/,
+                         MatrixOf<T>& /*field*/) const {}
+  template <class T>
+  void add_spatial_compensation(const MatrixOf<T>& /*x*/, const VectorOf<T>& /*theta*/, MatrixOf<T>& /*field*/) const {}
   /// The place in θ of the friction λ, or −1 where there is none.
   static int friction_index() { return -1; }
 };
@@ -107,14 +109,25 @@ class DifferentiatedNoise final : public NoiseModel {
   }
 
   Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int /*count*/) const override {
-    Points field = Points::Zero(x.rows(), x.cols());
-    formula_.add_spatial_noise(x, theta_, w, field);
+    MatrixOf<double> field = Points::Zero(x.rows(), x.cols());
+    formula_.add_spatial_noise(MatrixOf<double>(x), theta_, w, field);
     return field;
   }
+  Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int /*count*/,
+                              const Points& change) const override {
+    MatrixOf<Dual> field = MatrixOf<Dual>::Constant(x.rows(), x.cols(), Dual());
+    formula_.add_spatial_noise(dual(x, change), rest(theta_), w, field);
+    return field.unaryExpr([](const Dual& value) { return value.change; });
+  }
   Points spatial_compensation(const Points& x) const override {
-    Points field = Points::Zero(x.rows(), x.cols());
-    formula_.add_spatial_compensation(x, theta_, field);
+    MatrixOf<double> field = Points::Zero(x.rows(), x.cols());
+    formula_.add_spatial_compensation(MatrixOf<double>(x), theta_, field);
     return field;
+  }
+  Points spatial_compensation_change(const Points& x, const Points& change) const override {
+    MatrixOf<Dual> field = MatrixOf<Dual>::Constant(x.rows(), x.cols(), Dual());
+    formula_.add_spatial_compensation(dual(x, change), rest(theta_), field);
+    return field.unaryExpr([](const Dual& value) { return value.change; });
   }
 
   double friction() const override { return Formula::friction_index() < 0 ? 0 : theta_[Formula::friction_index()]; }

@@ -2,130 +2,188 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <string>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include "pulson/core/parallel.hpp"
+#include "space_motion.hpp"
 
 namespace pulson {
 namespace {
 
-constexpr double kRankTolerance = 1e-10;
-constexpr int kMaxNewton = 50;
-constexpr int kMaxTurns = 400;
-constexpr double kContraction = 0.95;
-constexpr double kSamePlace = 1e-9;  // of the size of the coordinates
+using Eigen::Index;
+using Eigen::MatrixXd;
 
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& gram) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
-  const Eigen::VectorXd& values = eigen.eigenvalues();
-  const double floor = kRankTolerance * values[values.size() - 1];
-  const Eigen::VectorXd inverse = (values.array() >= floor).select(values.cwiseInverse(), 0);
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+constexpr double kSamePlace = 1e-9;  // of the size of the coordinates
+// Points that go through the steps together: their label-space basis fits into a cache.
+constexpr Index kBlock = 256;
+
+// Calls task(first, size) for blocks of `count` points, on all threads.
+template <class Task>
+void for_blocks(Index count, const Task& task) {
+  parallel_for(static_cast<int>((count + kBlock - 1) / kBlock), [&](int block) {
+    const Index first = block * kBlock;
+    task(first, std::min(kBlock, count - first));
+  });
 }
+
+MatrixXd identity_columns(Index d, Index count) { return MatrixXd::Identity(d, d).reshaped().replicate(1, count); }
+
+// Displacements of points with given labels, by the rows of a step.
+class LabelBlock {
+ public:
+  LabelBlock(const LabelSpace* space, const Points& labels, bool with_gradients)
+      : space_(space), labels_(labels), with_gradients_(with_gradients) {
+    if (space_ != nullptr) basis_ = space_->basis(labels);
+  }
+
+  OwnDisplacements of(const std::vector<Points>& coefficients) const {
+    OwnDisplacements own;
+    for (const Points& row : coefficients) {
+      own.places.emplace_back();
+      own.gradients.emplace_back();
+      if (row.size() == 0) continue;
+      own.places.back() = row * basis_;
+      if (with_gradients_) own.gradients.back() = space_->gradients(labels_, row);
+    }
+    return own;
+  }
+
+ private:
+  const LabelSpace* space_;
+  const Points& labels_;
+  bool with_gradients_;
+  MatrixXd basis_;
+};
 
 }  // namespace
 
-MaterialFlow::MaterialFlow(StochasticSystem system, Trajectory path)
-    : system_(std::move(system)), path_(std::move(path)), w_(acting_increments(path_.increments)) {
-  const NoiseModel& noise = *system_.noise;
-  if (path_.integrator != "variational" && path_.integrator != "variational-paper")
-    throw InputError("the map of the plane is for the variational integrators; the path is of '" + path_.integrator +
-                     "'");
-  compensates_ = path_.integrator == "variational" && noise.traits().compensated;
-  if (!noise.traits().moves_positions) return;
-  const auto count = static_cast<int>(path_.initial().q.cols());
+Eigen::VectorXd MovedPoints::jacobians() const {
+  const Index d = places.rows();
+  Eigen::VectorXd determinants(places.cols());
+  for (Index m = 0; m < places.cols(); ++m) determinants[m] = MatrixXd(gradients.col(m).reshaped(d, d)).determinant();
+  return determinants;
+}
+
+MaterialFlow::MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel labels)
+    : system_(std::move(system)),
+      path_(std::move(path)),
+      steps_(make_integrator(path_.integrator)->space_steps(system_, path_)) {
+  const std::vector<std::vector<Points>> displacements = landmark_displacements();
+  check_landmarks(displacements);
   double largest = 0;
-  for (int k = 0; k < path_.grid.steps; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const Points& q = path_.states[i].q;
-    const Points& q_next = path_.states[i + 1].q;
-    const Points& p = path_.step_momenta(k);
-    Points delta = noise.gradient({q, p}, w_.col(k)).p - noise.spatial_noise(q, w_.col(k), count);
-    if (compensates_)
-      delta += path_.grid.dt() * (noise.compensation_gradient({q_next, p}).p - noise.spatial_compensation(q_next));
-    largest = std::max(largest, delta.cwiseAbs().maxCoeff());
-    landmark_noise_.push_back(std::move(delta));
-  }
-  if (largest == 0) {
-    landmark_noise_.clear();
-    return;
-  }
-  const Eigen::MatrixXd inverse = pseudo_inverse(system_.kernel.gram(path_.initial().q, path_.initial().q));
-  for (const Points& delta : landmark_noise_) noise_coefficients_.emplace_back(delta * inverse);
+  for (const std::vector<Points>& rows : displacements)
+    for (const Points& row : rows)
+      if (row.size() > 0) largest = std::max(largest, row.cwiseAbs().maxCoeff());
+  label_coefficients_.resize(steps_.size());
+  if (largest == 0) return;
+  labels_ = LabelSpace::make(labels, system_.kernel, path_.initial().q);
+  for (std::size_t k = 0; k < steps_.size(); ++k)
+    for (const Points& row : displacements[k])
+      label_coefficients_[k].push_back(row.size() > 0 ? labels_->coefficients(row) : Points());
 }
 
-// Σ_b K(x − q_b) p_b + η(x)
-Points MaterialFlow::field(const Points& x, const Points& q, const Points& p) const {
-  Points velocity = system_.kernel.apply(x, q, p);
-  if (compensates_) velocity += system_.noise->spatial_compensation(x);
-  return velocity;
-}
-
-// X = c + Δt u(X) with the field of the landmarks' own implicit step: all points at once by the fixed-point iteration,
-// which contracts wherever the map is certain to exist, then by Newton. The landmarks go along as points and must land
-// on themselves; where they do not, the step is too long for the map.
-Points MaterialFlow::step(int k, const Points& x, const Points& labels) const {
-  const auto i = static_cast<std::size_t>(k);
-  const Points& q = path_.states[i + 1].q;
-  Points c(x.rows(), x.cols() + q.cols());
-  c << x, path_.states[i].q;
-  if (w_.rows() > 0) c += system_.noise->spatial_noise(c, w_.col(k), static_cast<int>(q.cols()));
-  if (!noise_coefficients_.empty()) {
-    c.leftCols(x.cols()) += system_.kernel.apply(labels, path_.initial().q, noise_coefficients_[i]);
-    c.rightCols(q.cols()) += landmark_noise_[i];
-  }
-  const std::optional<Points> moved = solve_points(c, q, path_.step_momenta(k));
-  const double scale = std::max(c.cwiseAbs().maxCoeff(), q.cwiseAbs().maxCoeff());
-  if (!moved || !((moved->rightCols(q.cols()) - q).cwiseAbs().maxCoeff() <= kSamePlace * scale))
-    throw StepError(k, path_.grid, "the map of the plane has no unique value at some point");
-  return moved->leftCols(x.cols());
-}
-
-std::optional<Points> MaterialFlow::solve_points(const Points& c, const Points& q, const Points& p) const {
-  const double dt = path_.grid.dt();
-  const double enough = 1e-14 * std::max(c.cwiseAbs().maxCoeff(), q.cwiseAbs().maxCoeff());
-  Points x = c;
-  double previous = std::numeric_limits<double>::infinity();
-  for (int turn = 0; turn < kMaxTurns; ++turn) {
-    const Points next = c + dt * field(x, q, p);
-    const double correction = (next - x).cwiseAbs().maxCoeff();
-    x = next;
-    if (!std::isfinite(correction)) return std::nullopt;
-    if (correction <= enough) return x;
-    if (correction > kContraction * previous) break;
-    previous = correction;
-  }
-  const Eigen::Index d = c.rows();
-  Eigen::MatrixXd jacobian;
-  for (int turn = 0; turn < kMaxNewton; ++turn) {
-    // Without the slope of η: where it matters the iteration converges all the same, if not quadratically.
-    Points velocity = system_.kernel.apply_with_jacobian(x, q, p, jacobian);
-    if (compensates_) velocity += system_.noise->spatial_compensation(x);
-    double largest = 0;
-    for (Eigen::Index m = 0; m < x.cols(); ++m) {
-      const Eigen::MatrixXd slope =
-          Eigen::MatrixXd::Identity(d, d) - dt * Eigen::MatrixXd(jacobian.col(m).reshaped(d, d));
-      if (!(slope.determinant() > 0)) return std::nullopt;
-      const Eigen::VectorXd correction = slope.partialPivLu().solve(c.col(m) + dt * velocity.col(m) - x.col(m));
-      x.col(m) += correction;
-      largest = std::max(largest, correction.cwiseAbs().maxCoeff());
+// By step and row of its table what the noise, and what compensates it, does to landmarks beyond its fields over space.
+std::vector<std::vector<Points>> MaterialFlow::landmark_displacements() const {
+  const NoiseModel& noise = *system_.noise;
+  std::vector<std::vector<Points>> all(steps_.size());
+  if (!noise.traits().moves_positions) return all;
+  const auto count = static_cast<int>(path_.initial().q.cols());
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    const SpaceStep& step = steps_[k];
+    all[k].resize(static_cast<std::size_t>(step.drift.rows()));
+    for (Index j = 0; j < step.drift.cols(); ++j) {
+      const PhaseState& at = step.stages[static_cast<std::size_t>(j)];
+      const bool noisy = !step.noise.col(j).isZero(0);
+      const bool compensated = step.compensated && !step.drift.col(j).isZero(0);
+      Points by_noise, by_compensation;
+      if (noisy) by_noise = noise.gradient(at, step.w).p - noise.spatial_noise(at.q, step.w, count);
+      if (compensated) by_compensation = noise.compensation_gradient(at).p - noise.spatial_compensation(at.q);
+      for (Index i = 0; i < step.drift.rows(); ++i) {
+        Points& row = all[k][static_cast<std::size_t>(i)];
+        if (row.size() == 0) row = Points::Zero(at.q.rows(), at.q.cols());
+        if (noisy) row += step.noise(i, j) * by_noise;
+        if (compensated) row += step.drift(i, j) * by_compensation;
+      }
     }
-    if (largest <= enough) return x;
+    for (Points& row : all[k])
+      if (row.isZero(0)) row.resize(0, 0);
   }
-  return std::nullopt;
+  return all;
+}
+
+// Landmarks go through the steps as points of space and must land on themselves; where they do not, a step is too long.
+void MaterialFlow::check_landmarks(const std::vector<std::vector<Points>>& displacements) const {
+  const auto count = static_cast<int>(path_.initial().q.cols());
+  parallel_for(path_.grid.steps, [&](int k) {
+    const auto i = static_cast<std::size_t>(k);
+    const Points& end = path_.states[i + 1].q;
+    PointsOnTheWay points{path_.states[i].q, {}};
+    const bool moved = SpaceMotion(system_, steps_[i], count).forward(points, {displacements[i], {}});
+    const double scale = std::max(path_.states[i].q.cwiseAbs().maxCoeff(), end.cwiseAbs().maxCoeff());
+    if (!moved || !((points.x - end).cwiseAbs().maxCoeff() <= kSamePlace * scale))
+      throw StepError(k, path_.grid, "the map of space has no unique value at some landmark");
+  });
 }
 
 std::vector<Points> MaterialFlow::paths(const Points& labels) const {
-  std::vector<Points> places{labels};
-  for (int k = 0; k < path_.grid.steps; ++k) places.push_back(step(k, places.back(), labels));
+  const auto count = static_cast<int>(path_.initial().q.cols());
+  std::vector<Points> places(steps_.size() + 1, Points(labels.rows(), labels.cols()));
+  places.front() = labels;
+  for_blocks(labels.cols(), [&](Index first, Index size) {
+    const Points block = labels.middleCols(first, size);
+    const LabelBlock own(labels_.get(), block, false);
+    PointsOnTheWay points{block, {}};
+    for (std::size_t k = 0; k < steps_.size(); ++k) {
+      if (!SpaceMotion(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
+        throw StepError(static_cast<int>(k), path_.grid, "the map of space has no unique value at some point");
+      places[k + 1].middleCols(first, size) = points.x;
+    }
+  });
   return places;
 }
 
-Points MaterialFlow::end(const Points& labels) const {
-  Points x = labels;
-  for (int k = 0; k < path_.grid.steps; ++k) x = step(k, x, labels);
-  return x;
+Points MaterialFlow::end(const Points& labels) const { return moved(labels, false).places; }
+
+MovedPoints MaterialFlow::end_with_gradients(const Points& labels) const { return moved(labels, true); }
+
+MovedPoints MaterialFlow::moved(const Points& labels, bool with_gradients) const {
+  const Index d = labels.rows();
+  const auto count = static_cast<int>(path_.initial().q.cols());
+  MovedPoints result{Points(d, labels.cols()), MatrixXd(d * d, with_gradients ? labels.cols() : 0)};
+  for_blocks(labels.cols(), [&](Index first, Index size) {
+    const Points block = labels.middleCols(first, size);
+    const LabelBlock own(labels_.get(), block, with_gradients);
+    PointsOnTheWay points{block, with_gradients ? identity_columns(d, size) : MatrixXd()};
+    for (std::size_t k = 0; k < steps_.size(); ++k)
+      if (!SpaceMotion(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
+        throw StepError(static_cast<int>(k), path_.grid, "the map of space has no unique value at some point");
+    result.places.middleCols(first, size) = points.x;
+    if (with_gradients) result.gradients.middleCols(first, size) = points.gradients;
+  });
+  return result;
+}
+
+MovedPoints MaterialFlow::inverse(const Points& places) const {
+  if (!is_diffeomorphic())
+    throw InputError("the map has no inverse: its noise moves landmarks by themselves, and may fold space");
+  const Index d = places.rows();
+  const auto count = static_cast<int>(path_.initial().q.cols());
+  MovedPoints result{Points(d, places.cols()), MatrixXd(d * d, places.cols())};
+  for_blocks(places.cols(), [&](Index first, Index size) {
+    PointsOnTheWay points{places.middleCols(first, size), identity_columns(d, size)};
+    for (std::size_t k = steps_.size(); k-- > 0;)
+      if (!SpaceMotion(system_, steps_[k], count).backward(points))
+        throw StepError(static_cast<int>(k), path_.grid, "the map of space cannot be inverted at some point");
+    result.places.middleCols(first, size) = points.x;
+    result.gradients.middleCols(first, size) = points.gradients;
+  });
+  return result;
+}
+
+double MaterialFlow::landmark_error() const {
+  return (end(path_.initial().q) - path_.final().q).colwise().norm().maxCoeff();
 }
 
 }  // namespace pulson

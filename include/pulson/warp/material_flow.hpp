@@ -1,44 +1,74 @@
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "pulson/integrators/integrator.hpp"
+#include "pulson/warp/label_space.hpp"
 
 namespace pulson {
 
-/// The motion of every point of space under a landmark path. The point with label x (its place at t = 0) moves by
+/// Where points went, and the gradient of the map there.
+struct MovedPoints {
+  Points places;              ///< d×M
+  Eigen::MatrixXd gradients;  ///< column m: ∂X(T)/∂x at x_m, d×d in column-major order
+
+  /// det ∂X(T)/∂x, M numbers.
+  Eigen::VectorXd jacobians() const;
+};
+
+/// The motion of every point of space under a landmark path. A step moves the point with label x (its place at t = 0)
+/// by the same stages as the landmarks, see SpaceStep; of the variational integrators
 ///
 ///     X⁺ = X + Δt (Σ_b K(X⁺ − q_b⁺) p_b + η(X⁺)) + Σ_i ξ_i(X) w_i + Σ_a c_a(x) δ_a,   X(0) = x
 ///
-/// the step of the variational integrators, where ξ_i are the fields of noise over space and η what compensates them
-/// (P-SD); δ_a is what other noise moved landmark a in this step, and c(x) = K(x,q0) K(q0,q0)^{-1} are the cardinal
-/// functions of kernel interpolation in label space: each object takes its interior along, so two of them pass through
-/// each other cleanly. The map is a diffeomorphism where δ = 0, and may fold else. K(q0,q0) is inverted on the
-/// eigenvectors whose eigenvalue is at least 1e-10 of the largest.
+/// where ξ_i are the fields of noise over space and η what compensates them (P-SD); δ_a is what other noise moved
+/// landmark a in this step, and c_a the cardinal functions of interpolation in label space: each object takes its
+/// interior along, so two of them pass through each other cleanly. The map is a diffeomorphism where all δ = 0, and may
+/// fold else. Methods run on all threads.
 class MaterialFlow {
  public:
-  /// @throws InputError for a path of another integrator
-  MaterialFlow(StochasticSystem system, Trajectory path);
+  /// @throws StepError where a step is too long for the space between the landmarks
+  MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel labels = LabelKernel::kMetric);
 
   /// Places of the labelled points at every time of the path. @param labels d×M @return K+1 matrices d×M @throws
-  /// StepError where a step is too large for a point
+  /// StepError where a step is too long for a point
   std::vector<Points> paths(const Points& labels) const;
 
   /// Places at the end of the path, d×M.
   Points end(const Points& labels) const;
 
+  /// The same with the gradient, by the tangent of every step.
+  MovedPoints end_with_gradients(const Points& labels) const;
+
+  int dimension() const { return static_cast<int>(path_.initial().q.rows()); }
+  const Trajectory& path() const { return path_; }
+
+  /// Whether nothing is interpolated in label space.
+  bool is_diffeomorphic() const { return labels_ == nullptr; }
+
+  /// The labels of the points that end at given places: every step solved backwards, to round-off. @throws InputError
+  /// where the map is no diffeomorphism; StepError where a step has no inverse
+  MovedPoints inverse(const Points& places) const;
+
+  /// The largest distance of a landmark, moved as a point of space, from its own end: round-off but for the ridge.
+  double landmark_error() const;
+
+  /// Of the interpolation in label space; 0 where there is none.
+  double ridge() const { return labels_ ? labels_->ridge() : 0; }
+
  private:
-  Points step(int k, const Points& x, const Points& labels) const;
-  std::optional<Points> solve_points(const Points& c, const Points& q, const Points& p) const;
-  Points field(const Points& x, const Points& q, const Points& p) const;
+  MovedPoints moved(const Points& labels, bool with_gradients) const;
+  std::vector<std::vector<Points>> landmark_displacements() const;
+  void check_landmarks(const std::vector<std::vector<Points>>& displacements) const;
 
   StochasticSystem system_;
   Trajectory path_;
-  Eigen::MatrixXd w_;  ///< increments that act in each step, C×K
-  bool compensates_ = false;
-  std::vector<Points> landmark_noise_;      ///< per step δ, d×N; empty where it is zero
-  std::vector<Points> noise_coefficients_;  ///< per step K(q0,q0)^{-1} applied to δ, d×N; empty where it is zero
+  std::vector<SpaceStep> steps_;
+  std::unique_ptr<const LabelSpace> labels_;  ///< none where no landmark is moved by noise of its own
+  /// By step and row of its table: what moves the landmarks alone, as coefficients in label space, d×B; empty where
+  /// none.
+  std::vector<std::vector<Points>> label_coefficients_;
 };
 
 }  // namespace pulson

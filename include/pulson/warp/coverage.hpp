@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pulson/warp/mesh_raster.hpp"
+
+namespace pulson {
+
+/// How a band, or the sum of several, is covered.
+struct Coverage {
+  int max_multiplicity = 0;
+  std::int64_t samples = 0;
+  std::int64_t uncovered = 0;
+
+  /// Samples without any sheet over all samples.
+  double uncovered_fraction() const;
+  Coverage& operator+=(const Coverage& other);
+};
+
+Coverage coverage(const RasterBand& band);
+
+/// The pixels of a band none of whose samples is covered, row by row.
+std::vector<bool> uncovered_pixels(const RasterBand& band);
+
+/// The pixels of `mask` that no path of its pixels, from neighbour to neighbour of the four, connects to the border:
+/// the holes, where `mask` is what is uncovered. @param mask width·height, row by row @throws InputError if it is not
+/// so
+std::vector<bool> enclosed(const std::vector<bool>& mask, int width, int height);
+
+}  // namespace pulson

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pulson/warp/deformed_mesh.hpp"
+
+namespace pulson {
+
+/// Which sheet is on top where several cover a sample.
+enum class Over {
+  kLeastStretched,  ///< orientation-preserving before reversing, then the smallest largest singular value of the
+                    ///< triangle's affine map, then the first
+  kAverage,         ///< all sheets, by MeshRaster::sheet; MeshRaster::band has the least stretched
+  kFirst,           ///< the first triangle, row by row
+  kPriority         ///< the largest priority of the cell, then the least stretched
+};
+
+/// @throws InputError that lists the valid names: least-stretched, average, first, label-order
+Over parse_over(std::string_view name);
+std::string over_name(Over over);
+
+struct RasterOptions {
+  int width = 0;  ///< of the output, in pixels
+  int height = 0;
+  int supersampling = 2;  ///< S, 1 to 8: S×S samples per pixel at offsets (i + 0.5)/S − 0.5
+  Over over = Over::kLeastStretched;
+  int rows_per_band = 0;  ///< pixel rows of a band; 0 for bands of about 2^18 samples
+};
+
+/// The samples of some pixel rows of the output. Arrays have one entry per sample: width·S in a row, rows·S rows, so
+/// the sample (i, j) of pixel (x, first_row + y) is at (y·S + j)·width·S + x·S + i.
+struct RasterBand {
+  int first_row = 0;
+  int rows = 0;
+  int width = 0;
+  int supersampling = 1;
+  std::vector<std::array<float, 2>> labels;  ///< place in the source, in pixel coordinates; NaN where there is none
+  std::vector<std::uint8_t> counts;          ///< triangles that cover the sample: its preimages; 255 stands for more
+  std::vector<std::uint8_t> reversed;        ///< 1 where the sheet of `labels` is turned over, else 0
+};
+
+/// The push-forward of an image's pixel mesh through a map that may fold: for every sample of the output, in how many
+/// sheets it is covered and the place in the source of the sheet on top.
+///
+/// Vertices are snapped to 1/1024 of the samples' distance, after which coverage is exact integer arithmetic. A sample
+/// on an edge counts as one slightly to its right, and on a horizontal edge as one slightly below it: so in a sheet it
+/// is covered once, and at a fold twice or not at all. The number of preserving minus reversing triangles is the degree
+/// of the snapped map everywhere. Labels are linear on the snapped triangles and never outside of their triangle.
+/// Triangles without area cover nothing. Cells with a vertex further than 2^19 samples from the origin, where the
+/// arithmetic would overflow, are left out as if it were NaN.
+///
+/// The mesh is not copied where it is moved in; the rest takes a quarter of a byte per cell, and a band about 18 bytes
+/// per sample. All members are thread-safe; bands do not depend on each other, on their size or on the number of
+/// threads.
+class MeshRaster {
+ public:
+  /// @param priority one per cell, row by row, for Over::kPriority alone
+  /// @throws InputError for sizes or a supersampling out of range (an output of more than 2^18 samples in a row or
+  /// column is), for a mesh as DeformedMesh::check, for priorities that are missing, not asked for or NaN
+  MeshRaster(DeformedMesh mesh, const RasterOptions& options, std::vector<float> priority = {});
+
+  const DeformedMesh& mesh() const { return mesh_; }
+  int bands() const;
+
+  /// The sheets on top. @param index 0 to bands() − 1 @throws InputError for another
+  RasterBand band(int index) const;
+
+  /// The n-th of the sheets that cover each sample, in row-by-row order of triangles, from 0; `counts` is as in band().
+  /// Takes as long as band(). @throws InputError if n is not between 0 and 254
+  RasterBand sheet(int index, int n) const;
+
+ private:
+  // The sample rows that a block of cells may cover; none where last < first.
+  struct SampleRows {
+    std::int32_t first, last;
+  };
+
+  RasterBand empty_band(int index) const;
+  SampleRows rows_of_block(int block, int row) const;
+  template <class Writer>
+  void write_cells(Writer& writer) const;
+  template <class Writer>
+  void write_block(Writer& writer, int block, int row) const;
+
+  DeformedMesh mesh_;
+  RasterOptions options_;
+  std::vector<float> priority_;
+  int blocks_per_row_ = 0;
+  std::vector<SampleRows> block_rows_;  ///< row by row
+};
+
+}  // namespace pulson

@@ -1,0 +1,163 @@
+#include "pulson/warp/label_space.hpp"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kMostCondition = 1e12;
+
+constexpr std::array<std::pair<std::string_view, LabelKernel>, 2> kNames = {
+    {{"metric", LabelKernel::kMetric}, {"thin-plate", LabelKernel::kThinPlate}}};
+
+// |largest| / |smallest| eigenvalue of a symmetric matrix, and the largest.
+std::pair<double, double> condition(const MatrixXd& matrix) {
+  const VectorXd sizes =
+      Eigen::SelfAdjointEigenSolver<MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();
+  return {sizes.maxCoeff() / sizes.minCoeff(), sizes.maxCoeff()};
+}
+
+class MetricLabels final : public LabelSpace {
+ public:
+  MetricLabels(const KernelOperator& metric, const Points& labels) : metric_(metric), labels_(labels) {
+    MatrixXd gram = metric.gram(labels, labels);
+    const auto [number, largest] = condition(gram);
+    if (!(number < kMostCondition)) {
+      ridge_ = largest / kMostCondition;
+      gram.diagonal().array() += ridge_;
+    }
+    factors_.compute(gram);
+  }
+
+  Points coefficients(const Points& displacements) const override {
+    return factors_.solve(displacements.transpose()).transpose();
+  }
+  MatrixXd basis(const Points& x) const override { return metric_.gram(labels_, x); }
+  MatrixXd gradients(const Points& x, const Points& coefficients) const override {
+    MatrixXd gradients;
+    metric_.apply_with_jacobian(x, labels_, coefficients, gradients);
+    return gradients;
+  }
+
+ private:
+  KernelOperator metric_;
+  Points labels_;
+  Eigen::PartialPivLU<MatrixXd> factors_;
+};
+
+// Duchon's splines: φ of the distances, and 1, x, y, z.
+class ThinPlateLabels final : public LabelSpace {
+ public:
+  explicit ThinPlateLabels(const Points& labels) : labels_(labels) {
+    const Index n = labels.cols();
+    const Index affine = labels.rows() + 1;
+    MatrixXd system = MatrixXd::Zero(n + affine, n + affine);
+    system.leftCols(n).topRows(n) = radial(labels);
+    system.topRightCorner(n, affine) = polynomials(labels);
+    if (Eigen::ColPivHouseholderQR<MatrixXd>(system.topRightCorner(n, affine)).rank() < affine)
+      throw InputError("the thin plate needs landmarks that do not all lie on one line or plane");
+    system.bottomLeftCorner(affine, n) = system.topRightCorner(n, affine).transpose();
+    factors_.compute(system);
+  }
+
+  Points coefficients(const Points& displacements) const override {
+    MatrixXd values = MatrixXd::Zero(factors_.rows(), displacements.rows());
+    values.topRows(displacements.cols()) = displacements.transpose();
+    return factors_.solve(values).transpose();
+  }
+
+  MatrixXd basis(const Points& x) const override {
+    MatrixXd basis(factors_.rows(), x.cols());
+    basis << radial(x).transpose(), polynomials(x).transpose();
+    return basis;
+  }
+
+  MatrixXd gradients(const Points& x, const Points& coefficients) const override {
+    const Index d = x.rows();
+    MatrixXd gradients(d * d, x.cols());
+    for (Index m = 0; m < x.cols(); ++m) {
+      MatrixXd gradient = coefficients.rightCols(d);
+      for (Index a = 0; a < labels_.cols(); ++a) {
+        const VectorXd way = x.col(m) - labels_.col(a);
+        gradient += slope_by_distance(way.norm()) * coefficients.col(a) * way.transpose();
+      }
+      gradients.col(m) = gradient.reshaped();
+    }
+    return gradients;
+  }
+
+ private:
+  double value(double r) const {
+    switch (labels_.rows()) {
+      case 1:
+        return r * r * r;
+      case 2:
+        return r > 0 ? r * r * std::log(r) : 0;
+      default:
+        return -r;
+    }
+  }
+
+  // φ'(r)/r
+  double slope_by_distance(double r) const {
+    if (!(r > 0)) return 0;
+    switch (labels_.rows()) {
+      case 1:
+        return 3 * r;
+      case 2:
+        return 2 * std::log(r) + 1;
+      default:
+        return -1 / r;
+    }
+  }
+
+  MatrixXd radial(const Points& x) const {
+    MatrixXd radial(x.cols(), labels_.cols());
+    for (Index a = 0; a < labels_.cols(); ++a)
+      for (Index m = 0; m < x.cols(); ++m) radial(m, a) = value((x.col(m) - labels_.col(a)).norm());
+    return radial;
+  }
+
+  static MatrixXd polynomials(const Points& x) {
+    MatrixXd polynomials(x.cols(), x.rows() + 1);
+    polynomials << VectorXd::Ones(x.cols()), x.transpose();
+    return polynomials;
+  }
+
+  Points labels_;
+  Eigen::PartialPivLU<MatrixXd> factors_;
+};
+
+}  // namespace
+
+LabelKernel parse_label_kernel(std::string_view name) {
+  for (const auto& [known, kernel] : kNames)
+    if (known == name) return kernel;
+  throw InputError("unknown interpolation '" + std::string(name) + "'; valid: metric, thin-plate");
+}
+
+std::string label_kernel_name(LabelKernel kernel) {
+  for (const auto& [name, known] : kNames)
+    if (known == kernel) return std::string(name);
+  return {};
+}
+
+std::unique_ptr<const LabelSpace> LabelSpace::make(LabelKernel kernel, const KernelOperator& metric,
+                                                   const Points& labels) {
+  if (kernel == LabelKernel::kThinPlate) return std::make_unique<ThinPlateLabels>(labels);
+  return std::make_unique<MetricLabels>(metric, labels);
+}
+
+}  // namespace pulson

@@ -1,0 +1,114 @@
+#include "child_process.hpp"
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "pulson/core/errors.hpp"
+
+extern char** environ;  // NOLINT(readability-redundant-declaration): only some systems declare it
+
+namespace pulson::picture {
+
+namespace fs = std::filesystem;
+
+File make_scratch_file(std::string_view program) {
+  File file(std::tmpfile(), &std::fclose);
+  if (!file) throw InputError(fmt::format("cannot make a temporary file for {}: {}", program, std::strerror(errno)));
+  fcntl(fileno(file.get()), F_SETFD, FD_CLOEXEC);
+  return file;
+}
+
+bool is_on_path(std::string_view program) {
+  const char* const search_path = std::getenv("PATH");
+  std::istringstream folders(search_path != nullptr ? search_path : "/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (::access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
+  return false;
+}
+
+ChildProcess::ChildProcess(std::vector<std::string> arguments, int input, std::string not_found)
+    : program_(arguments.front()), not_found_(std::move(not_found)), printed_(make_scratch_file(program_)) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(printed_.get()), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(printed_.get()), STDERR_FILENO);
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  const int failure = posix_spawnp(&child_, program_.c_str(), &actions, nullptr, pointers.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failure == ENOENT || failure == EACCES || failure == ENOTDIR) throw InputError(not_found_);
+  if (failure != 0) throw InputError(fmt::format("{} could not be started: {}", program_, std::strerror(failure)));
+}
+
+ChildProcess::~ChildProcess() {
+  if (child_ == 0) return;
+  ::kill(child_, SIGKILL);
+  while (waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+bool ChildProcess::wait() {
+  const pid_t child = std::exchange(child_, 0);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0)
+    if (errno != EINTR) throw InputError(fmt::format("{} was lost: {}", program_, std::strerror(errno)));
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) throw InputError(not_found_);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+std::string ChildProcess::printed() const {
+  std::rewind(printed_.get());
+  std::string text;
+  std::array<char, 4096> buffer;
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), printed_.get()))
+    text.append(buffer.data(), n);
+  return text;
+}
+
+fs::path absolute_target(const fs::path& file) {
+  fs::path absolute = fs::absolute(file);
+  std::error_code ignored;
+  if (absolute.filename().empty() || fs::is_directory(absolute, ignored))
+    throw InputError(fmt::format("cannot write '{}': it is not the name of a file", file.string()));
+  if (!fs::is_directory(absolute.parent_path(), ignored))
+    throw InputError(fmt::format("cannot write '{}': its folder does not exist", file.string()));
+  return absolute;
+}
+
+fs::path create_temporary(const fs::path& target, const fs::path& file) {
+  static std::atomic<unsigned> counter{0};
+  fs::path temporary = target.parent_path() / fmt::format(".{}.{}-{}.part{}", target.stem().string(), getpid(),
+                                                          counter++, target.extension().string());
+  if (const File created(std::fopen(temporary.c_str(), "wbx"), &std::fclose); !created)
+    throw InputError(fmt::format("cannot write '{}': {}", file.string(), std::strerror(errno)));
+  return temporary;
+}
+
+void require_written(std::string_view program, const fs::path& temporary, const fs::path& file) {
+  std::error_code failure;
+  if (fs::file_size(temporary, failure) == 0 || failure)
+    throw InputError(fmt::format("{} did not write '{}'", program, file.string()));
+}
+
+void put_in_place(const fs::path& temporary, const fs::path& file) {
+  std::error_code failure;
+  fs::rename(temporary, file, failure);
+  if (failure) throw InputError(fmt::format("cannot write '{}': {}", file.string(), failure.message()));
+}
+
+}  // namespace pulson::picture

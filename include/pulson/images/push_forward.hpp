@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pulson/images/remap.hpp"
+#include "pulson/warp/coverage.hpp"
+
+namespace pulson {
+
+struct PushOptions {
+  Interpolation interpolation = Interpolation::kLinear;  ///< between pixels of the source
+  /// Of what is not covered, in units and order of the source's channels; none: transparent, and the result has alpha.
+  std::optional<std::array<double, 4>> fill = std::array<double, 4>{};
+};
+
+struct PushedImage {
+  Image image;
+  std::vector<std::uint8_t> multiplicity;  ///< most sheets over a sample of each pixel, row by row
+  std::vector<bool> uncovered;             ///< pixels without any sheet
+  Coverage coverage;
+};
+
+/// The picture carried along by a map that may fold: the deformed mesh of its pixels, in the order of sheets that the
+/// options ask for. A pixel whose samples lie on one sheet and see about one pixel of the source shows the place of
+/// their mean, as a pull-back would, so that nothing is blurred; else it is the mean of its samples: at edges of
+/// sheets, at holes, and where the map shrinks.
+/// @param mesh of the source's pixel corners, (width+1)×(height+1) vertices
+/// @param priority see MeshRaster
+/// @throws InputError where the mesh does not fit the source, and as MeshRaster
+PushedImage push_forward(const Image& source, DeformedMesh mesh, const RasterOptions& raster,
+                         const PushOptions& options = {}, std::vector<float> priority = {});
+
+}  // namespace pulson

@@ -1,0 +1,80 @@
+#include "channels.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "mats.hpp"
+
+namespace pulson::images {
+
+Image with_alpha(const Image& image) {
+  if (image.has_alpha()) return image;
+  Image result(image.width(), image.height(), image.channels() + 1, image.depth());
+  const cv::Mat alpha(image.height(), image.width(), mat_type(image.depth(), 1), full_value(image.depth()));
+  cv::Mat pixels = mat_of(result);
+  cv::merge(std::vector<cv::Mat>{mat_of(image), alpha}, pixels);
+  return result;
+}
+
+Image with_colours(const Image& image) {
+  if (image.channels() > 2) return image;
+  Image result(image.width(), image.height(), image.channels() + 2, image.depth());
+  const std::vector<cv::Mat> from{mat_of(image)};
+  std::vector<cv::Mat> to{mat_of(result)};
+  std::vector<int> source_and_place{0, 0, 0, 1, 0, 2};
+  if (image.has_alpha()) source_and_place.insert(source_and_place.end(), {1, 3});
+  cv::mixChannels(from, to, source_and_place);
+  return result;
+}
+
+cv::Mat premultiplied(const Image& image) {
+  assert(image.has_alpha());
+  cv::Mat pixels;
+  mat_of(image).convertTo(pixels, CV_32F);
+  const int alpha = image.channels() - 1;
+  const auto full = static_cast<float>(full_value(image.depth()));
+  for (int y = 0; y < pixels.rows; ++y) {
+    auto* pixel = pixels.ptr<float>(y);
+    for (int x = 0; x < pixels.cols; ++x, pixel += image.channels())
+      for (int c = 0; c < alpha; ++c) pixel[c] *= pixel[alpha] / full;
+  }
+  return pixels;
+}
+
+void unpremultiply(const cv::Mat& pixels, Image& result) {
+  assert(result.has_alpha() && pixels.type() == CV_32FC(result.channels()));
+  const int channels = result.channels(), alpha = channels - 1;
+  const auto full = static_cast<float>(full_value(result.depth()));
+  cv::Mat straight(pixels.size(), pixels.type());
+  for (int y = 0; y < pixels.rows; ++y) {
+    const auto* from = pixels.ptr<float>(y);
+    auto* to = straight.ptr<float>(y);
+    for (int x = 0; x < pixels.cols; ++x, from += channels, to += channels) {
+      to[alpha] = std::clamp(from[alpha], 0.0F, full);
+      // Less than this is round-off of a filter that overshoots, and its colour is of no meaning.
+      const bool is_clear = !(to[alpha] > 1e-5F * full);
+      for (int c = 0; c < alpha; ++c) to[c] = is_clear ? 0.0F : from[c] * (full / to[alpha]);
+    }
+  }
+  cv::Mat rounded = mat_of(result);
+  straight.convertTo(rounded, rounded.depth());
+}
+
+void unpremultiply(Image& image) {
+  cv::Mat pixels;
+  mat_of(image).convertTo(pixels, CV_32F);
+  unpremultiply(pixels, image);
+}
+
+void filter_pixels(const Image& source, Image& result, const std::function<void(const cv::Mat&, cv::Mat&)>& filter) {
+  if (source.has_alpha()) {
+    cv::Mat filtered;
+    filter(premultiplied(source), filtered);
+    return unpremultiply(filtered, result);
+  }
+  cv::Mat pixels = mat_of(result);
+  filter(mat_of(source), pixels);
+  assert(static_cast<const void*>(pixels.data) == result.bytes().data());
+}
+
+}  // namespace pulson::images

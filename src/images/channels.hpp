@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+
+#include <opencv2/core.hpp>
+
+#include "pulson/images/image.hpp"
+
+namespace pulson::images {
+
+/// The image with an alpha channel, opaque where it had none.
+Image with_alpha(const Image& image);
+
+/// The image in red, green and blue, grey ones with three equal channels; alpha is kept.
+Image with_colours(const Image& image);
+
+/// An image with alpha in float32, colours multiplied by alpha / full_value: what is transparent has no colour to mix
+/// in.
+cv::Mat premultiplied(const Image& image);
+
+/// The inverse, rounded to the depth of `result`, whose size and channels are those of `pixels`. Alpha is limited to
+/// [0, full_value]; where it is 0 the colour is 0.
+void unpremultiply(const cv::Mat& pixels, Image& result);
+
+/// Divides the colours of an image whose file holds them multiplied by alpha.
+void unpremultiply(Image& image);
+
+/// result = filter(source) for a filter that takes weighted means of pixels: with alpha, of premultiplied ones. The
+/// filter makes a cv::Mat of the size of `result` and the type of its input.
+void filter_pixels(const Image& source, Image& result, const std::function<void(const cv::Mat&, cv::Mat&)>& filter);
+
+}  // namespace pulson::images

@@ -1,0 +1,84 @@
+#include "pulson/images/image_warp.hpp"
+
+#include <utility>
+
+#include <Eigen/LU>
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix2d;
+using Eigen::MatrixXd;
+
+// left · G · right of every column of 2×2 gradients.
+MatrixXd sandwiched(const Matrix2d& left, const MatrixXd& gradients, const Matrix2d& right) {
+  MatrixXd products(4, gradients.cols());
+  for (Index m = 0; m < gradients.cols(); ++m)
+    products.col(m) = (left * gradients.col(m).reshaped(2, 2) * right).reshaped();
+  return products;
+}
+
+}  // namespace
+
+Eigen::Vector2d PixelFrame::scale() const { return {spacing[0], y_up ? -spacing[1] : spacing[1]}; }
+
+Points PixelFrame::to_landmarks(const Points& pixels) const {
+  const Eigen::Vector2d shift(origin[0], origin[1] + (y_up ? spacing[1] * height : 0));
+  return (scale().asDiagonal() * pixels).colwise() + shift;
+}
+
+Points PixelFrame::to_pixels(const Points& landmarks) const {
+  const Eigen::Vector2d shift(origin[0], origin[1] + (y_up ? spacing[1] * height : 0));
+  return scale().cwiseInverse().asDiagonal() * (landmarks.colwise() - shift);
+}
+
+ImageWarp::ImageWarp(const MaterialFlow& flow, Alignment alignment, const PixelFrame& source, const PixelFrame& target)
+    : flow_(flow), alignment_(std::move(alignment)), source_(source), target_(target) {
+  if (flow.dimension() != 2)
+    throw InputError("images are of the plane, and the landmarks are in " + std::to_string(flow.dimension()) + "D");
+}
+
+MovedPoints ImageWarp::forward(const Points& pixels) const {
+  MovedPoints moved = flow_.end_with_gradients(alignment_.apply(source_.to_landmarks(pixels)));
+  moved.places = target_.to_pixels(moved.places);
+  const Matrix2d before = alignment_.scale * alignment_.linear * Matrix2d(source_.scale().asDiagonal());
+  moved.gradients = sandwiched(target_.scale().cwiseInverse().asDiagonal(), moved.gradients, before);
+  return moved;
+}
+
+MovedPoints ImageWarp::backward(const Points& pixels) const {
+  MovedPoints moved = flow_.inverse(target_.to_landmarks(pixels));
+  const Matrix2d inverse = Matrix2d(alignment_.scale * alignment_.linear).inverse();
+  moved.places = source_.to_pixels(inverse * (moved.places.colwise() - alignment_.translation));
+  moved.gradients =
+      sandwiched(source_.scale().cwiseInverse().asDiagonal() * inverse, moved.gradients, target_.scale().asDiagonal());
+  return moved;
+}
+
+std::vector<Points> ImageWarp::paths(const Points& pixels) const {
+  std::vector<Points> places = flow_.paths(alignment_.apply(source_.to_landmarks(pixels)));
+  for (Points& each : places) each = target_.to_pixels(each);
+  return places;
+}
+
+Points ImageWarp::label_pixels() const {
+  const Eigen::MatrixXd inverse = (alignment_.scale * alignment_.linear).inverse();
+  return source_.to_pixels(inverse * (flow_.path().initial().q.colwise() - alignment_.translation));
+}
+
+std::vector<Points> ImageWarp::landmark_paths() const {
+  std::vector<Points> places;
+  for (const PhaseState& state : flow_.path().states) places.push_back(target_.to_pixels(state.q));
+  return places;
+}
+
+int ImageWarp::orientation() const {
+  const double determinant =
+      Matrix2d(alignment_.linear).determinant() * source_.scale().prod() * target_.scale().prod();
+  return determinant < 0 ? -1 : 1;
+}
+
+double ImageWarp::landmark_error() const { return flow_.landmark_error() / target_.scale().cwiseAbs().minCoeff(); }
+
+}  // namespace pulson

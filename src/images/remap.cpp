@@ -1,0 +1,129 @@
+#include "pulson/images/remap.hpp"
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <string>
+
+#include <opencv2/imgproc.hpp>
+
+#include "channels.hpp"
+#include "mats.hpp"
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+using images::mat_of;
+
+int opencv_interpolation(Interpolation interpolation) {
+  switch (interpolation) {
+    case Interpolation::kNearest:
+      return cv::INTER_NEAREST;
+    case Interpolation::kLinear:
+      return cv::INTER_LINEAR;
+    case Interpolation::kCubic:
+      return cv::INTER_CUBIC;
+    case Interpolation::kLanczos:
+      return cv::INTER_LANCZOS4;
+  }
+  return cv::INTER_LINEAR;
+}
+
+int opencv_border(Border border) {
+  if (border == Border::kReplicate) return cv::BORDER_REPLICATE;
+  return border == Border::kReflect ? cv::BORDER_REFLECT : cv::BORDER_CONSTANT;
+}
+
+void check_size(int width, int height, const std::string& what) {
+  constexpr int kLongest = SHRT_MAX - 1;
+  if (width <= kLongest && height <= kLongest) return;
+  throw InputError(what + " has " + std::to_string(width) + " x " + std::to_string(height) + " pixels; at most " +
+                   std::to_string(kLongest) + " on a side can be warped: scale it down first");
+}
+
+/// The coordinate, or one near the image at which the border rule gives the same value: cv::remap keeps 16 bits.
+float near_image(float x, int size, Border border) {
+  const auto length = static_cast<double>(size);
+  if (border == Border::kReflect) {
+    // Mirrors at -1/2 and length - 1/2.
+    double folded = x - 2 * length * std::floor((x + 0.5) / (2 * length));
+    if (folded > length - 0.5) folded = 2 * length - 1 - folded;
+    return static_cast<float>(folded);
+  }
+  constexpr double kWidestFilter = 8;
+  return static_cast<float>(std::clamp<double>(x, -kWidestFilter, length + kWidestFilter));
+}
+
+struct Places {
+  cv::Mat coordinates;  ///< two float32 a pixel
+  cv::Mat is_nowhere;   ///< 255 or 0
+};
+
+Places places_of(const PixelMap& map, const Image& source, Border border) {
+  Places result{cv::Mat(map.height, map.width, CV_32FC2), cv::Mat(map.height, map.width, CV_8U)};
+  for (std::size_t i = 0; i < map.places.size(); ++i) {
+    const auto [x, y] = map.places[i];
+    const bool is_place = std::isfinite(x) && std::isfinite(y);
+    result.coordinates.ptr<cv::Vec2f>()[i] =
+        is_place ? cv::Vec2f(near_image(x, source.width(), border), near_image(y, source.height(), border))
+                 : cv::Vec2f(0, 0);
+    result.is_nowhere.data[i] = is_place ? 0 : 255;
+  }
+  return result;
+}
+
+}  // namespace
+
+const NameTable<Interpolation>& interpolation_table() {
+  static const NameTable<Interpolation> kTable("interpolation",
+                                               {{"nearest", {}, "the nearest pixel", Interpolation::kNearest},
+                                                {"linear", {}, "of 2 x 2 pixels", Interpolation::kLinear},
+                                                {"cubic", {}, "of 4 x 4 pixels", Interpolation::kCubic},
+                                                {"lanczos", {}, "of 8 x 8 pixels", Interpolation::kLanczos}});
+  return kTable;
+}
+
+const NameTable<Border>& border_table() {
+  static const NameTable<Border> kTable("border",
+                                        {{"constant", {}, "the fill value", Border::kConstant},
+                                         {"replicate", {}, "the pixel at the edge", Border::kReplicate},
+                                         {"reflect", {}, "the image mirrored at its edge", Border::kReflect},
+                                         {"transparent", {}, "nothing, in an alpha channel", Border::kTransparent}});
+  return kTable;
+}
+
+Interpolation parse_interpolation(std::string_view name) { return interpolation_table().find(name).make; }
+
+Border parse_border(std::string_view name) { return border_table().find(name).make; }
+
+Image remap(const Image& source, const PixelMap& map, const RemapOptions& options) {
+  assert(!source.empty() && map.width > 0 && map.height > 0);
+  assert(map.places.size() == static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height));
+  check_size(source.width(), source.height(), "the image");
+  check_size(map.width, map.height, "the warped image");
+  if (options.border == Border::kTransparent)
+    return remap(images::with_alpha(source), map, {options.interpolation, Border::kConstant, {}});
+
+  Image result(map.width, map.height, source.channels(), source.depth());
+  const Places places = places_of(map, source, options.border);
+  const cv::Scalar fill(options.fill[0], options.fill[1], options.fill[2], options.fill[3]);
+  cv::Scalar beyond = fill;
+  const bool is_mixed = options.interpolation != Interpolation::kNearest;
+  const int alpha = source.channels() - 1;
+  if (is_mixed && source.has_alpha())
+    for (int c = 0; c < alpha; ++c) beyond[c] *= fill[alpha] / full_value(source.depth());
+  const auto filter = [&](const cv::Mat& from, cv::Mat& to) {
+    cv::remap(from, to, places.coordinates, cv::noArray(), opencv_interpolation(options.interpolation),
+              opencv_border(options.border), beyond);
+  };
+  cv::Mat pixels = mat_of(result);
+  if (is_mixed)
+    images::filter_pixels(source, result, filter);
+  else
+    filter(mat_of(source), pixels);
+  pixels.setTo(fill, places.is_nowhere);
+  return result;
+}
+
+}  // namespace pulson

@@ -1,0 +1,243 @@
+// Images read from files and written to them.
+
+#include "pulson/images/image_files.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "image_examples.hpp"
+#include "temporary_folder.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class ImageFiles : public InTemporaryFolder {
+ protected:
+  /// The message of read_image, which must not be joined by lines of the libraries below.
+  static std::string read_error(const std::string& name) {
+    testing::internal::CaptureStderr();
+    std::string message = error_of([&] { read_image(name); });
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << name;
+    return message;
+  }
+  static std::string write_error(const std::string& name, const Image& image) {
+    std::string message = error_of([&] { write_image(name, image); });
+    EXPECT_EQ(count_entries(), 0u) << name;
+    return message;
+  }
+  static Image rewritten(const std::string& name, const Image& image) {
+    write_image(name, image);
+    return read_image(name);
+  }
+};
+
+// ---- round trips
+
+/// What comes back for two channels: four, the first three of them grey.
+Image as_read(const Image& image) {
+  if (image.channels() != 2) return image;
+  Image wide(image.width(), image.height(), 4, image.depth());
+  const std::size_t size = byte_count(image.depth());
+  for (std::size_t i = 0; i < 4 * image.pixel_count(); ++i) {
+    const auto from = image.bytes().subspan((i / 4 * 2 + (i % 4 == 3 ? 1 : 0)) * size, size);
+    std::copy(from.begin(), from.end(), wide.bytes().subspan(i * size, size).begin());
+  }
+  return wide;
+}
+
+TEST_F(ImageFiles, PngAndTifBringBackEveryKind) {
+  for_every_kind(7, 5, [](const Image& image) {
+    EXPECT_EQ(rewritten("a.tif", image), as_read(image)) << name_of(image);
+    if (image.depth() != PixelDepth::kFloat32) {
+      EXPECT_EQ(rewritten("a.PNG", image), as_read(image)) << name_of(image);
+    }
+  });
+}
+
+TEST_F(ImageFiles, UncompressedFormatsBringBackWhatTheyHold) {
+  const Image grey = uneven_image(7, 5, 1, PixelDepth::kUint8), colours = uneven_image(7, 5, 3, PixelDepth::kUint8);
+  const Image grey16 = uneven_image(7, 5, 1, PixelDepth::kUint16),
+              colours16 = uneven_image(7, 5, 3, PixelDepth::kUint16);
+  EXPECT_EQ(rewritten("a.bmp", grey), grey);
+  EXPECT_EQ(rewritten("a.bmp", colours), colours);
+  EXPECT_EQ(rewritten("a.pgm", grey), grey);
+  EXPECT_EQ(rewritten("a.pgm", grey16), grey16);
+  EXPECT_EQ(rewritten("a.ppm", colours), colours);
+  EXPECT_EQ(rewritten("a.ppm", colours16), colours16);
+}
+
+TEST_F(ImageFiles, JpgIsNearTheOriginal) {
+  const Image grey = image_u8(2, 1, 1, {100, 110});
+  const Image read = rewritten("a.jpeg", grey);
+  EXPECT_EQ(read.channels(), 1);
+  EXPECT_NEAR(read.at(0, 0, 0), 100, 4);
+  const Image red = rewritten("b.jpg", image_u8(1, 1, 3, {200, 60, 20}));
+  EXPECT_NEAR(red.at(0, 0, 0), 200, 8);
+  EXPECT_NEAR(red.at(0, 0, 2), 20, 8);
+}
+
+TEST_F(ImageFiles, ChannelsAreInTheOrderRedGreenBlue) {
+  write("a.ppm", "P6\n2 1\n255\n\x01\x02\x03\x04\x05\x06");
+  EXPECT_EQ(read_image("a.ppm"), image_u8(2, 1, 3, {1, 2, 3, 4, 5, 6}));
+  write_image("b.ppm", image_u8(1, 1, 3, {7, 8, 9}));
+  EXPECT_THAT(contents("b.ppm"), testing::EndsWith("\x07\x08\x09"));
+}
+
+TEST_F(ImageFiles, ContentsTellTheFormatNotTheName) {
+  const Image image = uneven_image(3, 4, 3, PixelDepth::kUint16);
+  write_image("a.png", image);
+  std::filesystem::rename("a.png", "a.of.nothing");
+  EXPECT_EQ(read_image("a.of.nothing"), image);
+}
+
+// ---- what a file says beside its pixels
+
+/// A jpg of orientation 6, "turn by a quarter to the right".
+std::string with_orientation(const std::string& jpg) {
+  using namespace std::string_literals;
+  const std::string tiff = "MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;
+  const std::string segment = "Exif\0\0"s + tiff;
+  return jpg.substr(0, 2) + "\xFF\xE1\0"s + static_cast<char>(segment.size() + 2) + segment + jpg.substr(2);
+}
+
+TEST_F(ImageFiles, OrientationIsIgnored) {
+  write_image("a.jpg", uneven_image(24, 8, 3, PixelDepth::kUint8));
+  const Image plain = read_image("a.jpg");
+  write("b.jpg", with_orientation(contents("a.jpg")));
+  EXPECT_EQ(read_image("b.jpg"), plain);
+}
+
+/// A tif of 2×1 pixels of `samples` channels in one strip, little-endian.
+std::string tif(int bits, int samples, const std::string& pixels, int photometric, int extra_samples, int planar = 1) {
+  std::string entries;
+  int count = 0;
+  const auto put = [](std::string& text, unsigned value, int width) {
+    for (int i = 0; i < width; ++i) text += static_cast<char>(value >> (8 * i) & 255U);
+  };
+  const auto add = [&](unsigned tag, unsigned value) {
+    put(entries, tag, 2), put(entries, 3, 2), put(entries, 1, 4), put(entries, value, 4);
+    ++count;
+  };
+  const auto bits_at = static_cast<unsigned>(8 + pixels.size());
+  add(256, 2), add(257, 1);
+  put(entries, 258, 2), put(entries, 3, 2), put(entries, static_cast<unsigned>(samples), 4);
+  put(entries, samples > 2 ? bits_at : static_cast<unsigned>(bits) * (samples == 2 ? 0x10001U : 1U), 4), ++count;
+  add(259, 1), add(262, static_cast<unsigned>(photometric)), add(273, 8), add(277, static_cast<unsigned>(samples));
+  add(278, 1), add(279, static_cast<unsigned>(pixels.size())), add(284, static_cast<unsigned>(planar));
+  if (extra_samples >= 0) add(338, static_cast<unsigned>(extra_samples));
+  std::string file("II*\0", 4);
+  put(file, bits_at + 8, 4);
+  file += pixels;
+  for (int i = 0; i < 4; ++i) put(file, static_cast<unsigned>(bits), 2);
+  put(file, static_cast<unsigned>(count), 2);
+  return file + entries + std::string(4, '\0');
+}
+
+TEST_F(ImageFiles, AlphaOfATifIsStraight) {
+  const std::string straight = "\xC8\x64\x32\x80\x0A\x14\x1E\xFF", multiplied = "\x64\x32\x19\x80\x0A\x14\x1E\xFF";
+  write("straight.tif", tif(8, 4, straight, 2, 2));
+  write("multiplied.tif", tif(8, 4, multiplied, 2, 1));
+  write("unsaid.tif", tif(8, 4, straight, 2, -1));
+  for (const char* name : {"straight.tif", "multiplied.tif", "unsaid.tif"}) {
+    const Image image = read_image(name);
+    for (int c = 0; c < 4; ++c) {
+      EXPECT_NEAR(image.at(0, 0, c), (std::vector{200, 100, 50, 128}[static_cast<std::size_t>(c)]), 1) << name << c;
+      EXPECT_EQ(image.at(1, 0, c), (std::vector{10, 20, 30, 255}[static_cast<std::size_t>(c)])) << name << c;
+    }
+  }
+}
+
+TEST_F(ImageFiles, TifsThatOpenCvMisreadsAreRefused) {
+  write("two.tif", tif(8, 2, "abcd", 1, 2));
+  EXPECT_EQ(read_error("two.tif"),
+            "cannot read 'two.tif': it is a tif of two channels (grey and alpha), which is not read; save it as a png");
+  write("planes.tif", tif(16, 3, std::string(12, 'a'), 2, -1, 2));
+  EXPECT_THAT(read_error("planes.tif"),
+              HasSubstr("it is a tif of more than 8 bits with its channels in separate planes"));
+  write("white.tif", tif(16, 1, "abcd", 0, -1));
+  EXPECT_THAT(read_error("white.tif"), HasSubstr("it is a tif of more than 8 bits in which white is 0"));
+  write("grey.tif", tif(16, 1, "abcd", 1, -1));
+  EXPECT_EQ(read_image("grey.tif").at(1, 0, 0), 'd' * 256 + 'c');
+}
+
+// ---- files that are no images
+
+TEST_F(ImageFiles, WhatCannotBeReadIsNamed) {
+  EXPECT_EQ(read_error("none.png"), "cannot read 'none.png': No such file or directory");
+  std::filesystem::create_directory("folder");
+  EXPECT_EQ(read_error("folder"), "cannot read 'folder': it is a folder; a file is needed");
+  write("empty.png", "");
+  EXPECT_THAT(read_error("empty.png"), HasSubstr("empty.png is empty"));
+  write("text.png", "no image\n");
+  EXPECT_EQ(read_error("text.png"),
+            "cannot read 'text.png': it is no image; it must be a png, jpg, tif, bmp, pgm or ppm");
+  write("large.pgm", "P5\n2000000 1\n255\nabc");
+  EXPECT_EQ(read_error("large.pgm"),
+            "cannot read 'large.pgm': the image has more than 2^20 pixels on a side, or more than 2^30");
+  write("large2.pgm", "P5\n40000 40000\n255\nabc");
+  EXPECT_THAT(read_error("large2.pgm"), HasSubstr("more than 2^30"));
+}
+
+TEST_F(ImageFiles, AFileCutAnywhereIsRefused) {
+  const Image image = uneven_image(32, 32, 3, PixelDepth::kUint8);
+  for (const std::string name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
+    write_image(name, image);
+    const std::string whole = contents(name);
+    for (const double share : {0.05, 0.3, 0.5, 0.9, 0.99}) {
+      write(name, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+      EXPECT_EQ(read_error(name), "cannot read '" + name + "': the image is damaged or cut off") << share;
+    }
+  }
+}
+
+TEST_F(ImageFiles, AJpgMayBeFollowedByOtherBytes) {
+  write_image("a.jpg", image_u8(2, 1, 1, {100, 110}));
+  write("b.jpg", contents("a.jpg") + "more");
+  EXPECT_EQ(read_image("b.jpg"), read_image("a.jpg"));
+}
+
+TEST_F(ImageFiles, PixelsOfOtherTypesAreRefused) {
+  write("a.tif", tif(64, 1, std::string(16, '\0'), 1, -1));
+  EXPECT_THAT(read_error("a.tif"), StartsWith("cannot read 'a.tif': "));
+}
+
+// ---- what cannot be written
+
+TEST_F(ImageFiles, FormatsThatHoldTheImageAreNamed) {
+  const auto image = [](int channels, PixelDepth depth) { return uneven_image(3, 2, channels, depth); };
+  using enum PixelDepth;
+  EXPECT_EQ(write_error("a.jpg", image(3, kUint16)),
+            "cannot write 'a.jpg': .jpg does not hold 16-bit pixels; what does for this image: .png, .tif, .ppm");
+  EXPECT_EQ(write_error("a.JPEG", image(4, kUint8)),
+            "cannot write 'a.JPEG': .jpeg does not hold an alpha channel; what does for this image: .png, .tif");
+  EXPECT_EQ(write_error("a.png", image(1, kFloat32)),
+            "cannot write 'a.png': .png does not hold 32-bit floating-point pixels; what does for this image: .tif");
+  EXPECT_EQ(write_error("a.pgm", image(3, kUint8)),
+            "cannot write 'a.pgm': .pgm does not hold colours; what does for this image: .png, .tif, .jpg, .bmp, .ppm");
+  EXPECT_THAT(write_error("a.ppm", image(1, kUint8)), HasSubstr(".ppm does not hold grey; what does"));
+  EXPECT_THAT(write_error("a.bmp", image(2, kUint8)), HasSubstr("an alpha channel"));
+}
+
+TEST_F(ImageFiles, ExtensionsAndPlacesThatCannotBeWritten) {
+  const Image image = uneven_image(3, 2, 1, PixelDepth::kUint8);
+  EXPECT_EQ(write_error("a.gif", image),
+            "cannot write 'a.gif': no image format has the extension '.gif'; valid: .png, .tif, .tiff, .jpg, .jpeg, "
+            ".bmp, .pgm, .ppm");
+  EXPECT_THAT(write_error("a", image), HasSubstr("it has no extension; valid: .png"));
+  EXPECT_THAT(error_of([] { check_image_extension("a.webp"); }), HasSubstr("'.webp'"));
+  EXPECT_EQ(error_of([] { check_image_extension("a.tiff"); }), "no error");
+  EXPECT_EQ(write_error("no/a.png", image), "cannot write 'no/a.png': there is no folder 'no'");
+  EXPECT_EQ(write_error("a.jpg", uneven_image(65501, 1, 1, PixelDepth::kUint8)),
+            "cannot write 'a.jpg': .jpg does not take 65501 x 1 pixels");
+}
+
+}  // namespace
+}  // namespace pulson

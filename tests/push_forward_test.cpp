@@ -1,0 +1,203 @@
+// Pictures carried along by meshes that may fold.
+
+#include "pulson/images/push_forward.hpp"
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "error_of.hpp"
+#include "image_examples.hpp"
+#include "pulson/core/parallel.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using Place = std::array<float, 2>;
+
+// The mesh of an image's pixel corners, each at place(x, y).
+DeformedMesh mesh_of(const Image& image, const std::function<Place(float, float)>& place) {
+  DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
+  for (int r = 0; r < mesh.rows; ++r)
+    for (int c = 0; c < mesh.columns; ++c)
+      mesh.vertices.push_back(place(static_cast<float>(c) - 0.5F, static_cast<float>(r) - 0.5F));
+  return mesh;
+}
+
+Place identity(float x, float y) { return {x, y}; }
+
+// A strip of two colours, the right one laid over the left: places x > 1.5 turned over at that edge.
+const Image kStrip = image_u8(4, 1, 3, {200, 0, 0, 200, 0, 0, 0, 100, 0, 0, 100, 0});
+Place folded(float x, float y) { return {x <= 1.5F ? x : 3 - x, y}; }
+
+PushedImage push_strip(Over over, std::vector<float> priority = {}) {
+  return push_forward(kStrip, mesh_of(kStrip, folded), {.width = 4, .height = 1, .over = over}, {},
+                      std::move(priority));
+}
+
+// But for round-off of float32 where colours were multiplied by alpha and divided again.
+void expect_same(const Image& found, const Image& right, const std::string& what) {
+  ASSERT_EQ(found.channels(), right.channels()) << what;
+  const bool is_rounded = right.has_alpha() && right.depth() == PixelDepth::kFloat32;
+  for (int y = 0; y < right.height(); ++y)
+    for (int x = 0; x < right.width(); ++x)
+      for (int c = 0; c < right.channels(); ++c)
+        ASSERT_NEAR(found.at(x, y, c), right.at(x, y, c), is_rounded ? 1e-6 : 0)
+            << what << " at " << x << ", " << y << ", " << c;
+}
+
+TEST(PushForward, IdentityGivesTheSourceBack) {
+  for_every_kind(9, 6, [](const Image& image) {
+    for (const Over over : {Over::kLeastStretched, Over::kAverage, Over::kFirst})
+      for (const int supersampling : {1, 2, 3}) {
+        const PushedImage same = push_forward(image, mesh_of(image, identity),
+                                              {.width = 9, .height = 6, .supersampling = supersampling, .over = over});
+        expect_same(same.image, image, name_of(image) + ", " + over_name(over));
+        EXPECT_THAT(same.multiplicity, Each(1));
+        EXPECT_EQ(same.coverage.uncovered, 0);
+      }
+  });
+}
+
+TEST(PushForward, ShiftsAndMirrorsWholePixels) {
+  for_every_kind(9, 6, [](const Image& image) {
+    const PushedImage right = push_forward(image,
+                                           mesh_of(image,
+                                                   [](float x, float y) -> Place {
+                                                     return {x + 2, y - 1};
+                                                   }),
+                                           {.width = 9, .height = 6});
+    const PushedImage mirrored = push_forward(image,
+                                              mesh_of(image,
+                                                      [](float x, float y) -> Place {
+                                                        return {8 - x, y};
+                                                      }),
+                                              {.width = 9, .height = 6});
+    const double tolerance = image.has_alpha() && image.depth() == PixelDepth::kFloat32 ? 1e-6 : 0;
+    for (int y = 0; y < 6; ++y)
+      for (int x = 0; x < 9; ++x)
+        for (int c = 0; c < image.channels(); ++c) {
+          const double from = x >= 2 && y < 5 ? image.at(x - 2, y + 1, c) : 0;
+          ASSERT_NEAR(right.image.at(x, y, c), from, tolerance) << name_of(image) << " at " << x << ", " << y;
+          ASSERT_NEAR(mirrored.image.at(x, y, c), image.at(8 - x, y, c), tolerance) << name_of(image);
+        }
+  });
+}
+
+TEST(PushForward, LaysTheSheetOnTopThatIsAskedFor) {
+  for (const Over over : {Over::kLeastStretched, Over::kFirst}) {
+    const PushedImage pushed = push_strip(over);
+    EXPECT_THAT(pushed.multiplicity, ElementsAre(2, 2, 0, 0));
+    for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(pushed.image, x, 0), ElementsAre(200, 0, 0)) << over_name(over);
+    EXPECT_THAT(pixel(pushed.image, 3, 0), ElementsAre(0, 0, 0));
+  }
+  const PushedImage last = push_strip(Over::kPriority, {0, 0, 1, 1});
+  for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(last.image, x, 0), ElementsAre(0, 100, 0));
+  const PushedImage mean = push_strip(Over::kAverage);
+  for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(mean.image, x, 0), ElementsAre(100, 50, 0));
+  EXPECT_EQ(mean.coverage.max_multiplicity, 2);
+}
+
+// A pixel half of whose width is covered twice: the mean over its area of what is there.
+TEST(PushForward, AveragesSheetsAtEverySampleAndThenSamples) {
+  const Image image = image_u8(2, 1, 1, {0, 200});
+  DeformedMesh mesh{3, 2, {{-0.5F, -0.5F}, {0.5F, -0.5F}, {0, -0.5F}, {-0.5F, 0.5F}, {0.5F, 0.5F}, {0, 0.5F}}};
+  const PushedImage mean =
+      push_forward(image, mesh, {.width = 1, .height = 1, .supersampling = 4, .over = Over::kAverage},
+                   {.interpolation = Interpolation::kNearest});
+  EXPECT_EQ(mean.image.at(0, 0, 0), 50);
+}
+
+TEST(PushForward, HolesAreFilledOrTransparent) {
+  const Image wide = image_u8(3, 1, 1, {10, 20, 30});
+  DeformedMesh torn = mesh_of(wide, identity);
+  torn.vertices[0][0] = kNan;  // its cell is left out
+  const PushedImage filled = push_forward(wide, torn, {.width = 3, .height = 1}, {.fill = {{77, 0, 0, 0}}});
+  EXPECT_THAT(pixel(filled.image, 0, 0), ElementsAre(77));
+  EXPECT_THAT(pixel(filled.image, 1, 0), ElementsAre(20));
+  const PushedImage clear = push_forward(wide, torn, {.width = 3, .height = 1}, {.fill = std::nullopt});
+  EXPECT_THAT(pixel(clear.image, 0, 0), ElementsAre(0, 0));
+  EXPECT_THAT(pixel(clear.image, 1, 0), ElementsAre(20, 255));
+  EXPECT_EQ(clear.uncovered, (std::vector<bool>{true, false, false}));
+  EXPECT_NEAR(clear.coverage.uncovered_fraction(), 1.0 / 3, 1e-12);
+}
+
+// Half a pixel to the right: the first pixel is half covered by the first and half by the fill.
+TEST(PushForward, EdgesAreMixedWithTheFillOrHalfTransparent) {
+  const Image image = image_u8(2, 1, 1, {100, 100});
+  const DeformedMesh mesh = mesh_of(image, [](float x, float y) -> Place { return {x + 0.5F, y}; });
+  const PushedImage filled = push_forward(image, mesh, {.width = 3, .height = 1}, {.fill = {{50, 0, 0, 0}}});
+  EXPECT_THAT(filled.image.values<std::uint8_t>(), ElementsAre(75, 100, 75));
+  const PushedImage clear = push_forward(image, mesh, {.width = 3, .height = 1}, {.fill = std::nullopt});
+  EXPECT_THAT(clear.image.values<std::uint8_t>(), ElementsAre(100, 128, 100, 255, 100, 128));
+}
+
+TEST(PushForward, MixesColoursInProportionToTheirOpacity) {
+  // Opaque 200 beside clear 10, both seen by one pixel: the colour is 200, half opaque.
+  const Image image = image_u8(2, 1, 2, {200, 255, 10, 0});
+  const PushedImage half =
+      push_forward(image,
+                   mesh_of(image,
+                           [](float x, float y) -> Place {
+                             return {x / 2 - 0.25F, y};
+                           }),
+                   {.width = 1, .height = 1, .supersampling = 4}, {.interpolation = Interpolation::kNearest});
+  EXPECT_THAT(pixel(half.image, 0, 0), ElementsAre(200, 128));
+}
+
+TEST(PushForward, ShrinkingAverages) {
+  std::vector<std::uint8_t> values;
+  for (int i = 0; i < 32 * 32; ++i) values.push_back((i % 32 + i / 32) % 2 == 0 ? 0 : 255);
+  const Image board = image_u8(32, 32, 1, values);
+  const PushedImage grey = push_forward(board,
+                                        mesh_of(board,
+                                                [](float x, float y) -> Place {
+                                                  return {(x + 0.5F) / 8 - 0.5F, (y + 0.5F) / 8 - 0.5F};
+                                                }),
+                                        {.width = 4, .height = 4, .supersampling = 8});
+  for (const std::uint8_t value : grey.image.values<std::uint8_t>()) EXPECT_NEAR(value, 127.5, 1.5);
+}
+
+TEST(PushForward, IsTheSameForAnyNumberOfThreads) {
+  const Image image = uneven_image(60, 50, 3, PixelDepth::kUint16);
+  const auto curl = [](float x, float y) -> Place {
+    return {30 + 25 * std::sin(x / 7), y + 6 * std::cos(x / 5 + y / 9)};
+  };
+  for (const Over over : {Over::kLeastStretched, Over::kAverage, Over::kFirst}) {
+    std::vector<PushedImage> results;
+    for (const int threads : {1, 3}) {
+      set_thread_count(threads);
+      for (const int rows : {1, 7, 50})
+        results.push_back(push_forward(image, mesh_of(image, curl),
+                                       {.width = 60, .height = 50, .over = over, .rows_per_band = rows}));
+    }
+    set_thread_count(0);
+    for (const PushedImage& other : results) {
+      EXPECT_TRUE(other.image == results.front().image) << over_name(over);
+      EXPECT_EQ(other.multiplicity, results.front().multiplicity);
+      EXPECT_EQ(other.uncovered, results.front().uncovered);
+      EXPECT_EQ(other.coverage.uncovered, results.front().coverage.uncovered);
+    }
+    EXPECT_GT(results.front().coverage.max_multiplicity, 2);
+  }
+}
+
+TEST(PushForward, RefusesAMeshOfAnotherSize) {
+  const Image image = uneven_image(9, 6, 3, PixelDepth::kUint8);
+  const Image other = uneven_image(6, 9, 3, PixelDepth::kUint8);
+  EXPECT_EQ(error_of([&] { push_forward(image, mesh_of(other, identity), {.width = 9, .height = 6}); }),
+            "the mesh has 6 x 9 cells, and the image 9 x 6 pixels");
+  EXPECT_THAT(error_of([&] { push_forward(image, mesh_of(image, identity), {.width = 0, .height = 6}); }),
+              HasSubstr("sizes must be positive"));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -122,8 +122,7 @@ RegistrationPicture make_registration_picture(const Registration& registration, 
 
   // Landmarks may have a path where the plane between them has none: the steps are too long for the strain there.
   try {
-    const bool has_map = path.integrator == "variational" || path.integrator == "variational-paper";
-    if (registration.source.dimension() < 3 && has_map) add_material(registration, path, picture);
+    if (registration.source.dimension() < 3) add_material(registration, path, picture);
   } catch (const StepError&) {
     picture.subtitle += "  ·  steps too long to draw the grid";
   }

@@ -1,0 +1,69 @@
+// `pulson warp`: the map of a registration applied to an image or to landmarks.
+
+#include <chrono>
+#include <memory>
+
+#include "pulson/io/registration_record.hpp"
+#include "verbs.hpp"
+#include "warp/motion.hpp"
+#include "warp/pictures.hpp"
+#include "warp/points_job.hpp"
+#include "warp/samples_job.hpp"
+
+namespace pulson {
+namespace {
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+void run_points(const WarpArguments& arguments, const Registration& registration, double start) {
+  const MaterialFlow flow(registration_system(registration), replay(registration),
+                          parse_label_kernel(arguments.labels));
+  WarpFigures figures = warp_points(flow, registration.alignment, arguments);
+  figures.seconds = now() - start;
+  tell(figures, arguments, nullptr);
+}
+
+void run_image(const WarpArguments& arguments, const Registration& registration, double start) {
+  const Picture picture = read_picture(arguments.input);
+  const WarpFrames frames = warp_frames(arguments, registration, picture);
+  const MaterialFlow flow(registration_system(registration), replay(registration),
+                          parse_label_kernel(arguments.labels));
+  if (!flow.is_diffeomorphic()) arguments.check_for_fold();
+  const ImageWarp warp = arguments.inverse ? ImageWarp(flow, registration.alignment, frames.result, frames.input)
+                                           : ImageWarp(flow, registration.alignment, frames.input, frames.result);
+  WarpedImage result = arguments.samples > 0 ? warp_samples(picture.image, registration, frames, arguments)
+                                             : warp_image(picture.image, warp, frames, arguments);
+  write_picture(arguments.out, result.image, frames.result);
+  write_more_results(picture.image, result, warp, frames, arguments);
+  if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
+  if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();
+  result.figures.ridge = flow.ridge();
+  result.figures.seconds = now() - start;
+  tell(result.figures, arguments, &frames);
+}
+
+void run_warp(const WarpArguments& arguments) {
+  const double start = now();
+  const bool of_image = is_picture_file(arguments.input);
+  arguments.check();
+  if (of_image)
+    check_picture_file(arguments.out);
+  else
+    arguments.check_for_landmarks();
+  const Registration registration = read_registration(arguments.registration);
+  if (of_image)
+    run_image(arguments, registration, start);
+  else
+    run_points(arguments, registration, start);
+}
+
+}  // namespace
+
+void add_warp_verb(CLI::App& program, int& /*exit_code*/) {
+  const auto arguments = std::make_shared<WarpArguments>();
+  CLI::App* verb = program.add_subcommand("warp", kWarpHelp);
+  arguments->add_to(*verb);
+  verb->callback([arguments] { run_warp(*arguments); });
+}
+
+}  // namespace pulson

@@ -1,0 +1,205 @@
+#include "arguments.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "options.hpp"
+#include "picture_files.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/io/atomic_file.hpp"
+#include "pulson/report/animation.hpp"
+
+namespace pulson {
+namespace {
+
+std::optional<std::array<double, 2>> place(const char* name, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  std::array<double, 2> numbers{};
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, numbers[0]);
+  const bool has_comma = first.ec == std::errc() && first.ptr < end && *first.ptr == ',';
+  const auto second = has_comma ? std::from_chars(first.ptr + 1, end, numbers[1]) : first;
+  if (!has_comma || second.ec != std::errc() || second.ptr != end || !std::isfinite(numbers[0]) ||
+      !std::isfinite(numbers[1]))
+    throw InputError(fmt::format("{} is '{}'; it must be two numbers, as in -2,-1.5", name, text));
+  return numbers;
+}
+
+// Files that are drawings or masks, of which grids hold none, and formats without alpha no drawing.
+void check_drawing_file(const std::string& file) {
+  check_picture_file(file);
+  if (!keeps_alpha(file)) throw InputError(fmt::format("{}: drawings and masks are written as .png or .tif", file));
+}
+
+// Files of one number a pixel, or its colour.
+void check_numbers_file(const std::string& file) {
+  check_picture_file(file);
+  if (!keeps_alpha(file) && !is_grid_file(file))
+    throw InputError(fmt::format("{}: numbers are written as .png (colours), .tif, .mha or .nrrd", file));
+}
+
+}  // namespace
+
+void WarpArguments::add_to(CLI::App& verb) {
+  verb.add_option("REGISTRATION", registration, "registration.json of pulson register")->required();
+  verb.add_option("INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks")
+      ->required();
+  verb.add_option("-o,--out", out, "the warped image, or landmarks as csv")->required();
+  verb.add_option("--json", json, "write the numbers here; - for standard output, and nothing else");
+  verb.add_flag("-q,--quiet", quiet, "print warnings and errors only");
+  verb.add_flag("--inverse", inverse, "the other way: what is of the target goes to the source");
+  verb.add_option("--labels", labels, "interpolation of the landmarks' own noise: metric or thin-plate")
+      ->capture_default_str();
+
+  verb.add_option("--like", like, "image of the target: the result has its size")->group("Coordinates");
+  verb.add_option("--size", size, "size of the result, as in 640x480 [that of the image]")->group("Coordinates");
+  verb.add_option("--pixel-size", pixel_size, "landmark units per pixel of the image [1; mha, nrrd: of the file]")
+      ->group("Coordinates");
+  verb.add_option("--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]")
+      ->group("Coordinates");
+  verb.add_option("--origin", origin,
+                  "x,y of the image's first pixel, with y up of its lower edge, landmark units [0,0]")
+      ->group("Coordinates");
+  verb.add_option("--target-origin", target_origin, "the same of the result [--origin]")->group("Coordinates");
+  // Not bound to the variable: CLI11 would set an optional to false where the flag is not given.
+  verb.add_flag_function(
+          "--flip-y,!--no-flip-y", [this](std::int64_t count) { flip_y = count > 0; },
+          "y of the landmarks points up [where they are of a tps file]")
+      ->group("Coordinates");
+
+  verb.add_option("--method", method, "pull (needs a map that does not fold), push, or auto")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--over", over, "sheet on top where the map folds: least-stretched, first, label-order, or average")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--interpolation", interpolation, "nearest, linear, cubic or lanczos")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--border", border, "beyond the image: transparent, constant, replicate or reflect")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--background", background, "colour r,g,b in place of transparency")->group("Picture");
+  verb.add_option("--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--tolerance", tolerance, "error of the map between points where it is computed, pixels")
+      ->capture_default_str()
+      ->group("Picture");
+
+  verb.add_option("--field", field, "displacement field (mha, nrrd)")->group("More results");
+  verb.add_option("--jacobian", jacobian, "signed Jacobian on the image: colours (png), or numbers (tif, mha, nrrd)")
+      ->group("More results");
+  verb.add_option("--log-jacobian", log_jacobian, "its logarithm to base 2, likewise")->group("More results");
+  verb.add_option("--multiplicity", multiplicity, "how many points of the image land on each pixel, likewise")
+      ->group("More results");
+  verb.add_option("--folds", folds, "mask of the image's pixels that are turned over (png)")->group("More results");
+  verb.add_option("--holes", holes, "mask of holes in the result (png)")->group("More results");
+  verb.add_option("--grid", grid, "the result with the deformed grid and the landmarks' paths (png)")
+      ->group("More results");
+  verb.add_option("--side-by-side", side_by_side, "image, result and --like beside each other (png)")
+      ->group("More results");
+  verb.add_option("--animate", animate, "the motion (gif, mp4, webp; needs ffmpeg)")->group("More results");
+
+  verb.add_option("--samples", samples, "so many samples of the noise with the fitted momenta: OUT is their mean")
+      ->group("Ensembles");
+  verb.add_option("--seed", seed, "of the random numbers")->capture_default_str()->group("Ensembles");
+  verb.add_option("--deviation", deviation, "standard deviation of each pixel (tif, png)")->group("Ensembles");
+  verb.add_option("--fold-probability", fold_probability, "probability that a pixel of the image is turned over")
+      ->group("Ensembles");
+  add_threads_option(verb);
+}
+
+WarpMethod WarpArguments::warp_method() const {
+  if (method == "auto") return WarpMethod::kAuto;
+  if (method == "pull") return WarpMethod::kPull;
+  if (method == "push") return WarpMethod::kPush;
+  throw InputError(fmt::format("unknown method '{}'; valid: auto, pull, push", method));
+}
+
+std::optional<std::pair<int, int>> WarpArguments::canvas() const {
+  if (size.empty()) return std::nullopt;
+  int width = 0, height = 0;
+  const char* end = size.data() + size.size();
+  const auto first = std::from_chars(size.data(), end, width);
+  const bool has_cross = first.ec == std::errc() && first.ptr < end && *first.ptr == 'x';
+  const auto second = has_cross ? std::from_chars(first.ptr + 1, end, height) : first;
+  if (!has_cross || second.ec != std::errc() || second.ptr != end || width < 1 || height < 1)
+    throw InputError(fmt::format("--size is '{}'; it must be width and height in pixels, as in 640x480", size));
+  return std::pair(width, height);
+}
+
+std::optional<std::array<double, 2>> WarpArguments::origin_of_image() const { return place("--origin", origin); }
+
+std::optional<std::array<double, 2>> WarpArguments::origin_of_result() const {
+  return target_origin.empty() ? origin_of_image() : place("--target-origin", target_origin);
+}
+
+void WarpArguments::check() const {
+  parse_over(over);
+  parse_interpolation(interpolation);
+  parse_border(border);
+  parse_label_kernel(labels);
+  warp_method();
+  canvas();
+  origin_of_image();
+  origin_of_result();
+  for (const auto& [name, value] : {std::pair("--pixel-size", pixel_size), {"--target-pixel-size", target_pixel_size}})
+    if (value && !(std::isfinite(*value) && *value > 0))
+      throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", name, *value));
+  if (!(std::isfinite(tolerance) && tolerance > 0))
+    throw InputError(fmt::format("--tolerance is {}; it must be a finite number greater than 0", tolerance));
+  if (samples < 0) throw InputError(fmt::format("--samples is {}; it must be positive", samples));
+  if (samples == 0 && (!deviation.empty() || !fold_probability.empty()))
+    throw InputError("--deviation and --fold-probability are of --samples");
+  if (samples > 0 && (!field.empty() || !holes.empty()))
+    throw InputError("--field and --holes are of one map; they have no --samples");
+  if (inverse && !animate.empty()) throw InputError("--animate shows the way to the target; it has no --inverse");
+  if (!like.empty() && !size.empty()) throw InputError("--like and --size both say how large the result is");
+  for (const std::string& file : {jacobian, log_jacobian, multiplicity, deviation, fold_probability})
+    if (!file.empty()) check_numbers_file(file);
+  for (const std::string& file : {folds, holes, grid, side_by_side})
+    if (!file.empty()) check_drawing_file(file);
+  for (const std::string& file : {out, field, animate})
+    if (!file.empty()) check_output_file(file);
+  if (!json.empty() && json != "-") check_output_file(json);
+  if (!field.empty() && !is_grid_file(field))
+    throw InputError(fmt::format("{}: displacement fields are written as .mha or .nrrd", field));
+  if (!animate.empty() && !Animation::available())
+    throw InputError("--animate needs ffmpeg; install it, or leave the animation out");
+  if (!animate.empty()) Animation(animate, 2, 2, 1);  // refuses what it cannot write
+}
+
+void WarpArguments::check_for_landmarks() const {
+  for (const auto& [name, file] : {std::pair("--field", field),
+                                   {"--jacobian", jacobian},
+                                   {"--log-jacobian", log_jacobian},
+                                   {"--multiplicity", multiplicity},
+                                   {"--folds", folds},
+                                   {"--holes", holes},
+                                   {"--grid", grid},
+                                   {"--side-by-side", side_by_side},
+                                   {"--animate", animate}})
+    if (!file.empty()) throw InputError(fmt::format("{} is of images, and {} holds landmarks", name, input));
+  if (samples > 0) throw InputError(fmt::format("--samples is of images, and {} holds landmarks", input));
+  if (std::filesystem::path(out).extension() != ".csv")
+    throw InputError(fmt::format("cannot write '{}': landmarks are written as .csv", out));
+}
+
+void WarpArguments::check_for_fold() const {
+  if (!inverse) return;
+  for (const auto& [name, file] : {std::pair("--jacobian", jacobian),
+                                   {"--log-jacobian", log_jacobian},
+                                   {"--folds", folds},
+                                   {"--grid", grid},
+                                   {"--side-by-side", side_by_side}})
+    if (!file.empty())
+      throw InputError(fmt::format(
+          "{} with --inverse needs a map that has an inverse; here noise moves the landmarks by themselves", name));
+}
+
+}  // namespace pulson

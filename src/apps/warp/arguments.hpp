@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <CLI/App.hpp>
+
+#include "pulson/images/push_forward.hpp"
+#include "pulson/warp/label_space.hpp"
+
+namespace pulson {
+
+/// Which way an image is carried.
+enum class WarpMethod { kAuto, kPull, kPush };
+
+/// The command line of `pulson warp`.
+struct WarpArguments {
+  std::string registration;
+  std::string input;
+  std::string out;
+  std::string json;
+  bool quiet = false;
+  bool inverse = false;
+  std::string labels = "metric";
+
+  // frames
+  std::string like;  ///< an image that has the target's size
+  std::string size;  ///< W×H
+  std::optional<double> pixel_size;
+  std::optional<double> target_pixel_size;
+  std::string origin;         ///< x,y
+  std::string target_origin;  ///< x,y
+  std::optional<bool> flip_y;
+
+  // the picture
+  std::string method = "auto";
+  std::string over = "least-stretched";
+  std::string interpolation = "linear";
+  std::string border = "transparent";
+  std::string background;
+  int supersampling = 2;
+  double tolerance = 0.05;
+
+  // what else is written
+  std::string field;
+  std::string jacobian;
+  std::string log_jacobian;
+  std::string multiplicity;
+  std::string folds;
+  std::string holes;
+  std::string grid;
+  std::string side_by_side;
+  std::string animate;
+
+  // ensembles
+  int samples = 0;
+  std::uint64_t seed = 1;
+  std::string deviation;
+  std::string fold_probability;
+
+  void add_to(CLI::App& verb);
+  /// All that can be known to fail before the work is done. @throws InputError
+  void check() const;
+  /// What is of images alone. @throws InputError
+  void check_for_landmarks() const;
+  /// What --inverse cannot tell where the map has no inverse. @throws InputError
+  void check_for_fold() const;
+
+  WarpMethod warp_method() const;
+  /// "640x480"
+  std::optional<std::pair<int, int>> canvas() const;
+  /// "-2,-1.5"
+  std::optional<std::array<double, 2>> origin_of_image() const;
+  std::optional<std::array<double, 2>> origin_of_result() const;
+};
+
+}  // namespace pulson

@@ -1,0 +1,109 @@
+#include "motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "options.hpp"
+#include "pictures.hpp"
+#include "pulson/images/compose.hpp"
+#include "pulson/report/animation.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kLongestSide = 640;
+constexpr double kFramesPerSecond = 12;
+constexpr int kRest = 8;     // frames at both ends
+constexpr int kSpacing = 4;  // vertices between two that are moved exactly
+
+// A picture on white, without alpha.
+std::vector<std::uint8_t> on_white(const Image& image) {
+  const auto values = image.values<std::uint8_t>();
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(image.pixel_count() * 3);
+  for (std::size_t i = 0; i < image.pixel_count(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int alpha = values[4 * i + 3];
+      rgb.push_back(static_cast<std::uint8_t>((values[4 * i + c] * alpha + 255 * (255 - alpha) + 127) / 255));
+    }
+  return rgb;
+}
+
+// The pixel corners of a small picture: some moved exactly, the others by bilinear interpolation.
+class Corners {
+ public:
+  explicit Corners(const Image& small)
+      : columns_(small.width() + 1), rows_(small.height() + 1), across_(count(columns_)), down_(count(rows_)) {}
+
+  // Of the exact ones, in pixels of the small picture.
+  Points exact() const {
+    Points corners(2, static_cast<Index>(across_) * down_);
+    for (int j = 0; j < down_; ++j)
+      for (int i = 0; i < across_; ++i)
+        corners.col(static_cast<Index>(j) * across_ + i) << i * kSpacing - 0.5, j * kSpacing - 0.5;
+    return corners;
+  }
+
+  DeformedMesh mesh(const Points& places) const {
+    DeformedMesh mesh{columns_, rows_, {}};
+    mesh.vertices.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
+    for (int y = 0; y < rows_; ++y)
+      for (int x = 0; x < columns_; ++x) {
+        const Index at = static_cast<Index>(y / kSpacing) * across_ + x / kSpacing;
+        const double u = x % kSpacing / static_cast<double>(kSpacing);
+        const double v = y % kSpacing / static_cast<double>(kSpacing);
+        const Eigen::Vector2f place = ((1 - v) * ((1 - u) * places.col(at) + u * places.col(at + 1)) +
+                                       v * ((1 - u) * places.col(at + across_) + u * places.col(at + across_ + 1)))
+                                          .cast<float>();
+        mesh.vertices.push_back({place.x(), place.y()});
+      }
+    return mesh;
+  }
+
+ private:
+  static int count(int vertices) { return (vertices - 1) / kSpacing + 2; }
+
+  int columns_, rows_;
+  int across_, down_;
+};
+
+// Between the pixels of a picture and those of one smaller by a factor, see scaled_down.
+Points enlarged(const Points& pixels, double factor) { return ((pixels.array() + 0.5) * factor - 0.5).matrix(); }
+Points reduced(const Points& pixels, double factor) { return ((pixels.array() + 0.5) / factor - 0.5).matrix(); }
+
+}  // namespace
+
+void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+                     const WarpArguments& arguments) {
+  const int longest = std::max({image.width(), image.height(), frames.width, frames.height});
+  const double factor = std::max(1.0, longest / kLongestSide);
+  const Image small = scaled_down(to_rgba8(for_show(image)), factor);
+  const int width = std::max(1, static_cast<int>(std::lround(frames.width / factor)));
+  const int height = std::max(1, static_cast<int>(std::lround(frames.height / factor)));
+  const Corners corners(small);
+  const std::vector<Points> places = warp.paths(enlarged(corners.exact(), factor));
+  std::vector<Points> landmarks = warp.landmark_paths();
+  for (Points& each : landmarks) each = reduced(each, factor);
+
+  const Over over = parse_over(arguments.over);
+  std::vector<float> priority;
+  if (over == Over::kPriority) priority = label_order(small, reduced(warp.label_pixels(), factor), frames.label_ranks);
+  Progress progress;
+  Animation animation(arguments.animate, width, height, kFramesPerSecond);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    progress.show(fmt::format("animation: frame {} of {}", k + 1, places.size()));
+    const RasterOptions raster{.width = width, .height = height, .supersampling = 2, .over = over};
+    const PushedImage pushed =
+        push_forward(small, corners.mesh(reduced(places[k], factor)), raster, {.fill = std::nullopt}, priority);
+    const std::vector<std::uint8_t> frame = on_white(with_landmarks(pushed.image, landmarks, k, 1));
+    const bool at_end = k == 0 || k + 1 == places.size();
+    for (int repeat = 0; repeat < (at_end ? kRest : 1); ++repeat) animation.add(frame);
+  }
+  animation.finish();
+}
+
+}  // namespace pulson

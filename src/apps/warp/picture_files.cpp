@@ -1,0 +1,156 @@
+#include "picture_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <type_traits>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/images/image_files.hpp"
+#include "pulson/io/atomic_file.hpp"
+#include "pulson/io/grid_fields.hpp"
+
+namespace pulson {
+namespace {
+
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension;
+}
+
+bool holds_floats(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".tif" || extension == ".tiff";
+}
+
+GridField grid_of(std::vector<float> values, int components, int width, int height, const PixelFrame& frame) {
+  // With y up the rows go downwards all the same: their direction is negative.
+  GridField grid{{width, height},
+                 {frame.spacing[0], frame.spacing[1]},
+                 {frame.origin[0], frame.origin[1]},
+                 components,
+                 std::move(values)};
+  if (frame.y_up) {
+    grid.origin[1] += frame.spacing[1] * frame.height;
+    grid.direction = Eigen::Vector2d(1, -1).asDiagonal();
+  }
+  return grid;
+}
+
+PixelFrame frame_of(const std::filesystem::path& path, const GridField& grid) {
+  if (grid.direction.size() > 0 && !grid.direction.isIdentity(1e-9))
+    throw InputError(path.string() + ": its axes are turned; only images along the axes are read");
+  return {{grid.origin[0], grid.origin[1]}, {grid.spacing[0], grid.spacing[1]}};
+}
+
+template <class Value>
+void blend_on_white(const Image& image, Image& result) {
+  const auto channels = static_cast<std::size_t>(image.channels());
+  const double full = full_value(image.depth());
+  const auto from = image.values<Value>();
+  const auto to = result.values<Value>();
+  for (std::size_t i = 0; i < image.pixel_count(); ++i)
+    for (std::size_t c = 0; c + 1 < channels; ++c) {
+      const double opacity = static_cast<double>(from[(i + 1) * channels - 1]) / full;
+      const double value = opacity * static_cast<double>(from[i * channels + c]) + (1 - opacity) * full;
+      to[i * (channels - 1) + c] = static_cast<Value>(std::is_floating_point_v<Value> ? value : std::round(value));
+    }
+}
+
+Image on_white(const Image& image) {
+  if (!image.has_alpha()) return image;
+  Image result(image.width(), image.height(), image.channels() - 1, image.depth());
+  if (image.depth() == PixelDepth::kUint8) blend_on_white<std::uint8_t>(image, result);
+  if (image.depth() == PixelDepth::kUint16) blend_on_white<std::uint16_t>(image, result);
+  if (image.depth() == PixelDepth::kFloat32) blend_on_white<float>(image, result);
+  return result;
+}
+
+}  // namespace
+
+bool is_grid_file(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".mha" || extension == ".nrrd";
+}
+
+bool is_picture_file(const std::filesystem::path& path) {
+  static constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm", ".ppm"};
+  return is_grid_file(path) ||
+         std::find(kExtensions.begin(), kExtensions.end(), extension_of(path)) != kExtensions.end();
+}
+
+bool keeps_alpha(const std::filesystem::path& path) { return extension_of(path) == ".png" || holds_floats(path); }
+
+Picture read_picture(const std::filesystem::path& path) {
+  if (!is_grid_file(path)) return {read_image(path), std::nullopt};
+  const GridField grid = read_grid_field(path);
+  if (grid.sizes.size() != 2 || grid.components != 1)
+    throw InputError(path.string() + ": an image of the plane with one number for each pixel is needed");
+  return {Image(grid.sizes[0], grid.sizes[1], 1, std::span<const float>(grid.values)), frame_of(path, grid)};
+}
+
+void check_picture_file(const std::filesystem::path& path) {
+  check_output_file(path);
+  if (!is_grid_file(path)) check_image_extension(path);
+}
+
+Image for_show(const Image& image) {
+  if (image.depth() != PixelDepth::kFloat32) return image;
+  const auto values = image.values<float>();
+  const auto channels = static_cast<std::size_t>(image.channels());
+  const auto is_alpha = [&](std::size_t i) { return image.has_alpha() && i % channels == channels - 1; };
+  float low = std::numeric_limits<float>::infinity(), high = -low;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (is_alpha(i) || !std::isfinite(values[i])) continue;
+    low = std::min(low, values[i]);
+    high = std::max(high, values[i]);
+  }
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const float part = is_alpha(i) ? values[i] : high > low ? (values[i] - low) / (high - low) : 0;
+    bytes.push_back(
+        static_cast<std::uint8_t>(std::isfinite(part) ? std::lround(255 * std::clamp(part, 0.0F, 1.0F)) : 0));
+  }
+  return {image.width(), image.height(), image.channels(), std::span<const std::uint8_t>(bytes)};
+}
+
+void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame) {
+  if (is_grid_file(path)) {
+    if (image.channels() > 2) throw InputError(path.string() + ": only grey images are written as .mha or .nrrd");
+    std::vector<float> values(image.pixel_count());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = static_cast<float>(image.at(static_cast<int>(i % static_cast<std::size_t>(image.width())),
+                                              static_cast<int>(i / static_cast<std::size_t>(image.width())), 0));
+    write_grid_field(path, grid_of(std::move(values), 1, image.width(), image.height(), frame));
+  } else {
+    const Image shown = holds_floats(path) ? image : for_show(image);
+    write_image(path, keeps_alpha(path) ? shown : on_white(shown));
+  }
+}
+
+void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
+                   const PixelFrame& frame, const Image& colours) {
+  if (is_grid_file(path) || holds_floats(path))
+    write_picture(path, Image(width, height, 1, std::span<const float>(values)), frame);
+  else
+    write_image(path, colours);
+}
+
+void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height) {
+  std::vector<std::uint8_t> bytes(mask.size());
+  std::transform(mask.begin(), mask.end(), bytes.begin(), [](bool is_in) { return is_in ? 255 : 0; });
+  write_image(path, Image(width, height, 1, std::span<const std::uint8_t>(bytes)));
+}
+
+void write_displacements(const std::filesystem::path& path, std::vector<float> values, int width, int height,
+                         const PixelFrame& frame) {
+  write_grid_field(path, grid_of(std::move(values), 2, width, height, frame));
+}
+
+}  // namespace pulson

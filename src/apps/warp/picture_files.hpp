@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "pulson/images/image.hpp"
+#include "pulson/images/image_warp.hpp"
+
+namespace pulson {
+
+/// A picture, and where its pixels are where its file tells.
+struct Picture {
+  Image image;
+  std::optional<PixelFrame> frame;
+};
+
+/// Whether the extension is that of a grid of numbers: mha, nrrd.
+bool is_grid_file(const std::filesystem::path& path);
+/// Whether it is that of a picture or grid.
+bool is_picture_file(const std::filesystem::path& path);
+
+/// Whether the format holds an alpha channel: png, tif.
+bool keeps_alpha(const std::filesystem::path& path);
+
+/// @throws InputError
+Picture read_picture(const std::filesystem::path& path);
+
+/// Whether a picture can be written there, as far as can be told. @throws InputError if not
+void check_picture_file(const std::filesystem::path& path);
+
+/// 8 bits for pixels that are floating-point numbers, from the lowest to the highest; others as they are.
+Image for_show(const Image& image);
+
+/// Formats without alpha take the picture on white. Grids take one channel; floating-point pixels that a format cannot
+/// hold are scaled from their range to 8 bits.
+void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame);
+
+/// One number for each pixel, row by row: as numbers where the format holds them (tif, mha, nrrd), else the colours.
+void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
+                   const PixelFrame& frame, const Image& colours);
+
+/// White where the mask is.
+void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height);
+
+/// Displacements in landmark units, two numbers a pixel.
+void write_displacements(const std::filesystem::path& path, std::vector<float> values, int width, int height,
+                         const PixelFrame& frame);
+
+}  // namespace pulson

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "figures.hpp"
+
+namespace pulson {
+
+/// Landmarks carried along, in any dimension; marks that miss a coordinate stay missing. @throws InputError
+WarpFigures warp_points(const MaterialFlow& flow, const Alignment& alignment, const WarpArguments& arguments);
+
+}  // namespace pulson

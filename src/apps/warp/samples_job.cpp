@@ -1,0 +1,155 @@
+#include "samples_job.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "options.hpp"
+#include "pulson/random/brownian.hpp"
+
+namespace pulson {
+namespace {
+
+// Mean and variance of every number of an image by Welford's updates, of colours in proportion to opacity.
+class ImageMoments {
+ public:
+  explicit ImageMoments(const Image& like)
+      : channels_(static_cast<std::size_t>(like.channels())),
+        colours_(like.has_alpha() ? channels_ - 1 : channels_),
+        full_(full_value(like.depth())),
+        mean_(like.pixel_count() * channels_),
+        squares_(mean_.size()) {}
+
+  void add(const Image& image) {
+    if (image.depth() == PixelDepth::kUint8) return add(image.values<std::uint8_t>());
+    if (image.depth() == PixelDepth::kUint16) return add(image.values<std::uint16_t>());
+    add(image.values<float>());
+  }
+
+  void mean_to(Image& image) const {
+    if (image.depth() == PixelDepth::kUint8) return mean_to(image.values<std::uint8_t>());
+    if (image.depth() == PixelDepth::kUint16) return mean_to(image.values<std::uint16_t>());
+    mean_to(image.values<float>());
+  }
+
+  // Of each pixel, the root mean variance of its colours.
+  std::vector<float> deviations() const {
+    std::vector<float> deviations;
+    for (std::size_t i = 0; i < mean_.size(); i += channels_) {
+      const auto first = squares_.begin() + static_cast<std::ptrdiff_t>(i);
+      const double sum = std::accumulate(first, first + static_cast<std::ptrdiff_t>(colours_), 0.0);
+      deviations.push_back(static_cast<float>(std::sqrt(sum / static_cast<double>(colours_) / count_)));
+    }
+    return deviations;
+  }
+
+ private:
+  template <class Value>
+  void add(std::span<const Value> values) {
+    ++count_;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::size_t channel = i % channels_;
+      const double opacity =
+          channel < colours_ && colours_ < channels_ ? static_cast<double>(values[i - channel + colours_]) / full_ : 1;
+      const double value = opacity * static_cast<double>(values[i]);
+      const double change = value - mean_[i];
+      mean_[i] += change / count_;
+      squares_[i] += change * (value - mean_[i]);
+    }
+  }
+
+  template <class Value>
+  void mean_to(std::span<Value> values) const {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::size_t channel = i % channels_;
+      double value = mean_[i];
+      if (channel < colours_ && colours_ < channels_) {
+        const double opacity = mean_[i - channel + colours_] / full_;
+        value = opacity > 0 ? value / opacity : 0;
+      }
+      if constexpr (std::is_floating_point_v<Value>)
+        values[i] = static_cast<Value>(value);
+      else
+        values[i] = static_cast<Value>(std::lround(value));
+    }
+  }
+
+  std::size_t channels_;
+  std::size_t colours_;
+  double full_;
+  std::vector<double> mean_;
+  std::vector<double> squares_;
+  double count_ = 0;
+};
+
+}  // namespace
+
+WarpedImage warp_samples(const Image& image, const Registration& registration, const WarpFrames& frames,
+                         const WarpArguments& arguments) {
+  if (arguments.inverse) throw InputError("--samples carries the source to the target; it has no --inverse");
+  const StochasticSystem system = registration_system(registration);
+  const Points& q0 = registration.source.points;
+  const int channels = system.noise->channels(static_cast<int>(q0.rows()), static_cast<int>(q0.cols()));
+  if (channels == 0) throw InputError("--samples needs noise, and the registration has none");
+  // Increments of Brownian motion want the scheme that compensates for their roughness.
+  const std::string name = registration.integrator == "variational-paper" ? "variational" : registration.integrator;
+  const auto integrator = make_integrator(name);
+
+  WarpedImage result;
+  std::optional<ImageMoments> moments;
+  std::vector<float> folded(image.pixel_count());
+  int done = 0;
+  Progress progress;
+  for (int s = 0; s < arguments.samples; ++s) {
+    progress.show(fmt::format("sample {} of {}", s + 1, arguments.samples));
+    const Eigen::MatrixXd increments =
+        brownian_increments(arguments.seed, static_cast<std::uint64_t>(s), channels, registration.grid);
+    PushedMesh pushed;
+    try {
+      const MaterialFlow flow(system,
+                              integrator->integrate(system, {q0, registration.momenta}, registration.grid, increments),
+                              parse_label_kernel(arguments.labels));
+      const ImageWarp warp(flow, registration.alignment, frames.input, frames.result);
+      pushed = push_image(image, warp, frames, arguments);
+      result.figures.landmark_error_max = std::max(result.figures.landmark_error_max, warp.landmark_error());
+    } catch (const StepError&) {
+      continue;  // a path without a root, or space that it leaves without a place
+    }
+    ++done;
+    const Image& one = pushed.pushed.image;
+    if (!moments) {
+      moments.emplace(one);
+      result.image = one;
+      result.multiplicity.resize(one.pixel_count());
+    }
+    moments->add(one);
+    for (std::size_t i = 0; i < folded.size(); ++i) folded[i] += pushed.folds.reversed_in_cell[i] > 0 ? 1.0F : 0.0F;
+    for (std::size_t i = 0; i < result.multiplicity.size(); ++i)
+      result.multiplicity[i] = std::max(result.multiplicity[i], pushed.pushed.multiplicity[i]);
+    WarpFigures& figures = result.figures;
+    figures.folded_fraction += pushed.folds.folded_fraction;
+    figures.min_jacobian = std::min(figures.min_jacobian, pushed.min_jacobian);
+    figures.max_multiplicity = std::max(figures.max_multiplicity, pushed.pushed.coverage.max_multiplicity);
+    figures.uncovered_fraction += pushed.pushed.coverage.uncovered_fraction();
+    figures.map_error = std::max(figures.map_error, pushed.map_error);
+  }
+  if (!moments) throw InputError("no sample has a path; use more --steps when registering, or less noise");
+  moments->mean_to(result.image);
+  result.holes.resize(result.multiplicity.size());
+  result.figures.folded_fraction /= done;
+  result.figures.uncovered_fraction /= done;
+  result.figures.method = "push";
+  result.figures.reason =
+      fmt::format("mean over {} samples{}", done,
+                  done < arguments.samples ? fmt::format("; {} had no path", arguments.samples - done) : std::string());
+  result.deviations = moments->deviations();
+  for (float& each : folded) each /= static_cast<float>(done);
+  result.fold_probabilities = std::move(folded);
+  return result;
+}
+
+}  // namespace pulson

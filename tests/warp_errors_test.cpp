@@ -1,0 +1,117 @@
+// The verb `warp`: what it refuses.
+
+#include <string>
+
+#include <gmock/gmock.h>
+
+#include "image_examples.hpp"
+#include "pulson/images/image_files.hpp"
+#include "warp_program.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Exit code 2, one line that says what is wrong, and nothing written.
+class WarpRefuses : public WarpProgram {
+ protected:
+  static void expect_refused(const Arguments& arguments, const std::string& message) {
+    const auto before = all_files();
+    const ProgramRun refused = run(joined({"warp"}, arguments));
+    EXPECT_EQ(refused.exit_code, 2) << testing::PrintToString(arguments);
+    EXPECT_EQ(refused.out, "");
+    EXPECT_EQ(count_lines(refused.err), 1U) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr(message));
+    EXPECT_THAT(changed_since(before), IsEmpty()) << testing::PrintToString(arguments);
+  }
+};
+
+TEST_F(WarpRefuses, WrongFilesAndOptions) {
+  register_squares();
+  write("word.png", "hello");
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  write_image("colour.png", uneven_image(17, 17, 3, PixelDepth::kUint8));
+  std::filesystem::create_directory("folder");
+  const std::string registration = "out/registration.json";
+  const auto refuse = [&](const std::string& line, const std::string& message) {
+    expect_refused(joined({registration}, words(line)), message);
+  };
+  expect_refused(words("missing.json grey.png -o w.png"), "missing.json: the file cannot be opened");
+  expect_refused(words("grey.png grey.png -o w.png"), "not a JSON file");
+  refuse("missing.png -o w.png", "cannot read 'missing.png'");
+  refuse("word.png -o w.png", "it is no image");
+  refuse("grey.png -o w.xyz", "no image format has the extension '.xyz'");
+  refuse("grey.png -o w", "it has no extension");
+  refuse("grey.png -o folder", "it is a folder");
+  refuse("grey.png -o no/w.png", "there is no folder 'no'");
+  refuse("grey.png -o w.png --json no/w.json", "there is no folder 'no'");
+  refuse("grey.png -o w.png --grid no/g.png", "there is no folder 'no'");
+  refuse("grey.png -o w.png --like missing.png", "cannot read 'missing.png'");
+  for (const char* size : {"12", "0x5", "12x", "axb", "-3x4"})
+    refuse(std::string("grey.png -o w.png --size=") + size, "--size is '" + std::string(size) + "'");
+  refuse("grey.png -o w.png --over top", "valid: least-stretched, average, first, label-order");
+  refuse("grey.png -o w.png --method puhs", "valid: auto, pull, push");
+  refuse("grey.png -o w.png --labels plate", "valid: metric, thin-plate");
+  refuse("grey.png -o w.png --border none", "border");
+  refuse("grey.png -o w.png --interpolation best", "interpolation");
+  refuse("grey.png -o w.png --origin 1", "--origin is '1'");
+  refuse("grey.png -o w.png --pixel-size 0", "--pixel-size is 0");
+  refuse("grey.png -o w.png --tolerance -1", "--tolerance is -1");
+  refuse("grey.png -o w.png --method push --supersampling 9", "supersampling 9");
+  refuse("grey.png -o w.png --method push --background 1,2", "--background is '1,2'");
+  refuse("grey.png -o w.png --samples 3", "--samples needs noise");
+  refuse("grey.png -o w.png --deviation d.tif", "are of --samples");
+  refuse("grey.png -o w.png --inverse --method push", "needs no --method push");
+  refuse("grey.png -o w.png --field f.png", "written as .mha or .nrrd");
+  refuse("grey.png -o w.png --folds f.mha", "drawings and masks are written as .png or .tif");
+  refuse("grey.png -o w.png --grid g.jpg", "drawings and masks are written as .png or .tif");
+  refuse("grey.png -o w.png --jacobian j.pgm", "numbers are written as .png (colours), .tif, .mha or .nrrd");
+  refuse("grey.png -o w.png --animate a.xyz", "a");
+  refuse("colour.png -o w.pgm", ".pgm does not hold colours");
+  refuse("a.csv -o w.png", "landmarks are written as .csv");
+  refuse("a.csv -o w.csv --grid g.png", "--grid is of images");
+  refuse("a.csv -o w.csv --samples 2", "--samples is of images");
+}
+
+TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
+  register_squares("ch-sd:beta=1");
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  write_image("colour.png", uneven_image(17, 17, 3, PixelDepth::kUint8));
+  const auto refuse = [&](const std::string& line, const std::string& message) {
+    expect_refused(joined({"out/registration.json"}, words(line)), message);
+  };
+  refuse("grey.png -o w.png --method pull", "--method pull needs a map that has an inverse");
+  refuse("a.csv -o w.csv --inverse", "the map has no inverse");
+  for (const char* option : {"--jacobian", "--log-jacobian", "--folds", "--grid", "--side-by-side"})
+    refuse("grey.png -o w.png --inverse " + std::string(option) + " x.png",
+           std::string(option) + " with --inverse needs a map that has an inverse");
+  refuse("grey.png -o w.png --samples 2 --field f.mha", "they have no --samples");
+  refuse("colour.png -o w.pgm --samples 2 --deviation d.png", ".pgm does not hold colours");
+}
+
+// Between landmarks the steps backwards have no root of their own where κ > 1: there is no picture that shows half a
+// map.
+TEST_F(WarpRefuses, ToPullByStepsThatAreTooLong) {
+  write("a.csv", "x,y\n0,0\n0,5\n");
+  write("b.csv", "x,y\n2.4,0\n0,5\n");
+  ASSERT_EQ(run(words("register a.csv b.csv -o out --kernel gaussian:alpha=0.5 --steps 4 --no-picture -q")).exit_code,
+            0);
+  write_image("grey.png", uneven_image(120, 60, 1, PixelDepth::kUint8));
+  expect_refused(words("out/registration.json grey.png -o w.png --pixel-size 0.05 --origin -2,-1.5 --method pull"),
+                 "the time steps are too long for an inverse");
+}
+
+TEST_F(WarpRefuses, ImagesInThreeDimensions) {
+  write("a.csv", "x,y,z\n0,0,0\n1,0,1\n0,1,2\n3,1,1\n");
+  write("b.csv", "x,y,z\n0,0,0\n1.1,0,1\n0,1.1,2\n3,1.1,1\n");
+  ASSERT_EQ(run(words("register a.csv b.csv -o out --no-picture -q")).exit_code, 0);
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  expect_refused(words("out/registration.json grey.png -o w.png"), "the landmarks are in 3D");
+  write("flat.csv", "x,y\n0,0\n1,1\n");
+  expect_refused(words("out/registration.json flat.csv -o w.csv"), "flat.csv is in 2D, the registration in 3D");
+}
+
+}  // namespace
+}  // namespace pulson

@@ -1,5 +1,6 @@
 // The verb `ensemble` under signals: it stops in order, loses nothing that was saved, and goes on to the same bits.
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <thread>
@@ -43,6 +44,14 @@ class EnsembleSignals : public EnsembleProgram {
     return false;
   }
 
+  /// Processor time that it has used itself.
+  static double seconds_used(pid_t child) {
+    // The program's name, in parentheses, is the second word of many.
+    const std::string text = contents("/proc/" + std::to_string(child) + "/stat");
+    const Arguments after_name = words(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+    return after_name.size() > 11 ? std::stod(after_name[11]) / static_cast<double>(::sysconf(_SC_CLK_TCK)) : 0;
+  }
+
  private:
   [[noreturn]] static void become(Arguments arguments) {
     const int out = ::open("out.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -79,6 +88,8 @@ TEST_F(EnsembleSignals, StopsAfterASignalAndGoesOn) {
 TEST_F(EnsembleSignals, EndsAtOnceAfterASecondSignal) {
   // The first 64 paths alone take minutes.
   const pid_t child = sampling(kPair + std::string("--integrator midpoint --dt 0.0001 --threads 1 -o out"));
+  // A signal before the first path would end it in order.
+  while (seconds_used(child) < 0.2 && is_running(child)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ::kill(child, SIGINT);
   while (catches(child, SIGINT) && is_running(child)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   ::kill(child, SIGINT);

@@ -169,6 +169,25 @@ TEST_F(WarpProgram, PutsTheResultOnWhiteWhereTheFormatHasNoAlpha) {
   EXPECT_EQ(pixel(read_image("W.PNG"), 55, 55).back(), 0);
 }
 
+// A grid's numbers have no white, and its own spacing and origin are kept.
+TEST_F(WarpProgram, PutsNothingAroundGridsOfNumbers) {
+  write("a.csv", "x,y\n10,20\n14,20\n14,24\n");
+  const ProgramRun done = run(words("register a.csv a.csv -o out --no-picture -q"));
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  GridField grid{{6, 4}, {2, 2}, {10, 20}, 1, std::vector<float>(24, 700)};
+  grid.values[0] = -300;
+  write_grid_field("ct.mha", grid);
+  for (const std::string method : {"pull", "push"}) {
+    const ProgramRun warped = warp("ct.mha", "-o w.mha --size 8x4 --method " + method);
+    ASSERT_EQ(warped.exit_code, 0) << warped.err;
+    const GridField result = read_grid_field("w.mha");
+    EXPECT_EQ(result.spacing, grid.spacing);
+    EXPECT_EQ(result.origin, grid.origin);
+    EXPECT_THAT(std::vector(result.values.begin(), result.values.begin() + 8),
+                ElementsAre(-300, 700, 700, 700, 700, 700, 0, 0));
+  }
+}
+
 TEST_F(WarpProgram, SamplesTellMeanDeviationAndProbabilityOfFolds) {
   register_squares("ch-sd:beta=1");
   write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));

@@ -15,8 +15,10 @@ namespace {
 using Eigen::Index;
 
 // The colour r,g,b of 0 to 255 in units of the image; the first for grey.
+// White where none is given; but 0 for floating-point numbers, which are measurements rather than brightness.
 std::array<double, 4> fill_of(const WarpArguments& arguments, const Image& image) {
   std::array<double, 4> fill{255, 255, 255, 255};
+  if (image.depth() == PixelDepth::kFloat32) fill = {0, 0, 0, 255};
   const char* at = arguments.background.data();
   const char* end = at + arguments.background.size();
   for (std::size_t c = 0; c < 3 && !arguments.background.empty(); ++c) {

@@ -1,5 +1,7 @@
 // What the program says of itself, and of a file.
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 
 #include "program.hpp"
@@ -62,6 +64,9 @@ TEST_F(HelpOfProgram, PrintsTheTables) {
     EXPECT_THAT(formats, HasSubstr(format.help));
     for (const std::string& extension : format.extensions) EXPECT_THAT(formats, HasSubstr("." + extension));
   }
+  EXPECT_EQ(static_cast<std::size_t>(std::count(formats.begin(), formats.end(), '\n')), landmark_formats().size());
+  EXPECT_THAT(formats, HasSubstr("\nbigwarp       read           -          landmarks of"));
+  EXPECT_THAT(formats, HasSubstr("\ncsv           read, written  .csv .tsv  table"));
 }
 
 TEST_F(HelpOfProgram, TellsWhatIsInAFile) {

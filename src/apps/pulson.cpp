@@ -26,6 +26,7 @@ void add_verbs(CLI::App& program, int& exit_code) {
   pulson::add_ensemble_verb(program, exit_code);
   pulson::add_fokker_planck_verb(program, exit_code);
   pulson::add_reproduce_verb(program, exit_code);
+  pulson::add_convert_verb(program);
   pulson::add_info_verb(program);
 }
 

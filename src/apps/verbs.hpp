@@ -17,6 +17,7 @@ void add_simulate_verb(CLI::App& program, int& exit_code);
 void add_ensemble_verb(CLI::App& program, int& exit_code);
 void add_fokker_planck_verb(CLI::App& program, int& exit_code);
 void add_reproduce_verb(CLI::App& program, int& exit_code);
+void add_convert_verb(CLI::App& program);
 void add_info_verb(CLI::App& program);
 
 }  // namespace pulson

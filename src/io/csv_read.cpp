@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "csv_columns.hpp"
+#include "csv_layouts.hpp"
 #include "csv_records.hpp"
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
@@ -16,13 +17,6 @@ namespace {
 
 std::string field_or_empty(const CsvRecord& record, std::optional<std::size_t> column) {
   return column ? record.fields[*column] : std::string();
-}
-
-/// Whether the labels are 1, 2, 3, ..., which says nothing that the order of the landmarks does not.
-bool counts_from_one(const std::vector<std::string>& labels) {
-  for (std::size_t i = 0; i < labels.size(); ++i)
-    if (labels[i] != std::to_string(i + 1)) return false;
-  return true;
 }
 
 /// Gathers the lines of one shape.
@@ -51,7 +45,8 @@ class ShapeBuilder {
     const auto d = static_cast<Eigen::Index>(columns_.coordinates.size());
     shape.points = Points::Map(coordinates_.data(), d, static_cast<Eigen::Index>(labels_.size()));
     if (columns_.label && !counts_from_one(labels_)) shape.labels = std::move(labels_);
-    if (columns_.group) shape.groups = std::move(groups_);
+    if (std::any_of(groups_.begin(), groups_.end(), [](const std::string& group) { return !group.empty(); }))
+      shape.groups = std::move(groups_);
     shape.name = std::move(name_);
     return shape;
   }
@@ -75,15 +70,6 @@ class ShapeBuilder {
   std::vector<std::string> groups_;
   std::map<std::pair<std::string, std::string>, std::size_t> line_of_label_;
 };
-
-void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>& records) {
-  const CsvRecord& first = records.front();
-  for (const CsvRecord& record : records)
-    if (record.fields.size() != first.fields.size())
-      fail(path, record.line,
-           fmt::format("{}, but line {} has {}; all lines need as many", counted(record.fields.size(), "column"),
-                       first.line, first.fields.size()));
-}
 
 std::string specimen_of(const std::string& path, const CsvRecord& record, const CsvColumns& columns) {
   std::string specimen = field_or_empty(record, columns.specimen);
@@ -128,21 +114,39 @@ std::vector<std::string> doubts_without_header(const std::string& path, const La
   return {};
 }
 
-std::vector<std::string> unused_columns(const std::string& path, const CsvColumns& columns) {
-  if (columns.unused.empty()) return {};
-  std::string message = path + ": columns that are not used:";
-  for (const std::string& name : columns.unused) message += " " + in_quotes(name);
-  return {message};
+/// Whether the first line tells that the table has a landmark on each.
+bool begins_with_points(const std::vector<CsvRecord>& first) {
+  if (is_header(first.front())) return names_coordinates(first.front());
+  return !holds_only_marks(first.front()) && holds_numbers(first.front());
+}
+
+LandmarkFile read_point_rows(const std::string& path, std::vector<CsvRecord> records) {
+  const bool has_names = holds_named_points(records);
+  const bool has_header = !has_names && is_header(records.front());
+  const CsvColumns columns = has_names    ? columns_of_named_points(records.front())
+                             : has_header ? columns_of_header(path, records.front())
+                                          : columns_without_header(path, records.front());
+  require_equal_lengths(path, records);
+  if (has_header) records.erase(records.begin());
+  if (records.empty()) throw InputError(path + " holds a header and no landmarks");
+  LandmarkFile file;
+  file.shapes = shapes_of(path, records, columns);
+  if (has_header) file.warnings = unused_columns(path, columns.unused);
+  if (!has_header && !has_names) file.warnings = doubts_without_header(path, file.shapes.front());
+  return file;
 }
 
 }  // namespace
 
 bool sniff_csv(std::string_view text) {
+  constexpr std::size_t kTelling = 64;
   try {
     const std::vector<CsvRecord> first = csv_records("", text, 1);
     if (first.empty()) return false;
-    if (is_header(first.front())) return names_coordinates(first.front());
-    if (!holds_only_marks(first.front())) return holds_numbers(first.front());
+    if (begins_with_points(first)) return true;
+    const std::vector<CsvRecord> several = csv_records("", text, kTelling);
+    if (find_layout(several) != nullptr || holds_named_points(several)) return true;
+    if (!holds_only_marks(first.front())) return false;
     const std::vector<CsvRecord> all = csv_records("", text);
     const auto telling = std::find_if_not(all.begin(), all.end(), holds_only_marks);
     return telling != all.end() && holds_numbers(*telling);
@@ -154,16 +158,8 @@ bool sniff_csv(std::string_view text) {
 LandmarkFile read_csv(const std::string& path, std::string_view text) {
   std::vector<CsvRecord> records = csv_records(path, text);
   if (records.empty()) throw InputError(path + " holds only blank lines and comments; it needs lines x[,y[,z]]");
-  const bool has_header = is_header(records.front());
-  const CsvColumns columns =
-      has_header ? columns_of_header(path, records.front()) : columns_without_header(path, records.front());
-  require_equal_lengths(path, records);
-  if (has_header) records.erase(records.begin());
-  if (records.empty()) throw InputError(path + " holds a header and no landmarks");
-  LandmarkFile file;
-  file.shapes = shapes_of(path, records, columns);
-  file.warnings = has_header ? unused_columns(path, columns) : doubts_without_header(path, file.shapes.front());
-  return file;
+  const CsvLayout* const layout = find_layout(records);
+  return layout != nullptr ? layout->read(path, records) : read_point_rows(path, std::move(records));
 }
 
 }  // namespace pulson::io

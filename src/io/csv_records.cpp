@@ -13,6 +13,15 @@ constexpr char kAnyBlanks = ' ';
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Whether each comma stands between two digits, as in `1,5`.
+bool commas_may_be_decimal(std::string_view text) {
+  for (std::size_t i = text.find(','); i != std::string_view::npos; i = text.find(',', i + 1))
+    if (i == 0 || i + 1 == text.size() || !is_digit(text[i - 1]) || !is_digit(text[i + 1])) return false;
+  return true;
+}
+
 char find_delimiter(std::string_view line) {
   std::string unquoted;
   bool inside_quotes = false;
@@ -20,7 +29,8 @@ char find_delimiter(std::string_view line) {
     if (c == '"') inside_quotes = !inside_quotes;
     if (!inside_quotes) unquoted += c;
   }
-  for (const char delimiter : {';', ',', '\t'})
+  const bool is_tab_first = unquoted.find('\t') != std::string::npos && commas_may_be_decimal(unquoted);
+  for (const char delimiter : {';', is_tab_first ? '\t' : ',', '\t'})
     if (unquoted.find(delimiter) != std::string::npos) return delimiter;
   return kAnyBlanks;
 }
@@ -93,6 +103,40 @@ std::vector<std::string> split_fields(const std::string& path, const TextLine& l
   return fields;
 }
 
+bool is_all_of(std::string_view text, std::string_view characters) {
+  return text.find_first_not_of(characters) == std::string_view::npos;
+}
+
+bool looks_like_number(std::string_view field) {
+  return is_all_of(field, "+-0123456789.,eE") && field.find_first_of("0123456789") != std::string_view::npos;
+}
+
+/// Where the decimal comma of `1,5` or `-1,5e3` is; npos where the field is no such number.
+std::size_t find_decimal_comma(std::string_view field) {
+  const std::size_t comma = field.find(',');
+  const bool is_decimal = comma != std::string_view::npos && field.find_first_of(".,", comma + 1) == field.npos &&
+                          field.find('.') == field.npos && looks_like_number(field) && commas_may_be_decimal(field);
+  return is_decimal ? comma : std::string_view::npos;
+}
+
+/// Whether some number has a decimal comma and none says that commas or points are anything else.
+bool has_decimal_commas(const std::vector<CsvRecord>& records) {
+  bool has_any = false;
+  for (const CsvRecord& record : records)
+    for (const std::string& field : record.fields) {
+      if (!looks_like_number(field) || is_all_of(field, "+-0123456789eE")) continue;
+      if (find_decimal_comma(field) == std::string::npos) return false;
+      has_any = true;
+    }
+  return has_any;
+}
+
+void use_decimal_points(std::vector<CsvRecord>& records) {
+  for (CsvRecord& record : records)
+    for (std::string& field : record.fields)
+      if (const std::size_t comma = find_decimal_comma(field); comma != std::string::npos) field[comma] = '.';
+}
+
 }  // namespace
 
 std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text, std::size_t limit) {
@@ -105,6 +149,7 @@ std::vector<CsvRecord> csv_records(const std::string& path, std::string_view tex
     if (records.empty()) delimiter = find_delimiter(content);
     records.push_back({line.number, split_fields(path, line, delimiter)});
   }
+  if ((delimiter == ';' || delimiter == '\t') && has_decimal_commas(records)) use_decimal_points(records);
   return records;
 }
 

@@ -10,6 +10,15 @@ Json points_json(const Points& points) {
   return rows;
 }
 
+std::string json_line(const Json& json, bool& is_changed) {
+  try {
+    return json.dump();
+  } catch (const Json::type_error&) {
+    is_changed = true;
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+}
+
 std::string one_key_a_line(const Json& json) {
   std::string text = "{";
   for (const auto& [key, value] : json.items())

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <limits>
 
 #include <fmt/format.h>
 
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "text.hpp"
 
@@ -11,23 +13,103 @@ namespace pulson {
 
 const std::vector<LandmarkFormat>& landmark_formats() {
   static const std::vector<LandmarkFormat> formats = {
-      {"tps",
-       {"tps"},
-       "tpsDig text: LM= or LM3=, coordinates, ID=, IMAGE=; several shapes",
-       io::sniff_tps,
-       io::read_tps},
+      {"npy",
+       {"npy"},
+       "numpy array of real numbers, versions 1 to 3: (N,d), several shapes (S,N,d), on the line (N,); also (d,N) and "
+       "(S,d,N) where the last axis is longer than 3 and the one before is not",
+       io::sniff_npy,
+       io::read_npy,
+       io::write_npy_landmarks},
       {"vtk",
        {"vtk"},
        "VTK legacy polydata, 1.0 to 5.1, ASCII or BINARY: POINTS; in the plane where all z are equal; pieces of LINES "
        "and POLYGONS are groups",
        io::sniff_vtk,
-       io::read_vtk},
+       io::read_vtk,
+       io::write_vtk},
+      {"fcsv",
+       {"fcsv"},
+       "3D Slicer point list as a table, versions 3 and 4, RAS or LPS: x, y, z and label; one shape",
+       io::sniff_fcsv,
+       io::read_fcsv,
+       io::write_fcsv},
+      {"mrk.json",
+       {"mrk.json"},
+       "3D Slicer markups: position, label and positionStatus of controlPoints; each of markups is a shape",
+       io::sniff_markups,
+       io::read_markups,
+       io::write_markups},
+      {"json",
+       {"json"},
+       R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
+       R"("image": "a.jpg", "scale": 0.1, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
+       R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
+       R"(properties are [["COMMENT", "old"]] where their order matters; also one shape alone, its points alone, or )"
+       "registration.json as shapes source, target and result",
+       io::sniff_json,
+       io::read_json,
+       io::write_json},
+      {"tps",
+       {"tps"},
+       "tpsDig text: LM= or LM3=, coordinates, ID=, IMAGE=, SCALE=, CURVES=, OUTLINES=; several shapes",
+       io::sniff_tps,
+       io::read_tps,
+       io::write_tps},
+      {"ibug",
+       {"pts"},
+       "points of iBUG face data: version:, n_points:, coordinates between braces",
+       io::sniff_ibug,
+       io::read_ibug,
+       io::write_ibug},
+      {"elastix",
+       {"txt", "pts"},
+       "input points of elastix and transformix: point or index, their number, coordinates",
+       io::sniff_elastix,
+       io::read_elastix,
+       io::write_elastix},
+      {"transformix",
+       {"txt"},
+       "outputpoints.txt of transformix; two shapes, input and output",
+       io::sniff_transformix,
+       io::read_transformix},
+      {"idav",
+       {"pts"},
+       "points of IDAV Landmark: Version 1.0, their number, lines S000 x y z",
+       io::sniff_idav,
+       io::read_idav},
+      {"nts",
+       {"nts", "dta"},
+       "NTSYS matrix with dim= in its header: a row for each specimen, or for each landmark of one",
+       io::sniff_nts,
+       io::read_nts},
+      {"morphologika",
+       {"txt"},
+       "morphologika text: [individuals], [landmarks], [dimensions], [names], [rawpoints]; several shapes",
+       io::sniff_morphologika,
+       io::read_morphologika},
+      {"edma",
+       {"xyz"},
+       "EDMA text: title, XYZ, 10L 2 5, labels, coordinates; several shapes",
+       io::sniff_edma,
+       io::read_edma},
+      {"stereomorph",
+       {"txt"},
+       "StereoMorph shape: <landmarks.pixel> or else <landmarks.scaled>; <curves.pixel>",
+       io::sniff_stereomorph,
+       io::read_stereomorph},
+      {"deeplabcut",
+       {},
+       "DeepLabCut's tables CollectedData and its predictions: a shape per image, a landmark per body part",
+       io::sniff_deeplabcut,
+       io::read_deeplabcut},
+      {"bigwarp", {}, "landmarks of Fiji's BigWarp: the shapes moving and target", io::sniff_bigwarp, io::read_bigwarp},
       {"csv",
        {"csv", "tsv"},
        "table x[,y[,z]] with , ; tab or blanks between, with or without header (label, group); several shapes with a "
-       "column specimen",
+       "column specimen, as lines id,x1,y1,x2,y2,..., as lines of all x and all y, or as lines landmark,axis,value",
        io::sniff_csv,
-       io::read_csv},
+       io::read_csv,
+       io::write_csv},
   };
   return formats;
 }
@@ -40,19 +122,42 @@ std::string first_line(std::string_view contents) {
   return io::in_quotes(contents.substr(0, contents.find_first_of("\r\n")));
 }
 
+std::string extension_of(const std::filesystem::path& path) {
+  const std::string dotted = io::to_lower(path.extension().string());
+  return dotted.substr(std::min<std::size_t>(1, dotted.size()));
+}
+
+/// How long the extension of `format` is that the file's name ends in; 0 where there is none.
+std::size_t matched_length(const std::filesystem::path& path, const LandmarkFormat& format) {
+  const std::string name = io::to_lower(path.filename().string());
+  std::size_t longest = 0;
+  for (const std::string& extension : format.extensions)
+    if (name.ends_with("." + extension)) longest = std::max(longest, extension.size());
+  return longest;
+}
+
+/// The only format with the longest extension that the file's name ends in, as `mrk.json` is longer than `json`; null
+/// where several have it, or none.
+const LandmarkFormat* format_by_extension(const std::filesystem::path& path) {
+  const LandmarkFormat* found = nullptr;
+  std::size_t longest = 0;
+  for (const LandmarkFormat& format : landmark_formats()) {
+    const std::size_t length = matched_length(path, format);
+    if (length == 0 || length < longest) continue;
+    found = length > longest ? &format : nullptr;
+    longest = length;
+  }
+  return found;
+}
+
 const LandmarkFormat& find_format(const std::filesystem::path& path, std::string_view contents) {
   const auto& formats = landmark_formats();
   const auto by_content =
       std::find_if(formats.begin(), formats.end(), [&](const LandmarkFormat& f) { return f.sniff(contents); });
   if (by_content != formats.end()) return *by_content;
-  const std::string dotted = io::to_lower(path.extension().string());
-  const std::string extension = dotted.substr(std::min<std::size_t>(1, dotted.size()));
+  if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
   std::string known;
-  for (const LandmarkFormat& format : formats) {
-    if (std::find(format.extensions.begin(), format.extensions.end(), extension) != format.extensions.end())
-      return format;
-    known += (known.empty() ? "" : ", ") + format.name;
-  }
+  for (const LandmarkFormat& format : formats) known += (known.empty() ? "" : ", ") + format.name;
   throw InputError(fmt::format("{} is in none of the landmark formats ({}); it begins with {}", path.string(), known,
                                first_line(contents)));
 }
@@ -66,14 +171,42 @@ void name_shapes(const std::filesystem::path& path, std::vector<Landmarks>& shap
   }
 }
 
+void mark_negative_as_missing(Points& points) {
+  for (auto point : points.colwise())
+    if ((point.array() < 0).any()) point.setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
 }  // namespace
 
-LandmarkFile read_landmark_file(const std::filesystem::path& path) {
+const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path, std::string_view name) {
+  std::string writable;
+  for (const LandmarkFormat& format : landmark_formats()) {
+    if (format.write == nullptr) continue;
+    if (name.empty() ? matched_length(path, format) > 0 : name == format.name) return format;
+    writable += (writable.empty() ? "" : ", ") + format.name;
+  }
+  if (!name.empty())
+    throw InputError(
+        fmt::format("{}: '{}' is no landmark format that can be written; valid: {}", path.string(), name, writable));
+  throw InputError(fmt::format("{}: the extension '{}' is of no landmark format that can be written ({}); name one",
+                               path.string(), extension_of(path), writable));
+}
+
+std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
+                                             std::string_view format) {
+  const WrittenLandmarks written = landmark_format_to_write(path, format).write(path.string(), file);
+  write_file_atomically(path, written.text);
+  return written.losses;
+}
+
+LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options) {
   const std::string contents = io::read_text_file(path);
   const LandmarkFormat& format = find_format(path, contents);
   LandmarkFile file = format.read(path.string(), contents);
   file.format = format.name;
   name_shapes(path, file.shapes);
+  if (options.negative_is_missing)
+    for (Landmarks& shape : file.shapes) mark_negative_as_missing(shape.points);
   return file;
 }
 

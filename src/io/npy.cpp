@@ -10,8 +10,7 @@
 
 namespace pulson {
 
-void write_npy(const std::filesystem::path& path, std::span<const double> numbers,
-               const std::vector<std::size_t>& shape) {
+std::string npy_bytes(std::span<const double> numbers, const std::vector<std::size_t>& shape) {
   constexpr std::size_t kAlignment = 64;  // of the numbers
   constexpr std::size_t kPrefix = 10;     // magic, version, length of the header
   static_assert(std::endian::native == std::endian::little);
@@ -26,7 +25,12 @@ void write_npy(const std::filesystem::path& path, std::span<const double> number
   const std::size_t begin = file.size();
   file.resize(begin + numbers.size_bytes());
   if (!numbers.empty()) std::memcpy(file.data() + begin, numbers.data(), numbers.size_bytes());
-  write_file_atomically(path, file);
+  return file;
+}
+
+void write_npy(const std::filesystem::path& path, std::span<const double> numbers,
+               const std::vector<std::size_t>& shape) {
+  write_file_atomically(path, npy_bytes(numbers, shape));
 }
 
 }  // namespace pulson

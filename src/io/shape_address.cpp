@@ -95,9 +95,21 @@ std::size_t find_shape(const Address& address, const LandmarkFile& file) {
 
 }  // namespace
 
-Landmarks read_landmarks(const std::string& address_text, std::vector<std::string>* warnings) {
+LandmarkFile read_addressed_shapes(const std::string& address_text, const ReadOptions& options) {
   const Address address = split_address(address_text);
-  LandmarkFile file = read_landmark_file(address.path);
+  LandmarkFile file = read_landmark_file(address.path, options);
+  if (!address.has_selector) return file;
+  Landmarks shape = std::move(file.shapes[find_shape(address, file)]);
+  shape.source = address_text;
+  file.shapes.clear();
+  file.shapes.push_back(std::move(shape));
+  return file;
+}
+
+Landmarks read_landmarks(const std::string& address_text, std::vector<std::string>* warnings,
+                         const ReadOptions& options) {
+  const Address address = split_address(address_text);
+  LandmarkFile file = read_landmark_file(address.path, options);
   Landmarks shape = std::move(file.shapes[find_shape(address, file)]);
   if (shape.count() == 0) throw InputError(address_text + ": this shape has no landmarks");
   shape.source = address_text;

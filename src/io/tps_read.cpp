@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <charconv>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -7,21 +7,24 @@
 
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
+#include "pulson/core/name_table.hpp"
+#include "text_lines.hpp"
 
 namespace pulson::io {
 namespace {
 
 /// A line `KEY = value`.
 struct KeyLine {
-  std::string key;  // lower case
+  std::string_view name;  // as it stands
+  std::string key;        // lower case
   std::string_view value;
 };
 
 std::optional<KeyLine> parse_key_line(std::string_view line) {
   const std::size_t equals = line.find('=');
   if (equals == std::string_view::npos) return std::nullopt;
-  return KeyLine{to_lower(trim(line.substr(0, equals))), trim(line.substr(equals + 1))};
+  const std::string_view name = trim(line.substr(0, equals));
+  return KeyLine{name, to_lower(name), trim(line.substr(equals + 1))};
 }
 
 bool is_shape_key(const std::string& key) { return key == "lm" || key == "lm3"; }
@@ -31,6 +34,23 @@ std::string_view image_stem(std::string_view image) {
   image.remove_prefix(image.find_last_of("/\\") + 1);
   return image.substr(0, image.rfind('.'));
 }
+
+/// `text` with a decimal point for a decimal comma, where it has one comma within digits and no point.
+std::string with_decimal_point(std::string_view text) {
+  std::string number(text);
+  const std::size_t comma = number.find(',');
+  if (comma != std::string::npos && comma + 1 < number.size() && number.find_first_of(".,", comma + 1) == text.npos &&
+      number.find('.') == std::string::npos)
+    number[comma] = '.';
+  return number;
+}
+
+/// The points of one shape's curves or outlines, and how many it announces.
+struct TpsLines {
+  std::vector<Points> Landmarks::*points;
+  std::size_t announced = 0;
+  TextLine announcement{0, {}};
+};
 
 /// One pass over the lines of a file.
 class TpsReader {
@@ -42,6 +62,7 @@ class TpsReader {
   LandmarkFile read() {
     if (lines_.empty()) throw InputError(path_ + " holds only blank lines; a tps file begins with LM= or LM3=");
     while (next_ < lines_.size()) read_keyword();
+    finish_shape();
     note_unused();
     return std::move(file_);
   }
@@ -55,67 +76,137 @@ class TpsReader {
     if (is_shape_key(entry->key)) return read_shape(*entry);
     if (file_.shapes.empty())
       fail(path_, line().number, in_quotes(trim(line().text)) + " stands before the first LM= or LM3=");
-    if (entry->key == "points") return skip_points(*entry);
+    if (entry->key == "points") return read_line_points(*entry);
     read_property(*entry);
     ++next_;
   }
 
   void read_property(const KeyLine& entry) {
-    std::string& name = file_.shapes.back().name;
-    if (entry.key == "id" && !entry.value.empty()) name = entry.value;
-    if (entry.key == "image" && name.empty()) name = image_stem(entry.value);
-    if (entry.key == "scale") ++scales_;
-    if (entry.key == "curves") curves_ += parse_count(entry);
-    if (entry.key == "outlines") outlines_ += parse_count(entry);
+    Landmarks& shape = file_.shapes.back();
+    if (entry.key == "id") {
+      if (!entry.value.empty()) shape.name = entry.value;
+    } else if (entry.key == "image") {
+      shape.image = entry.value;
+      if (shape.name.empty()) shape.name = image_stem(entry.value);
+    } else if (entry.key == "curves") {
+      announce(curves_, entry);
+    } else if (entry.key == "outlines") {
+      announce(outlines_, entry);
+    } else if (entry.key == "scale" && entry.value.empty()) {
+      return;
+    } else if (const auto scale = parse_scale(entry)) {
+      shape.scale = *scale;
+    } else {
+      shape.properties.emplace_back(entry.name, entry.value);
+    }
+  }
+
+  static std::optional<double> parse_scale(const KeyLine& entry) {
+    const std::string number = with_decimal_point(entry.value);
+    if (entry.key != "scale" || !is_number(number)) return std::nullopt;
+    const double scale = parse_number(number, "");
+    return std::isfinite(scale) ? std::optional(scale) : std::nullopt;
+  }
+
+  void announce(TpsLines& lines, const KeyLine& entry) {
+    lines.announced += parse_count(entry);
+    lines.announcement = line();
+    reads_outlines_ = &lines == &outlines_;
   }
 
   void read_shape(const KeyLine& entry) {
-    const Eigen::Index d = entry.key == "lm3" ? 3 : 2;
-    std::vector<double> coordinates;
-    const std::size_t count = read_points(entry, static_cast<std::size_t>(d), &coordinates, file_.shapes.size() + 1);
-    file_.shapes.emplace_back().points = Points::Map(coordinates.data(), d, static_cast<Eigen::Index>(count));
+    finish_shape();
+    dimension_ = entry.key == "lm3" ? 3 : 2;
+    const std::string shape = fmt::format("shape {}", file_.shapes.size() + 1);
+    Points points = read_points(entry, shape, shape);
+    file_.shapes.emplace_back().points = std::move(points);
   }
 
-  void skip_points(const KeyLine& entry) { points_ += read_points(entry, 0, nullptr, file_.shapes.size()); }
+  void read_line_points(const KeyLine& entry) {
+    std::vector<Points>& lines = file_.shapes.back().*(reads_outlines_ ? outlines_ : curves_).points;
+    const std::string shape = fmt::format("shape {}", file_.shapes.size());
+    const std::string kind = reads_outlines_ ? "outline" : "curve";
+    lines.push_back(read_points(entry, shape, fmt::format("{} {} of {}", kind, lines.size() + 1, shape)));
+  }
 
-  /// Reads the lines that `entry` (LM=n, POINTS=n) announces, and their `d` numbers each unless `coordinates` is null.
-  std::size_t read_points(const KeyLine& entry, std::size_t d, std::vector<double>* coordinates, std::size_t shape) {
+  /// The shape is complete: checks its curves and outlines, which are its landmarks where it has no others.
+  void finish_shape() {
+    if (file_.shapes.empty()) return;
+    Landmarks& shape = file_.shapes.back();
+    for (TpsLines* lines : {&curves_, &outlines_}) {
+      const std::size_t found = (shape.*lines->points).size();
+      if (found != lines->announced) fail_uncounted(*lines, found);
+      lines->announced = 0;
+    }
+    reads_outlines_ = false;
+    if (shape.count() == 0 && !(shape.curves.empty() && shape.outlines.empty())) take_lines_as_landmarks(shape);
+  }
+
+  void take_lines_as_landmarks(Landmarks& shape) {
+    std::vector<double> coordinates;
+    const auto take = [&](std::vector<Points>& lines, const std::string& kind) {
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        coordinates.insert(coordinates.end(), lines[i].reshaped().begin(), lines[i].reshaped().end());
+        shape.groups.insert(shape.groups.end(), static_cast<std::size_t>(lines[i].cols()),
+                            fmt::format("{} {}", kind, i + 1));
+      }
+      lines.clear();
+    };
+    take(shape.curves, "curve");
+    take(shape.outlines, "outline");
+    shape.points = Points::Map(coordinates.data(), dimension_, static_cast<Eigen::Index>(shape.groups.size()));
+    ++shapes_of_lines_;
+  }
+
+  /// Reads the lines of coordinates that `entry` (LM=n, POINTS=n) announces; `owner` is whose messages say they are.
+  Points read_points(const KeyLine& entry, const std::string& shape, const std::string& owner) {
     const std::size_t count = parse_count(entry);
     const TextLine announcement = lines_[next_++];
+    std::vector<double> coordinates;
     for (std::size_t i = 1; i <= count; ++i, ++next_) {
       if (next_ == lines_.size() || line().text.find('=') != std::string_view::npos)
         fail_truncated(announcement, shape, i - 1);
-      if (coordinates == nullptr) continue;
-      CoordinatePlace place{path_, line().number, std::to_string(i), "shape " + std::to_string(shape), 0};
-      read_point(d, place, *coordinates);
+      CoordinatePlace place{path_, line().number, std::to_string(i), owner, 0};
+      read_point(place, coordinates);
     }
-    return count;
+    return Points::Map(coordinates.data(), dimension_, static_cast<Eigen::Index>(count));
   }
 
-  void read_point(std::size_t d, CoordinatePlace& place, std::vector<double>& coordinates) const {
+  void read_point(CoordinatePlace& place, std::vector<double>& coordinates) const {
     const std::vector<std::string_view> words = split_words(line().text);
+    const auto d = static_cast<std::size_t>(dimension_);
     if (words.size() != d)
       fail(path_, line().number,
            fmt::format("landmark {} of {} has {} ({}); {} takes {}", place.landmark, place.shape,
                        counted(words.size(), "column"), in_quotes(trim(line().text)), d == 2 ? "LM=" : "LM3=", d));
-    for (; place.axis < d; ++place.axis) coordinates.push_back(parse_coordinate(words[place.axis], place));
+    for (; place.axis < d; ++place.axis)
+      coordinates.push_back(parse_coordinate(with_decimal_point(words[place.axis]), place));
   }
 
   std::size_t parse_count(const KeyLine& entry) const {
-    std::size_t count = 0;
-    const char* const end = entry.value.data() + entry.value.size();
-    const auto [stop, error] = std::from_chars(entry.value.data(), end, count);
-    if (error != std::errc() || stop != end)
+    const std::optional<std::size_t> count = io::parse_count(entry.value);
+    if (!count)
       fail(path_, line().number, in_quotes(trim(line().text)) + " needs a whole number, not negative, after '='");
-    return count;
+    return *count;
   }
 
-  [[noreturn]] void fail_truncated(const TextLine& announcement, std::size_t shape, std::size_t found) const {
+  [[noreturn]] void fail_uncounted(const TpsLines& lines, std::size_t found) const {
+    const std::size_t shape = file_.shapes.size();
+    if (lines.announced == 0)
+      fail(path_, lines_[next_ - 1].number,
+           fmt::format("shape {} has {} of POINTS= that no CURVES= or OUTLINES= announces", shape,
+                       counted(found, "list")));
+    fail(path_, lines.announcement.number,
+         fmt::format("shape {} says {} but has {} of POINTS=", shape, in_quotes(trim(lines.announcement.text)),
+                     counted(found, "list")));
+  }
+
+  [[noreturn]] void fail_truncated(const TextLine& announcement, const std::string& shape, std::size_t found) const {
     const std::string stopped_at = next_ == lines_.size()
                                        ? "the file ends"
                                        : fmt::format("line {} is {}", line().number, in_quotes(trim(line().text)));
     fail(path_, announcement.number,
-         fmt::format("shape {} says {} but has {} before {}", shape, in_quotes(trim(announcement.text)),
+         fmt::format("{} says {} but has {} before {}", shape, in_quotes(trim(announcement.text)),
                      counted(found, "line") + " of coordinates", stopped_at));
   }
 
@@ -129,12 +220,26 @@ class TpsReader {
 
   void note_unused() {
     const auto warn = [this](const std::string& message) { file_.warnings.push_back(path_ + ": " + message); };
-    if (scales_ > 0)
-      warn(fmt::format("SCALE is recorded ({} of {}) and not applied to the coordinates", scales_,
+    std::size_t scales = 0;
+    std::size_t curves = 0;
+    std::size_t outlines = 0;
+    std::size_t points = 0;
+    for (const Landmarks& shape : file_.shapes) {
+      scales += shape.scale ? 1 : 0;
+      curves += shape.curves.size();
+      outlines += shape.outlines.size();
+      for (const Points& curve : shape.curves) points += static_cast<std::size_t>(curve.cols());
+      for (const Points& outline : shape.outlines) points += static_cast<std::size_t>(outline.cols());
+    }
+    if (scales > 0)
+      warn(fmt::format("SCALE is recorded ({} of {}) and not applied to the coordinates", scales,
                        counted(file_.shapes.size(), "shape")));
-    if (curves_ + outlines_ + points_ > 0)
-      warn(fmt::format("{} and {} ({}) are not used", counted(curves_, "curve"), counted(outlines_, "outline"),
-                       counted(points_, "point")));
+    if (curves + outlines > 0)
+      warn(fmt::format("{} and {} ({}) are kept and not used as landmarks", counted(curves, "curve"),
+                       counted(outlines, "outline"), counted(points, "point")));
+    if (shapes_of_lines_ > 0)
+      warn(fmt::format("{} without landmarks: the points of curves and outlines are taken as such, a group for each",
+                       counted(shapes_of_lines_, "shape")));
     if (const std::size_t marks = count_missing_marks(); marks > 0)
       warn(counted(marks, "landmark") +
            " at (-1, -1), often the mark of a missing one, read as a point like any other");
@@ -156,10 +261,11 @@ class TpsReader {
   std::vector<TextLine> lines_;
   std::size_t next_ = 0;
   LandmarkFile file_;
-  std::size_t scales_ = 0;
-  std::size_t curves_ = 0;
-  std::size_t outlines_ = 0;
-  std::size_t points_ = 0;
+  Eigen::Index dimension_ = 2;  // of the shape
+  TpsLines curves_{&Landmarks::curves};
+  TpsLines outlines_{&Landmarks::outlines};
+  bool reads_outlines_ = false;  // whether the next POINTS= are those of an outline
+  std::size_t shapes_of_lines_ = 0;
 };
 
 }  // namespace

@@ -19,7 +19,13 @@ struct Landmarks {
   std::vector<std::string> labels;  ///< N names, or empty: then landmarks are known by their number from 1
   std::vector<std::string> groups;  ///< N outline (group) names, or empty: all belong to one outline
   std::string name;                 ///< specimen name, may be empty
-  std::string source;               ///< where it came from, as a user would address it: `file.tps#3`
+  std::string image{};              ///< name of the image that it was digitised on, may be empty
+  std::optional<double> scale{};    ///< length units per unit of the coordinates, where the file says so; not applied
+  /// What else a file says of the shape, as `COMMENT` → text, in its order.
+  std::vector<std::pair<std::string, std::string>> properties{};
+  std::vector<Points> curves{};    ///< further points along open lines, d×n each, that are no landmarks
+  std::vector<Points> outlines{};  ///< the same of closed ones
+  std::string source;              ///< where it came from, as a user would address it: `file.tps#3`
 
   int dimension() const { return static_cast<int>(points.rows()); }
   int count() const { return static_cast<int>(points.cols()); }

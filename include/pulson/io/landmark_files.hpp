@@ -15,35 +15,71 @@ struct LandmarkFile {
   std::string format;                 ///< name of the row of landmark_formats() that read it
   std::vector<Landmarks> shapes;      ///< in the order of the file; a shape may have no landmarks
   std::vector<std::string> warnings;  ///< what the file says and was not used, one line each
+  std::string units;                  ///< of length, as the file names them (`mm`); empty: it does not
+  std::string axes;                   ///< where the axes point, as the file says: `LPS`, `RAS`; empty: it does not
+};
+
+/// The text of a file, and what of the shapes it could not hold, one line each.
+struct WrittenLandmarks {
+  std::string text;
+  std::vector<std::string> losses;
 };
 
 /// One row of the table of formats. A new format is one file that defines `sniff` and `read`, and one row.
 struct LandmarkFormat {
   std::string name;
-  std::vector<std::string> extensions;  ///< lower case, without the dot
+  std::vector<std::string> extensions;  ///< lower case, without the dot; none where the content alone tells
   std::string help;
   /// Whether a file that holds `text` is of this format.
   bool (*sniff)(std::string_view text);
   /// Reads `text`; `path` is what messages call the file. The rows leave `format` and each shape's `source` to
   /// read_landmark_file. @throws InputError that begins with `path:line:`.
   LandmarkFile (*read)(const std::string& path, std::string_view text);
+  /// The shapes in this format, numbers in the fewest digits that read back to the same bits, unless the format says
+  /// otherwise; null where it is only read. `path` is what messages call the file. @throws InputError that begins with
+  /// `path: ` where the format cannot hold these shapes at all: their number, dimension or missing coordinates
+  WrittenLandmarks (*write)(const std::string& path, const LandmarkFile& file) = nullptr;
 };
 
 /// All formats, in the order in which they are tried.
 const std::vector<LandmarkFormat>& landmark_formats();
 
-/// All shapes of a file. Its format is the first whose `sniff` accepts the content, else the one that has the
-/// extension. Each shape's `name` is its specimen or identifier, else the file's stem; its `source` is `file`, or
-/// `file#k` where the file holds several. @throws InputError if the file cannot be read or is malformed.
-LandmarkFile read_landmark_file(const std::filesystem::path& path);
+/// The format of this name or, where it is empty, the first that can be written and has the extension of `path`.
+/// @throws InputError where none can be written
+const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path, std::string_view name = {});
+
+/// How a landmark file is to be understood where it does not say itself.
+struct ReadOptions {
+  /// A landmark with a negative coordinate is a missing one: all its coordinates are NaN.
+  bool negative_is_missing = false;
+};
+
+/// All shapes of a file. Its format is the first whose `sniff` accepts the content, else the only one with the longest
+/// extension that the file's name ends in. Each shape's `name` is its specimen or identifier, else the file's stem; its
+/// `source` is `file`, or `file#k` where the file holds several. @throws InputError if the file cannot be read or is
+/// malformed.
+LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// What read_landmark_file gives for the `file` of an address, with all shapes, or with the one that `file#3` (counted
+/// from 1) or `file#id=NAME` names. @throws InputError as read_landmark_file does, and if the address names no shape or
+/// several shapes.
+LandmarkFile read_addressed_shapes(const std::string& address, const ReadOptions& options = {});
+
+/// Writes all shapes of `file` by write_file_atomically, in the format that landmark_format_to_write finds.
+/// @return what the format could not hold, one line each
+/// @throws InputError where there is no such format or it cannot hold the shapes, or if the file cannot be written
+std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
+                                             std::string_view format = {});
 
 /// One shape by its address: `file`, `file#3` (counted from 1) or `file#id=NAME`; plain `file` where it holds just one.
 /// The file's warnings are appended to `warnings`. @throws InputError as read_landmark_file does, and if the address
 /// names no shape, several shapes, or one without landmarks.
-Landmarks read_landmarks(const std::string& address, std::vector<std::string>* warnings = nullptr);
+Landmarks read_landmarks(const std::string& address, std::vector<std::string>* warnings = nullptr,
+                         const ReadOptions& options = {});
 
 /// The csv text of a shape: header and columns `[label,]x[,y[,z]][,group]`, numbers in the fewest digits that read back
-/// to the same bits.
+/// to the same bits, missing ones as NA. The row `csv` of landmark_formats() writes this for one shape and for several
+/// the columns `specimen,[landmark,]x[,y[,z]][,group]`.
 std::string landmarks_csv(const Landmarks& shape);
 
 /// Writes landmarks_csv(shape) by write_file_atomically. @throws InputError if the file cannot be written.

@@ -1,7 +1,7 @@
-#include <cmath>
+#include "pulson/io/atomic_file.hpp"
+
 #include <csignal>
 #include <filesystem>
-#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -9,8 +9,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "pulson/io/atomic_file.hpp"
-#include "pulson/io/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {
@@ -19,45 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::StartsWith;
 
-using CsvWriter = InTemporaryFolder;
 using AtomicFile = InTemporaryFolder;
 using OutputDirectory = InTemporaryFolder;
-
-TEST_F(CsvWriter, WritesTheFewestDigits) {
-  Landmarks shape;
-  shape.points = points_2d({0.1, -2, 1e300, 1.0 / 3});
-  EXPECT_EQ(landmarks_csv(shape), "x,y\n0.1,-2\n1e+300,0.3333333333333333\n");
-  shape.points = (Points(1, 2) << 0, 1).finished();
-  EXPECT_EQ(landmarks_csv(shape), "x\n0\n1\n");
-  shape.points = Eigen::Vector3d(1, 2, 3);
-  EXPECT_EQ(landmarks_csv(shape), "x,y,z\n1,2,3\n");
-}
-
-TEST_F(CsvWriter, IsReadBackToTheSameBits) {
-  Landmarks shape;
-  shape.points = 1e-3 * Points::Random(3, 40);
-  shape.points(0, 0) = std::numeric_limits<double>::denorm_min();
-  shape.points(1, 0) = std::numeric_limits<double>::max();
-  for (int i = 0; i < shape.count(); ++i) {
-    shape.labels.push_back("tip \"" + std::to_string(i) + "\", left");
-    shape.groups.emplace_back(i % 2 == 0 ? "#even" : "odd");
-  }
-  write_landmarks_csv("out.csv", shape);
-  const Landmarks back = read_landmarks("out.csv");
-  EXPECT_EQ(back.points, shape.points);
-  EXPECT_EQ(back.labels, shape.labels);
-  EXPECT_EQ(back.groups, shape.groups);
-}
-
-TEST_F(CsvWriter, KeepsMissingCoordinates) {
-  Landmarks shape;
-  shape.points = points_2d({1, std::numeric_limits<double>::quiet_NaN(), 3, 4});
-  write_landmarks_csv("out.csv", shape);
-  const Points back = read_landmarks("out.csv").points;
-  EXPECT_EQ(back(0, 0), 1);
-  EXPECT_TRUE(std::isnan(back(1, 0)));
-  EXPECT_EQ(back.col(1), shape.points.col(1));
-}
 
 TEST_F(AtomicFile, ReplacesTheFileAndLeavesNothingElse) {
   write_file_atomically("a.txt", "first\n");

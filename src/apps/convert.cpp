@@ -1,0 +1,103 @@
+// `pulson convert`: landmarks from one format to another.
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/io/atomic_file.hpp"
+#include "pulson/io/landmark_files.hpp"
+#include "read_options.hpp"
+#include "verbs.hpp"
+
+namespace pulson {
+namespace {
+
+struct ConvertArguments {
+  std::string input;
+  std::string output;
+  std::string format;
+  std::string axes;
+  std::string from_axes;
+  std::optional<double> height;
+  ReadOptions reading;
+};
+
+/// Calls change(points) for the landmarks and for the curves and outlines beside them.
+template <class Change>
+void change_points(LandmarkFile& file, const Change& change) {
+  for (Landmarks& shape : file.shapes) {
+    change(shape.points);
+    for (Points& curve : shape.curves) change(curve);
+    for (Points& outline : shape.outlines) change(outline);
+  }
+}
+
+void check_axes(const std::string& option, const std::string& axes) {
+  if (!axes.empty() && axes != "LPS" && axes != "RAS")
+    throw InputError(option + " is '" + axes + "'; it must be LPS or RAS");
+}
+
+/// L, P point against R, A.
+void convert_axes(const ConvertArguments& arguments, LandmarkFile& file) {
+  if (!arguments.from_axes.empty()) file.axes = arguments.from_axes;
+  if (arguments.axes.empty()) return;
+  if (file.axes != "LPS" && file.axes != "RAS")
+    throw InputError(fmt::format("--axes {}: {} does not say whether its axes are LPS or RAS; say it by --from-axes",
+                                 arguments.axes, arguments.input));
+  if (file.axes != arguments.axes)
+    change_points(file, [](Points& points) { points.topRows(std::min<Eigen::Index>(2, points.rows())) *= -1; });
+  file.axes = arguments.axes;
+}
+
+void flip_y(const ConvertArguments& arguments, LandmarkFile& file) {
+  const double height = arguments.height.value_or(0);
+  if (!arguments.height) return;
+  if (!std::isfinite(height)) throw InputError(fmt::format("--flip-y is {}; it must be finite", height));
+  change_points(file, [&](Points& points) {
+    if (points.rows() < 2) throw InputError(arguments.input + ": --flip-y needs y; this is 1D");
+    points.row(1) = height - points.row(1).array();
+  });
+}
+
+void convert(const ConvertArguments& arguments) {
+  check_axes("--axes", arguments.axes);
+  check_axes("--from-axes", arguments.from_axes);
+  const LandmarkFormat& format = landmark_format_to_write(arguments.output, arguments.format);
+  check_output_file(arguments.output);
+  LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
+  convert_axes(arguments, file);
+  flip_y(arguments, file);
+  std::vector<std::string> notes = std::move(file.warnings);
+  for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
+  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+  fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
+             format.name);
+}
+
+}  // namespace
+
+void add_convert_verb(CLI::App& program) {
+  CLI::App* verb = program.add_subcommand("convert", "Write the landmarks of a file in another format");
+  auto arguments = std::make_shared<ConvertArguments>();
+  verb->add_option("IN", arguments->input, "landmark file, or a shape of it: FILE#3, FILE#id=NAME")->required();
+  verb->add_option("OUT", arguments->output, "file to write; it may be IN itself")->required();
+  verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]");
+  verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other");
+  verb->add_option("--from-axes", arguments->from_axes, "LPS or RAS: axes of IN, whatever it says");
+  verb->add_option(
+      "--flip-y", arguments->height,
+      "HEIGHT: y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up");
+  add_missing_option(*verb, arguments->reading);
+  verb->footer(
+      "What OUT cannot hold is told as a note on standard error.\n"
+      "Examples:\n  pulson convert wings.tps wings.json\n  pulson convert a.fcsv b.mrk.json --axes RAS");
+  verb->callback([arguments] { convert(*arguments); });
+}
+
+}  // namespace pulson

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson {
+
+/// What `pulson info` tells of a shape beside what is in it.
+struct ShapeFacts {
+  std::size_t missing = 0;                              ///< landmarks that miss a coordinate
+  std::size_t coincident = 0;                           ///< landmarks at the place of an earlier one
+  std::optional<std::pair<int, int>> first_coincident;  ///< the first of these and the one before it at its place
+  /// The shape or a group of three or more ends where it begins: the last landmark repeats the first. Such are among
+  /// the coincident ones.
+  bool repeats_end = false;
+};
+
+/// In O(N log N).
+ShapeFacts shape_facts(const Landmarks& shape);
+
+}  // namespace pulson

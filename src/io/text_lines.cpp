@@ -1,0 +1,93 @@
+#include "text_lines.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace pulson::io {
+
+TextLines::TextLines(const std::string& path, std::string_view text) : path_(path), lines_(split_lines(path, text)) {
+  for (TextLine& line : lines_) line.text = trim(line.text);
+  std::erase_if(lines_, [](const TextLine& line) { return line.text.empty(); });
+}
+
+TextLine TextLines::peek() const {
+  if (!at_end()) return lines_[next_];
+  return {lines_.empty() ? 1 : lines_.back().number, {}};
+}
+
+TextLine TextLines::take(std::string_view wanted) {
+  if (at_end()) fail(path_, peek().number, fmt::format("the file ends where {} is right", wanted));
+  return lines_[next_++];
+}
+
+void TextLines::require_end(const std::string& what) const {
+  if (!at_end()) fail(path_, peek().number, fmt::format("{} after the {} announced", in_quotes(peek().text), what));
+}
+
+std::vector<std::string_view> first_lines(std::string_view text, std::size_t count) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  std::vector<std::string_view> lines;
+  while (!text.empty() && lines.size() < count) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    const std::string_view line = trim(text.substr(0, end));
+    if (!line.empty()) lines.push_back(line);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+std::optional<std::size_t> parse_count(std::string_view text) {
+  std::size_t count = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, count);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return count;
+}
+
+std::size_t require_count(const std::string& path, const TextLine& line, std::string_view text, std::string_view what) {
+  const std::optional<std::size_t> count = parse_count(text);
+  if (!count || *count == 0)
+    fail(path, line.number, fmt::format("{} where {}, a whole number from 1, is right", in_quotes(text), what));
+  return *count;
+}
+
+void PointList::add(std::span<const std::string_view> words, CoordinatePlace place) {
+  if (words.size() != dimension_)
+    fail(place.path, place.line,
+         fmt::format("landmark {}{} has {}; {} are right", place.landmark,
+                     place.shape.empty() ? "" : " of " + place.shape, counted(words.size(), "coordinate"), dimension_));
+  for (place.axis = 0; place.axis < dimension_; ++place.axis) {
+    const double value = parse_coordinate(words[place.axis], place);
+    coordinates_.push_back(value == missing_ ? std::numeric_limits<double>::quiet_NaN() : value);
+  }
+}
+
+Points PointList::points() const {
+  const std::size_t count = coordinates_.size() / dimension_;
+  return Points::Map(coordinates_.data(), static_cast<Eigen::Index>(dimension_), static_cast<Eigen::Index>(count));
+}
+
+Points take_points(TextLines& lines, std::size_t count, PointList list, const std::string& shape) {
+  const std::string of_shape = shape.empty() ? "" : " of " + shape;
+  for (std::size_t i = 1; i <= count; ++i) {
+    const TextLine line = lines.take(fmt::format("landmark {} of {}{}", i, count, of_shape));
+    list.add(split_words(line.text), {lines.path(), line.number, std::to_string(i), shape, 0});
+  }
+  return list.points();
+}
+
+std::size_t dimension_of_next(const TextLines& lines, std::size_t others) {
+  const TextLine line = lines.peek();
+  const std::size_t words = split_words(line.text).size();
+  if (words != others + 2 && words != others + 3)
+    fail(lines.path(), line.number,
+         fmt::format("{} has {}; {} or {} are right", in_quotes(line.text), counted(words, "column"), others + 2,
+                     others + 3));
+  return words - others;
+}
+
+}  // namespace pulson::io

@@ -1,0 +1,98 @@
+// Addresses of shapes, and files that cannot be read.
+
+#include "pulson/io/landmark_files.hpp"
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "reading_files.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+using Address = ReadingFiles;
+using Unreadable = ReadingFiles;
+
+// ---- addresses
+
+constexpr const char* kThreeShapes = "LM=1\n1 2\nID=apis\nLM=1\n3 4\nID=bombus\nLM=0\nID=empty\n";
+
+TEST_F(Address, NamesOneShape) {
+  write("set.tps", kThreeShapes);
+  EXPECT_EQ(read_landmarks("set.tps#1").points, Eigen::Vector2d(1, 2));
+  const Landmarks shape = read_landmarks("set.tps#id=bombus");
+  EXPECT_EQ(shape.points, Eigen::Vector2d(3, 4));
+  EXPECT_EQ(shape.name, "bombus");
+  EXPECT_EQ(shape.source, "set.tps#id=bombus");
+}
+
+TEST_F(Address, MayHoldMoreSigns) {
+  write("a#1.tps", "LM=1\n1 2\nID=apis#7\nLM=1\n3 4\n");
+  write("b#2.csv", "5,6\n");
+  EXPECT_EQ(read_landmarks("a#1.tps#id=apis#7").points, Eigen::Vector2d(1, 2));
+  EXPECT_EQ(read_landmarks("a#1.tps#2").points, Eigen::Vector2d(3, 4));
+  EXPECT_EQ(read_landmarks("b#2.csv").points, Eigen::Vector2d(5, 6));
+  EXPECT_EQ(read_landmarks("b#2.csv#1").points, Eigen::Vector2d(5, 6));
+}
+
+TEST_F(Address, PassesWarningsOn) {
+  write("a.tps", "LM=1\n1 2\nSCALE=1\n");
+  std::vector<std::string> warnings = {"before"};
+  read_landmarks("a.tps", &warnings);
+  EXPECT_THAT(warnings, ElementsAre("before", HasSubstr("SCALE is recorded")));
+}
+
+TEST_F(Address, ThatNamesNoShapeIsRefused) {
+  write("set.tps", kThreeShapes);
+  EXPECT_EQ(address_error("set.tps"), "set.tps has 3 shapes; choose one as set.tps#1 or set.tps#id=apis");
+  EXPECT_EQ(address_error("set.tps#0"), "set.tps has 3 shapes, counted from 1; there is no #0");
+  EXPECT_EQ(address_error("set.tps#7"), "set.tps has 3 shapes, counted from 1; there is no #7");
+  EXPECT_THAT(address_error("set.tps#99999999999999999999999"), StartsWith("set.tps has 3 shapes, counted from 1;"));
+  EXPECT_EQ(address_error("set.tps#3"), "set.tps#3: this shape has no landmarks");
+  EXPECT_EQ(address_error("set.tps#id=bombux"), "set.tps has no shape named 'bombux'; did you mean 'bombus'?");
+  EXPECT_EQ(address_error("set.tps#id=Xylocopa"), "set.tps has no shape named 'Xylocopa'; it has apis, bombus, empty");
+  for (const std::string selector : {"", "-1", "two", "1x", "name=apis"})
+    EXPECT_EQ(
+        address_error("set.tps#" + selector),
+        "'" + selector + "' follows '#' in the address of a shape in set.tps; a number from 1 or id=NAME is needed");
+}
+
+TEST_F(Address, ThatNamesSeveralShapesIsRefused) {
+  std::string text;
+  for (int i = 0; i < 12; ++i) text += "LM=1\n1 2\nID=same\n";
+  write("set.tps", text);
+  EXPECT_EQ(
+      address_error("set.tps#id=same"),
+      "set.tps has 12 shapes named 'same': #1, #2, #3, #4, #5, #6, #7, #8, #9, #10, ... (12 in all); choose one by "
+      "its number");
+}
+
+// ---- files that cannot be read
+
+TEST_F(Unreadable, IsRefused) {
+  EXPECT_EQ(address_error("none.csv"), "cannot read 'none.csv': No such file or directory");
+  EXPECT_EQ(address_error("none.csv#2"), "cannot read 'none.csv': No such file or directory");
+  fs::create_directory("folder.csv");
+  EXPECT_EQ(address_error("folder.csv"), "cannot read 'folder.csv': it is a folder; a file is needed");
+  EXPECT_EQ(read_error("empty.csv", ""), "empty.csv is empty");
+  EXPECT_EQ(read_error("blank.tps", "\r\n \n"), "blank.tps is empty");
+  EXPECT_EQ(read_error("utf16.csv", std::string("x\0,\0y\0", 6)),
+            "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
+  EXPECT_EQ(read_error("notes.txt", "Landmark 1 is the tip\n"),
+            "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, json, tps, ibug, elastix, "
+            "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
+            "'Landmark 1 is the tip'");
+}
+
+}  // namespace
+}  // namespace pulson

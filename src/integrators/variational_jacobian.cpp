@@ -93,14 +93,31 @@ class RowSweep {
         q_bar_.noalias() -= of_h.qq * p_bar_;
       }
     }
-    for (Index r = 0; by_w.cols() > 0 && r < by_w.rows(); ++r) {
-      PhaseState with{Points::Zero(d_, n_), mu.col(r).reshaped(d_, n_)};
-      if (traits_.moves_momenta) with.q = -p_bar_.col(r).reshaped(d_, n_);
-      by_w.row(r) = noise_.contract(inside, with).transpose();
-    }
+    if (by_w.cols() > 0) rows_by_noise(inside, mu, by_w);
   }
 
  private:
+  // ∇h_i·(−p̄, μ) for each row and channel i: row by row where fields are constant and so cheap, else all at once.
+  void rows_by_noise(const PhaseState& inside, const MatrixXd& mu, Eigen::Ref<MatrixXd> by_w) const {
+    if (traits_.additive) {
+      for (Index r = 0; r < by_w.rows(); ++r) {
+        PhaseState with{Points::Zero(d_, n_), mu.col(r).reshaped(d_, n_)};
+        if (traits_.moves_momenta) with.q = -p_bar_.col(r).reshaped(d_, n_);
+        by_w.row(r) = noise_.contract(inside, with).transpose();
+      }
+      return;
+    }
+    MatrixXd of_q(d_ * n_, by_w.cols());
+    MatrixXd of_p(d_ * n_, by_w.cols());
+    for (Index i = 0; i < by_w.cols(); ++i) {
+      const PhaseState field = noise_.gradient(inside, VectorXd::Unit(by_w.cols(), i));
+      of_q.col(i) = field.q.reshaped();
+      of_p.col(i) = field.p.reshaped();
+    }
+    by_w.noalias() = mu.transpose() * of_p;
+    if (traits_.moves_momenta) by_w.noalias() -= p_bar_.transpose() * of_q;
+  }
+
   const StochasticSystem& system_;
   const NoiseModel& noise_;
   NoiseTraits traits_;

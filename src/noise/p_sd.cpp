@@ -11,11 +11,15 @@
 namespace pulson {
 namespace {
 
+// A vector of space: of three numbers at most, so that it takes no memory of the heap.
+template <class T>
+using PlaceOf = Eigen::Matrix<T, Eigen::Dynamic, 1, 0, 3, 1>;
+
 // One scalar function φ of space with its derivatives, for any scalar.
 template <class T>
 struct FieldJet {
   T value;
-  VectorOf<T> slope;  // ∇φ
+  PlaceOf<T> slope;  // ∇φ
 };
 
 // φ_f, f = 1..F: each gives d fields ξ = β φ_f e_j. θ = (β), or (β, the width or wavenumber).
@@ -39,33 +43,37 @@ class ScalarFields {
   }
 
   template <class T>
-  T value(Eigen::Index f, const VectorOf<T>& x, const VectorOf<T>& theta) const {
+  T value(Eigen::Index f, const PlaceOf<T>& x, const VectorOf<T>& theta) const {
     using std::cos;
     using std::exp;
     if (kind_ == Kind::kConstant) return T(1);
     if (kind_ == Kind::kCosine) return cos(theta[1] * x[f]);
-    const VectorOf<T> z = from_centre(f, x);
-    return exp(-z.dot(z) / (theta[1] * theta[1]));
+    T squared(0);
+    for (Eigen::Index axis = 0; axis < x.size(); ++axis) {
+      const T z = x[axis] - T(centres_(axis, f));
+      squared += z * z;
+    }
+    return exp(-squared / (theta[1] * theta[1]));
   }
 
   template <class T>
-  FieldJet<T> jet(Eigen::Index f, const VectorOf<T>& x, const VectorOf<T>& theta) const {
+  FieldJet<T> jet(Eigen::Index f, const PlaceOf<T>& x, const VectorOf<T>& theta) const {
     using std::sin;
-    FieldJet<T> jet{value(f, x, theta), VectorOf<T>::Constant(x.size(), T(0))};
+    FieldJet<T> jet{value(f, x, theta), PlaceOf<T>::Constant(x.size(), T(0))};
     if (kind_ == Kind::kCosine) jet.slope[f] = -theta[1] * sin(theta[1] * x[f]);
     if (has_centres()) jet.slope = (T(-2) * jet.value / (theta[1] * theta[1])) * from_centre(f, x);
     return jet;
   }
 
-  // ∇²φ v
+  // ∇²φ v. @param jet of the same place
   template <class T>
-  VectorOf<T> curvature(Eigen::Index f, const VectorOf<T>& x, const VectorOf<T>& theta, const VectorOf<T>& v) const {
-    VectorOf<T> result = VectorOf<T>::Constant(x.size(), T(0));
-    if (kind_ == Kind::kCosine) result[f] = -theta[1] * theta[1] * value(f, x, theta) * v[f];
+  PlaceOf<T> curvature(Eigen::Index f, const PlaceOf<T>& x, const FieldJet<T>& jet, const VectorOf<T>& theta,
+                       const PlaceOf<T>& v) const {
+    PlaceOf<T> result = PlaceOf<T>::Constant(x.size(), T(0));
+    if (kind_ == Kind::kCosine) result[f] = -theta[1] * theta[1] * jet.value * v[f];
     if (has_centres()) {
-      const VectorOf<T> z = from_centre(f, x);
       const T c = T(-2) / (theta[1] * theta[1]);
-      result = (c * value(f, x, theta)) * (v + (c * z.dot(v)) * z).eval();
+      result = (c * jet.value) * v + (c * from_centre(f, x).dot(v)) * jet.slope;
     }
     return result;
   }
@@ -75,8 +83,8 @@ class ScalarFields {
       : kind_(kind), centres_(std::move(centres)), grid_count_(grid_count) {}
 
   template <class T>
-  VectorOf<T> from_centre(Eigen::Index f, const VectorOf<T>& x) const {
-    VectorOf<T> z = x;
+  PlaceOf<T> from_centre(Eigen::Index f, const PlaceOf<T>& x) const {
+    PlaceOf<T> z = x;
     for (Eigen::Index axis = 0; axis < x.size(); ++axis) z[axis] -= T(centres_(axis, f));
     return z;
   }
@@ -130,7 +138,7 @@ struct PSd : NoiseFormula {
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
     const Eigen::Index d = state.q.rows();
     for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
-      const VectorOf<T> x = state.q.col(a);
+      const PlaceOf<T> x = state.q.col(a);
       for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f)
         h.segment(f * d, d) += (theta[0] * fields.value(f, x, theta)) * state.p.col(a);
     }
@@ -140,14 +148,15 @@ struct PSd : NoiseFormula {
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
     const Eigen::Index d = state.q.rows();
-    const VectorOf<T> weights = w.unaryExpr([](double x) { return T(x); });
     for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
-      const VectorOf<T> x = state.q.col(a);
+      const PlaceOf<T> x = state.q.col(a);
+      const PlaceOf<T> p = state.p.col(a);
       for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f) {
-        const VectorOf<T> beta_w = theta[0] * weights.segment(f * d, d);
+        if (w.segment(f * d, d).isZero(0)) continue;
+        const PlaceOf<T> beta_w = theta[0] * w.segment(f * d, d).unaryExpr([](double number) { return T(number); });
         const FieldJet<T> phi = fields.jet(f, x, theta);
         gradient.p.col(a) += phi.value * beta_w;
-        gradient.q.col(a) += beta_w.dot(state.p.col(a)) * phi.slope;
+        gradient.q.col(a) += beta_w.dot(p) * phi.slope;
       }
     }
   }
@@ -157,13 +166,13 @@ struct PSd : NoiseFormula {
     if (is_constant()) return;
     const T quarter = T(0.25) * theta[0] * theta[0];
     for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
-      const VectorOf<T> x = state.q.col(a);
-      const VectorOf<T> p = state.p.col(a);
+      const PlaceOf<T> x = state.q.col(a);
+      const PlaceOf<T> p = state.p.col(a);
       for (Eigen::Index f = 0; f < fields.count(static_cast<int>(x.size())); ++f) {
         const FieldJet<T> phi = fields.jet(f, x, theta);
         gradient.p.col(a) += (quarter * phi.value) * phi.slope;
         gradient.q.col(a) +=
-            quarter * (phi.slope * phi.slope.dot(p) + phi.value * fields.curvature(f, x, theta, p)).eval();
+            quarter * (phi.slope.dot(p) * phi.slope + phi.value * fields.curvature(f, x, phi, theta, p));
       }
     }
   }

@@ -13,13 +13,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "../src/matching/log_maximum.hpp"
 #include "../src/matching/registration_problem.hpp"
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/laplace.hpp"
+#include "pulson/matching/log_maximum.hpp"
 #include "pulson/random/normals.hpp"
 
 namespace pulson {

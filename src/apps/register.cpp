@@ -56,6 +56,7 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
   options.noise = fitted.noise;
   options.sigma = fitted.sigma;
   options.lambda = fitted.lambda;
+  if (options.integrator == "auto") options.integrator = "variational";  // the scheme of the evidence
   return fitted;
 }
 

@@ -13,8 +13,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-double evidence(const LandmarkTerm& data, const MatchingObjective::Evaluation& minimum, const QuadraticModel& model) {
-  return -minimum.cost.total() - 0.5 * model.log_determinant() - 0.5 * data.log_determinant();
+double evidence(const LandmarkTerm& data, const MatchingObjective::Evaluation& minimum,
+                const MatchingObjective::Linearisation& linear, const QuadraticModel& model) {
+  const VectorXd gradient = minimum.z + linear.jacobian.transpose() * linear.residual;
+  const double to_gain = 0.5 * gradient.dot(model.solve(gradient));
+  return to_gain - minimum.cost.total() - 0.5 * model.log_determinant() - 0.5 * data.log_determinant();
 }
 
 // K(q0) times each column of momenta, dN×M.
@@ -56,7 +59,7 @@ LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingO
   const LandmarkTerm* data = problem.data->landmarks();
   return {deviations(model, momenta, unknowns, d), deviations(model, velocities(problem, momenta), unknowns, d),
           deviations(model, mean_endpoint_changes(objective, minimum, all), unknowns, d),
-          data != nullptr ? evidence(*data, minimum, model) : std::numeric_limits<double>::quiet_NaN()};
+          data != nullptr ? evidence(*data, minimum, linear, model) : std::numeric_limits<double>::quiet_NaN()};
 }
 
 double log_evidence(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum) {
@@ -66,7 +69,7 @@ double log_evidence(const MatchingObjective& objective, const MatchingObjective:
         "the evidence needs landmarks as data: the cost of a curve is not the logarithm of a normalised density");
   const MatchingObjective::Linearisation linear = objective.linearise(minimum);
   const VectorXd roughness = objective.roughness();
-  return evidence(*data, minimum, QuadraticModel(linear, roughness));
+  return evidence(*data, minimum, linear, QuadraticModel(linear, roughness));
 }
 
 }  // namespace pulson

@@ -1,4 +1,4 @@
-#include "log_maximum.hpp"
+#include "pulson/matching/log_maximum.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,6 +48,8 @@ class Search {
     }
     maximum_.at_bound = maximum_.x.array().abs() >= bound - 10 * tolerance;
   }
+
+  const LogMaximum& maximum() const { return maximum_; }
 
   LogMaximum with_deviations() {
     std::vector<Index> free;
@@ -122,10 +124,10 @@ class Search {
 }  // namespace
 
 LogMaximum maximise_in_logarithms(const std::function<double(const VectorXd&)>& f, Index size, double bound,
-                                  double tolerance, int max_evaluations) {
+                                  double tolerance, int max_evaluations, bool with_deviations) {
   Search search(f, size);
   search.run(bound, tolerance, max_evaluations);
-  return search.with_deviations();
+  return with_deviations ? search.with_deviations() : search.maximum();
 }
 
 }  // namespace pulson

@@ -20,8 +20,8 @@ struct LogMaximum {
 /// algorithm for bound constrained optimization without derivatives, 2009), to `tolerance` in each x_i. f is −∞ where
 /// it cannot be evaluated, but not at 0. The deviations are the roots of the diagonal of (−∇²f)⁻¹, by central
 /// differences of step 0.05, over those x_i that are not at a bound; NaN for the others, and where −∇²f is not positive
-/// definite.
+/// definite. They are left out, with their evaluations, unless `with_deviations`.
 LogMaximum maximise_in_logarithms(const std::function<double(const Eigen::VectorXd&)>& f, Eigen::Index size,
-                                  double bound, double tolerance, int max_evaluations);
+                                  double bound, double tolerance, int max_evaluations, bool with_deviations = true);
 
 }  // namespace pulson

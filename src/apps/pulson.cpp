@@ -24,6 +24,7 @@ void add_verbs(CLI::App& program, int& exit_code) {
   program.add_subcommand("warp", pulson::kWarpHelp);  // for the list of verbs: run_beside() runs it
   pulson::add_simulate_verb(program, exit_code);
   pulson::add_ensemble_verb(program, exit_code);
+  pulson::add_compare_verb(program, exit_code);
   pulson::add_fokker_planck_verb(program, exit_code);
   pulson::add_reproduce_verb(program, exit_code);
   pulson::add_convert_verb(program);

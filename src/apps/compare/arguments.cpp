@@ -1,0 +1,111 @@
+#include "arguments.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/core.h>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/io/landmark_files.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kUsualSigma = 0.01;  // of the diameter
+
+void check_at_least(int value, int least, std::string_view option) {
+  if (value < least) throw InputError(fmt::format("{} is {}; it must be at least {}", option, value, least));
+}
+
+}  // namespace
+
+std::vector<std::string> usual_noises() { return {"none", "ch-sd", "p-sd:fields=grid,count=3", "trouve-vialard"}; }
+
+void CompareArguments::add_to(CLI::App& verb) {
+  verb.add_option("SHAPES", shapes,
+                  "SOURCE TARGET [TARGET ...]; or one file of several shapes, which are compared with their mean")
+      ->required();
+  verb.add_option("--noise", noises,
+                  "a model; numbers that it must have and are left out are fitted [none, ch-sd, "
+                  "p-sd:fields=grid,count=3, trouve-vialard]");
+  verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean");
+  output.add_to(verb, "comparison.png and .svg", "-q,--quiet");
+  verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")->capture_default_str();
+  verb.add_option("--align", align,
+                  "motion that brings each target onto the source, and is left out of the data: none, translation, "
+                  "rigid, similarity, affine; auto: similarity about a mean, else none")
+      ->capture_default_str();
+  verb.add_option("--kernel", options.settings.kernel, "kernel of all models, see pulson info kernels")
+      ->capture_default_str();
+  verb.add_option("--lambda", lambda, "1/variance of the momenta, or fit: in each model")->capture_default_str();
+  verb.add_option("--integrator", options.settings.integrator, "see pulson info integrators")->capture_default_str();
+  verb.add_option("--folds", options.folds, "of the predictions of held-out shapes; 0: none")->capture_default_str();
+  verb.add_option("--forward-samples", options.forward_samples, "drawn from each model")->capture_default_str();
+  verb.add_option("--importance", options.settings.importance_samples,
+                  "samples for each shape that check its evidence; 0: none")
+      ->capture_default_str();
+  verb.add_flag("--no-maps", no_maps, "do not measure folded areas");
+  verb.add_option("--simulate", simulate,
+                  "draw cohorts from this model instead, and count which model is chosen; numbers left out are "
+                  "fitted to the shapes; all: from each --noise");
+  verb.add_option("--true-lambda", true_lambda,
+                  "1/variance of the momenta in the models drawn from [fitted to the shapes]");
+  verb.add_option("--count", count, "cohorts drawn from each model")->capture_default_str();
+  verb.add_option("--cohort-size", cohort_size, "shapes in each cohort drawn [as many as are given, or 20 for one]");
+  add_seed_option(verb, options.settings.seed);
+  time.add_to(verb, "1");
+  add_threads_option(verb);
+}
+
+CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
+  std::vector<Landmarks> all;
+  for (const std::string& address : shapes) {
+    LandmarkFile file = read_addressed_shapes(address);
+    notes.insert(notes.end(), file.warnings.begin(), file.warnings.end());
+    std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all));
+  }
+  CohortShapes cohort;
+  if (source && *source != "mean")
+    cohort.source = read_landmarks(*source, &notes);
+  else if (!source && shapes.size() > 1) {
+    cohort.source = read_landmarks(shapes.front(), nullptr);
+    all.erase(all.begin());
+  }
+  cohort.targets = std::move(all);
+  if (!cohort.source && cohort.targets.size() == 1 && !simulate.empty() && true_lambda) {
+    cohort.source = cohort.targets.front();  // nothing is fitted to it
+    cohort.alignment = align == "auto" ? AlignmentKind::kNone : parse_alignment(align);
+    return cohort;
+  }
+  if (cohort.targets.empty()) throw InputError("there is no target beside the source");
+  if (!cohort.source && cohort.targets.size() < 2)
+    throw InputError("one shape is its own mean; name a source and a target, or a file with several shapes");
+  cohort.alignment = align != "auto" ? parse_alignment(align)
+                     : cohort.source ? AlignmentKind::kNone
+                                     : AlignmentKind::kSimilarity;
+  return cohort;
+}
+
+CompareOptions CompareArguments::compare_options(const Landmarks& about, std::vector<std::string>& notes) const {
+  CompareOptions asked = options;
+  check_at_least(asked.folds, 0, "--folds");
+  check_at_least(asked.forward_samples, 2, "--forward-samples");
+  check_at_least(asked.settings.importance_samples, 0, "--importance");
+  check_at_least(count, 1, "--count");
+  if (cohort_size) check_at_least(*cohort_size, 1, "--cohort-size");
+  if (true_lambda && !(*true_lambda > 0))
+    throw InputError(fmt::format("--true-lambda is {}; it must be greater than 0", *true_lambda));
+  asked.settings.grid = time.grid();
+  asked.settings.kernel = make_kernel(asked.settings.kernel, about.points).spec();
+  asked.maps = !no_maps;
+  if (lambda != "fit") asked.settings.lambda = parse_number(lambda, "--lambda");
+  asked.settings.sigma = sigma == "auto" ? kUsualSigma * diameter(about.points) : parse_number(sigma, "--sigma");
+  if (sigma == "auto")
+    notes.push_back(
+        fmt::format("sigma {:.3g}, 1 % of the diameter, is a guess: give --sigma, the error of digitising, "
+                    "which the models are judged by",
+                    asked.settings.sigma));
+  return asked;
+}
+
+}  // namespace pulson

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "options.hpp"
+#include "outputs.hpp"
+#include "pulson/compare/comparison.hpp"
+#include "pulson/compare/recovery.hpp"
+
+namespace pulson {
+
+/// What is compared where no model is named.
+std::vector<std::string> usual_noises();
+
+struct CompareArguments {
+  std::vector<std::string> shapes;
+  std::vector<std::string> noises;
+  std::optional<std::string> source;
+  std::string align = "auto";
+  std::string sigma = "auto";
+  std::string lambda = "fit";
+  CompareOptions options;
+  bool no_maps = false;
+  std::vector<std::string> simulate;
+  std::optional<double> true_lambda;
+  int count = 20;
+  std::optional<int> cohort_size;
+  TimeOptions time;
+  OutputOptions output;
+
+  void add_to(CLI::App& verb);
+
+  /// The shapes, and notes about them. @throws InputError
+  CohortShapes read(std::vector<std::string>& notes) const;
+  /// @param source that the automatic choices are about
+  CompareOptions compare_options(const Landmarks& source, std::vector<std::string>& notes) const;
+};
+
+}  // namespace pulson

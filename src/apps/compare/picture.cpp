@@ -1,0 +1,118 @@
+#include "picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/core.h>
+
+#include "pulson/core/name_table.hpp"
+#include "summary.hpp"
+
+namespace pulson {
+namespace {
+
+double or_zero(double value) { return std::isfinite(value) ? value : 0; }
+
+std::vector<double> counting(std::size_t size) {
+  std::vector<double> numbers(size);
+  for (std::size_t i = 0; i < size; ++i) numbers[i] = static_cast<double>(i + 1);
+  return numbers;
+}
+
+std::string name_of(const ComparedModel& model) { return shortened_spec(model.noise); }
+
+// One dot with its error for each model.
+ChartPanel dots(const Comparison& comparison, ChartPanel panel, Estimate (*value)(const ComparedModel&)) {
+  panel.x_label = "model, as in the legend";
+  for (std::size_t i = 0; i < comparison.models.size(); ++i) {
+    const ComparedModel& model = comparison.models[i];
+    const Estimate estimate = value(model);
+    if (!std::isfinite(estimate.value)) continue;
+    panel.series.push_back({.name = name_of(model),
+                            .x = {static_cast<double>(i + 1)},
+                            .y = {estimate.value},
+                            .error = {or_zero(estimate.standard_error)},
+                            .style = SeriesStyle::kPoints});
+  }
+  return panel;
+}
+
+ChartPanel scores(const Comparison& comparison) {
+  return dots(comparison, {.heading = "Score beside the best, nats", .reference_lines = {{0, ""}}},
+              [](const ComparedModel& model) { return model.difference; });
+}
+
+ChartPanel predictions(const Comparison& comparison) {
+  return dots(comparison, {.heading = "Energy score of held-out shapes (less is better)"},
+              [](const ComparedModel& model) {
+                return model.prediction ? Estimate{model.prediction->energy_score, model.prediction->energy_score_error}
+                                        : Estimate{std::nan(""), 0};
+              });
+}
+
+ChartPanel spectrum(const Comparison& comparison) {
+  ChartPanel panel{.heading = "Variance of displacements along the kernel's eigenvectors",
+                   .x_label = "eigenvector, smooth to rough",
+                   .log_y = true};
+  Series seen{.name = "seen", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
+  const std::vector<double> places = counting(static_cast<std::size_t>(comparison.eigenvalues.size()));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (!(comparison.observed.size() > row && comparison.observed[row] > 0)) continue;
+    seen.x.push_back(places[i]);
+    seen.y.push_back(comparison.observed[row]);
+    seen.error.push_back(or_zero(comparison.observed_error[row]));
+  }
+  for (const ComparedModel& model : comparison.models) {
+    if (!(model.spectrum.size() > 0 && (model.spectrum.array() > 0).all())) continue;
+    panel.series.push_back({.name = name_of(model), .x = places, .y = {model.spectrum.begin(), model.spectrum.end()}});
+  }
+  panel.series.push_back(std::move(seen));
+  return panel;
+}
+
+ChartPanel ways(const Comparison& comparison) {
+  ChartPanel panel{.heading = "What the noise moves each landmark, root mean square", .x_label = "landmark"};
+  const std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
+  for (const ComparedModel& model : comparison.models)
+    panel.series.push_back({.name = name_of(model),
+                            .x = places,
+                            .y = {model.noise_way.begin(), model.noise_way.end()},
+                            .style = SeriesStyle::kLineAndPoints});
+  return panel;
+}
+
+}  // namespace
+
+Chart comparison_chart(const Comparison& comparison) {
+  Chart chart{.title = verdict(comparison),
+              .subtitle = fmt::format("{} shapes of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
+                                      comparison.cohort.source.count(), shortened_spec(comparison.settings.kernel),
+                                      comparison.settings.sigma),
+              .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), ways(comparison)}}};
+  if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
+  return chart;
+}
+
+Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                     const RecoveryOptions& options) {
+  ChartPanel panel{.heading = "Part of the cohorts for which each model is chosen",
+                   .x_label = "model drawn from, in the order asked",
+                   .y_range = std::pair{0.0, 1.0}};
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    Series series{.name = shortened_spec(candidates[c]), .x = {}, .y = {}, .style = SeriesStyle::kBars};
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const double part = rows[r].chosen[c] / static_cast<double>(options.cohorts);
+      series.x.push_back(static_cast<double>(r + 1));
+      series.y.push_back(part);
+      series.error.push_back(std::sqrt(part * (1 - part) / options.cohorts));
+    }
+    panel.series.push_back(std::move(series));
+  }
+  return {.title = "Which model is chosen?",
+          .subtitle = fmt::format("{} cohorts of {} shapes, {}, sigma {:.3g}", options.cohorts, options.shapes,
+                                  shortened_spec(options.settings.kernel), options.settings.sigma),
+          .rows = {{panel}}};
+}
+
+}  // namespace pulson

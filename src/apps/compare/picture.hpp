@@ -1,0 +1,17 @@
+#pragma once
+
+#include "pulson/compare/comparison.hpp"
+#include "pulson/compare/recovery.hpp"
+#include "pulson/report/chart.hpp"
+
+namespace pulson {
+
+/// The ranking, and why: scores; displacements along the kernel's eigenvectors, seen and foretold; predictions; and
+/// what the noise moved each landmark.
+Chart comparison_chart(const Comparison& comparison);
+
+/// How often each model is chosen, by the model that was drawn from.
+Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                     const RecoveryOptions& options);
+
+}  // namespace pulson

@@ -1,0 +1,151 @@
+#include "record.hpp"
+
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "pulson/core/version.hpp"
+
+namespace pulson {
+namespace {
+
+using Json = nlohmann::ordered_json;  // NaN is written as null
+
+Json estimate(const Estimate& estimate) {
+  return {{"value", estimate.value}, {"standard_error", estimate.standard_error}};
+}
+
+Json numbers(const Eigen::VectorXd& values) { return Json(std::vector<double>(values.begin(), values.end())); }
+
+Json shape_names(const std::vector<Landmarks>& shapes) {
+  Json names = Json::array();
+  for (const Landmarks& shape : shapes) names.push_back(shape.source);
+  return names;
+}
+
+Json fitted_json(const std::vector<FittedNumber>& fitted) {
+  Json all = Json::array();
+  for (const FittedNumber& number : fitted)
+    all.push_back({{"name", number.name},
+                   {"value", number.vanishes && number.name != "lambda" ? 0 : number.value},
+                   {"log_deviation", number.log_deviation},
+                   {"vanishes", number.vanishes},
+                   {"correlation_with_sigma", number.correlation_with_sigma}});
+  return all;
+}
+
+Json model_json(const ComparedModel& model, const CohortSettings& settings) {
+  const CohortFit& fit = model.fit;
+  Json json{{"noise", fit.noise},
+            {"asked", model.noise},
+            {"mode", mode_of(fit)},
+            {"integrator", settings.integrator},
+            {"lambda", fit.lambda},
+            {"fitted", fitted_json(fit.fitted)},
+            {"converged", fit.converged},
+            {"rounds", fit.rounds},
+            {"rms", model.rms.value},
+            {"energy", model.energy.value},
+            {"action", model.action.value},
+            {"total", model.total.value},
+            {"log_evidence", fit.log_evidence},
+            {"score", model.score},
+            {"difference", estimate(model.difference)},
+            {"weight", model.weight},
+            {"noise_share", fit.noise_share},
+            {"order_inversions", model.order_inversions.value},
+            {"flipped_triangles", model.flipped_triangles.value},
+            {"folded_fraction", model.folded_fraction.value},
+            {"seconds", model.seconds}};
+  json["standard_errors"] = {{"rms", model.rms.standard_error},
+                             {"energy", model.energy.standard_error},
+                             {"action", model.action.standard_error},
+                             {"total", model.total.standard_error},
+                             {"order_inversions", model.order_inversions.standard_error},
+                             {"flipped_triangles", model.flipped_triangles.standard_error},
+                             {"folded_fraction", model.folded_fraction.standard_error}};
+  json["importance_sampling"] = estimate(model.sampled_log_evidence);
+  json["importance_sampling"]["samples"] = settings.importance_samples;
+  json["importance_sampling"]["least_effective_part"] = model.effective_part;
+  json["prediction"] = nullptr;
+  if (const auto& prediction = model.prediction)
+    json["prediction"] = {{"energy_score", prediction->energy_score},
+                          {"energy_score_error", prediction->energy_score_error},
+                          {"coverage_90", prediction->coverage},
+                          {"coverage_90_error", prediction->coverage_error}};
+  json["spectrum"] = numbers(model.spectrum);
+  json["noise_way"] = numbers(model.noise_way);
+  json["lost_samples"] = model.lost_samples;
+  return json;
+}
+
+}  // namespace
+
+std::string mode_of(const CohortFit& fit) { return fit.noise == "none" ? "deterministic" : "map"; }
+
+std::string comparison_json(const Comparison& comparison, double seconds) {
+  Json json{{"source", comparison.cohort.source.source},
+            {"targets", shape_names(comparison.cohort.targets)},
+            {"alignment", alignment_name(comparison.cohort.alignment)},
+            {"kernel", comparison.settings.kernel},
+            {"sigma", comparison.settings.sigma},
+            {"time", comparison.settings.grid.time},
+            {"steps", comparison.settings.grid.steps},
+            {"coordinates", comparison.models.front().fit.coordinates},
+            {"models", Json::array()},
+            {"best", comparison.models[comparison.best].fit.noise},
+            {"eigenvalues", numbers(comparison.eigenvalues)},
+            {"observed_spectrum", numbers(comparison.observed)},
+            {"observed_spectrum_error", numbers(comparison.observed_error)},
+            {"notes", comparison.notes},
+            {"seconds", seconds},
+            {"version", version()}};
+  for (const ComparedModel& model : comparison.models) json["models"].push_back(model_json(model, comparison.settings));
+  return json.dump(2) + "\n";
+}
+
+std::string shapes_csv(const Comparison& comparison) {
+  std::string text =
+      "noise,shape,log_evidence,sampled_log_evidence,effective_samples,rms,energy,action,data,converged,energy_score,"
+      "coverage_90\n";
+  for (const ComparedModel& model : comparison.models)
+    for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
+      const ShapeFit& shape = model.fit.shapes[s];
+      fmt::format_to(std::back_inserter(text), "\"{}\",\"{}\",{},{},{},{},{},{},{},{}", model.fit.noise,
+                     comparison.cohort.targets[s].source, shape.log_evidence, shape.sampled_log_evidence,
+                     shape.effective_samples, shape.rms, shape.cost.energy, shape.cost.action, shape.cost.data,
+                     shape.converged ? 1 : 0);
+      if (model.prediction)
+        fmt::format_to(std::back_inserter(text), ",{},{}\n", model.prediction->shapes[s].energy_score,
+                       model.prediction->shapes[s].coverage);
+      else
+        text += ",NA,NA\n";
+    }
+  return text;
+}
+
+std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                          const RecoveryOptions& options, double seconds) {
+  Json json{{"kernel", options.settings.kernel},
+            {"sigma", options.settings.sigma},
+            {"alignment", alignment_name(options.alignment)},
+            {"cohorts", options.cohorts},
+            {"shapes", options.shapes},
+            {"seed", options.seed},
+            {"candidates", candidates},
+            {"models", Json::array()},
+            {"seconds", seconds},
+            {"version", version()}};
+  for (const RecoveryRow& row : rows)
+    json["models"].push_back({{"noise", row.truth.noise},
+                              {"lambda", row.truth.lambda},
+                              {"noise_share", row.noise_share},
+                              {"displacement", row.displacement},
+                              {"chosen", row.chosen},
+                              {"unfit", row.unfit}});
+  return json.dump(2) + "\n";
+}
+
+}  // namespace pulson

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "pulson/compare/comparison.hpp"
+#include "pulson/compare/recovery.hpp"
+
+namespace pulson {
+
+/// What scripts read: `comparison.json`.
+std::string comparison_json(const Comparison& comparison, double seconds);
+
+/// Each shape under each model, a line each.
+std::string shapes_csv(const Comparison& comparison);
+
+/// `recovery.json`
+std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                          const RecoveryOptions& options, double seconds);
+
+/// @throws InputError where it cannot be
+std::string mode_of(const CohortFit& fit);
+
+}  // namespace pulson

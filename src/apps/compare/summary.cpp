@@ -1,0 +1,130 @@
+#include "summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include "pulson/core/name_table.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kTold = 3;  // nats, and two standard errors: less does not tell two models apart
+
+std::string number(double value, const char* format = "{:.3g}") {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
+}
+
+std::string with_error(const Estimate& estimate, const char* format = "{:.3g}") {
+  if (std::isnan(estimate.standard_error)) return number(estimate.value, format);
+  return number(estimate.value, format) + " ± " + number(estimate.standard_error, "{:.2g}");
+}
+
+// Greatest score first.
+std::vector<std::size_t> ranked(const Comparison& comparison) {
+  std::vector<std::size_t> order(comparison.models.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](auto a, auto b) { return comparison.models[a].score > comparison.models[b].score; });
+  return order;
+}
+
+bool is_behind(const ComparedModel& model) {
+  const double error = std::isnan(model.difference.standard_error) ? 0 : model.difference.standard_error;
+  return -model.difference.value > std::max(kTold, 2 * error);
+}
+
+// fmt counts bytes of UTF-8 for widths where locale is C; the columns here hold "±".
+std::string padded(const std::string& text, std::size_t width) {
+  std::size_t letters = 0;
+  for (const char c : text) letters += (static_cast<unsigned char>(c) & 0xC0U) != 0x80U ? 1 : 0;
+  return text + std::string(width > letters ? width - letters : 1, ' ');
+}
+
+void print_row(const std::vector<std::string>& cells) {
+  constexpr std::size_t kFirst = 30;
+  constexpr std::size_t kOthers = 15;
+  std::string line = padded(cells.front(), kFirst);
+  for (std::size_t i = 1; i < cells.size(); ++i) line += padded(cells[i], kOthers);
+  line.erase(line.find_last_not_of(' ') + 1);
+  fmt::print("{}\n", line);
+}
+
+void print_fitted(const ComparedModel& model) {
+  fmt::print("{}", padded("  " + shortened_spec(model.noise), 30));
+  for (const FittedNumber& fitted : model.fit.fitted) {
+    if (fitted.vanishes)  // 1/λ is the variance
+      fmt::print("{} = {}", fitted.name, fitted.name == "lambda" ? "∞" : "0");
+    else
+      fmt::print("{} = {:.4g}", fitted.name, fitted.value);
+    if (!std::isnan(fitted.log_deviation)) fmt::print(" (± {:.0f} %)", 100 * fitted.log_deviation);
+    fmt::print("  ");
+  }
+  fmt::print("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
+}
+
+}  // namespace
+
+std::string verdict(const Comparison& comparison) {
+  const std::vector<std::size_t> order = ranked(comparison);
+  const std::string& best = comparison.models[order.front()].noise;
+  if (order.size() == 1) return fmt::format("one model alone: {}", best);
+  std::vector<std::string> equal;
+  for (std::size_t i = 1; i < order.size(); ++i)
+    if (!is_behind(comparison.models[order[i]])) equal.push_back(shortened_spec(comparison.models[order[i]].noise));
+  if (comparison.models[order.front()].fit.noise == "none")
+    return "the geodesic is enough: no noise explains these shapes better";
+  if (equal.empty()) return fmt::format("these shapes call for {}", shortened_spec(best));
+  return fmt::format("{} is ahead, but these shapes do not tell it from {}", shortened_spec(best),
+                     fmt::join(equal, ", "));
+}
+
+void print_comparison(const Comparison& comparison) {
+  fmt::print("{}: {} shapes of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
+             comparison.cohort.targets.size(), comparison.cohort.source.count(), comparison.cohort.source.dimension(),
+             alignment_name(comparison.cohort.alignment));
+  fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", shortened_spec(comparison.settings.kernel),
+             comparison.settings.grid.steps, comparison.settings.sigma);
+  print_row({"noise", "score", "weight", "log evidence", "sampled", "rms", "energy", "action"});
+  const std::vector<std::size_t> order = ranked(comparison);
+  for (const std::size_t i : order) {
+    const ComparedModel& model = comparison.models[i];
+    print_row({shortened_spec(model.noise), i == comparison.best ? "0" : with_error(model.difference, "{:.1f}"),
+               number(model.weight, "{:.2g}"), number(model.fit.log_evidence, "{:.1f}"),
+               with_error(model.sampled_log_evidence, "{:.1f}"), with_error(model.rms), with_error(model.energy),
+               with_error(model.action)});
+  }
+  fmt::print("\n");
+  print_row({"noise", "energy score", "coverage 90 %", "inversions", "triangles", "folded", "seconds"});
+  for (const std::size_t i : order) {
+    const ComparedModel& model = comparison.models[i];
+    const auto& prediction = model.prediction;
+    print_row({shortened_spec(model.noise),
+               prediction ? with_error({prediction->energy_score, prediction->energy_score_error}, "{:.4g}") : "-",
+               prediction ? with_error({prediction->coverage, prediction->coverage_error}, "{:.2f}") : "-",
+               number(model.order_inversions.value), number(model.flipped_triangles.value),
+               number(100 * model.folded_fraction.value, "{:.2g} %"), number(model.seconds, "{:.2f}")});
+  }
+  fmt::print("\nfitted\n");
+  for (const std::size_t i : order) print_fitted(comparison.models[i]);
+  fmt::print("\nverdict    {}\n", verdict(comparison));
+}
+
+void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                    const RecoveryOptions& options) {
+  fmt::print("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
+             options.cohorts, options.shapes, shortened_spec(options.settings.kernel), options.settings.sigma);
+  std::vector<std::string> head = {"drawn from", "noise's part"};
+  for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));
+  print_row(head);
+  for (const RecoveryRow& row : rows) {
+    std::vector<std::string> cells = {shortened_spec(row.truth.noise), number(100 * row.noise_share, "{:.0f} %")};
+    for (const int chosen : row.chosen) cells.push_back(std::to_string(chosen));
+    print_row(cells);
+  }
+}
+
+}  // namespace pulson

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pulson/noise/noise_table.hpp"
+
+namespace pulson {
+
+/// A noise model some of whose numbers are to be fitted.
+struct OpenNoise {
+  std::shared_ptr<const NoiseModel> model;  ///< the open numbers at 1
+  std::vector<Eigen::Index> open;           ///< which of NoiseModel::parameters() they are
+};
+
+/// The model of a specification in which required numbers may be left out, as `ch-sd`: these are open. @throws
+/// InputError as make_noise() does
+OpenNoise make_open_noise(const std::string& spec, const Landmarks& shape);
+
+/// For each channel the number of the model that is its amplitude, so that its field is proportional to it; −1 where
+/// there is none.
+std::vector<int> channel_amplitudes(const NoiseModel& noise, const Points& shape);
+
+}  // namespace pulson

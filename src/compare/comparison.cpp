@@ -1,0 +1,210 @@
+#include "pulson/compare/comparison.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/core.h>
+
+#include "map_facts.hpp"
+#include "pulson/core/errors.hpp"
+#include "statistics.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kConfounded = 0.9;
+constexpr double kFewEffective = 0.1;
+
+// Eigenvectors of K(q0) in the order of falling eigenvalues.
+struct KernelBasis {
+  VectorXd eigenvalues;
+  MatrixXd vectors;
+};
+
+KernelBasis kernel_basis(const std::string& kernel, const Points& source) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(make_kernel(kernel, source).gram(source, source));
+  return {solver.eigenvalues().reverse(), solver.eigenvectors().rowwise().reverse()};
+}
+
+// Mean square over samples and axes of the displacements along each eigenvector, and its standard error.
+std::pair<VectorXd, VectorXd> spectrum_of(const KernelBasis& basis, const Points& source, const MatrixXd& ends) {
+  const Index n = source.cols();
+  MatrixXd squares(n, ends.cols());
+  for (Index s = 0; s < ends.cols(); ++s) {
+    const Points displacement = ends.col(s).reshaped(source.rows(), n) - source;
+    squares.col(s) =
+        (displacement * basis.vectors).colwise().squaredNorm().transpose() / static_cast<double>(source.rows());
+  }
+  VectorXd errors(n);
+  for (Index i = 0; i < n; ++i) errors[i] = standard_error(squares.row(i));
+  return {squares.rowwise().mean(), errors};
+}
+
+MatrixXd complete_targets(const Cohort& cohort) {
+  MatrixXd ends(cohort.source.points.size(), std::ssize(cohort.targets));
+  Index count = 0;
+  for (const Landmarks& target : cohort.targets)
+    if (target.points.allFinite()) ends.col(count++) = target.points.reshaped();
+  return ends.leftCols(count);
+}
+
+template <class Value>
+Estimate mean_over(const CohortFit& fit, const Value& value) {
+  VectorXd values(std::ssize(fit.shapes));
+  for (Index s = 0; s < values.size(); ++s) values[s] = value(fit.shapes[static_cast<std::size_t>(s)]);
+  return {values.mean(), standard_error(values)};
+}
+
+VectorXd noise_way(const CohortFit& fit, Index landmarks) {
+  VectorXd squares = VectorXd::Zero(landmarks);
+  int count = 0;
+  for (const ShapeFit& shape : fit.shapes)
+    if (shape.flow_end.size() > 0) {
+      squares += (shape.end - shape.flow_end).colwise().squaredNorm().transpose();
+      ++count;
+    }
+  return count > 0 ? VectorXd((squares / count).cwiseSqrt()) : VectorXd(squares);
+}
+
+void sum_up(ComparedModel& model, int importance_samples) {
+  const CohortFit& fit = model.fit;
+  model.energy = mean_over(fit, [](const ShapeFit& s) { return s.cost.energy; });
+  model.action = mean_over(fit, [](const ShapeFit& s) { return s.cost.action; });
+  model.total = mean_over(fit, [](const ShapeFit& s) { return s.cost.total(); });
+  model.rms = mean_over(fit, [](const ShapeFit& s) { return s.rms; });
+  double variance = 0;
+  model.effective_part = 1;
+  for (const ShapeFit& shape : fit.shapes) {
+    model.sampled_log_evidence.value += shape.sampled_log_evidence;
+    variance += shape.sampled_variance;
+    if (importance_samples > 0)
+      model.effective_part = std::min(model.effective_part, shape.effective_samples / importance_samples);
+  }
+  model.sampled_log_evidence.standard_error = std::sqrt(variance);
+  model.score = fit.score();
+}
+
+Prediction cross_validated(const CohortShapes& shapes, const std::string& noise, const CompareOptions& options) {
+  const auto count = static_cast<int>(shapes.targets.size());
+  const int folds = std::min(options.folds, count);
+  std::vector<ShapePrediction> predictions(shapes.targets.size());
+  for (int fold = 0; fold < folds; ++fold) {
+    std::vector<int> training;
+    std::vector<int> held;
+    for (int s = 0; s < count; ++s) (s % folds == fold ? held : training).push_back(s);
+    const Cohort cohort = shapes.cohort(training);
+    CohortSettings settings = options.settings;
+    settings.importance_samples = 0;
+    const CohortFit fit = fit_cohort(cohort, noise, settings);
+    const MatrixXd samples = aligned_samples(cohort, shape_problem(cohort, fit, settings, 0), options.forward_samples,
+                                             settings.seed + static_cast<std::uint64_t>(fold));
+    std::vector<Landmarks> targets;
+    for (const int s : held) targets.push_back(shapes.targets[static_cast<std::size_t>(s)]);
+    const std::vector<ShapePrediction> found = predict(make_cohort(cohort.source, targets, shapes.alignment), samples);
+    for (std::size_t i = 0; i < held.size(); ++i) predictions[static_cast<std::size_t>(held[i])] = found[i];
+  }
+  return summary(std::move(predictions));
+}
+
+void rank(Comparison& comparison) {
+  auto& models = comparison.models;
+  const auto best =
+      std::max_element(models.begin(), models.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
+  comparison.best = static_cast<std::size_t>(best - models.begin());
+  double sum = 0;
+  for (const ComparedModel& model : models) sum += std::exp(model.score - best->score);
+  for (ComparedModel& model : models) {
+    model.weight = std::exp(model.score - best->score) / sum;
+    VectorXd differences(std::ssize(model.fit.shapes));
+    for (Index s = 0; s < differences.size(); ++s)
+      differences[s] = model.fit.shapes[static_cast<std::size_t>(s)].log_evidence -
+                       best->fit.shapes[static_cast<std::size_t>(s)].log_evidence;
+    model.difference = {model.score - best->score,
+                        std::sqrt(static_cast<double>(differences.size())) * standard_deviation(differences)};
+  }
+}
+
+void add_notes(Comparison& comparison, const CompareOptions& options) {
+  auto& notes = comparison.notes;
+  for (const ComparedModel& model : comparison.models) {
+    if (!model.fit.converged) notes.push_back(fmt::format("{}: the fit did not converge", model.noise));
+    for (const FittedNumber& number : model.fit.fitted) {
+      if (number.vanishes && number.name == "lambda")
+        notes.push_back(
+            fmt::format("{}: momenta vanish (lambda is as large as can be): the noise explains these shapes "
+                        "by itself",
+                        model.noise));
+      else if (number.vanishes)
+        notes.push_back(fmt::format("{}: {} vanishes, the shapes want none of this noise", model.noise, number.name));
+      else if (number.name != "lambda" && std::abs(number.correlation_with_sigma) > kConfounded)
+        notes.push_back(
+            fmt::format("{}: {} and sigma say nearly the same (correlation {:.2f}): a sigma that is too "
+                        "small makes this noise, one that is too large hides it",
+                        model.noise, number.name, number.correlation_with_sigma));
+    }
+    if (options.settings.importance_samples == 0) continue;
+    if (model.effective_part < kFewEffective)
+      notes.push_back(
+          fmt::format("{}: importance sampling has {:.0f} effective samples of {} for some shape; it cannot "
+                      "confirm the evidence there",
+                      model.noise, model.effective_part * options.settings.importance_samples,
+                      options.settings.importance_samples));
+    else if (const double off = model.sampled_log_evidence.value - model.fit.log_evidence;
+             std::abs(off) > 1 + 3 * model.sampled_log_evidence.standard_error)
+      notes.push_back(
+          fmt::format("{}: importance sampling gives a log evidence {:+.1f} from Laplace's", model.noise, off));
+  }
+}
+
+}  // namespace
+
+Cohort CohortShapes::cohort(const std::vector<int>& chosen) const {
+  std::vector<Landmarks> some;
+  for (const int s : chosen) some.push_back(targets[static_cast<std::size_t>(s)]);
+  const std::vector<Landmarks>& shapes = chosen.empty() ? targets : some;
+  return make_cohort(source ? *source : procrustes_mean(shapes, alignment), shapes, alignment);
+}
+
+Comparison compare_models(const CohortShapes& shapes, const std::vector<std::string>& noises,
+                          const CompareOptions& options) {
+  if (noises.empty()) throw InputError("no noise model is named; models are compared by one or more");
+  Comparison comparison{shapes.cohort(), options.settings, {}, 0, {}, {}, {}, {}};
+  const Points& source = comparison.cohort.source.points;
+  comparison.settings.kernel = make_kernel(options.settings.kernel, source).spec();
+  CompareOptions same = options;
+  same.settings = comparison.settings;
+  const KernelBasis basis = kernel_basis(comparison.settings.kernel, source);
+  comparison.eigenvalues = basis.eigenvalues;
+  std::tie(comparison.observed, comparison.observed_error) =
+      spectrum_of(basis, source, complete_targets(comparison.cohort));
+  for (const std::string& noise : noises) {
+    if (options.on_model) options.on_model(static_cast<int>(comparison.models.size()), noise);
+    const auto start = std::chrono::steady_clock::now();
+    ComparedModel model;
+    model.noise = noise;
+    model.fit = fit_cohort(comparison.cohort, noise, same.settings);
+    sum_up(model, same.settings.importance_samples);
+    const MatrixXd samples =
+        aligned_samples(comparison.cohort, shape_problem(comparison.cohort, model.fit, same.settings, 0),
+                        options.forward_samples, same.settings.seed);
+    model.lost_samples = options.forward_samples - static_cast<int>(samples.cols());
+    model.spectrum = spectrum_of(basis, source, samples).first;
+    model.noise_way = noise_way(model.fit, source.cols());
+    measure_maps(comparison.cohort, same, model);
+    if (options.folds > 1 && shapes.targets.size() > 1) model.prediction = cross_validated(shapes, noise, same);
+    model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    comparison.models.push_back(std::move(model));
+  }
+  rank(comparison);
+  add_notes(comparison, same);
+  return comparison;
+}
+
+}  // namespace pulson

@@ -1,0 +1,435 @@
+#include "fitter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <fmt/core.h>
+
+#include "importance.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/log_maximum.hpp"
+#include "pulson/matching/minimise.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kMostRounds = 30;
+constexpr double kRest = 0.01;      // nats that a further round would still gain by the linear model
+constexpr double kTrial = 1e-3;     // amplitudes at which scales are found, of the shapes' differences
+constexpr double kUnseen = 1e-12;   // part of the variance of a noise that is left by the alignment
+constexpr double kSilent = 1e-4;    // of the variance of a noise, where the search begins with next to none
+constexpr double kPolishRange = 2;  // of logarithms of variances
+constexpr double kPolishTolerance = 0.1;
+constexpr int kMostPolishEvaluations = 12;
+constexpr int kSilentRounds = 3;
+constexpr int kMostRetreats = 30;
+constexpr double kShapeRange = 30;  // of numbers that are no amplitudes, a factor up and down
+constexpr double kShapeTolerance = 0.01;
+constexpr int kMostShapeEvaluations = 60;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Root mean square of what is observed beyond the source, length units.
+double difference(const std::vector<Observation>& observations, const Points& source, double sigma) {
+  double sum = 0;
+  Index count = 0;
+  for (const Observation& observation : observations) {
+    sum += observation.residual(source).squaredNorm();
+    count += observation.count();
+  }
+  return sigma * std::sqrt(std::max(sum / static_cast<double>(count), 1.0));
+}
+
+// The columns of a group, −1 for those fixed: momenta come first, then channels within steps.
+MatrixXd columns(const MatrixXd& jacobian, Index momenta, const std::vector<int>& group_of_channel, int group) {
+  const Index channels = std::ssize(group_of_channel);
+  std::vector<Index> chosen;
+  for (Index i = momenta; i < jacobian.cols(); ++i)
+    if (group_of_channel[at((i - momenta) % channels)] == group) chosen.push_back(i);
+  return jacobian(Eigen::all, chosen);
+}
+
+MatrixXd squared(const MatrixXd& factor) {
+  MatrixXd square = MatrixXd::Zero(factor.rows(), factor.rows());
+  if (factor.cols() > 0) square.selfadjointView<Eigen::Lower>().rankUpdate(factor);  // of none Eigen divides by 0
+  return square.selfadjointView<Eigen::Lower>();
+}
+
+}  // namespace
+
+double Fitter::State::log_evidence() const {
+  double sum = 0;
+  for (const Linearised& match : matches) sum += match.log_evidence;
+  return sum;
+}
+
+Fitter::Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings)
+    : cohort_(cohort),
+      settings_(settings),
+      kernel_(make_kernel(settings.kernel, cohort.source.points)),
+      integrator_(make_integrator(settings.integrator)),
+      noise_(std::move(noise)),
+      lambda_open_(!settings.lambda) {
+  if (!(std::isfinite(settings.sigma) && settings.sigma > 0))
+    throw InputError(fmt::format("sigma is {}; it must be a finite number greater than 0", settings.sigma));
+  if (cohort.targets.empty()) throw InputError("there is no shape to fit a model to");
+  const Points& source = cohort.source.points;
+  noise_.model->check(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
+  const std::vector<int> amplitudes = channel_amplitudes(*noise_.model, source);
+  group_of_channel_.assign(amplitudes.size(), -1);
+  for (const Index open : noise_.open) {
+    bool is_amplitude = false;
+    for (std::size_t c = 0; c < amplitudes.size(); ++c)
+      if (amplitudes[c] == open) {
+        is_amplitude = true;
+        group_of_channel_[c] = static_cast<int>(amplitudes_.size());
+      }
+    (is_amplitude ? amplitudes_ : others_).push_back(open);
+  }
+  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s)
+    observations_.push_back(observe(cohort, s, settings.sigma));
+}
+
+MatchingProblem Fitter::problem(const State& state, int target) const {
+  return {
+      {kernel_,
+       noise_.model->parameters().size() == 0 ? noise_.model : noise_.model->with_parameters(state.parameters)},
+      integrator_,
+      settings_.grid,
+      cohort_.source.points,
+      std::make_shared<LandmarkTerm>(LandmarkObservations{cohort_.targets[at(target)].points, settings_.sigma, {}, {}}),
+      settings_.sigma,
+      state.lambda,
+      {}};
+}
+
+MatchingObjective Fitter::objective(const State& state) const { return MatchingObjective(problem(state, 0)); }
+
+// How the ends move where the noise grows as its effect stays the same: by what compensates for its roughness.
+VectorXd Fitter::drift(const MatchingObjective& objective, const Observation& observation, const Linearised& match,
+                       Index group) const {
+  const StochasticSystem& system = objective.problem().system;
+  const Trajectory& path = match.at.path();
+  PathChange change{{Points::Zero(path.initial().q.rows(), path.initial().q.cols()),
+                     Points::Zero(path.initial().q.rows(), path.initial().q.cols())},
+                    MatrixXd::Zero(path.increments.rows(), path.increments.cols()),
+                    VectorXd::Zero(system.noise->parameters().size())};
+  const Index parameter = amplitudes_[at(group)];
+  change.parameters[parameter] = system.noise->parameters()[parameter] / 2;
+  for (Index c = 0; c < path.increments.rows(); ++c)
+    if (group_of_channel_[at(c)] == group) change.increments.row(c) = -path.increments.row(c) / 2;
+  return observation.seen * integrator_->tangent(system, path, change).q.reshaped();
+}
+
+VarianceData Fitter::variance_data(const MatchingObjective& objective, int target, const Linearised& match) const {
+  const Index n = match.surprise.size();
+  const Index momenta = match.jacobian.cols() - std::ssize(group_of_channel_) * settings_.grid.steps;
+  VarianceData data{match.surprise, MatrixXd::Identity(n, n), {}, {}};
+  const MatrixXd of_momenta = squared(match.jacobian.leftCols(momenta));
+  if (lambda_open_)
+    data.groups.push_back(of_momenta);
+  else
+    data.fixed += of_momenta;
+  data.drifts.assign(data.groups.size(), VectorXd::Zero(n));
+  if (group_of_channel_.empty()) return data;
+  for (Index g = 0; g < std::ssize(amplitudes_); ++g)
+    data.groups.push_back(squared(columns(match.jacobian, momenta, group_of_channel_, static_cast<int>(g))));
+  data.fixed += squared(columns(match.jacobian, momenta, group_of_channel_, -1));
+  data.drifts.assign(data.groups.size(), VectorXd::Zero(n));
+  if (noise_.model->traits().compensated)
+    for (Index g = 0; g < std::ssize(amplitudes_); ++g)
+      data.drifts[data.drifts.size() - amplitudes_.size() + at(g)] =
+          drift(objective, observations_[at(target)], match, g);
+  return data;
+}
+
+// Amplitudes such that momenta and every open channel have equal parts in what is seen, linear about rest.
+Fitter::State Fitter::start() const {
+  State state;
+  state.parameters = noise_.model->parameters();
+  const double size = difference(observations_, cohort_.source.points, settings_.sigma);
+  for (const Index i : amplitudes_) state.parameters[i] = kTrial * size;
+  for (const Index i : others_) state.parameters[i] = std::pow(kernel_.terms().front().alpha, 2);
+  state.lambda = settings_.lambda.value_or(1);
+  const MatchingObjective at_rest = objective(state);
+  for (const Observation& observation : observations_)
+    state.matches.push_back(linearised_at(at_rest, observation, VectorXd::Zero(at_rest.unknowns())));
+  check_seen(at_rest, state);
+  double seen = 0;
+  VectorXd traces = VectorXd::Zero(groups());
+  for (std::size_t s = 0; s < state.matches.size(); ++s) {
+    const Linearised& match = state.matches[s];
+    const VarianceData data = variance_data(at_rest, static_cast<int>(s), match);
+    seen += std::max(match.surprise.squaredNorm(), 2.0 * static_cast<double>(match.surprise.size())) -
+            static_cast<double>(match.surprise.size());
+    for (Index g = 0; g < groups(); ++g) traces[g] += data.groups[at(g)].trace();
+  }
+  rescale(state, (seen / static_cast<double>(groups()) / traces.array()).log());
+  return state;
+}
+
+// Noise whose displacements are all taken out by the alignment has no amplitude.
+void Fitter::check_seen(const MatchingObjective& objective, const State& at_rest) const {
+  const Linearised& match = at_rest.matches.front();
+  std::vector<Index> all(at(objective.unknowns()));
+  std::iota(all.begin(), all.end(), Index{0});
+  const MatrixXd whole = objective.endpoint_changes(match.at.path(), all) / settings_.sigma;
+  const Index momenta = objective.basis().unknowns();
+  for (Index g = 0; g < std::ssize(amplitudes_); ++g) {
+    const double left = columns(match.jacobian, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm();
+    if (left > kUnseen * columns(whole, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm()) continue;
+    throw InputError(fmt::format("noise '{}' moves the shapes only as their alignment ({}) does, which takes it out",
+                                 noise_.model->spec(), alignment_name(cohort_.alignment)));
+  }
+}
+
+// Numbers whose variances are e^u times those now, and where the matches then are by the linear model.
+std::vector<VectorXd> Fitter::rescale(State& state, const VectorXd& u) const {
+  const Index first = lambda_open_ ? 1 : 0;
+  if (lambda_open_) state.lambda *= std::exp(-u[0]);
+  for (Index g = 0; g < std::ssize(amplitudes_); ++g)
+    state.parameters[amplitudes_[at(g)]] *= std::exp(u[first + g] / 2);
+  std::vector<VectorXd> from;
+  for (const Linearised& match : state.matches) {
+    const Index channels = std::ssize(group_of_channel_);
+    const Index momenta = match.jacobian.cols() - channels * settings_.grid.steps;
+    VectorXd factors = VectorXd::Ones(match.jacobian.cols());
+    if (lambda_open_) factors.head(momenta).setConstant(std::exp(u[0] / 2));
+    for (Index i = momenta; i < factors.size(); ++i)
+      if (const int group = group_of_channel_[at((i - momenta) % channels)]; group >= 0)
+        factors[i] = std::exp(u[first + group] / 2);
+    const MatrixXd scaled = match.jacobian * factors.asDiagonal();
+    const MatrixXd covariance = squared(scaled) + MatrixXd::Identity(scaled.rows(), scaled.rows());
+    from.emplace_back(scaled.transpose() * covariance.llt().solve(match.surprise));
+  }
+  return from;
+}
+
+void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_other_starts) const {
+  const MatchingObjective objective = this->objective(state);
+  state.matches.resize(observations_.size());
+  parallel_for(static_cast<int>(observations_.size()), [&](int s) {
+    const Observation& observation = observations_[at(s)];
+    Linearised found = find_match(objective, observation, from[at(s)]);
+    const double data = found.cost - 0.5 * found.at.z.squaredNorm();
+    if (with_other_starts && (!found.converged || data > static_cast<double>(observation.count()))) {
+      const MinimiseSummary other = minimise(MatchingObjective(problem(state, s)), {});
+      Linearised again = find_match(objective, observation, other.solution.z);
+      if (again.cost < found.cost) found = std::move(again);
+    }
+    state.matches[at(s)] = std::move(found);
+  });
+}
+
+void Fitter::find_variances(State& state) const {
+  const MatchingObjective objective = this->objective(state);
+  std::vector<VarianceData> data(state.matches.size());
+  parallel_for(static_cast<int>(data.size()),
+               [&](int s) { data[at(s)] = variance_data(objective, s, state.matches[at(s)]); });
+  state.variances = fit_variances(data, groups());
+}
+
+// Matches and amplitudes in turn, until they rest.
+Fitter::State Fitter::settle(State state, int most_rounds) const {
+  std::vector<VectorXd> from;
+  for (const Linearised& match : state.matches) from.emplace_back(VectorXd::Zero(match.at.z.size()));
+  State best;
+  VectorXd u = VectorXd::Zero(groups());  // from the state before
+  for (state.rounds = 1; state.rounds <= most_rounds; ++state.rounds) {
+    from = match_or_retreat(state, std::move(from), u);
+    find_variances(state);
+    if (state.rounds == 1 || state.log_evidence() > best.log_evidence()) best = state;
+    best.rounds = state.rounds;
+    double now = 0;
+    for (const Linearised& match : state.matches) now += match.log_evidence;
+    double constant = 0;
+    for (const Observation& observation : observations_) constant += observation.log_volume;
+    const double gain = state.variances.log_likelihood - constant - now;
+    if (gain < kRest) {
+      best.converged = std::all_of(best.matches.begin(), best.matches.end(), [](const auto& m) { return m.converged; });
+      break;
+    }
+    u = state.variances.u;
+    from = rescale(state, u);
+  }
+  return best;
+}
+
+// Where noise is too strong for the time step: half of the way there, or less of everything at the start.
+std::vector<VectorXd> Fitter::match_or_retreat(State& state, std::vector<VectorXd> from, VectorXd u) const {
+  const bool is_first = u.isZero(0);
+  if (is_first) u = VectorXd::Ones(groups());
+  for (int count = 0;; ++count) try {
+      match(state, from, state.rounds <= 2);
+      return from;
+    } catch (const InputError&) {
+      if (count == kMostRetreats) throw;
+      if (!is_first) u /= 2;
+      rescale(state, -u);
+      for (VectorXd& z : from) z.setZero();
+    }
+}
+
+// From next to no noise, which is as good as the geodesic alone: where that is better.
+Fitter::State Fitter::or_silent(State best) const {
+  State silent = best;
+  VectorXd u = VectorXd::Zero(groups());
+  u.tail(std::ssize(amplitudes_)).setConstant(std::log(kSilent));
+  rescale(silent, u);
+  silent = settle(std::move(silent), kSilentRounds);
+  return silent.log_evidence() > best.log_evidence() ? settle(std::move(silent), kMostRounds) : best;
+}
+
+// Where the linear model changes with the numbers, as for noise that is stronger in one place than in another, matches
+// and amplitudes in turn rest near the greatest evidence, not at it.
+Fitter::State Fitter::polish(State best) const {
+  const State from = best;
+  maximise_in_logarithms(
+      [&](const VectorXd& x) {
+        if (x.isZero(0)) return from.log_evidence();
+        State tried = from;
+        const std::vector<VectorXd> z = rescale(tried, x);
+        try {
+          match(tried, z, false);
+        } catch (const InputError&) {
+          return -std::numeric_limits<double>::infinity();
+        }
+        const double value = tried.log_evidence();
+        if (value > best.log_evidence()) best = std::move(tried);
+        return value;
+      },
+      groups(), kPolishRange, kPolishTolerance, kMostPolishEvaluations, false);
+  best.converged = from.converged;
+  find_variances(best);
+  return best;
+}
+
+CohortFit Fitter::run() {
+  State state = start();
+  if (others_.empty()) {
+    State best = settle(std::move(state), kMostRounds);
+    if (!amplitudes_.empty()) best = or_silent(std::move(best));
+    if (!amplitudes_.empty() && noise_.model->traits().compensated) best = polish(std::move(best));
+    return record(best);
+  }
+  State best;
+  const VectorXd first = state.parameters(others_);
+  const LogMaximum maximum = maximise_in_logarithms(
+      [&](const VectorXd& x) {
+        State tried = best.matches.empty() ? state : best;
+        tried.parameters(others_) = first.array() * x.array().exp();
+        try {
+          tried = settle(std::move(tried), kMostRounds);
+        } catch (const InputError&) {
+          if (best.matches.empty()) throw;
+          return -std::numeric_limits<double>::infinity();
+        }
+        const double value = tried.log_evidence();
+        if (best.matches.empty() || value > best.log_evidence()) best = std::move(tried);
+        return value;
+      },
+      std::ssize(others_), std::log(kShapeRange), kShapeTolerance, kMostShapeEvaluations);
+  best.converged = best.converged && maximum.converged;
+  CohortFit fit = record(best);
+  for (std::size_t i = 0; i < others_.size(); ++i)
+    fit.fitted[fit.fitted.size() - others_.size() + i].log_deviation = maximum.deviations[static_cast<Index>(i)];
+  return fit;
+}
+
+std::vector<FittedNumber> Fitter::numbers(const State& state) const {
+  const MatrixXd& information = state.variances.information;
+  const Index count = groups();
+  std::vector<Index> free;
+  for (Index g = 0; g < count; ++g)
+    if (!state.variances.vanishes[g]) free.push_back(g);
+  MatrixXd covariance = information(free, free);
+  if (!free.empty()) covariance = MatrixXd(covariance.completeOrthogonalDecomposition().pseudoInverse());
+  std::vector<FittedNumber> numbers;
+  const std::vector<std::string> names = noise_.model->parameter_names();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (Index g = 0; g < count; ++g) {
+    const bool is_lambda = lambda_open_ && g == 0;
+    const Index parameter = is_lambda ? 0 : amplitudes_[at(g - (lambda_open_ ? 1 : 0))];
+    FittedNumber number{is_lambda ? "lambda" : names[at(parameter)],
+                        is_lambda ? state.lambda : state.parameters[parameter], nan, state.variances.vanishes[g], nan};
+    const auto place = std::find(free.begin(), free.end(), g) - free.begin();
+    if (!number.vanishes) {
+      number.log_deviation = (is_lambda ? 1 : 0.5) * std::sqrt(covariance(place, place));
+      number.correlation_with_sigma = information(g, count) / std::sqrt(information(g, g) * information(count, count));
+    }
+    numbers.push_back(number);
+  }
+  for (const Index i : others_) numbers.push_back({names[at(i)], state.parameters[i], nan, false, nan});
+  return numbers;
+}
+
+ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised& match, int target) const {
+  const Observation& observation = observations_[at(target)];
+  ShapeFit fit;
+  fit.momenta = objective.momenta(match.at.z);
+  fit.increments = objective.increments(match.at.z);
+  fit.end = match.at.path().final().q;
+  const VectorXd residual = observation.residual(fit.end);
+  fit.cost = {match.at.cost.energy, match.at.cost.action, 0.5 * residual.squaredNorm()};
+  const Landmarks& shape = cohort_.targets[at(target)];
+  const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));
+  fit.rms = settings_.sigma * residual.norm() / std::sqrt(std::max(landmarks, 1.0));
+  fit.log_evidence = match.log_evidence;
+  const ImportanceEstimate sampled =
+      settings_.importance_samples > 0
+          ? importance_sample(objective, observation, match, settings_.importance_samples, settings_.seed + at(target))
+          : ImportanceEstimate{std::numeric_limits<double>::quiet_NaN(), 0, 0};
+  fit.sampled_log_evidence = sampled.log_evidence;
+  fit.sampled_variance = sampled.variance;
+  fit.effective_samples = sampled.effective_samples;
+  fit.coordinates = static_cast<int>(observation.count());
+  fit.converged = match.converged;
+  try {
+    const auto still = MatrixXd::Zero(fit.increments.rows(), settings_.grid.steps);
+    fit.flow_end =
+        integrator_->integrate(objective.problem().system, {cohort_.source.points, fit.momenta}, settings_.grid, still)
+            .final()
+            .q;
+  } catch (const StepError&) {
+    fit.flow_end.resize(0, 0);
+  }
+  return fit;
+}
+
+CohortFit Fitter::record(const State& state) const {
+  const MatchingObjective objective = this->objective(state);
+  CohortFit fit;
+  fit.kernel = kernel_.spec();
+  fit.noise = objective.problem().system.noise->spec();
+  fit.lambda = state.lambda;
+  fit.fitted = numbers(state);
+  fit.log_evidence = state.log_evidence();
+  fit.rounds = state.rounds;
+  fit.converged = state.converged;
+  double of_momenta = 0;
+  double of_noise = 0;
+  fit.shapes.resize(state.matches.size());
+  parallel_for(static_cast<int>(state.matches.size()),
+               [&](int s) { fit.shapes[at(s)] = shape_fit(objective, state.matches[at(s)], s); });
+  for (std::size_t s = 0; s < state.matches.size(); ++s) {
+    const Linearised& match = state.matches[s];
+    fit.coordinates += fit.shapes[s].coordinates;
+    const Index momenta = match.jacobian.cols() - std::ssize(group_of_channel_) * settings_.grid.steps;
+    of_momenta += match.jacobian.leftCols(momenta).squaredNorm();
+    of_noise += match.jacobian.rightCols(match.jacobian.cols() - momenta).squaredNorm();
+  }
+  fit.noise_share = of_noise / (of_noise + of_momenta);
+  return fit;
+}
+
+}  // namespace pulson

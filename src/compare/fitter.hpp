@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "amplitudes.hpp"
+#include "posterior.hpp"
+#include "pulson/compare/cohort_fit.hpp"
+#include "variances.hpp"
+
+namespace pulson {
+
+/// One fit of a model to a cohort, see fit_cohort().
+class Fitter {
+ public:
+  Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings);
+
+  CohortFit run();
+
+ private:
+  /// The numbers of the model, and the matches there.
+  struct State {
+    double lambda = 1;
+    Eigen::VectorXd parameters;  ///< of the noise
+    std::vector<Linearised> matches;
+    VarianceFit variances;
+    int rounds = 0;
+    bool converged = false;
+    double log_evidence() const;
+  };
+
+  MatchingObjective objective(const State& state) const;
+  MatchingProblem problem(const State& state, int target) const;
+  VarianceData variance_data(const MatchingObjective& objective, int target, const Linearised& match) const;
+  Eigen::VectorXd drift(const MatchingObjective& objective, const Observation& observation, const Linearised& match,
+                        Eigen::Index group) const;
+  Eigen::Index groups() const { return (lambda_open_ ? 1 : 0) + std::ssize(amplitudes_); }
+  State start() const;
+  void match(State& state, const std::vector<Eigen::VectorXd>& from, bool with_other_starts) const;
+  std::vector<Eigen::VectorXd> rescale(State& state, const Eigen::VectorXd& u) const;
+  std::vector<Eigen::VectorXd> match_or_retreat(State& state, std::vector<Eigen::VectorXd> from,
+                                                Eigen::VectorXd u) const;
+  void find_variances(State& state) const;
+  State settle(State state, int most_rounds) const;
+  State or_silent(State best) const;
+  State polish(State best) const;
+  void check_seen(const MatchingObjective& objective, const State& at_rest) const;
+  CohortFit record(const State& state) const;
+  std::vector<FittedNumber> numbers(const State& state) const;
+  ShapeFit shape_fit(const MatchingObjective& objective, const Linearised& match, int target) const;
+
+  const Cohort& cohort_;
+  const CohortSettings& settings_;
+  KernelOperator kernel_;
+  std::shared_ptr<const Integrator> integrator_;
+  OpenNoise noise_;
+  bool lambda_open_;
+  std::vector<Eigen::Index> amplitudes_;  ///< open parameters that are amplitudes
+  std::vector<Eigen::Index> others_;      ///< those that are not
+  std::vector<int> group_of_channel_;     ///< −1: fixed
+  std::vector<Observation> observations_;
+};
+
+}  // namespace pulson

@@ -1,0 +1,44 @@
+#include "pulson/compare/forward_samples.hpp"
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "posterior.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/random/normals.hpp"
+
+namespace pulson {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+ForwardSamples draw_shapes(const MatchingProblem& problem, int count, std::uint64_t seed) {
+  const MatchingObjective objective(problem);
+  const Index coordinates = problem.source.size();
+  const VectorXd seen = seen_unknowns(objective);
+  std::vector<std::optional<VectorXd>> ends(static_cast<std::size_t>(count));
+  parallel_for(count, [&](int s) {
+    // Errors of observation first, so that they are the same for all models; then momenta, then the noise.
+    const VectorXd normals =
+        standard_normals(seed, static_cast<std::uint64_t>(s), static_cast<int>(coordinates + objective.unknowns()), 1);
+    const VectorXd z = normals.tail(objective.unknowns()).cwiseProduct(seen);
+    try {
+      const Trajectory path = problem.integrator->integrate(problem.system, {problem.source, objective.momenta(z)},
+                                                            problem.grid, objective.increments(z));
+      ends[static_cast<std::size_t>(s)] =
+          VectorXd(path.final().q.reshaped() + problem.sigma * normals.head(coordinates));
+    } catch (const StepError&) {
+      // counted below: there are fewer ends than were drawn
+    }
+  });
+  ForwardSamples samples{Eigen::MatrixXd(coordinates, count), count};
+  Index next = 0;
+  for (const auto& end : ends)
+    if (end) samples.ends.col(next++) = *end;
+  samples.ends.conservativeResize(Eigen::NoChange, next);
+  return samples;
+}
+
+}  // namespace pulson

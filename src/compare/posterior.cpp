@@ -1,0 +1,96 @@
+#include "posterior.hpp"
+
+#include <cmath>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Evaluation = MatchingObjective::Evaluation;
+
+constexpr int kMostSteps = 60;
+constexpr int kMostHalvings = 12;
+constexpr double kSmallGain = 1e-3;  // nats, which the evidence of the linear model already counts
+constexpr const char* kNoPath =
+    "landmarks at rest have no path: the noise is too strong for the time step; use more --steps";
+
+constexpr double kSeen = 1e-3;  // variance of a place, of σ²
+
+double cost_of(const VectorXd& z, const VectorXd& residual) { return 0.5 * (z.squaredNorm() + residual.squaredNorm()); }
+
+struct Step {
+  VectorXd z;
+  Linearised from;
+};
+
+// Linearises, and says where the minimum of the linear problem is.
+Step linearise(const MatchingObjective& objective, const Observation& observation, Evaluation at) {
+  std::vector<Index> all(static_cast<std::size_t>(objective.unknowns()));
+  std::iota(all.begin(), all.end(), Index{0});
+  Linearised here;
+  here.jacobian.noalias() = observation.seen * objective.endpoint_changes(at.path(), all);
+  here.jacobian *= seen_unknowns(objective).asDiagonal();
+  const VectorXd residual = observation.residual(at.path().final().q);
+  here.surprise = residual + here.jacobian * at.z;
+  MatrixXd covariance = MatrixXd::Identity(observation.count(), observation.count());
+  covariance.selfadjointView<Eigen::Lower>().rankUpdate(here.jacobian);
+  const Eigen::LLT<MatrixXd> factors(covariance);
+  const VectorXd weighed = factors.solve(here.surprise);
+  const double least = 0.5 * here.surprise.dot(weighed);
+  here.cost = cost_of(at.z, residual);
+  here.gain = here.cost - least;
+  here.log_evidence = -least - MatrixXd(factors.matrixL()).diagonal().array().log().sum() - observation.log_volume;
+  here.converged = here.gain <= kSmallGain;
+  here.at = std::move(at);
+  VectorXd z = here.jacobian.transpose() * weighed;
+  return {std::move(z), std::move(here)};
+}
+
+}  // namespace
+
+VectorXd seen_unknowns(const MatchingObjective& objective) {
+  const MatchingProblem& problem = objective.problem();
+  const VectorXd eigenvalues = objective.basis().eigenvalues();  // of λK
+  const double least = kSeen * std::pow(problem.lambda * problem.sigma / problem.grid.time, 2);
+  VectorXd seen = VectorXd::Ones(objective.unknowns());
+  for (Index i = 0; i < eigenvalues.size(); ++i)
+    if (eigenvalues[i] < least) seen[i] = 0;
+  return seen;
+}
+
+Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const VectorXd& z) {
+  std::optional<Evaluation> at = objective.evaluate(z);
+  if (!at) throw InputError(kNoPath);
+  return linearise(objective, observation, std::move(*at)).from;
+}
+
+Linearised find_match(const MatchingObjective& objective, const Observation& observation, VectorXd z) {
+  z.array() *= seen_unknowns(objective).array();
+  std::optional<Evaluation> at = objective.evaluate(z);
+  if (!at) at = objective.evaluate(VectorXd::Zero(z.size()));
+  if (!at) throw InputError(kNoPath);
+  Step step = linearise(objective, observation, std::move(*at));
+  for (int count = 0; count < kMostSteps && !step.from.converged; ++count) {
+    const VectorXd way = step.z - step.from.at.z;
+    double part = 1;
+    std::optional<Evaluation> next;
+    for (int halving = 0; halving < kMostHalvings && !next; ++halving, part /= 2) {
+      std::optional<Evaluation> tried = objective.evaluate(step.from.at.z + part * way);
+      if (!tried) continue;
+      const double cost = cost_of(tried->z, observation.residual(tried->path().final().q));
+      if (cost < step.from.cost - 1e-4 * part * step.from.gain) next = std::move(tried);
+    }
+    if (!next) break;
+    step = linearise(objective, observation, std::move(*next));
+  }
+  return std::move(step.from);
+}
+
+}  // namespace pulson

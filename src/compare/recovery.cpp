@@ -1,0 +1,104 @@
+#include "pulson/compare/recovery.hpp"
+
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include <fmt/core.h>
+
+#include "pulson/compare/forward_samples.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+constexpr int kSamples = 1000;  // for the share of the noise
+
+MatchingProblem problem_of(const Cohort& cohort, const TrueModel& truth, const CohortSettings& settings) {
+  CohortFit fit;
+  fit.kernel = settings.kernel;
+  fit.noise = truth.noise;
+  fit.lambda = truth.lambda;
+  return shape_problem(cohort, fit, settings, 0);
+}
+
+// Mean square of a coordinate of the displacements.
+double mean_square(const MatrixXd& ends, const Points& source) {
+  return (ends.colwise() - source.reshaped()).squaredNorm() / static_cast<double>(ends.size());
+}
+
+// Draws that have a path are taken until there are enough.
+std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProblem& problem, int shapes,
+                                   std::uint64_t seed) {
+  const ForwardSamples drawn = draw_shapes(problem, 2 * shapes, seed);
+  if (drawn.ends.cols() < shapes)
+    throw InputError(fmt::format("of {} shapes drawn from noise '{}' {} have a path; use more --steps or less noise",
+                                 drawn.drawn, problem.system.noise->spec(), drawn.ends.cols()));
+  std::vector<Landmarks> targets(static_cast<std::size_t>(shapes), source);
+  for (int s = 0; s < shapes; ++s) {
+    Landmarks& target = targets[static_cast<std::size_t>(s)];
+    target.points = drawn.ends.col(s).reshaped(source.points.rows(), source.points.cols());
+    target.source = fmt::format("shape {} drawn", s + 1);
+  }
+  return targets;
+}
+
+// The candidate of greatest score; -1 where none can be fitted.
+int choose(const Cohort& cohort, const std::vector<std::string>& candidates, const CohortSettings& settings) {
+  int best = -1;
+  double score = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < candidates.size(); ++i) try {
+      const double found = fit_cohort(cohort, candidates[i], settings).score();
+      if (found <= score) continue;
+      score = found;
+      best = static_cast<int>(i);
+    } catch (const InputError&) {
+      // a model that these shapes cannot have
+    }
+  return best;
+}
+
+}  // namespace
+
+std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
+                                        const std::vector<std::string>& candidates, const RecoveryOptions& options) {
+  if (options.cohorts < 1 || options.shapes < 1)
+    throw InputError(
+        fmt::format("{} cohorts of {} shapes; there must be one of each at least", options.cohorts, options.shapes));
+  const Cohort alone = make_cohort(source, {source}, AlignmentKind::kNone);
+  CohortSettings settings = options.settings;
+  settings.kernel = make_kernel(settings.kernel, source.points).spec();
+  std::vector<RecoveryRow> rows;
+  std::vector<MatchingProblem> problems;
+  for (const TrueModel& truth : truths) {
+    if (!is_complete(truth.noise, source))
+      throw InputError(fmt::format("noise '{}' lacks numbers; shapes are drawn from a complete model", truth.noise));
+    problems.push_back(problem_of(alone, truth, settings));
+    RecoveryRow row{truth, std::vector<int>(candidates.size()), 0, 0, 0};
+    const double with = mean_square(draw_shapes(problems.back(), kSamples, options.seed).ends, source.points);
+    const double without = mean_square(
+        draw_shapes(problem_of(alone, {"none", truth.lambda}, settings), kSamples, options.seed).ends, source.points);
+    row.noise_share = 1 - without / with;
+    row.displacement = std::sqrt(with);
+    rows.push_back(std::move(row));
+  }
+  const int all = static_cast<int>(truths.size()) * options.cohorts;
+  int done = 0;
+  std::mutex mutex;
+  parallel_for(all, [&](int i) {
+    const auto row = static_cast<std::size_t>(i / options.cohorts);
+    const std::vector<Landmarks> targets =
+        draw_cohort(source, problems[row], options.shapes, options.seed + 1000 + static_cast<std::uint64_t>(i));
+    const int chosen = choose(make_cohort(source, targets, options.alignment), candidates, settings);
+    const std::scoped_lock lock(mutex);
+    ++(chosen < 0 ? rows[row].unfit : rows[row].chosen[static_cast<std::size_t>(chosen)]);
+    if (options.on_cohort) options.on_cohort(++done, all);
+  });
+  return rows;
+}
+
+}  // namespace pulson

@@ -1,0 +1,150 @@
+#include "variances.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kMostSteps = 100;
+constexpr int kMostHalvings = 20;
+constexpr double kLongestStep = 2;  // of a logarithm
+constexpr double kRest = 1e-5;      // step at which the search ends
+constexpr double kNothing = 1e-6;   // variance, of σ², mean over coordinates: no data would show it
+constexpr double kRidge = 1e-9;     // of the information, where numbers cannot be told apart
+
+struct Slope {
+  double log_likelihood = 0;
+  VectorXd gradient;
+  MatrixXd information;
+};
+
+// One shape at given u.
+struct ShapeModel {
+  ShapeModel(const VarianceData& shape, const VectorXd& u) {
+    MatrixXd covariance = shape.fixed;
+    VectorXd surprise = shape.surprise;
+    for (Index g = 0; g < u.size(); ++g) {
+      covariance += std::exp(u[g]) * shape.groups[static_cast<std::size_t>(g)];
+      surprise -= (std::exp(u[g]) - 1) * shape.drifts[static_cast<std::size_t>(g)];
+    }
+    factors.compute(covariance);
+    weighed = factors.solve(surprise);
+    log_likelihood = -0.5 * surprise.dot(weighed) - factors.matrixLLT().diagonal().array().log().sum();
+  }
+
+  Eigen::LLT<MatrixXd> factors;  // of C
+  VectorXd weighed;              // C⁻¹t
+  double log_likelihood;
+};
+
+double likelihood(const std::vector<VarianceData>& shapes, const VectorXd& u) {
+  double sum = 0;
+  for (const VarianceData& shape : shapes) sum += ShapeModel(shape, u).log_likelihood;
+  return sum;
+}
+
+Slope slope(const std::vector<VarianceData>& shapes, const VectorXd& u) {
+  const Index groups = u.size();
+  Slope all{0, VectorXd::Zero(groups), MatrixXd::Zero(groups + 1, groups + 1)};
+  for (const VarianceData& shape : shapes) {
+    const Index n = shape.surprise.size();
+    const ShapeModel model(shape, u);
+    all.log_likelihood += model.log_likelihood;
+    std::vector<MatrixXd> parts;  // C⁻¹ ∂C
+    std::vector<VectorXd> ways;   // −∂t
+    for (Index g = 0; g < groups; ++g) {
+      const MatrixXd change = std::exp(u[g]) * shape.groups[static_cast<std::size_t>(g)];
+      ways.emplace_back(std::exp(u[g]) * shape.drifts[static_cast<std::size_t>(g)]);
+      parts.emplace_back(model.factors.solve(change));
+      all.gradient[g] +=
+          0.5 * (model.weighed.dot(change * model.weighed) - parts.back().trace()) + model.weighed.dot(ways.back());
+    }
+    parts.emplace_back(model.factors.solve(MatrixXd::Identity(n, n)));
+    ways.emplace_back(VectorXd::Zero(n));
+    for (Index g = 0; g <= groups; ++g)
+      for (Index h = 0; h <= g; ++h) {
+        const auto a = static_cast<std::size_t>(g);
+        const auto b = static_cast<std::size_t>(h);
+        all.information(g, h) +=
+            0.5 * parts[a].cwiseProduct(parts[b].transpose()).sum() + ways[a].dot(model.factors.solve(ways[b]));
+      }
+  }
+  all.information = MatrixXd(all.information.selfadjointView<Eigen::Lower>());
+  return all;
+}
+
+VectorXd lower_ends(const std::vector<VarianceData>& shapes, Index groups) {
+  VectorXd ends(groups);
+  for (Index g = 0; g < groups; ++g) {
+    double trace = 0;
+    Index count = 0;
+    for (const VarianceData& shape : shapes) {
+      trace += shape.groups[static_cast<std::size_t>(g)].trace();
+      count += shape.surprise.size();
+    }
+    ends[g] = trace > 0 ? std::log(kNothing * static_cast<double>(count) / trace) : 0;  // of nothing there is no less
+  }
+  return ends;
+}
+
+// The first of u + step, u + step/2, … above the likelihood now.
+std::optional<VectorXd> better(const std::vector<VarianceData>& shapes, double now, const VectorXd& u, VectorXd step,
+                               const VectorXd& least) {
+  for (int halving = 0; halving < kMostHalvings; ++halving, step /= 2) {
+    VectorXd tried = (u + step).cwiseMax(least);
+    if (likelihood(shapes, tried) > now) return tried;
+  }
+  return std::nullopt;
+}
+
+std::optional<VectorXd> along_slope(const std::vector<VarianceData>& shapes, double now, const VectorXd& u,
+                                    const VectorXd& way, const VectorXd& gradient, const VectorXd& least) {
+  const auto shortened = [](const VectorXd& step) {
+    return VectorXd(step * std::min(1.0, kLongestStep / step.cwiseAbs().maxCoeff()));
+  };
+  if (gradient.isZero(0)) return std::nullopt;
+  if (auto found = better(shapes, now, u, shortened(way), least)) return found;
+  return better(shapes, now, u, gradient * (kLongestStep / gradient.cwiseAbs().maxCoeff()), least);
+}
+
+}  // namespace
+
+VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Index groups) {
+  const VectorXd least = lower_ends(shapes, groups);
+  VectorXd u = VectorXd::Zero(groups).cwiseMax(least);
+  Slope here = slope(shapes, u);
+  for (int count = 0; count < kMostSteps && groups > 0; ++count) {
+    MatrixXd information = here.information.topLeftCorner(groups, groups);
+    information.diagonal() += VectorXd::Constant(groups, kRidge * (1 + information.trace()));
+    VectorXd gradient = here.gradient;
+    for (Index g = 0; g < groups; ++g)  // those at their end stay there
+      if (u[g] <= least[g] && gradient[g] <= 0) {
+        information.row(g).setZero();
+        information.col(g).setZero();
+        information(g, g) = 1;
+        gradient[g] = 0;
+      }
+    const VectorXd way = information.ldlt().solve(gradient);
+    // Cut off, one by one, as long as that leads up; else shortened as a whole, or along the slope.
+    const std::optional<VectorXd> found =
+        better(shapes, here.log_likelihood, u, way.cwiseMin(kLongestStep).cwiseMax(-kLongestStep), least);
+    const std::optional<VectorXd> next =
+        found ? found : along_slope(shapes, here.log_likelihood, u, way, gradient, least);
+    if (!next) break;
+    const VectorXd step = *next - u;
+    u = *next;
+    here = slope(shapes, u);
+    if (step.cwiseAbs().maxCoeff() < kRest) break;
+  }
+  return {u, here.information, here.log_likelihood, u.array() <= least.array() + 1e-9};
+}
+
+}  // namespace pulson

@@ -1,0 +1,204 @@
+#include "pulson/compare/cohort_fit.hpp"
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cohort_examples.hpp"
+#include "error_of.hpp"
+#include "pulson/core/parallel.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr double kLambda = 50;
+constexpr int kShapes = 20;
+
+Cohort drawn_from(const std::string& noise, std::uint64_t seed, int shapes = kShapes, int landmarks = 12) {
+  return drawn_cohort(oval(landmarks), noise, kLambda, cohort_settings(), shapes, seed);
+}
+
+void expect_recovered(const FittedNumber& number, double truth) {
+  EXPECT_FALSE(number.vanishes) << number.name;
+  ASSERT_GT(number.log_deviation, 0) << number.name;
+  EXPECT_LE(std::abs(std::log(number.value / truth)), 3 * number.log_deviation) << number.name << number.value;
+  EXPECT_LE(number.log_deviation, 0.3) << number.name;  // 240 displacements or more tell it better than that
+}
+
+TEST(FitCohort, FindsTheNumbersThatShapesWereDrawnWith) {
+  const CohortFit geodesic = fit_cohort(drawn_from("none", 1), "none", cohort_settings());
+  EXPECT_TRUE(geodesic.converged);
+  ASSERT_EQ(geodesic.fitted.size(), 1U);
+  expect_recovered(geodesic.fitted.front(), kLambda);
+  EXPECT_EQ(geodesic.coordinates, kShapes * 24);
+  EXPECT_EQ(geodesic.noise_share, 0);
+  EXPECT_NEAR(geodesic.score(), geodesic.log_evidence - 0.5 * std::log(kShapes * 24), 1e-9);
+
+  const CohortFit stochastic = fit_cohort(drawn_from("ch-sd:beta=0.05", 2), "ch-sd", cohort_settings());
+  EXPECT_TRUE(stochastic.converged);
+  expect_recovered(fitted_number(stochastic, "lambda"), kLambda);
+  double square = 0;
+  for (std::uint64_t seed = 2; seed < 6; ++seed) {
+    const CohortFit fit = fit_cohort(drawn_from("ch-sd:beta=0.05", seed), "ch-sd", cohort_settings());
+    const FittedNumber beta = fitted_number(fit, "beta");
+    square += std::pow(std::log(beta.value / 0.05) / beta.log_deviation, 2) / 4;
+  }
+  EXPECT_LE(square, 1 + 3.5 * std::sqrt(2.0 / 4));  // the mean of 4 squares of standard normals
+  EXPECT_GT(stochastic.noise_share, 0.05);
+}
+
+TEST(FitCohort, FindsThoseOfNoiseInTheMomentaAndOfFields) {
+  const CohortFit momenta = fit_cohort(drawn_from("trouve-vialard:sigma=0.2", 3), "trouve-vialard", cohort_settings());
+  expect_recovered(fitted_number(momenta, "sigma"), 0.2);
+  const std::string fields = "p-sd:fields=cos,wavenumber=2";
+  const CohortFit flow = fit_cohort(drawn_from(fields + ",beta=0.1", 4), fields, cohort_settings());
+  const FittedNumber beta = fitted_number(flow, "beta");
+  EXPECT_LE(std::abs(std::log(beta.value / 0.1)), 3 * beta.log_deviation) << beta.value;
+}
+
+// λ is held where it is given, so that β alone is fitted.
+TEST(FitCohort, HoldsTheEnergyWhereItIsGiven) {
+  CohortSettings settings = cohort_settings();
+  settings.lambda = kLambda;
+  const CohortFit fit = fit_cohort(drawn_from("ch-sd:beta=0.05", 2), "ch-sd", settings);
+  EXPECT_EQ(fit.lambda, kLambda);
+  ASSERT_EQ(fit.fitted.size(), 1U);
+  expect_recovered(fit.fitted.front(), 0.05);
+}
+
+// Every model has the geodesic as its limit of no noise.
+TEST(FitCohort, NoModelIsBehindTheGeodesicThatItNests) {
+  for (const char* truth : {"none", "ch-sd:beta=0.03"}) {
+    const Cohort cohort = drawn_from(truth, 5, 10);
+    const double least = fit_cohort(cohort, "none", cohort_settings()).log_evidence;
+    for (const char* noise : {"ch-sd", "trouve-vialard", "p-sd:fields=grid,count=2", "p-sd:fields=cos,wavenumber=2"}) {
+      const CohortFit fit = fit_cohort(cohort, noise, cohort_settings());
+      EXPECT_GE(fit.log_evidence, least - 0.05) << truth << ' ' << noise;
+    }
+  }
+}
+
+// At the edge β = 0 the greatest likelihood lies in half of all cohorts; beyond it, twice the gain is χ² of one degree.
+TEST(FitCohort, GeodesicShapesWantNoNoise) {
+  constexpr int kCohorts = 8;
+  int vanished = 0;
+  for (std::uint64_t seed = 10; seed < 10 + kCohorts; ++seed) {
+    const Cohort cohort = drawn_from("none", seed, 10);
+    const CohortFit with = fit_cohort(cohort, "ch-sd", cohort_settings());
+    const FittedNumber beta = fitted_number(with, "beta");
+    vanished += beta.vanishes ? 1 : 0;
+    EXPECT_EQ(std::isnan(beta.log_deviation), beta.vanishes);
+    // Of χ² of one degree, 1e-4 lies above 15.
+    EXPECT_LE(with.log_evidence - fit_cohort(cohort, "none", cohort_settings()).log_evidence, 7.5) << beta.value;
+  }
+  EXPECT_GE(vanished, 1);  // none of 8: once in 256
+}
+
+TEST(FitCohort, BitsAreTheSameForAnyNumberOfThreads) {
+  const Cohort cohort = drawn_from("ch-sd:beta=0.05", 6, 6);
+  CohortSettings settings = cohort_settings();
+  settings.importance_samples = 20;
+  std::vector<CohortFit> fits;
+  for (const int threads : {1, 2}) {
+    set_thread_count(threads);
+    fits.push_back(fit_cohort(cohort, "ch-sd", settings));
+  }
+  set_thread_count(0);
+  EXPECT_EQ(fits[0].log_evidence, fits[1].log_evidence);
+  EXPECT_EQ(fits[0].lambda, fits[1].lambda);
+  EXPECT_EQ(fits[0].noise, fits[1].noise);
+  for (std::size_t s = 0; s < 6; ++s) {
+    EXPECT_EQ(fits[0].shapes[s].momenta, fits[1].shapes[s].momenta);
+    EXPECT_EQ(fits[0].shapes[s].increments, fits[1].shapes[s].increments);
+    EXPECT_EQ(fits[0].shapes[s].sampled_log_evidence, fits[1].shapes[s].sampled_log_evidence);
+  }
+}
+
+TEST(FitCohort, LandmarksThatAreMissingTellNothing) {
+  Cohort cohort = drawn_from("ch-sd:beta=0.05", 2);
+  cohort.targets[0].points.col(3).setConstant(std::numeric_limits<double>::quiet_NaN());
+  cohort.targets[4].points(1, 0) = std::numeric_limits<double>::quiet_NaN();
+  const CohortFit fit = fit_cohort(cohort, "ch-sd", cohort_settings());
+  EXPECT_TRUE(fit.converged);
+  EXPECT_EQ(fit.coordinates, kShapes * 24 - 3);
+  EXPECT_EQ(fit.shapes[0].coordinates, 22);
+  expect_recovered(fitted_number(fit, "beta"), 0.05);
+  EXPECT_TRUE(fit.shapes[0].end.allFinite());
+}
+
+TEST(FitCohort, RefusesNoiseThatTheAlignmentTakesOut) {
+  const Landmarks source = oval(6);
+  const Cohort cohort = make_cohort(source, drawn_from("none", 7, 4, 6).targets, AlignmentKind::kTranslation);
+  EXPECT_THAT(error_of([&] { fit_cohort(cohort, "p-sd:fields=constant", cohort_settings()); }),
+              AllOf(HasSubstr("p-sd"), HasSubstr("as their alignment (translation) does, which takes it out")));
+}
+
+TEST(FitCohort, RefusesWhatIsNoModelOfTheseShapes) {
+  const Cohort cohort = drawn_from("none", 8, 2, 4);
+  const auto refused = [&](const std::string& noise, double sigma) {
+    CohortSettings settings = cohort_settings();
+    settings.sigma = sigma;
+    return error_of([&] { fit_cohort(cohort, noise, settings); });
+  };
+  EXPECT_THAT(refused("ch-ds", 0.01), HasSubstr("ch-sd"));
+  EXPECT_THAT(refused("ch-sd:on=9", 0.01), HasSubstr("9"));
+  EXPECT_THAT(refused("none", 0), HasSubstr("sigma is 0"));
+  EXPECT_THAT(refused("none", -1), HasSubstr("sigma is -1"));
+  EXPECT_THAT(refused("none", std::numeric_limits<double>::infinity()), HasSubstr("finite"));
+}
+
+TEST(FitCohort, FitsNumbersThatAreNoAmplitudes) {
+  const Landmarks source = oval(5);
+  const Cohort cohort = drawn_cohort(source, "ch-sd-screened:beta=0.1,gamma=1", kLambda, cohort_settings(), 4, 9);
+  const CohortFit fit = fit_cohort(cohort, "ch-sd-screened", cohort_settings());
+  ASSERT_EQ(fit.fitted.size(), 3U);
+  const FittedNumber gamma = fitted_number(fit, "gamma");
+  EXPECT_TRUE(std::isfinite(gamma.value));
+  EXPECT_GT(gamma.value, 0);
+  // No worse than with the number that the shapes were drawn with.
+  const CohortFit held = fit_cohort(cohort, "ch-sd-screened:gamma=1", cohort_settings());
+  EXPECT_EQ(held.fitted.size(), 2U);
+  EXPECT_GE(fit.log_evidence, held.log_evidence - 0.05);
+}
+
+// Lengths in a smaller unit: densities of n coordinates are smaller by 1000ⁿ, and nothing else changes.
+TEST(FitCohort, DoesNotDependOnTheUnit) {
+  const Cohort cohort = drawn_from("ch-sd:beta=0.05", 2, 10);
+  Cohort smaller = cohort;
+  smaller.source.points *= 1000;
+  for (Landmarks& target : smaller.targets) target.points *= 1000;
+  CohortSettings settings = cohort_settings();
+  settings.sigma *= 1000;
+  settings.kernel = "gaussian:alpha=500";
+  for (const char* noise : {"none", "ch-sd", "trouve-vialard"}) {
+    const CohortFit fit = fit_cohort(cohort, noise, cohort_settings());
+    const CohortFit other = fit_cohort(smaller, noise, settings);
+    EXPECT_NEAR(other.log_evidence, fit.log_evidence - fit.coordinates * std::log(1000.0), 0.01)
+        << noise;  // rounds end where they would gain less
+    EXPECT_NEAR(other.lambda * 1e6 / fit.lambda, 1, 1e-2) << noise;
+  }
+}
+
+// Where K is nearly singular, momenta in its rough directions are huge, and no time step follows them: they are left
+// out.
+TEST(FitCohort, OfLandmarksThatAreDenseBesideTheKernel) {
+  const Landmarks source = oval(30);
+  CohortSettings settings = cohort_settings();
+  settings.kernel = "gaussian:alpha=1";
+  const Cohort cohort = drawn_cohort(source, "none", 2000, settings, 6, 11);
+  for (const char* noise : {"none", "ch-sd"}) {
+    const CohortFit fit = fit_cohort(cohort, noise, settings);
+    EXPECT_TRUE(fit.converged);
+    EXPECT_LE(std::abs(std::log(fit.lambda / 2000)), 3 * fitted_number(fit, "lambda").log_deviation) << noise;
+  }
+}
+
+}  // namespace
+}  // namespace pulson

@@ -1,0 +1,138 @@
+// The verb `compare`: what it writes, and what it refuses.
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "program.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class CompareProgram : public Program {
+ protected:
+  static ProgramRun compare(const std::string& line) { return run(joined({"compare"}, words(line))); }
+
+  static std::string ellipse() { return sample("ellipse_source") + ' ' + sample("ellipse_target"); }
+
+  // Shapes of five landmarks, one file; they differ by more than a similarity.
+  static void write_shapes(int count) {
+    std::string text = "specimen,landmark,x,y\n";
+    for (int s = 0; s < count; ++s) {
+      const std::vector<double> xs = {0, 1 + 0.03 * s, 1.3, 0.5, -0.2 - 0.02 * s * s};
+      const std::vector<double> ys = {0, 0.1, 0.9 - 0.05 * s, 1.4 + 0.04 * (s % 2), 0.8};
+      for (std::size_t a = 0; a < 5; ++a)
+        text += "s" + std::to_string(s) + "," + std::to_string(a + 1) + "," + std::to_string(xs[a]) + "," +
+                std::to_string(ys[a]) + "\n";
+    }
+    write("shapes.csv", text);
+  }
+
+  static void expect_refused(const std::string& line, const std::string& message) {
+    const auto before = all_files();
+    const ProgramRun refused = compare(line);
+    EXPECT_EQ(refused.exit_code, 2) << line;
+    EXPECT_EQ(refused.out, "") << line;
+    EXPECT_EQ(count_lines(refused.err), 1U) << line << '\n' << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr(message)) << line;
+    EXPECT_THAT(changed_since(before), IsEmpty()) << line;
+  }
+};
+
+TEST_F(CompareProgram, WritesARecordOfEveryModel) {
+  const ProgramRun done = compare(sample("swap_source") + ' ' + sample("swap_target") +
+                                  " -o out --sigma 0.05 --noise none --noise ch-sd:beta=1 --lambda 1 --no-picture");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "shapes.csv"));
+  EXPECT_THAT(done.out, AllOf(HasSubstr("these shapes call for ch-sd:beta=1"), HasSubstr("wrote      out")));
+  const nlohmann::json told = read_json("out/comparison.json");
+  ASSERT_EQ(told["models"].size(), 2U);
+  for (const auto& model : told["models"])
+    for (const char* key :
+         {"noise", "mode", "converged", "rms", "energy", "action", "total", "log_evidence", "order_inversions",
+          "flipped_triangles", "folded_fraction", "seconds", "score", "weight", "prediction", "integrator", "fitted"})
+      EXPECT_TRUE(model.contains(key)) << key;
+  EXPECT_EQ(told["best"], "ch-sd:beta=1");
+  const auto& geodesic = told["models"][0];
+  const auto& stochastic = told["models"][1];
+  EXPECT_EQ(geodesic["mode"], "deterministic");
+  EXPECT_EQ(stochastic["mode"], "map");
+  EXPECT_EQ(geodesic["action"], 0);
+  EXPECT_EQ(geodesic["order_inversions"], 0);
+  EXPECT_EQ(stochastic["order_inversions"], 1);
+  EXPECT_TRUE(stochastic["flipped_triangles"].is_null());
+  EXPECT_LT(stochastic["rms"], 0.1);
+  EXPECT_GT(geodesic["rms"], 0.3);  // (0, 1) to (1, 0): 0.5 each
+  EXPECT_EQ(count_lines(contents("out/shapes.csv")), 3U);
+}
+
+TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
+  write_shapes(6);
+  const ProgramRun done = compare(
+      "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd --folds 2 --importance 20 --json - --steps 5 "
+      "--forward-samples 50");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "comparison.png", "comparison.svg", "shapes.csv"));
+  const nlohmann::json told = nlohmann::json::parse(done.out);
+  EXPECT_EQ(told, read_json("out/comparison.json"));
+  EXPECT_EQ(told["targets"].size(), 6U);
+  EXPECT_EQ(told["alignment"], "similarity");
+  EXPECT_EQ(told["coordinates"], 6 * (10 - 4));
+  EXPECT_THAT(told["source"].get<std::string>(), HasSubstr("mean of 6 shapes"));
+  EXPECT_EQ(told["models"][1]["fitted"].size(), 2U);
+  EXPECT_TRUE(told["models"][1]["prediction"]["energy_score"].is_number());
+  EXPECT_EQ(count_lines(contents("out/shapes.csv")), 13U);
+}
+
+TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {
+  write_shapes(4);
+  const ProgramRun done = compare(
+      "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd --simulate ch-sd:beta=0.1 --count 2 --cohort-size 3 "
+      "--steps 4 --no-picture -q");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.out, "");
+  EXPECT_THAT(names_in("out"), ElementsAre("recovery.json"));
+  const nlohmann::json told = read_json("out/recovery.json");
+  EXPECT_EQ(told["cohorts"], 2);
+  EXPECT_EQ(told["shapes"], 3);
+  ASSERT_EQ(told["models"].size(), 1U);
+  EXPECT_EQ(told["models"][0]["noise"], "ch-sd:beta=0.1");
+  const auto& chosen = told["models"][0]["chosen"];
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_EQ(chosen[0].get<int>() + chosen[1].get<int>() + told["models"][0]["unfit"].get<int>(), 2);
+}
+
+TEST_F(CompareProgram, Refuses) {
+  write_shapes(1);
+  write("file", "no folder");
+  const std::string pair = ellipse() + " -o out --no-picture ";
+  expect_refused(pair + "--noise ch-ds", "ch-ds");
+  expect_refused(pair + "--sigma 0", "sigma is 0");
+  expect_refused(pair + "--sigma=-1", "sigma is -1");
+  expect_refused(pair + "--sigma wide", "--sigma");
+  expect_refused(pair + "--sigma nan", "sigma");
+  expect_refused(pair + "--lambda 0", "lambda");
+  expect_refused(pair + "--lambda=-2", "lambda");
+  expect_refused(pair + "--count 0", "--count is 0; it must be at least 1");
+  expect_refused(pair + "--folds=-1", "--folds is -1; it must be at least 0");
+  expect_refused(pair + "--importance=-1", "--importance is -1");
+  expect_refused(pair + "--forward-samples 1", "--forward-samples is 1");
+  expect_refused(pair + "--cohort-size 0", "--cohort-size is 0");
+  expect_refused(pair + "--align round", "unknown alignment 'round'");
+  expect_refused(pair + "--kernel gaussina", "gaussina");
+  expect_refused(pair + "--simulate ch-ds", "ch-ds");
+  expect_refused(sample("ellipse_source") + ' ' + sample("cs_target") + " -o out --no-picture", "40 landmarks");
+  expect_refused("shapes.csv -o out --no-picture", "one shape is its own mean");
+  expect_refused("missing.csv -o out --no-picture", "missing.csv");
+  expect_refused(ellipse() + " --no-picture -o file/out", "file");
+}
+
+}  // namespace
+}  // namespace pulson

@@ -1,0 +1,184 @@
+#include "pulson/compare/comparison.hpp"
+
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cohort_examples.hpp"
+#include "error_of.hpp"
+#include "pulson/compare/recovery.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::HasSubstr;
+
+Landmarks line(int count) {
+  return named_shape(Points(Eigen::RowVectorXd::LinSpaced(count, 0, 0.5 * (count - 1))), "line.csv");
+}
+
+CompareOptions quick() {
+  CompareOptions options;
+  options.settings = cohort_settings();
+  options.settings.kernel = "gaussian:alpha=1";
+  options.folds = 0;
+  options.forward_samples = 400;
+  return options;
+}
+
+void expect_ranked(const Comparison& comparison) {
+  const ComparedModel& best = comparison.models[comparison.best];
+  EXPECT_EQ(best.difference.value, 0);
+  double weights = 0;
+  for (const ComparedModel& model : comparison.models) {
+    EXPECT_LE(model.score, best.score);
+    EXPECT_DOUBLE_EQ(model.difference.value, model.score - best.score);
+    EXPECT_EQ(model.score, model.fit.score());
+    EXPECT_NEAR(model.weight / best.weight, std::exp(model.difference.value), 1e-12);
+    weights += model.weight;
+  }
+  EXPECT_NEAR(weights, 1, 1e-12);
+}
+
+// No flow of a line changes the order of its points.
+TEST(CompareModels, ReversalsOnALineCallForNoiseInThePositions) {
+  CompareOptions options = quick();
+  options.settings.sigma = 0.05;
+  const Landmarks source = line(6);
+  CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.6", 20, options.settings, 10, 1)};
+  const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
+  EXPECT_EQ(comparison.best, 1U);
+  expect_ranked(comparison);
+  const ComparedModel& stochastic = comparison.models[1];
+  EXPECT_GT(stochastic.order_inversions.value, 0.3);
+  EXPECT_EQ(comparison.models[0].order_inversions.value, 0);
+  EXPECT_TRUE(std::isnan(stochastic.flipped_triangles.value));
+  EXPECT_GT(stochastic.folded_fraction.value, 0);
+  EXPECT_EQ(comparison.models[0].folded_fraction.value, 0);
+  EXPECT_GT(stochastic.noise_way.minCoeff(), 0.05);
+  EXPECT_FALSE(stochastic.prediction.has_value());
+}
+
+TEST(CompareModels, SmoothShapesOnALineDoNot) {
+  CompareOptions options = quick();
+  const Landmarks source = line(6);
+  const CohortShapes shapes{source, drawn_shapes(source, "none", 20, options.settings, 12, 2)};
+  const Comparison comparison = compare_models(shapes, {"ch-sd", "none"}, options);
+  EXPECT_EQ(comparison.best, 1U);
+  expect_ranked(comparison);
+  EXPECT_EQ(comparison.models[1].order_inversions.value, 0);
+  EXPECT_EQ(comparison.models[1].folded_fraction.value, 0);
+  EXPECT_EQ(comparison.models[1].noise_way.norm(), 0);
+}
+
+TEST(CompareModels, TheRightModelHasTheSpectrumThatIsSeenAndForetells) {
+  CompareOptions options = quick();
+  options.folds = 3;
+  options.maps = false;
+  const Landmarks source = oval(8);
+  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.06", 50, options.settings, 20, 3)};
+  std::vector<std::string> told;
+  options.on_model = [&](int model, const std::string& noise) { told.push_back(std::to_string(model) + noise); };
+  const Comparison comparison = compare_models(shapes, {"ch-sd", "none"}, options);
+  EXPECT_THAT(told, testing::ElementsAre("0ch-sd", "1none"));
+  EXPECT_EQ(comparison.best, 0U);
+  const ComparedModel& right = comparison.models.front();
+  for (Eigen::Index i = 0; i < 8; ++i) {
+    EXPECT_LE(std::abs(right.spectrum[i] - comparison.observed[i]), 4 * comparison.observed_error[i]) << i;
+    if (i > 0) {
+      EXPECT_LE(comparison.eigenvalues[i], comparison.eigenvalues[i - 1]);
+    }
+  }
+  ASSERT_TRUE(right.prediction.has_value());
+  EXPECT_EQ(right.prediction->shapes.size(), 20U);
+  EXPECT_NEAR(right.prediction->coverage, 0.9, 0.06);
+  EXPECT_LT(right.prediction->energy_score, comparison.models[1].prediction->energy_score);
+  EXPECT_TRUE(std::isnan(right.folded_fraction.value));
+  EXPECT_EQ(right.lost_samples, 0);
+}
+
+TEST(CompareModels, OneTargetHasNoPredictionAndNoErrors) {
+  CompareOptions options = quick();
+  options.folds = 5;
+  options.settings.importance_samples = 20;
+  const Landmarks source = line(4);
+  const CohortShapes shapes{source, drawn_shapes(source, "none", 20, options.settings, 1, 4)};
+  const Comparison comparison = compare_models(shapes, {"none"}, options);
+  const ComparedModel& model = comparison.models.front();
+  EXPECT_FALSE(model.prediction.has_value());
+  EXPECT_TRUE(std::isnan(model.rms.standard_error));
+  EXPECT_EQ(model.weight, 1);
+  EXPECT_GT(model.effective_part, 0);
+  EXPECT_LE(model.effective_part, 1);
+}
+
+TEST(CompareModels, AboutTheMeanOfShapesThatLieAnyhow) {
+  CompareOptions options = quick();
+  options.settings.kernel = "gaussian:alpha=auto";
+  options.folds = 2;
+  CohortShapes shapes{{}, drawn_shapes(oval(6), "none", 50, cohort_settings(), 6, 5), AlignmentKind::kSimilarity};
+  for (std::size_t s = 0; s < 6; ++s)
+    shapes.targets[s].points = (shapes.targets[s].points * (1 + 0.1 * static_cast<double>(s))).array() + 1;
+  const Comparison comparison = compare_models(shapes, {"none"}, options);
+  EXPECT_THAT(comparison.cohort.source.source, HasSubstr("mean of 6 shapes"));
+  EXPECT_THAT(comparison.settings.kernel, testing::Not(HasSubstr("auto")));
+  EXPECT_EQ(comparison.models.front().fit.coordinates, 6 * (12 - 4));
+  EXPECT_TRUE(comparison.models.front().prediction.has_value());
+}
+
+TEST(CompareModels, Refuses) {
+  const Landmarks source = line(4);
+  const CohortShapes shapes{source, {source}};
+  EXPECT_THAT(error_of([&] { compare_models(shapes, {}, quick()); }), HasSubstr("no noise model is named"));
+  EXPECT_THAT(error_of([&] { compare_models(shapes, {"ch-ds"}, quick()); }), HasSubstr("ch-ds"));
+  EXPECT_THAT(error_of([&] { compare_models({source, {line(5)}}, {"none"}, quick()); }), HasSubstr("4 landmarks"));
+}
+
+RecoveryOptions tiny_study() {
+  RecoveryOptions options;
+  options.settings = cohort_settings();
+  options.settings.kernel = "gaussian:alpha=1";
+  options.cohorts = 6;
+  options.shapes = 12;
+  return options;
+}
+
+TEST(StudyRecovery, ModelsThatDifferMuchAreToldApart) {
+  const Landmarks source = oval(8);
+  RecoveryOptions options = tiny_study();
+  int last = 0;
+  options.on_cohort = [&](int done, int all) {
+    EXPECT_EQ(done, ++last);
+    EXPECT_EQ(all, 12);
+  };
+  const std::vector<RecoveryRow> rows =
+      study_recovery(source, {{"none", 50}, {"ch-sd:beta=0.15", 50}}, {"none", "ch-sd"}, options);
+  ASSERT_EQ(rows.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(std::accumulate(rows[i].chosen.begin(), rows[i].chosen.end(), rows[i].unfit), 6);
+    EXPECT_GE(rows[i].chosen[i], 5) << i;
+    EXPECT_GT(rows[i].displacement, 0.05);
+  }
+  EXPECT_EQ(last, 12);
+  EXPECT_NEAR(rows[0].noise_share, 0, 1e-12);
+  EXPECT_GT(rows[1].noise_share, 0.3);
+  EXPECT_LT(rows[1].noise_share, 1);
+}
+
+TEST(StudyRecovery, Refuses) {
+  const Landmarks source = oval(5);
+  EXPECT_THAT(error_of([&] {
+                study_recovery(source, {{"ch-sd", 1}}, {"none"}, tiny_study());
+              }),
+              HasSubstr("shapes are drawn from a complete model"));
+  RecoveryOptions none = tiny_study();
+  none.cohorts = 0;
+  EXPECT_THAT(error_of([&] { study_recovery(source, {{"none", 1}}, {"none"}, none); }), HasSubstr("0 cohorts"));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -17,7 +17,7 @@ Json estimate(const Estimate& estimate) {
   return {{"value", estimate.value}, {"standard_error", estimate.standard_error}};
 }
 
-Json numbers(const Eigen::VectorXd& values) { return Json(std::vector<double>(values.begin(), values.end())); }
+Json numbers(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
 Json shape_names(const std::vector<Landmarks>& shapes) {
   Json names = Json::array();
@@ -113,7 +113,7 @@ std::string shapes_csv(const Comparison& comparison) {
   for (const ComparedModel& model : comparison.models)
     for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
       const ShapeFit& shape = model.fit.shapes[s];
-      fmt::format_to(std::back_inserter(text), "\"{}\",\"{}\",{},{},{},{},{},{},{},{}", model.fit.noise,
+      fmt::format_to(std::back_inserter(text), R"("{}","{}",{},{},{},{},{},{},{},{})", model.fit.noise,
                      comparison.cohort.targets[s].source, shape.log_evidence, shape.sampled_log_evidence,
                      shape.effective_samples, shape.rms, shape.cost.energy, shape.cost.action, shape.cost.data,
                      shape.converged ? 1 : 0);

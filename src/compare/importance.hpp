@@ -15,7 +15,7 @@ struct ImportanceEstimate {
 
 /// Draws z = z* + δ from Laplace's approximation N(z*, B⁻¹), B = I + JᵀJ, and weighs what the linear model left out:
 ///
-///     log p(y) = Laplace's + log E[w],   w = exp(−½|z|² − ½|r(z)|² + ½|z*|² + … )
+///     log p(y) = Laplace's + log E[w],   w = exp(½|t − Jz|² − ½|r(z)|²)
 ///
 /// δ = ζ − Jᵀ C⁻¹ (Jζ + ε) with ζ, ε ~ N(0, I), so that no U×U matrix is made.
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,

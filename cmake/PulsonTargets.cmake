@@ -1,4 +1,4 @@
-# One target per folder: the LINK lists of src/*/CMakeLists.txt are the architecture.
+# One target per folder: the LINK lists of src/*/CMakeLists.txt and apps/ are the architecture.
 
 # Compiler options that every target of ours shares.
 add_library(pulson_options INTERFACE)

@@ -50,11 +50,16 @@ def chunk(kind, data):
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
+def write_png(path, width, height, rows):
+    """Writes 8-bit RGB rows, each after a filter byte of 0."""
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    png = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b"")
+    path.write_bytes(png)
+
+
 def main():
     rows = b"".join(b"\0" + b"".join(pixel(i, j) for i in range(WIDTH)) for j in range(HEIGHT))
-    header = struct.pack(">IIBBBBB", WIDTH, HEIGHT, 8, 2, 0, 0, 0)
-    png = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b"")
-    (pathlib.Path(__file__).parent / "discs.png").write_bytes(png)
+    write_png(pathlib.Path(__file__).parent / "discs.png", WIDTH, HEIGHT, rows)
 
 
 if __name__ == "__main__":

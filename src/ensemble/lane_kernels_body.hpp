@@ -133,16 +133,30 @@ class ManyTerms {
 
  private:
   static HWY_NOINLINE Jet TermSecond(const KernelTerm& term, Vector s) {
-    if (term.profile == KernelProfile::kGaussian) return GaussianProfile(term).Second(s);
-    if (term.profile == KernelProfile::kPeakon) return PeakonProfile(term).Second(s);
-    if (term.profile == KernelProfile::kMatern32) return Matern32Profile(term).Second(s);
-    return Matern52Profile(term).Second(s);
+    switch (term.profile) {
+      case KernelProfile::kGaussian:
+        return GaussianProfile(term).Second(s);
+      case KernelProfile::kPeakon:
+        return PeakonProfile(term).Second(s);
+      case KernelProfile::kMatern32:
+        return Matern32Profile(term).Second(s);
+      case KernelProfile::kMatern52:
+        return Matern52Profile(term).Second(s);
+    }
+    __builtin_unreachable();
   }
   static HWY_NOINLINE Floats TermRoughly(const KernelTerm& term, Floats s) {
-    if (term.profile == KernelProfile::kGaussian) return Rough<GaussianProfile>(term).Value(s);
-    if (term.profile == KernelProfile::kPeakon) return Rough<PeakonProfile>(term).Value(s);
-    if (term.profile == KernelProfile::kMatern32) return Rough<Matern32Profile>(term).Value(s);
-    return Rough<Matern52Profile>(term).Value(s);
+    switch (term.profile) {
+      case KernelProfile::kGaussian:
+        return Rough<GaussianProfile>(term).Value(s);
+      case KernelProfile::kPeakon:
+        return Rough<PeakonProfile>(term).Value(s);
+      case KernelProfile::kMatern32:
+        return Rough<Matern32Profile>(term).Value(s);
+      case KernelProfile::kMatern52:
+        return Rough<Matern52Profile>(term).Value(s);
+    }
+    __builtin_unreachable();
   }
 
   const KernelTerm* begin_;

@@ -1,0 +1,152 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pulson {
+
+/// A command of a page of documentation.
+struct PageCommand {
+  std::size_t line = 0;                 ///< of the page, from 1
+  std::string command;                  ///< what stands after `$ `, continued lines joined
+  std::vector<std::string> shown{};     ///< the output that the page shows
+  int exit_code = 0;                    ///< that it must end with: 2 where the page shows an error
+  bool shortened = false;               ///< tests run it with other numbers, so its output is not compared
+  std::vector<std::string> needs{};     ///< files of the real data that it reads
+  std::vector<std::string> programs{};  ///< that need not be installed
+};
+
+/// The commands of a page of Markdown: the lines that begin with `$ ` in blocks of ```console. A comment before a block
+/// says how tests run it, in parts that `;` separates:
+///
+///     <!-- in tests: --samples 50000 as --samples 500; needs insects/wing.jpg; program ffmpeg; exit 3 -->
+struct Page {
+  std::vector<PageCommand> commands;
+  std::vector<std::size_t> strays;  ///< lines with a command of ours in another block, which no test would run
+};
+
+namespace page_detail {
+
+struct Setting {
+  std::vector<std::pair<std::string, std::string>> replaced;
+  std::vector<std::string> needs;
+  std::vector<std::string> programs;
+  int exit_code = 0;
+};
+
+inline std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(" \t");
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+inline Setting setting_of(const std::string& text) {
+  Setting setting;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ';');) {
+    part = trimmed(part);
+    if (part.rfind("needs ", 0) == 0) {
+      std::istringstream names(part.substr(6));
+      for (std::string name; names >> name;) setting.needs.push_back(name);
+    } else if (part.rfind("program ", 0) == 0) {
+      setting.programs.push_back(part.substr(8));
+    } else if (part.rfind("exit ", 0) == 0) {
+      setting.exit_code = std::stoi(part.substr(5));
+    } else if (const std::size_t as = part.find(" as "); as != std::string::npos) {
+      setting.replaced.emplace_back(part.substr(0, as), part.substr(as + 4));
+    }
+  }
+  return setting;
+}
+
+inline void apply(const Setting& setting, PageCommand& command) {
+  command.needs = setting.needs;
+  command.programs = setting.programs;
+  for (const auto& [from, to] : setting.replaced)
+    for (std::size_t at = command.command.find(from); at != std::string::npos;
+         at = command.command.find(from, at + to.size())) {
+      command.command.replace(at, from.size(), to);
+      command.shortened = true;
+    }
+  command.exit_code = setting.exit_code;
+  for (const std::string& shown : command.shown)
+    if (shown.rfind("pulson: ", 0) == 0) command.exit_code = 2;
+}
+
+/// Numbers as they are, everything else but blanks between them.
+inline std::vector<std::string> tokens(const std::string& line) {
+  static const std::regex pattern(R"(…|\d+\.?\d*(?:e[-+]?\d+)?|[^\s\d…]+)");
+  return {std::sregex_token_iterator(line.begin(), line.end(), pattern), std::sregex_token_iterator()};
+}
+
+inline bool is_number(const std::string& token) { return token.front() >= '0' && token.front() <= '9'; }
+
+inline bool match_from(const std::vector<std::string>& shown, std::size_t s, const std::vector<std::string>& real,
+                       std::size_t r) {
+  if (s == shown.size()) return r == real.size();
+  if (shown[s] == "…") {
+    for (std::size_t next = r; next <= real.size(); ++next)
+      if (match_from(shown, s + 1, real, next)) return true;
+    return false;
+  }
+  if (r == real.size()) return false;
+  if (is_number(shown[s]) && is_number(real[r])) {
+    const double a = std::stod(shown[s]), b = std::stod(real[r]);
+    if (std::abs(a - b) > 0.02 * std::abs(a)) return false;
+  } else if (shown[s] != real[r]) {
+    return false;
+  }
+  return match_from(shown, s + 1, real, r + 1);
+}
+
+}  // namespace page_detail
+
+/// Whether a shown line is a line of real output: the same words, numbers within 2 % (processors differ in the last
+/// digits), and `…` for anything.
+inline bool lines_agree(const std::string& shown, const std::string& real) {
+  return page_detail::match_from(page_detail::tokens(shown), 0, page_detail::tokens(real), 0);
+}
+
+inline Page read_page(const std::string& text) {
+  using namespace page_detail;
+  static const std::regex stray(R"(^\s*(\$ )?(\S*/)?pulson [a-z].*)");
+  Page page;
+  Setting setting;
+  bool in_console = false, in_other = false, continues = false;
+  std::size_t number = 0;
+  std::size_t first = 0;  // of the commands in this block
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.rfind("```", 0) == 0) {
+      if (in_console)
+        for (std::size_t i = first; i < page.commands.size(); ++i) apply(setting, page.commands[i]);
+      if (in_console || in_other) {
+        in_console = in_other = false;
+        setting = {};
+      } else {
+        in_console = line == "```console";
+        in_other = !in_console;
+        first = page.commands.size();
+      }
+    } else if (in_console && continues) {
+      page.commands.back().command += "\n" + line;
+    } else if (in_console && line.rfind("$ ", 0) == 0) {
+      page.commands.push_back({number, line.substr(2)});
+    } else if (in_console && !page.commands.empty()) {
+      if (!trimmed(line).empty()) page.commands.back().shown.push_back(line);
+    } else if (line.rfind("<!-- in tests: ", 0) == 0) {
+      setting = setting_of(line.substr(15, line.rfind("-->") - 15));
+    } else if ((in_other || line.rfind("    ", 0) == 0) && std::regex_match(line, stray)) {
+      page.strays.push_back(number);
+    }
+    continues = in_console && !line.empty() && line.back() == '\\' && (continues || line.rfind("$ ", 0) == 0);
+  }
+  return page;
+}
+
+}  // namespace pulson

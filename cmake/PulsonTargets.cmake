@@ -25,19 +25,28 @@ if(CMAKE_CXX_COMPILER_LAUNCHER)
   set(PULSON_PRECOMPILED_HEADERS OFF)
 endif()
 
-# pulson_precompile(<target> source|test <headers...>): the first target of a kind makes them, the others take them from
-# it. The macros of a command must be those of the headers: fmt's are in sources alone.
+# Tests spend their time in the libraries; with less optimisation of their own they compile a fifth faster.
+set(PULSON_TEST_OPTIONS $<$<NOT:$<CONFIG:Debug>>:-O1>)
+
+# pulson_precompile(<target> <kind> <headers...>): the first target of a kind makes them, the others take them from it.
+# Kinds: source, app, test, and program_test. The macros of a command must be those of the headers: fmt's are in sources
+# and apps alone.
 function(pulson_precompile target kind)
   if(NOT PULSON_PRECOMPILED_HEADERS)
     return()
   endif()
   set(packages_source fmt::fmt)
+  set(packages_app fmt::fmt CLI11::CLI11 nlohmann_json::nlohmann_json)
   set(packages_test GTest::gtest GTest::gmock)
+  set(packages_program_test GTest::gtest GTest::gmock nlohmann_json::nlohmann_json)
   if(NOT TARGET pulson_headers_${kind})
     file(WRITE ${PROJECT_BINARY_DIR}/headers_${kind}.cpp "")
     add_library(pulson_headers_${kind} OBJECT ${PROJECT_BINARY_DIR}/headers_${kind}.cpp)
     target_link_libraries(pulson_headers_${kind} PRIVATE pulson_options Eigen3::Eigen Threads::Threads ${packages_${kind}})
     target_compile_definitions(pulson_headers_${kind} PRIVATE EIGEN_USE_BLAS)
+    if(kind MATCHES test)
+      target_compile_options(pulson_headers_${kind} PRIVATE ${PULSON_TEST_OPTIONS})
+    endif()
     target_precompile_headers(pulson_headers_${kind} PRIVATE ${ARGN})
   endif()
   target_precompile_headers(${target} REUSE_FROM pulson_headers_${kind})

@@ -62,14 +62,17 @@ function(pulson_vector_source file)
   endif()
 endfunction()
 
-# pulson_library(<folder> SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>])
-# makes the static library pulson_<folder> with the alias pulson::<folder>. PUBLIC: what its headers include; PRIVATE:
-# what its .cpp files alone use. Headers of other packages count as system headers.
+# pulson_library(<folder> SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>] [EXPORT <set>])
+# makes the static library pulson_<folder> with the alias pulson::<folder>, which an installed package has too. PUBLIC:
+# what its headers include; PRIVATE: what its .cpp files alone use. Headers of other packages count as system headers.
+# EXPORT: the package's list of targets that it belongs to [pulsonTargets].
 function(pulson_library folder)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "EXPORT" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(pulson_${folder} STATIC ${ARG_SOURCES})
   add_library(pulson::${folder} ALIAS pulson_${folder})
-  target_include_directories(pulson_${folder} PUBLIC ${PROJECT_SOURCE_DIR}/include)
+  target_include_directories(pulson_${folder} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>)
+  target_compile_features(pulson_${folder} PUBLIC cxx_std_20)
+  set_target_properties(pulson_${folder} PROPERTIES EXPORT_NAME ${folder})
   target_link_libraries(
     pulson_${folder}
     PUBLIC ${ARG_PUBLIC}
@@ -79,4 +82,21 @@ function(pulson_library folder)
       pulson_${folder} source <algorithm> <cmath> <functional> <map> <memory> <optional> <string> <vector>
       <Eigen/Cholesky> <Eigen/Core> <fmt/format.h> <fmt/ranges.h>)
   endif()
+  if(NOT ARG_EXPORT)
+    set(ARG_EXPORT pulsonTargets)
+  endif()
+  pulson_install(pulson_${folder} ${ARG_EXPORT})
+endfunction()
+
+# pulson_install(<library> <export set>)
+function(pulson_install library set)
+  if(NOT PULSON_INSTALL)
+    return()
+  endif()
+  install(
+    TARGETS ${library}
+    EXPORT ${set}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library
+    INCLUDES
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 endfunction()

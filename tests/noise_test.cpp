@@ -521,6 +521,14 @@ TEST(Sum, NumbersTermsOfOneName) {
               ElementsAre("ch-sd.beta", "ch-sd#2.beta"));
 }
 
+TEST(AddNoise, MakesAModelKnownByItsName) {
+  NoiseTable::Row row = linear();
+  row.name = "linear-of-mine";
+  add_noise(row);
+  EXPECT_EQ(make_noise("linear-of-mine:beta=0.25+ch-sd:beta=2")->spec(), "linear:beta=0.25+ch-sd:beta=2");
+  EXPECT_THAT([&] { add_noise(row); }, ThrowsMessage<InputError>("there is a noise 'linear-of-mine' already"));
+}
+
 // ---- the documentation
 
 std::string contents(const std::string& file) {

@@ -6,6 +6,13 @@
 #include <map>
 
 namespace pulson {
+
+template <int alignment, bool by_malloc>
+int eigen_layout() {
+  return alignment;
+}
+template int eigen_layout<EIGEN_DEFAULT_ALIGN_BYTES, EIGEN_MALLOC_ALREADY_ALIGNED != 0>();
+
 namespace {
 
 // The lower one of the two middle values; 0 of none.

@@ -3,14 +3,13 @@
 #include "models.hpp"
 
 namespace pulson {
-
-const NoiseTable& noise_table() {
-  static const NoiseTable kTable(
-      "noise", {no_noise(), ch_sd(), ch_sd_screened(), p_sd(), trouve_vialard(), potential(), langevin()});
-  return kTable;
-}
-
 namespace {
+
+NoiseTable& table() {
+  static NoiseTable rows("noise",
+                         {no_noise(), ch_sd(), ch_sd_screened(), p_sd(), trouve_vialard(), potential(), langevin()});
+  return rows;
+}
 
 void check_no_term_is_empty(std::string_view spec) {
   if (spec.empty()) throw InputError("the noise is empty; no noise is 'none'");
@@ -20,6 +19,10 @@ void check_no_term_is_empty(std::string_view spec) {
 }
 
 }  // namespace
+
+const NoiseTable& noise_table() { return table(); }
+
+void add_noise(NoiseTable::Row row) { table().add(std::move(row)); }
 
 std::shared_ptr<const NoiseModel> make_noise(std::string_view spec, const Landmarks& shape) {
   check_no_term_is_empty(spec);

@@ -7,6 +7,7 @@
 
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/compare/prediction.hpp"
+#include "pulson/core/estimate.hpp"
 
 namespace pulson {
 
@@ -29,13 +30,7 @@ struct CompareOptions {
   std::function<void(int model, const std::string& noise)> on_model{};
 };
 
-/// A number with its standard error over the shapes; NaN where there is one shape.
-struct Estimate {
-  double value = 0;
-  double standard_error = 0;
-};
-
-/// One model of a comparison.
+/// One model of a comparison. Standard errors are over the shapes; NaN where there is one shape.
 struct ComparedModel {
   std::string noise;  ///< as it was given
   CohortFit fit;
@@ -71,6 +66,6 @@ struct Comparison {
 /// fitted to the others (k-fold; the mean shape is of the others, too).
 /// @throws InputError where a model cannot be fitted; the message names it
 Comparison compare_models(const CohortShapes& shapes, const std::vector<std::string>& noises,
-                          const CompareOptions& options);
+                          const CompareOptions& options = {});
 
 }  // namespace pulson

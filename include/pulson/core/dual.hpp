@@ -39,6 +39,7 @@ inline Dual cos(const Dual& a) { return {std::cos(a.value), -std::sin(a.value) *
 
 }  // namespace pulson
 
+/// @cond
 /// So that Eigen's matrices may hold Duals.
 template <>
 struct Eigen::NumTraits<pulson::Dual> : Eigen::NumTraits<double> {
@@ -57,3 +58,4 @@ struct Eigen::NumTraits<pulson::Dual> : Eigen::NumTraits<double> {
   };
   // NOLINTEND(readability-identifier-naming)
 };
+/// @endcond

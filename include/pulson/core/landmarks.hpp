@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include "pulson/core/eigen_layout.hpp"
+
 namespace pulson {
 
 /// N points, or N vectors attached to points, in R^d: a d×N matrix with one column per landmark.

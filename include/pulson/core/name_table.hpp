@@ -95,6 +95,13 @@ class NameTable {
     throw InputError(unknown_name_message(what_, name, names));
   }
 
+  /// Adds a row. References to rows end here. @throws InputError if the name is taken
+  void add(Row row) {
+    for (const Row& other : rows_)
+      if (other.name == row.name) throw InputError("there is a " + what_ + " '" + row.name + "' already");
+    rows_.push_back(std::move(row));
+  }
+
   /// Each term of a sum with its row and parameters, in order.
   std::vector<std::pair<const Row*, Parameters>> parse(std::string_view text) const {
     std::vector<std::pair<const Row*, Parameters>> terms;

@@ -13,14 +13,14 @@ namespace pulson {
 enum class KeepStates { kNone, kFinal, kAll };
 
 struct EnsembleOptions {
-  TimeGrid grid;
+  TimeGrid grid{};
   std::uint64_t seed = 1;
   std::int64_t samples = 50000;
   double momentum_bound = kMomentumBound;
   /// Path 2j + 1 has the noise of path 2j with the other sign, and both that of path j without this option.
   bool antithetic = false;
-  std::vector<int> records;     ///< steps after which statistics are taken, increasing; the last step is one
-  std::vector<int> histograms;  ///< steps of `records` for which there are histograms
+  std::vector<int> records{};     ///< steps after which statistics are taken, increasing; the last step is one
+  std::vector<int> histograms{};  ///< steps of `records` for which there are histograms
   KeepStates keep = KeepStates::kNone;
 
   /// Numbers of EnsembleSums::states for each path.

@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "pulson/core/estimate.hpp"
+
 namespace pulson {
 
 /// Count, mean and sum of squared deviations of several numbers that are sampled together.
@@ -72,12 +74,6 @@ struct CrossingCounts {
   std::int64_t ever = 0;  ///< at the end of some step
   /// Antithetic pairs of clean paths, by how many of the two crossed (0, 1, 2).
   std::array<std::int64_t, 3> pairs{};
-};
-
-/// A number with its standard error.
-struct Estimate {
-  double value = 0;
-  double standard_error = 0;
 };
 
 /// All that an ensemble has added up so far: the paths 0 … samples − 1.

@@ -34,7 +34,7 @@ SamplePath sample_path(const StochasticSystem& system, const Integrator& integra
                        const TimeGrid& grid, const Eigen::MatrixXd& increments, double momentum_bound = kMomentumBound);
 
 struct SamplePathsOptions {
-  TimeGrid grid;
+  TimeGrid grid{};
   std::uint64_t seed = 1;
   int samples = 1;
   double momentum_bound = kMomentumBound;

@@ -102,7 +102,7 @@ double automatic_alpha(const Points& source);
 
 /// The kernel of a specification such as `gaussian:alpha=0.4+peakon:alpha=0.1,weight=0.5`; `source` serves alpha=auto.
 /// @throws InputError
-KernelOperator make_kernel(std::string_view spec, const Points& source);
+KernelOperator make_kernel(std::string_view spec, const Points& source = {});
 
 /// Name of the vector instruction set that the kernel sums use on this machine: "AVX3", "AVX2", "SSE4", …
 std::string vector_target();

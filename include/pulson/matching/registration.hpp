@@ -115,7 +115,7 @@ struct Registration {
 /// Fits momenta, and the noise where the mode says so, so that `source` flows to `target`. Landmarks of the source that
 /// miss a coordinate (NaN) are left out; coordinates that the target misses drop out of the data.
 /// @throws InputError where the shapes do not fit together or an option is wrong
-Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options);
+Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options = {});
 
 /// The system and path of a registration: the same bits as when it was fitted, on the same build. In mode `expected`
 /// the path is the mean of those of the realisations.

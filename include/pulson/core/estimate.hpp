@@ -1,0 +1,11 @@
+#pragma once
+
+namespace pulson {
+
+/// A number with its standard error; NaN where there is none, as of a mean of one.
+struct Estimate {
+  double value = 0;
+  double standard_error = 0;
+};
+
+}  // namespace pulson

@@ -1,0 +1,20 @@
+// Two points on a line change places, by the installed package.
+
+#include <iostream>
+
+#include <pulson/pulson.hpp>
+
+int main() {
+  pulson::Landmarks source;
+  source.points = pulson::Points{{-0.5, 0.5}};
+  pulson::Landmarks target = source;
+  target.points *= -1;
+  pulson::RegistrationOptions options;
+  options.kernel = "gaussian:alpha=1";
+  options.noise = "ch-sd:beta=1";
+  const pulson::Registration registration = pulson::register_shapes(source, target, options);
+  const int crossed = pulson::order_inversions(source.points, registration.result);
+  std::cout << "pulson " << pulson::version() << ": rms " << registration.rms() << ", action "
+            << registration.cost.action << ", " << crossed << " pair crossed\n";
+  return registration.matched() && crossed == 1 ? 0 : 1;
+}

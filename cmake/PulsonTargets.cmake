@@ -12,7 +12,7 @@ target_compile_options(
             -Wconversion
             -Wno-sign-conversion
             -Wno-error=invalid-pch # then headers are read as they are
-            -Wno-restrict # false alarms of g++ 12 on std::string (its bug 105651)
+            $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # false alarms of g++ 12 on std::string (its bug 105651)
             $<$<BOOL:${PULSON_WARNINGS_AS_ERRORS}>:-Werror>)
 
 # SSSE3 alone is of few machines, and a fifth of the compile time of vector code. In all of our code or in none.
@@ -62,13 +62,29 @@ function(pulson_vector_source file)
   endif()
 endfunction()
 
+# A build with other flags may take the libraries of all folders but some from a build that is there: PULSON_PREBUILT
+# is its folder, PULSON_PREBUILT_EXCEPT names those that are compiled. The fuzzers' build does so.
+function(pulson_take_prebuilt folder)
+  set(prebuilt ${PULSON_PREBUILT}/src/${folder}/libpulson_${folder}.a)
+  set(empty ${CMAKE_CURRENT_BINARY_DIR}/prebuilt.cpp)
+  file(TOUCH ${empty})
+  set_source_files_properties(${empty} PROPERTIES OBJECT_DEPENDS ${prebuilt} SKIP_PRECOMPILE_HEADERS ON)
+  add_library(pulson_${folder} STATIC ${empty})
+  add_custom_command(TARGET pulson_${folder} POST_BUILD
+                     COMMAND ${CMAKE_COMMAND} -E copy ${prebuilt} $<TARGET_FILE:pulson_${folder}>)
+endfunction()
+
 # pulson_library(<folder> SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>] [EXPORT <set>])
 # makes the static library pulson_<folder> with the alias pulson::<folder>, which an installed package has too. PUBLIC:
 # what its headers include; PRIVATE: what its .cpp files alone use. Headers of other packages count as system headers.
 # EXPORT: the package's list of targets that it belongs to [pulsonTargets].
 function(pulson_library folder)
   cmake_parse_arguments(ARG "" "EXPORT" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
-  add_library(pulson_${folder} STATIC ${ARG_SOURCES})
+  if(PULSON_PREBUILT AND NOT folder IN_LIST PULSON_PREBUILT_EXCEPT)
+    pulson_take_prebuilt(${folder})
+  else()
+    add_library(pulson_${folder} STATIC ${ARG_SOURCES})
+  endif()
   add_library(pulson::${folder} ALIAS pulson_${folder})
   target_include_directories(pulson_${folder} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>)
   target_compile_features(pulson_${folder} PUBLIC cxx_std_20)

@@ -45,6 +45,12 @@ TEST(ParseSpecSum, LeavesTheSignOfAnExponent) {
   EXPECT_EQ(specs[1].values.at("alpha"), "+2");
 }
 
+TEST(ParseSpecSum, RefusesControlCharactersInOneLine) {
+  EXPECT_EQ(error_of([] { parse_spec_sum("gaussian:alpha=1\n", "kernel"); }),
+            "kernel 'gaussian:alpha=1?' holds a control character");
+  EXPECT_EQ(error_of([] { parse_number("1\r\n2", "x"); }), "x is '1??2'; a number is needed");
+}
+
 TEST(ParseSpecSum, RefusesMalformedTerms) {
   const auto message = [](const std::string& text) { return error_of([&] { parse_spec_sum(text, "kernel"); }); };
   EXPECT_EQ(message(""), "kernel '' has no name");

@@ -1,8 +1,11 @@
 // Sums that are saved and read back: exact, for their own ensemble alone, and never from a damaged file.
 
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <random>
+#include <string>
 
 #include <gmock/gmock.h>
 
@@ -61,7 +64,7 @@ TEST(EnsembleCheckpoint, KeepsEveryFieldWhateverItIs) {
   sums.largest_momentum = std::numeric_limits<double>::infinity();
   sums.moments[1].mean[2] = -0.0;
   sums.moments[1].squares[0] = std::nextafter(0.1, 1);
-  sums.pair_moments[2].count = 77;
+  sums.pair_moments[2].count = 7;
   sums.histograms[1][3].counts[511] = std::uint64_t{1} << 40U;
   sums.histograms[1][0].smallest = std::numeric_limits<double>::infinity();
   expect_same_bits(read_ensemble_checkpoint(run, ensemble_checkpoint(run), "x"), sums);
@@ -112,6 +115,29 @@ TEST(EnsembleCheckpoint, ThatIsCutOffIsDamaged) {
   EXPECT_THAT(error_of(run, "time,landmark\n0,1\n"), HasSubstr("is damaged"));
   EXPECT_THAT(error_of(run, "\xa1\x61x\x01"), HasSubstr("is damaged"));
   EXPECT_THAT(error_of(run, "\xf6"), HasSubstr("is damaged"));
+}
+
+// Lists in lists in lists: to read them takes a stack as deep.
+TEST(EnsembleCheckpoint, OfDeepListsIsDamaged) {
+  const EnsembleRun run = run_after(line_example(), 0);
+  EXPECT_THAT(error_of(run, std::string(10'000'000, '\x81')), HasSubstr("is damaged"));
+}
+
+// Moments of more paths than were sampled: their lists may have any length, as nothing is checked where there is none.
+TEST(EnsembleCheckpoint, WithMoreMomentsThanPathsIsDamaged) {
+  EnsembleRun run = run_after(line_example(), 0);
+  run.sums.moments[0].count = 1;
+  run.sums.moments[0].mean = Eigen::ArrayXd::Zero(3);
+  EXPECT_THAT(error_of(run, ensemble_checkpoint(run)), HasSubstr("is damaged"));
+}
+
+TEST(EnsembleCheckpoint, WithCountsThatAreNoneIsDamaged) {
+  const EnsembleRun run = run_after(line_example(), 1);
+  for (const std::int64_t count : {std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()}) {
+    EnsembleRun damaged = run;
+    damaged.sums.crossing.ever = count;
+    EXPECT_THAT(error_of(run, ensemble_checkpoint(damaged)), HasSubstr("is damaged"));
+  }
 }
 
 /// Reads damaged bytes as the program does, and goes on from them. @return whether that could be done

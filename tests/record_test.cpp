@@ -151,6 +151,8 @@ TEST_F(Record, WrongTypesAndValuesNameFileAndKey) {
   expect_named("kernel", {"gausian:alpha=1", "gaussian:alpha=-1"});
   expect_named("noise", {"chsd:beta=1", "ch-sd:beta=0.5,on=1/9"});
   expect_named("integrator", {"euler"});
+  expect_named("seed", {-1, 1.5, 1e300, "1"});
+  for (const char* key : {"kernel", "noise", "mode", "integrator", "solver"}) expect_named(key, {"a\nb", "a:b\r=1"});
 }
 
 TEST_F(Record, WrongSizesNameFileAndKey) {
@@ -190,6 +192,7 @@ TEST_F(Record, FilesThatAreNoRecordsAreNamed) {
   for (const std::size_t size : {std::size_t(0), std::size_t(1), whole.size() / 2, whole.size() - 2})
     EXPECT_THAT(error(whole.substr(0, size)), HasSubstr("bad.json: not a JSON file (byte "));
   EXPECT_THAT(error("x,y\n0,1\n"), HasSubstr("bad.json: not a JSON file (byte "));
+  EXPECT_EQ(error("{\"time\": 1e999}"), "bad.json: a number in it is beyond the range of numbers");
   EXPECT_EQ(error("[1, 2]"), "bad.json: 'kernel' is missing");
   EXPECT_EQ(error("{}"), "bad.json: 'kernel' is missing");
   EXPECT_EQ(error_of([] { read_registration("none.json"); }), "none.json: the file cannot be opened");

@@ -10,7 +10,7 @@
 namespace pulson {
 namespace {
 
-std::string quoted(std::string_view text) { return "'" + std::string(text) + "'"; }
+bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 
 std::vector<std::string_view> split(std::string_view text, char separator) {
   std::vector<std::string_view> parts;
@@ -52,22 +52,32 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 Spec parse_term(std::string_view term, std::string_view what) {
   const std::size_t colon = term.find(':');
   Spec spec{std::string(term.substr(0, colon)), {}};
-  if (spec.name.empty()) throw InputError(std::string(what) + " " + quoted(term) + " has no name");
+  if (spec.name.empty()) throw InputError(std::string(what) + " " + quoted_line(term) + " has no name");
   if (colon == std::string_view::npos) return spec;
   for (const std::string_view pair : split(term.substr(colon + 1), ',')) {
     const std::size_t equals = pair.find('=');
     if (equals == 0 || equals == std::string_view::npos || equals + 1 == pair.size())
-      throw InputError(std::string(what) + " " + quoted(spec.name) + ": " + quoted(pair) + " is not key=value");
+      throw InputError(std::string(what) + " " + quoted_line(spec.name) + ": " + quoted_line(pair) +
+                       " is not key=value");
     const auto [it, is_new] =
         spec.values.emplace(std::string(pair.substr(0, equals)), std::string(pair.substr(equals + 1)));
-    if (!is_new) throw InputError(std::string(what) + " " + quoted(spec.name) + ": " + it->first + " is given twice");
+    if (!is_new)
+      throw InputError(std::string(what) + " " + quoted_line(spec.name) + ": " + it->first + " is given twice");
   }
   return spec;
 }
 
 }  // namespace
 
+std::string quoted_line(std::string_view text) {
+  std::string shown(text);
+  std::replace_if(shown.begin(), shown.end(), is_control, '?');
+  return "'" + shown + "'";
+}
+
 std::vector<Spec> parse_spec_sum(std::string_view text, std::string_view what) {
+  if (std::any_of(text.begin(), text.end(), is_control))
+    throw InputError(std::string(what) + " " + quoted_line(text) + " holds a control character");
   std::vector<Spec> specs;
   for (const std::string_view term : split_terms(text)) specs.push_back(parse_term(term, what));
   return specs;
@@ -79,7 +89,7 @@ double parse_number(std::string_view text, std::string_view what) {
   double value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (error != std::errc() || end != digits.data() + digits.size() || digits.empty())
-    throw InputError(std::string(what) + " is " + quoted(text) + "; a number is needed");
+    throw InputError(std::string(what) + " is " + quoted_line(text) + "; a number is needed");
   return value;
 }
 
@@ -133,7 +143,7 @@ Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, st
   for (const ParameterInfo& parameter : info) names.push_back(parameter.name);
   for (const auto& [key, value] : spec.values) {
     if (std::find(names.begin(), names.end(), key) != names.end()) continue;
-    std::string message = what_ + " has no parameter " + quoted(key) + "; it has: ";
+    std::string message = what_ + " has no parameter " + quoted_line(key) + "; it has: ";
     for (std::size_t i = 0; i < names.size(); ++i) message += (i > 0 ? ", " : "") + names[i];
     if (names.empty()) message += "none";
     throw InputError(message);
@@ -154,7 +164,7 @@ const std::string& Parameters::text(const std::string& key) const { return value
 
 double Parameters::number(const std::string& key) const {
   const double value = parse_number(text(key), describe(key));
-  if (!std::isfinite(value)) throw InputError(describe(key) + " is " + quoted(text(key)) + "; it must be finite");
+  if (!std::isfinite(value)) throw InputError(describe(key) + " is " + quoted_line(text(key)) + "; it must be finite");
   return value;
 }
 
@@ -173,13 +183,14 @@ double Parameters::non_negative(const std::string& key) const {
 std::vector<double> Parameters::numbers(const std::string& key) const {
   std::vector<double> list = parse_number_list(text(key), describe(key));
   for (const double value : list)
-    if (!std::isfinite(value)) throw InputError(describe(key) + " is " + quoted(text(key)) + "; it must be finite");
+    if (!std::isfinite(value))
+      throw InputError(describe(key) + " is " + quoted_line(text(key)) + "; it must be finite");
   return list;
 }
 
 bool Parameters::flag(const std::string& key) const {
   if (text(key) != "0" && text(key) != "1")
-    throw InputError(describe(key) + " is " + quoted(text(key)) + "; it must be 0 or 1");
+    throw InputError(describe(key) + " is " + quoted_line(text(key)) + "; it must be 0 or 1");
   return text(key) == "1";
 }
 
@@ -188,12 +199,12 @@ std::vector<int> Parameters::indices(const std::string& key) const {
   if (text(key) == "all") return list;
   for (const double value : parse_number_list(text(key), describe(key))) {
     if (!(value >= 1 && value <= 1e9) || value != std::floor(value))
-      throw InputError(describe(key) + " is " + quoted(text(key)) + "; landmarks are counted from 1, as in 1/3/5");
+      throw InputError(describe(key) + " is " + quoted_line(text(key)) + "; landmarks are counted from 1, as in 1/3/5");
     list.push_back(static_cast<int>(value) - 1);
   }
   std::sort(list.begin(), list.end());
   if (std::adjacent_find(list.begin(), list.end()) != list.end())
-    throw InputError(describe(key) + " is " + quoted(text(key)) + "; it names a landmark twice");
+    throw InputError(describe(key) + " is " + quoted_line(text(key)) + "; it names a landmark twice");
   return list;
 }
 

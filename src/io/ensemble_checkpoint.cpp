@@ -1,4 +1,3 @@
-#include <array>
 #include <cstdint>
 
 #include <fmt/format.h>
@@ -42,6 +41,16 @@ Json identity_json(const EnsembleRun& run) {
           {"keep", static_cast<int>(o.keep)}};
 }
 
+/// A value that a checkpoint cannot have.
+struct Damaged {};
+
+/// What is counted: as another number it has no value, and sums of larger ones would overflow.
+std::int64_t count_of(const Json& json) {
+  constexpr auto kMost = std::uint64_t{1} << 52U;
+  if (!json.is_number_unsigned() || json.get<std::uint64_t>() > kMost) throw Damaged();
+  return json.get<std::int64_t>();
+}
+
 Json array_json(const Eigen::ArrayXd& x) { return std::vector<double>(x.begin(), x.end()); }
 
 Eigen::ArrayXd array_of(const Json& json) {
@@ -55,10 +64,12 @@ Json moments_json(const std::vector<Moments>& moments) {
   return rows;
 }
 
-std::vector<Moments> moments_of(const Json& json) {
+std::vector<Moments> moments_of(const Json& json, std::int64_t samples) {
   std::vector<Moments> moments;
-  for (const Json& row : json)
-    moments.push_back({row.at(0).get<std::int64_t>(), array_of(row.at(1)), array_of(row.at(2))});
+  for (const Json& row : json) {
+    moments.push_back({count_of(row.at(0)), array_of(row.at(1)), array_of(row.at(2))});
+    if (moments.back().count > samples) throw Damaged();
+  }
   return moments;
 }
 
@@ -72,30 +83,65 @@ Json histograms_json(const std::vector<std::vector<Histogram>>& histograms) {
   return records;
 }
 
+std::vector<std::uint64_t> bins_of(const Json& json) {
+  std::vector<std::uint64_t> bins;
+  for (const Json& count : json) bins.push_back(static_cast<std::uint64_t>(count_of(count)));
+  return bins;
+}
+
 std::vector<std::vector<Histogram>> histograms_of(const Json& json) {
   std::vector<std::vector<Histogram>> histograms;
   for (const Json& rows : json) {
     histograms.emplace_back();
     for (const Json& row : rows)
-      histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(),
-                                   row.at(2).get<std::vector<std::uint64_t>>(), row.at(3).get<double>(),
-                                   row.at(4).get<double>()});
+      histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(), bins_of(row.at(2)),
+                                   row.at(3).get<double>(), row.at(4).get<double>()});
   }
   return histograms;
 }
 
+/// Goes through a binary text and stops where lists are nested deeper than those of a checkpoint: to make values of
+/// them takes a stack as deep.
+class DepthCheck : public nlohmann::json_sax<Json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool /*value*/) override { return true; }
+  bool number_integer(number_integer_t /*value*/) override { return true; }
+  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
+  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
+  bool string(string_t& /*value*/) override { return true; }
+  bool binary(binary_t& /*value*/) override { return true; }
+  bool key(string_t& /*value*/) override { return true; }
+  bool start_object(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
+  bool start_array(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
+  bool end_object() override { return depth_-- > 0; }
+  bool end_array() override { return depth_-- > 0; }
+  bool parse_error(std::size_t /*place*/, const std::string& /*token*/, const nlohmann::json::exception&) override {
+    return false;
+  }
+
+ private:
+  static constexpr int kDeepest = 8;
+  int depth_ = 0;
+};
+
+[[noreturn]] void fail_damaged(std::string_view name) {
+  throw InputError(fmt::format("'{}' is damaged: it cannot be resumed; remove it and start again", name));
+}
+
 EnsembleSums sums_of(const Json& json) {
   EnsembleSums sums;
-  json.at("samples").get_to(sums.samples);
-  const auto paths = json.at("paths").get<std::array<std::int64_t, 4>>();
-  sums.paths = {paths[0], paths[1], paths[2], paths[3]};
-  json.at("crossed_at_end").get_to(sums.crossing.at_end);
-  json.at("crossed_ever").get_to(sums.crossing.ever);
-  json.at("crossed_pairs").get_to(sums.crossing.pairs);
+  sums.samples = count_of(json.at("samples"));
+  const Json& paths = json.at("paths");
+  sums.paths = {count_of(paths.at(0)), count_of(paths.at(1)), count_of(paths.at(2)), count_of(paths.at(3))};
+  sums.crossing.at_end = count_of(json.at("crossed_at_end"));
+  sums.crossing.ever = count_of(json.at("crossed_ever"));
+  const Json& pairs = json.at("crossed_pairs");
+  sums.crossing.pairs = {count_of(pairs.at(0)), count_of(pairs.at(1)), count_of(pairs.at(2))};
   json.at("momentum_error").get_to(sums.momentum_error);
   json.at("largest_momentum").get_to(sums.largest_momentum);
-  sums.moments = moments_of(json.at("moments"));
-  sums.pair_moments = moments_of(json.at("pair_moments"));
+  sums.moments = moments_of(json.at("moments"), sums.samples);
+  sums.pair_moments = moments_of(json.at("pair_moments"), sums.samples);
   sums.histograms = histograms_of(json.at("histograms"));
   json.at("states").get_to(sums.states);
   return sums;
@@ -124,6 +170,8 @@ std::string ensemble_checkpoint(const EnsembleRun& run) {
 }
 
 EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name) {
+  DepthCheck check;
+  if (!Json::sax_parse(bytes.begin(), bytes.end(), &check, Json::input_format_t::cbor)) fail_damaged(name);
   try {
     const Json json = Json::from_cbor(bytes.begin(), bytes.end());
     if (json.at("format") != kFormat)
@@ -136,7 +184,9 @@ EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view b
                                      excerpt(found.at(key)), excerpt(value)));
     return sums_of(json);
   } catch (const Json::exception&) {
-    throw InputError(fmt::format("'{}' is damaged: it cannot be resumed; remove it and start again", name));
+    fail_damaged(name);
+  } catch (const Damaged&) {
+    fail_damaged(name);
   }
 }
 

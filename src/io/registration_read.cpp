@@ -4,6 +4,7 @@
 
 #include "json_text.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "pulson/noise/noise_table.hpp"
 
@@ -38,9 +39,15 @@ class Reader {
     if (value < 0 || value > std::numeric_limits<int>::max()) fail({}, "is out of range");
     return static_cast<int>(value);
   }
+  std::uint64_t seed() const {
+    if (!json_.is_number_unsigned()) fail({}, "is not a seed, a whole number from 0");
+    return json_.get<std::uint64_t>();
+  }
   // What `parse` makes of the text; its InputError gets the file and the key.
   template <class Parse>
   auto parsed(const Parse& parse) const {
+    if (quoted_line(text()) != "'" + text() + "'")
+      fail({}, "is " + quoted_line(text()) + " and holds a control character");
     try {
       return parse(text());
     } catch (const InputError& error) {
@@ -156,6 +163,8 @@ Json parse_file(const std::filesystem::path& path) {
     return Json::parse(file);
   } catch (const Json::parse_error& error) {
     throw InputError(path.string() + ": not a JSON file (byte " + std::to_string(error.byte) + ")");
+  } catch (const Json::out_of_range&) {
+    throw InputError(path.string() + ": a number in it is beyond the range of numbers");
   }
 }
 
@@ -180,7 +189,7 @@ void read_outcome(const Reader& reader, Registration& registration) {
   registration.relative_gradient = reader.at("relative_gradient").number();
   registration.seconds = reader.at("seconds").number();
   if (!reader.has("start")) return;  // an old record
-  registration.seed = reader.at("seed").as<std::uint64_t>("a seed");
+  registration.seed = reader.at("seed").seed();
   registration.samples = reader.at("samples").integer();
   registration.start = reader.at("start").text();
   registration.continuation_stages = reader.at("continuation_stages").integer();

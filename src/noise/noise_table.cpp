@@ -14,8 +14,8 @@ NoiseTable& table() {
 void check_no_term_is_empty(std::string_view spec) {
   if (spec.empty()) throw InputError("the noise is empty; no noise is 'none'");
   if (spec.front() == '+' || spec.back() == '+' || spec.find("++") != std::string_view::npos)
-    throw InputError("noise '" + std::string(spec) +
-                     "': a term of the sum is empty; models are joined as in ch-sd:beta=1+p-sd:beta=0.2");
+    throw InputError("noise " + quoted_line(spec) +
+                     ": a term of the sum is empty; models are joined as in ch-sd:beta=1+p-sd:beta=0.2");
 }
 
 }  // namespace

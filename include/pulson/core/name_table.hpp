@@ -25,6 +25,9 @@ struct Spec {
   std::map<std::string, std::string> values;
 };
 
+/// `text` in quotes, fit for a message of one line: control characters become '?'.
+std::string quoted_line(std::string_view text);
+
 /// Splits `NAME:key=value,...+NAME:...` into its terms; a '+' separates terms where a letter follows it, so 1e+3 is a
 /// number. @throws InputError on a malformed term; `what` ("kernel", "noise") is named in the message.
 std::vector<Spec> parse_spec_sum(std::string_view text, std::string_view what);
@@ -115,7 +118,7 @@ class NameTable {
  private:
   static std::string unknown_name_message(const std::string& what, std::string_view name,
                                           const std::vector<std::string>& names) {
-    std::string message = "unknown " + what + " '" + std::string(name) + "'";
+    std::string message = "unknown " + what + " " + quoted_line(name);
     if (const std::string near = nearest_name(name, names); !near.empty()) message += "; did you mean '" + near + "'";
     message += "; valid: ";
     for (std::size_t i = 0; i < names.size(); ++i) message += (i > 0 ? ", " : "") + names[i];

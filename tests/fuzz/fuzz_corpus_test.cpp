@@ -1,0 +1,83 @@
+// Every file of the fuzzers' corpora once: what they found stays mended, also where there is no clang.
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <ostream>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "fuzz_targets.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/io/landmark_files.hpp"
+
+namespace pulson::fuzz {
+
+void PrintTo(const NamedTarget& target, std::ostream* stream) { *stream << target.name; }
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kCorpus = fs::path(PULSON_SOURCE_DIR) / "tests/fuzz/corpus";
+
+std::vector<fs::path> files_of(std::string_view target) {
+  const fs::directory_iterator entries(kCorpus / target);
+  std::vector<fs::path> files(begin(entries), end(entries));
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::string contents(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+class FuzzCorpus : public testing::TestWithParam<NamedTarget> {};
+
+TEST_P(FuzzCorpus, HasNoFindings) {
+  const std::vector<fs::path> files = files_of(GetParam().name);
+  EXPECT_FALSE(files.empty());
+  for (const fs::path& file : files) {
+    SCOPED_TRACE(file.string());
+    EXPECT_NO_THROW(EXPECT_TRUE(GetParam().run(contents(file))));
+  }
+}
+
+std::string test_name(const testing::TestParamInfo<NamedTarget>& target) { return std::string(target.param.name); }
+
+INSTANTIATE_TEST_SUITE_P(Targets, FuzzCorpus, testing::ValuesIn(kTargets), test_name);
+
+TEST(FuzzCorpora, AreOfTargets) {
+  std::set<std::string> names, folders;
+  for (const NamedTarget& target : kTargets) names.emplace(target.name);
+  for (const fs::directory_entry& entry : fs::directory_iterator(kCorpus)) folders.insert(entry.path().filename());
+  EXPECT_EQ(folders, names);
+}
+
+/// Whether a seed of the targets that take `ROW\n` and a text is read by this row.
+bool has_seed(const LandmarkFormat& format) {
+  for (const char* const target : {"point_lists", "tables", "arrays", "json_landmarks"})
+    for (const fs::path& file : files_of(target)) {
+      const std::string input = contents(file);
+      if (!input.starts_with(format.name + "\n")) continue;
+      try {
+        format.read("f", std::string_view(input).substr(format.name.size() + 1));
+        return true;
+      } catch (const InputError&) {
+        continue;
+      }
+    }
+  return false;
+}
+
+TEST(FuzzCorpora, HaveASeedForEveryReader) {
+  for (const LandmarkFormat& format : landmark_formats()) EXPECT_TRUE(has_seed(format)) << format.name;
+}
+
+}  // namespace
+}  // namespace pulson::fuzz

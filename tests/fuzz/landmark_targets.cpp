@@ -1,0 +1,64 @@
+#include "fuzz_targets.hpp"
+#include "fuzzing.hpp"
+#include "landmark_laws.hpp"
+#include "pulson/io/observation_files.hpp"
+
+namespace pulson::fuzz {
+
+bool landmark_files(std::string_view input) {
+  const MemoryFile bytes(input);
+  const auto file = attempt([&] { return read_landmark_file(bytes.path()); });
+  if (!file) return true;
+  check_landmark_file(*file);
+  check_writers(*file);
+  const auto negative_is_missing = ReadOptions{.negative_is_missing = true};
+  demand("negative coordinates", [&] { return read_landmark_file(bytes.path(), negative_is_missing); });
+  attempt([&] { return read_landmarks(bytes.path() + "#1"); });
+  return true;
+}
+
+bool point_lists(std::string_view input) {
+  return read_as_row(
+      input, {"tps", "ibug", "elastix", "transformix", "idav", "nts", "morphologika", "edma", "stereomorph", "fcsv"});
+}
+
+bool arrays(std::string_view input) { return read_as_row(input, {"vtk", "npy"}); }
+
+bool json_landmarks(std::string_view input) { return read_as_row(input, {"json", "mrk.json"}); }
+
+namespace {
+
+constexpr std::string_view kWeights = "weights\n";
+constexpr std::string_view kCovariances = "covariances\n";
+constexpr int kRows = 3;
+
+bool weights(std::string_view text) {
+  const MemoryFile file(text);
+  const auto numbers = attempt([&] { return read_weights(file.path(), kRows); });
+  if (!numbers) return true;
+  require(numbers->size() == kRows && numbers->allFinite() && (numbers->array() >= 0).all(), "weights");
+  return true;
+}
+
+bool covariances(std::string_view text) {
+  const MemoryFile file(text);
+  for (int d = 1; d <= 3; ++d) {
+    const auto matrices = attempt([&] { return read_covariances(file.path(), kRows, d); });
+    if (!matrices) continue;
+    require(matrices->size() == kRows, "covariances are not as many as landmarks");
+    for (const Eigen::MatrixXd& matrix : *matrices)
+      require(matrix.rows() == d && matrix.cols() == d && matrix.allFinite() && matrix == matrix.transpose(),
+              "a covariance is not symmetric");
+  }
+  return true;
+}
+
+}  // namespace
+
+bool tables(std::string_view input) {
+  if (input.starts_with(kWeights)) return weights(input.substr(kWeights.size()));
+  if (input.starts_with(kCovariances)) return covariances(input.substr(kCovariances.size()));
+  return read_as_row(input, {"csv", "deeplabcut", "bigwarp"});
+}
+
+}  // namespace pulson::fuzz

@@ -9,22 +9,30 @@
 #include "compare/arguments.hpp"
 #include "compare/picture.hpp"
 #include "compare/record.hpp"
+#include "compare/report.hpp"
 #include "compare/summary.hpp"
+#include "messages.hpp"
+#include "progress.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
 namespace {
 
-const std::vector<std::string> kFiles = {"comparison.json", "shapes.csv"};
+const std::vector<std::string> kFiles = {"comparison.json", "shapes.csv", "report.html"};
 const std::vector<std::string> kPictures = {"comparison.png", "comparison.svg"};
-const std::vector<std::string> kStudyFiles = {"recovery.json"};
+const std::vector<std::string> kStudyFiles = {"recovery.json", "report.html"};
 const std::vector<std::string> kStudyPictures = {"recovery.png", "recovery.svg"};
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-void print_notes(const std::vector<std::string>& notes) {
-  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+// The one that a report holds, if any.
+std::filesystem::path picture_of(const OutputOptions& output, const std::vector<std::string>& pictures) {
+  return output.no_picture ? std::filesystem::path() : output.file(pictures.front());
+}
+
+void write_report(const HtmlReport& report, const OutputOptions& output) {
+  write_file_atomically(output.file("report.html"), html_report(report));
 }
 
 int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes, CompareOptions options,
@@ -32,12 +40,14 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
   const double start = now();
   Progress progress;
   options.on_model = [&](int model, const std::string& noise) {
-    progress.show(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
+    progress.show(static_cast<double>(model) / static_cast<double>(arguments.noises.size()), noise);
+    tell_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
   };
   arguments.output.check(kFiles, kPictures);
   const Comparison comparison = compare_models(shapes, arguments.noises, options);
   progress.clear();
-  const std::string record = comparison_json(comparison, now() - start);
+  const double seconds = now() - start;
+  const std::string record = comparison_json(comparison, seconds);
   write_file_atomically(arguments.output.file("comparison.json"), record);
   write_file_atomically(arguments.output.file("shapes.csv"), shapes_csv(comparison));
   arguments.output.write_json(record);
@@ -45,7 +55,9 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
     write_chart(comparison_chart(comparison), arguments.output.file("comparison.png"),
                 arguments.output.file("comparison.svg"));
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
-  print_notes(notes);
+  write_report(comparison_report(comparison, notes, seconds, picture_of(arguments.output, kPictures)),
+               arguments.output);
+  tell_notes(notes);
   if (arguments.output.prints()) {
     print_comparison(comparison);
     arguments.output.print_written(kFiles, kPictures);
@@ -85,20 +97,23 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
                         cohort.alignment, options.settings.seed, {}};
   study.settings.importance_samples = 0;
   study.on_cohort = [&](int done, int all) {
-    const double left = (now() - start) / done * (all - done);
-    progress.show(fmt::format("cohort {} of {}, {:.0f} s left", done, all, left));
+    progress.show(static_cast<double>(done) / all, fmt::format("cohort {} of {}", done, all));
   };
   arguments.output.check(kStudyFiles, kStudyPictures);
   const auto rows =
       study_recovery(cohort.source, true_models(arguments, cohort, options.settings), arguments.noises, study);
   progress.clear();
-  const std::string record = recovery_json(rows, arguments.noises, study, now() - start);
+  const double seconds = now() - start;
+  const std::string record = recovery_json(rows, arguments.noises, study, seconds);
   write_file_atomically(arguments.output.file("recovery.json"), record);
   arguments.output.write_json(record);
   if (!arguments.output.no_picture)
     write_chart(recovery_chart(rows, arguments.noises, study), arguments.output.file("recovery.png"),
                 arguments.output.file("recovery.svg"));
-  print_notes(notes);
+  write_report(
+      recovery_report(rows, arguments.noises, study, notes, seconds, picture_of(arguments.output, kStudyPictures)),
+      arguments.output);
+  tell_notes(notes);
   if (arguments.output.prints()) {
     print_recovery(rows, arguments.noises, study);
     arguments.output.print_written(kStudyFiles, kStudyPictures);

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "messages.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
@@ -71,13 +72,15 @@ void convert(const ConvertArguments& arguments) {
   const LandmarkFormat& format = landmark_format_to_write(arguments.output, arguments.format);
   check_output_file(arguments.output);
   LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
+  tell_step(fmt::format("read {}: {}", arguments.input, file.format));
   convert_axes(arguments, file);
   flip_y(arguments, file);
   std::vector<std::string> notes = std::move(file.warnings);
   for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
-  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
-  fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
-             format.name);
+  tell_notes(notes);
+  if (verbosity() != Verbosity::kQuiet)
+    fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
+               format.name);
 }
 
 }  // namespace
@@ -87,16 +90,20 @@ void add_convert_verb(CLI::App& program) {
   auto arguments = std::make_shared<ConvertArguments>();
   verb->add_option("IN", arguments->input, "landmark file, or a shape of it: FILE#3, FILE#id=NAME")->required();
   verb->add_option("OUT", arguments->output, "file to write; it may be IN itself")->required();
-  verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]");
-  verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other");
-  verb->add_option("--from-axes", arguments->from_axes, "LPS or RAS: axes of IN, whatever it says");
+  verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]")
+      ->type_name("FORMAT");
+  verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other")
+      ->type_name("NAME");
+  verb->add_option("--from-axes", arguments->from_axes, "LPS or RAS: axes of IN, whatever it says")->type_name("NAME");
   verb->add_option(
       "--flip-y", arguments->height,
       "HEIGHT: y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up");
   add_missing_option(*verb, arguments->reading);
+  add_quiet_option(*verb, "-q,--quiet");
   verb->footer(
       "What OUT cannot hold is told as a note on standard error.\n"
-      "Examples:\n  pulson convert wings.tps wings.json\n  pulson convert a.fcsv b.mrk.json --axes RAS");
+      "Examples:\n  pulson convert wings.tps wings.json\n  pulson convert a.fcsv b.mrk.json --axes RAS\n"
+      "Exit codes: 0 done, 2 bad input.");
   verb->callback([arguments] { convert(*arguments); });
 }
 

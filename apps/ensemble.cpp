@@ -10,8 +10,10 @@
 
 #include "ensemble_picture.hpp"
 #include "interrupt.hpp"
+#include "messages.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
+#include "progress.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/ensemble_record.hpp"
@@ -128,12 +130,6 @@ std::string file_contents(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-std::string remaining_text(double seconds) {
-  if (seconds < 90) return fmt::format("{:.0f} s", seconds);
-  if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
-  return fmt::format("{:.1f} h", seconds / 3600);
-}
-
 // Samples until all paths are there or a signal comes; saves the sums every so often.
 void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& arguments) {
   const Interrupt interrupt;
@@ -152,8 +148,8 @@ void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& argum
     const double rate = static_cast<double>(samples - first) / (time - begin);
     // So many that a turn takes about a fifth of a second.
     blocks = std::clamp(static_cast<int>(rate * 0.2 / kBlock), 1, kBlocksAtOnce * thread_count());
-    progress.show(fmt::format("{} of {} paths, {} left", samples, run.options.samples,
-                              remaining_text(static_cast<double>(run.options.samples - samples) / rate)));
+    progress.show(static_cast<double>(samples) / static_cast<double>(enough),
+                  fmt::format("{} of {} paths", samples, run.options.samples));
     if (time - saved < kCheckpointSeconds) continue;
     saved = time;
     run.sums = ensemble.sums();
@@ -215,13 +211,13 @@ void print_summary(const EnsembleRun& run) {
 bool print_warnings(const EnsembleRun& run) {
   const PathCounts& paths = run.sums.paths;
   if (run.partial())
-    fmt::print(stderr, "warning: partial: {} of {} paths; --resume goes on from here\n", run.sums.samples,
-               run.options.samples);
+    tell_warning(
+        fmt::format("partial: {} of {} paths; --resume goes on from here", run.sums.samples, run.options.samples));
   if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
-    fmt::print(stderr,
-               "warning: {} of {} paths are not clean; statistics are over the others, up to each time. A smaller "
-               "--dt may help\n",
-               lost, run.sums.samples);
+    tell_warning(
+        fmt::format("{} of {} paths are not clean; statistics are over the others, up to each time. A smaller "
+                    "--dt may help",
+                    lost, run.sums.samples));
   return run.partial() || paths.no_root + paths.momentum_bound > 0;
 }
 
@@ -244,9 +240,12 @@ int run_ensemble(const EnsembleArguments& arguments) {
                   0};
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
   if (arguments.resume) ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
+  tell_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   sample(ensemble, run, arguments);
+  tell_step(fmt::format("sampled {} paths", run.sums.samples));
   write_results(run, arguments);
-  for (const std::string& note : start.notes) fmt::print(stderr, "note: {}\n", note);
+  tell_step("wrote the results");
+  tell_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(run);
     arguments.output.print_written(kFiles, kPictures);
@@ -257,10 +256,12 @@ int run_ensemble(const EnsembleArguments& arguments) {
 }  // namespace
 
 void add_ensemble_verb(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand("ensemble", "Monte Carlo: crossing probability, mean paths, densities");
+  CLI::App* verb = program.add_subcommand("ensemble", "Sample many paths: crossing probability, mean paths, densities");
   auto arguments = std::make_shared<EnsembleArguments>();
   arguments->start.add_to(*verb);
-  verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")->capture_default_str();
+  verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
+      ->type_name("NAME")
+      ->capture_default_str();
   arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
   verb->add_flag("--antithetic", arguments->options.antithetic, "paths in pairs with opposite noise");
@@ -269,11 +270,14 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--records", arguments->records, "times at which statistics are taken, evenly spread")
       ->capture_default_str();
-  verb->add_option("--densities", arguments->densities, "more times with statistics and histograms")->delimiter(',');
-  verb->add_option("--save-final", arguments->save_final,
-                   "write the final states: .npy, [sample][q,p][landmark][axis]");
+  verb->add_option("--densities", arguments->densities, "more times with statistics and histograms")
+      ->type_name("TIMES")
+      ->delimiter(',');
+  verb->add_option("--save-final", arguments->save_final, "write the final states: .npy, [sample][q,p][landmark][axis]")
+      ->type_name("FILE");
   verb->add_option("--save-paths", arguments->save_paths,
-                   "write the states at the records: .npy, [sample][record][q,p][landmark][axis]");
+                   "write the states at the records: .npy, [sample][record][q,p][landmark][axis]")
+      ->type_name("FILE");
   verb->add_flag("--resume", arguments->resume, "go on from ensemble.partial in the folder");
   verb->add_option("--stop-after", arguments->stop_after, "stop after so many samples, to be resumed");
   add_threads_option(*verb);

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "messages.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
+#include "progress.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/densities.hpp"
@@ -80,7 +82,8 @@ std::vector<Estimate> sampled_crossing(const Problem& problem, const FokkerPlanc
   Ensemble ensemble(problem.start.system, "variational", problem.start.state, options);
   Progress progress;
   while (!ensemble.done()) {
-    progress.show(fmt::format("{} of {} paths", ensemble.sums().samples, arguments.samples));
+    progress.show(static_cast<double>(ensemble.sums().samples) / static_cast<double>(arguments.samples),
+                  fmt::format("{} of {} paths", ensemble.sums().samples, arguments.samples));
     ensemble.advance(32);
   }
   const double side = problem.equation.q2 > problem.equation.q1 ? 1 : -1;
@@ -184,8 +187,10 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
     throw InputError(fmt::format("--dt is {}; it must be greater than 0 and at most --time", arguments.dt));
   arguments.output.check(kFiles, kPictures);
   const PairCrossing crossing = crossing_probability(problem.equation, arguments.options);
+  tell_step(fmt::format("solved the pair equation on {} grids", crossing.grids.size()));
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
   const std::vector<Estimate> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
+  tell_step(fmt::format("sampled {} paths", arguments.samples));
   write_file_atomically(arguments.output.file("crossing.csv"), crossing_csv(crossing, sampled));
   write_file_atomically(arguments.output.file("densities.csv"), densities_csv(problem));
   if (!arguments.output.no_picture)
@@ -194,7 +199,7 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   const std::string record = record_json(problem, arguments, crossing, sampled);
   write_file_atomically(arguments.output.file("fokker_planck.json"), record);
   arguments.output.write_json(record);
-  for (const std::string& note : problem.start.notes) fmt::print(stderr, "note: {}\n", note);
+  tell_notes(problem.start.notes);
   if (arguments.output.prints()) {
     fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
                crossing.probability, crossing.error, arguments.time, crossing.gap_points, crossing.momentum_lines,
@@ -205,15 +210,16 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
     arguments.output.print_written(kFiles, kPictures);
   }
   if (crossing.converged) return kDone;
-  fmt::print(stderr, "warning: the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help\n",
-             crossing.error, arguments.options.tolerance);
+  tell_warning(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",
+                           crossing.error, arguments.options.tolerance));
   return kNotConverged;
 }
 
 }  // namespace
 
 void add_fokker_planck_verb(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand("fokker-planck", "Densities, and a pair's crossing probability on a grid");
+  CLI::App* verb =
+      program.add_subcommand("fokker-planck", "Compute densities, and a pair's crossing probability on a grid");
   auto arguments = std::make_shared<FokkerPlanckArguments>();
   arguments->start.add_to(*verb);
   verb->add_option("--time", arguments->time, "length T of the time interval")->capture_default_str();

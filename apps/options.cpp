@@ -1,11 +1,9 @@
 #include "options.hpp"
 
 #include <charconv>
-#include <chrono>
 #include <cmath>
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -14,8 +12,6 @@ namespace pulson {
 namespace {
 
 constexpr int kMaxSteps = 10'000'000;
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 
@@ -49,13 +45,15 @@ TimeGrid TimeOptions::grid(double default_time) const {
 
 void add_seed_option(CLI::App& verb, std::uint64_t& seed) {
   verb.add_option_function<std::string>(
-      "--seed",
-      [&seed](const std::string& text) {
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-        if (error != std::errc() || end != text.data() + text.size())
-          throw InputError(fmt::format("--seed is '{}'; it must be a whole number from 0 to 2^64 - 1", text));
-      },
-      fmt::format("paths are functions of (seed, path number) [{}]", seed));
+          "--seed",
+          [&seed](const std::string& text) {
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+            if (error != std::errc() || end != text.data() + text.size())
+              throw InputError(fmt::format("--seed is '{}'; it must be a whole number from 0 to 2^64 - 1", text));
+          },
+          "paths are functions of (seed, path number)")
+      ->type_name("UINT")
+      ->default_str(std::to_string(seed));
 }
 
 void add_threads_option(CLI::App& verb) {
@@ -66,23 +64,6 @@ void add_threads_option(CLI::App& verb) {
         set_thread_count(count);
       },
       "threads to use; 0: one per core");
-}
-
-Progress::Progress() : started_(now()), on_terminal_(isatty(STDERR_FILENO) != 0) {}
-
-Progress::~Progress() { clear(); }
-
-void Progress::clear() {
-  if (shown_ > 0) fmt::print(stderr, "\r\x1b[K");
-  shown_ = 0;
-}
-
-void Progress::show(const std::string& text) {
-  const double time = now();
-  if (!on_terminal_ || time - started_ < 1 || time - shown_ < 0.1) return;
-  shown_ = time;
-  fmt::print(stderr, "\r\x1b[K{}", text);
-  std::fflush(stderr);
 }
 
 }  // namespace pulson

@@ -28,21 +28,4 @@ void add_seed_option(CLI::App& verb, std::uint64_t& seed);
 /// `--threads`; sets the number at once.
 void add_threads_option(CLI::App& verb);
 
-/// A line of progress on a terminal, rewritten in place; nothing in a pipe and nothing in the first second.
-class Progress {
- public:
-  Progress();
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-  void show(const std::string& text);
-  /// Takes the line away, so that something else can be printed.
-  void clear();
-
- private:
-  double started_;
-  double shown_ = 0;
-  bool on_terminal_;
-};
-
 }  // namespace pulson

@@ -9,10 +9,11 @@
 namespace pulson {
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& pictures, const std::string& quiet_names) {
-  verb.add_option("-o,--out", out, "folder for the results")->required();
-  verb.add_option("--json", json, "write the record here too; - for standard output, and nothing else");
+  verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
+  verb.add_option("--json", json, "write the record here too; - for standard output, and nothing else")
+      ->type_name("FILE");
   verb.add_flag("--no-picture", no_picture, "do not draw " + pictures);
-  verb.add_flag(quiet_names, quiet, "print warnings and errors only");
+  add_quiet_option(verb, quiet_names);
 }
 
 void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& pictures) const {

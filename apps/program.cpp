@@ -2,20 +2,23 @@
 
 #include "program.hpp"
 
-#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/Error.hpp>
 #include <fmt/format.h>
 
+#include "build_facts.hpp"
+#include "config.hpp"
+#include "help.hpp"
+#include "messages.hpp"
+#include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/name_table.hpp"
-#include "pulson/core/version.hpp"
-#include "pulson/kernels/kernel_operator.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
@@ -23,40 +26,73 @@ namespace {
 
 using AddVerbs = std::function<void(CLI::App&, int&)>;
 
-int complain(std::string message, int exit_code) {
-  for (char& c : message)
-    if (c == '\n') c = ' ';
-  fmt::print(stderr, "pulson: {}\n", message);
+int complain(const std::string& message, int exit_code) {
+  tell_error(message);
   return exit_code;
 }
 
-// A first word that is no verb gets an answer of its own: the parser would only miss a verb.
-void check_verb(const CLI::App& program, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
-  std::vector<std::string> verbs;
-  for (const CLI::App* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
-  if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return;
-  const std::string near = nearest_name(argv[1], verbs);
-  throw InputError(fmt::format("unknown verb '{}'{}; valid: {}", argv[1],
-                               near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(verbs, ", ")));
+// What every verb has besides its own options.
+void add_common_options(CLI::App& verb) {
+  if (verb.get_name() == "completion") return;
+  add_verbose_option(verb);
+  add_config_options(verb);
+}
+
+// --print-config is in place of the work.
+void print_config(const CLI::App& program) {
+  for (const CLI::App* verb : program.get_subcommands())
+    if (asks_for_config(*verb)) {
+      fmt::print("{}", config_text(*verb));
+      throw CLI::Success();
+    }
+}
+
+// As a shell reads it as one word.
+std::string shell_word(std::string_view word) {
+  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_@%+=:,./-";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos) return std::string(word);
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string& kept_command_line() {
+  static std::string line;
+  return line;
+}
+
+void keep_command_line(int argc, char** argv) {
+  std::string& line = kept_command_line();
+  line = argc > 0 ? shell_word(std::filesystem::path(argv[0]).filename().string()) : "";
+  for (int i = 1; i < argc; ++i) line += ' ' + shell_word(argv[i]);
 }
 
 int run(int argc, char** argv, const AddVerbs& add_verbs) {
   int exit_code = kDone;
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
-  program.set_version_flag("--version",
-                           [] { return fmt::format("pulson {} ({} vector code)", version(), vector_target()); });
+  program.formatter(help_formatter());
+  program.set_version_flag(
+      "--version", [] { return build_facts(); }, "print the version, and what it was built with");
+  program.get_help_ptr()->description("print this, or with a verb its options and examples");
   program.require_subcommand(1);
-  program.get_formatter()->column_width(34);
   add_verbs(program, exit_code);
-  check_verb(program, argc, argv);
+  for (CLI::App* verb : program.get_subcommands({})) add_common_options(*verb);
+  program.parse_complete_callback([&program] { print_config(program); });
+  if (argc < 2) {
+    fmt::print(stderr, "{}", welcome());
+    return kBadInput;
+  }
+  check_names(program, {argv + 1, argv + argc});
   try {
     program.parse(argc, argv);
     return exit_code;
+  } catch (const CLI::CallForVersion& called) {
+    fmt::print("{}", called.what());
+    return kDone;
   } catch (const CLI::Success& success) {
     return program.exit(success);
   } catch (const CLI::ParseError& error) {
-    const bool has_verb = argc > 1 && argv[1][0] != '-';
+    const bool has_verb = argv[1][0] != '-';
     return complain(fmt::format("{} (see pulson {}--help)", error.what(), has_verb ? argv[1] + std::string(" ") : ""),
                     kBadInput);
   }
@@ -66,6 +102,7 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
 
 int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
   try {
+    keep_command_line(argc, argv);
     const int exit_code = run(argc, argv, add_verbs);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
       return complain("standard output could not be written", kBadInput);
@@ -78,5 +115,7 @@ int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
     return complain(fmt::format("internal error: {}", error.what()), kInternalError);
   }
 }
+
+const std::string& command_line() { return kept_command_line(); }
 
 }  // namespace pulson

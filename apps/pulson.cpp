@@ -1,13 +1,16 @@
 // The program: one verb per file.
 
 #include <filesystem>
+#include <memory>
 #include <string_view>
 
 #include <unistd.h>
 
+#include "completion.hpp"
 #include "program.hpp"
 #include "pulson/core/errors.hpp"
 #include "verbs.hpp"
+#include "warp/arguments.hpp"
 
 namespace {
 
@@ -19,9 +22,17 @@ int run_beside(char** argv) {
   throw pulson::InputError(images.string() + ", which belongs to this program, cannot be run");
 }
 
+// For the list of verbs and for shells: run_beside() runs it.
+void list_warp_verb(CLI::App& program) {
+  const auto arguments = std::make_shared<pulson::WarpArguments>();
+  CLI::App* verb = program.add_subcommand("warp", pulson::kWarpHelp);
+  arguments->add_to(*verb);
+  verb->callback([arguments] {});
+}
+
 void add_verbs(CLI::App& program, int& exit_code) {
   pulson::add_register_verb(program, exit_code);
-  program.add_subcommand("warp", pulson::kWarpHelp);  // for the list of verbs: run_beside() runs it
+  list_warp_verb(program);
   pulson::add_simulate_verb(program, exit_code);
   pulson::add_ensemble_verb(program, exit_code);
   pulson::add_compare_verb(program, exit_code);
@@ -29,6 +40,7 @@ void add_verbs(CLI::App& program, int& exit_code) {
   pulson::add_reproduce_verb(program, exit_code);
   pulson::add_convert_verb(program);
   pulson::add_info_verb(program);
+  pulson::add_completion_verb(program);
 }
 
 }  // namespace

@@ -4,19 +4,22 @@
 
 #include <fmt/core.h>
 
+#include "messages.hpp"
+#include "progress.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "pulson/warp/triangulation.hpp"
 #include "register_options.hpp"
 #include "register_picture.hpp"
+#include "register_report.hpp"
 #include "register_summary.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
 namespace {
 
-const std::vector<std::string> kFiles = {"registration.json", "residuals.csv", "trajectory.csv"};
+const std::vector<std::string> kFiles = {"registration.json", "residuals.csv", "trajectory.csv", "report.html"};
 const std::vector<std::string> kPictures = {"registration.png", "registration.svg"};
 
 TopologyCounts topology_counts(const Registration& registration) {
@@ -27,16 +30,20 @@ TopologyCounts topology_counts(const Registration& registration) {
   return counts;
 }
 
-void write_results(const Registration& registration, const RegistrationFacts& facts, const OutputOptions& output) {
+void write_results(const Registration& registration, const RegistrationFacts& facts,
+                   const std::vector<std::string>& notes, const OutputOptions& output) {
   const Trajectory path = replay(registration);
   const std::string record = registration_json(registration, facts);
   write_file_atomically(output.file("registration.json"), record);
   write_file_atomically(output.file("residuals.csv"), residuals_csv(registration, facts.shares));
   write_file_atomically(output.file("trajectory.csv"), trajectory_csv(registration, path));
-  output.write_json(record);
   if (!output.no_picture)
     write_registration_picture(make_registration_picture(registration, path), output.file("registration.png"),
                                output.file("registration.svg"));
+  const std::filesystem::path picture = output.no_picture ? "" : output.file("registration.png");
+  write_file_atomically(output.file("report.html"),
+                        html_report(registration_report(registration, path, facts, without_repeats(notes), picture)));
+  output.write_json(record);
 }
 
 // Fits the parameters named, and sets the options to them.
@@ -64,6 +71,8 @@ int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
   const Landmarks source = read_landmarks(arguments.source, &notes);
   const Landmarks target = read_landmarks(arguments.target, &notes);
+  tell_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target,
+                        source.count(), target.count(), source.dimension()));
   RegistrationOptions options = arguments.registration_options(source);
   Progress progress;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
@@ -73,10 +82,12 @@ int run_register(const RegisterArguments& arguments) {
   const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
   const Registration registration = register_shapes(source, target, options);
   progress.clear();
+  tell_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
   const RegistrationFacts facts{topology_counts(registration), landmark_shares(registration), fitted};
-  write_results(registration, facts, arguments.output);
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
-  for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
+  write_results(registration, facts, notes, arguments.output);
+  tell_step("wrote the results");
+  tell_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts);
     arguments.output.print_written(kFiles, kPictures);

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include "known_values.hpp"
 #include "pulson/io/observation_files.hpp"
 
 namespace pulson {
@@ -11,26 +12,42 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
   RegistrationOptions& options = arguments.options;
   verb.add_option("--sigma", options.sigma, "standard deviation of a landmark's place, length units")
       ->capture_default_str();
-  verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance");
+  verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance")
+      ->type_name("FILE");
   verb.add_option("--covariances", arguments.covariances,
-                  "csv: for each landmark its variance, those of the axes, or its covariance, instead of sigma^2");
-  verb.add_option("--data", arguments.data,
-                  "landmarks; or, for outlines without correspondence, varifold, or current: with a direction")
-      ->capture_default_str();
+                  "csv: for each landmark its variance, those of the axes, or its covariance, instead of sigma^2")
+      ->type_name("FILE");
+  only_known(
+      verb.add_option("--data", arguments.data,
+                      "landmarks; or, for outlines without correspondence, varifold, or current: with a direction")
+          ->type_name("NAME")
+          ->capture_default_str(),
+      "data");
   verb.add_option("--data-width", arguments.data_width, "width of the kernel that compares outlines")
+      ->type_name("NUMBER")
       ->capture_default_str();
-  verb.add_option("--curve-ends", arguments.curve_ends, "outlines are closed, open or auto: where the gap is small")
-      ->capture_default_str();
-  verb.add_option("--align", arguments.align, "motion taken out first: none, translation, rigid, similarity, affine")
-      ->capture_default_str();
+  only_known(
+      verb.add_option("--curve-ends", arguments.curve_ends, "outlines are closed, open or auto: where the gap is small")
+          ->type_name("NAME")
+          ->capture_default_str(),
+      "ends");
+  only_known(verb.add_option("--align", arguments.align,
+                             "motion taken out first: none, translation, rigid, similarity, affine")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "alignment");
   verb.add_flag("--reflect", options.reflect, "the motion may turn the shape over");
 }
 
 void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
   RegistrationOptions& options = arguments.options;
   verb.add_option("--lambda", arguments.lambda, "weight of the energy; auto: 1/diameter^2 of the source")
+      ->type_name("NUMBER")
       ->capture_default_str();
-  verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")->capture_default_str();
+  only_known(verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "solver");
   verb.add_option("--starts", options.minimise.starts,
                   "searches, each from another way: straight, turned to the left, to the right, then at random")
       ->capture_default_str();
@@ -39,6 +56,7 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
   verb.add_option("--fit", arguments.fit,
                   "parameters of noise and kernel that are fitted first, by the evidence: beta,alpha; also lambda and "
                   "data-sigma")
+      ->type_name("NAMES")
       ->delimiter(',');
   verb.add_option("--samples", options.samples, "realisations of the noise in mode expected")->capture_default_str();
   add_seed_option(verb, options.seed);
@@ -58,13 +76,21 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
   verb.add_option("TARGET", target, "shape that it should become")->required();
   output.add_to(verb, "registration.png and .svg", "-q,--quiet");
-  verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels")->capture_default_str();
-  verb.add_option("--noise", options.noise, "noise model, see pulson info noises")->capture_default_str();
-  verb.add_option("--mode", mode,
-                  "deterministic: no noise; map: the noise is fitted too [where there is noise]; pathwise: for one "
-                  "realisation of it; expected: for the mean over realisations");
+  verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels")
+      ->type_name("SPEC")
+      ->capture_default_str();
+  verb.add_option("--noise", options.noise, "noise model, see pulson info noises")
+      ->type_name("SPEC")
+      ->capture_default_str();
+  only_known(
+      verb.add_option("--mode", mode,
+                      "deterministic: no noise; map: the noise is fitted too [where there is noise]; pathwise: for one "
+                      "realisation of it; expected: for the mean over realisations")
+          ->type_name("NAME"),
+      "mode");
   verb.add_option("--integrator", options.integrator,
                   "see pulson info integrators; auto: variational, where noise is fitted without its compensation")
+      ->type_name("NAME")
       ->capture_default_str();
   add_data_options(verb, *this);
   add_solver_options(verb, *this);

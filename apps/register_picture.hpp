@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "pulson/matching/registration.hpp"
 #include "pulson/report/registration_picture.hpp"
 
@@ -7,5 +9,8 @@ namespace pulson {
 
 /// What the picture of a registration shows: its path, and the grid that the flow carries along.
 RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path);
+
+/// What pictures call a shape: its name; where that is a mere number, the file's name and the number.
+std::string short_name(const Landmarks& shape);
 
 }  // namespace pulson

@@ -4,6 +4,8 @@
 
 #include <fmt/core.h>
 
+#include "messages.hpp"
+
 namespace pulson {
 namespace {
 
@@ -102,16 +104,22 @@ void print_registration(const Registration& registration, const RegistrationFact
   if (registration.uncertainty) print_uncertainty(*registration.uncertainty);
 }
 
+std::vector<std::string> warnings(const Registration& registration) {
+  std::vector<std::string> texts;
+  if (!registration.converged)
+    texts.push_back(
+        fmt::format("not converged: {} after {} iterations", registration.stop_reason, registration.iterations));
+  if (!registration.matched())
+    texts.push_back(fmt::format("not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of what it was; {}",
+                                registration.rms(), registration.rms() / registration.sigma,
+                                100 * registration.rms() / registration.initial_rms(), advice(registration)));
+  return texts;
+}
+
 void print_warnings(const Registration& registration, const std::string& asked_noise) {
   if (registration.noise == "none" && asked_noise != "none")
-    fmt::print(stderr, "note: mode deterministic does not use the noise '{}'\n", asked_noise);
-  if (!registration.converged)
-    fmt::print(stderr, "warning: not converged: {} after {} iterations\n", registration.stop_reason,
-               registration.iterations);
-  if (!registration.matched())
-    fmt::print(stderr, "warning: not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of what it was; {}\n",
-               registration.rms(), registration.rms() / registration.sigma,
-               100 * registration.rms() / registration.initial_rms(), advice(registration));
+    tell_note(fmt::format("mode deterministic does not use the noise '{}'", asked_noise));
+  for (const std::string& text : warnings(registration)) tell_warning(text);
 }
 
 }  // namespace pulson

@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include "interrupt.hpp"
+#include "messages.hpp"
 #include "options.hpp"
+#include "progress.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/io/atomic_file.hpp"
@@ -24,7 +26,6 @@ struct ReproduceArguments {
   std::optional<double> dt;
   std::uint64_t seed = 1;
   bool no_picture = false;
-  bool quiet = false;
 };
 
 std::vector<Experiment> chosen(const std::string& name) {
@@ -105,16 +106,17 @@ int run_reproduce(const ReproduceArguments& arguments) {
       break;
     }
     progress.clear();
+    tell_step(experiment.name);
     write_file_atomically(options.out / "report.html", html_report(report));
-    if (!arguments.quiet) print_claims(report.sections.back());
+    if (verbosity() != Verbosity::kQuiet) print_claims(report.sections.back());
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (interrupted) {
-    fmt::print(stderr, "warning: interrupted: {} of {} experiments are done and written\n", report.sections.size(),
-               chosen_experiments.size());
+    tell_warning(fmt::format("interrupted: {} of {} experiments are done and written", report.sections.size(),
+                             chosen_experiments.size()));
     return kNotConverged;
   }
-  if (!arguments.quiet)
+  if (verbosity() != Verbosity::kQuiet)
     fmt::print("wrote      {}: report.html{}, csv, in {:.1f} s\n", arguments.out,
                options.pictures ? ", pictures (.png, .svg)" : "", seconds);
   return kDone;
@@ -123,19 +125,22 @@ int run_reproduce(const ReproduceArguments& arguments) {
 }  // namespace
 
 void add_reproduce_verb(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand("reproduce", "The experiments of the paper, and which of its claims hold");
+  CLI::App* verb =
+      program.add_subcommand("reproduce", "Repeat the experiments of the paper, and tell which of its claims hold");
   auto arguments = std::make_shared<ReproduceArguments>();
   std::string help = "all, or one of:";
   for (const Experiment& experiment : experiments()) help += fmt::format("\n{}: {}", experiment.name, experiment.help);
   verb->add_option("EXPERIMENT", arguments->what, help)->required();
-  verb->add_option("-o,--out", arguments->out, "folder for report.html, pictures and csv")->required();
+  verb->add_option("-o,--out", arguments->out, "folder for report.html, pictures and csv")
+      ->type_name("FOLDER")
+      ->required();
   verb->add_flag("--quick", arguments->quick, "2048 paths and steps of beta of 0.5: a look");
   verb->add_option("--samples", arguments->samples, "paths of each ensemble [50000]");
   verb->add_option("--dt", arguments->dt, "time step [0.02]");
   add_seed_option(*verb, arguments->seed);
   add_threads_option(*verb);
   verb->add_flag("--no-picture", arguments->no_picture, "do not draw");
-  verb->add_flag("--quiet", arguments->quiet, "print warnings and errors only");
+  add_quiet_option(*verb, "-q,--quiet");
   verb->footer(
       "Examples:\n"
       "  pulson reproduce figure3 -o out\n"

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "messages.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "pulson/io/atomic_file.hpp"
@@ -131,8 +132,8 @@ bool print_warnings(const Simulation& simulation) {
     if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
   }
   if (unclean > 0)
-    fmt::print(stderr, "warning: {} of {} paths did not reach their end cleanly; {}\n", unclean,
-               simulation.samples.size(), first);
+    tell_warning(
+        fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first));
   return unclean > 0;
 }
 
@@ -147,8 +148,10 @@ int run_simulate(const SimulateArguments& arguments) {
   Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
   simulation.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  tell_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
   write_results(simulation, arguments);
-  for (const std::string& note : start.notes) fmt::print(stderr, "note: {}\n", note);
+  tell_step("wrote the results");
+  tell_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
     arguments.output.print_written(kFiles, kPictures);
@@ -162,7 +165,9 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("simulate", "Draw one or a few sample paths of the stochastic system");
   auto arguments = std::make_shared<SimulateArguments>();
   arguments->start.add_to(*verb);
-  verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")->capture_default_str();
+  verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
+      ->type_name("NAME")
+      ->capture_default_str();
   arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
   add_seed_option(*verb, arguments->options.seed);

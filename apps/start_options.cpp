@@ -54,15 +54,18 @@ void check_distinct(const Landmarks& shape) {
 }  // namespace
 
 void StartOptions::add_to(CLI::App& verb) {
-  CLI::Option* by_q = verb.add_option("--q", q, "positions: 0,10 on a line, 0/0,1/0 in the plane, 0/0/0,… in space");
-  CLI::Option* by_shape = verb.add_option("--shape", shape, "positions from a landmark file, file#3 or file#id=NAME");
-  CLI::Option* by_from = verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json");
+  CLI::Option* by_q = verb.add_option("--q", q, "positions: 0,10 on a line, 0/0,1/0 in the plane, 0/0/0,… in space")
+                          ->type_name("NUMBERS");
+  CLI::Option* by_shape =
+      verb.add_option("--shape", shape, "positions from a landmark file, file#3 or file#id=NAME")->type_name("FILE");
+  CLI::Option* by_from =
+      verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json")->type_name("FILE");
   by_q->excludes(by_shape, by_from);
   by_shape->excludes(by_from);
-  CLI::Option* by_p = verb.add_option("--p", p, "momenta, as --q [0]");
-  verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->excludes(by_p);
-  verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]");
-  verb.add_option("--noise", noise, "see pulson info noises [none]");
+  CLI::Option* by_p = verb.add_option("--p", p, "momenta, as --q [0]")->type_name("NUMBERS");
+  verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->type_name("FILE")->excludes(by_p);
+  verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
+  verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");
 }
 
 Start StartOptions::start() const {

@@ -3,6 +3,9 @@
 #include <chrono>
 #include <memory>
 
+#include <fmt/core.h>
+
+#include "messages.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "verbs.hpp"
 #include "warp/motion.hpp"
@@ -33,6 +36,7 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
                                            : ImageWarp(flow, registration.alignment, frames.input, frames.result);
   WarpedImage result = arguments.samples > 0 ? warp_samples(picture.image, registration, frames, arguments)
                                              : warp_image(picture.image, warp, frames, arguments);
+  tell_step("mapped the image");
   write_picture(arguments.out, result.image, frames.result);
   write_more_results(picture.image, result, warp, frames, arguments);
   if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
@@ -51,6 +55,7 @@ void run_warp(const WarpArguments& arguments) {
   else
     arguments.check_for_landmarks();
   const Registration registration = read_registration(arguments.registration);
+  tell_step(fmt::format("read {}: {} landmarks", arguments.registration, registration.source.count()));
   if (of_image)
     run_image(arguments, registration, start);
   else
@@ -63,6 +68,14 @@ void add_warp_verb(CLI::App& program, int& /*exit_code*/) {
   const auto arguments = std::make_shared<WarpArguments>();
   CLI::App* verb = program.add_subcommand("warp", kWarpHelp);
   arguments->add_to(*verb);
+  verb->footer(
+      "Examples:\n"
+      "  pulson warp out/registration.json a.png -o warped.png --side-by-side both.png\n"
+      "  pulson warp out/registration.json a.jpg --like b.jpg --pixel-size 10 -o warped.png\n"
+      "  pulson warp out/registration.json b.png --inverse -o back.png\n"
+      "  pulson warp out/registration.json a.png -o warped.png --jacobian j.tif --animate motion.gif\n"
+      "  pulson warp out/registration.json points.csv -o moved.csv\n"
+      "Exit codes: 0 done, 2 bad input.");
   verb->callback([arguments] { run_warp(*arguments); });
 }
 

@@ -50,7 +50,7 @@ TEST_F(CompareProgram, WritesARecordOfEveryModel) {
   const ProgramRun done = compare(sample("swap_source") + ' ' + sample("swap_target") +
                                   " -o out --sigma 0.05 --noise none --noise ch-sd:beta=1 --lambda 1 --no-picture");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "shapes.csv"));
+  EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "report.html", "shapes.csv"));
   EXPECT_THAT(done.out, AllOf(HasSubstr("these shapes call for ch-sd:beta=1"), HasSubstr("wrote      out")));
   const nlohmann::json told = read_json("out/comparison.json");
   ASSERT_EQ(told["models"].size(), 2U);
@@ -79,7 +79,8 @@ TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
       "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd --folds 2 --importance 20 --json - --steps 5 "
       "--forward-samples 50");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "comparison.png", "comparison.svg", "shapes.csv"));
+  EXPECT_THAT(names_in("out"),
+              ElementsAre("comparison.json", "comparison.png", "comparison.svg", "report.html", "shapes.csv"));
   const nlohmann::json told = nlohmann::json::parse(done.out);
   EXPECT_EQ(told, read_json("out/comparison.json"));
   EXPECT_EQ(told["targets"].size(), 6U);
@@ -98,7 +99,7 @@ TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {
       "--steps 4 --no-picture -q");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.out, "");
-  EXPECT_THAT(names_in("out"), ElementsAre("recovery.json"));
+  EXPECT_THAT(names_in("out"), ElementsAre("recovery.json", "report.html"));
   const nlohmann::json told = read_json("out/recovery.json");
   EXPECT_EQ(told["cohorts"], 2);
   EXPECT_EQ(told["shapes"], 3);

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -77,13 +76,58 @@ inline void apply(const Setting& setting, PageCommand& command) {
     if (shown.rfind("pulson: ", 0) == 0) command.exit_code = 2;
 }
 
-/// Numbers as they are, everything else but blanks between them.
-inline std::vector<std::string> tokens(const std::string& line) {
-  static const std::regex pattern(R"(…|\d+\.?\d*(?:e[-+]?\d+)?|[^\s\d…]+)");
-  return {std::sregex_token_iterator(line.begin(), line.end(), pattern), std::sregex_token_iterator()};
+inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// The end of the number that begins at `i`: digits, then a fraction, then an exponent.
+inline std::size_t end_of_number(const std::string& line, std::size_t i) {
+  const auto skip_digits = [&](std::size_t from) {
+    while (from < line.size() && is_digit(line[from])) ++from;
+    return from;
+  };
+  i = skip_digits(i);
+  if (i < line.size() && line[i] == '.') i = skip_digits(i + 1);
+  if (i + 1 < line.size() && line[i] == 'e') {
+    const std::size_t digits = i + (line[i + 1] == '-' || line[i + 1] == '+' ? 2 : 1);
+    if (digits < line.size() && is_digit(line[digits])) i = skip_digits(digits);
+  }
+  return i;
 }
 
-inline bool is_number(const std::string& token) { return token.front() >= '0' && token.front() <= '9'; }
+/// Numbers, `…`, and what stands between these and blanks.
+inline std::vector<std::string> tokens(const std::string& line) {
+  const std::string gap = "…";
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < line.size();) {
+    const std::size_t begin = i;
+    if (line[i] == ' ' || line[i] == '\t') {
+      ++i;
+      continue;
+    }
+    if (line.compare(i, gap.size(), gap) == 0) {
+      i += gap.size();
+    } else if (is_digit(line[i])) {
+      i = end_of_number(line, i);
+    } else {
+      while (i < line.size() && line[i] != ' ' && line[i] != '\t' && !is_digit(line[i]) &&
+             line.compare(i, gap.size(), gap) != 0)
+        ++i;
+    }
+    parts.push_back(line.substr(begin, i - begin));
+  }
+  return parts;
+}
+
+inline bool is_number(const std::string& token) { return is_digit(token.front()); }
+
+/// Whether a line is a command of ours: `pulson VERB …`, after `$ ` or not, with a folder before it or not.
+inline bool is_command(const std::string& line) {
+  std::string text = trimmed(line);
+  if (text.rfind("$ ", 0) == 0) text = trimmed(text.substr(2));
+  const std::size_t end = text.find(' ');
+  if (end == std::string::npos || end + 1 >= text.size() || text[end + 1] < 'a' || text[end + 1] > 'z') return false;
+  const std::string program = text.substr(0, end);
+  return program.substr(program.rfind('/') + 1) == "pulson";
+}
 
 inline bool match_from(const std::vector<std::string>& shown, std::size_t s, const std::vector<std::string>& real,
                        std::size_t r) {
@@ -113,7 +157,6 @@ inline bool lines_agree(const std::string& shown, const std::string& real) {
 
 inline Page read_page(const std::string& text) {
   using namespace page_detail;
-  static const std::regex stray(R"(^\s*(\$ )?(\S*/)?pulson [a-z].*)");
   Page page;
   Setting setting;
   bool in_console = false, in_other = false, continues = false;
@@ -141,7 +184,7 @@ inline Page read_page(const std::string& text) {
       if (!trimmed(line).empty()) page.commands.back().shown.push_back(line);
     } else if (line.rfind("<!-- in tests: ", 0) == 0) {
       setting = setting_of(line.substr(15, line.rfind("-->") - 15));
-    } else if ((in_other || line.rfind("    ", 0) == 0) && std::regex_match(line, stray)) {
+    } else if ((in_other || line.rfind("    ", 0) == 0) && is_command(line)) {
       page.strays.push_back(number);
     }
     continues = in_console && !line.empty() && line.back() == '\\' && (continues || line.rfind("$ ", 0) == 0);

@@ -99,6 +99,13 @@ TEST_F(HtmlReportTest, NeedsNothingBesideItself) {
     EXPECT_FALSE(contains(page, reference)) << reference;
 }
 
+TEST_F(HtmlReportTest, MarksOutliersBySignAndWord) {
+  const ReportTable table{{"value"}, {{{"1"}}, {{.text = "9", .outlier = true}}}};
+  const std::string page = html_report(report_of(table));
+  EXPECT_EQ(count_of(body_of(page), "▲"), 1u);
+  EXPECT_TRUE(contains(page, R"(<span class="outlier" role="img" aria-label="outlier">▲</span>9</td>)"));
+}
+
 TEST_F(HtmlReportTest, AlignsColumnsOfNumbers) {
   const ReportTable table{{"name", "value"}, {{{"a"}, {"−1.5 ± 0.1"}}, {{"2"}, {"3"}}, {{"b"}, {""}}}};
   const std::string page = html_report(report_of(table));

@@ -79,8 +79,14 @@ constexpr auto kName = [](const auto& parameter) { return parameter.param.name; 
 
 // clang-format off
 const std::vector<WrongCommand> kWrongCommands = {
-    {"NoArguments", "", {"--help"}},
-    {"UnknownVerb", "regster a.csv b.csv -o out", {"regster"}},
+    {"UnknownVerb", "regster a.csv b.csv -o out", {"unknown verb 'regster'; did you mean 'register'"}},
+    {"UnknownGlobal", "--versoin", {"unknown option '--versoin'; did you mean '--version'"}},
+    {"MisspeltSamples", "simulate --q 0,1 --sampels 3", {"unknown option '--sampels'; did you mean '--samples'", "pulson simulate --help"}},
+    {"MisspeltWarp", "warp r.json a.png --invers -o out.png", {"unknown option '--invers'; did you mean '--inverse'"}},
+    {"MisspeltExperiment", "reproduce figur1 -o out", {"unknown experiment 'figur1'; did you mean 'figure1'"}},
+    {"MisspeltLabels", "warp r.json a.csv -o out.csv --labels metrix", {"unknown labels 'metrix'; did you mean 'metric'"}},
+    {"MisspeltFormat", "convert a.csv b.tps --to tpss", {"'tpss'", "did you mean 'tps'; valid: "}},
+    {"MisspeltTable", "info kernals", {"'kernals'", "did you mean 'kernels'"}},
     {"RegisterAlone", "register", {"SOURCE"}},
     {"NoTarget", "register a.csv -o out", {"TARGET"}},
     {"NoFolder", "register a.csv b.csv", {"--out"}},
@@ -128,6 +134,7 @@ const std::vector<WrongCommand> kWrongOptions = {
     {"AlphaMisspelt", "--kernel gaussian:alpa=1", {"'alpa'", "alpha"}},
     {"KernelMisspelt", "--kernel gausian:alpha=1", {"unknown kernel 'gausian'", "did you mean 'gaussian'", "peakon"}},
     {"KernelUnknown", "--kernel foo", {"unknown kernel 'foo'", "gaussian", "peakon"}},
+    {"ParameterMisspelt", "--kernel gaussian:alpa=1", {"no parameter 'alpa'; did you mean 'alpha'"}},
     {"NoiseMisspelt", "--noise ch-ds:beta=1", {"unknown noise 'ch-ds'", "did you mean 'ch-sd'", "none"}},
     {"NoiseUnknown", "--noise zzzzz", {"unknown noise 'zzzzz'", "none", "ch-sd"}},
     {"BetaMissing", "--noise ch-sd", {"'ch-sd' needs beta", "ch-sd:beta=1"}},
@@ -158,7 +165,17 @@ const std::vector<WrongCommand> kWrongOptions = {
     {"ThreadsNegative", "--threads -1", {"--threads is -1"}},
     {"ToleranceZero", "--tolerance 0", {"--tolerance is 0"}},
     {"IterationsNegative", "--max-iterations -1", {"--max-iterations is -1"}},
-    {"UnknownOption", "--nosuch", {"--nosuch"}},
+    {"UnknownOption", "--nosuch", {"unknown option '--nosuch' (see pulson register --help)"}},
+    {"OptionMisspelt", "--kernal gaussian:alpha=1", {"unknown option '--kernal'; did you mean '--kernel'"}},
+    {"OptionMisspeltWithValue", "--kernal=gaussian:alpha=1", {"unknown option '--kernal'; did you mean '--kernel'"}},
+    {"OneDash", "-kernel gaussian:alpha=1", {"unknown option '-kernel'; did you mean '--kernel'"}},
+    {"OneDashOfShort", "-out out2", {"unknown option '-out'; did you mean '--out'"}},
+    {"ModeMisspelt", "--mode mpa", {"unknown mode 'mpa'; did you mean 'map'"}},
+    {"AlignMisspelt", "--align rigdi", {"unknown alignment 'rigdi'; did you mean 'rigid'"}},
+    {"SolverMisspelt", "--solver lbgfs", {"unknown solver 'lbgfs'; did you mean 'lbfgs'"}},
+    {"DataMisspelt", "--data varifolds", {"unknown data 'varifolds'; did you mean 'varifold'"}},
+    {"EndsMisspelt", "--curve-ends opne", {"unknown ends 'opne'; did you mean 'open'"}},
+    {"IntegratorMisspelt", "--integrator huen", {"unknown integrator 'huen'; did you mean 'heun'"}},
     {"OptionWithoutValue", "--kernel", {"--kernel"}},
     {"JsonWithoutFolder", "--no-picture --json nowhere/x.json", {"'nowhere/x.json'", "no folder 'nowhere'"}},
     {"JsonIsAFolder", "--no-picture --json folder", {"'folder'", "it is a folder"}},
@@ -167,6 +184,23 @@ const std::vector<WrongCommand> kWrongOptions = {
 
 INSTANTIATE_TEST_SUITE_P(Command, WrongCommands, testing::ValuesIn(kWrongCommands), kName);
 INSTANTIATE_TEST_SUITE_P(Option, WrongOptions, testing::ValuesIn(kWrongOptions), kName);
+
+TEST_F(WrongInput, NoArgumentsGetExamples) {
+  const ProgramRun done = run({});
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_EQ(done.out, "");
+  EXPECT_THAT(done.err, HasSubstr("pulson register a.csv b.csv -o out"));
+  EXPECT_THAT(done.err, HasSubstr("pulson --help"));
+  EXPECT_LE(count_lines(done.err), 10U);
+}
+
+// Values that look like options are values.
+TEST_F(WrongInput, NumbersBelowZeroAreNoOptions) {
+  EXPECT_EQ(run(words("simulate --q -1,1 --p -1,-.5 --time 1 --no-picture -o out")).exit_code, 0);
+  EXPECT_EQ(run(words("register a.csv b.csv -oout2 --no-picture -q")).exit_code, 0);
+  write("-odd.csv", "x,y\n0,0\n1,0\n0,1\n");
+  EXPECT_EQ(run(words("info -- -odd.csv")).exit_code, 0);
+}
 
 // What is missing is told, and no error.
 TEST_F(WrongInput, InfoCountsMissingLandmarks) {
@@ -184,7 +218,7 @@ TEST_F(WrongInput, LeavesEarlierResultsAlone) {
 
 TEST_F(WrongInput, OddTextStaysOneLine) {
   expect_refused({"register", "no\nsuch\rfile.csv", "b.csv", "-o", "out"}, {"cannot read"});
-  expect_refused(joined(register_ab("--kernel"), {"x\ny"}), {"unknown kernel"});
+  expect_refused(joined(register_ab("--kernel"), {"x\ny"}), {"holds a control character"});
   expect_refused({"register", "", "b.csv", "-o", "out"}, {"''"});
   expect_refused(joined(register_ab("--kernel"), {""}), {"kernel ''"});
   expect_refused(joined(register_ab("--mode"), {""}), {"deterministic, map"});
@@ -203,7 +237,7 @@ TEST_F(WrongInput, FoldersThatForbidWriting) {
 
 // One result that cannot be written must not leave the others behind.
 TEST_F(WrongInput, ResultsAreWrittenAllOrNone) {
-  for (const std::string name : {"registration.json", "trajectory.csv", "registration.png"}) {
+  for (const std::string name : {"registration.json", "trajectory.csv", "report.html", "registration.png"}) {
     fs::create_directories("out/" + name);
     expect_refused(register_ab(""), {"'out/" + name + "'"});
     fs::remove_all("out");
@@ -216,7 +250,8 @@ TEST_F(WrongInput, FullDiskBehindTheRecord) {
   EXPECT_EQ(done.exit_code, 2);
   expect_one_line(done.err);
   EXPECT_THAT(done.err, HasSubstr("/dev/full"));
-  EXPECT_THAT(names_in("out"), AnyOf(IsEmpty(), ElementsAre("registration.json", "residuals.csv", "trajectory.csv")));
+  EXPECT_THAT(names_in("out"),
+              AnyOf(IsEmpty(), ElementsAre("registration.json", "report.html", "residuals.csv", "trajectory.csv")));
 }
 
 // Either it is refused before anything is written, or the tables stand and a warning says why there is no picture.
@@ -226,7 +261,7 @@ TEST_F(WrongInput, GnuplotIsMissing) {
   EXPECT_THAT(done.err, HasSubstr("gnuplot"));
   EXPECT_THAT(done.err, HasSubstr("--no-picture"));
   if (done.exit_code == 0) {
-    EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "residuals.csv", "trajectory.csv"));
+    EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "report.html", "residuals.csv", "trajectory.csv"));
   } else {
     EXPECT_EQ(done.exit_code, 2);
     EXPECT_THAT(names_in("out"), IsEmpty());

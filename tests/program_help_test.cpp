@@ -48,10 +48,22 @@ TEST_F(HelpOfProgram, GivesAnExampleForEachVerb) {
   EXPECT_THAT(printed({"register", "--help"}), HasSubstr("pulson register a.csv b.csv -o out"));
   EXPECT_THAT(printed({"register", "--help"}), HasSubstr("Exit codes"));
   EXPECT_THAT(printed({"info", "--help"}), HasSubstr("pulson info noises"));
+  for (const std::string verb : {"register", "warp", "simulate", "ensemble", "compare", "fokker-planck", "reproduce",
+                                 "convert", "info", "completion"}) {
+    const std::string help = printed({verb, "--help"});
+    EXPECT_THAT(help, HasSubstr("\n  pulson " + verb + " ")) << verb;
+    EXPECT_THAT(help, HasSubstr("\nExit codes: 0 done")) << verb;
+    EXPECT_THAT(help, testing::Not(HasSubstr("TEXT"))) << verb;
+  }
 }
 
 TEST_F(HelpOfProgram, KnowsItsVersion) {
-  EXPECT_THAT(printed({"--version"}), MatchesRegex("pulson [0-9]+\\.[0-9]+\\.[0-9]+( .*)?\n"));
+  const std::string text = printed({"--version"});
+  EXPECT_THAT(text.substr(0, text.find('\n')), MatchesRegex("pulson [0-9]+\\.[0-9]+\\.[0-9]+"));
+  EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 15);
+  for (const std::string library :
+       {"Eigen", "Highway", "NLopt", "Qhull", "zlib", "fmt", "nlohmann_json", "CLI11", "OpenCV", "OpenBLAS"})
+    EXPECT_THAT(text, testing::ContainsRegex(library + " [0-9]+\\.[0-9]+"));
 }
 
 TEST_F(HelpOfProgram, PrintsTheTables) {

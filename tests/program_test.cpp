@@ -25,7 +25,7 @@ class RegisterProgram : public Program {
   }
 
   static void expect_all_results() {
-    EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "registration.png", "registration.svg",
+    EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "registration.png", "registration.svg", "report.html",
                                              "residuals.csv", "trajectory.csv"));
     EXPECT_THAT(contents("out/registration.png"), StartsWith("\x89PNG\r\n\x1a\n"));
     const std::string svg = contents("out/registration.svg");
@@ -187,7 +187,7 @@ TEST_F(RegisterProgram, WritesTheRecordElsewhereToo) {
   EXPECT_EQ(done.exit_code, 0);
   EXPECT_THAT(done.out, HasSubstr("rms"));
   EXPECT_EQ(contents("copy.json"), contents("out/registration.json"));
-  EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "residuals.csv", "trajectory.csv"));
+  EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "report.html", "residuals.csv", "trajectory.csv"));
 }
 
 TEST_F(RegisterProgram, IsQuietWhenAsked) {
@@ -234,7 +234,7 @@ TEST_F(RegisterProgram, TakesFileNamesAsTheyCome) {
       run({"register", "odd '#1, ü.csv", "it's \"x\".csv", "-o", "new folder/of #2", "--noise", "ch-sd:beta=2"});
   EXPECT_EQ(done.exit_code, 0);
   EXPECT_EQ(done.err, "");
-  EXPECT_EQ(names_in("new folder/of #2").size(), 5U);
+  EXPECT_EQ(names_in("new folder/of #2").size(), 6U);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "known_values.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/io/landmark_files.hpp"
 
@@ -27,18 +28,30 @@ void CompareArguments::add_to(CLI::App& verb) {
       ->required();
   verb.add_option("--noise", noises,
                   "a model; numbers that it must have and are left out are fitted [none, ch-sd, "
-                  "p-sd:fields=grid,count=3, trouve-vialard]");
-  verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean");
+                  "p-sd:fields=grid,count=3, trouve-vialard]")
+      ->type_name("SPEC");
+  verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean")
+      ->type_name("FILE");
   output.add_to(verb, "comparison.png and .svg", "-q,--quiet");
-  verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")->capture_default_str();
-  verb.add_option("--align", align,
-                  "motion that brings each target onto the source, and is left out of the data: none, translation, "
-                  "rigid, similarity, affine; auto: similarity about a mean, else none")
+  verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")
+      ->type_name("NUMBER")
       ->capture_default_str();
+  only_known(
+      verb.add_option("--align", align,
+                      "motion that brings each target onto the source, and is left out of the data: none, translation, "
+                      "rigid, similarity, affine; auto: similarity about a mean, else none")
+          ->type_name("NAME")
+          ->capture_default_str(),
+      "alignment", {"auto"});
   verb.add_option("--kernel", options.settings.kernel, "kernel of all models, see pulson info kernels")
+      ->type_name("SPEC")
       ->capture_default_str();
-  verb.add_option("--lambda", lambda, "1/variance of the momenta, or fit: in each model")->capture_default_str();
-  verb.add_option("--integrator", options.settings.integrator, "see pulson info integrators")->capture_default_str();
+  verb.add_option("--lambda", lambda, "1/variance of the momenta, or fit: in each model")
+      ->type_name("NUMBER")
+      ->capture_default_str();
+  verb.add_option("--integrator", options.settings.integrator, "see pulson info integrators")
+      ->type_name("NAME")
+      ->capture_default_str();
   verb.add_option("--folds", options.folds, "of the predictions of held-out shapes; 0: none")->capture_default_str();
   verb.add_option("--forward-samples", options.forward_samples, "drawn from each model")->capture_default_str();
   verb.add_option("--importance", options.settings.importance_samples,
@@ -47,7 +60,8 @@ void CompareArguments::add_to(CLI::App& verb) {
   verb.add_flag("--no-maps", no_maps, "do not measure folded areas");
   verb.add_option("--simulate", simulate,
                   "draw cohorts from this model instead, and count which model is chosen; numbers left out are "
-                  "fitted to the shapes; all: from each --noise");
+                  "fitted to the shapes; all: from each --noise")
+      ->type_name("SPEC");
   verb.add_option("--true-lambda", true_lambda,
                   "1/variance of the momenta in the models drawn from [fitted to the shapes]");
   verb.add_option("--count", count, "cohorts drawn from each model")->capture_default_str();

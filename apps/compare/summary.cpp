@@ -14,24 +14,6 @@ namespace {
 
 constexpr double kTold = 3;  // nats, and two standard errors: less does not tell two models apart
 
-std::string number(double value, const char* format = "{:.3g}") {
-  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
-}
-
-std::string with_error(const Estimate& estimate, const char* format = "{:.3g}") {
-  if (std::isnan(estimate.standard_error)) return number(estimate.value, format);
-  return number(estimate.value, format) + " ± " + number(estimate.standard_error, "{:.2g}");
-}
-
-// Greatest score first.
-std::vector<std::size_t> ranked(const Comparison& comparison) {
-  std::vector<std::size_t> order(comparison.models.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](auto a, auto b) { return comparison.models[a].score > comparison.models[b].score; });
-  return order;
-}
-
 bool is_behind(const ComparedModel& model) {
   const double error = std::isnan(model.difference.standard_error) ? 0 : model.difference.standard_error;
   return -model.difference.value > std::max(kTold, 2 * error);
@@ -56,10 +38,7 @@ void print_row(const std::vector<std::string>& cells) {
 void print_fitted(const ComparedModel& model) {
   fmt::print("{}", padded("  " + shortened_spec(model.noise), 30));
   for (const FittedNumber& fitted : model.fit.fitted) {
-    if (fitted.vanishes)  // 1/λ is the variance
-      fmt::print("{} = {}", fitted.name, fitted.name == "lambda" ? "∞" : "0");
-    else
-      fmt::print("{} = {:.4g}", fitted.name, fitted.value);
+    fmt::print("{} = {}", fitted.name, fitted_value(fitted));
     if (!std::isnan(fitted.log_deviation)) fmt::print(" (± {:.0f} %)", 100 * fitted.log_deviation);
     fmt::print("  ");
   }
@@ -67,6 +46,28 @@ void print_fitted(const ComparedModel& model) {
 }
 
 }  // namespace
+
+std::string number(double value, const char* format) {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
+}
+
+std::string with_error(const Estimate& estimate, const char* format) {
+  if (std::isnan(estimate.standard_error)) return number(estimate.value, format);
+  return number(estimate.value, format) + " ± " + number(estimate.standard_error, "{:.2g}");
+}
+
+std::vector<std::size_t> ranked(const Comparison& comparison) {
+  std::vector<std::size_t> order(comparison.models.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](auto a, auto b) { return comparison.models[a].score > comparison.models[b].score; });
+  return order;
+}
+
+std::string fitted_value(const FittedNumber& fitted) {
+  if (fitted.vanishes) return fitted.name == "lambda" ? "∞" : "0";  // 1/λ is the variance
+  return fmt::format("{:.4g}", fitted.value);
+}
 
 std::string verdict(const Comparison& comparison) {
   const std::vector<std::size_t> order = ranked(comparison);

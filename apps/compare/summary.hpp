@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "pulson/compare/comparison.hpp"
 #include "pulson/compare/recovery.hpp"
 
@@ -12,5 +15,15 @@ std::string verdict(const Comparison& comparison);
 
 void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                     const RecoveryOptions& options);
+
+/// The models, greatest score first.
+std::vector<std::size_t> ranked(const Comparison& comparison);
+
+/// A number as tables have it, "-" where there is none; the same with its standard error, where there is one.
+std::string number(double value, const char* format = "{:.3g}");
+std::string with_error(const Estimate& estimate, const char* format = "{:.3g}");
+
+/// "0" and, of λ, "∞" where it vanishes.
+std::string fitted_value(const FittedNumber& fitted);
 
 }  // namespace pulson

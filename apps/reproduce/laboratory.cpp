@@ -48,9 +48,9 @@ EnsembleSums Laboratory::sample(const PaperPair& pair, const std::string& what, 
 
 EnsembleSums Laboratory::finish(Ensemble ensemble, const std::string& what) const {
   while (!ensemble.done()) {
-    show(fmt::format(
-        "{}: {:.0f} %", what,
-        100 * static_cast<double>(ensemble.sums().samples) / static_cast<double>(ensemble.options().samples)));
+    check_interrupt();
+    progress_.show(static_cast<double>(ensemble.sums().samples) / static_cast<double>(ensemble.options().samples),
+                   what);
     ensemble.advance(4 * thread_count());
   }
   return ensemble.sums();
@@ -65,8 +65,12 @@ std::vector<SamplePath> Laboratory::paths(const PaperPair& pair, int count) cons
   return sample_paths(paper_system(pair), *make_integrator("variational-paper"), paper_start(pair.p1), options);
 }
 
-void Laboratory::show(const std::string& what) const {
+void Laboratory::check_interrupt() {
   if (Interrupt::came()) throw Interrupted();
+}
+
+void Laboratory::show(const std::string& what) const {
+  check_interrupt();
   progress_.show(what);
 }
 

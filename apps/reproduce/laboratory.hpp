@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "../options.hpp"
+#include "../progress.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/report/chart.hpp"
 #include "pulson/report/html_report.hpp"
@@ -70,6 +70,8 @@ class Laboratory {
   void add_chart(ReportSection& section, const std::string& name, const Chart& chart, const std::string& caption) const;
 
  private:
+  static void check_interrupt();
+
   ExperimentOptions options_;
   Progress& progress_;
 };

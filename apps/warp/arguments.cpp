@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "options.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/io/atomic_file.hpp"
@@ -43,76 +42,6 @@ void check_numbers_file(const std::string& file) {
 }
 
 }  // namespace
-
-void WarpArguments::add_to(CLI::App& verb) {
-  verb.add_option("REGISTRATION", registration, "registration.json of pulson register")->required();
-  verb.add_option("INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks")
-      ->required();
-  verb.add_option("-o,--out", out, "the warped image, or landmarks as csv")->required();
-  verb.add_option("--json", json, "write the numbers here; - for standard output, and nothing else");
-  verb.add_flag("-q,--quiet", quiet, "print warnings and errors only");
-  verb.add_flag("--inverse", inverse, "the other way: what is of the target goes to the source");
-  verb.add_option("--labels", labels, "interpolation of the landmarks' own noise: metric or thin-plate")
-      ->capture_default_str();
-
-  verb.add_option("--like", like, "image of the target: the result has its size")->group("Coordinates");
-  verb.add_option("--size", size, "size of the result, as in 640x480 [that of the image]")->group("Coordinates");
-  verb.add_option("--pixel-size", pixel_size, "landmark units per pixel of the image [1; mha, nrrd: of the file]")
-      ->group("Coordinates");
-  verb.add_option("--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]")
-      ->group("Coordinates");
-  verb.add_option("--origin", origin,
-                  "x,y of the image's first pixel, with y up of its lower edge, landmark units [0,0]")
-      ->group("Coordinates");
-  verb.add_option("--target-origin", target_origin, "the same of the result [--origin]")->group("Coordinates");
-  // Not bound to the variable: CLI11 would set an optional to false where the flag is not given.
-  verb.add_flag_function(
-          "--flip-y,!--no-flip-y", [this](std::int64_t count) { flip_y = count > 0; },
-          "y of the landmarks points up [where they are of a tps file]")
-      ->group("Coordinates");
-
-  verb.add_option("--method", method, "pull (needs a map that does not fold), push, or auto")
-      ->capture_default_str()
-      ->group("Picture");
-  verb.add_option("--over", over, "sheet on top where the map folds: least-stretched, first, label-order, or average")
-      ->capture_default_str()
-      ->group("Picture");
-  verb.add_option("--interpolation", interpolation, "nearest, linear, cubic or lanczos")
-      ->capture_default_str()
-      ->group("Picture");
-  verb.add_option("--border", border, "beyond the image: transparent, constant, replicate or reflect")
-      ->capture_default_str()
-      ->group("Picture");
-  verb.add_option("--background", background, "colour r,g,b in place of transparency")->group("Picture");
-  verb.add_option("--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8")
-      ->capture_default_str()
-      ->group("Picture");
-  verb.add_option("--tolerance", tolerance, "error of the map between points where it is computed, pixels")
-      ->capture_default_str()
-      ->group("Picture");
-
-  verb.add_option("--field", field, "displacement field (mha, nrrd)")->group("More results");
-  verb.add_option("--jacobian", jacobian, "signed Jacobian on the image: colours (png), or numbers (tif, mha, nrrd)")
-      ->group("More results");
-  verb.add_option("--log-jacobian", log_jacobian, "its logarithm to base 2, likewise")->group("More results");
-  verb.add_option("--multiplicity", multiplicity, "how many points of the image land on each pixel, likewise")
-      ->group("More results");
-  verb.add_option("--folds", folds, "mask of the image's pixels that are turned over (png)")->group("More results");
-  verb.add_option("--holes", holes, "mask of holes in the result (png)")->group("More results");
-  verb.add_option("--grid", grid, "the result with the deformed grid and the landmarks' paths (png)")
-      ->group("More results");
-  verb.add_option("--side-by-side", side_by_side, "image, result and --like beside each other (png)")
-      ->group("More results");
-  verb.add_option("--animate", animate, "the motion (gif, mp4, webp; needs ffmpeg)")->group("More results");
-
-  verb.add_option("--samples", samples, "so many samples of the noise with the fitted momenta: OUT is their mean")
-      ->group("Ensembles");
-  verb.add_option("--seed", seed, "of the random numbers")->capture_default_str()->group("Ensembles");
-  verb.add_option("--deviation", deviation, "standard deviation of each pixel (tif, png)")->group("Ensembles");
-  verb.add_option("--fold-probability", fold_probability, "probability that a pixel of the image is turned over")
-      ->group("Ensembles");
-  add_threads_option(verb);
-}
 
 WarpMethod WarpArguments::warp_method() const {
   if (method == "auto") return WarpMethod::kAuto;

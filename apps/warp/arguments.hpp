@@ -22,7 +22,6 @@ struct WarpArguments {
   std::string input;
   std::string out;
   std::string json;
-  bool quiet = false;
   bool inverse = false;
   std::string labels = "metric";
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "../messages.hpp"
 #include "pulson/io/atomic_file.hpp"
 
 namespace pulson {
@@ -73,7 +74,7 @@ void tell(const WarpFigures& figures, const WarpArguments& arguments, const Warp
     fmt::print("{}", figures_json(figures, arguments, frames));
   else if (!arguments.json.empty())
     write_file_atomically(arguments.json, figures_json(figures, arguments, frames));
-  if (arguments.json != "-" && !arguments.quiet) print_summary(figures, arguments, frames);
+  if (arguments.json != "-" && verbosity() != Verbosity::kQuiet) print_summary(figures, arguments, frames);
 }
 
 }  // namespace pulson

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "options.hpp"
+#include "../progress.hpp"
 #include "pictures.hpp"
 #include "pulson/images/compose.hpp"
 #include "pulson/report/animation.hpp"
@@ -95,7 +95,7 @@ void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames
   Progress progress;
   Animation animation(arguments.animate, width, height, kFramesPerSecond);
   for (std::size_t k = 0; k < places.size(); ++k) {
-    progress.show(fmt::format("animation: frame {} of {}", k + 1, places.size()));
+    progress.show(static_cast<double>(k) / static_cast<double>(places.size()), "animation");
     const RasterOptions raster{.width = width, .height = height, .supersampling = 2, .over = over};
     const PushedImage pushed =
         push_forward(small, corners.mesh(reduced(places[k], factor)), raster, {.fill = std::nullopt}, priority);

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "options.hpp"
+#include "../progress.hpp"
 #include "pulson/random/brownian.hpp"
 
 namespace pulson {
@@ -105,7 +105,7 @@ WarpedImage warp_samples(const Image& image, const Registration& registration, c
   int done = 0;
   Progress progress;
   for (int s = 0; s < arguments.samples; ++s) {
-    progress.show(fmt::format("sample {} of {}", s + 1, arguments.samples));
+    progress.show(static_cast<double>(s) / arguments.samples, fmt::format("sample {} of {}", s + 1, arguments.samples));
     const Eigen::MatrixXd increments =
         brownian_increments(arguments.seed, static_cast<std::uint64_t>(s), channels, registration.grid);
     PushedMesh pushed;

@@ -143,7 +143,9 @@ Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, st
   for (const ParameterInfo& parameter : info) names.push_back(parameter.name);
   for (const auto& [key, value] : spec.values) {
     if (std::find(names.begin(), names.end(), key) != names.end()) continue;
-    std::string message = what_ + " has no parameter " + quoted_line(key) + "; it has: ";
+    std::string message = what_ + " has no parameter " + quoted_line(key);
+    if (const std::string near = nearest_name(key, names); !near.empty()) message += "; did you mean '" + near + "'";
+    message += "; it has: ";
     for (std::size_t i = 0; i < names.size(); ++i) message += (i > 0 ? ", " : "") + names[i];
     if (names.empty()) message += "none";
     throw InputError(message);

@@ -5,6 +5,7 @@
 
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "text.hpp"
@@ -179,17 +180,18 @@ void mark_negative_as_missing(Points& points) {
 }  // namespace
 
 const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path, std::string_view name) {
-  std::string writable;
+  std::vector<std::string> writable;
   for (const LandmarkFormat& format : landmark_formats()) {
     if (format.write == nullptr) continue;
     if (name.empty() ? matched_length(path, format) > 0 : name == format.name) return format;
-    writable += (writable.empty() ? "" : ", ") + format.name;
+    writable.push_back(format.name);
   }
-  if (!name.empty())
-    throw InputError(
-        fmt::format("{}: '{}' is no landmark format that can be written; valid: {}", path.string(), name, writable));
-  throw InputError(fmt::format("{}: the extension '{}' is of no landmark format that can be written ({}); name one",
-                               path.string(), extension_of(path), writable));
+  if (name.empty())
+    throw InputError(fmt::format("{}: the extension '{}' is of no landmark format that can be written ({}); name one",
+                                 path.string(), extension_of(path), fmt::join(writable, ", ")));
+  const std::string near = nearest_name(name, writable);
+  throw InputError(fmt::format("{}: '{}' is no landmark format that can be written{}; valid: {}", path.string(), name,
+                               near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(writable, ", ")));
 }
 
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "html_embed.hpp"
+#include "html_motion.hpp"
+#include "html_player.hpp"
 #include "html_style.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -79,6 +81,8 @@ class BlockWriter {
     page_ += "</tbody>\n</table>\n</div>\n</figure>\n";
   }
 
+  void operator()(const ReportMotion& motion) { page_ += html::motion(motion); }
+
   void operator()(const ReportClaims& claims) {
     if (claims.empty()) return;
     page_ += "<ul class=\"claims\">\n";
@@ -106,11 +110,19 @@ class BlockWriter {
       page_ += fmt::format(R"(<span class="verdict {}" role="img" aria-label="{}">{}</span>)", look.style, look.words,
                            look.sign);
     }
+    if (cell.outlier) page_ += R"(<span class="outlier" role="img" aria-label="outlier">▲</span>)";
     page_ += escaped(cell.text) + "</td>";
   }
 
   std::string& page_;
 };
+
+bool has_motion(const HtmlReport& report) {
+  return std::any_of(report.sections.begin(), report.sections.end(), [](const ReportSection& section) {
+    return std::any_of(section.blocks.begin(), section.blocks.end(),
+                       [](const ReportBlock& block) { return std::holds_alternative<ReportMotion>(block); });
+  });
+}
 
 std::string footer(const HtmlReport& report) {
   if (report.command.empty() && report.version.empty()) return "";
@@ -123,11 +135,12 @@ std::string footer(const HtmlReport& report) {
 }  // namespace
 
 std::string html_report(const HtmlReport& report) {
+  const bool moves = has_motion(report);
   std::string page = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
-      escaped(report.title), html::style(), escaped(report.title));
+      "<title>{}</title>\n<style>{}{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
+      escaped(report.title), html::style(), moves ? html::player_style() : "", escaped(report.title));
   if (!report.lead.empty()) page += "<p class=\"lead\">" + escaped(report.lead) + "</p>\n";
   for (const ReportSection& section : report.sections) {
     page += "<section>\n";
@@ -136,7 +149,8 @@ std::string html_report(const HtmlReport& report) {
     page += "</section>\n";
   }
   page += "</main>\n" + footer(report);
-  return page + fmt::format("<script>{}</script>\n</body>\n</html>\n", html::script());
+  return page +
+         fmt::format("<script>{}{}</script>\n</body>\n</html>\n", html::script(), moves ? html::player_script() : "");
 }
 
 }  // namespace pulson

@@ -56,6 +56,7 @@ th[aria-sort=descending] button::after { content: "\2193"; opacity: 1; }
 .holds { color: var(--holds); background: var(--holds-tint); }
 .fails { color: var(--fails); background: var(--fails-tint); }
 .open { color: var(--open); background: var(--open-tint); }
+.outlier { margin-right: 0.45em; font-size: 0.8em; color: var(--fails); }
 td .verdict { margin-right: 0.5em; padding: 0 0.45em; }
 .claims { max-width: 52rem; margin: 1.25rem 0 1.75rem; padding: 0; border-bottom: 1px solid var(--line);
   list-style: none; }
@@ -78,11 +79,47 @@ code { font: 0.8125rem/1.5 ui-monospace, SFMono-Regular, Menlo, Consolas, "DejaV
 )";
 }
 
+std::string_view player_style() {
+  return R"css(
+:root {
+  --grid: #c3ccd6; --goal: #b04a12;
+  --g0: #1f5fa8; --g1: #1d7a56; --g2: #7b3fa0; --g3: #a06a00; --g4: #0b7c8c; --g5: #a82b55; --g6: #5b6470;
+  --g7: #4b4bb5;
+}
+@media (prefers-color-scheme: dark) {
+  :root {
+    --grid: #3c4857; --goal: #f0a46b;
+    --g0: #7db4f5; --g1: #6fcfa5; --g2: #cf9bf0; --g3: #e6c05c; --g4: #66cfdd; --g5: #f291ae; --g6: #b4bcc8;
+    --g7: #a5a5ff;
+  }
+}
+.motion canvas { display: block; width: 100%; border: 1px solid var(--line); border-radius: 8px;
+  background: var(--surface); touch-action: pan-y; }
+.motion canvas[tabindex] { cursor: grab; }
+.player { display: flex; align-items: center; gap: 0.9rem; margin-top: 0.75rem; }
+.player button { min-width: 5.2em; padding: 0.4rem 0.9rem; border: 1px solid var(--line); border-radius: 8px;
+  background: var(--surface); color: var(--ink); font: inherit; font-size: 0.9375rem; cursor: pointer; }
+.player button:hover { border-color: var(--focus); }
+.player input { flex: 1; min-width: 0; height: 1.5rem; margin: 0; accent-color: var(--focus); }
+.player output { min-width: 5.5em; font-size: 0.9375rem; font-variant-numeric: tabular-nums; color: var(--quiet); }
+.motion canvas:focus-visible, .player button:focus-visible, .player input:focus-visible {
+  outline: 2px solid var(--focus); outline-offset: 2px; }
+.key { display: flex; flex-wrap: wrap; gap: 0.1rem 1.3rem; margin: 0.6rem 0 0; padding: 0; list-style: none;
+  font-size: 0.875rem; color: var(--quiet); }
+.key li::before { content: "●"; margin-right: 0.45em; }
+.key .start::before { opacity: 0.5; }
+.key .moving::before { color: var(--g0); }
+.key .goal::before { content: "○"; font-weight: 700; color: var(--goal); }
+.key .odd::before { content: "▲"; color: var(--fails); }
+@media print { .player { display: none; } }
+)css";
+}
+
 std::string_view script() {
   return R"(
 "use strict";
 // Numbers sort as numbers, by the one that a cell begins with ("1.2e-3 ± 4e-5", "2·10⁻³"); texts follow them. A mark
-// of a verdict stands before the text, which is thus the last child.
+// stands before the text, which is thus the last child.
 const raised = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 const exponentOf = text => text.replace(/⁻/g, "-").replace(/[⁰-⁹¹²³]/g, digit => raised.indexOf(digit));
 const valueOf = cell => {

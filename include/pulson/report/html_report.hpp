@@ -6,6 +6,8 @@
 #include <variant>
 #include <vector>
 
+#include "pulson/core/landmarks.hpp"
+
 namespace pulson {
 
 /// What became of a claim.
@@ -24,6 +26,7 @@ struct ReportPicture {
 struct ReportCell {
   std::string text;
   std::optional<Verdict> verdict = {};  ///< shown as a coloured mark before the text
+  bool outlier = false;                 ///< shown as a mark before the text
 };
 
 /// A table that can be sorted by a click on a head; numbers are sorted as numbers.
@@ -41,7 +44,22 @@ struct ReportClaim {
 };
 
 using ReportClaims = std::vector<ReportClaim>;
-using ReportBlock = std::variant<ReportParagraph, ReportPicture, ReportTable, ReportClaims>;
+
+/// Landmarks that move, with a slider for the time: in 1D position over time, in 2D the plane with a grid, in 3D a view
+/// that is turned by dragging or by the arrow keys. d = 1, 2 or 3; N landmarks; F frames.
+struct ReportMotion {
+  Landmarks source;                ///< d×N; its groups have a colour each, those that are curves (outline_kind) a line
+  Landmarks target = {};           ///< d×M, may miss coordinates (NaN); none: no points
+  bool corresponds = true;         ///< whether the target has the source's groups and outlines
+  std::vector<double> times;       ///< F ≥ 2, increasing
+  std::vector<Points> frames;      ///< F entries d×N: the landmarks at `times`
+  std::vector<int> lines = {};     ///< of the grid: the number of points of each, L in all; for d = 1, 1 each
+  std::vector<Points> grid = {};   ///< F entries d×L, or none: the points of all lines, one line after the other
+  std::vector<int> outliers = {};  ///< landmarks that are marked
+  std::string caption = {};        ///< may be empty
+};
+
+using ReportBlock = std::variant<ReportParagraph, ReportPicture, ReportTable, ReportClaims, ReportMotion>;
 
 struct ReportSection {
   std::string heading;
@@ -60,8 +78,8 @@ struct HtmlReport {
 /// The report as one HTML5 page that needs nothing beside itself: style, script and pictures are within it. It follows
 /// the reader's choice of light or dark and fits narrow screens.
 ///
-/// @throws InputError where a picture cannot be read or is neither SVG nor PNG, and on a table whose rows differ in
-/// length from its header.
+/// @throws InputError where a picture cannot be read or is neither SVG nor PNG, on a table whose rows differ in length
+/// from its header, and on a motion whose sizes disagree or that has a number that is not finite.
 std::string html_report(const HtmlReport& report);
 
 }  // namespace pulson

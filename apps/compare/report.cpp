@@ -1,0 +1,164 @@
+#include "report.hpp"
+
+#include <cctype>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "program.hpp"
+#include "pulson/core/name_table.hpp"
+#include "pulson/core/version.hpp"
+#include "summary.hpp"
+
+namespace pulson {
+namespace {
+
+std::string sentence(std::string text) {
+  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text + ".";
+}
+
+// A cell that is empty where there is no number, so that a column of numbers stays one.
+ReportCell cell(double value, const char* format = "{:.3g}") {
+  return {std::isnan(value) ? "" : number(value, format)};
+}
+
+ReportCell cell(const Estimate& estimate, const char* format = "{:.3g}") {
+  return {std::isnan(estimate.value) ? "" : with_error(estimate, format)};
+}
+
+std::string fitted_numbers(const CohortFit& fit) {
+  std::vector<std::string> texts;
+  for (const FittedNumber& fitted : fit.fitted) {
+    std::string text = fitted.name + " = " + fitted_value(fitted);
+    if (!std::isnan(fitted.log_deviation)) text += fmt::format(" ± {:.0f} %", 100 * fitted.log_deviation);
+    texts.push_back(std::move(text));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+ReportTable evidence_table(const Comparison& comparison) {
+  ReportTable table{
+      {"noise", "score beside the best", "weight", "log evidence", "sampled", "fitted", "noise's part", "converged"},
+      {},
+      "Evidence. A score is the log evidence less (k/2) log n for k fitted numbers and n coordinates, in nats; "
+      "sampled is the log evidence by importance sampling. Errors are standard errors."};
+  for (const std::size_t i : ranked(comparison)) {
+    const ComparedModel& model = comparison.models[i];
+    table.rows.push_back({{shortened_spec(model.noise)},
+                          i == comparison.best ? ReportCell{"0"} : cell(model.difference, "{:.1f}"),
+                          cell(model.weight, "{:.2g}"),
+                          cell(model.fit.log_evidence, "{:.1f}"),
+                          cell(model.sampled_log_evidence, "{:.1f}"),
+                          {fitted_numbers(model.fit)},
+                          {number(100 * model.fit.noise_share, "{:.0f} %")},
+                          {model.fit.converged ? "yes" : "no"}});
+  }
+  return table;
+}
+
+ReportTable fit_table(const Comparison& comparison) {
+  ReportTable table{{"noise", "rms", "energy", "action", "inversions", "triangles", "folded", "energy score",
+                     "coverage 90 %", "seconds"},
+                    {},
+                    "Matches and predictions. Means over the shapes; inversions, triangles turned over and the part of "
+                    "the plane that is folded say what no flow does. The energy score of held-out shapes: less is "
+                    "better."};
+  for (const std::size_t i : ranked(comparison)) {
+    const ComparedModel& model = comparison.models[i];
+    const auto& prediction = model.prediction;
+    table.rows.push_back(
+        {{shortened_spec(model.noise)},
+         cell(model.rms),
+         cell(model.energy),
+         cell(model.action),
+         cell(model.order_inversions.value),
+         cell(model.flipped_triangles.value),
+         cell(100 * model.folded_fraction.value, "{:.2g} %"),
+         prediction ? cell({prediction->energy_score, prediction->energy_score_error}, "{:.4g}") : ReportCell{""},
+         prediction ? cell({prediction->coverage, prediction->coverage_error}, "{:.2f}") : ReportCell{""},
+         cell(model.seconds, "{:.2f}")});
+  }
+  return table;
+}
+
+ReportTable shape_table(const Comparison& comparison) {
+  ReportTable table{{"noise", "shape", "log evidence", "rms", "energy", "action", "data", "converged"},
+                    {},
+                    "Each shape under each model, as in shapes.csv."};
+  for (const std::size_t i : ranked(comparison)) {
+    const ComparedModel& model = comparison.models[i];
+    for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
+      const ShapeFit& shape = model.fit.shapes[s];
+      const Landmarks& target = comparison.cohort.targets[s];
+      table.rows.push_back({{shortened_spec(model.noise)},
+                            {std::filesystem::path(target.source).filename().string()},
+                            cell(shape.log_evidence, "{:.2f}"),
+                            cell(shape.rms),
+                            cell(shape.cost.energy),
+                            cell(shape.cost.action),
+                            cell(shape.cost.data),
+                            {shape.converged ? "yes" : "no"}});
+    }
+  }
+  return table;
+}
+
+void add_ends(HtmlReport& report, const std::vector<std::string>& notes, double seconds) {
+  ReportSection remarks{"Remarks", {}};
+  for (const std::string& note : notes) remarks.blocks.emplace_back(ReportParagraph{"Note: " + note});
+  if (!notes.empty()) report.sections.push_back(std::move(remarks));
+  report.command = command_line();
+  report.version = fmt::format("pulson {}, {:.1f} s", version(), seconds);
+}
+
+}  // namespace
+
+HtmlReport comparison_report(const Comparison& comparison, const std::vector<std::string>& notes, double seconds,
+                             const std::filesystem::path& picture) {
+  HtmlReport report{.title = "Which noise do these shapes call for?", .lead = sentence(verdict(comparison))};
+  ReportSection models{"Models", {}};
+  models.blocks.emplace_back(ReportParagraph{fmt::format(
+      "{} shapes of {} landmarks in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
+      comparison.cohort.targets.size(), comparison.cohort.source.count(), comparison.cohort.source.dimension(),
+      comparison.cohort.source.source, alignment_name(comparison.cohort.alignment),
+      shortened_spec(comparison.settings.kernel), comparison.settings.grid.steps, comparison.settings.sigma)});
+  models.blocks.emplace_back(evidence_table(comparison));
+  if (!picture.empty())
+    models.blocks.emplace_back(ReportPicture{picture, "The same as comparison.png and comparison.svg."});
+  models.blocks.emplace_back(fit_table(comparison));
+  report.sections.push_back(std::move(models));
+  report.sections.push_back({"Shapes", {shape_table(comparison)}});
+  add_ends(report, notes, seconds);
+  return report;
+}
+
+HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                           const RecoveryOptions& options, const std::vector<std::string>& notes, double seconds,
+                           const std::filesystem::path& picture) {
+  HtmlReport report{.title = "Would the right noise be chosen?",
+                    .lead = fmt::format("{} cohorts of {} shapes were drawn from each model and all models fitted to "
+                                        "each: how often each was chosen.",
+                                        options.cohorts, options.shapes)};
+  ReportTable table{{"drawn from", "lambda", "noise's part"},
+                    {},
+                    fmt::format("Cohorts for which each model was chosen. Kernel {}, sigma {:.4g}, seed {}.",
+                                shortened_spec(options.settings.kernel), options.settings.sigma, options.seed)};
+  for (const std::string& candidate : candidates) table.header.push_back(shortened_spec(candidate));
+  table.header.emplace_back("none could be fitted");
+  for (const RecoveryRow& row : rows) {
+    std::vector<ReportCell> cells = {
+        {shortened_spec(row.truth.noise)}, cell(row.truth.lambda), {number(100 * row.noise_share, "{:.0f} %")}};
+    for (const int chosen : row.chosen) cells.push_back({std::to_string(chosen)});
+    cells.push_back({std::to_string(row.unfit)});
+    table.rows.push_back(std::move(cells));
+  }
+  ReportSection section{"Recovery", {std::move(table)}};
+  if (!picture.empty())
+    section.blocks.emplace_back(ReportPicture{picture, "The same as recovery.png and recovery.svg."});
+  report.sections.push_back(std::move(section));
+  add_ends(report, notes, seconds);
+  return report;
+}
+
+}  // namespace pulson

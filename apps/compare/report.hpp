@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pulson/compare/comparison.hpp"
+#include "pulson/compare/recovery.hpp"
+#include "pulson/report/html_report.hpp"
+
+namespace pulson {
+
+/// `report.html` of a comparison: the verdict, the models, what each makes of each shape. Its numbers are those of
+/// `comparison.json`, rounded. @param picture PNG or SVG, or empty
+HtmlReport comparison_report(const Comparison& comparison, const std::vector<std::string>& notes, double seconds,
+                             const std::filesystem::path& picture);
+
+/// The same of a study of recovery.
+HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                           const RecoveryOptions& options, const std::vector<std::string>& notes, double seconds,
+                           const std::filesystem::path& picture);
+
+}  // namespace pulson

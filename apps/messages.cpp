@@ -1,0 +1,70 @@
+#include "messages.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <set>
+#include <string>
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include "terminal.hpp"
+
+namespace pulson {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+const Clock::time_point kBegin = Clock::now();
+Verbosity chosen = Verbosity::kNormal;
+
+void tell(Style style, std::string_view name, std::string_view text) {
+  std::fflush(stdout);
+  std::string line(text);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  fmt::print(stderr, "{} {}\n", painted(style, name, STDERR_FILENO), line);
+}
+
+}  // namespace
+
+Verbosity verbosity() { return chosen; }
+
+void add_quiet_option(CLI::App& verb, const std::string& quiet_names) {
+  verb.add_flag_callback(
+      quiet_names, [] { chosen = Verbosity::kQuiet; }, "print warnings and errors only");
+}
+
+void add_verbose_option(CLI::App& verb) {
+  CLI::Option* verbose = verb.add_flag_callback(
+      "-v,--verbose", [] { chosen = Verbosity::kVerbose; }, "tell each step and the time, on standard error");
+  if (CLI::Option* quiet = verb.get_option_no_throw("--quiet")) verbose->excludes(quiet);
+}
+
+void tell_error(std::string_view text) { tell(Style::kError, "pulson:", text); }
+
+void tell_warning(std::string_view text) { tell(Style::kWarning, "warning:", text); }
+
+void tell_note(std::string_view text) {
+  if (chosen != Verbosity::kQuiet) tell(Style::kNote, "note:", text);
+}
+
+void tell_notes(const std::vector<std::string>& notes) {
+  for (const std::string& note : without_repeats(notes)) tell_note(note);
+}
+
+std::vector<std::string> without_repeats(const std::vector<std::string>& notes) {
+  std::set<std::string> seen;
+  std::vector<std::string> kept;
+  for (const std::string& note : notes)
+    if (seen.insert(note).second) kept.push_back(note);
+  return kept;
+}
+
+void tell_step(std::string_view text) {
+  if (chosen != Verbosity::kVerbose) return;
+  const double seconds = std::chrono::duration<double>(Clock::now() - kBegin).count();
+  tell(Style::kNote, fmt::format("{:8.3f} s", seconds), text);
+}
+
+}  // namespace pulson

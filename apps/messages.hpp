@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+namespace pulson {
+
+/// How much the program tells: results and notes; warnings and errors only; or every step as well.
+enum class Verbosity { kQuiet, kNormal, kVerbose };
+
+Verbosity verbosity();
+
+/// `--quiet` (or `quiet_names`). Verbs with an option --q have no -q.
+void add_quiet_option(CLI::App& verb, const std::string& quiet_names = "--quiet");
+/// `--verbose`, which every verb has.
+void add_verbose_option(CLI::App& verb);
+
+// All go to standard error, one line each, and standard output is written out before.
+
+/// "pulson: ", for what ends the program.
+void tell_error(std::string_view text);
+/// "warning: ", always.
+void tell_warning(std::string_view text);
+/// "note: ", unless quiet.
+void tell_note(std::string_view text);
+void tell_notes(const std::vector<std::string>& notes);
+/// Each note once, in order: a file that holds both shapes says the same of each.
+std::vector<std::string> without_repeats(const std::vector<std::string>& notes);
+/// A step taken and the seconds since the program began, where that is asked for.
+void tell_step(std::string_view text);
+
+}  // namespace pulson

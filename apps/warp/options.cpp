@@ -1,0 +1,110 @@
+// The options of `pulson warp`, apart from what they do: `pulson completion` knows them without libraries for images.
+
+#include "../options.hpp"
+
+#include "../known_values.hpp"
+#include "../messages.hpp"
+#include "arguments.hpp"
+
+namespace pulson {
+
+void WarpArguments::add_to(CLI::App& verb) {
+  verb.add_option("REGISTRATION", registration, "registration.json of pulson register")->required();
+  verb.add_option("INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks")
+      ->required();
+  verb.add_option("-o,--out", out, "the warped image, or landmarks as csv")->type_name("FILE")->required();
+  verb.add_option("--json", json, "write the numbers here; - for standard output, and nothing else")->type_name("FILE");
+  add_quiet_option(verb, "-q,--quiet");
+  verb.add_flag("--inverse", inverse, "the other way: what is of the target goes to the source");
+  only_known(verb.add_option("--labels", labels, "interpolation of the landmarks' own noise: metric or thin-plate")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "labels");
+
+  verb.add_option("--like", like, "image of the target: the result has its size")
+      ->type_name("FILE")
+      ->group("Coordinates");
+  verb.add_option("--size", size, "size of the result, as in 640x480 [that of the image]")
+      ->type_name("WxH")
+      ->group("Coordinates");
+  verb.add_option("--pixel-size", pixel_size, "landmark units per pixel of the image [1; mha, nrrd: of the file]")
+      ->group("Coordinates");
+  verb.add_option("--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]")
+      ->group("Coordinates");
+  verb.add_option("--origin", origin,
+                  "x,y of the image's first pixel, with y up of its lower edge, landmark units [0,0]")
+      ->type_name("X,Y")
+      ->group("Coordinates");
+  verb.add_option("--target-origin", target_origin, "the same of the result [--origin]")
+      ->type_name("X,Y")
+      ->group("Coordinates");
+  // Not bound to the variable: CLI11 would set an optional to false where the flag is not given.
+  verb.add_flag_function(
+          "--flip-y,!--no-flip-y", [this](std::int64_t count) { flip_y = count > 0; },
+          "y of the landmarks points up [where they are of a tps file]")
+      ->group("Coordinates");
+
+  only_known(verb.add_option("--method", method, "pull (needs a map that does not fold), push, or auto")
+                 ->type_name("NAME")
+                 ->capture_default_str()
+                 ->group("Picture"),
+             "method");
+  verb.add_option("--over", over, "sheet on top where the map folds: least-stretched, first, label-order, or average")
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--interpolation", interpolation, "nearest, linear, cubic or lanczos")
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--border", border, "beyond the image: transparent, constant, replicate or reflect")
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--background", background, "colour r,g,b in place of transparency")
+      ->type_name("R,G,B")
+      ->group("Picture");
+  verb.add_option("--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8")
+      ->capture_default_str()
+      ->group("Picture");
+  verb.add_option("--tolerance", tolerance, "error of the map between points where it is computed, pixels")
+      ->capture_default_str()
+      ->group("Picture");
+
+  verb.add_option("--field", field, "displacement field (mha, nrrd)")->type_name("FILE")->group("More results");
+  verb.add_option("--jacobian", jacobian, "signed Jacobian on the image: colours (png), or numbers (tif, mha, nrrd)")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--log-jacobian", log_jacobian, "its logarithm to base 2, likewise")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--multiplicity", multiplicity, "how many points of the image land on each pixel, likewise")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--folds", folds, "mask of the image's pixels that are turned over (png)")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--holes", holes, "mask of holes in the result (png)")->type_name("FILE")->group("More results");
+  verb.add_option("--grid", grid, "the result with the deformed grid and the landmarks' paths (png)")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--side-by-side", side_by_side, "image, result and --like beside each other (png)")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--animate", animate, "the motion (gif, mp4, webp; needs ffmpeg)")
+      ->type_name("FILE")
+      ->group("More results");
+
+  verb.add_option("--samples", samples, "so many samples of the noise with the fitted momenta: OUT is their mean")
+      ->group("Ensembles");
+  verb.add_option("--seed", seed, "of the random numbers")->capture_default_str()->group("Ensembles");
+  verb.add_option("--deviation", deviation, "standard deviation of each pixel (tif, png)")
+      ->type_name("FILE")
+      ->group("Ensembles");
+  verb.add_option("--fold-probability", fold_probability, "probability that a pixel of the image is turned over")
+      ->type_name("FILE")
+      ->group("Ensembles");
+  add_threads_option(verb);
+}
+
+}  // namespace pulson

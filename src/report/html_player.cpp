@@ -1,0 +1,272 @@
+#include "html_player.hpp"
+
+namespace pulson::html {
+
+std::string_view player_script() {
+  return R"js(
+// Landmarks that move. Places are whole numbers of units in a box; the view turns them into pixels.
+const ticksOf = (low, high, most) => {
+  const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * ([1, 2, 5].find(factor => factor * power >= rough) ?? 10);
+  const ticks = [];
+  for (let i = Math.ceil(low / step); i * step <= high && ticks.length < 20; ++i)
+    ticks.push(Number((i * step).toPrecision(6)));
+  return ticks;
+};
+const font = "12px system-ui, sans-serif";
+class Motion {
+  constructor(figure) {
+    this.figure = figure;
+    this.canvas = figure.querySelector("canvas");
+    this.slider = figure.querySelector("input");
+    this.button = figure.querySelector("button");
+    this.output = figure.querySelector("output");
+    this.data = JSON.parse(figure.querySelector("script").textContent);
+    this.yaw = -0.6;
+    this.pitch = 0.45;
+    this.still = matchMedia("(prefers-reduced-motion: reduce)");
+    figure.hidden = false;
+    this.slider.addEventListener("input", () => { this.stop(); this.draw(); });
+    this.button.addEventListener("click", () => this.running ? this.stop() : this.play());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
+    if (this.data.d === 3) this.turnable();
+    new ResizeObserver(() => this.draw()).observe(this.canvas.parentNode);
+    this.draw();
+  }
+  get part() { return this.slider.value / this.slider.max; }
+  stop() {
+    cancelAnimationFrame(this.running);
+    this.running = 0;
+    this.button.textContent = "Play";
+  }
+  play() {
+    const seconds = this.still.matches ? 10 : 4;
+    const from = this.part < 1 ? this.part : 0;
+    let begin;
+    const step = now => {
+      begin ??= now;
+      const part = Math.min(1, from + (now - begin) / 1000 / seconds);
+      this.slider.value = Math.round(part * this.slider.max);
+      this.draw();
+      if (part < 1) this.running = requestAnimationFrame(step); else this.stop();
+    };
+    this.button.textContent = "Pause";
+    this.running = requestAnimationFrame(step);
+  }
+  turnable() {
+    const turn = (right, down) => {
+      this.yaw += right;
+      this.pitch = Math.max(-1.57, Math.min(1.57, this.pitch + down));
+      this.draw();
+    };
+    const steps = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] };
+    this.canvas.addEventListener("keydown", event => {
+      if (!(event.key in steps)) return;
+      event.preventDefault();
+      turn(...steps[event.key]);
+    });
+    this.canvas.addEventListener("pointerdown", event => this.canvas.setPointerCapture(event.pointerId));
+    this.canvas.addEventListener("pointermove", event => {
+      if (event.buttons) turn(event.movementX * 0.01, event.movementY * 0.01);
+    });
+  }
+  // The places between two frames; those who prefer less motion see the frames alone.
+  placesOf(frames) {
+    const { low, k } = this.now, first = frames[k], second = frames[k + 1] ?? first;
+    return first.map((place, i) => place + low * (second[i] - place));
+  }
+  setTime() {
+    const { times } = this.data, last = times.length - 1;
+    let time = times[0] + this.part * (times[last] - times[0]), k = 0;
+    while (k < last && times[k + 1] <= time) ++k;
+    if (this.still.matches) time = times[k];
+    this.now = { k, time, low: k < last ? (time - times[k]) / (times[k + 1] - times[k]) : 0 };
+    this.output.textContent = "t = " + Number(time.toPrecision(3));
+    this.slider.setAttribute("aria-valuetext", this.output.textContent);
+  }
+  colour(name) { return getComputedStyle(this.figure).getPropertyValue("--" + name).trim(); }
+  // Pixels of place i; in 3D also its depth.
+  pixel(places, i) {
+    const { d } = this.data, { scale, left, bottom } = this.view;
+    if (d === 2) return [left + scale * places[2 * i], bottom - scale * places[2 * i + 1]];
+    const [x, y, z] = [0, 1, 2].map(c => places[3 * i + c] - this.data.size[c] / 2);
+    const across = x * Math.cos(this.yaw) + y * Math.sin(this.yaw);
+    const into = y * Math.cos(this.yaw) - x * Math.sin(this.yaw);
+    const up = z * Math.cos(this.pitch) + into * Math.sin(this.pitch);
+    return [left + scale * across, bottom - scale * up];
+  }
+  fit() {
+    const { d, size } = this.data, wide = this.canvas.clientWidth, below = 34, above = 20;
+    this.pen = this.canvas.getContext("2d");
+    this.pen.font = font;
+    // Room for the numbers at the left.
+    const widths = this.axis(d - 1, unit => unit, 8).map(([, text]) => this.pen.measureText(text).width);
+    const rim = d === 3 ? 14 : 20 + Math.max(...widths);
+    const most = Math.min(640, Math.max(300, 0.75 * innerHeight));
+    let high = Math.min(most, d === 1 ? Math.max(240, 0.5 * wide) : d === 2 ? wide : Math.min(540, 0.9 * wide));
+    let scale = (high - above - below) / (size[0] || 1), left = rim, bottom = high - below;
+    if (d === 3) {
+      scale = (Math.min(wide, high) / 2 - rim) / (Math.hypot(...size) / 2 || 1);
+      [left, bottom] = [wide / 2, high / 2];
+    } else if (d === 2) {
+      scale = Math.min((wide - rim - 16) / (size[0] || 1), (high - above - below) / (size[1] || 1));
+      high = Math.min(high, Math.max(140, scale * size[1] + above + below));
+      left = (wide + rim - 16 - scale * size[0]) / 2;
+      bottom = (high + above - below + scale * size[1]) / 2;
+    }
+    this.view = { wide, high, scale, left, bottom, right: wide - 16 };
+    const dense = devicePixelRatio || 1;
+    this.canvas.style.height = high + "px";
+    this.canvas.width = Math.round(wide * dense);
+    this.canvas.height = Math.round(high * dense);
+    this.pen.setTransform(dense, 0, 0, dense, 0, 0);
+    this.pen.lineJoin = "round";
+    this.pen.font = font;
+  }
+  path(points, colour, width, opacity = 1) {
+    const { pen } = this;
+    pen.globalAlpha = opacity;
+    pen.strokeStyle = colour;
+    pen.lineWidth = width;
+    pen.beginPath();
+    points.forEach(([x, y], i) => i ? pen.lineTo(x, y) : pen.moveTo(x, y));
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+  dot([x, y], radius, colour, opacity = 1, ring = false) {
+    const { pen } = this;
+    pen.globalAlpha = opacity;
+    pen.beginPath();
+    pen.arc(x, y, radius, 0, 7);
+    pen.lineWidth = 1.6;
+    pen[ring ? "strokeStyle" : "fillStyle"] = colour;
+    ring ? pen.stroke() : pen.fill();
+    pen.globalAlpha = 1;
+  }
+  triangle([x, y]) {
+    const corners = [[x, y - 11], [x + 9.5, y + 6], [x - 9.5, y + 6]];
+    this.path([...corners, corners[0], corners[1]], this.colour("fails"), 2);
+  }
+  // One scale in length units; `toPixel` of a number of units.
+  axis(axis, toPixel, most) {
+    const { low, unit, size } = this.data;
+    return ticksOf(low[axis], low[axis] + unit * (size[axis] || 1), most)
+      .map(tick => [toPixel((tick - low[axis]) / unit), String(tick)]);
+  }
+  acrossTicks(ticks, y) {
+    this.pen.textAlign = "center";
+    for (const [x, text] of ticks) {
+      this.path([[x, y + 2], [x, y + 6]], this.colour("quiet"), 1);
+      this.pen.fillText(text, x, y + 19);
+    }
+  }
+  upTicks(ticks, x) {
+    this.pen.textAlign = "right";
+    for (const [y, text] of ticks) {
+      this.path([[x - 6, y], [x - 2, y]], this.colour("quiet"), 1);
+      this.pen.fillText(text, x - 9, y + 4);
+    }
+  }
+  axes() {
+    const { d, size } = this.data, { scale, left, bottom, wide, high } = this.view, { pen } = this;
+    pen.fillStyle = this.colour("quiet");
+    if (d === 3) return this.box();
+    if (d === 2) this.acrossTicks(this.axis(0, u => left + scale * u, wide / 90), bottom);
+    this.upTicks(this.axis(d - 1, u => bottom - scale * u, high / 60), left);
+  }
+  box() {
+    const corner = i => this.pixel([0, 1, 2].map(c => (i >> c & 1) * this.data.size[c]), 0);
+    for (let i = 0; i < 8; ++i)
+      for (const bit of [1, 2, 4])
+        if (!(i & bit)) this.path([corner(i), corner(i | bit)], this.colour("grid"), 1);
+    this.pen.textAlign = "center";
+    ["x", "y", "z"].forEach((name, c) => {
+      const [from, to] = [corner(0), corner(1 << c)];
+      this.pen.fillText(name, from[0] + 0.5 * (to[0] - from[0]) - 8, from[1] + 0.5 * (to[1] - from[1]) + 12);
+    });
+  }
+  draw() {
+    if (!this.canvas.clientWidth) return;
+    this.setTime();
+    this.fit();
+    this.axes();
+    if (this.data.d === 1) this.drawLine(); else this.drawSpace();
+  }
+  // Until restore(): a folded or stretched grid would run through the numbers of the axes.
+  keepInBox() {
+    const { size } = this.data, { scale, left, bottom } = this.view;
+    this.pen.save();
+    this.pen.beginPath();
+    this.pen.rect(left - 1, bottom - scale * size[1] - 1, scale * size[0] + 2, scale * size[1] + 2);
+    this.pen.clip();
+  }
+  // d = 2 and 3
+  drawSpace() {
+    const { d, frames, target, groups, outlines, marked, traced, outliers, lines, grid, pairs } = this.data;
+    const now = this.placesOf(frames), ink = this.colour("quiet"), goal = this.colour("goal");
+    const colours = [0, 1, 2, 3, 4, 5, 6, 7].map(g => this.colour("g" + g)), colourOf = a => colours[groups[a] % 8];
+    const radius = marked.length > 800 ? 1.6 : marked.length > 150 ? 2.6 : 4;
+    const has = a => target[d * a] !== null && target[d * a + d - 1] !== null;
+    if (grid.length) {
+      const places = this.placesOf(grid), colour = this.colour("grid");
+      let first = 0;
+      this.keepInBox();
+      for (const count of lines) {
+        this.path(Array.from({ length: count }, (_, i) => this.pixel(places, first + i)), colour, 1);
+        first += count;
+      }
+      this.pen.restore();
+    }
+    const outline = (places, list, colour, width, opacity) => {
+      for (const members of list)
+        this.path(members.map(a => this.pixel(places, a)), colour(members[0]), width, opacity);
+    };
+    outline(frames[0], outlines, () => ink, 1.2, 0.5);
+    for (const a of marked) this.dot(this.pixel(frames[0], a), 0.75 * radius, ink, 0.5);
+    if (target.length) {
+      outline(target, (pairs ? outlines : this.data.targetOutlines).map(all => all.filter(has)), () => goal, 1.4, 0.8);
+      const rings = pairs ? marked : Array.from({ length: target.length / d }, (_, a) => a);
+      for (const a of rings) if (has(a)) this.dot(this.pixel(target, a), radius + 2, goal, 0.9, true);
+    }
+    for (const a of traced) {
+      const trail = frames.slice(0, this.now.k + 1).map(places => this.pixel(places, a));
+      this.path([...trail, this.pixel(now, a)], colourOf(a), 1.2, 0.45);
+    }
+    outline(now, outlines, colourOf, 1.8, 1);
+    for (const a of marked) this.dot(this.pixel(now, a), radius, colourOf(a));
+    for (const a of outliers) this.triangle(this.pixel(now, a));
+  }
+  // d = 1: time to the right, place upwards.
+  drawLine() {
+    const { times, frames, target, grid, groups, outliers } = this.data;
+    const { scale, left, bottom, right, wide } = this.view, last = times.length - 1;
+    const across = time => left + (time - times[0]) / (times[last] - times[0]) * (right - left);
+    const at = (time, place) => [across(time), bottom - scale * place];
+    const several = groups.some(g => g !== groups[0]), colour = a => this.colour("g" + (several ? groups[a] : a) % 8);
+    this.pen.fillStyle = this.colour("quiet");
+    this.acrossTicks(ticksOf(times[0], times[last], wide / 110).map(time => [across(time), String(time)]), bottom);
+    this.pen.textAlign = "right";
+    this.pen.fillText("time", right, bottom + 31);
+    this.pen.textAlign = "left";
+    this.pen.fillText("position", 8, 14);
+    const count = grid.length ? grid[0].length : 0;
+    for (let m = 0; m < count; ++m)
+      this.path(grid.map((places, k) => at(times[k], places[m])), this.colour("grid"), 1);
+    const now = this.placesOf(frames);
+    for (let a = 0; a < now.length; ++a) {
+      const path = frames.map((places, k) => at(times[k], places[a])), there = at(this.now.time, now[a]);
+      this.path(path, colour(a), 1.2, 0.35);
+      this.path([...path.slice(0, this.now.k + 1), there], colour(a), 2);
+      this.dot(path[0], 3, this.colour("quiet"), 0.6);
+      if (target[a] != null) this.dot(at(times[last], target[a]), 6, this.colour("goal"), 1, true);
+      this.dot(there, 4, colour(a));
+    }
+    this.path([[across(this.now.time), 20], [across(this.now.time), bottom]], this.colour("focus"), 1, 0.8);
+    for (const a of outliers) this.triangle(at(this.now.time, now[a]));
+  }
+}
+for (const figure of document.querySelectorAll("figure.motion")) new Motion(figure);
+)js";
+}
+
+}  // namespace pulson::html

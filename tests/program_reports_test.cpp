@@ -1,0 +1,144 @@
+// The reports that verbs write: pages that need nothing beside themselves.
+
+#include <gmock/gmock.h>
+
+#include "program.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+class Reports : public Program {
+ protected:
+  static std::size_t count_of(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t i = text.find(part); i != std::string::npos; i = text.find(part, i + part.size())) ++count;
+    return count;
+  }
+
+  // Rows of the table that begins with this head; the head is one.
+  static std::size_t rows_of_table(const std::string& page, const std::string& head) {
+    const std::size_t begin = page.find("<button type=\"button\">" + head + "</button>");
+    return begin == std::string::npos ? 0 : count_of(page.substr(begin, page.find("</table>", begin) - begin), "<tr>");
+  }
+
+  static std::string report() {
+    std::string page = contents("out/report.html");
+    EXPECT_THAT(page, StartsWith("<!DOCTYPE html>"));
+    EXPECT_LT(page.size(), 2'000'000U);
+    // What is embedded is base64, in which none of these occurs.
+    for (const char* reference : {"http:", "https:", "//www", "<link", "@import", "url(", "src=\"/", "src=\"."})
+      EXPECT_THAT(page, Not(HasSubstr(reference)));
+    return page;
+  }
+};
+
+TEST_F(Reports, RegisterTellsWhatItDidAndShowsIt) {
+  const ProgramRun done = run({"register", sample("swap_source"), sample("swap_target"), "-o", "out", "--noise",
+                               "ch-sd:beta=2", "--steps", "10"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("report.html"));
+  const std::string page = report();
+  EXPECT_THAT(page, HasSubstr("pulson register " + sample("swap_source") + ' ' + sample("swap_target") +
+                              " -o out --noise ch-sd:beta=2 --steps 10</code>"));
+  EXPECT_THAT(page, HasSubstr("<p class=\"lead\">Matched: 2 landmarks in 1D"));
+  EXPECT_THAT(page, HasSubstr("Changed order: one pair of landmarks."));
+  EXPECT_THAT(page, HasSubstr("<canvas"));
+  EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
+  EXPECT_EQ(rows_of_table(page, "landmark"), 2U);
+  EXPECT_THAT(page, HasSubstr("way by the noise"));
+}
+
+TEST_F(Reports, RegisterMarksALandmarkThatStaysBehind) {
+  write("a.csv", "x,y\n0,0\n1,0\n2,0\n0,1\n1,1\n2,1\n0,2\n1,2\n2,2\n");
+  // The middle one is to go where no smooth flow as cheap as this takes it.
+  write("b.csv", "x,y\n0.1,0\n1.11,0\n2.1,0.01\n0.1,1\n3.4,2.7\n2.1,1\n0.1,2.01\n1.1,2\n2.1,2\n");
+  const ProgramRun done =
+      run(words("register a.csv b.csv -o out --kernel gaussian:alpha=2 --sigma 0.3 --lambda 10 "
+                "--no-picture"));
+  const std::string page = report();
+  EXPECT_EQ(count_of(page, "aria-label=\"outlier\""), 1U) << done.err;
+  EXPECT_THAT(page, HasSubstr("<td class=\"number\">5</td><td class=\"number\"><span class=\"outlier\""));
+  EXPECT_THAT(page, HasSubstr("\"outliers\":[4]"));
+  EXPECT_THAT(page, Not(HasSubstr("<img")));
+  EXPECT_THAT(page, HasSubstr("\"grid\":[["));
+}
+
+TEST_F(Reports, RegisterQuotesItsCommandAndEscapesNames) {
+  std::filesystem::copy(sample("swap_source"), "<b> it's.csv");
+  const ProgramRun done = run({"register", "<b> it's.csv", sample("swap_target"), "-o", "out", "--noise",
+                               "ch-sd:beta=2", "--no-picture", "--json", "-"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string page = report();
+  EXPECT_THAT(page, HasSubstr("pulson register '&lt;b&gt; it'\\''s.csv' "));
+  EXPECT_THAT(page, Not(HasSubstr("<b>")));
+}
+
+TEST_F(Reports, RegisterReportsOutlinesWithoutCorrespondence) {
+  const ProgramRun done = run({"register", sample("ellipse_source"), sample("hand_target"), "-o", "out", "--data",
+                               "varifold", "--sigma", "0.1", "--steps", "5", "--max-iterations", "5", "--no-picture"});
+  ASSERT_THAT(done.exit_code, testing::AnyOf(0, 3)) << done.err;
+  const std::string page = report();
+  EXPECT_THAT(page, HasSubstr("to the nearest point of the target"));
+  EXPECT_THAT(page, HasSubstr("\"targetOutlines\":[["));
+  EXPECT_EQ(done.exit_code == 3, page.find("Warning: not converged") != std::string::npos);
+}
+
+TEST_F(Reports, CompareTellsTheVerdictAndEveryModel) {
+  const ProgramRun done = run({"compare", sample("swap_source"), sample("swap_target"), "-o", "out", "--sigma", "0.05",
+                               "--noise", "none", "--noise", "ch-sd:beta=1", "--lambda", "1"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string page = report();
+  EXPECT_THAT(page, HasSubstr("<p class=\"lead\">These shapes call for ch-sd:beta=1.</p>"));
+  EXPECT_EQ(rows_of_table(page, "noise"), 2U);
+  EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"), 3U);  // of evidence, matches, shapes
+  EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
+  EXPECT_THAT(page, HasSubstr("--noise ch-sd:beta=1 --lambda 1</code>"));
+  const nlohmann::json told = read_json("out/comparison.json");
+  char evidence[32];
+  std::snprintf(evidence, sizeof evidence, ">%.1f<", told["models"][1]["log_evidence"].get<double>());
+  EXPECT_THAT(page, HasSubstr(evidence));
+}
+
+TEST_F(Reports, CompareReportsAStudyOfRecovery) {
+  const ProgramRun done = run({"compare",
+                               sample("swap_source"),
+                               sample("swap_target"),
+                               "-o",
+                               "out",
+                               "--sigma",
+                               "0.05",
+                               "--noise",
+                               "none",
+                               "--noise",
+                               "ch-sd:beta=1",
+                               "--lambda",
+                               "1",
+                               "--simulate",
+                               "ch-sd:beta=1",
+                               "--count",
+                               "2",
+                               "--cohort-size",
+                               "2",
+                               "--steps",
+                               "4",
+                               "--no-picture"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string page = report();
+  EXPECT_EQ(rows_of_table(page, "drawn from"), 1U);
+  EXPECT_THAT(page, HasSubstr("2 cohorts of 2 shapes"));
+}
+
+TEST_F(Reports, AreLeftAloneWhereTheInputIsBad) {
+  std::filesystem::create_directory("out");
+  write("out/report.html", "an earlier one");
+  EXPECT_EQ(run({"register", sample("swap_source"), "missing.csv", "-o", "out"}).exit_code, 2);
+  EXPECT_EQ(run({"compare", sample("swap_source"), "missing.csv", "-o", "out"}).exit_code, 2);
+  EXPECT_EQ(contents("out/report.html"), "an earlier one");
+}
+
+}  // namespace
+}  // namespace pulson

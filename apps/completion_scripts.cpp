@@ -6,7 +6,7 @@ namespace pulson {
 namespace {
 
 /// In single quotes, where `'` ends them for a moment.
-std::string quoted(const std::string& text) {
+std::string in_shell_quotes(const std::string& text) {
   std::string result = "'";
   for (const char c : text)
     result += c == '\'' ? std::string("'\\''") : c == '\n' ? std::string(" ") : std::string(1, c);
@@ -55,11 +55,11 @@ std::string zsh_case(const CompletedVerb& verb) {
     for (const std::string& name : option.names) {
       std::string spec = fmt::format("*{}[{}]", name, zsh_text(option.help));
       if (option.takes_value) spec += ":value:" + zsh_action(option.values);
-      text += fmt::format("        {} \\\n", quoted(spec));
+      text += fmt::format("        {} \\\n", in_shell_quotes(spec));
     }
   const std::string words =
       verb.words.empty() ? "_files" : fmt::format("{{compadd -- {}; _files}}", fmt::join(verb.words, " "));
-  return text + fmt::format("        {} ;;\n", quoted("*:file:" + words));
+  return text + fmt::format("        {} ;;\n", in_shell_quotes("*:file:" + words));
 }
 
 // ---- fish
@@ -112,7 +112,7 @@ std::string zsh_completion(const std::vector<CompletedVerb>& verbs) {
   std::string names;
   std::string cases;
   for (const CompletedVerb& verb : verbs) {
-    names += "    " + quoted(zsh_text(verb.name) + ":" + verb.help) + "\n";
+    names += "    " + in_shell_quotes(zsh_text(verb.name) + ":" + verb.help) + "\n";
     cases += zsh_case(verb);
   }
   return fmt::format(R"(#compdef pulson
@@ -137,7 +137,8 @@ if [[ "$funcstack[1]" == _pulson ]]; then _pulson "$@"; else compdef _pulson pul
 std::string fish_completion(const std::vector<CompletedVerb>& verbs) {
   std::string text = "# fish completion of pulson: pulson completion fish | source\n";
   for (const CompletedVerb& verb : verbs) {
-    text += fmt::format("complete -c pulson -f -n __fish_use_subcommand -a {} -d {}\n", verb.name, quoted(verb.help));
+    text += fmt::format("complete -c pulson -f -n __fish_use_subcommand -a {} -d {}\n", verb.name,
+                        in_shell_quotes(verb.help));
     for (const CompletedOption& option : verb.options) text += fish_option(verb, option);
     if (!verb.words.empty())
       text += fmt::format("complete -c pulson -n '__fish_seen_subcommand_from {}' -a '{}'\n", verb.name,

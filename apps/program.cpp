@@ -67,6 +67,19 @@ void keep_command_line(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) line += ' ' + shell_word(argv[i]);
 }
 
+// The parser's message in words of ours.
+std::string said(const CLI::ParseError& error) {
+  std::string text = error.what();
+  const auto begins = [&](std::string_view words) { return text.rfind(words, 0) == 0; };
+  constexpr std::string_view kNoNumber = "Could not convert: ", kExtra = "The following argument was not expected: ";
+  if (const std::size_t equals = text.find(" = "); begins(kNoNumber) && equals != std::string::npos)
+    return fmt::format("{} is '{}'; a number is needed", text.substr(kNoNumber.size(), equals - kNoNumber.size()),
+                       text.substr(equals + 3));
+  if (begins(kExtra)) return fmt::format("'{}' is one argument too many", text.substr(kExtra.size()));
+  if (begins("--out is required")) return "-o FOLDER (or FILE) is required: where the results go";
+  return text;
+}
+
 int run(int argc, char** argv, const AddVerbs& add_verbs) {
   int exit_code = kDone;
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
@@ -93,7 +106,7 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
     return program.exit(success);
   } catch (const CLI::ParseError& error) {
     const bool has_verb = argv[1][0] != '-';
-    return complain(fmt::format("{} (see pulson {}--help)", error.what(), has_verb ? argv[1] + std::string(" ") : ""),
+    return complain(fmt::format("{} (see pulson {}--help)", said(error), has_verb ? argv[1] + std::string(" ") : ""),
                     kBadInput);
   }
 }

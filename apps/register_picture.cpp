@@ -60,6 +60,7 @@ std::string short_name(const Landmarks& shape) {
 RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path) {
   RegistrationPicture picture;
   picture.source = registration.source;
+  picture.aligned = registration.alignment.kind != AlignmentKind::kNone;
   picture.target = registration.target;
   picture.corresponds = registration.data.kind == DataKind::kLandmarks;
   picture.result = registration.result;

@@ -152,7 +152,7 @@ ReportTable residual_table(const Registration& registration, const LandmarkShare
     const auto place = static_cast<std::size_t>(a);
     const bool outlier = std::binary_search(outliers.begin(), outliers.end(), a);
     const double distance = distances[a];
-    std::vector<ReportCell> row = {{fmt::to_string(a + 1)}};
+    std::vector<ReportCell> row = {{fmt::to_string(source.number(a))}};
     if (!source.labels.empty()) row.push_back({source.labels[place]});
     if (!source.groups.empty()) row.push_back({source.groups[place]});
     row.push_back({.text = std::isfinite(distance) ? number(distance) : "", .outlier = outlier});

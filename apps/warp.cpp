@@ -1,6 +1,7 @@
 // `pulson warp`: the map of a registration applied to an image or to landmarks.
 
 #include <chrono>
+#include <filesystem>
 #include <memory>
 
 #include <fmt/core.h>
@@ -26,9 +27,25 @@ void run_points(const WarpArguments& arguments, const Registration& registration
   tell(figures, arguments, nullptr);
 }
 
+// Landmarks that lie outside the image show that units, origin or y are not those of the image.
+void warn_of_landmarks_outside(const WarpArguments& arguments, const Registration& registration,
+                               const WarpFrames& frames, const Picture& picture) {
+  const Points pixels =
+      frames.input.to_pixels(arguments.inverse ? registration.target.points : registration.original.points);
+  Eigen::Index outside = 0;
+  for (const auto pixel : pixels.colwise())
+    outside += (pixel.array() < -0.5).any() || pixel[0] > picture.image.width() || pixel[1] > picture.image.height();
+  if (2 * outside > pixels.cols())
+    tell_warning(
+        fmt::format("{} of {} landmarks lie outside {}: is it the right image? else see --pixel-size, --origin "
+                    "and --flip-y",
+                    outside, pixels.cols(), arguments.input));
+}
+
 void run_image(const WarpArguments& arguments, const Registration& registration, double start) {
   const Picture picture = read_picture(arguments.input);
   const WarpFrames frames = warp_frames(arguments, registration, picture);
+  warn_of_landmarks_outside(arguments, registration, frames, picture);
   const MaterialFlow flow(registration_system(registration), replay(registration),
                           parse_label_kernel(arguments.labels));
   if (!flow.is_diffeomorphic()) arguments.check_for_fold();
@@ -46,6 +63,16 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
   tell(result.figures, arguments, &frames);
 }
 
+// The record, or that in the folder of a registration.
+std::filesystem::path record_of(const WarpArguments& arguments) {
+  const std::filesystem::path given = arguments.registration;
+  std::error_code error;
+  if (std::filesystem::is_directory(given, error)) return given / "registration.json";
+  if (is_picture_file(arguments.registration))
+    throw InputError(fmt::format("{} is an image; the registration comes first, then the image", given.string()));
+  return given;
+}
+
 void run_warp(const WarpArguments& arguments) {
   const double start = now();
   const bool of_image = is_picture_file(arguments.input);
@@ -54,7 +81,7 @@ void run_warp(const WarpArguments& arguments) {
     check_picture_file(arguments.out);
   else
     arguments.check_for_landmarks();
-  const Registration registration = read_registration(arguments.registration);
+  const Registration registration = read_registration(record_of(arguments));
   tell_step(fmt::format("read {}: {} landmarks", arguments.registration, registration.source.count()));
   if (of_image)
     run_image(arguments, registration, start);

@@ -1,7 +1,9 @@
 #include <cmath>
+#include <csignal>
 #include <limits>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "chart_examples.hpp"
 #include "picture_files.hpp"
@@ -90,6 +92,19 @@ TEST_F(ChartErrorsTest, SaysThatTheFolderIsMissingAndWritesNeither) {
   const Chart chart{.rows = {{{.series = {wave("w")}}}}};
   EXPECT_THROW(write_chart(chart, "chart.png", "nowhere/chart.svg"), InputError);
   EXPECT_TRUE(files().empty());
+}
+
+// As on a disk that fills up while gnuplot writes.
+TEST_F(ChartErrorsTest, KeepsNoPictureThatIsCutOff) {
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  const std::string message = message_of_failed_write(Chart{.rows = {{{.series = {wave("w")}}}}});
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, old_handler);
+  EXPECT_TRUE(contains(message, "gnuplot did not write 'chart.")) << message;
 }
 
 }  // namespace

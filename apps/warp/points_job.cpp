@@ -1,5 +1,6 @@
 #include "points_job.hpp"
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -35,7 +36,8 @@ WarpFigures warp_points(const MaterialFlow& flow, const Alignment& alignment, co
   const Eigen::VectorXd jacobians = moved.jacobians();
   if (jacobians.size() > 0) {
     const double least = jacobians.minCoeff();
-    figures.min_jacobian = arguments.inverse && least > 0 ? 1 / jacobians.maxCoeff() : least;
+    const double aligned = std::pow(alignment.scale, flow.dimension()) * alignment.linear.determinant();
+    figures.min_jacobian = aligned * (arguments.inverse && least > 0 ? 1 / jacobians.maxCoeff() : least);
     figures.folded_fraction =
         static_cast<double>((jacobians.array() <= 0).count()) / static_cast<double>(jacobians.size());
   }

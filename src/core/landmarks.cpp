@@ -46,7 +46,7 @@ Eigen::Index longest_axis(const Points& complete) {
 std::string Landmarks::describe(int index) const {
   const auto i = static_cast<std::size_t>(index);
   if (i < labels.size() && !labels[i].empty()) return "'" + labels[i] + "'";
-  return std::to_string(index + 1);
+  return std::to_string(number(index));
 }
 
 std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include <unistd.h>
 
@@ -83,10 +84,38 @@ void write_file_atomically(const fs::path& path, std::string_view contents) {
   temporary.keep();
 }
 
+namespace {
+
+// The folders that this program made, those within first; the empty ones go when it ends.
+class MadeFolders {
+ public:
+  MadeFolders() = default;
+  MadeFolders(const MadeFolders&) = delete;
+  MadeFolders& operator=(const MadeFolders&) = delete;
+  ~MadeFolders() {
+    std::error_code not_empty;
+    for (const fs::path& folder : folders_) fs::remove(folder, not_empty);
+  }
+  /// Those of `path` that are not there yet.
+  void expect(const fs::path& path) {
+    std::error_code error;
+    for (fs::path folder = fs::absolute(path, error); !folder.empty() && !fs::exists(folder, error);
+         folder = folder.parent_path())
+      folders_.push_back(folder);
+  }
+
+ private:
+  std::vector<fs::path> folders_;
+};
+
+}  // namespace
+
 void create_output_directory(const fs::path& path) {
   const std::string failure = "cannot use '" + path.string() + "' as the folder for output: ";
   std::error_code error;
   if (fs::exists(path, error) && !fs::is_directory(path, error)) throw InputError(failure + "it is a file");
+  static MadeFolders made;
+  made.expect(path);
   fs::create_directories(path, error);
   if (error) throw InputError(failure + error.message());
   if (::access(path.c_str(), W_OK | X_OK) != 0) throw InputError(failure + last_error());

@@ -23,6 +23,7 @@ void append_values(std::string& text, const Column& column) {
 }
 
 /// Rows `first step,time,landmark,q…,p…`: every `every`-th step of a path, and its last.
-void append_states(std::string& text, const Trajectory& path, std::string_view first, int every);
+void append_states(std::string& text, const Trajectory& path, std::string_view first, int every,
+                   const std::vector<int>& numbers = {});
 
 }  // namespace pulson

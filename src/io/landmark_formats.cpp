@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include <fmt/format.h>
@@ -128,6 +129,14 @@ std::string extension_of(const std::filesystem::path& path) {
   return dotted.substr(std::min<std::size_t>(1, dotted.size()));
 }
 
+/// Images of the common kinds begin with a mark of their own.
+bool is_image(std::string_view contents) {
+  using namespace std::string_view_literals;
+  const std::array marks = {"\x89PNG"sv, "\xFF\xD8\xFF"sv, "GIF8"sv, "II*\0"sv, "MM\0*"sv, "BM"sv};
+  return contents.find('\0') != std::string_view::npos &&
+         std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return contents.starts_with(mark); });
+}
+
 /// How long the extension of `format` is that the file's name ends in; 0 where there is none.
 std::size_t matched_length(const std::filesystem::path& path, const LandmarkFormat& format) {
   const std::string name = io::to_lower(path.filename().string());
@@ -157,6 +166,7 @@ const LandmarkFormat& find_format(const std::filesystem::path& path, std::string
       std::find_if(formats.begin(), formats.end(), [&](const LandmarkFormat& f) { return f.sniff(contents); });
   if (by_content != formats.end()) return *by_content;
   if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
+  if (is_image(contents)) throw InputError(path.string() + " is an image; landmarks are needed");
   std::string known;
   for (const LandmarkFormat& format : formats) known += (known.empty() ? "" : ", ") + format.name;
   throw InputError(fmt::format("{} is in none of the landmark formats ({}); it begins with {}", path.string(), known,

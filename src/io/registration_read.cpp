@@ -118,7 +118,10 @@ Landmarks read_shape(const Reader& reader, Points points) {
   shape.name = reader.at("name").text();
   shape.labels = reader.at("labels").texts();
   shape.groups = reader.at("groups").texts();
+  if (reader.has("numbers")) shape.numbers = reader.at("numbers").as<std::vector<int>>("a list of whole numbers");
   const auto count = static_cast<std::size_t>(shape.count());
+  if (!shape.numbers.empty() && shape.numbers.size() != count)
+    reader.fail("numbers", "has another length than the shape");
   if (!shape.labels.empty() && shape.labels.size() != count) reader.fail("labels", "has another length than the shape");
   if (!shape.groups.empty() && shape.groups.size() != count) reader.fail("groups", "has another length than the shape");
   return shape;

@@ -12,7 +12,9 @@ Json optional_json(const std::optional<Value>& value) {
 }
 
 Json shape_json(const Landmarks& shape) {
-  return {{"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
+  Json json = {{"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
+  if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
+  return json;
 }
 
 Json alignment_json(const Alignment& alignment) {

@@ -60,7 +60,7 @@ std::string residuals_csv(const Registration& registration, const LandmarkShares
   for (const Column& column : columns) text += column.names;
   text += "\n";
   for (int a = 0; a < registration.source.count(); ++a) {
-    text += fmt::format("{},{}", a + 1, quoted_label(registration.source, a));
+    text += fmt::format("{},{}", registration.source.number(a), quoted_label(registration.source, a));
     for (const Column& column : columns)
       for (const double value : column.values.row(a)) text += std::isnan(value) ? ",NA" : fmt::format(",{}", value);
     text += "\n";
@@ -70,7 +70,7 @@ std::string residuals_csv(const Registration& registration, const LandmarkShares
 
 std::string trajectory_csv(const Registration& registration, const Trajectory& path) {
   std::string text = "step,time,landmark" + state_names(registration.result.rows()) + "\n";
-  append_states(text, path, "", 1);
+  append_states(text, path, "", 1, registration.source.numbers);
   return text;
 }
 

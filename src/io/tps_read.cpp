@@ -242,7 +242,8 @@ class TpsReader {
                        counted(shapes_of_lines_, "shape")));
     if (const std::size_t marks = count_missing_marks(); marks > 0)
       warn(counted(marks, "landmark") +
-           " at (-1, -1), often the mark of a missing one, read as a point like any other");
+           " at (-1, -1), often the mark of a missing one, read as a point like any other: pulson convert --missing "
+           "negative tells them apart");
   }
 
   /// Landmarks at (−1, −1) in a file that has no other negative coordinate.

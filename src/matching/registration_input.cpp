@@ -20,7 +20,9 @@ Landmarks chosen(const Landmarks& shape, const std::vector<int>& landmarks) {
   part.points = shape.points(Eigen::all, landmarks);
   part.labels.clear();
   part.groups.clear();
+  part.numbers.clear();
   for (const int a : landmarks) {
+    part.numbers.push_back(shape.number(a));
     const auto i = static_cast<std::size_t>(a);
     if (!shape.labels.empty()) part.labels.push_back(shape.labels[i]);
     if (!shape.groups.empty()) part.groups.push_back(shape.groups[i]);

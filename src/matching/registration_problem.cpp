@@ -1,5 +1,7 @@
 #include "registration_problem.hpp"
 
+#include <cmath>
+
 #include <fmt/core.h>
 
 #include "pulson/matching/landmark_term.hpp"
@@ -63,6 +65,26 @@ struct Observed {
   Alignment alignment;
 };
 
+// y that points up in one file and down in the other is common, and no flow that keeps orientation mends it well.
+void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& options) {
+  const Points& source = shapes.source.points;
+  const Points& target = shapes.target.points;
+  if (options.reflect || source.rows() < 2 || source.cols() <= source.rows() + 1) return;
+  const auto apart = [&](bool reflect) {
+    const Points moved =
+        align(source, target, AlignmentKind::kSimilarity, {.weights = {}, .reflect = reflect}).apply(source);
+    const Eigen::ArrayXXd squares = (moved - target).array().square();
+    return std::sqrt(squares.isNaN().select(0, squares).sum() / static_cast<double>(source.cols()));
+  };
+  constexpr double kMuchCloser = 0.3;
+  const double as_it_is = apart(false), turned_over = apart(true);
+  if (turned_over > kMuchCloser * as_it_is) return;
+  shapes.notes.push_back(
+      fmt::format("the shapes look mirrored: aligned they are {:.3g} apart, and {:.3g} if one is turned over; does y "
+                  "point up in one file and down in the other (pulson convert --flip-y)? else --reflect",
+                  as_it_is, turned_over));
+}
+
 Observed observed_landmarks(const MatchingShapes& shapes, const RegistrationOptions& options) {
   const DataOptions& data = shapes.data;
   return {std::make_shared<LandmarkTerm>(
@@ -92,6 +114,7 @@ Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const 
 
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   MatchingShapes shapes = matching_shapes(source, target, options.data);
+  if (shapes.data.kind == DataKind::kLandmarks) note_mirrored_shapes(shapes, options);
   Observed observed =
       shapes.data.kind == DataKind::kLandmarks ? observed_landmarks(shapes, options) : observed_curve(shapes, options);
   Landmarks aligned = shapes.source;

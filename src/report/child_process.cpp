@@ -1,11 +1,15 @@
 #include "child_process.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <sstream>
 #include <system_error>
 #include <utility>
@@ -99,10 +103,36 @@ fs::path create_temporary(const fs::path& target, const fs::path& file) {
   return temporary;
 }
 
+namespace {
+
+/// The last bytes of a file, fewer where it is shorter.
+std::string tail_of(const fs::path& path) {
+  constexpr std::streamoff kLength = 64;
+  std::ifstream stream(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : 0;
+  stream.seekg(std::max<std::streamoff>(0, size - kLength));
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// Whether a picture has an end; of formats without a mark at the end, whether it has a beginning.
+bool is_whole(const fs::path& path) {
+  const std::string tail = tail_of(path);
+  if (path.extension() == ".png") return tail.find("IEND") != std::string::npos;
+  if (path.extension() == ".svg") return tail.find("</svg>") != std::string::npos;
+  return !tail.empty();
+}
+
+}  // namespace
+
 void require_written(std::string_view program, const fs::path& temporary, const fs::path& file) {
+  if (is_whole(temporary)) return;
+  // Programs for pictures do not tell that a disk is full, and leave what they had.
   std::error_code failure;
-  if (fs::file_size(temporary, failure) == 0 || failure)
-    throw InputError(fmt::format("{} did not write '{}'", program, file.string()));
+  constexpr std::uintmax_t kNearlyNothing = 65536;
+  if (const fs::space_info space = fs::space(temporary.parent_path(), failure);
+      !failure && space.available < kNearlyNothing)
+    throw InputError(fmt::format("cannot write '{}': {}", file.string(), std::strerror(ENOSPC)));
+  throw InputError(fmt::format("{} did not write '{}'", program, file.string()));
 }
 
 void put_in_place(const fs::path& temporary, const fs::path& file) {

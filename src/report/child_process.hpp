@@ -54,7 +54,7 @@ std::filesystem::path absolute_target(const std::filesystem::path& file);
 /// too. `file` is what messages call it. @throws InputError if it cannot be written there
 std::filesystem::path create_temporary(const std::filesystem::path& target, const std::filesystem::path& file);
 
-/// @throws InputError if `program` left the temporary file empty
+/// @throws InputError if `program` left the temporary file empty, or a picture without its end
 void require_written(std::string_view program, const std::filesystem::path& temporary,
                      const std::filesystem::path& file);
 

@@ -114,11 +114,11 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   const Figures figures = plan_figures(picture, scale_of(before));
   const Figure& figure = figures.source;
 
-  draw_frame(canvas, before, "Source", true);
+  draw_frame(canvas, before, picture.aligned ? "Source, aligned" : "Source", true);
   canvas.lines(before.pixels(picture.grid_before), kGridStroke);
   draw_target(canvas, before.pixels(picture.target.points), figures);
   draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
-  draw_numbers(canvas, before.pixels(picture.source.points), figure);
+  draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers);
 
   draw_frame(canvas, after, "Result", stacked);
   canvas.lines(after.pixels(picture.grid_after), kGridStroke);

@@ -45,11 +45,13 @@ void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, cons
   }
 }
 
-void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure) {
+void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers) {
   if (pixels.cols() > kMostNumbers || !figure.outlines.empty() || figure.spacing < 2 * kNumberSize) return;
   const double offset = Marks(figure).ring + 3;
-  for (Eigen::Index a = 0; a < pixels.cols(); ++a)
-    canvas.text(pixels(0, a) + offset, pixels(1, a) + offset, std::to_string(a + 1), kNumberSize, colour::kTicText);
+  for (Eigen::Index a = 0; a < pixels.cols(); ++a) {
+    const auto number = numbers.empty() ? static_cast<int>(a) + 1 : numbers[static_cast<std::size_t>(a)];
+    canvas.text(pixels(0, a) + offset, pixels(1, a) + offset, std::to_string(number), kNumberSize, colour::kTicText);
+  }
 }
 
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks) {

@@ -26,7 +26,7 @@ struct Marks {
 void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour);
 
 /// The numbers of the landmarks, from 1, beside their marks, where these are few enough to be told apart.
-void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure);
+void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers = {});
 
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks);

@@ -27,10 +27,14 @@ struct Landmarks {
   std::vector<std::pair<std::string, std::string>> properties{};
   std::vector<Points> curves{};    ///< further points along open lines, d×n each, that are no landmarks
   std::vector<Points> outlines{};  ///< the same of closed ones
+  std::vector<int> numbers{};      ///< in the file, from 1, where landmarks were left out; empty: 1, 2, …
   std::string source;              ///< where it came from, as a user would address it: `file.tps#3`
 
   int dimension() const { return static_cast<int>(points.rows()); }
   int count() const { return static_cast<int>(points.cols()); }
+
+  /// The number, from 1, of landmark `index` (from 0) in the file.
+  int number(int index) const { return numbers.empty() ? index + 1 : numbers[static_cast<std::size_t>(index)]; }
 
   /// What a message calls landmark `index` (from 0): its label in quotes or its number from 1.
   std::string describe(int index) const;

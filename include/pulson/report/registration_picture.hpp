@@ -11,6 +11,7 @@ namespace pulson {
 /// All that the picture of one registration shows. d = 1, 2 or 3; N landmarks; K steps.
 struct RegistrationPicture {
   Landmarks source;  ///< d×N, where the flow starts; its groups are outlined one by one, each in a colour of its own
+  bool aligned = false;  ///< whether the source was moved to where the flow starts, as titles say then
   Landmarks target;  ///< d×N, or d×M where it does not correspond; its points may miss coordinates (NaN), but not all
   bool corresponds = true;          ///< whether landmark a of the target is where landmark a of the source should be
   Points result;                    ///< d×N, where the flow took the source

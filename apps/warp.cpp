@@ -65,7 +65,7 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
 
 // The record, or that in the folder of a registration.
 std::filesystem::path record_of(const WarpArguments& arguments) {
-  const std::filesystem::path given = arguments.registration;
+  std::filesystem::path given = arguments.registration;
   std::error_code error;
   if (std::filesystem::is_directory(given, error)) return given / "registration.json";
   if (is_picture_file(arguments.registration))

@@ -89,7 +89,9 @@ void add_convert_verb(CLI::App& program) {
   CLI::App* verb = program.add_subcommand("convert", "Write the landmarks of a file in another format");
   auto arguments = std::make_shared<ConvertArguments>();
   verb->add_option("IN", arguments->input, "landmark file, or a shape of it: FILE#3, FILE#id=NAME")->required();
-  verb->add_option("-o,--out,OUT", arguments->output, "file to write; it may be IN itself")->required();
+  verb->add_option("-o,--out,OUT", arguments->output, "file to write; it may be IN itself")
+      ->type_name("FILE")
+      ->required();
   verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]")
       ->type_name("FORMAT");
   verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other")

@@ -76,7 +76,7 @@ std::string said(const CLI::ParseError& error) {
     return fmt::format("{} is '{}'; a number is needed", text.substr(kNoNumber.size(), equals - kNoNumber.size()),
                        text.substr(equals + 3));
   if (begins(kExtra)) return fmt::format("'{}' is one argument too many", text.substr(kExtra.size()));
-  if (begins("--out is required")) return "-o FOLDER (or FILE) is required: where the results go";
+  if (begins("--out is required")) return "--out is required: -o FOLDER or FILE says where the results go";
   return text;
 }
 

@@ -30,6 +30,7 @@ void run_points(const WarpArguments& arguments, const Registration& registration
 // Landmarks that lie outside the image show that units, origin or y are not those of the image.
 void warn_of_landmarks_outside(const WarpArguments& arguments, const Registration& registration,
                                const WarpFrames& frames, const Picture& picture) {
+  if (registration.source.dimension() != 2) return;
   const Points pixels =
       frames.input.to_pixels(arguments.inverse ? registration.target.points : registration.original.points);
   Eigen::Index outside = 0;

@@ -104,7 +104,7 @@ TEST_F(ChartErrorsTest, KeepsNoPictureThatIsCutOff) {
   const std::string message = message_of_failed_write(Chart{.rows = {{{.series = {wave("w")}}}}});
   ::setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, old_handler);
-  EXPECT_TRUE(contains(message, "gnuplot did not write 'chart.")) << message;
+  EXPECT_TRUE(contains(message, "gnuplot did not write '") && contains(message, "chart.")) << message;
 }
 
 }  // namespace

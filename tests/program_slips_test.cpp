@@ -110,7 +110,7 @@ TEST_F(Slips, WordsOfTheParserAreOurs) {
   EXPECT_THAT(run(words("register a.csv b.csv -o out --sigma half")).err,
               HasSubstr("--sigma is 'half'; a number is needed"));
   EXPECT_THAT(run(words("register a.tps 1 2 -o out")).err, HasSubstr("'2' is one argument too many"));
-  EXPECT_THAT(run(words("register a.tps b.tps")).err, HasSubstr("-o FOLDER"));
+  EXPECT_THAT(run(words("register a.tps b.tps")).err, HasSubstr("--out is required: -o FOLDER"));
 }
 
 }  // namespace

@@ -69,7 +69,8 @@ TEST_F(TpsFile, WarnsOncePerFileOfWhatIsNotUsed) {
 TEST_F(TpsFile, WarnsOfMarksOfMissingLandmarks) {
   EXPECT_THAT(
       read("a.tps", "LM=3\n-1 -1\n4 5\n-1.0 -1.0\n").warnings,
-      ElementsAre("a.tps: 2 landmarks at (-1, -1), often the mark of a missing one, read as a point like any other"));
+      ElementsAre("a.tps: 2 landmarks at (-1, -1), often the mark of a missing one, read as a point like any other: "
+                  "pulson convert --missing negative tells them apart"));
   EXPECT_THAT(read("b.tps", "LM=3\n-1 -1\n1 -1\n0 1\n").warnings, IsEmpty());
   EXPECT_THAT(read("c.tps", "LM=3\n-1 -1\nNA 5\n0 1\n").warnings, ElementsAre(HasSubstr("1 landmark at (-1, -1)")));
 }

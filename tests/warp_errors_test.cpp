@@ -39,7 +39,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
     expect_refused(joined({registration}, words(line)), message);
   };
   expect_refused(words("missing.json grey.png -o w.png"), "missing.json: the file cannot be opened");
-  expect_refused(words("grey.png grey.png -o w.png"), "not a JSON file");
+  expect_refused(words("grey.png grey.png -o w.png"), "grey.png is an image; the registration comes first");
   refuse("missing.png -o w.png", "cannot read 'missing.png'");
   refuse("word.png -o w.png", "it is no image");
   refuse("grey.png -o w.xyz", "no image format has the extension '.xyz'");

@@ -69,16 +69,17 @@ struct Observed {
 void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& options) {
   const Points& source = shapes.source.points;
   const Points& target = shapes.target.points;
-  if (options.reflect || source.rows() < 2 || source.cols() <= source.rows() + 1) return;
+  const Eigen::Index known = target.array().isFinite().colwise().all().count();
+  if (options.reflect || source.rows() < 2 || known <= source.rows() + 1) return;
   const auto apart = [&](bool reflect) {
     const Points moved =
         align(source, target, AlignmentKind::kSimilarity, {.weights = {}, .reflect = reflect}).apply(source);
     const Eigen::ArrayXXd squares = (moved - target).array().square();
     return std::sqrt(squares.isNaN().select(0, squares).sum() / static_cast<double>(source.cols()));
   };
-  constexpr double kMuchCloser = 0.3;
+  constexpr double kMuchCloser = 0.3, kNearlyAlike = 0.02;
   const double as_it_is = apart(false), turned_over = apart(true);
-  if (turned_over > kMuchCloser * as_it_is) return;
+  if (turned_over > kMuchCloser * as_it_is || as_it_is < kNearlyAlike * diameter(target)) return;
   shapes.notes.push_back(
       fmt::format("the shapes look mirrored: aligned they are {:.3g} apart, and {:.3g} if one is turned over; does y "
                   "point up in one file and down in the other (pulson convert --flip-y)? else --reflect",

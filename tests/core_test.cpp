@@ -156,6 +156,8 @@ TEST(Landmarks, AreDescribedByLabelOrNumber) {
   Landmarks shape;
   shape.points = make_points({0, 0, 1, 1});
   EXPECT_EQ(shape.describe(1), "2");
+  shape.labels = {"a\nb", ""};  // messages are of one line
+  EXPECT_EQ(shape.describe(0), "'a?b'");
   shape.labels = {"tip", ""};
   EXPECT_EQ(shape.describe(0), "'tip'");
   EXPECT_EQ(shape.describe(1), "2");

@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "pulson/core/name_table.hpp"
+
 namespace pulson {
 
 template <int alignment, bool by_malloc>
@@ -45,7 +47,7 @@ Eigen::Index longest_axis(const Points& complete) {
 
 std::string Landmarks::describe(int index) const {
   const auto i = static_cast<std::size_t>(index);
-  if (i < labels.size() && !labels[i].empty()) return "'" + labels[i] + "'";
+  if (i < labels.size() && !labels[i].empty()) return quoted_line(labels[i]);
   return std::to_string(number(index));
 }
 

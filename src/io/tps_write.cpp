@@ -60,7 +60,7 @@ class TpsWriter {
 
   void write_property(const std::string& name, const std::string& value) {
     const bool is_keyword = std::find(kKeywords.begin(), kKeywords.end(), to_lower(name)) != kKeywords.end();
-    if (is_keyword || trim(name).empty() || name.find_first_of("=\r\n") != std::string::npos)
+    if (is_keyword || trim(name).empty() || name.find_first_of(std::string_view("=\r\n\0", 4)) != std::string::npos)
       has_keywords_ = true;
     else
       write_text(name, value);

@@ -123,6 +123,18 @@ TEST_F(ChartTest, ColumnsShareTheRangeOfX) {
   EXPECT_EQ(count_of(draw(chart), ">100<"), 2u);
 }
 
+TEST_F(ChartTest, NamesStandInPlaceOfNumbersWhereTheyFit) {
+  const std::string wide(200, 'w');
+  const ChartPanel named{.series = {{.name = "s", .x = {1, 2}, .y = {3, 4}, .style = SeriesStyle::kPoints}},
+                         .x_names = {"first", wide}};
+  const std::string svg = draw(named);
+  EXPECT_TRUE(contains(svg, ">first<"));
+  EXPECT_FALSE(contains(svg, wide)) << "wider than its room";
+  EXPECT_FALSE(contains(svg, ">1.5<") || contains(svg, ">2<")) << "a number in place of a name";
+  EXPECT_TRUE(contains(draw(Chart{.rows = {{named}, {{.series = {wave("")}}}}}), ">8<"))
+      << "the panel below has its own range";
+}
+
 TEST_F(ChartTest, LogarithmicAxesShowPowersOfTen) {
   ChartPanel panel{
       .series = {{.name = "error", .x = {10, 100, 1000}, .y = {1e-2, 1e-5, 1e-8}}}, .log_x = true, .log_y = true};

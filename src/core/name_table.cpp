@@ -127,7 +127,8 @@ std::string shortened_spec(std::string_view spec) {
 
 std::string nearest_name(std::string_view name, std::span<const std::string> valid) {
   std::string best;
-  std::size_t best_distance = std::max<std::size_t>(2, name.size() / 3) + 1;
+  // A part of the name must be right, and more of a long one.
+  std::size_t best_distance = std::min(std::max<std::size_t>(2, name.size() / 3) + 1, name.size());
   for (const std::string& candidate : valid) {
     const std::size_t distance = edit_distance(name, candidate);
     if (distance < best_distance) {

@@ -15,6 +15,7 @@ constexpr double kBelowAnyLogarithm = -1000;
 constexpr double kDecadeTicDistance = 34;  // at the left; below, numbers need twice as much
 constexpr double kDividedDecade = 130;     // pixels, from which on a decade has tics at 2 and 5 as well
 constexpr double kPlainDecades = 4.5;      // numbers up to this many decades from 1 are written without powers
+constexpr double kNamePart = 0.94;         // of the distance between names, that one may take
 constexpr double kFewDecades = 1.2;        // up to which tics lie at even steps of the values
 
 // Pixels between tics: small panels have fewer of them, large ones more, but neither in proportion.
@@ -87,7 +88,18 @@ Tics ChartAxis::tics(double pixels) const {
                       : make_tics(range_, pixels, distance_at_left(pixels));
 }
 
+Tics ChartAxis::tics_at_names(double pixels) const {
+  const double room = kNamePart * pixels / range_.span();
+  Tics tics;
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    tics.values.push_back(place(static_cast<double>(i + 1)));
+    tics.texts.push_back(number_width(names_[i]) <= room ? names_[i] : "");
+  }
+  return tics;
+}
+
 Tics ChartAxis::tics_below(double pixels) const {
+  if (!names_.empty()) return tics_at_names(pixels);
   return logarithmic_ ? make_logarithmic_tics(range_, pixels, 2 * kDecadeTicDistance)
                       : make_tics_below(range_, pixels, distance_below(pixels));
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "view.hpp"
@@ -31,12 +33,18 @@ class ChartAxis {
 
   /// Of a vertical axis so many pixels long.
   Tics tics(double pixels) const;
-  /// Of a horizontal one.
+  /// Of a horizontal one: at numbers or, where there are names, at these.
   Tics tics_below(double pixels) const;
 
+  /// Names of x = 1, 2, 3, …; those wider than their room are left out.
+  void set_names(std::vector<std::string> names) { names_ = std::move(names); }
+
  private:
+  Tics tics_at_names(double pixels) const;
+
   bool logarithmic_;
   Interval range_;
+  std::vector<std::string> names_;
 };
 
 }  // namespace pulson::picture

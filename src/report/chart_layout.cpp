@@ -49,20 +49,16 @@ std::size_t count_columns(const Chart& chart) {
   return columns;
 }
 
-std::vector<ChartAxis> horizontal_axes(const Chart& chart) {
-  std::vector<ChartAxis> axes;
-  for (std::size_t c = 0; c < count_columns(chart); ++c) {
-    std::vector<const ChartPanel*> column;
-    for (const Row& row : chart.rows)
-      if (c < row.size()) column.push_back(&row[c]);
-    axes.push_back(horizontal_axis(column));
-  }
-  return axes;
+/// The horizontal axis of a panel in that column, which it shares with those of its kind there.
+ChartAxis shared_horizontal_axis(const Chart& chart, std::size_t column, const ChartPanel& panel) {
+  std::vector<const ChartPanel*> alike;
+  for (const Row& row : chart.rows)
+    if (column < row.size() && row[column].x_names.empty() == panel.x_names.empty()) alike.push_back(&row[column]);
+  return horizontal_axis(alike);
 }
 
 /// The frames of the chart with their axes, but without their boxes; [row][column].
 std::vector<std::vector<ChartFrame>> make_frames(const Chart& chart) {
-  const std::vector<ChartAxis> x_axes = horizontal_axes(chart);
   std::vector<std::vector<ChartFrame>> frames;
   for (const Row& row : chart.rows) {
     std::vector<const ChartPanel*> all;
@@ -70,7 +66,8 @@ std::vector<std::vector<ChartFrame>> make_frames(const Chart& chart) {
     frames.emplace_back();
     for (std::size_t c = 0; c < row.size(); ++c) {
       const auto y = chart.rows_share_y ? vertical_axis(all) : vertical_axis({&row[c]});
-      frames.back().push_back({.panel = &row[c], .x = x_axes[c], .y = y, .numbered = c == 0 || !chart.rows_share_y});
+      const auto x = shared_horizontal_axis(chart, c, row[c]);
+      frames.back().push_back({.panel = &row[c], .x = x, .y = y, .numbered = c == 0 || !chart.rows_share_y});
     }
   }
   return frames;

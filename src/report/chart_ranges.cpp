@@ -75,8 +75,13 @@ ChartAxis horizontal_axis(const std::vector<const ChartPanel*>& column) {
     }
     append_bar_sides(values, *panel, scale);
   }
+  const auto names = std::max_element(column.begin(), column.end(), [](const ChartPanel* one, const ChartPanel* other) {
+    return one->x_names.size() < other->x_names.size();
+  });
+  if (!(*names)->x_names.empty()) append(values, {0.5, static_cast<double>((*names)->x_names.size()) + 0.5});
   ChartAxis axis(values, column.front()->log_x);
-  if (has_margin || axis.range().span() <= 0) axis.add_margins(false);
+  axis.set_names((*names)->x_names);
+  if ((has_margin && (*names)->x_names.empty()) || axis.range().span() <= 0) axis.add_margins(false);
   return axis;
 }
 

@@ -10,7 +10,7 @@
 
 #include "child_process.hpp"
 #include "pulson/core/errors.hpp"
-#include "utf8.hpp"
+#include "pulson/core/utf8.hpp"
 
 namespace pulson {
 namespace {
@@ -85,7 +85,7 @@ bool Gnuplot::is_installed() { return picture::is_on_path(kProgram); }
 std::string Gnuplot::quoted(std::string_view text) {
   std::string result = "'";
   for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = picture::utf8_length(text, i);
+    const std::size_t length = utf8_length(text, i);
     const auto byte = static_cast<unsigned char>(text[i]);
     if (length == 0) {
       result += '?';

@@ -45,11 +45,13 @@ struct ChartPanel {
   std::vector<Series> series = {};  ///< later ones above earlier ones, but all bands and areas below all lines
   std::optional<std::pair<double, double>> y_range = {};  ///< to show, with a small margin; what is beyond is cut off
   std::vector<ReferenceLine> reference_lines = {};
-  bool log_x = false;  ///< the same in all panels of a column; x > 0
+  std::vector<std::string> x_names = {};  ///< below x = 1, 2, 3, … in place of numbers; may be empty
+  bool log_x = false;                     ///< the same in all panels of a column; x > 0
   bool log_y = false;  ///< y > 0; bands and errors that reach down to zero or below are cut off at the bottom
 };
 
-/// Panels in rows and columns; all of a column share the range of x. A row may be shorter than others.
+/// Panels in rows and columns; all of a column with names below share the range of x, and so do all without. A row may
+/// be shorter than others.
 struct Chart {
   std::string title = {};                     ///< one line, may be empty
   std::string subtitle = {};                  ///< one line, may be empty

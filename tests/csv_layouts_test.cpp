@@ -114,6 +114,84 @@ TEST_F(ShapeRows, TakeTheColumnOfSpecimensForTheirNames) {
   EXPECT_THAT(file.warnings, ElementsAre("t.txt: columns that are not used: 'id'"));
 }
 
+TEST_F(ShapeRows, MayNameTheirLandmarks) {
+  for (const std::string header :
+       {"nose_x,nose_y,tail_x,tail_y", "nose.x,nose.y,tail.x,tail.y", "nose-X,nose-Y,tail-X,tail-Y",
+        "nose x,nose y,tail x,tail y", "noseX,noseY,tailX,tailY", "x_nose,y_nose,x_tail,y_tail",
+        "X.nose,Y.nose,X.tail,Y.tail", "nose(x),nose(y),tail(x),tail(y)"}) {
+    const LandmarkFile file = read("id," + header + "\nA,1,2,3,4\nB,5,6,7,NA\n");
+    ASSERT_EQ(file.shapes.size(), 2U) << header;
+    EXPECT_EQ(file.shapes[0].points, points_2d({1, 2, 3, 4})) << header;
+    EXPECT_TRUE(have_same_bits(file.shapes[1].points, points_2d({5, 6, 7, kNone}))) << header;
+    EXPECT_EQ(file.shapes[1].name, "B");
+    EXPECT_THAT(file.shapes[1].labels, ElementsAre("nose", "tail")) << header;
+    EXPECT_THAT(file.warnings, IsEmpty()) << header;
+  }
+  EXPECT_THAT(read("L1x,L1y,L2x,L2y\n1,2,3,4\n").shapes.front().labels, ElementsAre("L1", "L2"));
+  expect_two_pairs("id,x[1],y[1],x[2],y[2]\nA,1,2,3,4\nB,5,6,7,8.5\n");
+  expect_two_pairs("id,x(1),y(1),x(2),y(2)\nA,1,2,3,4\nB,5,6,7,8.5\n");
+  expect_two_pairs("id,X.LM1,Y.LM1,X.LM2,Y.LM2\nA,1,2,3,4\nB,5,6,7,8.5\n");
+}
+
+TEST_F(ShapeRows, MayNameLandmarksInSpace) {
+  const LandmarkFile file = read("tip_z,tip_x,tip_score,tip_y\n3,1,0.5,2\n");
+  EXPECT_EQ(file.shapes.front().points, Eigen::Vector3d(1, 2, 3));
+  EXPECT_THAT(file.warnings, ElementsAre("t.txt: columns that are not used: 'tip_score'"));
+}
+
+TEST_F(ShapeRows, TakeNamesFromOtherColumns) {
+  for (const std::string header : {"Specimen ID", "filename", "frame", "image_id", "individual", "sample"}) {
+    const LandmarkFile file = read(header + ",x1,y1,x2,y2\nA,1,2,3,4\nB,5,6,7,8\n");
+    EXPECT_EQ(file.shapes[1].name, "B") << header;
+    EXPECT_THAT(file.warnings, IsEmpty()) << header;
+  }
+  const LandmarkFile file = read("id,file,x1,y1\n7,a.JPG,1,2\n");
+  EXPECT_EQ(file.shapes.front().name, "7");
+  EXPECT_EQ(file.shapes.front().image, "a.JPG");
+  EXPECT_THAT(file.warnings, IsEmpty());
+}
+
+TEST_F(ShapeRows, OfSleapAreNamedByTrackAndFrame) {
+  const LandmarkFile file = read(
+      "track,frame_idx,instance.score,nose.x,nose.y,nose.score,tail.x,tail.y,tail.score\n"
+      "m1,0,0.9,1,2,0.9,3,4,0.8\nm1,1,0.9,5,6,0.9,,,\n,1,0.9,7,8,0.9,9,10,0.1\n");
+  ASSERT_EQ(file.shapes.size(), 3U);
+  EXPECT_EQ(file.shapes[0].name, "m1/0");
+  EXPECT_EQ(file.shapes[2].name, "1");
+  EXPECT_TRUE(have_same_bits(file.shapes[1].points, points_2d({5, 6, kNone, kNone})));
+  EXPECT_THAT(file.warnings,
+              ElementsAre("t.txt: columns that are not used: 'instance.score' 'nose.score' 'tail.score'"));
+}
+
+TEST_F(ShapeRows, AreRefusedWhereLinesHoldALandmarkOfTwoShapes) {
+  for (const std::string header :
+       {"source_x,source_y,target_x,target_y", "step,landmark,q_x,q_y", "x_min,y_min,x_max,y_max"})
+    EXPECT_THAT(read_error(header + "\n1,2,3,4\n"), HasSubstr("t.csv:1: no coordinates in the columns ")) << header;
+  EXPECT_EQ(read_error("id,nose_x,nose_y,tail_x\nA,1,2,3\n"), "t.csv:1: no column holds y of landmark 'tail'");
+  const std::string name(201, 'a');
+  EXPECT_EQ(read_error(name + "_x," + name + "_y\n1,2\n"),
+            "t.csv:1: the name '" + std::string(60, 'a') + "...' is longer than 200 bytes");
+  EXPECT_THAT(read("nose_x,nose_y\n1,2\n3,4\n").warnings,
+              ElementsAre("t.txt: each line is read as a shape of one landmark"));
+}
+
+TEST_F(ShapeRows, NeedNoHeaderWhereTheirNumbersAreOfOneDimension) {
+  const LandmarkFile file = read("a 1\t1\t2\t3\t4\t5\t6\t7\t8\na 2\t1\t2\t3\t4\t5\t6\t7\tNA\n");
+  ASSERT_EQ(file.shapes.size(), 2U);
+  EXPECT_EQ(file.shapes[0].points, points_2d({1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(file.shapes[1].name, "a 2");
+  EXPECT_THAT(file.warnings, ElementsAre("t.txt: a name and 8 numbers per line without a header, read as shapes of 4 "
+                                         "landmarks in 2D"));
+  EXPECT_EQ(read("a 1 2 3 4 5 6 7 8 9\n").shapes.front().points.col(2), Eigen::Vector3d(7, 8, 9));
+  EXPECT_EQ(read_error("a 1 2 3 4 5 6\n"),
+            "t.csv:1: a name and 6 numbers may be 3 landmarks in 2D or 2 in 3D; a header id,x1,y1,... or "
+            "id,x1,y1,z1,... tells which");
+  EXPECT_EQ(read_error("a 1 2 3 4 5\n"), "t.csv:1: a name and 5 numbers, which landmarks in 2D or 3D cannot have");
+  EXPECT_EQ(read_error("a 1 2 3 4\nb 1 2\n"),
+            "t.csv:1: 'a' is not a number; a table with more than coordinates needs a "
+            "header such as label,x,y");
+}
+
 TEST_F(ShapeRows, AreRefusedWhereColumnsDoNotFit) {
   EXPECT_EQ(read_error("id,X1,Y1,X2\nA,1,2,3\n"), "t.csv:1: no column holds y of landmark 2");
   EXPECT_EQ(read_error("id,X1,Y1,1.X\nA,1,2,3\n"),
@@ -159,6 +237,8 @@ TEST_F(AxisRows, MayDoWithoutNames) {
   EXPECT_TRUE(have_same_bits(file.shapes.front().points, points_2d({1, 5, 2, 6, 3, 7, 4, kNone})));
   EXPECT_THAT(file.warnings,
               ElementsAre("t.txt: 2 lines of 4 numbers without a header, read as the axes x, y of one shape"));
+  EXPECT_EQ(read_error("1 10 20 30\n2 11 21 31\n3 12 22 33\n"),
+            "t.csv:1: the first column counts the lines; the table needs a header such as id,x,y,z");
   EXPECT_EQ(read("1,2,3,4\n5,6,7,8\n9,10,11,12\n").shapes.front().points.col(3), Eigen::Vector3d(4, 8, 12));
   EXPECT_EQ(read("1,2,3\n4,5,6\n").shapes.front().points, (Points(3, 2) << 1, 4, 2, 5, 3, 6).finished());
   EXPECT_EQ(read_error("1,2,3,4\n5,6,7\n"), "t.csv:2: 3 columns, but line 1 has 4; all lines need as many");
@@ -187,12 +267,16 @@ TEST_F(DecimalCommas, AreReadBetweenSemicolonsAndTabs) {
   for (const std::string text : {"1,5;2\n-3,25;+4e1\n", "1,5\t2,0\n-3,25\t40\n", "x\ty\n1,5\t2\n-3,25\t0,4e2\n",
                                  "\"1,5\";\"2\"\r\n\"-3,25\";\"40\"\r\n"})
     EXPECT_EQ(read(text).shapes.front().points, points_2d({1.5, 2, -3.25, 40})) << text;
+  EXPECT_EQ(read("x,y\n\"1,5\",\"2\"\n\"-3,25\",40\n").shapes.front().points, points_2d({1.5, 2, -3.25, 40}));
+  EXPECT_THAT(read("label,x,y\n\"1,5\",\"1,5\",2\n").shapes.front().labels, ElementsAre("1,5"));
   EXPECT_EQ(read("1,5\n2,5\n").shapes.front().points, points_2d({1, 5, 2, 5}));
 }
 
 TEST_F(DecimalCommas, AreRefusedWhereTheyMayBeOthers) {
   EXPECT_EQ(read_error("x;y\n1,234,567;2\n"), "t.csv:2: landmark 1: x is '1,234,567'; a number is needed");
   EXPECT_EQ(read_error("x;y\n1,5;2.5\n"), "t.csv:2: landmark 1: x is '1,5'; a number is needed");
+  EXPECT_EQ(read_error("x,y\n\"1,234\",\"2,345\"\n"), "t.csv:2: landmark 1: x is '1,234'; a number is needed");
+  EXPECT_EQ(read_error("x,y\n\"1,5\",2.5\n"), "t.csv:2: landmark 1: x is '1,5'; a number is needed");
   EXPECT_EQ(read_error("x;y\n,5;2\n"), "t.csv:2: landmark 1: x is ',5'; a number is needed");
   EXPECT_THAT(read("label;x;y\na, b;1;2\n").shapes.front().labels, ElementsAre("a, b"));
 }

@@ -69,6 +69,13 @@ TEST_F(DeepLabCut, HoldsPredictionsByFrame) {
               ElementsAre("t.txt: likelihood is not used (1 column); landmarks are read whatever it is"));
 }
 
+TEST_F(DeepLabCut, MayHaveRowsOfEmptyCells) {
+  const LandmarkFile file = read("scorer,me,me\nbodyparts,tip,tip\ncoords,x,y\n,,\n0,1,2\n1,NA,NA\n,,\n");
+  ASSERT_EQ(file.shapes.size(), 2U);
+  EXPECT_EQ(file.shapes[0].points, points_2d({1, 2}));
+  EXPECT_TRUE(have_same_bits(file.shapes[1].points, points_2d({kNone, kNone})));
+}
+
 TEST_F(DeepLabCut, IsRefusedWhereItsHeaderDoesNotFit) {
   const std::string begin = "scorer,me,me\nbodyparts,tip,tip\n";
   EXPECT_EQ(read_error(begin),

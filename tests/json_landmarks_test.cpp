@@ -41,6 +41,33 @@ TEST_F(JsonFile, IsReadInEachLayout) {
   EXPECT_EQ(read("[]").shapes[0].count(), 0);
 }
 
+TEST_F(JsonFile, TakesListsOfShapes) {
+  const auto shapes = [](const std::string& text) { return read(text).shapes; };
+  const std::vector<Landmarks> pair = shapes("[[[1, 2], [3, 4]], [[5, 6], null, [7, 8]]]");
+  ASSERT_THAT(pair, SizeIs(2));
+  EXPECT_EQ(pair[0].points, points_2d({1, 2, 3, 4}));
+  EXPECT_EQ(pair[0].name, "t#1");
+  EXPECT_THAT(incomplete_points(pair[1].points), ElementsAre(1));
+  EXPECT_THAT(shapes("[[[1, 2]]]"), SizeIs(1));
+  EXPECT_THAT(shapes("[[], [[1, 2]]]"), SizeIs(2));
+  EXPECT_EQ(read_error("[[[1, 2]], [3, 4]]"), "t.txt: '[1][0]' is not a list of 1, 2 or 3 numbers");
+  EXPECT_EQ(read_error("[[[[1, 2]]]]"), "t.txt: '[0][0]' is not a list of 1, 2 or 3 numbers");
+  EXPECT_EQ(read_error("[null, [[1, 2]]]"), "t.txt: '[0]' is not a list of points [x, y]");
+}
+
+TEST_F(JsonFile, TakesNanOfPython) {
+  const Landmarks shape =
+      read(R"({"points": [[NaN, NaN], [1, 2], [NaN,3]], "labels": ["NaN", "\"NaN", "a\\"]})").shapes[0];
+  EXPECT_THAT(incomplete_points(shape.points), ElementsAre(0, 2));
+  EXPECT_THAT(shape.labels, ElementsAre("NaN", "\"NaN", "a\\"));
+  EXPECT_EQ(read_error("[[1,\n Infinity]]"),
+            "t.txt:2: column 2: not valid JSON: Infinity; a coordinate must be finite, or null where it is missing");
+  EXPECT_THAT(read_error("[[1, NaN], [-Infinity, 1]]"), HasSubstr(": not valid JSON: Infinity; a coordinate must"));
+  EXPECT_THAT(read_error("[[1, -NaN]]"), HasSubstr("not valid JSON: "));
+  EXPECT_THAT(read_error("[[1, NaNs]]"), HasSubstr("not valid JSON: "));
+  EXPECT_THAT(read_error("[[1, \"NaN]]\\"), HasSubstr("not valid JSON: "));
+}
+
 TEST_F(JsonFile, TakesAllThatItsHelpSays) {
   const auto& formats = landmark_formats();
   const auto row =
@@ -100,7 +127,7 @@ TEST_F(JsonFile, SaysWhereItIsNoJson) {
               StartsWith("t.txt:3: column 4: not valid JSON: syntax error while parsing array"));
   EXPECT_THAT(read_error("[[1, 2]"), HasSubstr("t.txt:1: column 8: not valid JSON: "));
   EXPECT_EQ(read_error("[[1e999]]"), "t.txt: not valid JSON: number overflow parsing '1e999'");
-  EXPECT_THAT(read_error("[[NaN]]"), StartsWith("t.txt:1: column 3: not valid JSON: "));
+  EXPECT_THAT(read_error("[[nan]]"), StartsWith("t.txt:1: column 4: not valid JSON: "));
   EXPECT_THAT(read_error("[\"" + std::string(100000, 'x') + "\n\"]"), EndsWith("..."));
   EXPECT_THAT(read_error(std::string(200000, '[')), HasSubstr("not valid JSON"));
 }
@@ -158,6 +185,71 @@ TEST_F(JsonFile, TellsOfNamesThatAreNoText) {
   EXPECT_THAT(write_landmark_file("t.json", file),
               ElementsAre("t.json: bytes of names that are not UTF-8 are replaced"));
   EXPECT_EQ(read_landmarks("t.json").points, points_2d({1, 2}));
+}
+
+// ---- annotations of LabelMe
+
+std::string labelme(const std::string& annotations) {
+  return R"({"version": "5.0.1", "flags": {}, "shapes": [)" + annotations +
+         R"(], "imagePath": "wing.jpg", "imageData": null, "imageHeight": 9, "imageWidth": 9})";
+}
+
+std::string annotation(const std::string& kind, const std::string& label, const std::string& points,
+                       const std::string& group = "null") {
+  return R"({"label": )" + label + R"(, "points": )" + points + R"(, "group_id": )" + group + R"(, "shape_type": ")" +
+         kind + R"(", "flags": {}})";
+}
+
+TEST_F(JsonFile, OfLabelmeIsOneShape) {
+  const LandmarkFile file = read(labelme(annotation("point", "\"tip\"", "[[1, 2]]") + ", " +
+                                         annotation("linestrip", "\"rim\"", "[[1, 2], [3, 4], [5, 6]]") + ", " +
+                                         annotation("point", "7", "[[3.5, 4]]") + ", " +
+                                         annotation("polygon", "\"cell\"", "[[1, 2], [3, 4], [5, 7]]")));
+  EXPECT_EQ(file.format, "labelme");
+  EXPECT_THAT(file.warnings, IsEmpty());
+  ASSERT_THAT(file.shapes, SizeIs(1));
+  EXPECT_EQ(file.shapes[0].points, points_2d({1, 2, 3.5, 4}));
+  EXPECT_THAT(file.shapes[0].labels, ElementsAre("tip", "7"));
+  EXPECT_THAT(file.shapes[0].groups, IsEmpty());
+  EXPECT_EQ(file.shapes[0].image, "wing.jpg");
+  EXPECT_EQ(file.shapes[0].name, "t");
+  EXPECT_THAT(file.shapes[0].curves, ElementsAre(points_2d({1, 2, 3, 4, 5, 6})));
+  EXPECT_THAT(file.shapes[0].outlines, ElementsAre(points_2d({1, 2, 3, 4, 5, 7})));
+  EXPECT_EQ(read(labelme("")).shapes[0].count(), 0);
+}
+
+TEST_F(JsonFile, OfLabelmeMayHaveGroups) {
+  const LandmarkFile all = read(labelme(annotation("point", "\"tip\"", "[[1, 2]]", "0") + ", " +
+                                        annotation("point", "\"tip\"", "[[3, 4]]", "1")));
+  EXPECT_THAT(all.shapes[0].groups, ElementsAre("0", "1"));
+  EXPECT_THAT(all.warnings, IsEmpty());
+  const LandmarkFile one = read(
+      labelme(annotation("point", "\"tip\"", "[[1, 2]]", "0") + ", " + annotation("point", "\"tip\"", "[[3, 4]]")));
+  EXPECT_THAT(one.shapes[0].groups, IsEmpty());
+  EXPECT_THAT(one.warnings, ElementsAre("t.txt: a group_id that not all points have is not used"));
+}
+
+TEST_F(JsonFile, OfLabelmeTellsWhatIsNoLandmarkAndNoLine) {
+  EXPECT_THAT(read(labelme(annotation("rectangle", "\"fish\"", "[[1, 2], [3, 4]]") + ", " +
+                           annotation("polygon", "\"none\"", "[]")))
+                  .warnings,
+              ElementsAre("t.txt: the 'rectangle' 'fish' of LabelMe is not used",
+                          "t.txt: the 'polygon' 'none' of LabelMe is not used"));
+  EXPECT_EQ(read_error(labelme("7")), "t.txt: 'shapes[0]' is not an object");
+  EXPECT_EQ(read_error(labelme(annotation("point", "\"a\"", "[[1, 2, 3]]"))),
+            "t.txt: 'shapes[0].points' is not a list of points [x, y]");
+  EXPECT_EQ(read_error(labelme(annotation("point", "\"a\"", "7"))),
+            "t.txt: 'shapes[0].points' is not a list of points [x, y]");
+  EXPECT_EQ(read_error(R"({"imagePath": "a.jpg"})"), "t.txt: 'shapes' is missing");
+}
+
+TEST_F(JsonFile, OfLabelmeIsToldFromOthersByItsKeys) {
+  EXPECT_EQ(read(R"({"shapes": [{"label": "a", "points": [[1, 2]], "shape_type": "point"}]})").format, "labelme");
+  EXPECT_EQ(read(R"({"imagePath" : "a.jpg", "shapes": [{"label": "a", "points": [[1, 2]]}]})").format, "labelme");
+  for (const std::string text :
+       {R"({"shapes": [{"points": [[1, 2]], "labels": ["shape_type"], "properties": {"shape_type": "x"}}]})",
+        R"({"points": [[1, 2]], "labels": ["imagePath"], "properties": {"imagePath": "\"imagePath\": "}})"})
+    EXPECT_EQ(read(text).format, "json") << text;
 }
 
 // ---- options of reading

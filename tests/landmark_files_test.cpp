@@ -52,6 +52,23 @@ TEST_F(Address, PassesWarningsOn) {
   EXPECT_THAT(warnings, ElementsAre("before", HasSubstr("SCALE is recorded")));
 }
 
+TEST_F(Address, WarnsOfWhatMayMarkMissingLandmarks) {
+  const auto warnings = [](const std::string& path) { return read_landmark_file(path).warnings; };
+  write("a.tps", "LM=3\n-1 -1\n4 5\n-1.0 -1.0\n");
+  EXPECT_THAT(warnings("a.tps"),
+              ElementsAre("a.tps: 2 landmarks with -1 in each coordinate, often the mark of a missing "
+                          "one, read as a point like any other: --missing negative tells them apart"));
+  EXPECT_TRUE(read_landmark_file("a.tps", {.negative_is_missing = true}).warnings.empty());
+  write("b.csv", "0,5\n-1,-1\n0,1\n");
+  EXPECT_THAT(warnings("b.csv"), ElementsAre(HasSubstr("1 landmark with -1")));
+  write("c.tps", "LM=3\n-1 -1\n1 -1\n0 1\n");
+  EXPECT_TRUE(warnings("c.tps").empty()) << "other coordinates are negative too";
+  write("d.tps", "LM=3\n-1 -1\nNA 5\n0 1\n");
+  EXPECT_THAT(warnings("d.tps"), ElementsAre(HasSubstr("1 landmark with -1")));
+  write("e.csv", "x\n-1\n3\n");
+  EXPECT_TRUE(warnings("e.csv").empty()) << "-1 is a usual place on a line";
+}
+
 TEST_F(Address, ThatNamesNoShapeIsRefused) {
   write("set.tps", kThreeShapes);
   EXPECT_EQ(address_error("set.tps"), "set.tps has 3 shapes; choose one as set.tps#1 or set.tps#id=apis");
@@ -77,6 +94,21 @@ TEST_F(Address, ThatNamesSeveralShapesIsRefused) {
       "its number");
 }
 
+// ---- names
+
+TEST_F(Address, NamesShapesByTheFileWithoutItsExtension) {
+  const auto name = [](const std::string& file, const std::string& text) {
+    write(file, text);
+    return read_landmarks(file).name;
+  };
+  const std::string markups = R"({"markups": [{"controlPoints": [{"position": [1, 2, 3]}]}]})";
+  EXPECT_EQ(name("skull.mrk.json", markups), "skull");
+  EXPECT_EQ(name("Skull.v2.MRK.JSON", markups), "Skull.v2");
+  EXPECT_EQ(name("skull.a.json", markups), "skull.a");
+  EXPECT_EQ(name("skull.old.dat", markups), "skull.old");
+  EXPECT_EQ(name(".json", markups), ".json");
+}
+
 // ---- files that cannot be read
 
 TEST_F(Unreadable, IsRefused) {
@@ -88,10 +120,11 @@ TEST_F(Unreadable, IsRefused) {
   EXPECT_EQ(read_error("blank.tps", "\r\n \n"), "blank.tps is empty");
   EXPECT_EQ(read_error("utf16.csv", std::string("x\0,\0y\0", 6)),
             "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
-  EXPECT_EQ(read_error("notes.txt", "Landmark 1 is the tip\n"),
-            "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, json, tps, ibug, elastix, "
-            "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
-            "'Landmark 1 is the tip'");
+  EXPECT_EQ(
+      read_error("notes.txt", "Landmark 1 is the tip\n"),
+      "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, json, tps, ibug, elastix, "
+      "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
+      "'Landmark 1 is the tip'");
 }
 
 }  // namespace

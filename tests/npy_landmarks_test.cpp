@@ -87,13 +87,27 @@ TEST_F(NpyFile, TakesEveryLayout) {
   EXPECT_EQ(shapes("(3,)", {1, 2, 3})[0].points, (Points(1, 3) << 1, 2, 3).finished());
   EXPECT_EQ(shapes("(3, 2)", {1, 3, 5, 2, 4, 6}, true)[0].points, points_2d(kSix));
   EXPECT_EQ(shapes("(2, 4)", {1, 2, 3, 4, 5, 6, 7, 8})[0].points, points_2d({1, 5, 2, 6, 3, 7, 4, 8}));
-  const auto pair = shapes("(2, 1, 3)", kSix);
+  const auto pair = shapes("(2, 3, 1)", kSix);
   ASSERT_EQ(pair.size(), 2U);
-  EXPECT_EQ(pair[1].points, (Points(3, 1) << 4, 5, 6).finished());
+  EXPECT_EQ(pair[1].points, (Points(1, 3) << 4, 5, 6).finished());
   EXPECT_EQ(pair[1].name, "t#2");
-  EXPECT_EQ(shapes("(3, 1, 2)", {1, 3, 5, 2, 4, 6}, true)[2].points, points_2d({5, 6}));
+  EXPECT_EQ(shapes("(2, 2, 2)", {1, 5, 3, 7, 2, 6, 4, 8}, true)[1].points, points_2d({5, 6, 7, 8}));
+  EXPECT_EQ(shapes("(1, 1, 2)", {1, 2})[0].points, points_2d({1, 2}));
   const auto turned = shapes("(1, 2, 4)", {1, 2, 3, 4, 5, 6, 7, 8});
   EXPECT_EQ(turned[0].points, points_2d({1, 5, 2, 6, 3, 7, 4, 8}));
+}
+
+TEST_F(NpyFile, TakesContoursOfOpenCv) {
+  for (const bool is_fortran : {false, true}) {
+    const std::vector<double> numbers = is_fortran ? std::vector<double>{1, 3, 5, 2, 4, 6} : kSix;
+    const LandmarkFile file = read(npy(header("<i4", "(3, 1, 2)", is_fortran), bytes_of<std::int32_t>(numbers)));
+    ASSERT_EQ(file.shapes.size(), 1U);
+    EXPECT_EQ(file.shapes[0].points, points_2d(kSix));
+    EXPECT_THAT(file.warnings,
+                ElementsAre("t.txt: the array (3, 1, 2) is read as one shape of 3 landmarks, as OpenCV writes them"));
+  }
+  EXPECT_EQ(read(npy(header("<f8", "(2, 1, 3)"), bytes_of<double>(kSix))).shapes[0].points,
+            (Points(3, 2) << 1, 4, 2, 5, 3, 6).finished());
 }
 
 TEST_F(NpyFile, TellsWhatItDoubts) {
@@ -160,6 +174,11 @@ TEST_F(NpyFile, NeedsShapesOfOneSize) {
   file.shapes.push_back(one_shape(points_2d({1, 2})).shapes[0]);
   EXPECT_EQ(write_error("t.npy", file),
             "t.npy: npy holds shapes of one size; shape 1 has 3 landmarks in 2D, shape 2 has 1 landmark in 2D");
+  file.shapes.erase(file.shapes.begin());
+  EXPECT_THAT(write_landmark_file("t.npy", file), IsEmpty());
+  file.shapes.push_back(file.shapes[0]);
+  EXPECT_EQ(write_error("t.npy", file),
+            "t.npy: npy holds no shapes of one landmark each; an array (2, 1, 2) is read as one shape");
   EXPECT_EQ(write_error("t.npy", {}), "t.npy: there are no shapes to write");
 }
 

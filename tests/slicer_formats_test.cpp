@@ -47,10 +47,11 @@ TEST_F(Fcsv, KnowsNumbersOfAxesAndTheirWords) {
   EXPECT_EQ(axes("RAS"), "RAS");
   EXPECT_EQ(axes("1"), "LPS");
   EXPECT_EQ(axes("lps"), "LPS");
-  EXPECT_EQ(read(kMagic + kRow).axes, "");
+  EXPECT_EQ(read(kMagic + kRow).axes, "") << "RAS to Slicer 4.10, LPS from 4.11 on";
+  EXPECT_EQ(read(kMagic + kRow).units, "mm");
   const LandmarkFile voxels = read(kMagic + "# CoordinateSystem = 2\n" + kRow);
   EXPECT_EQ(voxels.axes, "");
-  EXPECT_EQ(voxels.units, "");
+  EXPECT_EQ(voxels.units, "voxels");
   EXPECT_THAT(voxels.warnings, ElementsAre(HasSubstr("indices (IJK)")));
   EXPECT_EQ(read_error(kMagic + "# CoordinateSystem = 7\n" + kRow),
             "t.txt:2: CoordinateSystem is '7'; RAS, LPS, IJK or 0, 1, 2 is right");
@@ -64,6 +65,35 @@ TEST_F(Fcsv, TakesColumnsInAnyOrder) {
   EXPECT_THAT(shape.labels, ElementsAre("tip", "fin"));
   EXPECT_THAT(read(kMagic + "# columns = x,y,z\n1,2,3\n").shapes[0].labels, IsEmpty());
   EXPECT_EQ(read(kMagic).shapes[0].count(), 0);
+  EXPECT_THAT(read(kMagic + "# columns = id,x,y,z,Name,Description\n1,2,3,4,tip,left\n").shapes[0].labels,
+              ElementsAre("tip"));
+  EXPECT_THAT(read(kMagic + "# columns = name,x,y,z,label\n1,2,3,4,tip\n").shapes[0].labels, ElementsAre("tip"));
+}
+
+TEST_F(Fcsv, OfSlicer3IsInRasAndBeginsWithLabels) {
+  const std::string magic = "# Fiducial List file a.fcsv\n";
+  for (const std::string columns :
+       {"", "# numPoints = 1\n# label,x,y,z,sel,vis\n", "# columns = label,x,y,z,sel,vis\n"}) {
+    const LandmarkFile file = read(magic + columns + "LE, -30.5, 64, 13, 1, 1\n");
+    EXPECT_EQ(file.shapes[0].points, Eigen::Vector3d(-30.5, 64, 13));
+    EXPECT_THAT(file.shapes[0].labels, ElementsAre("LE"));
+    EXPECT_EQ(file.axes, "RAS");
+    EXPECT_EQ(file.units, "mm");
+  }
+  EXPECT_EQ(read(magic + "# CoordinateSystem = LPS\nLE,1,2,3,1,1\n").axes, "LPS");
+  const LandmarkFile of_slicer_4 = read(magic + kRow);
+  EXPECT_EQ(of_slicer_4.shapes[0].points, Eigen::Vector3d(1.5, -2, 3));
+  EXPECT_THAT(of_slicer_4.shapes[0].labels, ElementsAre("tip"));
+}
+
+TEST_F(Fcsv, MayHaveBeenSavedByASpreadsheet) {
+  const LandmarkFile file = read(
+      "# Markups fiducial file version = 4.11,,,,\n# CoordinateSystem = LPS , ,,,\n# columns = id,x,y,z,label,,\n"
+      "1,2,3,4,tip,,\n");
+  EXPECT_EQ(file.axes, "LPS");
+  EXPECT_EQ(file.shapes[0].points, Eigen::Vector3d(2, 3, 4));
+  EXPECT_THAT(file.shapes[0].labels, ElementsAre("tip"));
+  EXPECT_EQ(read("# CoordinateSystem = 0,\n#,,,\n#\n" + kRow).axes, "RAS");
 }
 
 TEST_F(Fcsv, IsRefusedByLine) {
@@ -92,7 +122,8 @@ TEST_F(Fcsv, TellsWhatItCannotHold) {
   file.shapes[0].groups = {"a", "b"};
   file.units = "inch";
   EXPECT_THAT(write_landmark_file("t.fcsv", file),
-              ElementsAre("t.fcsv: fcsv cannot hold groups", "t.fcsv: fcsv cannot hold the units 'inch'",
+              ElementsAre("t.fcsv: fcsv cannot hold groups",
+                          "t.fcsv: fcsv cannot hold the units 'inch'; the numbers will be read as mm",
                           "t.fcsv: landmarks in the plane get z = 0"));
   EXPECT_EQ(read_landmark_file("t.fcsv").axes, "LPS");
   EXPECT_EQ(read_landmarks("t.fcsv").points, (Points(3, 2) << 1, 3, 2, 4, 0, 0).finished());
@@ -105,6 +136,16 @@ TEST_F(Fcsv, TellsWhatItCannotHold) {
   EXPECT_THAT(write_error("t.fcsv", one_shape(Points::Ones(1, 2))), HasSubstr("is in 1D"));
   file.shapes.resize(5);
   EXPECT_EQ(write_error("t.fcsv", file), "t.fcsv: fcsv holds one shape; there are 5");
+}
+
+TEST_F(Fcsv, TellsThatVoxelsAreWrittenAsMillimetres) {
+  for (const std::string& text : {kMagic + "# CoordinateSystem = IJK\n" + kRow, std::string("index\n1\n1 2 3\n")}) {
+    const LandmarkFile voxels = read(text);
+    for (const std::string format : {"fcsv", "mrk.json"})
+      EXPECT_THAT(write_landmark_file("t." + format, voxels),
+                  testing::Contains("t." + format + ": " + format +
+                                    " cannot hold the units 'voxels'; the numbers will be read as mm"));
+  }
 }
 
 // ---- markups
@@ -148,13 +189,43 @@ TEST_F(Markups, HaveTheSchemasDefaults) {
   EXPECT_EQ(file.shapes[0].count(), 1);
   EXPECT_THAT(read(markups(markup(R"("type": "Plane")", kPoint))).warnings,
               ElementsAre("t.txt: of markup 1, a Plane, the control points alone are read"));
+  EXPECT_THAT(read(markups(markup(R"("type": "ROI")", kPoint))).warnings,
+              ElementsAre("t.txt: of markup 1, an ROI, the control points alone are read"));
+}
+
+TEST_F(Markups, MissLandmarksThatHaveNoPlace) {
+  const auto missing = [](const std::string& keys) {
+    const Points points = read(markups(markup("", "{" + keys + "}"))).shapes[0].points;
+    return points.array().isNaN().count();
+  };
+  for (const std::string keys :
+       {"", R"("label": "tip")", R"("position": null)", R"("position": "")",
+        R"("position": "", "positionStatus": "preview")", R"("positionStatus": "preview")",
+        R"("position": ["NA", "NA", "NA"], "positionStatus": "defined")", R"("position": [NaN, NaN, NaN])",
+        R"("position": [1, 2, 3], "positionStatus": "undefined")",
+        R"("position": [1, 2, 3], "positionStatus": "missing")"})
+    EXPECT_EQ(missing(keys), 3) << keys;
+  EXPECT_EQ(missing(R"("position": [1, "NA", null])"), 2);
+  EXPECT_EQ(missing(R"("position": [1, 2, 3], "positionStatus": "preview")"), 0);
+  EXPECT_EQ(missing(R"("position": [1, 2, 3])"), 0);
+}
+
+TEST_F(Markups, MayHaveNumbersForLabels) {
+  EXPECT_THAT(read(markups(markup("", R"({"label": 7, "position": [1, 2, 3]}, {"label": 0.5})"))).shapes[0].labels,
+              ElementsAre("7", "0.5"));
 }
 
 TEST_F(Markups, AreRefusedByPlace) {
   EXPECT_EQ(read_error(markups("")), "t.txt: 'markups' is empty; a markup is needed");
   EXPECT_EQ(read_error(markups("7")), "t.txt: 'markups[0]' is not an object");
   EXPECT_EQ(read_error(markups(markup("", "7"))), "t.txt: 'markups[0].controlPoints[0]' is not an object");
-  EXPECT_EQ(read_error(markups(markup("", "{}"))), "t.txt: 'markups[0].controlPoints[0].position' is missing");
+  EXPECT_EQ(read_error(markups(markup("", R"({"positionStatus": "defined"})"))),
+            "t.txt: 'markups[0].controlPoints[0].position' is missing");
+  for (const std::string position : {"7", R"("tip")", "{}", R"(["x", 1, 2])", "[[1], 2, 3]"})
+    EXPECT_EQ(read_error(markups(markup("", "{\"position\": " + position + "}"))),
+              "t.txt: 'markups[0].controlPoints[0].position' is not a list of 3 numbers");
+  EXPECT_EQ(read_error(markups(markup("", R"({"label": []})"))),
+            "t.txt: 'markups[0].controlPoints[0].label' is not a text");
   EXPECT_EQ(read_error(markups(markup("", R"({"position": [1, 2]})"))),
             "t.txt: 'markups[0].controlPoints[0].position' is not a list of 3 numbers");
   EXPECT_EQ(read_error(markups(markup("\"coordinateSystem\": \"XYZ\"", ""))),

@@ -66,15 +66,6 @@ TEST_F(TpsFile, WarnsOncePerFileOfWhatIsNotUsed) {
                           "set.tps: 4 curves and 2 outlines (8 points) are kept and not used as landmarks"));
 }
 
-TEST_F(TpsFile, WarnsOfMarksOfMissingLandmarks) {
-  EXPECT_THAT(
-      read("a.tps", "LM=3\n-1 -1\n4 5\n-1.0 -1.0\n").warnings,
-      ElementsAre("a.tps: 2 landmarks at (-1, -1), often the mark of a missing one, read as a point like any other: "
-                  "pulson convert --missing negative tells them apart"));
-  EXPECT_THAT(read("b.tps", "LM=3\n-1 -1\n1 -1\n0 1\n").warnings, IsEmpty());
-  EXPECT_THAT(read("c.tps", "LM=3\n-1 -1\nNA 5\n0 1\n").warnings, ElementsAre(HasSubstr("1 landmark at (-1, -1)")));
-}
-
 TEST_F(TpsFile, RefusesTruncatedShapes) {
   EXPECT_EQ(read_error("t.tps", "LM=1\n1 2\nID=A\nLM=3\n1 2\n3 4\nID=B\n"),
             "t.tps:4: shape 2 says 'LM=3' but has 2 lines of coordinates before line 7 is 'ID=B'");

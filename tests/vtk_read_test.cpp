@@ -150,6 +150,52 @@ TEST_F(VtkFile, SkipsWhatIsNoGeometry) {
             Eigen::Vector2d(1, 2));
 }
 
+// As VTK writes them: the two highest bits of the first byte tell how many bytes have the length.
+std::string binary_string(std::size_t length, int bytes_of_length) {
+  const std::string all = bytes<std::uint64_t>({std::uint64_t{length}});
+  std::string text = all.substr(static_cast<std::size_t>(8 - bytes_of_length)) + std::string(length, '\n');
+  const int mark = bytes_of_length == 1 ? 3 : bytes_of_length == 2 ? 2 : bytes_of_length == 4 ? 1 : 0;
+  text[0] = static_cast<char>(static_cast<unsigned char>(text[0]) | mark << 6);
+  return text;
+}
+
+TEST_F(VtkFile, SkipsBinaryStrings) {
+  const std::string start = header("4.2", "BINARY") + "FIELD FieldData 1\nnames 2 2 string\n";
+  const std::string strings =
+      binary_string(63, 1) + binary_string(0, 2) + binary_string(16383, 2) + binary_string(70000, 4);
+  const std::string points = "\nPOINTS 1 float\n" + bytes<float>({1, 2, 0});
+  EXPECT_EQ(read_shape(start + strings + points).points, Eigen::Vector2d(1, 2));
+  EXPECT_EQ(read_shape(start + binary_string(5, 8) + strings.substr(0, 64) + binary_string(1, 4) + binary_string(1, 1) +
+                       points)
+                .points,
+            Eigen::Vector2d(1, 2));
+  for (std::size_t length = 0; length < strings.size(); length += length < 70 ? 1 : 997)
+    EXPECT_THAT(read_error(start + strings.substr(0, length)), StartsWith("t.vtk: byte ")) << length;
+  EXPECT_THAT(read_error(start + "\x3F\xFF\xFF\xFF\xFF\xFF\xFF\xFF"),
+              EndsWith("a string of 'names' takes 4611686018427387903 bytes; the file has 0 more"));
+  EXPECT_THAT(read_error(start + "\xC1"), EndsWith("a string of 'names' takes 1 byte; the file has 0 more"));
+  for (const std::string encoding : {"ASCII", "BINARY"})
+    EXPECT_THAT(read_error(header("4.2", encoding) + "FIELD f 1\na 18446744073709551615 18446744073709551615 string\n"),
+                StartsWith("t.vtk"));
+}
+
+TEST_F(VtkFile, HasTheAxesOfItsTitle) {
+  const auto axes = [](const std::string& title) {
+    return read("# vtk DataFile Version 5.1\n" + title + "\nASCII\nDATASET POLYDATA\n" + kSquare).axes;
+  };
+  EXPECT_EQ(axes("3D Slicer output. SPACE=RAS"), "RAS");
+  EXPECT_EQ(axes("3D Slicer output. SPACE=LPS"), "LPS");
+  EXPECT_EQ(axes("SPACE=LPS SPACE=RAS"), "RAS") << "as 3D Slicer takes it";
+  EXPECT_EQ(axes("RAS"), "");
+  EXPECT_EQ(axes("SPACE=XYZ"), "");
+}
+
+TEST_F(VtkFile, MayBeginWithAByteOrderMark) {
+  const LandmarkFile file = read("\xEF\xBB\xBF" + header("3.0") + kSquare);
+  EXPECT_EQ(file.format, "vtk");
+  EXPECT_EQ(file.shapes[0].count(), 4);
+}
+
 TEST_F(VtkFile, IsInThePlaneWhereAllZAreEqual) {
   EXPECT_EQ(read_shape(header("3.0") + "POINTS 2 float\n1 2 -0.0 3 4 0\n").points, points_2d({1, 2, 3, 4}));
   EXPECT_EQ(read_shape(header("3.0") + "POINTS 2 float\n1 2 0 3 4 1e-9\n").dimension(), 3);

@@ -53,6 +53,23 @@ TEST_F(VtkWriter, WritesOldText) {
   EXPECT_THAT(contents("t.vtk"), HasSubstr("5 6 0\nVERTICES 4 8\n1 0\n1 1\n1 2\n1 3\n"));
 }
 
+TEST_F(VtkWriter, KeepsAxesInTheTitle) {
+  LandmarkFile file = one_shape(hard_points(3, 4));
+  for (const std::string name : {"", "fish", "a SPACE=RAS SPACE=LPS"})
+    for (const std::string axes : {"LPS", "RAS", ""}) {
+      file.shapes[0].name = name;
+      file.axes = axes;
+      write_landmark_file("t.vtk", file);
+      EXPECT_EQ(read_landmark_file("t.vtk").axes, axes) << name;
+    }
+  file.shapes[0].name = "fish";
+  file.axes = "LPS";
+  EXPECT_THAT(write_landmark_file("t.vtk", file), ElementsAre("t.vtk: vtk cannot hold names of shapes"));
+  EXPECT_THAT(contents("t.vtk"), HasSubstr("\nfish SPACE=LPS\n"));
+  file.axes = "up";
+  EXPECT_THAT(write_landmark_file("t.vtk", file), testing::Contains("t.vtk: vtk cannot hold the axes 'up'"));
+}
+
 TEST_F(VtkWriter, KeepsGroupsWithTheNamesThatReadingGives) {
   Landmarks shape = one_shape(hard_points(2, 6)).shapes[0];
   const std::vector<std::vector<std::string>> kept = {

@@ -121,7 +121,7 @@ LandmarkFile read_named_axis_rows(const std::string& path, const std::vector<Csv
 
 bool fits_axis_rows(const std::vector<CsvRecord>& records) {
   const bool has_right_size = (records.size() == 2 || records.size() == 3) && records.front().fields.size() > 3;
-  return has_right_size && std::all_of(records.begin(), records.end(), holds_numbers);
+  return has_right_size && std::all_of(records.begin(), records.end(), holds_numbers) && !counts_lines(records, 0, 0);
 }
 
 LandmarkFile read_axis_rows(const std::string& path, const std::vector<CsvRecord>& records) {

@@ -7,41 +7,15 @@
 
 #include <fmt/format.h>
 
+#include "csv_layouts.hpp"
 #include "text.hpp"
 
 namespace pulson::io {
 namespace {
 
-struct NamedRole {
-  std::string_view name;  // lower case
-  ColumnRole role;
-};
-
-constexpr std::array<NamedRole, 17> kNamedRoles = {{
-    {"x", ColumnRole::kX},
-    {"y", ColumnRole::kY},
-    {"z", ColumnRole::kZ},
-    {"pos1", ColumnRole::kX},
-    {"pos2", ColumnRole::kY},
-    {"pos3", ColumnRole::kZ},
-    {"label", ColumnRole::kLabel},
-    {"landmark", ColumnRole::kLabel},
-    {"name", ColumnRole::kLabel},
-    {"id", ColumnRole::kLabel},
-    {"coord_id", ColumnRole::kLabel},
-    {"landmark_id", ColumnRole::kLabel},
-    {"group", ColumnRole::kGroup},
-    {"outline", ColumnRole::kGroup},
-    {"specimen", ColumnRole::kSpecimen},
-    {"specimen_id", ColumnRole::kSpecimen},
-    {"shape", ColumnRole::kSpecimen},
-}};
-
 constexpr std::string_view kRightHeader =
     "a landmark table has columns x[,y[,z]] or pos1[,pos2[,pos3]], and specimen,landmark before them where it holds "
     "several shapes";
-
-bool is_coordinate(ColumnRole role) { return role <= ColumnRole::kZ; }
 
 std::string list_fields(const CsvRecord& record) {
   constexpr std::size_t kMost = 6;
@@ -51,38 +25,87 @@ std::string list_fields(const CsvRecord& record) {
   return list + (record.fields.size() > kMost ? ", ..." : "");
 }
 
-using RoleColumns = std::map<ColumnRole, std::size_t>;
+/// Columns that name the axes all together, in the order x, y, z.
+struct NamedAxes {
+  std::vector<std::string_view> names;  ///< plain
+  std::string_view axes;                ///< where they point
+};
 
-std::vector<std::size_t> coordinate_columns(const std::string& path, const CsvRecord& header,
-                                            const RoleColumns& columns) {
-  std::vector<std::size_t> found;
+const NamedAxes* find_named_axes(const CsvRecord& header, std::vector<std::size_t>& columns) {
+  static const std::array<NamedAxes, 4> kNamedAxes = {{
+      {{"l", "p", "s"}, "LPS"},
+      {{"r", "a", "s"}, "RAS"},
+      {{"axis2", "axis1", "axis0"}, ""},  // napari counts rows first
+      {{"axis1", "axis0"}, ""},
+  }};
+  std::map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < header.fields.size(); ++i) places.try_emplace(plain_name(header.fields[i]), i);
+  for (const NamedAxes& named : kNamedAxes) {
+    columns.clear();
+    for (const std::string_view name : named.names)
+      if (const auto found = places.find(std::string(name)); found != places.end()) columns.push_back(found->second);
+    if (columns.size() == named.names.size()) return &named;
+  }
+  columns.clear();
+  return nullptr;
+}
+
+void require_one(const std::string& path, const CsvRecord& header, const std::vector<RankedColumn>& columns) {
+  if (columns.size() < 2 || columns[0].rank != columns[1].rank) return;
+  fail(path, header.line,
+       fmt::format("the columns {} and {} mean the same, one of them is needed",
+                   in_quotes(header.fields[columns[0].column]), in_quotes(header.fields[columns[1].column])));
+}
+
+/// The units of x, which those of the other axes have to be.
+std::string units_of(const std::string& path, const CsvRecord& header, const std::vector<std::size_t>& columns) {
+  const std::string& first = header.fields[columns.front()];
+  const std::string unit = meaning_of(first)->unit;
+  for (const std::size_t column : columns)
+    if (meaning_of(header.fields[column])->unit != unit)
+      fail(path, header.line,
+           fmt::format("the columns {} and {} are not in the same units", in_quotes(first),
+                       in_quotes(header.fields[column])));
+  return unit;
+}
+
+bool is_worded(const CsvRecord& header, std::size_t column) { return meaning_of(header.fields[column])->rank > 1; }
+
+void find_coordinates(const std::string& path, const CsvRecord& header, CsvColumns& result) {
+  std::vector<std::size_t>& found = result.coordinates;
   for (const ColumnRole role : {ColumnRole::kX, ColumnRole::kY, ColumnRole::kZ}) {
-    const auto column = columns.find(role);
-    if (column == columns.end()) continue;
+    const std::vector<RankedColumn> columns = find_columns(header, role);
+    // `Z-pos` of ImageJ's cell counter is the number of a slice beside its X and Y
+    const bool is_other_z = role == ColumnRole::kZ && !columns.empty() && found.size() == 2 &&
+                            is_worded(header, columns.front().column) != is_worded(header, found.front());
+    if (columns.empty() || is_other_z) continue;
     if (found.size() != static_cast<std::size_t>(role))
       fail(path, header.line,
-           fmt::format("there is a column {} but none for {}; {}", in_quotes(header.fields[column->second]),
+           fmt::format("there is a column {} but none for {}; {}", in_quotes(header.fields[columns.front().column]),
                        "xyz"[found.size()], kRightHeader));
-    found.push_back(column->second);
+    require_one(path, header, columns);
+    found.push_back(columns.front().column);
   }
-  if (found.empty())
+  if (!found.empty()) {
+    result.units = units_of(path, header, found);
+    return;
+  }
+  const NamedAxes* const named = find_named_axes(header, found);
+  if (named == nullptr)
     fail(path, header.line, fmt::format("no coordinates in the columns {}; {}", list_fields(header), kRightHeader));
-  return found;
+  result.axes = named->axes;
+  if (result.axes.empty())
+    result.notes.push_back(fmt::format("the columns {} are read as {}, as napari counts rows first",
+                                       found.size() == 2 ? "axis-0, axis-1" : "axis-0, axis-1, axis-2",
+                                       found.size() == 2 ? "y, x" : "z, y, x"));
 }
 
-void add_role(const std::string& path, const CsvRecord& header, ColumnRole role, std::size_t column,
-              RoleColumns& columns) {
-  const auto [other, is_new] = columns.try_emplace(role, column);
-  if (is_new) return;
-  const char* const advice = role == ColumnRole::kLabel ? "; call the one that names the specimen 'specimen'" : "";
-  fail(path, header.line,
-       fmt::format("the columns {} and {} mean the same, one of them is needed{}",
-                   in_quotes(header.fields[other->second]), in_quotes(header.fields[column]), advice));
-}
-
-std::optional<std::size_t> find_role(const RoleColumns& columns, ColumnRole role) {
-  const auto found = columns.find(role);
-  return found == columns.end() ? std::nullopt : std::optional(found->second);
+bool is_used(const CsvColumns& columns, std::size_t column) {
+  const auto has = [&](const std::vector<std::size_t>& list) {
+    return std::find(list.begin(), list.end(), column) != list.end();
+  };
+  return has(columns.coordinates) || has(columns.specimen) || column == columns.label || column == columns.group ||
+         column == columns.image || column == columns.defined;
 }
 
 /// Whether a line is a name and two or three coordinates.
@@ -94,29 +117,18 @@ bool is_named_point(const CsvRecord& record) {
 
 }  // namespace
 
-std::optional<ColumnRole> role_of(std::string_view name) {
-  const std::string lower = to_lower(name);
-  const auto* const found =
-      std::find_if(kNamedRoles.begin(), kNamedRoles.end(), [&](const NamedRole& named) { return named.name == lower; });
-  return found == kNamedRoles.end() ? std::nullopt : std::optional(found->role);
+std::vector<RankedColumn> find_columns(const CsvRecord& header, ColumnRole role) {
+  std::vector<RankedColumn> columns;
+  for (std::size_t i = 0; i < header.fields.size(); ++i)
+    if (const auto meaning = meaning_of(header.fields[i]); meaning && meaning->role == role)
+      columns.push_back({i, meaning->rank});
+  std::stable_sort(columns.begin(), columns.end(), [](const auto& a, const auto& b) { return a.rank < b.rank; });
+  return columns;
 }
 
 std::optional<std::size_t> find_column(const CsvRecord& header, ColumnRole role) {
-  const auto& fields = header.fields;
-  const auto found =
-      std::find_if(fields.begin(), fields.end(), [&](const std::string& name) { return role_of(name) == role; });
-  return found == fields.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - fields.begin()));
-}
-
-std::optional<std::size_t> axis_of_word(std::string_view word) {
-  const std::string lower = to_lower(word);
-  const std::size_t axis = std::string_view("xyz").find(lower.empty() ? '\0' : lower.front());
-  if (axis == std::string_view::npos) return std::nullopt;
-  std::string_view rest = std::string_view(lower).substr(1);
-  rest.remove_prefix(std::min(rest.find_first_not_of("-_. "), rest.size()));
-  for (const std::string_view ending : {"", "coordinates", "coordinate", "coords", "coord"})
-    if (rest == ending) return axis;
-  return std::nullopt;
+  const std::vector<RankedColumn> columns = find_columns(header, role);
+  return columns.empty() ? std::nullopt : std::optional(columns.front().column);
 }
 
 bool is_number_or_missing(const std::string& field) { return is_missing(field) || is_number(field); }
@@ -145,27 +157,38 @@ bool is_header(const CsvRecord& record) {
 }
 
 bool names_coordinates(const CsvRecord& header) {
-  return std::any_of(header.fields.begin(), header.fields.end(), [](const std::string& field) {
-    const std::optional<ColumnRole> role = role_of(field);
-    return role && is_coordinate(*role);
+  const auto is_axis = [](const std::string& name) {
+    const auto meaning = meaning_of(name);
+    return meaning && is_coordinate(meaning->role);
+  };
+  std::vector<std::size_t> columns;
+  return std::any_of(header.fields.begin(), header.fields.end(), is_axis) ||
+         find_named_axes(header, columns) != nullptr;
+}
+
+bool names_plain_coordinates(const CsvRecord& header) {
+  return std::any_of(header.fields.begin(), header.fields.end(), [](const std::string& name) {
+    const auto meaning = meaning_of(name);
+    return meaning && is_coordinate(meaning->role) && meaning->rank == 0;
   });
 }
 
-CsvColumns columns_of_header(const std::string& path, const CsvRecord& header) {
-  RoleColumns columns;
+CsvColumns columns_of_header(const std::string& path, const std::vector<CsvRecord>& records) {
+  const CsvRecord& header = records.front();
   CsvColumns result;
+  find_coordinates(path, header, result);
+  for (const ColumnRole role : {ColumnRole::kGroup, ColumnRole::kDefined})
+    require_one(path, header, find_columns(header, role));
+  result.group = find_column(header, ColumnRole::kGroup);
+  result.defined = find_column(header, ColumnRole::kDefined);
+  require_equal_lengths(path, records);
+  choose_names(path, records, result);
   for (std::size_t i = 0; i < header.fields.size(); ++i) {
-    const bool is_index = i == 0 && header.fields[i].empty();
-    if (const std::optional<ColumnRole> role = role_of(header.fields[i]))
-      add_role(path, header, *role, i, columns);
-    else if (!is_index)
-      result.unused.push_back(header.fields[i]);
+    const auto meaning = meaning_of(header.fields[i]);
+    const bool is_index = meaning && meaning->role == ColumnRole::kLabel && meaning->rank == kIndexRank;
+    const bool is_unnamed_first = i == 0 && header.fields[i].empty();
+    if (!is_index && !is_unnamed_first && !is_used(result, i)) result.unused.push_back(header.fields[i]);
   }
-  if (header.fields.front().empty()) columns.try_emplace(ColumnRole::kLabel, 0);
-  result.coordinates = coordinate_columns(path, header, columns);
-  result.label = find_role(columns, ColumnRole::kLabel);
-  result.group = find_role(columns, ColumnRole::kGroup);
-  result.specimen = find_role(columns, ColumnRole::kSpecimen);
   return result;
 }
 

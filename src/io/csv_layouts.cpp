@@ -10,11 +10,12 @@
 namespace pulson::io {
 
 const CsvLayout* find_layout(const std::vector<CsvRecord>& records) {
-  static constexpr std::array<CsvLayout, 4> kLayouts = {{
+  static constexpr std::array<CsvLayout, 5> kLayouts = {{
       {fits_coordinate_rows, read_coordinate_rows},
       {fits_shape_rows, read_shape_rows},
       {fits_named_axis_rows, read_named_axis_rows},
       {fits_axis_rows, read_axis_rows},
+      {fits_named_shape_rows, read_named_shape_rows},
   }};
   const auto* const found =
       std::find_if(kLayouts.begin(), kLayouts.end(), [&](const CsvLayout& layout) { return layout.fits(records); });
@@ -33,7 +34,9 @@ void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>
 std::vector<std::string> unused_columns(const std::string& path, const std::vector<std::string>& names) {
   if (names.empty()) return {};
   std::string message = path + ": columns that are not used:";
-  for (const std::string& name : names) message += " " + in_quotes(name);
+  constexpr std::size_t kMost = 8;
+  for (std::size_t i = 0; i < std::min(kMost, names.size()); ++i) message += " " + in_quotes(names[i]);
+  if (names.size() > kMost) message += fmt::format(" and {} more", names.size() - kMost);
   return {message};
 }
 

@@ -24,7 +24,8 @@ const CsvLayout* find_layout(const std::vector<CsvRecord>& records);
 bool fits_coordinate_rows(const std::vector<CsvRecord>& records);
 LandmarkFile read_coordinate_rows(const std::string& path, const std::vector<CsvRecord>& records);
 
-/// A shape per line: columns x1, y1, x2, y2, ... or 1.X, 1.Y, ... in any order, one of them may name the shape.
+/// A shape per line: columns x1, y1, x2, y2, ... or 1.X, 1.Y, ... or nose_x, nose_y, ... in any order, others may name
+/// the shape.
 bool fits_shape_rows(const std::vector<CsvRecord>& records);
 LandmarkFile read_shape_rows(const std::string& path, const std::vector<CsvRecord>& records);
 
@@ -35,6 +36,11 @@ LandmarkFile read_named_axis_rows(const std::string& path, const std::vector<Csv
 /// Two or three lines of many numbers: all x, all y and perhaps all z.
 bool fits_axis_rows(const std::vector<CsvRecord>& records);
 LandmarkFile read_axis_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// A shape per line, without header: a name and the coordinates of its landmarks, four numbers or more, x1, y1, x2, y2,
+/// ...
+bool fits_named_shape_rows(const std::vector<CsvRecord>& records);
+LandmarkFile read_named_shape_rows(const std::string& path, const std::vector<CsvRecord>& records);
 
 /// @throws InputError if a line has more or fewer fields than the first.
 void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>& records);

@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "csv_columns.hpp"
+#include "csv_decimal_commas.hpp"
 #include "text.hpp"
 
 namespace pulson::io {
@@ -12,15 +14,6 @@ namespace {
 constexpr char kAnyBlanks = ' ';
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-/// Whether each comma stands between two digits, as in `1,5`.
-bool commas_may_be_decimal(std::string_view text) {
-  for (std::size_t i = text.find(','); i != std::string_view::npos; i = text.find(',', i + 1))
-    if (i == 0 || i + 1 == text.size() || !is_digit(text[i - 1]) || !is_digit(text[i + 1])) return false;
-  return true;
-}
 
 char find_delimiter(std::string_view line) {
   std::string unquoted;
@@ -103,54 +96,112 @@ std::vector<std::string> split_fields(const std::string& path, const TextLine& l
   return fields;
 }
 
-bool is_all_of(std::string_view text, std::string_view characters) {
-  return text.find_first_not_of(characters) == std::string_view::npos;
+/// `#N/A` at the beginning of a line is a cell of Excel; CloudCompare writes `//`.
+bool is_comment(std::string_view content) {
+  if (content.starts_with("//")) return true;
+  if (!content.starts_with('#')) return false;
+  const std::string_view word = content.substr(0, content.find_first_of(",;\t"));
+  return word.size() < 2 || !is_missing(trim(word));
 }
 
-bool looks_like_number(std::string_view field) {
-  return is_all_of(field, "+-0123456789.,eE") && field.find_first_of("0123456789") != std::string_view::npos;
+/// What Excel's first line `sep=;` names.
+std::optional<char> named_delimiter(std::string_view content) {
+  if (content.starts_with('"')) content.remove_prefix(1);
+  if (content.size() < 5 || to_lower(content.substr(0, 4)) != "sep=") return std::nullopt;
+  const std::string_view rest = content.substr(5);
+  const bool is_alone = rest.find_first_not_of(std::string{'"', content[4]}) == std::string_view::npos;
+  return is_alone && std::string_view(",;\t|").find(content[4]) != std::string_view::npos ? std::optional(content[4])
+                                                                                          : std::nullopt;
 }
 
-/// Where the decimal comma of `1,5` or `-1,5e3` is; npos where the field is no such number.
-std::size_t find_decimal_comma(std::string_view field) {
-  const std::size_t comma = field.find(',');
-  const bool is_decimal = comma != std::string_view::npos && field.find_first_of(".,", comma + 1) == field.npos &&
-                          field.find('.') == field.npos && looks_like_number(field) && commas_may_be_decimal(field);
-  return is_decimal ? comma : std::string_view::npos;
+bool is_empty_row(const CsvRecord& record) {
+  return std::all_of(record.fields.begin(), record.fields.end(), [](const auto& field) { return field.empty(); });
 }
 
-/// Whether some number has a decimal comma and none says that commas or points are anything else.
-bool has_decimal_commas(const std::vector<CsvRecord>& records) {
-  bool has_any = false;
-  for (const CsvRecord& record : records)
-    for (const std::string& field : record.fields) {
-      if (!looks_like_number(field) || is_all_of(field, "+-0123456789eE")) continue;
-      if (find_decimal_comma(field) == std::string::npos) return false;
-      has_any = true;
+/// Whether the last of `width` columns is empty; the first line may do without it.
+bool is_last_column_empty(const std::vector<CsvRecord>& records, std::size_t width) {
+  return std::all_of(records.begin(), records.end(), [&](const CsvRecord& record) {
+    if (record.fields.size() != width) return &record == &records.front() && record.fields.size() < width;
+    return record.fields.back().empty();
+  });
+}
+
+void drop_empty_last_columns(std::vector<CsvRecord>& records) {
+  while (!records.empty() && records.back().fields.size() > 1) {
+    const std::size_t width = records.back().fields.size();
+    if (!is_last_column_empty(records, width)) return;
+    for (CsvRecord& record : records)
+      if (record.fields.size() == width) record.fields.pop_back();
+  }
+}
+
+/// Gathers the lines of a table.
+class RecordReader {
+ public:
+  explicit RecordReader(const std::string& path) : path_(path) {}
+
+  void add(const TextLine& line) {
+    const std::string_view content = trim(line.text);
+    if (content.empty()) {
+      next_.follows_blank_line = true;
+      return;
     }
-  return has_any;
-}
+    if (is_comment(content)) {
+      comment_ = {line.number, content.substr(std::min(content.find_first_not_of("#/ \t"), content.size()))};
+      return;
+    }
+    if (records_.empty() && !delimiter_) {
+      delimiter_ = named_delimiter(content);
+      if (delimiter_) return;
+      delimiter_ = find_delimiter(content);
+    }
+    add_record(line);
+  }
 
-void use_decimal_points(std::vector<CsvRecord>& records) {
-  for (CsvRecord& record : records)
-    for (std::string& field : record.fields)
-      if (const std::size_t comma = find_decimal_comma(field); comma != std::string::npos) field[comma] = '.';
-}
+  std::size_t count() const { return records_.size(); }
+
+  std::vector<CsvRecord> finish() {
+    drop_empty_last_columns(records_);
+    if (delimiter_ != kAnyBlanks) use_decimal_points(records_, *delimiter_);
+    return std::move(records_);
+  }
+
+ private:
+  void add_record(const TextLine& line) {
+    CsvRecord record = std::exchange(next_, {});
+    record.line = line.number;
+    record.fields = split_fields(path_, line, *delimiter_);
+    if (is_empty_row(record)) {
+      next_ = {0, {}, record.follows_blank_line, true};
+      return;
+    }
+    if (records_.empty()) add_header_of_comment(record);
+    records_.push_back(std::move(record));
+  }
+
+  void add_header_of_comment(const CsvRecord& first) {
+    if (comment_.text.empty() || comment_.text.find('"') != std::string_view::npos || is_header(first)) return;
+    CsvRecord header{comment_.number, split_fields(path_, comment_, *delimiter_)};
+    if (header.fields.size() == first.fields.size() && is_header(header) && names_coordinates(header))
+      records_.push_back(std::move(header));
+  }
+
+  const std::string& path_;
+  std::optional<char> delimiter_;
+  TextLine comment_{};
+  CsvRecord next_{};
+  std::vector<CsvRecord> records_;
+};
 
 }  // namespace
 
 std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text, std::size_t limit) {
-  std::vector<CsvRecord> records;
-  char delimiter = kAnyBlanks;
+  RecordReader reader(path);
   for (const TextLine& line : split_lines(path, text)) {
-    const std::string_view content = trim(line.text);
-    if (content.empty() || content.front() == '#') continue;
-    if (records.size() == limit) break;
-    if (records.empty()) delimiter = find_delimiter(content);
-    records.push_back({line.number, split_fields(path, line, delimiter)});
+    if (reader.count() >= limit) break;
+    reader.add(line);
   }
-  if ((delimiter == ';' || delimiter == '\t') && has_decimal_commas(records)) use_decimal_points(records);
-  return records;
+  return reader.finish();
 }
 
 }  // namespace pulson::io

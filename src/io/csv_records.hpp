@@ -11,12 +11,16 @@ namespace pulson::io {
 struct CsvRecord {
   std::size_t line;
   std::vector<std::string> fields;
+  bool follows_blank_line = false;
+  bool follows_empty_row = false;  ///< a line of empty cells alone, as Excel writes it
 };
 
-/// The lines of a table but blank ones and comments ('#'), at most `limit` of them. Fields are separated by the first
-/// of ; , tab that the first line has outside quotes, else by blanks; a tab goes before commas that all stand between
-/// digits. Between ; or tabs the numbers may have decimal commas (1,5), which become points, if no number has a point
-/// or several commas. @throws InputError on a broken quote.
+/// The lines of a table but blank ones, comments (`#`, `//`) and those of empty cells alone, at most `limit` of them.
+/// Fields are separated by what a first line `sep=;` names, else by the first of ; , tab that the first line has
+/// outside quotes, else by blanks; a tab goes before commas that all stand between digits. Last columns that are empty,
+/// without a name too, are left out. A comment just above the first line that names coordinates, as many as that line
+/// has fields, is the header. The numbers may have decimal commas (1,5), between commas in quotes, which become points,
+/// if no number has a point or several commas. @throws InputError on a broken quote.
 std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text,
                                    std::size_t limit = std::string::npos);
 

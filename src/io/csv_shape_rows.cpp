@@ -1,120 +1,177 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <map>
 #include <optional>
+#include <set>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "csv_columns.hpp"
 #include "csv_layouts.hpp"
+#include "csv_shape_names.hpp"
 #include "pulson/core/errors.hpp"
 #include "text.hpp"
 
 namespace pulson::io {
 namespace {
 
-constexpr std::string_view kSeparators = " ._-";
+constexpr std::string_view kAxes = "xyz";
 
-/// A column as `X1` or `1.X` names it.
-struct CoordinateName {
-  std::size_t landmark;
-  std::size_t axis;
+/// A landmark and its columns.
+struct ShapeLandmark {
+  std::string label;
+  std::array<std::optional<std::size_t>, 3> columns{};
 };
 
-std::optional<std::size_t> parse_whole(std::string_view text) {
-  std::size_t number = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
-}
-
-std::string_view without_separators(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(kSeparators);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kSeparators) - begin + 1);
-}
-
-/// `1`, `LM 1` or, as R renames columns that begin with a digit, `x1`
-std::optional<std::size_t> parse_landmark(std::string_view text) {
-  for (const std::string_view word : {"landmark", "point", "lm", "pt", "p", "x"})
-    if (text.starts_with(word)) return parse_whole(without_separators(text.substr(word.size())));
-  return parse_whole(text);
-}
-
-std::optional<CoordinateName> parse_name(std::string_view name) {
-  constexpr std::string_view kAxes = "xyz";
-  const std::string lower = to_lower(name);
-  const std::string_view text = lower;
-  if (text.size() < 2) return std::nullopt;
-  if (const std::size_t axis = kAxes.find(text.back()); axis != kAxes.npos) {
-    const std::optional<std::size_t> landmark = parse_landmark(without_separators(text.substr(0, text.size() - 1)));
-    return landmark ? std::optional(CoordinateName{*landmark, axis}) : std::nullopt;
-  }
-  const std::size_t axis = kAxes.find(text.front());
-  if (axis == kAxes.npos) return std::nullopt;
-  const std::optional<std::size_t> landmark = parse_whole(without_separators(text.substr(1)));
-  return landmark ? std::optional(CoordinateName{*landmark, axis}) : std::nullopt;
-}
-
-using ColumnsOfAxes = std::array<std::optional<std::size_t>, 3>;
-
 struct ShapeColumns {
-  std::map<std::size_t, ColumnsOfAxes> landmarks;  ///< by their number
+  std::vector<ShapeLandmark> landmarks;  ///< by their numbers, else in the order of the columns
   std::size_t dimension = 0;
-  std::optional<std::size_t> name;
+  bool are_numbered = false;
+  std::vector<std::size_t> names;
+  std::optional<std::size_t> image;
   std::vector<std::string> unused;
 };
 
-/// The column that names the shapes: `specimen`, else `id` and its like, else a first one without a name.
-std::optional<std::size_t> find_name_column(const CsvRecord& header) {
-  if (const auto specimen = find_column(header, ColumnRole::kSpecimen)) return specimen;
-  if (const auto label = find_column(header, ColumnRole::kLabel)) return label;
-  return header.fields.front().empty() ? std::optional<std::size_t>(0) : std::nullopt;
+/// What the names of landmarks are where a line holds one landmark of several shapes, or a box.
+bool names_other_things(const std::string& label) {
+  constexpr std::array<std::string_view, 19> kOthers = {
+      "source", "target", "src", "dst",       "fixed",    "moving", "from", "to", "start", "end",
+      "before", "after",  "ref", "reference", "template", "min",    "max",  "p",  "q"};
+  return std::find(kOthers.begin(), kOthers.end(), to_lower(label)) != kOthers.end();
 }
 
-void require_all_axes(const std::string& path, const CsvRecord& header, const ShapeColumns& columns) {
-  for (const auto& [number, axes] : columns.landmarks)
-    for (std::size_t axis = 0; axis < columns.dimension; ++axis)
-      if (!axes[axis]) fail(path, header.line, fmt::format("no column holds {} of landmark {}", "xyz"[axis], number));
+bool holds_landmark_per_line(const CsvRecord& header) {
+  const std::vector<RankedColumn> labels = find_columns(header, ColumnRole::kLabel);
+  return !labels.empty() && labels.front().rank == kLandmarkRank;
 }
 
-ShapeColumns find_columns(const std::string& path, const CsvRecord& header) {
-  ShapeColumns columns;
-  columns.name = find_name_column(header);
-  for (std::size_t i = 0; i < header.fields.size(); ++i) {
-    const bool is_index = i == 0 && header.fields[i].empty();
-    const std::optional<CoordinateName> coordinate = parse_name(header.fields[i]);
-    if (!coordinate) {
-      if (i != columns.name && !is_index) columns.unused.push_back(header.fields[i]);
-      continue;
-    }
-    std::optional<std::size_t>& column = columns.landmarks[coordinate->landmark][coordinate->axis];
-    if (column)
-      fail(path, header.line,
-           fmt::format("the columns {} and {} mean the same, one of them is needed", in_quotes(header.fields[*column]),
-                       in_quotes(header.fields[i])));
-    column = i;
-    columns.dimension = std::max(columns.dimension, coordinate->axis + 1);
+/// Whether some columns are `x1`, `2.X` and some `y1`.
+bool numbers_landmarks(const CsvRecord& header) {
+  std::array<bool, 2> has_axis{};
+  for (const std::string& field : header.fields)
+    if (const auto name = parse_numbered_coordinate(field); name && name->axis < 2) has_axis[name->axis] = true;
+  return has_axis[0] && has_axis[1];
+}
+
+bool finds_named_landmarks(const CsvRecord& header) {
+  std::map<std::string, std::array<bool, 3>> axes;
+  for (const std::string& field : header.fields)
+    if (const auto name = parse_named_coordinate(field); name && !names_other_things(name->label))
+      axes[name->label][name->axis] = true;
+  return !holds_landmark_per_line(header) &&
+         std::any_of(axes.begin(), axes.end(), [](const auto& entry) { return entry.second[0] && entry.second[1]; });
+}
+
+/// The columns that name the shapes: `specimen`, else `id` and its like, else `file` or `frame`, else a first one
+/// without a name. Names that repeat are followed by those that tell more, as SLEAP has `track` and `frame_idx`.
+std::vector<std::size_t> find_name_columns(const std::vector<CsvRecord>& records) {
+  const CsvRecord& header = records.front();
+  std::vector<RankedColumn> candidates = find_columns(header, ColumnRole::kSpecimen);
+  const auto labels = find_columns(header, ColumnRole::kLabel);
+  const auto files = std::find_if(candidates.begin(), candidates.end(), [](auto c) { return c.rank >= kImageRank; });
+  if (files == candidates.begin() && !labels.empty()) return {labels.front().column};
+  if (candidates.empty())
+    return header.fields.front().empty() ? std::vector<std::size_t>{0} : std::vector<std::size_t>{};
+  std::vector<std::size_t> names;
+  for (const RankedColumn& candidate : candidates) {
+    names.push_back(candidate.column);
+    std::set<std::string> seen;
+    const bool are_unique = std::all_of(records.begin() + 1, records.end(), [&](const CsvRecord& record) {
+      return seen.insert(joined_fields(record, names)).second;
+    });
+    if (are_unique) break;
   }
-  require_all_axes(path, header, columns);
-  return columns;
+  return names;
 }
+
+class ShapeColumnFinder {
+ public:
+  ShapeColumnFinder(const std::string& path, const CsvRecord& header) : path_(path), header_(header) {
+    columns_.are_numbered = numbers_landmarks(header);
+  }
+
+  ShapeColumns find(std::vector<std::size_t> names) {
+    columns_.names = std::move(names);
+    for (const RankedColumn& column : find_columns(header_, ColumnRole::kSpecimen))
+      if (column.rank == kImageRank && !columns_.image) columns_.image = column.column;
+    for (std::size_t i = 0; i < header_.fields.size(); ++i) add(i);
+    if (columns_.are_numbered) order_by_number();
+    require_all_axes();
+    return std::move(columns_);
+  }
+
+ private:
+  void add(std::size_t i) {
+    const std::string& field = header_.fields[i];
+    const std::optional<CoordinateName> name =
+        columns_.are_numbered ? parse_numbered_coordinate(field) : parse_named_coordinate(field);
+    if (!name) {
+      const bool is_index = i == 0 && field.empty();
+      const bool is_name = std::find(columns_.names.begin(), columns_.names.end(), i) != columns_.names.end();
+      if (!is_index && !is_name && i != columns_.image) columns_.unused.push_back(field);
+      return;
+    }
+    std::optional<std::size_t>& column = landmark_of(*name).columns[name->axis];
+    if (column)
+      fail(path_, header_.line,
+           fmt::format("the columns {} and {} mean the same, one of them is needed", in_quotes(header_.fields[*column]),
+                       in_quotes(field)));
+    column = i;
+    columns_.dimension = std::max(columns_.dimension, name->axis + 1);
+  }
+
+  ShapeLandmark& landmark_of(const CoordinateName& name) {
+    const std::string label = name.number ? std::to_string(*name.number) : name.label;
+    require_short(label);
+    const auto [entry, is_new] = places_.try_emplace(label, columns_.landmarks.size());
+    if (is_new) columns_.landmarks.push_back({label});
+    return columns_.landmarks[entry->second];
+  }
+
+  /// Each shape repeats the labels, so that long ones would take far more memory than the file has.
+  void require_short(const std::string& label) const {
+    constexpr std::size_t kLongest = 200;
+    if (label.size() > kLongest)
+      fail(path_, header_.line, fmt::format("the name {} is longer than {} bytes", in_quotes(label), kLongest));
+  }
+
+  void order_by_number() {
+    std::sort(columns_.landmarks.begin(), columns_.landmarks.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.label.size(), a.label) < std::pair(b.label.size(), b.label);
+    });
+  }
+
+  void require_all_axes() const {
+    for (const ShapeLandmark& landmark : columns_.landmarks)
+      for (std::size_t axis = 0; axis < columns_.dimension; ++axis)
+        if (!landmark.columns[axis])
+          fail(path_, header_.line,
+               fmt::format("no column holds {} of landmark {}", kAxes[axis],
+                           columns_.are_numbered ? landmark.label : in_quotes(landmark.label)));
+  }
+
+  const std::string& path_;
+  const CsvRecord& header_;
+  std::map<std::string, std::size_t> places_;
+  ShapeColumns columns_;
+};
 
 Landmarks read_shape(const std::string& path, const CsvRecord& record, const ShapeColumns& columns,
                      const std::vector<std::string>& labels, std::size_t number) {
   Landmarks shape;
-  if (columns.name) shape.name = record.fields[*columns.name];
+  shape.name = joined_fields(record, columns.names);
+  if (columns.image && names_image(record.fields[*columns.image])) shape.image = record.fields[*columns.image];
   std::vector<double> coordinates;
-  for (std::size_t i = 0; const auto& [landmark, axes] : columns.landmarks) {
-    CoordinatePlace place{path, record.line, labels[i++], fmt::format("shape {}", number), 0};
+  for (const ShapeLandmark& landmark : columns.landmarks) {
+    CoordinatePlace place{path, record.line, landmark.label, fmt::format("shape {}", number), 0};
     for (; place.axis < columns.dimension; ++place.axis)
-      coordinates.push_back(parse_coordinate(record.fields[*axes[place.axis]], place));
+      coordinates.push_back(parse_coordinate(record.fields[*landmark.columns[place.axis]], place));
   }
   const auto d = static_cast<Eigen::Index>(columns.dimension);
-  shape.points = Points::Map(coordinates.data(), d, static_cast<Eigen::Index>(labels.size()));
-  if (!counts_from_one(labels)) shape.labels = labels;
+  shape.points = Points::Map(coordinates.data(), d, static_cast<Eigen::Index>(columns.landmarks.size()));
+  shape.labels = labels;
   return shape;
 }
 
@@ -122,23 +179,24 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, const Sha
 
 bool fits_shape_rows(const std::vector<CsvRecord>& records) {
   const CsvRecord& header = records.front();
-  if (!is_header(header) || names_coordinates(header)) return false;
-  std::array<bool, 3> has_axis{};
-  for (const std::string& field : header.fields)
-    if (const auto coordinate = parse_name(field)) has_axis[coordinate->axis] = true;
-  return has_axis[0] && has_axis[1];
+  if (!is_header(header) || names_plain_coordinates(header)) return false;
+  if (numbers_landmarks(header)) return true;
+  return !names_coordinates(header) && finds_named_landmarks(header);
 }
 
 LandmarkFile read_shape_rows(const std::string& path, const std::vector<CsvRecord>& records) {
   require_equal_lengths(path, records);
-  const ShapeColumns columns = find_columns(path, records.front());
+  const ShapeColumns columns = ShapeColumnFinder(path, records.front()).find(find_name_columns(records));
   if (records.size() == 1) throw InputError(path + " holds a header and no landmarks");
   std::vector<std::string> labels;
-  for (const auto& [number, axes] : columns.landmarks) labels.push_back(std::to_string(number));
+  for (const ShapeLandmark& landmark : columns.landmarks) labels.push_back(landmark.label);
+  if (counts_from_one(labels)) labels.clear();
   LandmarkFile file;
   for (std::size_t i = 1; i < records.size(); ++i)
     file.shapes.push_back(read_shape(path, records[i], columns, labels, i));
   file.warnings = unused_columns(path, columns.unused);
+  if (!columns.are_numbered && columns.landmarks.size() == 1 && records.size() > 2)
+    file.warnings.push_back(fmt::format("{}: each line is read as a shape of one landmark", path));
   return file;
 }
 

@@ -16,7 +16,9 @@
 namespace pulson {
 namespace {
 
-bool needs_quotes(const std::string& text) { return text.find_first_of(",;\t\"# ") != std::string::npos; }
+bool needs_quotes(const std::string& text) {
+  return text.find_first_of(",;\t\"# ") != std::string::npos || text.starts_with("//");
+}
 
 std::string csv_field(const std::string& text) {
   if (!needs_quotes(text)) return text;

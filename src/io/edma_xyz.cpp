@@ -1,5 +1,5 @@
-// EDMA .xyz: a title, `XYZ`, `10L 2 5` (landmarks, whether labels follow, dimensions, specimens), the labels, a line
-// for each landmark of each specimen, and at the end perhaps the names of the specimens.
+// EDMA .xyz: a title, `XYZ` or `XY`, `10L 2 5` (landmarks, whether labels follow, dimensions, specimens), the labels, a
+// line for each landmark of each specimen, and at the end perhaps the names of the specimens.
 
 #include <utility>
 
@@ -31,7 +31,10 @@ std::optional<EdmaHeader> parse_header(std::string_view line) {
   return EdmaHeader{*landmarks, has_labels, *dimension, *specimens};
 }
 
-bool is_mark(std::string_view line) { return to_lower(line) == "xyz"; }
+bool is_mark(std::string_view line) {
+  const std::string lower = to_lower(line);
+  return lower == "xyz" || lower == "xy";
+}
 
 std::vector<std::string> take_labels(TextLines& lines, std::size_t count) {
   std::vector<std::string> labels;

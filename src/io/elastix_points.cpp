@@ -30,8 +30,10 @@ LandmarkFile read_elastix(const std::string& path, std::string_view text) {
   LandmarkFile file;
   file.shapes.emplace_back().points = take_points(lines, count, PointList(dimension_of_next(lines)));
   lines.require_end(counted(count, "point"));
-  if (to_lower(kind.text) == "index")
+  if (to_lower(kind.text) == "index") {
+    file.units = "voxels";
     file.warnings.push_back(path + ": the points are indices of voxels, not positions; they are not converted");
+  }
   return file;
 }
 

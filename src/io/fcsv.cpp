@@ -17,6 +17,7 @@ namespace pulson::io {
 namespace {
 
 constexpr std::string_view kColumns = "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID";
+constexpr std::string_view kColumnsOfSlicer3 = "label,x,y,z,sel,vis";
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 bool is_comment(std::string_view line) { return trim(line).starts_with('#'); }
@@ -44,7 +45,7 @@ std::vector<std::string> split_fields(const std::string& path, const TextLine& l
 class FcsvReader {
  public:
   FcsvReader(const std::string& path, std::string_view text) : path_(path), lines_(split_lines(path, text)) {
-    use_columns({0, kColumns});
+    file_.units = "mm";
   }
 
   LandmarkFile read() {
@@ -54,6 +55,7 @@ class FcsvReader {
       else if (!trim(line.text).empty())
         read_landmark(line);
     }
+    if (!has_version_ && !has_axes_) file_.axes = "RAS";  // as Slicer takes files of its version 3
     Landmarks& shape = file_.shapes.emplace_back();
     shape.points = Points::Map(coordinates_.data(), 3, std::ssize(coordinates_) / 3);
     const bool has_labels =
@@ -64,24 +66,27 @@ class FcsvReader {
 
  private:
   void read_comment(const TextLine& line) {
-    const std::string_view comment = trim(trim(line.text).substr(1));
+    std::string_view comment = trim(line.text).substr(1);
+    comment = trim(comment.substr(0, comment.find_last_not_of(", \t") + 1));  // spreadsheets add commas
     const std::size_t equals = comment.find('=');
     if (equals == std::string_view::npos) return;
     const std::string key = to_lower(trim(comment.substr(0, equals)));
     const std::string_view value = trim(comment.substr(equals + 1));
+    if (key == "markups fiducial file version") has_version_ = true;
     if (key == "coordinatesystem") read_axes(line, value);
     if (key == "columns") use_columns({line.number, value});
   }
 
   void read_axes(const TextLine& line, std::string_view value) {
     const std::string word = to_lower(value);
+    has_axes_ = true;
     file_.units = "mm";
     if (word == "0" || word == "ras") {
       file_.axes = "RAS";
     } else if (word == "1" || word == "lps") {
       file_.axes = "LPS";
     } else if (word == "2" || word == "ijk") {
-      file_.units = "";
+      file_.units = "voxels";
       file_.warnings.push_back(path_ +
                                ": the coordinates are indices (IJK) of an image's voxels, with no unit of length");
     } else {
@@ -99,6 +104,7 @@ class FcsvReader {
     };
     axes_ = {place_of("x"), place_of("y"), place_of("z")};
     label_ = place_of("label");
+    if (label_ == kNoColumn) label_ = place_of("name");
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (axes_[axis] == kNoColumn)
         fail(path_, line.number, fmt::format("no column '{}' in {}", "xyz"[axis], in_quotes(line.text)));
@@ -106,6 +112,7 @@ class FcsvReader {
 
   void read_landmark(const TextLine& line) {
     const std::vector<std::string> fields = split_fields(path_, line);
+    if (axes_.empty()) use_columns({0, has_version_ || fields.size() > 6 ? kColumns : kColumnsOfSlicer3});
     const std::size_t needed = std::max({axes_[0], axes_[1], axes_[2]}) + 1;
     const std::size_t number = labels_.size() + 1;
     if (fields.size() < needed)
@@ -120,7 +127,9 @@ class FcsvReader {
   const std::string& path_;
   std::vector<TextLine> lines_;
   LandmarkFile file_;
-  std::vector<std::size_t> axes_;  // columns of x, y, z
+  bool has_version_ = false;  // of Markups, from Slicer 4 on
+  bool has_axes_ = false;
+  std::vector<std::size_t> axes_;  // columns of x, y, z; none before they are known
   std::size_t label_ = kNoColumn;
   std::vector<double> coordinates_;
   std::vector<std::string> labels_;
@@ -156,7 +165,10 @@ WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file) {
   const bool knows_axes = file.axes.empty() || file.axes == "LPS" || file.axes == "RAS";
   const bool knows_units = file.units.empty() || file.units == "mm";
   WrittenLandmarks written;
-  written.losses = losses_of(target, file, {.labels = true, .units = knows_units, .axes = knows_axes});
+  written.losses = losses_of(target, file, {.labels = true, .units = true, .axes = knows_axes});
+  if (!knows_units)
+    written.losses.push_back(cannot_hold(target, "the units " + in_quotes(file.units)) +
+                             "; the numbers will be read as mm");
   const Points points = points_in_space(target, shape, written.losses);
   written.text = fmt::format("# Markups fiducial file version = 4.11\n# CoordinateSystem = {}\n# columns = {}\n",
                              file.axes == "RAS" ? "RAS" : "LPS", kColumns);

@@ -2,6 +2,7 @@
 
 // The functions behind the rows of landmark_formats(); LandmarkFormat says what they do.
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -57,6 +58,9 @@ bool sniff_fcsv(std::string_view text);
 LandmarkFile read_fcsv(const std::string& path, std::string_view text);
 WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file);
 
+bool sniff_labelme(std::string_view text);
+LandmarkFile read_labelme(const std::string& path, std::string_view text);
+
 bool sniff_markups(std::string_view text);
 LandmarkFile read_markups(const std::string& path, std::string_view text);
 WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file);
@@ -68,5 +72,9 @@ WrittenLandmarks write_npy_landmarks(const std::string& path, const LandmarkFile
 bool sniff_json(std::string_view text);
 LandmarkFile read_json(const std::string& path, std::string_view text);
 WrittenLandmarks write_json(const std::string& path, const LandmarkFile& file);
+
+/// The name of a file without its extension: the longest of any format, such as `mrk.json`, else what follows the last
+/// dot.
+std::string file_stem(const std::filesystem::path& path);
 
 }  // namespace pulson::io

@@ -1,5 +1,5 @@
-// Landmarks in JSON: a layout of our own that holds all of them to the bit, lists of points, and the shapes of our
-// registration.json.
+// Landmarks in JSON: a layout of our own that holds all of them to the bit, lists of points, lists of these, and the
+// shapes of our registration.json.
 
 #include <algorithm>
 #include <array>
@@ -77,6 +77,19 @@ Landmarks read_shape(const JsonValue& json, std::set<std::string>& unknown) {
   shape.curves = read_lines(json, "curves");
   shape.outlines = read_lines(json, "outlines");
   return shape;
+}
+
+/// Of a list of points, or of lists of points.
+std::vector<Landmarks> listed_shapes(const JsonValue& json) {
+  const auto is_array = [](const nlohmann::json& item) { return item.is_array(); };
+  const nlohmann::json& value = json.value();
+  const bool has_lists = std::any_of(value.begin(), value.end(), [&](const nlohmann::json& item) {
+    return item.is_array() && std::any_of(item.begin(), item.end(), is_array);
+  });
+  std::vector<Landmarks> shapes;
+  for (const JsonValue& list : has_lists ? json.items() : std::vector<JsonValue>{json})
+    shapes.emplace_back().points = list.points();
+  return shapes;
 }
 
 bool is_registration(const JsonValue& json) { return json.has("source") && json.has("target") && json.has("result"); }
@@ -158,7 +171,7 @@ LandmarkFile read_json(const std::string& path, std::string_view text) {
   LandmarkFile file;
   std::set<std::string> unknown;
   if (value.is_array())
-    file.shapes.emplace_back().points = json.points();
+    file.shapes = listed_shapes(json);
   else if (json.has("shapes"))
     read_shapes(json, file, unknown);
   else if (json.has("points"))

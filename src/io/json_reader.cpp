@@ -26,13 +26,33 @@ std::string take_number_after(std::string_view word, std::string& text) {
   return number;
 }
 
+/// `text` with null for each NaN outside of strings, which Python writes and JSON has not.
+std::string with_null_for_nan(std::string_view text) {
+  constexpr std::string_view kNan = "NaN";
+  std::string valid;
+  valid.reserve(text.size());
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (!in_string && text.substr(i).starts_with(kNan)) {
+      valid += "null";
+      i += kNan.size() - 1;
+      continue;
+    }
+    if (text[i] == '"') in_string = !in_string;
+    valid += text[i];
+    if (in_string && text[i] == '\\' && i + 1 < text.size()) valid += text[++i];
+  }
+  return valid;
+}
+
 /// `[json.exception.parse_error.101] parse error at line 2, column 5: what is wrong` in our words.
-[[noreturn]] void rethrow(const std::string& path, std::string text) {
+[[noreturn]] void rethrow(const std::string& path, std::string text, bool is_infinite) {
   constexpr std::size_t kLongest = 240;
   text.erase(0, std::min(text.find(']') + 1, text.size()));
   const std::string line = take_number_after("parse error at line ", text);
   const std::string column = line.empty() ? "" : take_number_after("column ", text);
   text.erase(0, std::min(text.find_first_not_of(": "), text.size()));
+  if (is_infinite) text = "Infinity; a coordinate must be finite, or null where it is missing";
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20) c = '?';
   if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
@@ -48,10 +68,15 @@ bool is_coordinates(const Json& value) {
 }  // namespace
 
 Json parse_json(const std::string& path, std::string_view text) {
+  if (Json json = Json::parse(text, nullptr, false); !json.is_discarded()) return json;
+  const std::string valid = with_null_for_nan(text);
   try {
-    return Json::parse(text);
+    return Json::parse(valid);
+  } catch (const Json::parse_error& error) {
+    const bool is_infinite = error.byte > 0 && valid.find("Infinity", error.byte - 1) == error.byte - 1;
+    rethrow(path, error.what(), is_infinite);
   } catch (const Json::exception& error) {
-    rethrow(path, error.what());
+    rethrow(path, error.what(), false);
   }
 }
 

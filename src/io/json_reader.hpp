@@ -12,7 +12,7 @@
 
 namespace pulson::io {
 
-/// The value of a whole file. @throws InputError "path:line: column n: ..." if it is no JSON
+/// The value of a whole file, where NaN is null. @throws InputError "path:line: column n: ..." if it is no JSON
 nlohmann::json parse_json(const std::string& path, std::string_view text);
 
 /// A value of a file and its place; both must outlive it.

@@ -7,6 +7,7 @@
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/core/utf8.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "text.hpp"
@@ -17,21 +18,23 @@ const std::vector<LandmarkFormat>& landmark_formats() {
   static const std::vector<LandmarkFormat> formats = {
       {"npy",
        {"npy"},
-       "numpy array of real numbers, versions 1 to 3: (N,d), several shapes (S,N,d), on the line (N,); also (d,N) and "
-       "(S,d,N) where the last axis is longer than 3 and the one before is not",
+       "numpy array of real numbers, versions 1 to 3: (N,d), several shapes (S,N,d), on the line (N,), of OpenCV "
+       "(N,1,d); also (d,N) and (S,d,N) where the last axis is longer than 3 and the one before is not",
        io::sniff_npy,
        io::read_npy,
-       io::write_npy_landmarks},
+       io::write_npy_landmarks,
+       true},
       {"vtk",
        {"vtk"},
        "VTK legacy polydata, 1.0 to 5.1, ASCII or BINARY: POINTS; in the plane where all z are equal; pieces of LINES "
        "and POLYGONS are groups",
        io::sniff_vtk,
        io::read_vtk,
-       io::write_vtk},
+       io::write_vtk,
+       true},
       {"fcsv",
        {"fcsv"},
-       "3D Slicer point list as a table, versions 3 and 4, RAS or LPS: x, y, z and label; one shape",
+       "3D Slicer point list as a table, versions 3 (which is in RAS) and 4, RAS or LPS: x, y, z and label; one shape",
        io::sniff_fcsv,
        io::read_fcsv,
        io::write_fcsv},
@@ -41,13 +44,19 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        io::sniff_markups,
        io::read_markups,
        io::write_markups},
+      {"labelme",
+       {},
+       "annotations of LabelMe: the points of an image as one shape with labels, group_id as groups, lines as curves, "
+       "polygons as outlines",
+       io::sniff_labelme,
+       io::read_labelme},
       {"json",
        {"json"},
        R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
        R"("image": "a.jpg", "scale": 0.1, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
        R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
-       R"(properties are [["COMMENT", "old"]] where their order matters; also one shape alone, its points alone, or )"
-       "registration.json as shapes source, target and result",
+       R"(properties are [["COMMENT", "old"]] where their order matters; also one shape alone, its points alone, )"
+       "a list of such lists, or registration.json as shapes source, target and result",
        io::sniff_json,
        io::read_json,
        io::write_json},
@@ -108,7 +117,8 @@ const std::vector<LandmarkFormat>& landmark_formats() {
       {"csv",
        {"csv", "tsv"},
        "table x[,y[,z]] with , ; tab or blanks between, with or without header (label, group); several shapes with a "
-       "column specimen, as lines id,x1,y1,x2,y2,..., as lines of all x and all y, or as lines landmark,axis,value",
+       "column specimen, as lines id,x1,y1,... or id,nose_x,nose_y,..., as lines of all x and all y, or as lines "
+       "landmark,axis,value",
        io::sniff_csv,
        io::read_csv,
        io::write_csv},
@@ -173,18 +183,41 @@ const LandmarkFormat& find_format(const std::filesystem::path& path, std::string
                                first_line(contents)));
 }
 
+}  // namespace
+
+std::string io::file_stem(const std::filesystem::path& path) {
+  std::size_t longest = 0;
+  for (const LandmarkFormat& format : landmark_formats()) longest = std::max(longest, matched_length(path, format));
+  const std::string name = path.filename().string();
+  return longest > 0 && longest + 1 < name.size() ? name.substr(0, name.size() - longest - 1) : path.stem().string();
+}
+
+namespace {
+
 void name_shapes(const std::filesystem::path& path, std::vector<Landmarks>& shapes) {
   const bool is_alone = shapes.size() == 1;
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const std::string number = is_alone ? "" : fmt::format("#{}", i + 1);
     shapes[i].source = path.string() + number;
-    if (shapes[i].name.empty()) shapes[i].name = path.stem().string() + number;
+    if (shapes[i].name.empty()) shapes[i].name = io::file_stem(path) + number;
   }
 }
 
 void mark_negative_as_missing(Points& points) {
   for (auto point : points.colwise())
     if ((point.array() < 0).any()) point.setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+/// Landmarks with −1 in all coordinates, in shapes that have no other negative coordinate.
+std::size_t count_missing_marks(const std::vector<Landmarks>& shapes) {
+  std::size_t marks = 0;
+  for (const Landmarks& shape : shapes)
+    for (const auto& point : shape.points.colwise()) {
+      if (point.hasNaN() || (point.array() >= 0).all()) continue;
+      if (point.size() == 1 || (point.array() != -1).any()) return 0;
+      ++marks;
+    }
+  return marks;
 }
 
 }  // namespace
@@ -212,13 +245,21 @@ std::vector<std::string> write_landmark_file(const std::filesystem::path& path, 
 }
 
 LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options) {
-  const std::string contents = io::read_text_file(path);
+  std::string contents = io::read_text_file(path);
   const LandmarkFormat& format = find_format(path, contents);
+  const bool is_recoded = !format.holds_bytes && !is_utf8(contents);
+  if (is_recoded) contents = utf8_of_windows_1252(contents);
   LandmarkFile file = format.read(path.string(), contents);
   file.format = format.name;
+  if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
   name_shapes(path, file.shapes);
   if (options.negative_is_missing)
     for (Landmarks& shape : file.shapes) mark_negative_as_missing(shape.points);
+  else if (const std::size_t marks = count_missing_marks(file.shapes); marks > 0)
+    file.warnings.push_back(fmt::format(
+        "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "
+        "--missing negative tells them apart",
+        path.string(), io::counted(marks, "landmark")));
   return file;
 }
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "formats.hpp"
 #include "pulson/core/errors.hpp"
 #include "text.hpp"
 
@@ -17,8 +18,7 @@ namespace {
 bool is_named_by_source(const Landmarks& shape) {
   const std::size_t hash = shape.source.rfind('#');
   const std::string number = hash == std::string::npos ? "" : shape.source.substr(hash);
-  const std::filesystem::path file = shape.source.substr(0, hash);
-  return shape.name == file.stem().string() + number;
+  return shape.name == file_stem(shape.source.substr(0, hash)) + number;
 }
 
 std::string called(const Landmarks& shape) {
@@ -36,7 +36,7 @@ std::string cannot_hold(const Target& target, std::string_view what, std::size_t
 }
 
 std::vector<std::string> losses_of(const Target& target, const LandmarkFile& file, const HeldParts& held) {
-  const std::string stem = std::filesystem::path(target.path).stem().string();
+  const std::string stem = file_stem(target.path);
   std::vector<std::string> losses;
   const auto lose = [&](bool is_held, std::string_view what, auto has_part) {
     if (is_held) return;

@@ -44,23 +44,37 @@ std::string read_units(const JsonValue& markup) {
   return coded.empty() ? "" : coded.front();
 }
 
-bool has_position(const JsonValue& point) {
-  const std::string status = point.has("positionStatus") ? point.at("positionStatus").text() : "defined";
-  return status != "undefined" && status != "missing" && status != "preview";
+/// Whether the status says so, or there is no position and no status that promises one.
+bool is_missing_point(const JsonValue& point) {
+  const std::string status = point.has("positionStatus") ? point.at("positionStatus").text() : "";
+  if (status == "undefined" || status == "missing") return true;
+  if (!point.has("position")) return status != "defined";
+  const nlohmann::json& position = point.at("position").value();
+  return position.is_string() && is_missing(position.get<std::string>());
+}
+
+double read_coordinate(const nlohmann::json& number, const JsonValue& position) {
+  if (number.is_number()) return number.get<double>();
+  const bool is_mark = number.is_null() || (number.is_string() && is_missing(number.get<std::string>()));
+  if (!is_mark) position.fail("is not a list of 3 numbers");
+  return kMissing;
 }
 
 Eigen::Vector3d read_position(const JsonValue& point) {
-  if (!has_position(point)) return Eigen::Vector3d::Constant(kMissing);
+  if (is_missing_point(point)) return Eigen::Vector3d::Constant(kMissing);
   const JsonValue position = point.at("position");
   const bool is_whole = position.value().is_array() && position.value().size() == 3;
   if (!is_whole) position.fail("is not a list of 3 numbers");
   Eigen::Vector3d read;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const nlohmann::json& number = position.value()[axis];
-    if (!number.is_number() && !number.is_null()) position.fail("is not a list of 3 numbers");
-    read[static_cast<Eigen::Index>(axis)] = number.is_null() ? kMissing : number.get<double>();
-  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    read[static_cast<Eigen::Index>(axis)] = read_coordinate(position.value()[axis], position);
   return read;
+}
+
+std::string read_label(const JsonValue& point) {
+  if (!point.has("label")) return "";
+  const JsonValue label = point.at("label");
+  return label.value().is_number() ? label.value().dump() : label.text();
 }
 
 Landmarks read_markup(const JsonValue& markup) {
@@ -75,7 +89,7 @@ Landmarks read_markup(const JsonValue& markup) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (!items[i].value().is_object()) items[i].fail("is not an object");
     shape.points.col(static_cast<Eigen::Index>(i)) = read_position(items[i]);
-    shape.labels.push_back(items[i].has("label") ? items[i].at("label").text() : "");
+    shape.labels.push_back(read_label(items[i]));
   }
   const bool has_labels =
       std::any_of(shape.labels.begin(), shape.labels.end(), [](const std::string& label) { return !label.empty(); });
@@ -172,9 +186,10 @@ LandmarkFile read_markups(const std::string& path, std::string_view text) {
     }
     require_same(markup, "axes", file.axes, read_axes(markup));
     require_same(markup, "units", file.units, read_units(markup));
-    if (!shape.properties.empty() && (shape.properties[0].second == "ROI" || shape.properties[0].second == "Plane"))
-      file.warnings.push_back(fmt::format("{}: of markup {}, a {}, the control points alone are read", path,
-                                          file.shapes.size(), shape.properties[0].second));
+    const std::string type = shape.properties.empty() ? "" : shape.properties[0].second;
+    if (type == "ROI" || type == "Plane")
+      file.warnings.push_back(fmt::format("{}: of markup {}, {} {}, the control points alone are read", path,
+                                          file.shapes.size(), type == "ROI" ? "an" : "a", type));
   }
   return file;
 }
@@ -190,8 +205,10 @@ WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file
   for (Landmarks& shape : without_types.shapes)
     std::erase(shape.properties, std::pair(std::string(kType), type_of(shape)));
   WrittenLandmarks written;
-  written.losses =
-      losses_of(target, without_types, {.names = true, .labels = true, .units = knows_units, .axes = knows_axes});
+  written.losses = losses_of(target, without_types, {.names = true, .labels = true, .units = true, .axes = knows_axes});
+  if (!knows_units)
+    written.losses.push_back(cannot_hold(target, "the units " + in_quotes(file.units)) +
+                             "; the numbers will be read as mm");
   bool is_changed = false;
   written.text = fmt::format("{{\n  \"@schema\": \"{}\",\n  \"markups\": [", kSchema);
   for (const Landmarks& shape : file.shapes) {

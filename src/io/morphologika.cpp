@@ -115,17 +115,29 @@ class MorphologikaReader {
     return section;
   }
 
+  /// By tabs where there are any, for then there may be blanks within.
+  static std::vector<std::string_view> split_values(std::string_view line) {
+    if (line.find('\t') == std::string_view::npos) return split_words(line);
+    std::vector<std::string_view> values;
+    for (std::size_t begin = 0; begin <= line.size();) {
+      const std::size_t end = std::min(line.find('\t', begin), line.size());
+      values.push_back(trim(line.substr(begin, end - begin)));
+      begin = end + 1;
+    }
+    return values;
+  }
+
   /// Keeps [labelvalues] under the names of [labels].
   void read_labels() {
     if (!sections_.contains("labelvalues")) return;
     std::vector<std::string> labels;
     if (sections_.contains("labels"))
       for (const TextLine& line : find("labels").lines)
-        for (const std::string_view word : split_words(line.text)) labels.emplace_back(word);
+        for (const std::string_view word : split_values(line.text)) labels.emplace_back(word);
     const Section& section = lines_for_individuals("labelvalues");
     for (std::size_t i = 0; i < file_.shapes.size(); ++i) {
       auto& properties = file_.shapes[i].properties;
-      const std::vector<std::string_view> values = split_words(section.lines[i].text);
+      const std::vector<std::string_view> values = split_values(section.lines[i].text);
       if (labels.size() != values.size() || labels.size() == 1) {
         properties.emplace_back(labels.size() == 1 ? labels.front() : "labelvalues", section.lines[i].text);
         continue;

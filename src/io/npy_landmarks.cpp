@@ -180,12 +180,22 @@ struct Layout {
   std::size_t coordinates = kNone;
 };
 
+/// (N,1,2) or (N,1,3): points of OpenCV, such as those of a contour.
+bool is_contour(const std::vector<std::size_t>& shape) {
+  return shape.size() == 3 && shape[0] > 1 && shape[1] == 1 && (shape[2] == 2 || shape[2] == 3);
+}
+
 Layout layout_of(const std::string& path, const NpyArray& array, std::vector<std::string>& warnings) {
   const std::size_t size = array.shape.size();
   if (size > 3)
     throw InputError(
         fmt::format("{}: the array has {} axes, {}; (N,), (N,d) or (S,N,d) is needed", path, size, array.shape_text()));
   if (size == 1) return {.points = 0};
+  if (is_contour(array.shape)) {
+    warnings.push_back(fmt::format("{}: the array {} is read as one shape of {} landmarks, as OpenCV writes them", path,
+                                   array.shape_text(), array.shape[0]));
+    return {.points = 0, .coordinates = 2};
+  }
   const std::size_t shapes = size == 3 ? 0 : Layout::kNone;
   if (array.shape[size - 1] <= 3) return {shapes, size - 2, size - 1};
   if (array.shape[size - 2] > 3)
@@ -260,6 +270,10 @@ WrittenLandmarks write_npy_landmarks(const std::string& path, const LandmarkFile
   }
   std::vector<std::size_t> shape = {static_cast<std::size_t>(first.cols()), static_cast<std::size_t>(first.rows())};
   if (file.shapes.size() > 1) shape.insert(shape.begin(), file.shapes.size());
+  if (is_contour(shape))
+    throw InputError(
+        fmt::format("{}: npy holds no shapes of one landmark each; an array ({}, 1, {}) is read as one shape", path,
+                    shape[0], shape[2]));
   return {npy_bytes(numbers, shape), losses_of(target, file, {})};
 }
 

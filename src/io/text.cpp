@@ -43,6 +43,8 @@ std::string read_text_file(const std::filesystem::path& path) {
   if (!stream) throw InputError(failure + std::generic_category().message(errno));
   std::string contents{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   if (contents.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError(path.string() + " is empty");
+  if (contents.starts_with("\xFF\xFE") || contents.starts_with("\xFE\xFF"))
+    throw InputError(path.string() + " is text in UTF-16; save it in UTF-8");
   return contents;
 }
 
@@ -50,6 +52,7 @@ std::vector<TextLine> split_lines(const std::string& path, std::string_view text
   if (text.find('\0') != std::string_view::npos)
     throw InputError(path + " is not a text file (it holds a zero byte); text must be in UTF-8");
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  if (text.ends_with('\x1A')) text.remove_suffix(1);  // as DOS ended files
   std::vector<TextLine> lines;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
@@ -90,6 +93,15 @@ std::string in_quotes(std::string_view text) {
   return "'" + shown + (text.size() > kLongest ? "...'" : "'");
 }
 
+std::string with_decimal_point(std::string_view text) {
+  std::string number(text);
+  const std::size_t comma = number.find(',');
+  if (comma != std::string::npos && comma + 1 < number.size() && number.find_first_of(".,", comma + 1) == text.npos &&
+      number.find('.') == std::string::npos)
+    number[comma] = '.';
+  return number;
+}
+
 std::string counted(std::size_t count, std::string_view noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
@@ -99,7 +111,8 @@ void fail(const std::string& path, std::size_t line, const std::string& message)
 }
 
 bool is_missing(std::string_view text) {
-  static constexpr std::array<std::string_view, 9> kMarks = {"", "na", "n/a", "nan", "null", "none", "-", "?", "."};
+  static constexpr std::array<std::string_view, 12> kMarks = {"",     "na",  "n/a",  "nan", "null", "none",
+                                                              "#n/a", "#na", "<na>", "-",   "?",    "."};
   return std::find(kMarks.begin(), kMarks.end(), to_lower(text)) != kMarks.end();
 }
 

@@ -10,7 +10,7 @@
 
 namespace pulson::io {
 
-/// All of a file. @throws InputError if it cannot be read or holds only blanks.
+/// All of a file. @throws InputError if it cannot be read, holds only blanks, or begins as text in UTF-16 does.
 std::string read_text_file(const std::filesystem::path& path);
 
 /// A line of a file, without its end, and its number from 1.
@@ -29,6 +29,9 @@ std::string to_lower(std::string_view text);
 
 /// `text` in quotes, made fit for a one-line message: long text is cut, control characters become '?'.
 std::string in_quotes(std::string_view text);
+
+/// `text` with a decimal point for a decimal comma, where it has one comma within digits and no point.
+std::string with_decimal_point(std::string_view text);
 
 /// "1 landmark", "2 landmarks".
 std::string counted(std::size_t count, std::string_view noun);

@@ -61,7 +61,7 @@ void PointList::add(std::span<const std::string_view> words, CoordinatePlace pla
          fmt::format("landmark {}{} has {}; {} are right", place.landmark,
                      place.shape.empty() ? "" : " of " + place.shape, counted(words.size(), "coordinate"), dimension_));
   for (place.axis = 0; place.axis < dimension_; ++place.axis) {
-    const double value = parse_coordinate(words[place.axis], place);
+    const double value = parse_coordinate(with_decimal_point(words[place.axis]), place);
     coordinates_.push_back(value == missing_ ? std::numeric_limits<double>::quiet_NaN() : value);
   }
 }

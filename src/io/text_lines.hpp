@@ -56,7 +56,7 @@ class PointList {
 
   std::size_t dimension() const { return dimension_; }
 
-  /// @throws InputError unless there are as many words as dimensions, each a coordinate
+  /// Takes decimal commas too. @throws InputError unless there are as many words as dimensions, each a coordinate
   void add(std::span<const std::string_view> words, CoordinatePlace place);
 
   Points points() const;

@@ -27,22 +27,18 @@ std::optional<KeyLine> parse_key_line(std::string_view line) {
   return KeyLine{name, to_lower(name), trim(line.substr(equals + 1))};
 }
 
+/// Some programs write comments, which begin with # or a quote, as in R and in nts.
+bool is_blank_or_comment(std::string_view line) {
+  const std::string_view text = trim(line);
+  return text.empty() || std::string_view("#\"'").find(text.front()) != std::string_view::npos;
+}
+
 bool is_shape_key(const std::string& key) { return key == "lm" || key == "lm3"; }
 
 /// `C:\photos\fish 1.jpg` → `fish 1`
 std::string_view image_stem(std::string_view image) {
   image.remove_prefix(image.find_last_of("/\\") + 1);
   return image.substr(0, image.rfind('.'));
-}
-
-/// `text` with a decimal point for a decimal comma, where it has one comma within digits and no point.
-std::string with_decimal_point(std::string_view text) {
-  std::string number(text);
-  const std::size_t comma = number.find(',');
-  if (comma != std::string::npos && comma + 1 < number.size() && number.find_first_of(".,", comma + 1) == text.npos &&
-      number.find('.') == std::string::npos)
-    number[comma] = '.';
-  return number;
 }
 
 /// The points of one shape's curves or outlines, and how many it announces.
@@ -56,7 +52,7 @@ struct TpsLines {
 class TpsReader {
  public:
   TpsReader(const std::string& path, std::string_view text) : path_(path), lines_(split_lines(path, text)) {
-    std::erase_if(lines_, [](const TextLine& line) { return trim(line.text).empty(); });
+    std::erase_if(lines_, [](const TextLine& line) { return is_blank_or_comment(line.text); });
   }
 
   LandmarkFile read() {
@@ -240,22 +236,6 @@ class TpsReader {
     if (shapes_of_lines_ > 0)
       warn(fmt::format("{} without landmarks: the points of curves and outlines are taken as such, a group for each",
                        counted(shapes_of_lines_, "shape")));
-    if (const std::size_t marks = count_missing_marks(); marks > 0)
-      warn(counted(marks, "landmark") +
-           " at (-1, -1), often the mark of a missing one, read as a point like any other: pulson convert --missing "
-           "negative tells them apart");
-  }
-
-  /// Landmarks at (−1, −1) in a file that has no other negative coordinate.
-  std::size_t count_missing_marks() const {
-    std::size_t marks = 0;
-    for (const Landmarks& shape : file_.shapes)
-      for (const auto& point : shape.points.colwise()) {
-        if (point.hasNaN() || (point.array() >= 0).all()) continue;
-        if ((point.array() != -1).any()) return 0;
-        ++marks;
-      }
-    return marks;
   }
 
   const std::string& path_;
@@ -272,11 +252,13 @@ class TpsReader {
 }  // namespace
 
 bool sniff_tps(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  if (begin == std::string_view::npos) return false;
-  text.remove_prefix(begin);
-  const std::optional<KeyLine> entry = parse_key_line(text.substr(0, text.find_first_of("\r\n")));
-  return entry && is_shape_key(entry->key);
+  constexpr std::size_t kMostComments = 100;
+  for (const std::string_view line : first_lines(text, kMostComments)) {
+    if (is_blank_or_comment(line)) continue;
+    const std::optional<KeyLine> entry = parse_key_line(line);
+    return entry && is_shape_key(entry->key);
+  }
+  return false;
 }
 
 LandmarkFile read_tps(const std::string& path, std::string_view text) { return TpsReader(path, text).read(); }

@@ -68,6 +68,24 @@ VtkId parse_id(const VtkCursor& cursor, std::string_view word, const VtkBlock& b
   return id;
 }
 
+/// One string; at least a byte is left.
+void skip_binary_string(VtkCursor& cursor, std::string_view name) {
+  const VtkPlace place = cursor.here();
+  const auto fail_if_longer = [&](std::uint64_t size) {
+    if (size > cursor.left())
+      cursor.fail_at(place, fmt::format("a string of {} takes {}; the file has {} more", in_quotes(name),
+                                        counted(size, "byte"), cursor.left()));
+  };
+  std::uint64_t length = static_cast<unsigned char>(*cursor.take_bytes(1));
+  const std::uint64_t others = (std::uint64_t{8} >> (length >> 6U)) - 1;
+  length &= 0x3FU;
+  fail_if_longer(others);
+  for (const char* byte = cursor.take_bytes(others); const char c : std::string_view(byte, others))
+    length = length << 8U | static_cast<unsigned char>(c);
+  fail_if_longer(length);
+  cursor.take_bytes(length);
+}
+
 }  // namespace
 
 const VtkType& vtk_int() { return kInt; }
@@ -138,6 +156,22 @@ std::string_view take_vtk_number(VtkCursor& cursor, const VtkBlock& block, std::
     cursor.fail_at(block.place, fmt::format("{} needs {}; the file ends after {}", in_quotes(block.text),
                                             counted(count, "number"), taken));
   return word;
+}
+
+void skip_vtk_strings(VtkCursor& cursor, std::string_view name, std::size_t count, std::size_t each) {
+  const VtkPlace place = cursor.here();
+  cursor.take_line();
+  for (std::size_t c = 0; c < count; ++c)
+    for (std::size_t e = 0; e < each; ++e) {
+      if (cursor.left() == 0) {
+        if (!cursor.is_binary) return;
+        cursor.fail_at(place, fmt::format("the file ends within the strings of {}", in_quotes(name)));
+      }
+      if (cursor.is_binary)
+        skip_binary_string(cursor, name);
+      else
+        cursor.take_line();
+    }
 }
 
 std::vector<VtkId> take_vtk_ids(VtkCursor& cursor, const VtkBlock& block, const VtkType& type, std::size_t count) {

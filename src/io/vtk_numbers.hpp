@@ -30,10 +30,14 @@ struct VtkPlace {
   std::size_t byte = 0;
 };
 
-/// Steps through a file: lines and words of text, blocks of bytes.
+/// Some editors put it before the text.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+/// Steps through a file, after a byte order mark: lines and words of text, blocks of bytes.
 class VtkCursor {
  public:
-  VtkCursor(const std::string& path, std::string_view text) : path_(path), text_(text) {}
+  VtkCursor(const std::string& path, std::string_view text)
+      : path_(path), text_(text), at_(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0) {}
 
   bool is_binary = false;
 
@@ -62,7 +66,7 @@ class VtkCursor {
  private:
   const std::string& path_;
   std::string_view text_;
-  std::size_t at_ = 0;
+  std::size_t at_;
   std::size_t line_ = 1;
   VtkPlace place_;
 };
@@ -86,6 +90,11 @@ void begin_vtk_numbers(VtkCursor& cursor, const VtkBlock& block, const VtkType& 
 
 /// The word of number `taken` (from 0) of `count`, in a text file. @throws InputError at the end
 std::string_view take_vtk_number(VtkCursor& cursor, const VtkBlock& block, std::size_t count, std::size_t taken);
+
+/// Goes past the strings of the array `name`, `count` times `each`. In text each is a line; in bytes the two highest
+/// bits of its first byte, 3, 2, 1 or 0, say that 1, 2, 4 or 8 bytes have its length in their other bits.
+/// @throws InputError
+void skip_vtk_strings(VtkCursor& cursor, std::string_view name, std::size_t count, std::size_t each);
 
 /// A whole block. @throws InputError
 std::vector<VtkId> take_vtk_ids(VtkCursor& cursor, const VtkBlock& block, const VtkType& type, std::size_t count);

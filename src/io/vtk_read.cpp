@@ -33,6 +33,7 @@ class VtkReader {
     if (!has_points_) throw InputError(cursor_.path() + " has no section POINTS");
     for (const VtkCells& cells : sections_) check_vtk_points(cursor_, cells, count());
     LandmarkFile file;
+    file.axes = axes_;
     Landmarks& shape = file.shapes.emplace_back();
     shape.points = landmarks(file.warnings);
     shape.groups = groups(file.warnings);
@@ -50,7 +51,7 @@ class VtkReader {
     const double number = is_number(version) ? parse_number(version, "") : 0;
     if (!(number >= 1 && number < 5.2))
       cursor_.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", in_quotes(version)));
-    cursor_.take_line();  // a title
+    read_title(cursor_.take_line());
     const std::string_view encoding = trim(cursor_.take_line());
     const bool is_binary = to_lower(encoding) == "binary";
     if (!is_binary && to_lower(encoding) != "ascii")
@@ -60,6 +61,12 @@ class VtkReader {
     if (to_lower(kind) != "polydata")
       cursor_.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", in_quotes(kind)));
     cursor_.is_binary = is_binary;
+  }
+
+  /// As 3D Slicer does.
+  void read_title(std::string_view title) {
+    for (const std::string axes : {"RAS", "LPS"})
+      if (axes_.empty() && title.find("SPACE=" + axes) != std::string_view::npos) axes_ = axes;
   }
 
   /// @return false at the end
@@ -139,20 +146,13 @@ class VtkReader {
     const std::size_t components = take_vtk_count(cursor_, name);
     const std::size_t tuples = take_vtk_count(cursor_, name);
     if (components == 0) cursor_.fail_at(block.place, fmt::format("the field {} has no components", in_quotes(name)));
-    if (cursor_.is_next("string")) return skip_strings(name, components, tuples);
+    if (cursor_.is_next("string")) return skip_vtk_strings(cursor_, name, tuples, components);
     const VtkType& type = take_vtk_type(cursor_, name);
     block.text = fmt::format("{} {} {} {}", name, components, tuples, type.name);
     begin_vtk_numbers(cursor_, block, type, tuples, components);
     const std::size_t count = components * tuples;
     if (cursor_.is_binary) cursor_.take_bytes(count * type.size);
     for (std::size_t i = 0; i < count && !cursor_.is_binary; ++i) take_vtk_number(cursor_, block, count, i);
-  }
-
-  void skip_strings(std::string_view name, std::size_t components, std::size_t tuples) {
-    if (cursor_.is_binary) cursor_.fail_here(fmt::format("the binary strings of {} are not read", in_quotes(name)));
-    cursor_.take_line();
-    for (std::size_t t = 0; t < tuples && cursor_.left() > 0; ++t)
-      for (std::size_t c = 0; c < components && cursor_.left() > 0; ++c) cursor_.take_line();
   }
 
   /// Lines to an empty one.
@@ -185,6 +185,7 @@ class VtkReader {
   }
 
   VtkCursor cursor_;
+  std::string axes_;
   bool has_points_ = false;
   bool at_attributes_ = false;
   Points points_;
@@ -193,7 +194,10 @@ class VtkReader {
 
 }  // namespace
 
-bool sniff_vtk(std::string_view text) { return text.starts_with(kMagic); }
+bool sniff_vtk(std::string_view text) {
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  return text.starts_with(kMagic);
+}
 
 LandmarkFile read_vtk(const std::string& path, std::string_view text) { return VtkReader(path, text).read(); }
 

@@ -55,12 +55,16 @@ Cells each_alone(const std::vector<int>& points) {
   return cells;
 }
 
-/// The second line of a file, which readers cut at 256 bytes.
-std::string title(std::string name) {
+/// The second line of a file, which readers cut at 256 bytes: the name, and the axes in the words of 3D Slicer.
+std::string title(std::string name, const std::string& axes) {
   constexpr std::size_t kLongest = 200;
+  constexpr std::string_view kSpace = "SPACE=";
   for (char& c : name)
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  return name.empty() ? "landmarks" : name.substr(0, kLongest);
+  for (std::size_t at = name.find(kSpace); at != std::string::npos; at = name.find(kSpace, at))
+    name[at + kSpace.size() - 1] = ' ';
+  std::string line = name.empty() ? "landmarks" : name.substr(0, kLongest);
+  return axes.empty() ? line : fmt::format("{} {}{}", line, kSpace, axes);
 }
 
 }  // namespace
@@ -74,13 +78,14 @@ WrittenLandmarks write_vtk(const std::string& path, const LandmarkFile& file) {
   std::vector<std::string> plane_losses;  // none: a shape with z = 0 is read back in the plane
   const Points points = points_in_space(target, shape, plane_losses);
   const Joined joined = join_groups(shape);
-  written.losses = losses_of(target, file, {.groups = true});
+  const bool knows_axes = file.axes == "LPS" || file.axes == "RAS";
+  written.losses = losses_of(target, file, {.groups = true, .axes = knows_axes});
   if (!joined.lost.empty()) written.losses.push_back(cannot_hold(target, joined.lost));
   const auto [low, high] = bounding_box(points);
   if (shape.dimension() == 3 && low[2] == high[2])
     written.losses.push_back(fmt::format("{}: all z are {}; the shape is read back in the plane", path, low[2]));
   written.text = fmt::format("# vtk DataFile Version 3.0\n{}\nASCII\nDATASET POLYDATA\nPOINTS {} double\n",
-                             title(shape.name), points.cols());
+                             title(shape.name, knows_axes ? file.axes : ""), points.cols());
   for (const auto& point : points.colwise())
     fmt::format_to(std::back_inserter(written.text), "{} {} {}\n", point[0], point[1], point[2]);
   if (!joined.alone.empty()) append_cells(written.text, "VERTICES", each_alone(joined.alone));

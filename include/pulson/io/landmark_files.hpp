@@ -15,7 +15,7 @@ struct LandmarkFile {
   std::string format;                 ///< name of the row of landmark_formats() that read it
   std::vector<Landmarks> shapes;      ///< in the order of the file; a shape may have no landmarks
   std::vector<std::string> warnings;  ///< what the file says and was not used, one line each
-  std::string units;                  ///< of length, as the file names them (`mm`); empty: it does not
+  std::string units;                  ///< of length, as the file names them (`mm`), or `voxels`; empty: it does not
   std::string axes;                   ///< where the axes point, as the file says: `LPS`, `RAS`; empty: it does not
 };
 
@@ -39,6 +39,8 @@ struct LandmarkFormat {
   /// otherwise; null where it is only read. `path` is what messages call the file. @throws InputError that begins with
   /// `path: ` where the format cannot hold these shapes at all: their number, dimension or missing coordinates
   WrittenLandmarks (*write)(const std::string& path, const LandmarkFile& file) = nullptr;
+  /// Whether files may hold numbers as bytes; all others are text in UTF-8 or, where it is not that, in Windows-1252.
+  bool holds_bytes = false;
 };
 
 /// All formats, in the order in which they are tried.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <mutex>
 
 #include <fmt/core.h>
 
@@ -39,8 +40,20 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
                    std::vector<std::string> notes) {
   const double start = now();
   Progress progress;
+  double part = 0;
+  std::string name;
+  int matches = 0;
+  std::mutex turn;
+  options.settings.on_match = [&] {
+    const std::lock_guard lock(turn);
+    progress.show(part, fmt::format("{}: {} shapes matched", name, ++matches));
+  };
   options.on_model = [&](int model, const std::string& noise) {
-    progress.show(static_cast<double>(model) / static_cast<double>(arguments.noises.size()), noise);
+    const std::lock_guard lock(turn);
+    part = static_cast<double>(model) / static_cast<double>(arguments.noises.size());
+    name = noise;
+    matches = 0;
+    progress.show(part, noise);
     tell_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
   };
   arguments.output.check(kFiles, kPictures);

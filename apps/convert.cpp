@@ -1,9 +1,13 @@
 // `pulson convert`: landmarks from one format to another.
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -20,7 +24,7 @@ namespace pulson {
 namespace {
 
 struct ConvertArguments {
-  std::string input;
+  std::vector<std::string> inputs;
   std::string output;
   std::string format;
   std::string axes;
@@ -45,36 +49,70 @@ void check_axes(const std::string& option, const std::string& axes) {
 }
 
 /// L, P point against R, A.
-void convert_axes(const ConvertArguments& arguments, LandmarkFile& file) {
+void convert_axes(const ConvertArguments& arguments, const std::string& input, LandmarkFile& file) {
   if (!arguments.from_axes.empty()) file.axes = arguments.from_axes;
   if (arguments.axes.empty()) return;
   if (file.axes != "LPS" && file.axes != "RAS")
     throw InputError(fmt::format("--axes {}: {} does not say whether its axes are LPS or RAS; say it by --from-axes",
-                                 arguments.axes, arguments.input));
+                                 arguments.axes, input));
   if (file.axes != arguments.axes)
     change_points(file, [](Points& points) { points.topRows(std::min<Eigen::Index>(2, points.rows())) *= -1; });
   file.axes = arguments.axes;
 }
 
-void flip_y(const ConvertArguments& arguments, LandmarkFile& file) {
+void flip_y(const ConvertArguments& arguments, const std::string& input, LandmarkFile& file) {
   const double height = arguments.height.value_or(0);
   if (!arguments.height) return;
   if (!std::isfinite(height)) throw InputError(fmt::format("--flip-y is {}; it must be finite", height));
   change_points(file, [&](Points& points) {
-    if (points.rows() < 2) throw InputError(arguments.input + ": --flip-y needs y; this is 1D");
+    if (points.rows() < 2) throw InputError(input + ": --flip-y needs y; this is 1D");
     points.row(1) = height - points.row(1).array();
   });
 }
 
-void convert(const ConvertArguments& arguments) {
+/// One property of two files that are joined: what one of them says holds for both.
+void join_property(std::string& ours, const std::string& theirs, const std::string& input, std::string_view what,
+                   std::string_view hint) {
+  if (!ours.empty() && !theirs.empty() && ours != theirs)
+    throw InputError(fmt::format("{}: its {} are {}, those of the files before {}{}", input, what, theirs, ours, hint));
+  if (ours.empty()) ours = theirs;
+}
+
+/// The shapes of all inputs, one file after the other.
+LandmarkFile read_inputs(const ConvertArguments& arguments) {
+  LandmarkFile all;
+  for (const std::string& input : arguments.inputs) {
+    LandmarkFile file = read_addressed_shapes(input, arguments.reading);
+    tell_step(fmt::format("read {}: {}", input, file.format));
+    convert_axes(arguments, input, file);
+    flip_y(arguments, input, file);
+    join_property(all.axes, file.axes, input, "axes", "; --axes turns them into the same");
+    join_property(all.units, file.units, input, "units", "");
+    std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all.shapes));
+    std::move(file.warnings.begin(), file.warnings.end(), std::back_inserter(all.warnings));
+  }
+  return all;
+}
+
+/// The last of the files is the output where --out names none. Where several are joined it must be new: `*.csv` without
+/// an output would lose the last.
+void find_output(ConvertArguments& arguments) {
+  if (!arguments.output.empty()) return;
+  if (arguments.inputs.size() < 2) throw InputError("convert needs two files or more: IN [IN ...] OUT");
+  arguments.output = arguments.inputs.back();
+  arguments.inputs.pop_back();
+  if (arguments.inputs.size() > 1 && std::filesystem::exists(arguments.output))
+    throw InputError(fmt::format("'{}' exists; where files are joined, --out names a file that is to be replaced",
+                                 arguments.output));
+}
+
+void convert(ConvertArguments arguments) {
+  find_output(arguments);
   check_axes("--axes", arguments.axes);
   check_axes("--from-axes", arguments.from_axes);
   const LandmarkFormat& format = landmark_format_to_write(arguments.output, arguments.format);
   check_output_file(arguments.output);
-  LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
-  tell_step(fmt::format("read {}: {}", arguments.input, file.format));
-  convert_axes(arguments, file);
-  flip_y(arguments, file);
+  LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
   for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   tell_notes(notes);
@@ -86,25 +124,29 @@ void convert(const ConvertArguments& arguments) {
 }  // namespace
 
 void add_convert_verb(CLI::App& program) {
-  CLI::App* verb = program.add_subcommand("convert", "Write the landmarks of a file in another format");
+  CLI::App* verb =
+      program.add_subcommand("convert", "Write the landmarks of files in another format, or several in one");
   auto arguments = std::make_shared<ConvertArguments>();
-  verb->add_option("IN", arguments->input, "landmark file, or a shape of it: FILE#3, FILE#id=NAME")->required();
-  verb->add_option("-o,--out,OUT", arguments->output, "file to write; it may be IN itself")
-      ->type_name("FILE")
+  verb->add_option(
+          "FILES", arguments->inputs,
+          "IN [IN ...] OUT: landmark files, or shapes of them by FILE#3, FILE#id=NAME, several are joined; and "
+          "the file to write, which may be IN itself")
       ->required();
+  verb->add_option("-o,--out", arguments->output, "file to write; then all FILES are read")->type_name("FILE");
   verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]")
       ->type_name("FORMAT");
   verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other")
       ->type_name("NAME");
   verb->add_option("--from-axes", arguments->from_axes, "LPS or RAS: axes of IN, whatever it says")->type_name("NAME");
-  verb->add_option(
-      "--flip-y", arguments->height,
-      "HEIGHT: y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up");
+  verb->add_option("--flip-y", arguments->height,
+                   "y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up")
+      ->type_name("HEIGHT");
   add_missing_option(*verb, arguments->reading);
   add_quiet_option(*verb, "-q,--quiet");
   verb->footer(
       "What OUT cannot hold is told as a note on standard error.\n"
       "Examples:\n  pulson convert wings.tps wings.json\n  pulson convert a.fcsv b.mrk.json --axes RAS\n"
+      "  pulson convert skull_1.fcsv skull_2.fcsv skull_3.fcsv skulls.tps\n"
       "Exit codes: 0 done, 2 bad input.");
   verb->callback([arguments] { convert(*arguments); });
 }

@@ -69,8 +69,8 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
 
 int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
-  const Landmarks source = read_landmarks(arguments.source, &notes);
-  const Landmarks target = read_landmarks(arguments.target, &notes);
+  const Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
+  const Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
   tell_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target,
                         source.count(), target.count(), source.dimension()));
   RegistrationOptions options = arguments.registration_options(source);

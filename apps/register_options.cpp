@@ -75,6 +75,7 @@ void check_at_least(int value, int least, std::string_view option) {
 void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
   verb.add_option("TARGET", target, "shape that it should become")->required();
+  add_missing_option(verb, reading);
   output.add_to(verb, "registration.png and .svg", "-q,--quiet");
   verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels")
       ->type_name("SPEC")

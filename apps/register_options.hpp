@@ -6,6 +6,7 @@
 #include "options.hpp"
 #include "outputs.hpp"
 #include "pulson/matching/registration.hpp"
+#include "read_options.hpp"
 
 namespace pulson {
 
@@ -13,6 +14,7 @@ namespace pulson {
 struct RegisterArguments {
   std::string source;
   std::string target;
+  ReadOptions reading;
   OutputOptions output;
   RegistrationOptions options;
   TimeOptions time;

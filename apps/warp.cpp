@@ -35,8 +35,8 @@ void warn_of_landmarks_outside(const WarpArguments& arguments, const Registratio
       frames.input.to_pixels(arguments.inverse ? registration.target.points : registration.original.points);
   Eigen::Index outside = 0;
   for (const auto pixel : pixels.colwise())
-    outside += (pixel.array() < -0.5).any() || pixel[0] > picture.image.width() || pixel[1] > picture.image.height();
-  if (2 * outside > pixels.cols())
+    outside += (pixel.array() < -1).any() || pixel[0] > picture.image.width() || pixel[1] > picture.image.height();
+  if (outside > 0)
     tell_warning(
         fmt::format("{} of {} landmarks lie outside {}: is it the right image? else see --pixel-size, --origin "
                     "and --flip-y",
@@ -56,7 +56,7 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
                                              : warp_image(picture.image, warp, frames, arguments);
   tell_step("mapped the image");
   write_picture(arguments.out, result.image, frames.result);
-  write_more_results(picture.image, result, warp, frames, arguments);
+  result.figures.colours = write_more_results(picture.image, result, warp, frames, arguments);
   if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
   if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();
   result.figures.ridge = flow.ridge();
@@ -77,6 +77,7 @@ std::filesystem::path record_of(const WarpArguments& arguments) {
 void run_warp(const WarpArguments& arguments) {
   const double start = now();
   const bool of_image = is_picture_file(arguments.input);
+  if (is_picture_file(arguments.registration)) record_of(arguments);  // refuses it
   arguments.check();
   if (of_image)
     check_picture_file(arguments.out);

@@ -60,6 +60,26 @@ TEST_F(ConvertProgram, WritesAllShapesOrOne) {
   }
 }
 
+TEST_F(ConvertProgram, JoinsFiles) {
+  write("tail.fcsv", "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n1,7,8,9\n2,0,1,1\n");
+  EXPECT_EQ(converted("head.fcsv tail.fcsv head.fcsv both.json --axes RAS").out, "wrote both.json: 3 shapes, json\n");
+  const LandmarkFile both = read_landmark_file("both.json");
+  EXPECT_EQ(both.axes, "RAS");
+  ASSERT_EQ(both.shapes.size(), 3U);
+  EXPECT_EQ(both.shapes[0].name, "head");
+  EXPECT_EQ(both.shapes[1].name, "tail");
+  EXPECT_EQ(both.shapes[1].points.col(0), Eigen::Vector3d(-7, -8, 9));
+  EXPECT_EQ(both.shapes[2].points, both.shapes[0].points);
+  converted("pair.json#2 pair.json -o three.tps");
+  EXPECT_EQ(read_landmark_file("three.tps").shapes.size(), 3U);
+  expect_refused("convert head.fcsv tail.fcsv both.json --axes RAS",
+                 "'both.json' exists; where files are joined, --out");
+  converted("head.fcsv head.fcsv --out both.json");
+  expect_refused("convert head.fcsv", "IN [IN ...] OUT");
+  expect_refused("convert head.fcsv tail.fcsv new.json", "tail.fcsv: its axes are LPS, those of the files before RAS");
+  expect_refused("convert head.fcsv tail.fcsv one.fcsv --axes RAS", "fcsv holds one shape");
+}
+
 TEST_F(ConvertProgram, TakesTheFormatFromTheOptionOrTheName) {
   EXPECT_EQ(converted("head.fcsv a.mrk.json").out, "wrote a.mrk.json: 1 shape, mrk.json\n");
   EXPECT_EQ(converted("head.fcsv a.dat --to npy").out, "wrote a.dat: 1 shape, npy\n");

@@ -46,6 +46,33 @@ TEST_F(Slips, LandmarksKeepTheirNumbersWhereOthersAreMissing) {
   EXPECT_THAT(contents("out/registration.json"), HasSubstr("\"numbers\""));
 }
 
+TEST_F(Slips, NegativesMayStandForMissingLandmarks) {
+  write("a.csv", "0,0\n-1,-1\n2,0\n0,1\n2,1\n");
+  write("b.csv", "0,0\n1,0\n2,0\n0,1\n2,3\n");
+  const std::string common = " --lambda 10 --sigma 0.1 --kernel gaussian:alpha=1 --no-picture -o ";
+  const ProgramRun asked = run(words("register a.csv b.csv --missing negative" + common + "asked"));
+  EXPECT_THAT(asked.err, HasSubstr("left out: 2"));
+  EXPECT_THAT(asked.err, Not(HasSubstr("--missing negative")));
+  EXPECT_THAT(run(words("register a.csv b.csv" + common + "plain")).err,
+              HasSubstr("--missing negative tells them apart"));
+  const ProgramRun compared = run(words(
+      "compare b.csv a.csv --noise none --noise ch-sd:beta=0.1 --no-maps --missing negative" + common + "compared"));
+  EXPECT_NE(compared.exit_code, 2) << compared.err;
+  EXPECT_THAT(compared.err, Not(HasSubstr("--missing negative")));
+}
+
+TEST_F(Slips, LabelsTellWhichLandmarksBelongTogether) {
+  write("a.csv", "label,x,y\nnose,0,0\nchin,3,0\near,3,1\nbrow,1,2\njaw,0,4\n");
+  write("b.csv", "label,x,y\nnose,0,0\njaw,0,4.1\nbrow,1,2\near,3,1\nchin,3,0\n");
+  const ProgramRun done = run(words("register a.csv b.csv -o out --no-picture --sigma 0.1"));
+  EXPECT_THAT(done.err, HasSubstr("note: b.csv: its landmarks stand in another order"));
+  EXPECT_THAT(done.err, Not(HasSubstr("mirrored")));
+  EXPECT_LE(read_json("out/registration.json")["max_residual"], 0.11);
+  const ProgramRun compared =
+      run(words("compare a.csv b.csv -o c --no-picture --no-maps --noise none --noise ch-sd:beta=0.1"));
+  EXPECT_THAT(compared.err, HasSubstr("note: b.csv: its landmarks stand in another order"));
+}
+
 TEST_F(Slips, MirroredShapesAreTold) {
   write("up.csv", "0,0\n3,0\n3,1\n1,2\n0,4\n");
   write("down.csv", "0,0\n3,0\n3,-1\n1,-2\n0,-4\n");
@@ -67,6 +94,40 @@ TEST_F(Slips, LandmarksOutsideTheImageAreTold) {
   const ProgramRun wrong = run({"warp", "leaf/registration.json", image, "-o", "wrong.png", "--pixel-size", "0.1"});
   EXPECT_EQ(wrong.exit_code, 0) << wrong.err;
   EXPECT_THAT(wrong.err, HasSubstr("warning: 19 of 19 landmarks lie outside"));
+}
+
+TEST_F(Slips, NothingThatIsReadIsReplaced) {
+  register_leaves();
+  std::filesystem::copy(sample_file("leaf_1.png"), "leaf.png");
+  write("points.csv", "x,y\n10,20\n");
+  const auto before = all_files();
+  for (const char* line : {"warp leaf leaf.png -o leaf.png", "warp leaf leaf.png -o new.png --jacobian ./leaf.png",
+                           "warp leaf points.csv -o points.csv",
+                           "warp leaf/registration.json leaf.png -o new.png --json leaf/registration.json"}) {
+    const ProgramRun done = run(words(line));
+    EXPECT_EQ(done.exit_code, 2) << line;
+    EXPECT_THAT(done.err, HasSubstr("is read; the result needs another name")) << line;
+  }
+  EXPECT_TRUE(changed_since(before).empty());
+}
+
+TEST_F(Slips, OptionsOfImagesAreNotIgnoredForPoints) {
+  register_leaves();
+  write("points.csv", "x,y\n10,20\n");
+  for (const char* option : {"--flip-y", "--pixel-size 2", "--origin 1,2", "--size 10x10"})
+    EXPECT_THAT(run(words(std::string("warp leaf points.csv -o moved.csv ") + option)).err,
+                HasSubstr("is of images, and points.csv holds landmarks"));
+  EXPECT_THAT(run({"warp", sample_file("leaf_1.png"), "leaf", "-o", "x.png"}).err,
+              HasSubstr("the registration comes first"));
+}
+
+TEST_F(Slips, EqualShapesNeedNoSearch) {
+  const std::string leaf = sample_file("leaves.tps") + "#1";
+  const ProgramRun done = run({"register", leaf, leaf, "-o", "same", "--align", "similarity", "--no-picture"});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  const nlohmann::json record = read_json("same/registration.json");
+  EXPECT_LE(record["iterations"], 3);
+  EXPECT_LE(record["rms"], 1e-9);
 }
 
 TEST_F(Slips, TheFolderOfARegistrationStandsForIt) {

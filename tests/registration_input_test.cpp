@@ -40,9 +40,10 @@ TEST(RegistrationErrors, NameShapesThatDoNotFit) {
   const Landmarks good = square("a.csv");
   Landmarks bad = square("b.csv");
   bad.points = Points::Random(2, 3);
-  EXPECT_EQ(error_of(good, bad),
-            "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; outlines without "
-            "correspondence: --data varifold");
+  EXPECT_EQ(
+      error_of(good, bad),
+      "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; landmarks need the same ones in both "
+      "(outlines without correspondence: --data varifold)");
   bad.points = Points::Random(3, 4);
   EXPECT_EQ(error_of(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
   bad.points.resize(2, 0);

@@ -31,7 +31,8 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
                         "-o w.png --json w.json --field f.mha --jacobian j.png --log-jacobian l.tif --multiplicity "
                         "m.mha --folds folds.png --holes holes.png --grid g.png --side-by-side s.png");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("method     push: the map folds"), HasSubstr("y up (flipped)")));
+  EXPECT_THAT(done.out, AllOf(HasSubstr("method     push: the map folds"), HasSubstr("y up (flipped)"),
+                              HasSubstr("colours    j.png: blue 0, white 1, red 2, yellow below 0\nseconds")));
   const nlohmann::json told = read_json("w.json");
   EXPECT_THAT(told["folded_fraction"].get<double>(), AllOf(Ge(0.1), Le(0.4)));
   EXPECT_LT(told["min_jacobian"], -1);

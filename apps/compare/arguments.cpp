@@ -7,6 +7,7 @@
 
 #include "known_values.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/label_pairing.hpp"
 #include "pulson/io/landmark_files.hpp"
 
 namespace pulson {
@@ -16,6 +17,16 @@ constexpr double kUsualSigma = 0.01;  // of the diameter
 
 void check_at_least(int value, int least, std::string_view option) {
   if (value < least) throw InputError(fmt::format("{} is {}; it must be at least {}", option, value, least));
+}
+
+// With the source or, where it is their mean, with the first of them.
+void pair_by_labels(CohortShapes& cohort, std::vector<std::string>& notes) {
+  if (cohort.targets.empty()) return;
+  const Landmarks first = cohort.source.value_or(cohort.targets.front());
+  std::vector<std::string> told;
+  for (Landmarks& target : cohort.targets) target = paired_by_labels(first, target, told);
+  if (told.empty()) return;
+  notes.push_back(told.front() + (told.size() > 1 ? fmt::format("; {} more shapes likewise", told.size() - 1) : ""));
 }
 
 }  // namespace
@@ -32,6 +43,7 @@ void CompareArguments::add_to(CLI::App& verb) {
       ->type_name("SPEC");
   verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean")
       ->type_name("FILE");
+  add_missing_option(verb, reading);
   output.add_to(verb, "comparison.png and .svg", "-q,--quiet");
   verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")
       ->type_name("NUMBER")
@@ -74,18 +86,19 @@ void CompareArguments::add_to(CLI::App& verb) {
 CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
   std::vector<Landmarks> all;
   for (const std::string& address : shapes) {
-    LandmarkFile file = read_addressed_shapes(address);
+    LandmarkFile file = read_addressed_shapes(address, reading);
     notes.insert(notes.end(), file.warnings.begin(), file.warnings.end());
     std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all));
   }
   CohortShapes cohort;
   if (source && *source != "mean")
-    cohort.source = read_landmarks(*source, &notes);
+    cohort.source = read_landmarks(*source, &notes, reading);
   else if (!source && shapes.size() > 1) {
-    cohort.source = read_landmarks(shapes.front(), nullptr);
+    cohort.source = read_landmarks(shapes.front(), nullptr, reading);
     all.erase(all.begin());
   }
   cohort.targets = std::move(all);
+  pair_by_labels(cohort, notes);
   if (!cohort.source && cohort.targets.size() == 1 && !simulate.empty() && true_lambda) {
     cohort.source = cohort.targets.front();  // nothing is fitted to it
     cohort.alignment = align == "auto" ? AlignmentKind::kNone : parse_alignment(align);

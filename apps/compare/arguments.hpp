@@ -8,6 +8,7 @@
 #include "outputs.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/compare/recovery.hpp"
+#include "read_options.hpp"
 
 namespace pulson {
 
@@ -18,6 +19,7 @@ struct CompareArguments {
   std::vector<std::string> shapes;
   std::vector<std::string> noises;
   std::optional<std::string> source;
+  ReadOptions reading;
   std::string align = "auto";
   std::string sigma = "auto";
   std::string lambda = "fit";

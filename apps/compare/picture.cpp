@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <set>
 
 #include <fmt/core.h>
 
@@ -21,9 +23,27 @@ std::vector<double> counting(std::size_t size) {
 
 std::string name_of(const ComparedModel& model) { return shortened_spec(model.noise); }
 
+// The names of a noise's terms without their parameters.
+std::string kinds_of(const std::string& noise) {
+  std::string kinds;
+  for (const Spec& term : parse_spec_sum(noise, "noise")) kinds += (kinds.empty() ? "" : "+") + term.name;
+  return kinds;
+}
+
+// What is short enough to stand below a panel and tells the noises apart.
+std::vector<std::string> short_names(const std::vector<std::string>& noises) {
+  std::vector<std::string> kinds;
+  std::transform(noises.begin(), noises.end(), std::back_inserter(kinds), kinds_of);
+  if (std::set<std::string>(kinds.begin(), kinds.end()).size() == kinds.size()) return kinds;
+  std::transform(noises.begin(), noises.end(), kinds.begin(), shortened_spec);
+  return kinds;
+}
+
 // One dot with its error for each model.
 ChartPanel dots(const Comparison& comparison, ChartPanel panel, Estimate (*value)(const ComparedModel&)) {
-  panel.x_label = "model, as in the legend";
+  std::vector<std::string> noises;
+  for (const ComparedModel& model : comparison.models) noises.push_back(model.noise);
+  panel.x_names = short_names(noises);
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
     const ComparedModel& model = comparison.models[i];
     const Estimate estimate = value(model);
@@ -85,11 +105,12 @@ ChartPanel ways(const Comparison& comparison) {
 }  // namespace
 
 Chart comparison_chart(const Comparison& comparison) {
-  Chart chart{.title = verdict(comparison),
-              .subtitle = fmt::format("{} shapes of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
-                                      comparison.cohort.source.count(), shortened_spec(comparison.settings.kernel),
-                                      comparison.settings.sigma),
-              .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), ways(comparison)}}};
+  Chart chart{
+      .title = verdict(comparison),
+      .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
+                              comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
+                              shortened_spec(comparison.settings.kernel), comparison.settings.sigma),
+      .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), ways(comparison)}}};
   if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
   return chart;
 }
@@ -99,6 +120,9 @@ Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std
   ChartPanel panel{.heading = "Part of the cohorts for which each model is chosen",
                    .x_label = "model drawn from, in the order asked",
                    .y_range = std::pair{0.0, 1.0}};
+  std::vector<std::string> drawn;
+  for (const RecoveryRow& row : rows) drawn.push_back(row.truth.noise);
+  panel.x_names = short_names(drawn);
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     Series series{.name = shortened_spec(candidates[c]), .x = {}, .y = {}, .style = SeriesStyle::kBars};
     for (std::size_t r = 0; r < rows.size(); ++r) {

@@ -28,6 +28,12 @@ std::optional<std::array<double, 2>> place(const char* name, const std::string& 
   return numbers;
 }
 
+// Whether the two names are of one file that is there.
+bool is_same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return !a.empty() && !b.empty() && std::filesystem::equivalent(a, b, error) && !error;
+}
+
 // Files that are drawings or masks, of which grids hold none, and formats without alpha no drawing.
 void check_drawing_file(const std::string& file) {
   check_picture_file(file);
@@ -68,6 +74,11 @@ std::optional<std::array<double, 2>> WarpArguments::origin_of_result() const {
   return target_origin.empty() ? origin_of_image() : place("--target-origin", target_origin);
 }
 
+std::vector<std::string> WarpArguments::outputs() const {
+  return {out,   field, json, jacobian,     log_jacobian, multiplicity, deviation, fold_probability,
+          folds, holes, grid, side_by_side, animate};
+}
+
 void WarpArguments::check() const {
   parse_over(over);
   parse_interpolation(interpolation);
@@ -95,6 +106,9 @@ void WarpArguments::check() const {
     if (!file.empty()) check_drawing_file(file);
   for (const std::string& file : {out, field, animate})
     if (!file.empty()) check_output_file(file);
+  for (const std::string& file : outputs())
+    for (const std::string& read : {input, like, registration})
+      if (is_same_file(file, read)) throw InputError(fmt::format("'{}' is read; the result needs another name", file));
   if (!json.empty() && json != "-") check_output_file(json);
   if (!field.empty() && !is_grid_file(field))
     throw InputError(fmt::format("{}: displacement fields are written as .mha or .nrrd", field));
@@ -114,7 +128,15 @@ void WarpArguments::check_for_landmarks() const {
                                    {"--side-by-side", side_by_side},
                                    {"--animate", animate}})
     if (!file.empty()) throw InputError(fmt::format("{} is of images, and {} holds landmarks", name, input));
-  if (samples > 0) throw InputError(fmt::format("--samples is of images, and {} holds landmarks", input));
+  for (const auto& [name, is_given] : {std::pair("--samples", samples > 0),
+                                       {"--like", !like.empty()},
+                                       {"--size", !size.empty()},
+                                       {"--pixel-size", pixel_size.has_value()},
+                                       {"--target-pixel-size", target_pixel_size.has_value()},
+                                       {"--origin", !origin.empty()},
+                                       {"--target-origin", !target_origin.empty()},
+                                       {"--flip-y", flip_y.has_value()}})
+    if (is_given) throw InputError(fmt::format("{} is of images, and {} holds landmarks", name, input));
   if (std::filesystem::path(out).extension() != ".csv")
     throw InputError(fmt::format("cannot write '{}': landmarks are written as .csv", out));
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <CLI/App.hpp>
 
@@ -61,6 +62,8 @@ struct WarpArguments {
   std::string fold_probability;
 
   void add_to(CLI::App& verb);
+  /// All files to be written; those not asked for are empty.
+  std::vector<std::string> outputs() const;
   /// All that can be known to fail before the work is done. @throws InputError
   void check() const;
   /// What is of images alone. @throws InputError

@@ -27,6 +27,7 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
              frames != nullptr ? "pixels" : "units", figures.map_error);
   if (figures.ridge > 0)
     fmt::print("ridge      {:.1e}: landmarks are so close that their noise is not met exactly\n", figures.ridge);
+  for (const ColourKey& key : figures.colours) fmt::print("colours    {}: {}\n", key.file, key.meaning);
   fmt::print("seconds    {:.3g}\n", figures.seconds);
 }
 

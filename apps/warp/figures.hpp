@@ -1,10 +1,17 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "frames.hpp"
 
 namespace pulson {
+
+/// What the colours of a picture of numbers mean.
+struct ColourKey {
+  std::string file;
+  std::string meaning;
+};
 
 /// What is told of a warp.
 struct WarpFigures {
@@ -19,6 +26,7 @@ struct WarpFigures {
   double map_error = 0;           ///< pixels
   double ridge = 0;
   double seconds = 0;
+  std::vector<ColourKey> colours = {};
 };
 
 /// The keys that scripts use, and how it was made.

@@ -84,6 +84,8 @@ bool is_picture_file(const std::filesystem::path& path) {
          std::find(kExtensions.begin(), kExtensions.end(), extension_of(path)) != kExtensions.end();
 }
 
+bool holds_numbers(const std::filesystem::path& path) { return is_grid_file(path) || holds_floats(path); }
+
 bool keeps_alpha(const std::filesystem::path& path) { return extension_of(path) == ".png" || holds_floats(path); }
 
 Picture read_picture(const std::filesystem::path& path) {
@@ -136,7 +138,7 @@ void write_picture(const std::filesystem::path& path, const Image& image, const 
 
 void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
                    const PixelFrame& frame, const Image& colours) {
-  if (is_grid_file(path) || holds_floats(path))
+  if (holds_numbers(path))
     write_picture(path, Image(width, height, 1, std::span<const float>(values)), frame);
   else
     write_image(path, colours);

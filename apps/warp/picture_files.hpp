@@ -36,6 +36,9 @@ Image for_show(const Image& image);
 /// hold are scaled from their range to 8 bits.
 void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame);
 
+/// Whether write_numbers writes numbers there, and not colours.
+bool holds_numbers(const std::filesystem::path& path);
+
 /// One number for each pixel, row by row: as numbers where the format holds them (tif, mha, nrrd), else the colours.
 void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
                    const PixelFrame& frame, const Image& colours);

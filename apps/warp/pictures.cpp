@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "pulson/images/colour_maps.hpp"
 #include "pulson/images/compose.hpp"
@@ -55,18 +58,45 @@ Image overlay(const Image& image, const WarpedImage& result, const ImageWarp& wa
   return with_landmarks(gridded, paths, paths.size() - 1, unit_of(gridded));
 }
 
+// Pictures of numbers, and the keys to their colours.
+class NumberPictures {
+ public:
+  void write(const std::string& path, const std::vector<float>& values, int width, int height, const PixelFrame& frame,
+             const DivergingScale& scale) {
+    write_numbers(path, values, width, height, frame, diverging(values, width, height, scale));
+    const std::string mark = scale.marked_below ? fmt::format(", yellow below {:g}", *scale.marked_below) : "";
+    add(path, fmt::format("blue {:g}, white {:g}, red {:g}{}", scale.centre - scale.reach, scale.centre,
+                          scale.centre + scale.reach, mark));
+  }
+
+  void write(const std::string& path, const std::vector<float>& values, int width, int height, const PixelFrame& frame,
+             double most) {
+    write_numbers(path, values, width, height, frame, viridis(values, width, height, 0, most));
+    add(path, fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most));
+  }
+
+  std::vector<ColourKey> keys() && { return std::move(keys_); }
+
+ private:
+  void add(const std::string& path, std::string meaning) {
+    if (!holds_numbers(path)) keys_.push_back({path, std::move(meaning)});
+  }
+
+  std::vector<ColourKey> keys_;
+};
+
 void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
-                     const WarpArguments& arguments) {
+                     const WarpArguments& arguments, NumberPictures& pictures) {
   const std::vector<float> jacobians = jacobians_on_image(image, warp, arguments);
   const int width = image.width(), height = image.height();
   if (!arguments.jacobian.empty())
-    write_numbers(arguments.jacobian, jacobians, width, height, frames.input,
-                  diverging(jacobians, width, height, {.centre = 1, .reach = 1, .marked_below = 0.0}));
+    pictures.write(arguments.jacobian, jacobians, width, height, frames.input,
+                   DivergingScale{.centre = 1, .reach = 1, .marked_below = 0.0});
   if (!arguments.log_jacobian.empty()) {
     std::vector<float> logarithms(jacobians.size());
     std::transform(jacobians.begin(), jacobians.end(), logarithms.begin(), [](float j) { return std::log2(j); });
-    write_numbers(arguments.log_jacobian, logarithms, width, height, frames.input,
-                  diverging(logarithms, width, height, {.centre = 0, .reach = 2}));
+    pictures.write(arguments.log_jacobian, logarithms, width, height, frames.input,
+                   DivergingScale{.centre = 0, .reach = 2});
   }
   if (!arguments.folds.empty()) {
     std::vector<bool> folded(jacobians.size());
@@ -76,15 +106,15 @@ void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames
 }
 
 void write_statistics(const Image& image, const WarpedImage& result, const WarpFrames& frames,
-                      const WarpArguments& arguments) {
+                      const WarpArguments& arguments, NumberPictures& pictures) {
   if (!arguments.deviation.empty()) {
     const float most = *std::max_element(result.deviations.begin(), result.deviations.end());
-    write_numbers(arguments.deviation, result.deviations, frames.width, frames.height, frames.result,
-                  viridis(result.deviations, frames.width, frames.height, 0, most > 0 ? most : 1));
+    pictures.write(arguments.deviation, result.deviations, frames.width, frames.height, frames.result,
+                   most > 0 ? most : 1.0);
   }
   if (!arguments.fold_probability.empty())
-    write_numbers(arguments.fold_probability, result.fold_probabilities, image.width(), image.height(), frames.input,
-                  viridis(result.fold_probabilities, image.width(), image.height(), 0, 1));
+    pictures.write(arguments.fold_probability, result.fold_probabilities, image.width(), image.height(), frames.input,
+                   1.0);
 }
 
 }  // namespace
@@ -118,18 +148,19 @@ Image with_landmarks(const Image& image, const std::vector<Points>& paths, std::
   return blend_dots(blend_dots(drawn, paths[k], 3.5 * scale, kRimColour), paths[k], 2.5 * scale, kPathColour);
 }
 
-void write_more_results(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpFrames& frames,
-                        const WarpArguments& arguments) {
-  write_statistics(image, result, frames, arguments);
+std::vector<ColourKey> write_more_results(const Image& image, const WarpedImage& result, const ImageWarp& warp,
+                                          const WarpFrames& frames, const WarpArguments& arguments) {
+  NumberPictures pictures;
+  write_statistics(image, result, frames, arguments, pictures);
   if (!arguments.field.empty())
     write_displacements(arguments.field, result.displacements, result.pulled ? frames.width : image.width(),
                         result.pulled ? frames.height : image.height(), result.pulled ? frames.result : frames.input);
   if (!arguments.jacobian.empty() || !arguments.log_jacobian.empty() || !arguments.folds.empty())
-    write_jacobians(image, warp, frames, arguments);
+    write_jacobians(image, warp, frames, arguments, pictures);
   if (!arguments.multiplicity.empty()) {
     const std::vector<float> counts(result.multiplicity.begin(), result.multiplicity.end());
-    write_numbers(arguments.multiplicity, counts, frames.width, frames.height, frames.result,
-                  viridis(counts, frames.width, frames.height, 0, std::max(3, result.figures.max_multiplicity)));
+    pictures.write(arguments.multiplicity, counts, frames.width, frames.height, frames.result,
+                   std::max(3.0, static_cast<double>(result.figures.max_multiplicity)));
   }
   if (!arguments.holes.empty()) write_mask(arguments.holes, result.holes, frames.width, frames.height);
   if (!arguments.grid.empty()) write_picture(arguments.grid, overlay(image, result, warp, arguments), frames.result);
@@ -139,6 +170,7 @@ void write_more_results(const Image& image, const WarpedImage& result, const Ima
     if (frames.like) images.push_back(for_show(frames.like->image));
     write_picture(arguments.side_by_side, side_by_side(images, kGap), {});
   }
+  return std::move(pictures).keys();
 }
 
 }  // namespace pulson

@@ -5,8 +5,9 @@
 namespace pulson {
 
 /// Everything else that was asked for beside the result: field, Jacobians, multiplicity, masks, overlays.
-void write_more_results(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpFrames& frames,
-                        const WarpArguments& arguments);
+/// @return keys to the pictures of numbers
+std::vector<ColourKey> write_more_results(const Image& image, const WarpedImage& result, const ImageWarp& warp,
+                                          const WarpFrames& frames, const WarpArguments& arguments);
 
 /// Lines of a regular grid on the image, densely sampled, in its pixels.
 std::vector<Points> grid_lines(int width, int height);

@@ -226,6 +226,7 @@ void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_ot
       if (again.cost < found.cost) found = std::move(again);
     }
     state.matches[at(s)] = std::move(found);
+    if (settings_.on_match) settings_.on_match();
   });
 }
 

@@ -15,6 +15,8 @@ using Eigen::VectorXd;
 
 // Below this part of J its differences are round-off.
 constexpr double kRoundOff = 1e-13;
+// A cost, in nats, that no data would show: what equal shapes have by round-off.
+constexpr double kNoCost = 1e-12;
 constexpr double kSmallestGain = 1e-4;
 constexpr double kFirstDamping = 1e-8;
 constexpr double kLeastDamping = 1e-14;
@@ -146,8 +148,9 @@ class Search {
   }
 
   bool finished() {
-    summary_.converged = summary_.relative_gradient <= options_.gradient_tolerance || total(at()) < 1e-20;
-    if (summary_.converged) summary_.reason = "the gradient vanishes";
+    const bool is_flat = summary_.relative_gradient <= options_.gradient_tolerance;
+    summary_.converged = is_flat || total(at()) < kNoCost;
+    if (summary_.converged) summary_.reason = is_flat ? "the gradient vanishes" : "the cost vanishes";
     if (!summary_.converged && summary_.iterations >= options_.max_iterations)
       summary_.reason = "the limit of iterations was reached";
     return !summary_.reason.empty();

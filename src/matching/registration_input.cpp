@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/label_pairing.hpp"
 
 namespace pulson {
 namespace {
@@ -62,9 +63,12 @@ void check_together(const Landmarks& source, const Landmarks& target, DataKind k
     throw InputError(fmt::format("the shapes have different dimensions: {} is {}D, {} is {}D", source.source,
                                  source.dimension(), target.source, target.dimension()));
   if (kind == DataKind::kLandmarks && source.count() != target.count())
-    throw InputError(fmt::format("the shapes have different numbers of landmarks: {} has {}, {} has {}{}",
-                                 source.source, source.count(), target.source, target.count(),
-                                 source.dimension() > 1 ? "; outlines without correspondence: --data varifold" : ""));
+    throw InputError(
+        fmt::format("the shapes have different numbers of landmarks: {} has {}, {} has {}{}", source.source,
+                    source.count(), target.source, target.count(),
+                    source.dimension() > 1
+                        ? "; landmarks need the same ones in both (outlines without correspondence: --data varifold)"
+                        : ""));
 }
 
 void check_distinct(const Landmarks& source) {
@@ -133,6 +137,7 @@ MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target,
   check_together(source, target, data.kind);
   check_sizes(source, data);
   for (const Landmarks* shape : {&source, &target}) check_range(*shape);
+  if (data.kind == DataKind::kLandmarks) shapes.target = paired_by_labels(source, target, shapes.notes);
   leave_out_missing(shapes);
   check_observed(shapes);
   check_distinct(shapes.source);

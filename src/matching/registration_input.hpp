@@ -12,7 +12,8 @@ struct MatchingShapes {
   std::vector<std::string> notes;
 };
 
-/// Leaves out the landmarks of the source that miss a coordinate, with their targets, weights and covariances.
+/// Pairs landmarks by their labels where these tell, as paired_by_labels does, and leaves out those of the source that
+/// miss a coordinate, with their targets, weights and covariances.
 /// @throws InputError where the shapes cannot be matched, as where two landmarks of the source coincide
 MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,8 @@ struct CohortSettings {
   std::optional<double> lambda{};  ///< weight of the energy, 1/variance of the momenta; none: fitted
   int importance_samples = 200;    ///< for each shape, with which the evidence is checked
   std::uint64_t seed = 1;          ///< of these
+  /// Called after each match of a shape, for progress; from several threads.
+  std::function<void()> on_match{};
 };
 
 /// A number of a model that was fitted.

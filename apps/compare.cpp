@@ -1,7 +1,6 @@
 // `pulson compare`: which noise do these shapes call for?
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <mutex>
 
@@ -20,12 +19,10 @@
 namespace pulson {
 namespace {
 
-const std::vector<std::string> kFiles = {"comparison.json", "shapes.csv", "report.html"};
-const std::vector<std::string> kPictures = {"comparison.png", "comparison.svg"};
+const std::vector<std::string> kComparisonFiles = {"comparison.json", "shapes.csv", "report.html"};
+const std::vector<std::string> kComparisonPictures = {"comparison.png", "comparison.svg"};
 const std::vector<std::string> kStudyFiles = {"recovery.json", "report.html"};
 const std::vector<std::string> kStudyPictures = {"recovery.png", "recovery.svg"};
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 // The one that a report holds, if any.
 std::filesystem::path picture_of(const OutputOptions& output, const std::vector<std::string>& pictures) {
@@ -38,7 +35,7 @@ void write_report(const HtmlReport& report, const OutputOptions& output) {
 
 int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes, CompareOptions options,
                    std::vector<std::string> notes) {
-  const double start = now();
+  const double start = seconds_now();
   Progress progress;
   double part = 0;
   std::string name;
@@ -56,10 +53,10 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
     progress.show(part, noise);
     tell_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
   };
-  arguments.output.check(kFiles, kPictures);
+  arguments.output.check(kComparisonFiles, kComparisonPictures);
   const Comparison comparison = compare_models(shapes, arguments.noises, options);
   progress.clear();
-  const double seconds = now() - start;
+  const double seconds = seconds_now() - start;
   const std::string record = comparison_json(comparison, seconds);
   write_file_atomically(arguments.output.file("comparison.json"), record);
   write_file_atomically(arguments.output.file("shapes.csv"), shapes_csv(comparison));
@@ -68,12 +65,12 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
     write_chart(comparison_chart(comparison), arguments.output.file("comparison.png"),
                 arguments.output.file("comparison.svg"));
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
-  write_report(comparison_report(comparison, notes, seconds, picture_of(arguments.output, kPictures)),
+  write_report(comparison_report(comparison, notes, seconds, picture_of(arguments.output, kComparisonPictures)),
                arguments.output);
   tell_notes(notes);
   if (arguments.output.prints()) {
     print_comparison(comparison);
-    arguments.output.print_written(kFiles, kPictures);
+    arguments.output.print_written(kComparisonFiles, kComparisonPictures);
   }
   const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
                                      [](const ComparedModel& model) { return model.fit.converged; });
@@ -102,7 +99,7 @@ std::vector<TrueModel> true_models(const CompareArguments& arguments, const Coho
 
 int run_study(const CompareArguments& arguments, const CohortShapes& shapes, const CompareOptions& options,
               const std::vector<std::string>& notes) {
-  const double start = now();
+  const double start = seconds_now();
   const Cohort cohort = shapes.cohort();
   const int given = static_cast<int>(shapes.targets.size());
   Progress progress;
@@ -116,7 +113,7 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
   const auto rows =
       study_recovery(cohort.source, true_models(arguments, cohort, options.settings), arguments.noises, study);
   progress.clear();
-  const double seconds = now() - start;
+  const double seconds = seconds_now() - start;
   const std::string record = recovery_json(rows, arguments.noises, study, seconds);
   write_file_atomically(arguments.output.file("recovery.json"), record);
   arguments.output.write_json(record);

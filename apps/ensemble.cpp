@@ -1,7 +1,6 @@
 // `pulson ensemble`: Monte Carlo over sample paths.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -48,10 +47,8 @@ struct EnsembleArguments {
   OutputOptions output;
 };
 
-const std::vector<std::string> kFiles = {"ensemble.json", "means.csv", "densities.csv"};
-const std::vector<std::string> kPictures = {"ensemble.png", "ensemble.svg"};
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+const std::vector<std::string> kEnsembleFiles = {"ensemble.json", "means.csv", "densities.csv"};
+const std::vector<std::string> kEnsemblePictures = {"ensemble.png", "ensemble.svg"};
 
 void sort_unique(std::vector<int>& steps) {
   std::sort(steps.begin(), steps.end());
@@ -112,7 +109,7 @@ EnsembleOptions ensemble_options(const EnsembleArguments& arguments, const Start
 }
 
 void check_outputs(const EnsembleArguments& arguments) {
-  arguments.output.check(kFiles, kPictures);
+  arguments.output.check(kEnsembleFiles, kEnsemblePictures);
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
   check_output_file(checkpoint);
   if (fs::exists(checkpoint) && !arguments.resume)
@@ -135,7 +132,7 @@ void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& argum
   const Interrupt interrupt;
   Progress progress;
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
-  const double begin = now();
+  const double begin = seconds_now();
   const std::int64_t first = ensemble.sums().samples;
   const std::int64_t enough = arguments.stop_after.value_or(run.options.samples);
   double saved = begin;
@@ -143,7 +140,7 @@ void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& argum
   while (!ensemble.done() && !Interrupt::came() && ensemble.sums().samples < enough) {
     const std::int64_t wanted = (enough - ensemble.sums().samples + kBlock - 1) / kBlock;
     ensemble.advance(static_cast<int>(std::min<std::int64_t>(blocks, wanted)));
-    const double time = now();
+    const double time = seconds_now();
     const std::int64_t samples = ensemble.sums().samples;
     const double rate = static_cast<double>(samples - first) / (time - begin);
     // So many that a turn takes about a fifth of a second.
@@ -156,7 +153,7 @@ void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& argum
     write_file_atomically(checkpoint, ensemble_checkpoint(run));
   }
   run.sums = ensemble.sums();
-  run.seconds = now() - begin;
+  run.seconds = seconds_now() - begin;
   if (run.partial() || saved > begin) write_file_atomically(checkpoint, ensemble_checkpoint(run));
 }
 
@@ -248,7 +245,7 @@ int run_ensemble(const EnsembleArguments& arguments) {
   tell_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(run);
-    arguments.output.print_written(kFiles, kPictures);
+    arguments.output.print_written(kEnsembleFiles, kEnsemblePictures);
   }
   return print_warnings(run) ? kNotConverged : kDone;
 }

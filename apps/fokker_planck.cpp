@@ -31,8 +31,8 @@ struct FokkerPlanckArguments {
   OutputOptions output;
 };
 
-const std::vector<std::string> kFiles = {"fokker_planck.json", "crossing.csv", "densities.csv"};
-const std::vector<std::string> kPictures = {"fokker_planck.png", "fokker_planck.svg"};
+const std::vector<std::string> kPairEquationFiles = {"fokker_planck.json", "crossing.csv", "densities.csv"};
+const std::vector<std::string> kPairEquationPictures = {"fokker_planck.png", "fokker_planck.svg"};
 
 /// The pair and its noise amplitudes β₁, β₂.
 struct Problem {
@@ -185,7 +185,7 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
     throw InputError(fmt::format("--samples is {}; it must be from 0 to 1000000", arguments.samples));
   if (!(arguments.dt > 0 && arguments.dt <= arguments.time))
     throw InputError(fmt::format("--dt is {}; it must be greater than 0 and at most --time", arguments.dt));
-  arguments.output.check(kFiles, kPictures);
+  arguments.output.check(kPairEquationFiles, kPairEquationPictures);
   const PairCrossing crossing = crossing_probability(problem.equation, arguments.options);
   tell_step(fmt::format("solved the pair equation on {} grids", crossing.grids.size()));
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
@@ -207,7 +207,7 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
     if (!sampled.empty())
       fmt::print("sampled    {:.4f} ± {:.4f}, {} paths, dt = {:.4g}\n", sampled.back().value,
                  sampled.back().standard_error, arguments.samples, grid.dt());
-    arguments.output.print_written(kFiles, kPictures);
+    arguments.output.print_written(kPairEquationFiles, kPairEquationPictures);
   }
   if (crossing.converged) return kDone;
   tell_warning(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "messages.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "shape_facts.hpp"
 
@@ -17,10 +18,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kListed = 20;
-
-std::string counted(std::size_t count, const std::string& noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
 
 std::string range(int low, int high) { return low == high ? std::to_string(low) : fmt::format("{} to {}", low, high); }
 

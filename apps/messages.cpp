@@ -28,6 +28,10 @@ void tell(Style style, std::string_view name, std::string_view text) {
 
 }  // namespace
 
+std::string counted(std::int64_t count, std::string_view noun, std::string_view rest) {
+  return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
+}
+
 Verbosity verbosity() { return chosen; }
 
 void add_quiet_option(CLI::App& verb, const std::string& quiet_names) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -7,6 +8,9 @@
 #include <CLI/App.hpp>
 
 namespace pulson {
+
+/// "1 pair of landmarks", "2 pairs of landmarks".
+std::string counted(std::int64_t count, std::string_view noun, std::string_view rest = {});
 
 /// How much the program tells: results and notes; warnings and errors only; or every step as well.
 enum class Verbosity { kQuiet, kNormal, kVerbose };

@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {
@@ -14,6 +15,10 @@ namespace {
 constexpr int kMaxSteps = 10'000'000;
 
 }  // namespace
+
+void check_at_least(int value, int least, std::string_view option) {
+  if (value < least) throw InputError(fmt::format("{} is {}; it must be at least {}", option, value, least));
+}
 
 void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
   verb.add_option("--time", time, "length T of the time interval [" + default_time + "]");
@@ -31,8 +36,7 @@ void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
 
 TimeGrid TimeOptions::grid(double default_time) const {
   const double length = time.value_or(default_time);
-  if (!(std::isfinite(length) && length > 0))
-    throw InputError(fmt::format("--time is {}; it must be a finite number greater than 0", length));
+  require_positive("--time", length);
   if (!dt) {
     if (steps < 1 || steps > kMaxSteps)
       throw InputError(fmt::format("--steps is {}; it must be from 1 to {}", steps, kMaxSteps));

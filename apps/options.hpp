@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <CLI/App.hpp>
 
@@ -21,6 +22,9 @@ struct TimeOptions {
   /// K equal steps over --time or `default_time`, none longer than --dt where that is given. @throws InputError
   TimeGrid grid(double default_time = 1) const;
 };
+
+/// @throws InputError that names the option
+void check_at_least(int value, int least, std::string_view option);
 
 /// `--seed` of the random numbers.
 void add_seed_option(CLI::App& verb, std::uint64_t& seed);

@@ -21,8 +21,6 @@ constexpr double kMemory = 3;      // seconds over which the time left is smooth
 constexpr std::size_t kBar = 20;
 constexpr char kErase[] = "\r\x1b[K";
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 void erase_and_die(int number) {
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kErase, sizeof kErase - 1);
   std::signal(number, SIG_DFL);
@@ -44,6 +42,10 @@ std::string bar(double fraction) {
 
 }  // namespace
 
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 std::string duration_text(double seconds) {
   if (seconds < 90) return fmt::format("{:.0f} s", seconds);
   if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
@@ -51,7 +53,9 @@ std::string duration_text(double seconds) {
 }
 
 Progress::Progress()
-    : started_(now()), begun_(started_), on_terminal_(is_terminal(STDERR_FILENO) && verbosity() != Verbosity::kQuiet) {}
+    : started_(seconds_now()),
+      begun_(started_),
+      on_terminal_(is_terminal(STDERR_FILENO) && verbosity() != Verbosity::kQuiet) {}
 
 Progress::~Progress() { clear(); }
 
@@ -64,13 +68,13 @@ void Progress::clear() {
 }
 
 bool Progress::is_time_to_draw() {
-  const double time = now();
+  const double time = seconds_now();
   return on_terminal_ && time - started_ >= kSilence && time - shown_ >= kInterval;
 }
 
 void Progress::draw(const std::string& text) {
   if (shown_ == 0) replace_handler(SIG_DFL, erase_and_die);
-  shown_ = now();
+  shown_ = seconds_now();
   constexpr std::size_t kUsual = 80;
   const std::size_t width = terminal_width(STDERR_FILENO, kUsual);
   fmt::print(stderr, "{}{}", kErase, first_columns(text, std::max<std::size_t>(width, 2) - 1));
@@ -87,7 +91,7 @@ void Progress::show(const std::string& text) {
 }
 
 double Progress::left(double fraction) {
-  const double time = now();
+  const double time = seconds_now();
   const double estimate = (time - begun_) * (1 - fraction) / (fraction - first_);
   if (left_ < 0) {
     left_ = estimate;
@@ -103,7 +107,7 @@ double Progress::left(double fraction) {
 void Progress::show(double fraction, const std::string& text) {
   fraction = std::clamp(fraction, 0.0, 1.0);
   if (fraction < fraction_) {
-    begun_ = now();
+    begun_ = seconds_now();
     first_ = fraction;
     left_ = -1;
   }

@@ -4,6 +4,9 @@
 
 namespace pulson {
 
+/// Of a clock that is never set.
+double seconds_now();
+
 /// A line of progress on a terminal, rewritten in place; nothing in a pipe, nothing in the first second, nothing where
 /// --quiet is given. It goes away at the end, and where Ctrl-C ends the program.
 class Progress {

@@ -19,8 +19,9 @@
 namespace pulson {
 namespace {
 
-const std::vector<std::string> kFiles = {"registration.json", "residuals.csv", "trajectory.csv", "report.html"};
-const std::vector<std::string> kPictures = {"registration.png", "registration.svg"};
+const std::vector<std::string> kRegistrationFiles = {"registration.json", "residuals.csv", "trajectory.csv",
+                                                     "report.html"};
+const std::vector<std::string> kRegistrationPictures = {"registration.png", "registration.svg"};
 
 TopologyCounts topology_counts(const Registration& registration) {
   TopologyCounts counts;
@@ -78,7 +79,7 @@ int run_register(const RegisterArguments& arguments) {
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
   };
-  arguments.output.check(kFiles, kPictures);
+  arguments.output.check(kRegistrationFiles, kRegistrationPictures);
   const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
   const Registration registration = register_shapes(source, target, options);
   progress.clear();
@@ -90,7 +91,7 @@ int run_register(const RegisterArguments& arguments) {
   tell_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts);
-    arguments.output.print_written(kFiles, kPictures);
+    arguments.output.print_written(kRegistrationFiles, kRegistrationPictures);
   }
   print_warnings(registration, arguments.options.noise);
   return registration.converged ? kDone : kNotConverged;

@@ -7,6 +7,8 @@
 
 namespace pulson {
 
+inline constexpr int kMaterialPaths = 41;  ///< of a line's material points, in pictures
+
 /// The box of all that is drawn of a registration, with a margin, as {lower corner, upper corner}.
 std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const Registration& registration);
 

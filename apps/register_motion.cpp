@@ -11,8 +11,7 @@ namespace {
 
 constexpr int kMostFrames = 41;
 constexpr int kFewestFrames = 5;
-constexpr int kNumbers = 160'000;   // of the landmarks' places: about a megabyte of the page
-constexpr int kMaterialPaths = 41;  // of a line's material points
+constexpr int kNumbers = 160'000;  // of the landmarks' places: about a megabyte of the page
 constexpr int kManyLandmarks = 300;
 constexpr int kMostWithGrid = 2000;  // landmarks: with more, the grid would cost a good part of the match
 constexpr double kLargest = 1e150;   // a length whose square is a number

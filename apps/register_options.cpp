@@ -66,10 +66,6 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
       ->capture_default_str();
 }
 
-void check_at_least(int value, int least, std::string_view option) {
-  if (value < least) throw InputError(fmt::format("{} is {}; it must be at least {}", option, value, least));
-}
-
 }  // namespace
 
 void RegisterArguments::add_to(CLI::App& verb) {

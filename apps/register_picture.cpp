@@ -11,9 +11,8 @@
 namespace pulson {
 namespace {
 
-constexpr int kCells = 22;          // of the grid, along the larger side
-constexpr int kPointsPerCell = 6;   // so that a bent line is smooth
-constexpr int kMaterialPaths = 41;  // of a line's material points
+constexpr int kCells = 22;         // of the grid, along the larger side
+constexpr int kPointsPerCell = 6;  // so that a bent line is smooth
 
 std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<double>& times, double low,
                                    double high) {

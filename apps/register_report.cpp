@@ -35,7 +35,7 @@ double median(std::vector<double> values) {
 }
 
 // "one triangle", "3 triangles"
-std::string counted(int count, const std::string& one, const std::string& several) {
+std::string count_in_words(int count, const std::string& one, const std::string& several) {
   return count == 1 ? "one " + one : fmt::format("{} {}", count == 0 ? "no" : std::to_string(count), several);
 }
 
@@ -47,12 +47,12 @@ std::string lead(const Registration& registration, const RegistrationFacts& fact
   if (const auto part = noise_part(registration, facts.shares); registration.noise != "none" && part)
     text += fmt::format(" Of the way the flow does {}, the noise {}.", percent(1 - *part), percent(*part));
   if (facts.counts.order_inversions)
-    text += " Changed order: " + counted(*facts.counts.order_inversions, "pair", "pairs") + " of landmarks.";
+    text += " Changed order: " + count_in_words(*facts.counts.order_inversions, "pair", "pairs") + " of landmarks.";
   if (facts.counts.flipped_triangles)
-    text +=
-        " Turned over: " + counted(*facts.counts.flipped_triangles, "triangle", "triangles") + " between landmarks.";
+    text += " Turned over: " + count_in_words(*facts.counts.flipped_triangles, "triangle", "triangles") +
+            " between landmarks.";
   if (outliers > 0)
-    text += " Far off: " + counted(static_cast<int>(outliers), "landmark", "landmarks") + ", marked below.";
+    text += " Far off: " + count_in_words(static_cast<int>(outliers), "landmark", "landmarks") + ", marked below.";
   if (!registration.converged) text += " The search did not converge.";
   return text;
 }

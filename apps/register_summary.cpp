@@ -9,11 +9,6 @@
 namespace pulson {
 namespace {
 
-// "1 pair of landmarks", "2 pairs of landmarks".
-std::string counted(int count, std::string_view noun, std::string_view rest = {}) {
-  return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
-}
-
 void print_model(const Registration& registration) {
   fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
              counted(registration.source.count(), "landmark"), registration.source.dimension());

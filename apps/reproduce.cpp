@@ -1,7 +1,5 @@
 // `pulson reproduce`: the paper's experiments.
 
-#include <chrono>
-
 #include <fmt/format.h>
 
 #include "interrupt.hpp"
@@ -85,7 +83,7 @@ int run_reproduce(const ReproduceArguments& arguments) {
     throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   create_output_directory(arguments.out);
   check_output_file(options.out / "report.html");
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = seconds_now();
   const Interrupt interrupt;
   HtmlReport report{
       "The experiments of Holm and Tyranowski",
@@ -110,7 +108,7 @@ int run_reproduce(const ReproduceArguments& arguments) {
     write_file_atomically(options.out / "report.html", html_report(report));
     if (verbosity() != Verbosity::kQuiet) print_claims(report.sections.back());
   }
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = seconds_now() - begin;
   if (interrupted) {
     tell_warning(fmt::format("interrupted: {} of {} experiments are done and written", report.sections.size(),
                              chosen_experiments.size()));

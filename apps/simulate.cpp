@@ -1,12 +1,11 @@
 // `pulson simulate`: one or a few sample paths.
 
-#include <chrono>
-
 #include <fmt/format.h>
 
 #include "messages.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
+#include "progress.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/simulation_record.hpp"
 #include "pulson/report/path_picture.hpp"
@@ -16,7 +15,7 @@
 namespace pulson {
 namespace {
 
-constexpr int kMostSamples = 1000;
+constexpr int kMostPaths = 1000;
 constexpr std::int64_t kMostNumbers = 400'000'000;  // of states in memory: 3.2 GB
 constexpr int kPrintedSamples = 5;
 
@@ -29,14 +28,14 @@ struct SimulateArguments {
   int every = 1;
 };
 
-const std::vector<std::string> kFiles = {"simulation.json", "paths.csv"};
-const std::vector<std::string> kPictures = {"paths.png", "paths.svg"};
+const std::vector<std::string> kSimulationFiles = {"simulation.json", "paths.csv"};
+const std::vector<std::string> kSimulationPictures = {"paths.png", "paths.svg"};
 
 void check_size(const Start& start, const SimulateArguments& arguments, const TimeGrid& grid) {
   const int samples = arguments.options.samples;
-  if (samples < 1 || samples > kMostSamples)
+  if (samples < 1 || samples > kMostPaths)
     throw InputError(
-        fmt::format("--samples is {}; it must be from 1 to {} (more: pulson ensemble)", samples, kMostSamples));
+        fmt::format("--samples is {}; it must be from 1 to {} (more: pulson ensemble)", samples, kMostPaths));
   if (arguments.every < 1) throw InputError(fmt::format("--every is {}; it must be at least 1", arguments.every));
   const std::int64_t numbers = 2 * start.state.q.size() * (std::int64_t{grid.steps} + 1) * samples;
   if (numbers > kMostNumbers)
@@ -138,23 +137,23 @@ bool print_warnings(const Simulation& simulation) {
 }
 
 int run_simulate(const SimulateArguments& arguments) {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = seconds_now();
   const Start start = arguments.start.start();
   SamplePathsOptions options = arguments.options;
   options.grid = arguments.time.grid(start.default_time);
   check_size(start, arguments, options.grid);
   const auto integrator = make_integrator(arguments.integrator);
-  arguments.output.check(kFiles, kPictures);
+  arguments.output.check(kSimulationFiles, kSimulationPictures);
   Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
-  simulation.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  simulation.seconds = seconds_now() - begin;
   tell_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
   write_results(simulation, arguments);
   tell_step("wrote the results");
   tell_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
-    arguments.output.print_written(kFiles, kPictures);
+    arguments.output.print_written(kSimulationFiles, kSimulationPictures);
   }
   return print_warnings(simulation) ? kNotConverged : kDone;
 }

@@ -1,12 +1,12 @@
 // `pulson warp`: the map of a registration applied to an image or to landmarks.
 
-#include <chrono>
 #include <filesystem>
 #include <memory>
 
 #include <fmt/core.h>
 
 #include "messages.hpp"
+#include "progress.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "verbs.hpp"
 #include "warp/motion.hpp"
@@ -17,13 +17,11 @@
 namespace pulson {
 namespace {
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 void run_points(const WarpArguments& arguments, const Registration& registration, double start) {
   const MaterialFlow flow(registration_system(registration), replay(registration),
                           parse_label_kernel(arguments.labels));
   WarpFigures figures = warp_points(flow, registration.alignment, arguments);
-  figures.seconds = now() - start;
+  figures.seconds = seconds_now() - start;
   tell(figures, arguments, nullptr);
 }
 
@@ -60,7 +58,7 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
   if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
   if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();
   result.figures.ridge = flow.ridge();
-  result.figures.seconds = now() - start;
+  result.figures.seconds = seconds_now() - start;
   tell(result.figures, arguments, &frames);
 }
 
@@ -75,7 +73,7 @@ std::filesystem::path record_of(const WarpArguments& arguments) {
 }
 
 void run_warp(const WarpArguments& arguments) {
-  const double start = now();
+  const double start = seconds_now();
   const bool of_image = is_picture_file(arguments.input);
   if (is_picture_file(arguments.registration)) record_of(arguments);  // refuses it
   arguments.check();

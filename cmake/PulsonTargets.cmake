@@ -25,6 +25,15 @@ if(CMAKE_CXX_COMPILER_LAUNCHER)
   set(PULSON_PRECOMPILED_HEADERS OFF)
 endif()
 
+# The files of a target compiled eight at a time, so that what they share of templates is made once: two thirds of the time
+# of a build from nothing, but more of it again after each change. Names within one target must differ for it, those in
+# unnamed namespaces, too.
+option(PULSON_UNITY "Compile the files of a target together" OFF)
+if(PULSON_UNITY)
+  set(CMAKE_UNITY_BUILD ON)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+endif()
+
 # Tests spend their time in the libraries; with less optimisation of their own they compile a fifth faster, and those that
 # compute nothing themselves, of the kind text_test, by another fifth without any. So do the verbs of a build for work.
 # g++ 12 takes members of Eigen's matrices for uninitialised at -O1.

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "numbers.hpp"
 
 namespace pulson {
 namespace {
@@ -22,7 +22,6 @@ using Eigen::VectorXd;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array kFittedKinds = {AlignmentKind::kTranslation, AlignmentKind::kRigid, AlignmentKind::kSimilarity,
                                      AlignmentKind::kAffine};
 
@@ -160,7 +159,7 @@ TEST(Alignment, LeavesOutWeightZeroAndWhatIsMissing) {
     Points to = target;
     to.col(5).setConstant(1e6);
     from(d - 1, 6) = kNaN;
-    to(0, 7) = std::numeric_limits<double>::infinity();
+    to(0, 7) = kInfinity;
     expect_same(align(from, to, kind, options), expected, 0);
     options.weights[5] = 1;
     EXPECT_GT((align(from, to, kind, options).translation - expected.translation).norm(), 1);
@@ -252,7 +251,7 @@ TEST(AlignmentErrors, NameWhatIsWrong) {
     return error_of([&] { align(shape, target, AlignmentKind::kTranslation, {weights}); });
   };
   EXPECT_EQ(error(VectorXd::Ones(3), shape), "there are 3 weights for 4 landmarks");
-  for (const double wrong : {-1.0, kNaN, std::numeric_limits<double>::infinity()})
+  for (const double wrong : {-1.0, kNaN, kInfinity})
     EXPECT_THAT(error(Eigen::Vector4d(1, 0, wrong, 1), shape),
                 AllOf(HasSubstr("the weight of landmark 3 is"), HasSubstr("0 or greater")));
   EXPECT_THAT(error(VectorXd::Zero(4), shape), HasSubstr("no landmark can be aligned"));

@@ -1,7 +1,6 @@
 #include "pulson/compare/cohort.hpp"
 
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "cohort_examples.hpp"
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "numbers.hpp"
 
 namespace pulson {
 namespace {
@@ -20,8 +20,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using testing::HasSubstr;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double centroid_size(const Points& points) { return (points.colwise() - points.rowwise().mean()).norm(); }
 

@@ -1,4 +1,3 @@
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -40,8 +39,6 @@ using ShapeRows = ReadingLayouts;
 using AxisRows = ReadingLayouts;
 using NamedPoints = ReadingLayouts;
 using DecimalCommas = ReadingLayouts;
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // ---- a coordinate per line
 

@@ -1,6 +1,5 @@
 // csv: tables as Excel, R, ImageJ, Slicer, napari and ParaView write them.
 
-#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -33,8 +32,6 @@ class ReadingProgramTables : public ReadingTexts {
 using ExcelTables = ReadingProgramTables;
 using RTables = ReadingProgramTables;
 using ProgramTables = ReadingProgramTables;
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // ---- Excel
 

@@ -1,6 +1,5 @@
 // csv: tables of one landmark per line.
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,11 +18,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-const Points kPair = points_2d({1.5, -2, 3e2, 0.25});
-
 using CsvFile = ReadingFiles;
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // ---- csv: what is read
 

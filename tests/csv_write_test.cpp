@@ -15,8 +15,6 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-const double kNone = std::numeric_limits<double>::quiet_NaN();
-
 using CsvWriter = ReadingFiles;
 
 class WritingCsv : public ReadingFiles {

@@ -1,7 +1,6 @@
 #include "pulson/matching/curve_term.hpp"
 
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -12,6 +11,8 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
+#include "error_of.hpp"
+#include "shape.hpp"
 
 namespace pulson {
 namespace {
@@ -25,12 +26,8 @@ using testing::HasSubstr;
 constexpr double kWidth = 0.7;
 constexpr double kSigma = 0.05;
 
-Landmarks shape(Points points, std::vector<std::string> groups = {}) {
-  return {.points = std::move(points), .labels = {}, .groups = std::move(groups), .name = {}, .source = "a.csv"};
-}
-
 // An outline around the origin with bumps, out of the plane in space; of a full turn only the part `turn`.
-Points outline(int d, int n, double bumps, double turn = 1) {
+Points bumpy_outline(int d, int n, double bumps, double turn = 1) {
   Points points(d, n);
   for (int a = 0; a < n; ++a) {
     const double angle = 2 * std::numbers::pi * turn * a / n;
@@ -101,19 +98,19 @@ Points unit(const Points& like, Index i) {
   return result;
 }
 
-struct Case {
+struct CurveCase {
   int d;
   CurveMeasure measure;
   CurveEnds ends;
 };
 
-std::string case_name(const testing::TestParamInfo<Case>& info) {
+std::string case_name(const testing::TestParamInfo<CurveCase>& info) {
   return (info.param.measure == CurveMeasure::kCurrent ? "current" : "varifold") + std::to_string(info.param.d) + "d_" +
          curve_ends_name(info.param.ends);
 }
 
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
+std::vector<CurveCase> all_cases() {
+  std::vector<CurveCase> cases;
   for (const int d : {2, 3})
     for (const CurveMeasure measure : {CurveMeasure::kCurrent, CurveMeasure::kVarifold})
       for (const CurveEnds ends : {CurveEnds::kClosed, CurveEnds::kOpen}) cases.push_back({d, measure, ends});
@@ -121,11 +118,11 @@ std::vector<Case> all_cases() {
 }
 
 // A term between two outlines with different numbers of vertices, and a point away from both.
-class CurveTerms : public testing::TestWithParam<Case> {
+class CurveTerms : public testing::TestWithParam<CurveCase> {
  protected:
   CurveTerms()
-      : source_(make_curve(shape(outline(GetParam().d, 14, 0.1)), GetParam().ends)),
-        target_(make_curve(shape(outline(GetParam().d, 19, 0.25)), GetParam().ends)),
+      : source_(make_curve(shape(bumpy_outline(GetParam().d, 14, 0.1)), GetParam().ends)),
+        target_(make_curve(shape(bumpy_outline(GetParam().d, 19, 0.25)), GetParam().ends)),
         term_(source_.edges, 14, target_, {GetParam().measure, kSigma, kWidth}) {
     source_.points += 0.03 * Numbers(4)(GetParam().d, 14);
   }
@@ -190,7 +187,7 @@ TEST_P(CurveTerms, LinearisationIsAppliedToEachChange) {
 
 // Gauss–Newton's steps, without any damping but the ridge and a little weight, bring the source onto the target.
 TEST_P(CurveTerms, NormalEquationsLeadToTheTarget) {
-  Points x = outline(GetParam().d, 14, 0.25);
+  Points x = bumpy_outline(GetParam().d, 14, 0.25);
   const CurveTerm term(source_.edges, 14, make_curve(shape(x), GetParam().ends), {GetParam().measure, kSigma, kWidth});
   x += 0.05 * Numbers(7)(x.rows(), x.cols());
   const double before = term.value(x);
@@ -322,7 +319,7 @@ TEST(Curve, AutomaticEndsCloseAGapOfTwiceTheMedian) {
   const Landmarks wider = shape(points_at({0, 0, 0, 1, 1, 1, 2, 1, 2.01, 0}));
   EXPECT_EQ(make_curve(just, CurveEnds::kAuto).edges.size(), 5);
   EXPECT_EQ(make_curve(wider, CurveEnds::kAuto).edges.size(), 4);
-  EXPECT_EQ(make_curve(shape(outline(2, 30, 0, 0.5)), CurveEnds::kAuto).edges.size(), 29);
+  EXPECT_EQ(make_curve(shape(bumpy_outline(2, 30, 0, 0.5)), CurveEnds::kAuto).edges.size(), 29);
 }
 
 TEST(Curve, GroupsAreOutlinesOfTheirOwn) {
@@ -339,18 +336,6 @@ TEST(Curve, AutomaticWidth) {
   const Curve coarse = make_curve(shape(circle(10, 0)), CurveEnds::kClosed);
   EXPECT_NEAR(automatic_data_width(fine), 0.2, 1e-14);
   EXPECT_NEAR(automatic_data_width(coarse), 4 * std::sin(std::numbers::pi / 10), 1e-14);
-}
-
-// The message of the InputError that is thrown, checked to be one line.
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message;
-  }
-  return "no error";
 }
 
 TEST(CurveErrors, OfShapes) {

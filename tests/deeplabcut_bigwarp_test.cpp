@@ -1,6 +1,5 @@
 // Tables of DeepLabCut and BigWarp.
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,8 +25,6 @@ class ReadingTables : public ReadingTexts {
 
 using DeepLabCut = ReadingTables;
 using BigWarp = ReadingTables;
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // ---- DeepLabCut
 

@@ -3,12 +3,12 @@
 #include "pulson/fokker_planck/densities.hpp"
 
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "numbers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -18,8 +18,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const FreePulson kPulson{.q = -1, .p = 2, .beta = 0.7, .at_zero = 1.5};
 

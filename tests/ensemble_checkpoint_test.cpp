@@ -29,7 +29,7 @@ EnsembleExample full_example() {
   return example;
 }
 
-std::string error_of(const EnsembleRun& run, const std::string& bytes) {
+std::string checkpoint_error(const EnsembleRun& run, const std::string& bytes) {
   try {
     read_ensemble_checkpoint(run, bytes, "out/ensemble.partial");
   } catch (const InputError& error) {
@@ -97,10 +97,10 @@ TEST(EnsembleCheckpoint, OfAnotherEnsembleIsRefused) {
       {"keep", [](EnsembleRun& run) { run.options.keep = KeepStates::kNone; }}};
   for (const Change& change : changes) {
     EnsembleRun other = run_after(full_example(), 0);
-    EXPECT_EQ(error_of(other, bytes), "no error");
+    EXPECT_EQ(checkpoint_error(other, bytes), "no error");
     change.make(other);
-    EXPECT_THAT(error_of(other, bytes), AllOf(HasSubstr("'out/ensemble.partial' holds another ensemble"),
-                                              HasSubstr(" " + change.key + " is ")));
+    EXPECT_THAT(checkpoint_error(other, bytes), AllOf(HasSubstr("'out/ensemble.partial' holds another ensemble"),
+                                                      HasSubstr(" " + change.key + " is ")));
   }
 }
 
@@ -110,17 +110,17 @@ TEST(EnsembleCheckpoint, ThatIsCutOffIsDamaged) {
   std::vector<std::size_t> sizes = {0, 1, 2, 10, 100, 1000, bytes.size() / 2, bytes.size() - 9, bytes.size() - 1};
   for (std::size_t size = 0; size < bytes.size(); size += 997) sizes.push_back(size);
   for (const std::size_t size : sizes)
-    EXPECT_THAT(error_of(run, bytes.substr(0, size)), HasSubstr("is damaged")) << size;
-  EXPECT_THAT(error_of(run, bytes + '\0'), HasSubstr("is damaged"));
-  EXPECT_THAT(error_of(run, "time,landmark\n0,1\n"), HasSubstr("is damaged"));
-  EXPECT_THAT(error_of(run, "\xa1\x61x\x01"), HasSubstr("is damaged"));
-  EXPECT_THAT(error_of(run, "\xf6"), HasSubstr("is damaged"));
+    EXPECT_THAT(checkpoint_error(run, bytes.substr(0, size)), HasSubstr("is damaged")) << size;
+  EXPECT_THAT(checkpoint_error(run, bytes + '\0'), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, "time,landmark\n0,1\n"), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, "\xa1\x61x\x01"), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, "\xf6"), HasSubstr("is damaged"));
 }
 
 // Lists in lists in lists: to read them takes a stack as deep.
 TEST(EnsembleCheckpoint, OfDeepListsIsDamaged) {
   const EnsembleRun run = run_after(line_example(), 0);
-  EXPECT_THAT(error_of(run, std::string(10'000'000, '\x81')), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, std::string(10'000'000, '\x81')), HasSubstr("is damaged"));
 }
 
 // Moments of more paths than were sampled: their lists may have any length, as nothing is checked where there is none.
@@ -128,7 +128,7 @@ TEST(EnsembleCheckpoint, WithMoreMomentsThanPathsIsDamaged) {
   EnsembleRun run = run_after(line_example(), 0);
   run.sums.moments[0].count = 1;
   run.sums.moments[0].mean = Eigen::ArrayXd::Zero(3);
-  EXPECT_THAT(error_of(run, ensemble_checkpoint(run)), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, ensemble_checkpoint(run)), HasSubstr("is damaged"));
 }
 
 TEST(EnsembleCheckpoint, WithCountsThatAreNoneIsDamaged) {
@@ -136,7 +136,7 @@ TEST(EnsembleCheckpoint, WithCountsThatAreNoneIsDamaged) {
   for (const std::int64_t count : {std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()}) {
     EnsembleRun damaged = run;
     damaged.sums.crossing.ever = count;
-    EXPECT_THAT(error_of(run, ensemble_checkpoint(damaged)), HasSubstr("is damaged"));
+    EXPECT_THAT(checkpoint_error(run, ensemble_checkpoint(damaged)), HasSubstr("is damaged"));
   }
 }
 
@@ -187,7 +187,7 @@ std::string replaced(std::string bytes, const std::string& text, const std::stri
 TEST(EnsembleCheckpoint, OfAnotherVersionIsRefused) {
   const EnsembleRun run = run_after(line_example(), 1);
   const std::string bytes = ensemble_checkpoint(run);
-  EXPECT_NE(error_of(run, replaced(bytes, "pulson ensemble sums 1", "pulson ensemble sums 2")), "no error");
+  EXPECT_NE(checkpoint_error(run, replaced(bytes, "pulson ensemble sums 1", "pulson ensemble sums 2")), "no error");
 }
 
 // Lists of other lengths than those of this ensemble: read with no check they would be written beyond their ends.

@@ -10,6 +10,7 @@
 
 #include "ensemble_examples.hpp"
 #include "ensemble_runs.hpp"
+#include "lines_of.hpp"
 #include "pulson/io/npy.hpp"
 #include "temporary_folder.hpp"
 
@@ -19,13 +20,6 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 using Json = nlohmann::ordered_json;
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
 
 std::vector<std::string> fields_of(const std::string& line) {
   std::istringstream stream(line);

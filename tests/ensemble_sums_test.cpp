@@ -9,10 +9,10 @@
 
 #include <gtest/gtest.h>
 
+#include "numbers.hpp"
+
 namespace pulson {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows of two numbers: one around 0, and one far from it, where sums of squares would cancel.
 Eigen::ArrayXXd random_rows(Eigen::Index count, unsigned seed) {
@@ -97,7 +97,7 @@ TEST(Moments, AreOverTheRowsInUseAlone) {
       chosen.conservativeResize(chosen.rows() + 1, 2);
       chosen.bottomRows(1) = x.row(static_cast<Eigen::Index>(row));
     } else {
-      damaged.row(static_cast<Eigen::Index>(row)).setConstant(kNan);
+      damaged.row(static_cast<Eigen::Index>(row)).setConstant(kNaN);
     }
   }
   expect_moments_of(chosen, moments_of(damaged, used));
@@ -126,10 +126,9 @@ TEST(Histogram, HasEqualBinsAndPutsTheRestIntoTheOuterOnes) {
     EXPECT_EQ(h.bin_of(edge + 0.25), bin);
     EXPECT_EQ(h.bin_of(edge + 0.5 - 1e-12), bin);
   }
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double x : {-1.0000001, -2.0, -1e300, -kInfinity}) EXPECT_EQ(h.bin_of(x), 0U) << x;
   for (const double x : {3.0, 3.5, 1e12, 1e300, kInfinity}) EXPECT_EQ(h.bin_of(x), 7U) << x;
-  EXPECT_LT(h.bin_of(kNan), 8U);
+  EXPECT_LT(h.bin_of(kNaN), 8U);
 }
 
 const std::vector<double> kProbabilities = {0, 0.001, 0.05, 0.25, 0.5, 0.75, 0.95, 0.999, 1};

@@ -21,6 +21,7 @@
 #include "pulson/matching/laplace.hpp"
 #include "pulson/matching/log_maximum.hpp"
 #include "pulson/random/normals.hpp"
+#include "shape.hpp"
 
 namespace pulson {
 namespace {
@@ -32,10 +33,6 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-Landmarks shape(Points points) {
-  return {.points = std::move(points), .labels = {}, .groups = {}, .name = {}, .source = "a.csv"};
-}
 
 RegistrationOptions options_of(std::string noise, double sigma, double lambda) {
   RegistrationOptions options;
@@ -60,11 +57,11 @@ double scanned_maximum(const F& f, double low, double high, int count) {
 }
 
 // Landmarks that move so little that the density of the targets is a Gaussian in closed form, see laplace_test.cpp.
-struct LinearLimit {
+struct GaussianTargets {
   static constexpr double kSmall = 1e-4;
   static constexpr double kLambda = 1 / (kSmall * kSmall);
 
-  LinearLimit() {
+  GaussianTargets() {
     Numbers numbers(21);
     source = shape(numbers.landmarks(2, 4));
     for (int t = 0; t < 3; ++t) targets.push_back(shape(source.points + 3 * kSmall * numbers(2, 4)));
@@ -90,7 +87,7 @@ struct LinearLimit {
 };
 
 TEST(FitParameters, FindsTheMaximumOfADensityInClosedForm) {
-  const LinearLimit limit;
+  const GaussianTargets limit;
   const auto density = [&](double log_beta) { return limit.log_density(std::exp(log_beta)); };
   const double best = scanned_maximum(density, std::log(2e-5), std::log(5e-4), 2000);
   ASSERT_GT(best, std::log(3e-5));
@@ -170,24 +167,24 @@ double expected_deviation(const Landmarks& source, const RegistrationOptions& op
 
 TEST(FitParameters, FindsTheModelThatTargetsWereDrawnFrom) {
   constexpr int kTargets = 20;
-  constexpr double kLambda = 60, kBeta = 0.1, kSigma = 0.02;
+  constexpr double kTrueLambda = 60, kTrueBeta = 0.1, kTrueSigma = 0.02;
   const Landmarks source = shape(Numbers(23).landmarks(2, 6));
-  const RegistrationOptions truth = options_of("ch-sd:beta=0.1", kSigma, kLambda);
+  const RegistrationOptions truth = options_of("ch-sd:beta=0.1", kTrueSigma, kTrueLambda);
   const std::vector<Landmarks> targets = drawn_targets(source, truth, kTargets);
   const FittedParameters one =
-      fit_parameters(source, targets, options_of("ch-sd:beta=0.3", kSigma, kLambda), {.names = {"beta"}});
+      fit_parameters(source, targets, options_of("ch-sd:beta=0.3", kTrueSigma, kTrueLambda), {.names = {"beta"}});
   EXPECT_TRUE(one.converged) << one.note;
-  EXPECT_LE(std::abs(std::log(one.values[0] / kBeta)), 3 * one.log_deviations[0]);
-  EXPECT_NEAR(one.log_deviations[0] / expected_deviation(source, truth, kBeta, kTargets), 1, 0.3);
+  EXPECT_LE(std::abs(std::log(one.values[0] / kTrueBeta)), 3 * one.log_deviations[0]);
+  EXPECT_NEAR(one.log_deviations[0] / expected_deviation(source, truth, kTrueBeta, kTargets), 1, 0.3);
 
   const FittedParameters both =
-      fit_parameters(source, targets, options_of("ch-sd:beta=0.3", kSigma, 20), {.names = {"lambda", "beta"}});
+      fit_parameters(source, targets, options_of("ch-sd:beta=0.3", kTrueSigma, 20), {.names = {"lambda", "beta"}});
   EXPECT_TRUE(both.converged) << both.note;
   EXPECT_THAT(both.names, ElementsAre("lambda", "beta"));
   EXPECT_EQ(both.lambda, both.values[0]);
   EXPECT_GT(both.log_evidence, one.log_evidence);
-  EXPECT_LE(std::abs(std::log(both.values[0] / kLambda)), 3 * both.log_deviations[0]);
-  EXPECT_LE(std::abs(std::log(both.values[1] / kBeta)), 3 * both.log_deviations[1]);
+  EXPECT_LE(std::abs(std::log(both.values[0] / kTrueLambda)), 3 * both.log_deviations[0]);
+  EXPECT_LE(std::abs(std::log(both.values[1] / kTrueBeta)), 3 * both.log_deviations[1]);
   EXPECT_LT(both.evaluations, 100);
 }
 
@@ -270,7 +267,7 @@ TEST(FitParameters, SaysWhenParametersCannotBeToldApart) {
 }
 
 TEST(FitParameters, ReportsEachEvaluationAndIsTheSameForAnyNumberOfThreads) {
-  const LinearLimit limit;
+  const GaussianTargets limit;
   std::vector<FittedParameters> fits;
   for (const int threads : {1, 3}) {
     set_thread_count(threads);

@@ -8,6 +8,7 @@
 
 #include "pulson/matching/minimise.hpp"
 #include "registration_problem.hpp"
+#include "shape.hpp"
 
 namespace pulson {
 namespace {
@@ -15,14 +16,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-Landmarks shape(Points points) {
-  Landmarks shape;
-  shape.points = std::move(points);
-  return shape;
-}
-
 // A circle, or an ellipse with a bump, of `count` landmarks.
-Points outline(Index count, double stretch, double bump) {
+Points ellipse(Index count, double stretch, double bump) {
   Points points(2, count);
   for (Index a = 0; a < count; ++a) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(a) / static_cast<double>(count);
@@ -33,8 +28,8 @@ Points outline(Index count, double stretch, double bump) {
 }
 
 struct Outlines {
-  Landmarks source = shape(outline(60, 1, 0));
-  Landmarks target = shape(outline(60, 1.2, 0.3));
+  Landmarks source = shape(ellipse(60, 1, 0));
+  Landmarks target = shape(ellipse(60, 1.2, 0.3));
   RegistrationOptions options{.kernel = "gaussian:alpha=0.6", .sigma = 0.002};
 
   MatchingObjective objective() const { return MatchingObjective(make_problem(source, target, options).matching); }
@@ -96,7 +91,7 @@ TEST(Controls, DoWhatRoughMomentaWouldDo) {
 }
 
 TEST(Controls, TakeNothingFromMomentaThatAreNotRough) {
-  Outlines outlines{shape(outline(5, 1, 0)), shape(outline(5, 1.2, 0.3)), {.kernel = "gaussian:alpha=0.6"}};
+  Outlines outlines{shape(ellipse(5, 1, 0)), shape(ellipse(5, 1.2, 0.3)), {.kernel = "gaussian:alpha=0.6"}};
   outlines.options.noise = "ch-sd:beta=30";
   const MatchingObjective objective = outlines.objective();
   EXPECT_EQ(std::ssize(objective.smooth_unknowns(1e-9)), objective.unknowns());

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "numbers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/fokker_planck/densities.hpp"
@@ -21,8 +21,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 PairEquation paper_pair(const std::string& kernel, double beta, double p1) {
   return {.kernel = make_kernel(kernel, {}), .beta = beta, .time = 100, .q1 = 0, .q2 = 10, .p1 = p1, .p2 = 1};

@@ -104,7 +104,8 @@ TEST_F(ImageFiles, ContentsTellTheFormatNotTheName) {
 std::string with_orientation(const std::string& jpg) {
   using namespace std::string_literals;
   const std::string tiff = "MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;
-  const std::string segment = "Exif\0\0"s + tiff;
+  std::string segment = "Exif\0\0"s;
+  segment += tiff;
   return jpg.substr(0, 2) + "\xFF\xE1\0"s + static_cast<char>(segment.size() + 2) + segment + jpg.substr(2);
 }
 

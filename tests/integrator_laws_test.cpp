@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,14 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
+#include "numbers.hpp"
 
 namespace pulson {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // Calls check(combination) for every integrator and kernel without noise.
 template <class Check>

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -10,6 +9,7 @@
 
 #include "combinations.hpp"
 #include "integrator_oracle.hpp"
+#include "numbers.hpp"
 
 namespace pulson {
 namespace {
@@ -17,8 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 class IntegratorContract : public testing::TestWithParam<Combination> {
  protected:

@@ -92,11 +92,11 @@ void expect_paths_of_the_integrator(const Setting& setting, int steps, double to
   }
 }
 
-struct Case {
+struct LandmarkCase {
   std::string kernel, noise;
 };
 
-const std::vector<Case> kCases = {
+const std::vector<LandmarkCase> kLandmarkCases = {
     {"gaussian:alpha=1", "ch-sd:beta=0.2"},
     {"gaussian:alpha=0.7,weight=2", "none"},
     {"peakon:alpha=0.8", "ch-sd:beta=0.2,on=1"},
@@ -107,7 +107,7 @@ const std::vector<Case> kCases = {
     {"gaussian:alpha=1+matern52:alpha=0.4,weight=0.5+peakon:alpha=1+matern32:alpha=2,weight=0.3", "ch-sd:beta=0.2"}};
 
 TEST(LandmarkLanes, AreThePathsOfTheIntegrator) {
-  for (const auto& [kernel, noise] : kCases) {
+  for (const auto& [kernel, noise] : kLandmarkCases) {
     for (const int dimension : {1, 2, 3}) {
       for (const int count : {1, 2, 5}) {
         SCOPED_TRACE(kernel + " " + noise + " d=" + std::to_string(dimension) + " N=" + std::to_string(count));

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "numbers.hpp"
 
 namespace pulson {
 namespace {
@@ -23,17 +23,15 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using testing::HasSubstr;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kCount = 5;
 
-struct Case {
+struct TermCase {
   std::string name;
   bool weighted, correlated, missing;
 };
 
 // Observations of five landmarks, some with weights, covariances or missing coordinates.
-LandmarkObservations observations(const Case& of, int d, Numbers& numbers) {
+LandmarkObservations observations(const TermCase& of, int d, Numbers& numbers) {
   LandmarkObservations observed;
   observed.target = numbers.landmarks(d, kCount);
   observed.sigma = 0.3;
@@ -76,7 +74,7 @@ struct Dense {
   double value(const Points& q) const { return 0.5 * difference(q).dot(covariance.inverse() * difference(q)); }
 };
 
-class Term : public testing::TestWithParam<Case> {
+class Term : public testing::TestWithParam<TermCase> {
  protected:
   // Runs `check(term, observations, q, numbers)` in each dimension.
   template <class Check>
@@ -92,9 +90,10 @@ class Term : public testing::TestWithParam<Case> {
 };
 
 INSTANTIATE_TEST_SUITE_P(All, Term,
-                         testing::Values(Case{"plain", false, false, false}, Case{"weighted", true, false, false},
-                                         Case{"correlated", false, true, false}, Case{"missing", false, false, true},
-                                         Case{"all", true, true, true}),
+                         testing::Values(TermCase{"plain", false, false, false},
+                                         TermCase{"weighted", true, false, false},
+                                         TermCase{"correlated", false, true, false},
+                                         TermCase{"missing", false, false, true}, TermCase{"all", true, true, true}),
                          [](const auto& row) { return row.param.name; });
 
 TEST_P(Term, IsTheDefinition) {

@@ -1,7 +1,6 @@
 #include "pulson/matching/laplace.hpp"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -13,6 +12,7 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "numbers.hpp"
 #include "pulson/matching/curve_term.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/minimise.hpp"
@@ -25,8 +25,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using testing::HasSubstr;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Setting {
   std::string kernel = "gaussian:alpha=0.9";

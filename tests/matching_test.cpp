@@ -8,6 +8,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/registration.hpp"
+#include "shape.hpp"
 
 namespace pulson {
 namespace {
@@ -81,9 +82,6 @@ TEST_P(Objective, GradientIsThatOfTheCost) {
   EXPECT_NEAR(fitted_order(sizes, remainders), 2, 0.1);
 }
 
-Landmarks shape(Points points) {
-  return {.points = std::move(points), .labels = {}, .groups = {}, .name = {}, .source = "a.csv"};
-}
 Landmarks on_line(std::vector<double> x) { return shape(Points::Map(x.data(), 1, static_cast<Index>(x.size()))); }
 
 RegistrationOptions options_of(std::string kernel, std::string noise = "none", Solver solver = Solver::kAuto) {

@@ -23,7 +23,7 @@
 namespace pulson {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kFloatNaN = std::numeric_limits<float>::quiet_NaN();
 
 using Place = std::array<double, 2>;
 using Map = std::function<Place(double, double)>;
@@ -225,7 +225,7 @@ constexpr int kSecondPatch = 12;
 DeformedMesh patches(const Map& first, const Map& second) {
   return mesh_of(22, 10, [&](double x, double y) {
     if (x < 10) return first(x, y);
-    return x < 11 ? Place{kNan, kNan} : second(x - kSecondPatch, y);
+    return x < 11 ? Place{kFloatNaN, kFloatNaN} : second(x - kSecondPatch, y);
   });
 }
 
@@ -473,8 +473,8 @@ TEST(MeshRaster, HugeTrianglesAreAsManySmallOnes) {
 
 TEST(MeshRaster, LeavesOutCellsWithoutAPlace) {
   const float infinity = std::numeric_limits<float>::infinity();
-  for (const std::array<float, 2> nowhere :
-       {std::array{kNan, 5.0F}, std::array{5.0F, kNan}, std::array{infinity, 5.0F}, std::array{5.0F, -1e30F}}) {
+  for (const std::array<float, 2> nowhere : {std::array{kFloatNaN, 5.0F}, std::array{5.0F, kFloatNaN},
+                                             std::array{infinity, 5.0F}, std::array{5.0F, -1e30F}}) {
     DeformedMesh mesh = mesh_of(20, 20, [](double x, double y) { return Place{x, y}; });
     vertex(mesh, 7, 9) = nowhere;
     const RasterBand band = whole(MeshRaster(mesh, {20, 20, 1}));
@@ -515,7 +515,7 @@ TEST(MeshRaster, RefusesWhatHasNoMeaning) {
   EXPECT_EQ(error({2, 3, {{0, 0}}}, {4, 3}), "mesh of 2 x 3 vertices has 1 of them");
   EXPECT_EQ(error(mesh, {4, 3, 2, Over::kPriority}, {1, 2}), "2 priorities of cells: label-order takes 12");
   EXPECT_EQ(error(mesh, {4, 3, 2, Over::kFirst}, {1}), "1 priorities of cells: first takes 0");
-  EXPECT_EQ(error(mesh, {4, 3, 2, Over::kPriority}, std::vector<float>(12, kNan)),
+  EXPECT_EQ(error(mesh, {4, 3, 2, Over::kPriority}, std::vector<float>(12, kFloatNaN)),
             "priorities of cells must be numbers");
   const MeshRaster raster(mesh, {4, 3});
   EXPECT_EQ(error_of([&] { raster.sheet(0, 255); }), "sheet 255 is not between 0 and 254");
@@ -538,13 +538,13 @@ TEST(MeshFolds, CountsReversedTriangles) {
   EXPECT_EQ(folds.max_jacobian, 2);
   EXPECT_EQ(folds.reversed_in_cell[9], 2);
   EXPECT_EQ(folds.reversed_in_cell[10], 0);
-  vertex(mesh, 0, 0) = {kNan, 0};
+  vertex(mesh, 0, 0) = {kFloatNaN, 0};
   EXPECT_EQ(mesh_folds(mesh).triangles, 798);
   EXPECT_EQ(mesh_folds(mesh).reversed_triangles, 198);
 }
 
 TEST(MeshFolds, OfNothingHaveNoJacobian) {
-  const MeshFolds folds = mesh_folds({2, 2, {{kNan, 0}, {1, 0}, {0, 1}, {1, 1}}});
+  const MeshFolds folds = mesh_folds({2, 2, {{kFloatNaN, 0}, {1, 0}, {0, 1}, {1, 1}}});
   EXPECT_EQ(folds.triangles, 0);
   EXPECT_EQ(folds.folded_fraction, 0);
   EXPECT_TRUE(std::isnan(folds.min_jacobian));

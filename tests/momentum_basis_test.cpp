@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
+#include "numbers.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -27,10 +28,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kLambda = 0.7;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// d×N points along a closed outline of length about 6.
-Points outline(int d, int count) {
+// d×N points along a ring of length about 6.
+Points ring(int d, int count) {
   Points q(d, count);
   for (int a = 0; a < count; ++a) {
     const double angle = 2 * std::numbers::pi * a / count;
@@ -43,7 +43,7 @@ Points outline(int d, int count) {
 
 Points on_line(int count, double spacing) { return spacing * Eigen::RowVectorXd::LinSpaced(count, 0, count - 1); }
 
-struct Case {
+struct BasisCase {
   std::string name;
   std::string kernel;
   double alpha;
@@ -65,24 +65,24 @@ struct Case {
   }
 };
 
-std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
+std::ostream& operator<<(std::ostream& out, const BasisCase& c) { return out << c.name; }
 
-std::vector<Case> cases() {
-  return {{"one_landmark", "gaussian", 1, outline(2, 1), 0, 1, 1, 1e-14},
+std::vector<BasisCase> cases() {
+  return {{"one_landmark", "gaussian", 1, ring(2, 1), 0, 1, 1, 1e-14},
           {"on_a_line", "gaussian", 0.5, on_line(9, 0.4), 0, 9, 9, 1e-11},
-          {"in_the_plane", "peakon", 0.5, outline(2, 20), 0, 20, 20, 1e-11},
-          {"in_space", "gaussian", 0.2, outline(3, 20), 0, 20, 20, 1e-11},
-          {"wide_on_a_dense_outline", "gaussian", 1, outline(2, 300), 1e-5, 5, 40, 1e-8},
+          {"in_the_plane", "peakon", 0.5, ring(2, 20), 0, 20, 20, 1e-11},
+          {"in_space", "gaussian", 0.2, ring(3, 20), 0, 20, 20, 1e-11},
+          {"wide_on_a_dense_outline", "gaussian", 1, ring(2, 300), 1e-5, 5, 40, 1e-8},
           {"wide_on_a_dense_line", "gaussian", 2, on_line(250, 0.01), 1e-3, 3, 15, 1e-8},
-          {"narrow_on_a_dense_outline", "gaussian", 0.01, outline(2, 300), 1e-5, 300, 300, 1e-11},
-          {"wide_with_many_landmarks", "gaussian", 1, outline(2, 700), 1e-4, 5, 40, 1e-8},
+          {"narrow_on_a_dense_outline", "gaussian", 0.01, ring(2, 300), 1e-5, 300, 300, 1e-11},
+          {"wide_with_many_landmarks", "gaussian", 1, ring(2, 700), 1e-4, 5, 40, 1e-8},
           {"all_of_many_landmarks", "peakon", 0.5, on_line(560, 0.05), 1e-3, 560, 560, 1e-11},
           {"too_many_for_eigenvectors", "gaussian", 0.04, on_line(1210, 0.05), 1e-3, 1210, 1210, 1e-11}};
 }
 
-class Basis : public testing::TestWithParam<Case> {
+class Basis : public testing::TestWithParam<BasisCase> {
  protected:
-  const Case& case_ = GetParam();
+  const BasisCase& case_ = GetParam();
   const Index d_ = GetParam().q.rows();
   const MomentumBasis basis_ = GetParam().basis();
   Numbers numbers_{5};
@@ -224,13 +224,13 @@ TEST(MomentumBasis, StopsWhereTheKernelIsNumericallySingular) {
 // Data of every other landmark, at twice the weight, with the weights and covariances that these had.
 TEST(Thinned, StandsForAllLandmarks) {
   const std::vector<Index> few = {1, 3, 5, 7};
-  LandmarkObservations observed{outline(2, 8), 0.1, VectorXd::LinSpaced(8, 1, 2)};
-  observed.target(0, 3) = std::numeric_limits<double>::quiet_NaN();
+  LandmarkObservations observed{ring(2, 8), 0.1, VectorXd::LinSpaced(8, 1, 2)};
+  observed.target(0, 3) = kNaN;
   for (int a = 0; a < 8; ++a) observed.covariances.emplace_back((1 + a) * MatrixXd::Identity(2, 2));
-  const MatchingProblem problem{{make_kernel("gaussian:alpha=0.5", outline(2, 8)), make_noise("none")},
+  const MatchingProblem problem{{make_kernel("gaussian:alpha=0.5", ring(2, 8)), make_noise("none")},
                                 make_integrator("variational"),
                                 {1, 5},
-                                outline(2, 8),
+                                ring(2, 8),
                                 std::make_shared<LandmarkTerm>(observed),
                                 0.1};
   const MatchingProblem part = thinned(problem, few);

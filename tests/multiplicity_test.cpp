@@ -19,7 +19,7 @@
 namespace pulson {
 namespace {
 
-constexpr int kWidth = 120, kHeight = 90;
+constexpr int kColumns = 120, kRows = 90;
 
 // Two discs of eight landmarks that momenta turn and noise swaps.
 MaterialFlow swapped_discs() {
@@ -46,14 +46,14 @@ struct Preimages {
 class Multiplicity : public testing::Test {
  protected:
   Multiplicity() {
-    const Points corners = grid(kWidth + 1, kHeight + 1, -0.5);
-    DeformedMesh mesh{kWidth + 1, kHeight + 1, {}};
+    const Points corners = grid(kColumns + 1, kRows + 1, -0.5);
+    DeformedMesh mesh{kColumns + 1, kRows + 1, {}};
     const Eigen::MatrixXf places = warp_.forward(corners).places.cast<float>();
     for (const auto& place : places.colwise()) mesh.vertices.push_back({place.x(), place.y()});
-    const MeshRaster raster(std::move(mesh), {.width = kWidth, .height = kHeight, .supersampling = 1});
+    const MeshRaster raster(std::move(mesh), {.width = kColumns, .height = kRows, .supersampling = 1});
     for (int i = 0; i < raster.bands(); ++i)
       for (const std::uint8_t count : raster.band(i).counts) counts_.push_back(count);
-    starts_ = grid(2 * kWidth + 1, 2 * kHeight + 1, -0.5, 0.5);
+    starts_ = grid(2 * kColumns + 1, 2 * kRows + 1, -0.5, 0.5);
     from_starts_ = warp_.forward(starts_);
   }
 
@@ -66,7 +66,7 @@ class Multiplicity : public testing::Test {
   }
 
   int count_at(int x, int y) const {
-    return counts_[static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)];
+    return counts_[static_cast<std::size_t>(y) * kColumns + static_cast<std::size_t>(x)];
   }
 
   // All x with φ(x) = y, by Newton's method from every start that may be near one.
@@ -111,8 +111,8 @@ class Multiplicity : public testing::Test {
 // Preimages that lie within a pixel of the mesh's border may be on either side of it.
 bool is_at_border(const Preimages& all) {
   for (const Eigen::Vector2d& x : all.places)
-    if (std::abs(x.x() + 0.5) < 1 || std::abs(x.y() + 0.5) < 1 || std::abs(x.x() - kWidth + 0.5) < 1 ||
-        std::abs(x.y() - kHeight + 0.5) < 1)
+    if (std::abs(x.x() + 0.5) < 1 || std::abs(x.y() + 0.5) < 1 || std::abs(x.x() - kColumns + 0.5) < 1 ||
+        std::abs(x.y() - kRows + 0.5) < 1)
       return true;
   return false;
 }
@@ -120,7 +120,7 @@ bool is_at_border(const Preimages& all) {
 int inside(const Preimages& all) {
   int count = 0;
   for (const Eigen::Vector2d& x : all.places)
-    if (x.x() > -0.5 && x.y() > -0.5 && x.x() < kWidth - 0.5 && x.y() < kHeight - 0.5) ++count;
+    if (x.x() > -0.5 && x.y() > -0.5 && x.x() < kColumns - 0.5 && x.y() < kRows - 0.5) ++count;
   return count;
 }
 
@@ -129,9 +129,9 @@ TEST_F(Multiplicity, IsTheNumberOfPreimagesAwayFromFolds) {
   std::array<int, 16> compared{};
   const Points random = random_points(2, 400, 12);
   for (Eigen::Index i = 0; i < random.cols(); ++i) {
-    const int x = static_cast<int>(kWidth * (random(0, i) + 1) / 2),
-              y = static_cast<int>(kHeight * (random(1, i) + 1) / 2);
-    if (x < 1 || y < 1 || x > kWidth - 2 || y > kHeight - 2) continue;
+    const int x = static_cast<int>(kColumns * (random(0, i) + 1) / 2),
+              y = static_cast<int>(kRows * (random(1, i) + 1) / 2);
+    if (x < 1 || y < 1 || x > kColumns - 2 || y > kRows - 2) continue;
     const int count = count_at(x, y);
     bool is_even = true;  // no fold or border of the mesh passes here
     for (int dy = -1; dy <= 1; ++dy)

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <memory>
 #include <set>
 #include <string>
@@ -17,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "noise_definition.hpp"
+#include "numbers.hpp"
 #include "pulson/dynamics/hamiltonian.hpp"
 #include "pulson/noise/noise_table.hpp"
 
@@ -416,8 +416,6 @@ TEST_P(NoiseContract, TakesOtherParameters) {
 
 TEST_P(NoiseContract, RefusesParametersOutOfRange) {
   in_each_dimension([](const Subject& s) {
-    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     const std::vector<std::string> names = s.definition.names();
     for (std::size_t i = 0; i < names.size(); ++i) {
       const auto set = [&](double value) {
@@ -425,7 +423,7 @@ TEST_P(NoiseContract, RefusesParametersOutOfRange) {
         theta[i] = value;
         return [&s, theta] { s.noise->with_parameters(theta); };
       };
-      for (const double bad : {-1.0, kNan, kInfinity})
+      for (const double bad : {-1.0, kNaN, kInfinity})
         EXPECT_THAT(set(bad), ThrowsMessage<InputError>(HasSubstr(names[i] + " must be a finite number")));
       if (names[i] == "friction")
         EXPECT_NO_THROW(set(0)());

@@ -34,7 +34,7 @@ std::string npy(const std::string& header, const std::string& data, int version 
          little_endian(header.size(), version == 1 ? 2 : 4) + header + data;
 }
 
-std::string header(const std::string& type, const std::string& shape, bool is_fortran = false) {
+std::string npy_header(const std::string& type, const std::string& shape, bool is_fortran = false) {
   return "{'descr': '" + type + "', 'fortran_order': " + (is_fortran ? "True" : "False") + ", 'shape': " + shape +
          ", }\n";
 }
@@ -59,7 +59,7 @@ TEST_F(NpyFile, TakesEveryTypeAndVersion) {
     for (int version = 1; version <= 3; ++version)
       for (const std::string order : {"<", ">"}) {
         const LandmarkFile file =
-            read(npy(header(order + type, "(3, 2)"), bytes_of<Number>(kSix, order == ">"), version));
+            read(npy(npy_header(order + type, "(3, 2)"), bytes_of<Number>(kSix, order == ">"), version));
         EXPECT_EQ(file.format, "npy");
         ASSERT_EQ(file.shapes.size(), 1U);
         EXPECT_EQ(file.shapes[0].points, points_2d(kSix)) << order << type;
@@ -76,13 +76,13 @@ TEST_F(NpyFile, TakesEveryTypeAndVersion) {
   check("u2", std::uint16_t{});
   check("u4", std::uint32_t{});
   check("u8", std::uint64_t{});
-  EXPECT_EQ(read(npy(header("|i1", "(2L, 1L)"), bytes_of<std::int8_t>({-1, 2}))).shapes[0].points,
+  EXPECT_EQ(read(npy(npy_header("|i1", "(2L, 1L)"), bytes_of<std::int8_t>({-1, 2}))).shapes[0].points,
             (Points(1, 2) << -1, 2).finished());
 }
 
 TEST_F(NpyFile, TakesEveryLayout) {
   const auto shapes = [](const std::string& shape, const std::vector<double>& numbers, bool is_fortran = false) {
-    return read(npy(header("<f8", shape, is_fortran), bytes_of<double>(numbers))).shapes;
+    return read(npy(npy_header("<f8", shape, is_fortran), bytes_of<double>(numbers))).shapes;
   };
   EXPECT_EQ(shapes("(3,)", {1, 2, 3})[0].points, (Points(1, 3) << 1, 2, 3).finished());
   EXPECT_EQ(shapes("(3, 2)", {1, 3, 5, 2, 4, 6}, true)[0].points, points_2d(kSix));
@@ -100,32 +100,32 @@ TEST_F(NpyFile, TakesEveryLayout) {
 TEST_F(NpyFile, TakesContoursOfOpenCv) {
   for (const bool is_fortran : {false, true}) {
     const std::vector<double> numbers = is_fortran ? std::vector<double>{1, 3, 5, 2, 4, 6} : kSix;
-    const LandmarkFile file = read(npy(header("<i4", "(3, 1, 2)", is_fortran), bytes_of<std::int32_t>(numbers)));
+    const LandmarkFile file = read(npy(npy_header("<i4", "(3, 1, 2)", is_fortran), bytes_of<std::int32_t>(numbers)));
     ASSERT_EQ(file.shapes.size(), 1U);
     EXPECT_EQ(file.shapes[0].points, points_2d(kSix));
     EXPECT_THAT(file.warnings,
                 ElementsAre("t.txt: the array (3, 1, 2) is read as one shape of 3 landmarks, as OpenCV writes them"));
   }
-  EXPECT_EQ(read(npy(header("<f8", "(2, 1, 3)"), bytes_of<double>(kSix))).shapes[0].points,
+  EXPECT_EQ(read(npy(npy_header("<f8", "(2, 1, 3)"), bytes_of<double>(kSix))).shapes[0].points,
             (Points(3, 2) << 1, 4, 2, 5, 3, 6).finished());
 }
 
 TEST_F(NpyFile, TellsWhatItDoubts) {
-  EXPECT_THAT(read(npy(header("<f8", "(1, 4)"), bytes_of<double>({1, 2, 3, 4}))).warnings,
+  EXPECT_THAT(read(npy(npy_header("<f8", "(1, 4)"), bytes_of<double>({1, 2, 3, 4}))).warnings,
               ElementsAre("t.txt: of the array (1, 4) the axis before the last is read as that of the coordinates"));
-  EXPECT_THAT(read(npy(header("<f8", "(1, 2)"), bytes_of<double>({1, 2, 3}))).warnings,
+  EXPECT_THAT(read(npy(npy_header("<f8", "(1, 2)"), bytes_of<double>({1, 2, 3}))).warnings,
               ElementsAre("t.txt: 8 bytes after the array are not used"));
   EXPECT_THAT(
-      incomplete_points(read(npy(header("<f8", "(1, 2)"), bytes_of<double>({1, std::nan("")}))).shapes[0].points),
+      incomplete_points(read(npy(npy_header("<f8", "(1, 2)"), bytes_of<double>({1, std::nan("")}))).shapes[0].points),
       ElementsAre(0));
 }
 
 TEST_F(NpyFile, IsRefusedInALine) {
   const auto error = [](const std::string& type, const std::string& shape) {
-    return read_error(npy(header(type, shape), bytes_of<double>(kSix)));
+    return read_error(npy(npy_header(type, shape), bytes_of<double>(kSix)));
   };
   EXPECT_EQ(error("<f8", "(4, 132)"), "t.txt: the header says (4, 132) numbers of 8 bytes; the file has 48 bytes more");
-  EXPECT_THAT(read_error(npy(header("<u1", "(4, 8)"), std::string(32, '\1'))),
+  EXPECT_THAT(read_error(npy(npy_header("<u1", "(4, 8)"), std::string(32, '\1'))),
               StartsWith("t.txt: the array has the shape (4, 8), which does not say what is x and y; (N,d) or"));
   EXPECT_THAT(error("<f8", "(1, 1, 2, 3)"), StartsWith("t.txt: the array has 4 axes, (1, 1, 2, 3);"));
   EXPECT_THAT(error("<f8", "()"), HasSubstr("holds no landmarks"));
@@ -138,7 +138,7 @@ TEST_F(NpyFile, IsRefusedInALine) {
   EXPECT_THAT(error("|O", "(3, 2)"), HasSubstr("objects of Python (pickled), which are not read"));
   EXPECT_THAT(error("<c16", "(3, 1)"), HasSubstr("have the type '<c16'; f4, f8,"));
   EXPECT_THAT(error("|b1", "(3, 1)"), HasSubstr("have the type '|b1'"));
-  EXPECT_THAT(read_error(npy(header("<f8", "(1,)"), bytes_of<double>({HUGE_VAL}))),
+  EXPECT_THAT(read_error(npy(npy_header("<f8", "(1,)"), bytes_of<double>({HUGE_VAL}))),
               HasSubstr("number 0 of the array is inf; a coordinate must be finite"));
   EXPECT_EQ(read_error(npy("{}", "")), "t.txt: the header has no key 'descr'");
   EXPECT_THAT(read_error(npy("{'descr': [('x', '<f8')], }", "")), HasSubstr("holds records"));
@@ -146,7 +146,7 @@ TEST_F(NpyFile, IsRefusedInALine) {
 }
 
 TEST_F(NpyFile, IsRefusedWhereItIsCut) {
-  const std::string whole = npy(header("<f8", "(3, 2)"), bytes_of<double>(kSix), 2);
+  const std::string whole = npy(npy_header("<f8", "(3, 2)"), bytes_of<double>(kSix), 2);
   for (std::size_t length = 6; length < whole.size(); ++length)
     EXPECT_THAT(read_error(whole.substr(0, length)), StartsWith("t.txt: the ")) << length;
   EXPECT_EQ(read_error("\x93NUMPY" + std::string("\2\0\xFF\xFF\xFF\xFF", 6)),

@@ -35,14 +35,14 @@ PairCase pair_case(const std::string& kernel, const std::string& noise) {
   return setting;
 }
 
-const std::vector<std::pair<std::string, std::string>> kCases = {
+const std::vector<std::pair<std::string, std::string>> kPairCases = {
     {"gaussian:alpha=1", "ch-sd:beta=1.5,on=2"},      {"peakon:alpha=0.5", "ch-sd:beta=1.5,on=2"},
     {"gaussian:alpha=1", "ch-sd:beta=0.5"},           {"gaussian:alpha=1", "p-sd:beta=1"},
     {"gaussian:alpha=1", "trouve-vialard:sigma=0.1"}, {"matern32:alpha=0.8,weight=0.5", "ch-sd:beta=1,on=1"},
     {"matern52:alpha=0.8", "ch-sd:beta=1,on=1"},      {"gaussian:alpha=1", "none"}};
 
 TEST(PairLanes, AreThePathsOfTheIntegrator) {
-  for (const auto& [kernel, noise] : kCases) {
+  for (const auto& [kernel, noise] : kPairCases) {
     SCOPED_TRACE(kernel + " " + noise);
     const PairCase setting = pair_case(kernel, noise);
     constexpr int kSteps = 250;

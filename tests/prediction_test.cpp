@@ -1,7 +1,6 @@
 #include "pulson/compare/prediction.hpp"
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -10,6 +9,7 @@
 #include "cohort_examples.hpp"
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "numbers.hpp"
 #include "pulson/random/normals.hpp"
 
 namespace pulson {
@@ -19,8 +19,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using testing::HasSubstr;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 TEST(EnergyScore, IsItsDefinition) {
   Numbers numbers(5);

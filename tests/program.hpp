@@ -34,6 +34,9 @@ struct ProgramSetting {
   unsigned limit = 300;                   ///< seconds until it is ended by SIGALRM
 };
 
+/// What INSTANTIATE_TEST_SUITE_P may call a test whose parameter has a name.
+inline constexpr auto kName = [](const auto& parameter) { return parameter.param.name; };
+
 /// Runs the built program, which inherits the working folder: a temporary one, removed afterwards.
 class Program : public InTemporaryFolder {
  protected:

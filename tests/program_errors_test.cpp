@@ -75,8 +75,6 @@ class WrongOptions : public WrongInput, public testing::WithParamInterface<Wrong
 TEST_P(WrongCommands, AreRefused) { expect_refused(words(GetParam().line), GetParam().parts); }
 TEST_P(WrongOptions, AreRefused) { expect_refused(register_ab(GetParam().line), GetParam().parts); }
 
-constexpr auto kName = [](const auto& parameter) { return parameter.param.name; };
-
 // clang-format off
 const std::vector<WrongCommand> kWrongCommands = {
     {"UnknownVerb", "regster a.csv b.csv -o out", {"unknown verb 'regster'; did you mean 'register'"}},

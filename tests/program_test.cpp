@@ -115,8 +115,6 @@ class SamplePairs : public RegisterProgram, public testing::WithParamInterface<S
 
 TEST_P(SamplePairs, Register) { expect_match(register_pair(GetParam().name, GetParam().options)); }
 
-constexpr auto kName = [](const auto& parameter) { return parameter.param.name; };
-
 INSTANTIATE_TEST_SUITE_P(
     Sample, SamplePairs,
     testing::Values(SamplePair{"fish"}, SamplePair{"hand"}, SamplePair{"cs"}, SamplePair{"ellipse"},

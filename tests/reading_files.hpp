@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -7,6 +8,12 @@
 #include "temporary_folder.hpp"
 
 namespace pulson {
+
+/// A coordinate that is missing.
+inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Two landmarks, which a test of each format reads from every way to write them.
+inline const Points kPair = points_2d({1.5, -2, 3e2, 0.25});
 
 /// Reads landmark files of a given text.
 class ReadingFiles : public InTemporaryFolder {

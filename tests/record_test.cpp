@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "combinations.hpp"
+#include "lines_of.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "temporary_folder.hpp"
 
@@ -197,13 +198,6 @@ TEST_F(Record, FilesThatAreNoRecordsAreNamed) {
   EXPECT_EQ(error("{}"), "bad.json: 'kernel' is missing");
   EXPECT_EQ(error_of([] { read_registration("none.json"); }), "none.json: the file cannot be opened");
   EXPECT_THAT(error_of([] { read_registration("."); }), HasSubstr(".: "));
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
 }
 
 // The last `count` fields of a line, as numbers.

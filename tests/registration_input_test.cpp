@@ -14,7 +14,6 @@
 namespace pulson {
 namespace {
 
-using pulson::error_of;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -25,7 +24,8 @@ Landmarks square(const std::string& source) {
   return shape;
 }
 
-std::string error_of(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options = {}) {
+std::string registration_error(const Landmarks& source, const Landmarks& target,
+                               const RegistrationOptions& options = {}) {
   return error_of([&] { register_shapes(source, target, options); });
 }
 // The error where `change` alters the default options.
@@ -33,7 +33,7 @@ template <class Change>
 std::string error_with(const Change& change) {
   RegistrationOptions options;
   change(options);
-  return error_of(square("a.csv"), square("b.csv"), options);
+  return registration_error(square("a.csv"), square("b.csv"), options);
 }
 
 TEST(RegistrationErrors, NameShapesThatDoNotFit) {
@@ -41,22 +41,22 @@ TEST(RegistrationErrors, NameShapesThatDoNotFit) {
   Landmarks bad = square("b.csv");
   bad.points = Points::Random(2, 3);
   EXPECT_EQ(
-      error_of(good, bad),
+      registration_error(good, bad),
       "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; landmarks need the same ones in both "
       "(outlines without correspondence: --data varifold)");
   bad.points = Points::Random(3, 4);
-  EXPECT_EQ(error_of(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
+  EXPECT_EQ(registration_error(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
   bad.points.resize(2, 0);
-  EXPECT_EQ(error_of(bad, bad), "b.csv: the shape has no landmarks");
+  EXPECT_EQ(registration_error(bad, bad), "b.csv: the shape has no landmarks");
   bad.points = Points::Random(4, 4);
-  EXPECT_EQ(error_of(bad, bad), "b.csv: landmarks in 4 dimensions; 1, 2 or 3 are supported");
+  EXPECT_EQ(registration_error(bad, bad), "b.csv: landmarks in 4 dimensions; 1, 2 or 3 are supported");
   bad = square("b.csv");
   bad.points(1, 2) = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(error_of(good, bad), "b.csv: landmark 3 has a coordinate that is not a finite number");
+  EXPECT_EQ(registration_error(good, bad), "b.csv: landmark 3 has a coordinate that is not a finite number");
   bad.labels = {"nose", "chin", "left eye", "right eye"};
-  EXPECT_EQ(error_of(bad, good), "b.csv: landmark 'left eye' has a coordinate that is not a finite number");
+  EXPECT_EQ(registration_error(bad, good), "b.csv: landmark 'left eye' has a coordinate that is not a finite number");
   bad.points.row(1).setConstant(std::nan(""));
-  EXPECT_EQ(error_of(good, bad), "b.csv: no landmark has all its coordinates");
+  EXPECT_EQ(registration_error(good, bad), "b.csv: no landmark has all its coordinates");
 }
 
 // A target that is not observed counts for nothing, a source that is not known is left out with its target.
@@ -148,15 +148,17 @@ TEST(Registrations, MatchOutlinesWithoutCorrespondence) {
 TEST(RegistrationErrors, NameLandmarksAtOnePlace) {
   Landmarks twice = square("a.csv");
   twice.points.col(2) = twice.points.col(1);
-  EXPECT_THAT(error_of(twice, square("b.csv")), AllOf(HasSubstr("a.csv: landmarks 2 and 3 are at the same place"),
-                                                      HasSubstr("remove or move one of them, in the target too")));
+  EXPECT_THAT(registration_error(twice, square("b.csv")),
+              AllOf(HasSubstr("a.csv: landmarks 2 and 3 are at the same place"),
+                    HasSubstr("remove or move one of them, in the target too")));
   twice.labels = {"nose", "chin", "left eye", "right eye"};
-  EXPECT_THAT(error_of(twice, square("b.csv")), HasSubstr("landmarks 'chin' and 'left eye' are at the same place"));
+  EXPECT_THAT(registration_error(twice, square("b.csv")),
+              HasSubstr("landmarks 'chin' and 'left eye' are at the same place"));
   Landmarks closed = square("a.csv");
   closed.points.col(3) = closed.points.col(0);
-  EXPECT_THAT(error_of(closed, square("b.csv")),
+  EXPECT_THAT(registration_error(closed, square("b.csv")),
               AllOf(HasSubstr("landmarks 1 and 4"), HasSubstr("a closed outline needs its first point only once")));
-  EXPECT_EQ(error_of(square("b.csv"), closed), "no error") << "a target may have coinciding landmarks";
+  EXPECT_EQ(registration_error(square("b.csv"), closed), "no error") << "a target may have coinciding landmarks";
 }
 
 TEST(RegistrationErrors, NameNumbersOutOfRange) {
@@ -175,8 +177,8 @@ TEST(RegistrationErrors, NameNumbersOutOfRange) {
   RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
   options.lambda.reset();
-  EXPECT_EQ(error_of(one, one, options), "lambda auto needs at least two landmarks apart; give a number");
-  EXPECT_THAT(error_of(one, one), HasSubstr("alpha=auto needs at least two landmarks apart"));
+  EXPECT_EQ(registration_error(one, one, options), "lambda auto needs at least two landmarks apart; give a number");
+  EXPECT_THAT(registration_error(one, one), HasSubstr("alpha=auto needs at least two landmarks apart"));
 }
 
 TEST(RegistrationErrors, NameWhatIsUnknown) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -13,13 +12,12 @@
 #include <gtest/gtest.h>
 
 #include "error_of.hpp"
+#include "numbers.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // A displacement and its derivatives.
 struct Moved {
@@ -221,8 +219,8 @@ PlaneMap without(double inner, double outer, const PlaneMap& map) {
     for (Eigen::Index m = 0; m < points.cols(); ++m) {
       const double radius = std::hypot(points(0, m) - 140, points(1, m) - 120);
       if (radius < inner || radius > outer) continue;
-      moved.places.col(m).setConstant(kNan);
-      moved.gradients.col(m).setConstant(kNan);
+      moved.places.col(m).setConstant(kNaN);
+      moved.gradients.col(m).setConstant(kNaN);
     }
     return moved;
   };
@@ -246,7 +244,7 @@ TEST(SampledMap, PlacesMayHaveNoGradient) {
     const PlaneMap map = [reach](const Points& points) {
       MovedPoints moved = kWaves(points);
       for (Eigen::Index m = 0; m < points.cols(); ++m)
-        if (std::abs(points(0, m) - points(1, m)) <= reach) moved.gradients.col(m).setConstant(kNan);
+        if (std::abs(points(0, m) - points(1, m)) <= reach) moved.gradients.col(m).setConstant(kNaN);
       return moved;
     };
     const SampledMap sampled = sample_map(map, {65, 64, 0}, 0.05, false);
@@ -317,7 +315,7 @@ TEST(SampledMap, RefusesWrongInput) {
   EXPECT_EQ(error({0, 5, 0}, 0.1), "plane of 0 x 5 nodes: sizes must be positive");
   EXPECT_EQ(error({5, -1, 0}, 0.1), "plane of 5 x -1 nodes: sizes must be positive");
   EXPECT_NE(error({1 << 20, 1 << 20, 0}, 0.1).find("at most 2147483648"), std::string::npos);
-  for (const double tolerance : {0.0, -1.0, kNan, std::numeric_limits<double>::infinity()})
+  for (const double tolerance : {0.0, -1.0, kNaN, kInfinity})
     EXPECT_NE(error({5, 5, 0}, tolerance).find("must be positive and finite"), std::string::npos) << tolerance;
   EXPECT_NE(error({5, 5, 0}, 0.1, 0).find("coarsest"), std::string::npos);
   const PlaneMap without_gradients = [](const Points& points) { return MovedPoints{points, Eigen::MatrixXd()}; };

@@ -14,12 +14,13 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-constexpr const char* kPair = "simulate --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out";
+constexpr const char* kSimulatePair =
+    "simulate --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out";
 
 class Simulate : public Program {};
 
 TEST_F(Simulate, WritesARecordPathsAndPictures) {
-  const ProgramRun done = run(joined(words(kPair), words("--time 2 --samples 3 --seed 7")));
+  const ProgramRun done = run(joined(words(kSimulatePair), words("--time 2 --samples 3 --seed 7")));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.err, "");
   EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "simulation.json"));
@@ -45,7 +46,7 @@ TEST_F(Simulate, WritesARecordPathsAndPictures) {
 
 TEST_F(Simulate, IsAFunctionOfTheSeed) {
   const auto paths = [](const std::string& options) {
-    run(joined(words(kPair), words("--time 2 --no-picture " + options)));
+    run(joined(words(kSimulatePair), words("--time 2 --no-picture " + options)));
     return contents("out/paths.csv");
   };
   EXPECT_EQ(paths("--seed 3 --threads 1 --samples 4"), paths("--seed 3 --threads 2 --samples 4"));
@@ -53,7 +54,7 @@ TEST_F(Simulate, IsAFunctionOfTheSeed) {
 }
 
 TEST_F(Simulate, WritesEveryNthStepAndTheLast) {
-  run(joined(words(kPair), words("--steps 25 --time 1 --every 10 --no-picture")));
+  run(joined(words(kSimulatePair), words("--steps 25 --time 1 --every 10 --no-picture")));
   const std::string csv = contents("out/paths.csv");
   for (const char* step : {"\n1,0,", "\n1,10,", "\n1,20,", "\n1,25,"}) EXPECT_THAT(csv, HasSubstr(step));
   EXPECT_EQ(count_lines(csv), 1 + 4 * 2U);

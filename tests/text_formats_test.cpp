@@ -1,6 +1,5 @@
 // Formats of one shape with a point per line: iBUG, elastix, transformix, IDAV.
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,9 +22,6 @@ using ElastixFile = ReadingFiles;
 using TransformixFile = ReadingFiles;
 using IdavFile = ReadingFiles;
 using TextWriter = ReadingFiles;
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
-const Points kPair = points_2d({1.5, -2, 3e2, 0.25});
 
 // ---- iBUG
 

@@ -1,6 +1,5 @@
 // Text formats that hold several specimens, or tables in sections: NTSYS, morphologika, EDMA, StereoMorph.
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,8 +22,6 @@ using NtsFile = ReadingFiles;
 using MorphologikaFile = ReadingFiles;
 using EdmaFile = ReadingFiles;
 using StereomorphFile = ReadingFiles;
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // ---- NTSYS
 

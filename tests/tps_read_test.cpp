@@ -1,6 +1,5 @@
 // tps: landmarks, names and what is refused; tps_test.cpp has the rest.
 
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,11 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const Points kPair = points_2d({1.5, -2, 3e2, 0.25});
-
 using TpsFile = ReadingFiles;
-
-const double kNone = std::numeric_limits<double>::quiet_NaN();
 
 TEST_F(TpsFile, TakesEveryWayToWriteTheSamePair) {
   const std::vector<std::string> texts = {

@@ -22,8 +22,6 @@ using TpsFields = ReadingFiles;
 using TpsCurves = ReadingFiles;
 using TpsWriter = ReadingFiles;
 
-const double kNone = std::numeric_limits<double>::quiet_NaN();
-
 TEST_F(TpsFields, AreKept) {
   const LandmarkFile file = read("a.tps",
                                  "LM = 1\r\n1 2\r\n\r\nIMAGE=C:\\fish\\b 1.jpg\r\nComment=x=1 \r\nSCALE=0,5\r\n"

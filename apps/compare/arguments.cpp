@@ -15,10 +15,6 @@ namespace {
 
 constexpr double kUsualSigma = 0.01;  // of the diameter
 
-void check_at_least(int value, int least, std::string_view option) {
-  if (value < least) throw InputError(fmt::format("{} is {}; it must be at least {}", option, value, least));
-}
-
 // With the source or, where it is their mean, with the first of them.
 void pair_by_labels(CohortShapes& cohort, std::vector<std::string>& notes) {
   if (cohort.targets.empty()) return;

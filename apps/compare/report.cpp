@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "messages.hpp"
 #include "program.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
@@ -119,10 +120,11 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
   HtmlReport report{.title = "Which noise do these shapes call for?", .lead = sentence(verdict(comparison))};
   ReportSection models{"Models", {}};
   models.blocks.emplace_back(ReportParagraph{fmt::format(
-      "{} shapes of {} landmarks in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
-      comparison.cohort.targets.size(), comparison.cohort.source.count(), comparison.cohort.source.dimension(),
-      comparison.cohort.source.source, alignment_name(comparison.cohort.alignment),
-      shortened_spec(comparison.settings.kernel), comparison.settings.grid.steps, comparison.settings.sigma)});
+      "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
+      counted(comparison.cohort.targets.size(), "shape"), counted(comparison.cohort.source.count(), "landmark"),
+      comparison.cohort.source.dimension(), comparison.cohort.source.source,
+      alignment_name(comparison.cohort.alignment), shortened_spec(comparison.settings.kernel),
+      comparison.settings.grid.steps, comparison.settings.sigma)});
   models.blocks.emplace_back(evidence_table(comparison));
   if (!picture.empty())
     models.blocks.emplace_back(ReportPicture{picture, "The same as comparison.png and comparison.svg."});

@@ -12,7 +12,7 @@
 namespace pulson {
 namespace {
 
-constexpr std::array<double, 4> kP1 = {8, 4, 2, 1};
+constexpr std::array<double, 4> kMomenta = {8, 4, 2, 1};
 constexpr double kLargestBeta = 6.5;
 
 struct Point {
@@ -38,12 +38,12 @@ std::vector<Point> sample_points(const Laboratory& laboratory) {
   const int steps = static_cast<int>(std::lround(kLargestBeta / step));
   std::vector<Point> points;
   for (const PaperKernel& kernel : paper_kernels())
-    for (const double p1 : kP1)
+    for (const double p1 : kMomenta)
       for (int i = 0; i <= steps; ++i) {
         const double beta = i == steps ? kLargestBeta : i * step;
         const std::string noise = beta > 0 ? fmt::format("ch-sd:beta={},on=2", beta) : "none";
         const std::string what = fmt::format("figure3, point {} of {}", points.size() + 1,
-                                             paper_kernels().size() * kP1.size() * (steps + 1));
+                                             paper_kernels().size() * kMomenta.size() * (steps + 1));
         points.push_back({kernel, p1, beta, laboratory.sample({kernel, noise, p1}, what), {}});
       }
   return points;
@@ -80,7 +80,7 @@ ChartPanel panel_of(const std::vector<Point>& points, const PaperKernel& kernel)
                               kernel.particle == "peakons" ? "Peakons" : kernel.particle);
   panel.y_range = {0, 1};
   panel.reference_lines = {{1, ""}, {0.5, "½"}};
-  for (const double p1 : kP1) {
+  for (const double p1 : kMomenta) {
     Series grid, sampled;
     grid.dashed = true;
     grid.name = sampled.name = fmt::format("p̄₁ = {:g}", p1);
@@ -130,7 +130,7 @@ BeyondTheRange beyond_the_range(const Laboratory& laboratory) {
   BeyondTheRange beyond;
   for (const double beta : kBetas) beyond.table.header.push_back(fmt::format("β = {:g}", beta));
   for (const PaperKernel& kernel : paper_kernels())
-    for (const double p1 : kP1) {
+    for (const double p1 : kMomenta) {
       std::vector<PairEquation> pairs;
       for (const double beta : kBetas) pairs.push_back(pair_equation(laboratory, {kernel, p1, beta, {}, {}}));
       laboratory.show("figure3, beyond beta = 6.5");

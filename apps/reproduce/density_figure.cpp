@@ -14,7 +14,7 @@ namespace pulson {
 namespace {
 
 constexpr double kBeta = 1.5;
-constexpr double kP1 = 4;
+constexpr double kFreeMomentum = 4;
 
 struct Marginal {
   std::string heading;
@@ -71,7 +71,7 @@ EnsembleSums sample(const Laboratory& laboratory, const PhaseState& start, const
   options.samples = laboratory.options().samples;
   options.seed = laboratory.options().seed;
   const StochasticSystem system{make_kernel(paper_kernels().front().spec, {}),
-                                paper_system({paper_kernels().front(), noise, kP1}).noise};
+                                paper_system({paper_kernels().front(), noise, kFreeMomentum}).noise};
   return laboratory.finish(Ensemble(system, "variational-paper", start, options), "fokker-planck");
 }
 
@@ -105,10 +105,10 @@ ReportSection fokker_planck(const Laboratory& laboratory) {
                          distances[row].back());
     }
   };
-  const PhaseState one{(Points(1, 1) << 0).finished(), (Points(1, 1) << kP1).finished()};
-  add(0, sample(laboratory, one, noise, {1, 5, 10}, steps), 0, 1, {0, kP1, kBeta});
-  const EnsembleSums pair = sample(laboratory, paper_start(kP1), noise, {0.5, 1, 10}, steps);
-  add(1, pair, 0, 2, {0, kP1, kBeta});
+  const PhaseState one{(Points(1, 1) << 0).finished(), (Points(1, 1) << kFreeMomentum).finished()};
+  add(0, sample(laboratory, one, noise, {1, 5, 10}, steps), 0, 1, {0, kFreeMomentum, kBeta});
+  const EnsembleSums pair = sample(laboratory, paper_start(kFreeMomentum), noise, {0.5, 1, 10}, steps);
+  add(1, pair, 0, 2, {0, kFreeMomentum, kBeta});
   add(2, pair, 1, 2, {10, 1, kBeta});
 
   ReportSection section{"Section 3: the Fokker–Planck equation", {}};
@@ -143,9 +143,9 @@ ReportSection fokker_planck(const Laboratory& laboratory) {
   for (const PaperKernel& kernel : paper_kernels())
     for (const double beta : {0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.5}) {
       laboratory.show(fmt::format("fokker-planck, grid for {}, beta = {}", kernel.name, beta));
-      const PairCrossing c =
-          crossing_probability({make_kernel(kernel.spec, {}), beta, laboratory.options().grid.time, 0, 10, kP1, 1},
-                               laboratory.options().quick ? PairEquationOptions{0.01, 2} : PairEquationOptions{});
+      const PairCrossing c = crossing_probability(
+          {make_kernel(kernel.spec, {}), beta, laboratory.options().grid.time, 0, 10, kFreeMomentum, 1},
+          laboratory.options().quick ? PairEquationOptions{0.01, 2} : PairEquationOptions{});
       std::string grids;
       for (const double p : c.grids) grids += fmt::format("{}{:.5f}", grids.empty() ? "" : ", ", p);
       table.rows.push_back({{kernel.name},

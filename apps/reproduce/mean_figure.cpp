@@ -11,7 +11,7 @@ namespace pulson {
 namespace {
 
 constexpr std::array<double, 3> kBetas = {1.5, 2.5, 4.5};
-constexpr double kP1 = 4;
+constexpr double kMeanMomentum = 4;
 
 struct Means {
   double beta;
@@ -89,18 +89,19 @@ ReportSection figure2(const Laboratory& laboratory) {
   const std::vector<int> records = spread_steps(laboratory.options().grid, 501);
   std::vector<Means> all;
   for (const double beta : kBetas)
-    all.push_back({beta, laboratory.sample({kernel, fmt::format("ch-sd:beta={},on=2", beta), kP1},
+    all.push_back({beta, laboratory.sample({kernel, fmt::format("ch-sd:beta={},on=2", beta), kMeanMomentum},
                                            fmt::format("figure2, beta = {}", beta), records)});
-  const SamplePath without_noise = laboratory.paths({kernel, "none", kP1}, 1).front();
+  const SamplePath without_noise = laboratory.paths({kernel, "none", kMeanMomentum}, 1).front();
   const double exchanged = without_noise.path.final().p(0);
-  const Estimate small = final_momentum(laboratory.sample({kernel, "ch-sd:beta=0.5,on=2", kP1}, "figure2, beta = 0.5"));
+  const Estimate small =
+      final_momentum(laboratory.sample({kernel, "ch-sd:beta=0.5,on=2", kMeanMomentum}, "figure2, beta = 0.5"));
 
   ReportSection section{"Figure 2: mean paths", {}};
   laboratory.write_csv("figure2.csv", csv_of_means(laboratory, all, records));
   laboratory.add_chart(section, "figure2", chart_of_means(laboratory, all, records, without_noise),
                        "Mean paths for β = 1.5, 2.5 and 4.5, with one standard deviation; dashed: without noise");
   ReportClaims claims;
-  const auto part = [&](double p1) { return 100 * (kP1 - p1) / (kP1 - exchanged); };
+  const auto part = [&](double p1) { return 100 * (kMeanMomentum - p1) / (kMeanMomentum - exchanged); };
   claims.push_back(
       {"For small noise the mean solution resembles the deterministic one.",
        part(small.value) > 90 ? Verdict::kHolds : Verdict::kDoesNotHold,

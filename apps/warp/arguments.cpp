@@ -9,6 +9,7 @@
 
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/report/animation.hpp"
 
@@ -89,10 +90,8 @@ void WarpArguments::check() const {
   origin_of_image();
   origin_of_result();
   for (const auto& [name, value] : {std::pair("--pixel-size", pixel_size), {"--target-pixel-size", target_pixel_size}})
-    if (value && !(std::isfinite(*value) && *value > 0))
-      throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", name, *value));
-  if (!(std::isfinite(tolerance) && tolerance > 0))
-    throw InputError(fmt::format("--tolerance is {}; it must be a finite number greater than 0", tolerance));
+    if (value) require_positive(name, *value);
+  require_positive("--tolerance", tolerance);
   if (samples < 0) throw InputError(fmt::format("--samples is {}; it must be positive", samples));
   if (samples == 0 && (!deviation.empty() || !fold_probability.empty()))
     throw InputError("--deviation and --fold-probability are of --samples");

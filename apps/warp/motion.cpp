@@ -21,7 +21,7 @@ constexpr int kRest = 8;     // frames at both ends
 constexpr int kSpacing = 4;  // vertices between two that are moved exactly
 
 // A picture on white, without alpha.
-std::vector<std::uint8_t> on_white(const Image& image) {
+std::vector<std::uint8_t> bytes_on_white(const Image& image) {
   const auto values = image.values<std::uint8_t>();
   std::vector<std::uint8_t> rgb;
   rgb.reserve(image.pixel_count() * 3);
@@ -99,7 +99,7 @@ void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames
     const RasterOptions raster{.width = width, .height = height, .supersampling = 2, .over = over};
     const PushedImage pushed =
         push_forward(small, corners.mesh(reduced(places[k], factor)), raster, {.fill = std::nullopt}, priority);
-    const std::vector<std::uint8_t> frame = on_white(with_landmarks(pushed.image, landmarks, k, 1));
+    const std::vector<std::uint8_t> frame = bytes_on_white(with_landmarks(pushed.image, landmarks, k, 1));
     const bool at_end = k == 0 || k + 1 == places.size();
     for (int repeat = 0; repeat < (at_end ? kRest : 1); ++repeat) animation.add(frame);
   }

@@ -9,6 +9,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/log_maximum.hpp"
@@ -21,12 +22,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostRounds = 30;
-constexpr double kRest = 0.01;      // nats that a further round would still gain by the linear model
-constexpr double kTrial = 1e-3;     // amplitudes at which scales are found, of the shapes' differences
-constexpr double kUnseen = 1e-12;   // part of the variance of a noise that is left by the alignment
-constexpr double kSilent = 1e-4;    // of the variance of a noise, where the search begins with next to none
-constexpr double kPolishRange = 2;  // of logarithms of variances
+constexpr int kMostFits = 30;
+constexpr double kLeastGain = 0.01;  // nats that a further round would still gain by the linear model
+constexpr double kTrial = 1e-3;      // amplitudes at which scales are found, of the shapes' differences
+constexpr double kUnseen = 1e-12;    // part of the variance of a noise that is left by the alignment
+constexpr double kSilent = 1e-4;     // of the variance of a noise, where the search begins with next to none
+constexpr double kPolishRange = 2;   // of logarithms of variances
 constexpr double kPolishTolerance = 0.1;
 constexpr int kMostPolishEvaluations = 12;
 constexpr int kSilentRounds = 3;
@@ -34,8 +35,6 @@ constexpr int kMostRetreats = 30;
 constexpr double kShapeRange = 30;  // of numbers that are no amplitudes, a factor up and down
 constexpr double kShapeTolerance = 0.01;
 constexpr int kMostShapeEvaluations = 60;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Root mean square of what is observed beyond the source, length units.
 double difference(const std::vector<Observation>& observations, const Points& source, double sigma) {
@@ -78,8 +77,7 @@ Fitter::Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& sett
       integrator_(make_integrator(settings.integrator)),
       noise_(std::move(noise)),
       lambda_open_(!settings.lambda) {
-  if (!(std::isfinite(settings.sigma) && settings.sigma > 0))
-    throw InputError(fmt::format("sigma is {}; it must be a finite number greater than 0", settings.sigma));
+  require_positive("sigma", settings.sigma);
   if (cohort.targets.empty()) throw InputError("there is no shape to fit a model to");
   const Points& source = cohort.source.points;
   noise_.model->check(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
@@ -254,7 +252,7 @@ Fitter::State Fitter::settle(State state, int most_rounds) const {
     double constant = 0;
     for (const Observation& observation : observations_) constant += observation.log_volume;
     const double gain = state.variances.log_likelihood - constant - now;
-    if (gain < kRest) {
+    if (gain < kLeastGain) {
       best.converged = std::all_of(best.matches.begin(), best.matches.end(), [](const auto& m) { return m.converged; });
       break;
     }
@@ -286,7 +284,7 @@ Fitter::State Fitter::or_silent(State best) const {
   u.tail(std::ssize(amplitudes_)).setConstant(std::log(kSilent));
   rescale(silent, u);
   silent = settle(std::move(silent), kSilentRounds);
-  return silent.log_evidence() > best.log_evidence() ? settle(std::move(silent), kMostRounds) : best;
+  return silent.log_evidence() > best.log_evidence() ? settle(std::move(silent), kMostFits) : best;
 }
 
 // Where the linear model changes with the numbers, as for noise that is stronger in one place than in another, matches
@@ -316,7 +314,7 @@ Fitter::State Fitter::polish(State best) const {
 CohortFit Fitter::run() {
   State state = start();
   if (others_.empty()) {
-    State best = settle(std::move(state), kMostRounds);
+    State best = settle(std::move(state), kMostFits);
     if (!amplitudes_.empty()) best = or_silent(std::move(best));
     if (!amplitudes_.empty() && noise_.model->traits().compensated) best = polish(std::move(best));
     return record(best);
@@ -328,7 +326,7 @@ CohortFit Fitter::run() {
         State tried = best.matches.empty() ? state : best;
         tried.parameters(others_) = first.array() * x.array().exp();
         try {
-          tried = settle(std::move(tried), kMostRounds);
+          tried = settle(std::move(tried), kMostFits);
         } catch (const InputError&) {
           if (best.matches.empty()) throw;
           return -std::numeric_limits<double>::infinity();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "variances.hpp"
 
 namespace pulson {
+
+inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 /// One fit of a model to a cohort, see fit_cohort().
 class Fitter {

@@ -13,12 +13,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostSteps = 100;
-constexpr int kMostHalvings = 20;
-constexpr double kLongestStep = 2;  // of a logarithm
-constexpr double kRest = 1e-5;      // step at which the search ends
-constexpr double kNothing = 1e-6;   // variance, of σ², mean over coordinates: no data would show it
-constexpr double kRidge = 1e-9;     // of the information, where numbers cannot be told apart
+constexpr int kMostScorings = 100;
+constexpr int kMostStepHalvings = 20;
+constexpr double kLongestStep = 2;   // of a logarithm
+constexpr double kLeastStep = 1e-5;  // step at which the search ends
+constexpr double kNothing = 1e-6;    // variance, of σ², mean over coordinates: no data would show it
+constexpr double kRidge = 1e-9;      // of the information, where numbers cannot be told apart
 
 struct Slope {
   double log_likelihood = 0;
@@ -98,7 +98,7 @@ VectorXd lower_ends(const std::vector<VarianceData>& shapes, Index groups) {
 // The first of u + step, u + step/2, … above the likelihood now.
 std::optional<VectorXd> better(const std::vector<VarianceData>& shapes, double now, const VectorXd& u, VectorXd step,
                                const VectorXd& least) {
-  for (int halving = 0; halving < kMostHalvings; ++halving, step /= 2) {
+  for (int halving = 0; halving < kMostStepHalvings; ++halving, step /= 2) {
     VectorXd tried = (u + step).cwiseMax(least);
     if (likelihood(shapes, tried) > now) return tried;
   }
@@ -121,7 +121,7 @@ VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Index groups)
   const VectorXd least = lower_ends(shapes, groups);
   VectorXd u = VectorXd::Zero(groups).cwiseMax(least);
   Slope here = slope(shapes, u);
-  for (int count = 0; count < kMostSteps && groups > 0; ++count) {
+  for (int count = 0; count < kMostScorings && groups > 0; ++count) {
     MatrixXd information = here.information.topLeftCorner(groups, groups);
     information.diagonal() += VectorXd::Constant(groups, kRidge * (1 + information.trace()));
     VectorXd gradient = here.gradient;
@@ -142,7 +142,7 @@ VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Index groups)
     const VectorXd step = *next - u;
     u = *next;
     here = slope(shapes, u);
-    if (step.cwiseAbs().maxCoeff() < kRest) break;
+    if (step.cwiseAbs().maxCoeff() < kLeastStep) break;
   }
   return {u, here.information, here.log_likelihood, u.array() <= least.array() + 1e-9};
 }

@@ -40,7 +40,7 @@ struct PairModel {
 };
 
 /// How a lane stands.
-enum class LaneStatus : std::uint8_t { kRunning, kNoRoot, kMomentumBound };
+enum class LaneStatus : std::uint8_t { kRunning, kNoRoot, kBeyondBound };
 
 /// Neighbouring paths of the pair, one in each lane. The gap q₂ − q₁ is kept in place of q₂, so that tiny gaps are
 /// exact.

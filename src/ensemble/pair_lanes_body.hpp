@@ -176,7 +176,7 @@ class PairStepper {
   HWY_INLINE void StopBeyondBound(std::uint32_t step) {
     for (int v = 0; v < n; ++v) {
       const LaneMask within = hn::Le(largest_[v], Constant(model_.momentum_bound));
-      if (!hn::AllFalse(Tag(), hn::AndNot(within, running_[v]))) Stop(v, step, within, LaneStatus::kMomentumBound);
+      if (!hn::AllFalse(Tag(), hn::AndNot(within, running_[v]))) Stop(v, step, within, LaneStatus::kBeyondBound);
     }
   }
 

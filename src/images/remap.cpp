@@ -55,13 +55,13 @@ float near_image(float x, int size, Border border) {
   return static_cast<float>(std::clamp<double>(x, -kWidestFilter, length + kWidestFilter));
 }
 
-struct Places {
+struct SamplingPlaces {
   cv::Mat coordinates;  ///< two float32 a pixel
   cv::Mat is_nowhere;   ///< 255 or 0
 };
 
-Places places_of(const PixelMap& map, const Image& source, Border border) {
-  Places result{cv::Mat(map.height, map.width, CV_32FC2), cv::Mat(map.height, map.width, CV_8U)};
+SamplingPlaces places_of(const PixelMap& map, const Image& source, Border border) {
+  SamplingPlaces result{cv::Mat(map.height, map.width, CV_32FC2), cv::Mat(map.height, map.width, CV_8U)};
   for (std::size_t i = 0; i < map.places.size(); ++i) {
     const auto [x, y] = map.places[i];
     const bool is_place = std::isfinite(x) && std::isfinite(y);
@@ -106,7 +106,7 @@ Image remap(const Image& source, const PixelMap& map, const RemapOptions& option
     return remap(images::with_alpha(source), map, {options.interpolation, Border::kConstant, {}});
 
   Image result(map.width, map.height, source.channels(), source.depth());
-  const Places places = places_of(map, source, options.border);
+  const SamplingPlaces places = places_of(map, source, options.border);
   const cv::Scalar fill(options.fill[0], options.fill[1], options.fill[2], options.fill[3]);
   cv::Scalar beyond = fill;
   const bool is_mixed = options.interpolation != Interpolation::kNearest;

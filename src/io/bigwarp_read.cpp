@@ -60,7 +60,6 @@ class BigWarpReader {
  private:
   void read_point(const CsvRecord& record, const char* shape, std::size_t first, bool is_active,
                   std::vector<double>& coordinates) const {
-    constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
     CoordinatePlace place{path_, record.line, in_quotes(record.fields.front()), shape, 0};
     for (; place.axis < dimension_; ++place.axis) {
       const std::string& field = record.fields[first + place.axis];

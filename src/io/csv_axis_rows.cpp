@@ -10,8 +10,6 @@
 namespace pulson::io {
 namespace {
 
-constexpr std::string_view kAxes = "xyz";
-
 /// The column `x-coordinates` or the like, first or second, with numbers after it.
 std::optional<std::size_t> find_axis_column(const CsvRecord& record) {
   const auto& fields = record.fields;
@@ -83,13 +81,13 @@ class NamedAxisReader {
     if (shapes_.empty() || shapes_.back().shape.name != name || shapes_.back().dimension != axis)
       fail(path_, record.line,
            fmt::format("{}{} does not follow {}; each shape needs a line of x, one of y after it, and so on",
-                       kAxes[axis], describe(name), kAxes[axis - 1]));
+                       kAxisLetters[axis], describe(name), kAxisLetters[axis - 1]));
     const AxisRows& rows = shapes_.back();
     const std::size_t count = record.fields.size() - axis_column_ - 1;
     if (count != rows.count())
       fail(path_, record.line,
-           fmt::format("{} of {}{}, but {} of x on line {}", counted(count, "coordinate"), kAxes[axis], describe(name),
-                       rows.count(), rows.line));
+           fmt::format("{} of {}{}, but {} of x on line {}", counted(count, "coordinate"), kAxisLetters[axis],
+                       describe(name), rows.count(), rows.line));
   }
 
   void require_equal_dimensions() const {

@@ -10,7 +10,6 @@ namespace pulson::io {
 namespace {
 
 constexpr std::string_view kSeparators = " _.-";
-constexpr std::string_view kAxes = "xyz";
 
 struct NamedMeaning {
   std::string_view names;  ///< plain, each between blanks
@@ -73,7 +72,8 @@ std::string take_unit(std::string& name) {
 
 /// The axis of a plain name, and how plainly it says so.
 std::optional<std::pair<std::size_t, int>> find_axis(std::string_view plain) {
-  if (plain.size() == 1 && kAxes.find(plain.front()) != kAxes.npos) return std::pair(kAxes.find(plain.front()), 0);
+  if (plain.size() == 1 && kAxisLetters.find(plain.front()) != kAxisLetters.npos)
+    return std::pair(kAxisLetters.find(plain.front()), 0);
   constexpr std::array<std::string_view, 3> kNumbered = {"pos1", "pos2", "pos3"};
   constexpr std::array<std::string_view, 6> kParaView = {"points:0", "points:1", "points:2",
                                                          "points0",  "points1",  "points2"};
@@ -83,8 +83,8 @@ std::optional<std::pair<std::size_t, int>> find_axis(std::string_view plain) {
     return std::pair(static_cast<std::size_t>(found - kParaView.begin()) % 3, 2);
   for (const std::string_view word : {"coord", "coords", "coordinate", "coordinates", "pos", "position"}) {
     if (plain.size() != word.size() + 1) continue;
-    const std::size_t axis = kAxes.find(plain.starts_with(word) ? plain.back() : plain.front());
-    if (axis != kAxes.npos && (plain.starts_with(word) || plain.ends_with(word))) return std::pair(axis, 2);
+    const std::size_t axis = kAxisLetters.find(plain.starts_with(word) ? plain.back() : plain.front());
+    if (axis != kAxisLetters.npos && (plain.starts_with(word) || plain.ends_with(word))) return std::pair(axis, 2);
   }
   return std::nullopt;
 }
@@ -116,8 +116,8 @@ bool is_coordinate(ColumnRole role) { return role <= ColumnRole::kZ; }
 
 std::optional<std::size_t> axis_of_word(std::string_view word) {
   const std::string lower = to_lower(word);
-  const std::size_t axis = kAxes.find(lower.empty() ? '\0' : lower.front());
-  if (axis == kAxes.npos) return std::nullopt;
+  const std::size_t axis = kAxisLetters.find(lower.empty() ? '\0' : lower.front());
+  if (axis == kAxisLetters.npos) return std::nullopt;
   std::string_view rest = std::string_view(lower).substr(1);
   rest.remove_prefix(std::min(rest.find_first_not_of("-_. "), rest.size()));
   for (const std::string_view ending : {"", "coordinates", "coordinate", "coords", "coord"})

@@ -4,11 +4,10 @@
 #include <set>
 
 #include "csv_columns.hpp"
+#include "text.hpp"
 
 namespace pulson::io {
 namespace {
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 bool is_all_of(std::string_view text, std::string_view characters) {
   return text.find_first_not_of(characters) == std::string_view::npos;

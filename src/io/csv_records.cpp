@@ -97,7 +97,7 @@ std::vector<std::string> split_fields(const std::string& path, const TextLine& l
 }
 
 /// `#N/A` at the beginning of a line is a cell of Excel; CloudCompare writes `//`.
-bool is_comment(std::string_view content) {
+bool is_csv_comment(std::string_view content) {
   if (content.starts_with("//")) return true;
   if (!content.starts_with('#')) return false;
   const std::string_view word = content.substr(0, content.find_first_of(",;\t"));
@@ -146,7 +146,7 @@ class RecordReader {
       next_.follows_blank_line = true;
       return;
     }
-    if (is_comment(content)) {
+    if (is_csv_comment(content)) {
       comment_ = {line.number, content.substr(std::min(content.find_first_not_of("#/ \t"), content.size()))};
       return;
     }

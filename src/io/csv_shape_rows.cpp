@@ -17,8 +17,6 @@
 namespace pulson::io {
 namespace {
 
-constexpr std::string_view kAxes = "xyz";
-
 /// A landmark and its columns.
 struct ShapeLandmark {
   std::string label;
@@ -148,7 +146,7 @@ class ShapeColumnFinder {
       for (std::size_t axis = 0; axis < columns_.dimension; ++axis)
         if (!landmark.columns[axis])
           fail(path_, header_.line,
-               fmt::format("no column holds {} of landmark {}", kAxes[axis],
+               fmt::format("no column holds {} of landmark {}", kAxisLetters[axis],
                            columns_.are_numbered ? landmark.label : in_quotes(landmark.label)));
   }
 

@@ -20,7 +20,7 @@ constexpr std::string_view kColumns = "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,d
 constexpr std::string_view kColumnsOfSlicer3 = "label,x,y,z,sel,vis";
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
-bool is_comment(std::string_view line) { return trim(line).starts_with('#'); }
+bool is_fcsv_comment(std::string_view line) { return trim(line).starts_with('#'); }
 
 /// The fields of a line, which may be in quotes; a quote in them is doubled.
 std::vector<std::string> split_fields(const std::string& path, const TextLine& line) {
@@ -50,7 +50,7 @@ class FcsvReader {
 
   LandmarkFile read() {
     for (const TextLine& line : lines_) {
-      if (is_comment(line.text))
+      if (is_fcsv_comment(line.text))
         read_comment(line);
       else if (!trim(line.text).empty())
         read_landmark(line);

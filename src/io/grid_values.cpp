@@ -33,7 +33,7 @@ constexpr GridNumberType row(std::string_view meta_image, std::string_view nrrd)
   return {meta_image, nrrd, sizeof(T), convert<T>};
 }
 
-constexpr std::array<GridNumberType, 10> kTypes = {{
+constexpr std::array<GridNumberType, 10> kGridNumberTypes = {{
     row<float>("MET_FLOAT", "float"),
     row<double>("MET_DOUBLE", "double"),
     row<std::int8_t>("MET_CHAR", "signed char,int8,int8_t"),
@@ -58,8 +58,8 @@ bool holds_name(std::string_view list, std::string_view name) {
 
 template <class Predicate>
 const GridNumberType* find_type(Predicate is_wanted) {
-  const auto* const type = std::find_if(kTypes.begin(), kTypes.end(), is_wanted);
-  return type == kTypes.end() ? nullptr : type;
+  const auto* const type = std::find_if(kGridNumberTypes.begin(), kGridNumberTypes.end(), is_wanted);
+  return type == kGridNumberTypes.end() ? nullptr : type;
 }
 
 std::optional<std::size_t> product(std::size_t a, std::size_t b) {

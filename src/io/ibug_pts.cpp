@@ -16,7 +16,7 @@ std::optional<std::string_view> value_of(std::string_view line, std::string_view
   return trim(line.substr(colon + 1));
 }
 
-std::size_t take_header(TextLines& lines) {
+std::size_t take_point_count(TextLines& lines) {
   TextLine line = lines.take("version: or n_points:");
   if (const auto version = value_of(line.text, "version")) {
     if (*version != "1" && *version != "1.0")
@@ -44,7 +44,7 @@ bool sniff_ibug(std::string_view text) {
 
 LandmarkFile read_ibug(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
-  const std::size_t count = take_header(lines);
+  const std::size_t count = take_point_count(lines);
   take_brace(lines, "{");
   LandmarkFile file;
   file.shapes.emplace_back().points = take_points(lines, count, PointList(dimension_of_next(lines)));

@@ -9,7 +9,7 @@
 namespace pulson::io {
 namespace {
 
-constexpr double kMissing = 9999;
+constexpr double kIdavMissing = 9999;
 
 bool is_version(std::string_view line) {
   const std::vector<std::string_view> words = split_words(line);
@@ -29,7 +29,7 @@ LandmarkFile read_idav(const std::string& path, std::string_view text) {
   if (!is_version(version.text)) fail(path, version.number, in_quotes(version.text) + " where Version 1.0 is right");
   const TextLine announcement = lines.take("the number of landmarks");
   const std::size_t count = require_count(path, announcement, announcement.text, "the number of landmarks");
-  PointList list(dimension_of_next(lines, 1), kMissing);
+  PointList list(dimension_of_next(lines, 1), kIdavMissing);
   LandmarkFile file;
   Landmarks& shape = file.shapes.emplace_back();
   for (std::size_t i = 1; i <= count; ++i) {

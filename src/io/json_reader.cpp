@@ -13,8 +13,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
 /// The digits after `word`, moved out of `text` with all before them.
 std::string take_number_after(std::string_view word, std::string& text) {
   const std::size_t at = text.find(word);

@@ -22,7 +22,6 @@ constexpr std::string_view kSchema =
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
     "markups-schema-v1.0.3.json#";
 constexpr std::string_view kType = "type";
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 // ---- reading
 

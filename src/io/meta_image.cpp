@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view kLocal = "LOCAL";
 
 /// Takes the header off `text`; ElementDataFile is its last line.
-GridHeader take_header(const std::string& path, std::string_view& text) {
+GridHeader take_meta_header(const std::string& path, std::string_view& text) {
   GridHeader header(path);
   for (std::size_t line = 1; !text.empty(); ++line) {
     const std::string_view entry = take_header_line(text);
@@ -48,7 +48,7 @@ std::vector<double> numbers(const GridHeader& header, std::initializer_list<std:
   return values;
 }
 
-GridBytes bytes_of(const GridHeader& header, std::string_view text) {
+GridBytes bytes_of_meta_image(const GridHeader& header, std::string_view text) {
   const HeaderEntry& name = header.need({"ElementType"});
   const GridNumberType* const type = find_meta_image_type(name.value);
   if (type == nullptr) header.refuse(name, "it must be MET_FLOAT, MET_DOUBLE or a whole type such as MET_UCHAR");
@@ -67,7 +67,7 @@ bool sniff_meta_image(std::string_view text) {
 }
 
 GridField read_meta_image(const std::string& path, std::string_view text) {
-  const GridHeader header = take_header(path, text);
+  const GridHeader header = take_meta_header(path, text);
   const HeaderEntry& dimension = header.need({"NDims"});
   const int d = header.counts(dimension, 1).front();
   if (d != 2 && d != 3) header.refuse(dimension, "it must be 2 or 3");
@@ -83,7 +83,7 @@ GridField read_meta_image(const std::string& path, std::string_view text) {
     field.components = header.counts(*channels, 1).front();
     if (field.components != 1 && field.components != d) header.refuse(*channels, fmt::format("it must be 1 or {}", d));
   }
-  field.values = grid_values(path, bytes_of(header, text), field.sizes, field.components);
+  field.values = grid_values(path, bytes_of_meta_image(header, text), field.sizes, field.components);
   return field;
 }
 

@@ -14,7 +14,7 @@
 namespace pulson::io {
 namespace {
 
-constexpr double kMissing = 9999;
+constexpr double kMorphologikaMissing = 9999;
 constexpr std::array<std::string_view, 10> kSections = {"individuals", "landmarks", "dimensions", "names",
                                                         "labels",      "groups",    "rawpoints",  "labelvalues",
                                                         "wireframe",   "polygons"};
@@ -82,7 +82,7 @@ class MorphologikaReader {
       std::string name;
       while (line != section.lines.end() && line->text.starts_with('\'')) name = trim((line++)->text.substr(1));
       const std::string individual = fmt::format("individual {}", i);
-      PointList list(dimension_, kMissing);
+      PointList list(dimension_, kMorphologikaMissing);
       for (std::size_t k = 1; k <= landmarks_; ++k, ++line) {
         if (line == section.lines.end() || line->text.starts_with('\''))
           fail(path_, line == section.lines.end() ? section.head.number : line->number,

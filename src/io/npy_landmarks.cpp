@@ -22,7 +22,7 @@
 namespace pulson::io {
 namespace {
 
-constexpr std::string_view kMagic = "\x93NUMPY";
+constexpr std::string_view kNpyMagic = "\x93NUMPY";
 
 // ---- types of numbers
 
@@ -41,16 +41,16 @@ struct NumberType {
   double (*number)(const char*, bool is_big);
 };
 
-constexpr std::array<NumberType, 10> kTypes = {{{"f4", 4, number_at<float>},
-                                                {"f8", 8, number_at<double>},
-                                                {"i1", 1, number_at<std::int8_t>},
-                                                {"i2", 2, number_at<std::int16_t>},
-                                                {"i4", 4, number_at<std::int32_t>},
-                                                {"i8", 8, number_at<std::int64_t>},
-                                                {"u1", 1, number_at<std::uint8_t>},
-                                                {"u2", 2, number_at<std::uint16_t>},
-                                                {"u4", 4, number_at<std::uint32_t>},
-                                                {"u8", 8, number_at<std::uint64_t>}}};
+constexpr std::array<NumberType, 10> kNumberTypes = {{{"f4", 4, number_at<float>},
+                                                      {"f8", 8, number_at<double>},
+                                                      {"i1", 1, number_at<std::int8_t>},
+                                                      {"i2", 2, number_at<std::int16_t>},
+                                                      {"i4", 4, number_at<std::int32_t>},
+                                                      {"i8", 8, number_at<std::int64_t>},
+                                                      {"u1", 1, number_at<std::uint8_t>},
+                                                      {"u2", 2, number_at<std::uint16_t>},
+                                                      {"u4", 4, number_at<std::uint32_t>},
+                                                      {"u8", 8, number_at<std::uint64_t>}}};
 
 // ---- header
 
@@ -77,7 +77,7 @@ class NpyReader {
   NpyReader(const std::string& path, std::string_view text) : path_(path), left_(text) {}
 
   NpyArray read() {
-    take(kMagic.size(), "magic");
+    take(kNpyMagic.size(), "magic");
     const std::string_view version = take(2, "version");
     if (version[0] < 1 || version[0] > 3)
       fail(fmt::format("version {}.{} of the format; 1.0, 2.0 and 3.0 are read", int{version[0]}, int{version[1]}));
@@ -128,9 +128,9 @@ class NpyReader {
     if (name.find('O') != std::string_view::npos)
       fail("the array holds objects of Python (pickled), which are not read; an array of numbers is needed");
     const std::string_view plain = name.substr(name.find_first_not_of("<>|=") == 1 ? 1 : 0);
-    const auto* const type =
-        std::find_if(kTypes.begin(), kTypes.end(), [&](const NumberType& row) { return row.name == plain; });
-    if (type == kTypes.end())
+    const auto* const type = std::find_if(kNumberTypes.begin(), kNumberTypes.end(),
+                                          [&](const NumberType& row) { return row.name == plain; });
+    if (type == kNumberTypes.end())
       fail(fmt::format("the numbers have the type {}; f4, f8, i1 to i8 or u1 to u8 is needed", in_quotes(name)));
     array.type = *type;
     array.is_big = name.starts_with('>');
@@ -227,7 +227,7 @@ double coordinate_at(const std::string& path, const NpyArray& array, std::size_t
 
 }  // namespace
 
-bool sniff_npy(std::string_view text) { return text.starts_with(kMagic); }
+bool sniff_npy(std::string_view text) { return text.starts_with(kNpyMagic); }
 
 LandmarkFile read_npy(const std::string& path, std::string_view text) {
   LandmarkFile file;

@@ -12,11 +12,11 @@
 namespace pulson::io {
 namespace {
 
-constexpr std::string_view kMagic = "NRRD000";
-constexpr std::string_view kSpace = "left-posterior-superior";
+constexpr std::string_view kNrrdMagic = "NRRD000";
+constexpr std::string_view kLps = "left-posterior-superior";
 
 /// Takes the header off `text`, with the empty line that ends it.
-GridHeader take_header(const std::string& path, std::string_view& text) {
+GridHeader take_nrrd_header(const std::string& path, std::string_view& text) {
   GridHeader header(path);
   take_header_line(text);
   for (std::size_t line = 2;; ++line) {
@@ -70,8 +70,8 @@ bool has_components(const GridHeader& header, std::size_t axes) {
 void check_space(const GridHeader& header, int d) {
   if (const HeaderEntry* const space = header.find({"space"})) {
     const std::string name = to_lower(space->value);
-    if (d != 3 || (name != kSpace && name != "lps"))
-      header.refuse(*space, fmt::format("it must be {} in 3D and not be there in 2D", kSpace));
+    if (d != 3 || (name != kLps && name != "lps"))
+      header.refuse(*space, fmt::format("it must be {} in 3D and not be there in 2D", kLps));
   } else if (const HeaderEntry* const dimension = header.find({"space dimension"})) {
     if (header.counts(*dimension, 1).front() != d)
       header.refuse(*dimension, fmt::format("the grid has {} axes in space", d));
@@ -110,7 +110,7 @@ void check_frame(const GridHeader& header, std::size_t d) {
       if (columns[k][i] != (i == k ? 1 : 0)) header.refuse(*frame, "vectors are read in the identity's frame only");
 }
 
-GridBytes bytes_of(const GridHeader& header, std::string_view text) {
+GridBytes bytes_of_nrrd(const GridHeader& header, std::string_view text) {
   if (const HeaderEntry* const file = header.find({"data file"}))
     header.refuse(*file, "numbers in another file are not read; they must follow the header");
   for (const std::string_view key : {"line skip", "byte skip"})
@@ -136,10 +136,10 @@ std::string in_brackets(const auto& numbers) { return fmt::format("({})", fmt::j
 
 }  // namespace
 
-bool sniff_nrrd(std::string_view text) { return text.starts_with(kMagic); }
+bool sniff_nrrd(std::string_view text) { return text.starts_with(kNrrdMagic); }
 
 GridField read_nrrd(const std::string& path, std::string_view text) {
-  const GridHeader header = take_header(path, text);
+  const GridHeader header = take_nrrd_header(path, text);
   const HeaderEntry& dimension = header.need({"dimension"});
   const int axes = header.counts(dimension, 1).front();
   if (axes < 2 || axes > 4) header.refuse(dimension, "it must be 2 or 3, or with an axis of components 3 or 4");
@@ -163,7 +163,7 @@ GridField read_nrrd(const std::string& path, std::string_view text) {
     if (places.size() != 1 || places.front().empty()) header.refuse(*origin, "one vector is needed");
     field.origin = places.front();
   }
-  field.values = grid_values(path, bytes_of(header, text), field.sizes, field.components);
+  field.values = grid_values(path, bytes_of_nrrd(header, text), field.sizes, field.components);
   return field;
 }
 
@@ -179,7 +179,7 @@ std::string nrrd_file(const GridField& field, bool compressed) {
   return fmt::format(
              "NRRD0004\ntype: float\ndimension: {}\n{}\nsizes: {}{}\nspace directions:{}\nkinds:{}\nendian: little\n"
              "encoding: {}\nspace origin: {}\n\n",
-             has_vectors ? d + 1 : d, d == 3 ? fmt::format("space: {}", kSpace) : fmt::format("space dimension: {}", d),
+             has_vectors ? d + 1 : d, d == 3 ? fmt::format("space: {}", kLps) : fmt::format("space dimension: {}", d),
              has_vectors ? fmt::format("{} ", field.components) : "", fmt::join(field.sizes, " "), directions, kinds,
              compressed ? "gzip" : "raw", in_brackets(field.origin)) +
          encoded(field.values, compressed ? GridEncoding::kGzip : GridEncoding::kRaw);

@@ -13,7 +13,7 @@
 namespace pulson::io {
 namespace {
 
-bool is_comment(std::string_view line) { return line.starts_with('"') || line.starts_with('\''); }
+bool is_nts_comment(std::string_view line) { return line.starts_with('"') || line.starts_with('\''); }
 
 /// One side of the matrix: how many, and where their labels stand: L ahead of the numbers, B and E at the beginning and
 /// the end of each row, 0 where there are none.
@@ -140,7 +140,7 @@ class NtsReader {
 
  private:
   void read_header() {
-    while (is_comment(lines_.peek().text)) lines_.take("");
+    while (is_nts_comment(lines_.peek().text)) lines_.take("");
     const TextLine line = lines_.take("a header such as 1 10 24 0 dim=2");
     const std::optional<NtsHeader> header = parse_header(line);
     if (!header) fail(path_, line.number, in_quotes(line.text) + " where a header such as 1 10 24 0 dim=2 is right");
@@ -248,7 +248,7 @@ bool sniff_nts(std::string_view text) {
     const std::vector<std::string_view> lines = first_lines(text, 1);
     if (lines.empty()) return false;
     text.remove_prefix(static_cast<std::size_t>(lines.front().data() - text.data()));
-    if (!is_comment(lines.front())) break;
+    if (!is_nts_comment(lines.front())) break;
     text.remove_prefix(lines.front().size());
   }
   const std::optional<NtsHeader> header = parse_header({1, first_lines(text, 1).front()});

@@ -18,7 +18,6 @@ namespace pulson::io {
 namespace {
 
 constexpr std::string_view kBlanks = " \t";
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 std::string describe(const CoordinatePlace& place) {
   const std::string of_shape = place.shape.empty() ? "" : " of " + place.shape;
@@ -128,7 +127,6 @@ bool is_number(std::string_view text) {
 }
 
 double parse_coordinate(std::string_view text, const CoordinatePlace& place) {
-  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
   if (is_missing(text)) return kMissing;
   const double value = parse_number_at(text, place);
   if (std::isinf(value))

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,16 @@ struct TextLine {
 /// The lines of `text`, which may end in LF, CRLF or CR and begin with a byte order mark.
 /// @throws InputError if it holds a zero byte: then it is no text, or UTF-16.
 std::vector<TextLine> split_lines(const std::string& path, std::string_view text);
+
+/// Some editors put it before the text.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+/// A coordinate that was not measured.
+inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+inline constexpr std::string_view kAxisLetters = "xyz";
+
+inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 std::string_view trim(std::string_view text);
 std::vector<std::string_view> split_words(std::string_view text);

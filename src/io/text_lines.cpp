@@ -28,7 +28,6 @@ void TextLines::require_end(const std::string& what) const {
 }
 
 std::vector<std::string_view> first_lines(std::string_view text, std::size_t count) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   std::vector<std::string_view> lines;
   while (!text.empty() && lines.size() < count) {

@@ -36,7 +36,7 @@ constexpr VtkType row(std::string_view name) {
 constexpr VtkType kInt = row<std::int32_t>("int");
 
 // A binary vtkidtype has four bytes, whatever it has in memory; a long is taken to have eight.
-constexpr std::array<VtkType, 14> kTypes = {{
+constexpr std::array<VtkType, 14> kVtkTypes = {{
     row<float>("float"),
     row<double>("double"),
     kInt,
@@ -131,9 +131,9 @@ std::size_t take_vtk_count(VtkCursor& cursor, std::string_view of) {
 
 const VtkType& take_vtk_type(VtkCursor& cursor, std::string_view of) {
   const std::string_view word = cursor.take_word();
-  const auto* const type = std::find_if(kTypes.begin(), kTypes.end(),
+  const auto* const type = std::find_if(kVtkTypes.begin(), kVtkTypes.end(),
                                         [name = to_lower(word)](const VtkType& known) { return known.name == name; });
-  if (type == kTypes.end())
+  if (type == kVtkTypes.end())
     cursor.fail_here(fmt::format(
         "the numbers of {} have the type {}; float, double or a type of whole numbers is needed", of, in_quotes(word)));
   return *type;

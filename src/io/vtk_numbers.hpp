@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "text.hpp"
+
 namespace pulson::io {
 
 /// The index of a point in its file, from 0.
@@ -29,9 +31,6 @@ struct VtkPlace {
   std::size_t line = 1;
   std::size_t byte = 0;
 };
-
-/// Some editors put it before the text.
-inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 /// Steps through a file, after a byte order mark: lines and words of text, blocks of bytes.
 class VtkCursor {

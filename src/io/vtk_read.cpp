@@ -19,7 +19,7 @@
 namespace pulson::io {
 namespace {
 
-constexpr std::string_view kMagic = "# vtk DataFile Version";
+constexpr std::string_view kVtkMagic = "# vtk DataFile Version";
 
 /// One pass over the sections of a file.
 class VtkReader {
@@ -45,9 +45,9 @@ class VtkReader {
 
   void read_header() {
     const std::string_view first = cursor_.take_line();
-    if (!first.starts_with(kMagic))
-      cursor_.fail_here(fmt::format("the file begins with {}; {} is right", in_quotes(first), in_quotes(kMagic)));
-    const std::string_view version = trim(first.substr(kMagic.size()));
+    if (!first.starts_with(kVtkMagic))
+      cursor_.fail_here(fmt::format("the file begins with {}; {} is right", in_quotes(first), in_quotes(kVtkMagic)));
+    const std::string_view version = trim(first.substr(kVtkMagic.size()));
     const double number = is_number(version) ? parse_number(version, "") : 0;
     if (!(number >= 1 && number < 5.2))
       cursor_.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", in_quotes(version)));
@@ -196,7 +196,7 @@ class VtkReader {
 
 bool sniff_vtk(std::string_view text) {
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  return text.starts_with(kMagic);
+  return text.starts_with(kVtkMagic);
 }
 
 LandmarkFile read_vtk(const std::string& path, std::string_view text) { return VtkReader(path, text).read(); }

@@ -58,13 +58,13 @@ Cells each_alone(const std::vector<int>& points) {
 /// The second line of a file, which readers cut at 256 bytes: the name, and the axes in the words of 3D Slicer.
 std::string title(std::string name, const std::string& axes) {
   constexpr std::size_t kLongest = 200;
-  constexpr std::string_view kSpace = "SPACE=";
+  constexpr std::string_view kSpaceField = "SPACE=";
   for (char& c : name)
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  for (std::size_t at = name.find(kSpace); at != std::string::npos; at = name.find(kSpace, at))
-    name[at + kSpace.size() - 1] = ' ';
+  for (std::size_t at = name.find(kSpaceField); at != std::string::npos; at = name.find(kSpaceField, at))
+    name[at + kSpaceField.size() - 1] = ' ';
   std::string line = name.empty() ? "landmarks" : name.substr(0, kLongest);
-  return axes.empty() ? line : fmt::format("{} {}{}", line, kSpace, axes);
+  return axes.empty() ? line : fmt::format("{} {}{}", line, kSpaceField, axes);
 }
 
 }  // namespace

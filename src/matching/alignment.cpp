@@ -19,7 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array<std::pair<std::string_view, AlignmentKind>, 5> kNames = {
+constexpr std::array<std::pair<std::string_view, AlignmentKind>, 5> kAlignmentNames = {
     {{"none", AlignmentKind::kNone},
      {"translation", AlignmentKind::kTranslation},
      {"rigid", AlignmentKind::kRigid},
@@ -108,7 +108,7 @@ Points Alignment::apply(const Points& x) const { return (scale * linear * x).col
 
 AlignmentKind parse_alignment(std::string_view name) {
   std::string valid;
-  for (const auto& [known, kind] : kNames) {
+  for (const auto& [known, kind] : kAlignmentNames) {
     if (known == name) return kind;
     valid += (valid.empty() ? "" : ", ") + std::string(known);
   }
@@ -116,7 +116,7 @@ AlignmentKind parse_alignment(std::string_view name) {
 }
 
 std::string alignment_name(AlignmentKind kind) {
-  for (const auto& [name, known] : kNames)
+  for (const auto& [name, known] : kAlignmentNames)
     if (known == kind) return std::string(name);
   return {};
 }

@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {
@@ -16,8 +17,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Joined = std::vector<std::pair<int, int>>;
 
-constexpr double kRidge = 1e-9;      // of the mean eigenvalue of G
-constexpr double kRounding = 1e-12;  // below this part of its terms a sum counts as 0
+constexpr double kRidge = 1e-9;         // of the mean eigenvalue of G
+constexpr double kSumRounding = 1e-12;  // below this part of its terms a sum counts as 0
 
 template <int d>
 struct Edge {
@@ -177,12 +178,7 @@ double translation_square(const Edges<d>& mu, double width) {
       terms += std::abs(term);
     }
   }
-  return sum > kRounding * terms ? sum : 0;
-}
-
-void check_positive(double value, std::string_view what) {
-  if (!(std::isfinite(value) && value > 0))
-    throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
+  return sum > kSumRounding * terms ? sum : 0;
 }
 
 void check_edges(const Joined& edges, Index count, std::string_view curve) {
@@ -201,8 +197,8 @@ void check(const Joined& source_edges, int source_vertices, const Curve& target,
   if (std::none_of(target.edges.begin(), target.edges.end(),
                    [&](const auto& edge) { return target.points.col(edge.first) != target.points.col(edge.second); }))
     throw InputError("the target is no curve: its edges have no length");
-  check_positive(options.sigma, "sigma");
-  check_positive(options.width, "data width");
+  require_positive("sigma", options.sigma);
+  require_positive("data width", options.width);
 }
 
 }  // namespace

@@ -81,10 +81,10 @@ class UpdatedInverse {
   std::vector<Update> updates_;
 };
 
-class Search {
+class NewtonSearch {
  public:
-  Search(const MatchingObjective& objective, const MinimiseOptions& options, MatchingObjective::Evaluation start,
-         const Restriction& restriction)
+  NewtonSearch(const MatchingObjective& objective, const MinimiseOptions& options, MatchingObjective::Evaluation start,
+               const Restriction& restriction)
       : objective_(objective),
         options_(options),
         softness_(restriction.softness),
@@ -280,7 +280,7 @@ class Search {
 
 MinimiseSummary minimise_gauss_newton(const MatchingObjective& objective, const MinimiseOptions& options,
                                       MatchingObjective::Evaluation start, const Restriction& restriction) {
-  return Search(objective, options, std::move(start), restriction).run();
+  return NewtonSearch(objective, options, std::move(start), restriction).run();
 }
 
 }  // namespace pulson

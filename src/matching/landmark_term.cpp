@@ -9,6 +9,7 @@
 
 #include "landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {
@@ -17,13 +18,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kRounding = 1e-13;
+constexpr double kCovarianceRounding = 1e-13;
 
 void check(const LandmarkObservations& observed) {
   const Index d = observed.target.rows();
   const auto n = static_cast<std::size_t>(observed.target.cols());
-  if (!(std::isfinite(observed.sigma) && observed.sigma > 0))
-    throw InputError(fmt::format("sigma is {}; it must be a finite number greater than 0", observed.sigma));
+  require_positive("sigma", observed.sigma);
   if (!observed.covariances.empty() && observed.covariances.size() != n)
     throw InputError(fmt::format("there are {} covariances for {} landmarks", observed.covariances.size(), n));
   for (std::size_t a = 0; a < observed.covariances.size(); ++a) {
@@ -112,11 +112,11 @@ DataTerm::Linearisation LandmarkTerm::linearise(const Points& q, const MatrixXd&
 
 bool is_covariance(const MatrixXd& r) {
   if (r.size() == 0 || r.rows() != r.cols() || !r.allFinite()) return false;
-  if ((r - r.transpose()).cwiseAbs().maxCoeff() > kRounding * r.cwiseAbs().maxCoeff()) return false;
+  if ((r - r.transpose()).cwiseAbs().maxCoeff() > kCovarianceRounding * r.cwiseAbs().maxCoeff()) return false;
   const Eigen::LLT<MatrixXd> root(r);
   if (root.info() != Eigen::Success) return false;
   // Each axis must keep a part of its variance when those before it are known.
-  return (root.matrixLLT().diagonal().array().square() > kRounding * r.diagonal().array()).all();
+  return (root.matrixLLT().diagonal().array().square() > kCovarianceRounding * r.diagonal().array()).all();
 }
 
 VectorXd distances(const Points& q, const Points& target) {

@@ -8,7 +8,7 @@ namespace {
 using Eigen::VectorXd;
 
 // What NLopt's callback needs between calls: the best point so far, and when to stop.
-struct Search {
+struct LbfgsSearch {
   const MatchingObjective& objective;
   const MinimiseOptions& options;
   MinimiseSummary& summary;
@@ -35,10 +35,10 @@ struct Search {
   }
 };
 
-double call_search(unsigned n, const double* z, double* gradient, void* search) {
+double call_lbfgs_search(unsigned n, const double* z, double* gradient, void* search) {
   const Eigen::Map<const VectorXd> point(z, n);
   VectorXd slope;
-  const double cost = (*static_cast<Search*>(search))(point, gradient != nullptr ? &slope : nullptr);
+  const double cost = (*static_cast<LbfgsSearch*>(search))(point, gradient != nullptr ? &slope : nullptr);
   if (gradient != nullptr) Eigen::Map<VectorXd>(gradient, n) = slope;
   return cost;
 }
@@ -52,8 +52,8 @@ MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const Minimis
   summary.relative_gradient = relative_gradient(z0, z0 + objective.data_gradient(summary.solution));
   const auto n = static_cast<unsigned>(objective.unknowns());
   nlopt::opt minimiser(nlopt::LD_LBFGS, n);
-  Search search{objective, options, summary};
-  minimiser.set_min_objective(call_search, &search);
+  LbfgsSearch search{objective, options, summary};
+  minimiser.set_min_objective(call_lbfgs_search, &search);
   minimiser.set_maxeval(options.max_iterations);
   minimiser.set_vector_storage(30);
   std::vector<double> z(summary.solution.z.begin(), summary.solution.z.end());

@@ -20,9 +20,9 @@ constexpr double kFirstStep = 0.5;
 constexpr double kDifference = 0.05;
 constexpr double kFailure = 100;  // how far below all others a point without a value is put, of the start's size
 
-class Search {
+class BobyqaSearch {
  public:
-  Search(const std::function<double(const VectorXd&)>& f, Index size) : f_(f) {
+  BobyqaSearch(const std::function<double(const VectorXd&)>& f, Index size) : f_(f) {
     maximum_.x = VectorXd::Zero(size);
     first_ = lowest_ = maximum_.value = f(maximum_.x);
     maximum_.evaluations = 1;
@@ -67,7 +67,7 @@ class Search {
 
  private:
   static double call(const std::vector<double>& x, std::vector<double>& /*gradient*/, void* search) {
-    auto& self = *static_cast<Search*>(search);
+    auto& self = *static_cast<BobyqaSearch*>(search);
     try {
       return self.value_for_model(VectorXd::Map(x.data(), std::ssize(x)));
     } catch (...) {  // NLopt would forget what it was
@@ -125,7 +125,7 @@ class Search {
 
 LogMaximum maximise_in_logarithms(const std::function<double(const VectorXd&)>& f, Index size, double bound,
                                   double tolerance, int max_evaluations, bool with_deviations) {
-  Search search(f, size);
+  BobyqaSearch search(f, size);
   search.run(bound, tolerance, max_evaluations);
   return with_deviations ? search.with_deviations() : search.maximum();
 }

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr std::array<std::pair<std::string_view, Solver>, 3> kNames = {
+constexpr std::array<std::pair<std::string_view, Solver>, 3> kSolverNames = {
     {{"auto", Solver::kAuto}, {"gauss-newton", Solver::kGaussNewton}, {"lbfgs", Solver::kLbfgs}}};
 
 // Beyond these a Jacobian costs more than the iterations it saves: its columns, and with fitted noise its rows.
@@ -255,7 +255,7 @@ class Searches {
 
 Solver parse_solver(std::string_view name) {
   std::string valid;
-  for (const auto& [known, solver] : kNames) {
+  for (const auto& [known, solver] : kSolverNames) {
     if (known == name) return solver;
     valid += (valid.empty() ? "" : ", ") + std::string(known);
   }
@@ -263,7 +263,7 @@ Solver parse_solver(std::string_view name) {
 }
 
 std::string solver_name(Solver solver) {
-  for (const auto& [name, known] : kNames)
+  for (const auto& [name, known] : kSolverNames)
     if (known == solver) return std::string(name);
   return {};
 }

@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 
@@ -24,15 +25,10 @@ constexpr Index kAllLandmarks = 250;
 constexpr double kShareOfMomentum = 0.1;
 constexpr double kRoughPart = 1e-2;
 
-void check_positive(double value, std::string_view what) {
-  if (!(std::isfinite(value) && value > 0))
-    throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
-}
-
 MatchingProblem checked(MatchingProblem problem) {
-  check_positive(problem.sigma, "sigma");
-  check_positive(problem.lambda, "lambda");
-  check_positive(problem.grid.time, "time");
+  require_positive("sigma", problem.sigma);
+  require_positive("lambda", problem.lambda);
+  require_positive("time", problem.grid.time);
   if (problem.grid.steps < 1) throw InputError(fmt::format("steps is {}; at least 1 is needed", problem.grid.steps));
   if (!problem.source.allFinite()) throw InputError("a source coordinate is not a finite number");
   if (const auto pair = find_coincident(problem.source))

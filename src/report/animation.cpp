@@ -24,8 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kProgram = "ffmpeg";
-constexpr const char* kNotFound = "animations need ffmpeg; install the package ffmpeg";
+constexpr const char* kFfmpeg = "ffmpeg";
+constexpr const char* kNoFfmpeg = "animations need ffmpeg; install the package ffmpeg";
 
 /// What ffmpeg is told for the extension of a file.
 struct Format {
@@ -82,22 +82,6 @@ std::string complaint(std::string_view text) {
   }
 }
 
-/// A file descriptor that is closed at its end.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close(); }
-  int number() const { return number_; }
-  void close() {
-    if (number_ >= 0) ::close(std::exchange(number_, -1));
-  }
-
- private:
-  int number_;
-};
-
 /// Sockets, where a pipe would kill us by SIGPIPE once ffmpeg has ended; children get only what is given to them.
 std::array<int, 2> connected_sockets() {
   std::array<int, 2> ends{};
@@ -109,6 +93,22 @@ std::array<int, 2> connected_sockets() {
 }  // namespace
 
 struct Animation::Encoder {
+  /// A file descriptor that is closed at its end.
+  class Descriptor {
+   public:
+    explicit Descriptor(int number) : number_(number) {}
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    ~Descriptor() { close(); }
+    int number() const { return number_; }
+    void close() {
+      if (number_ >= 0) ::close(std::exchange(number_, -1));
+    }
+
+   private:
+    int number_;
+  };
+
   Encoder(fs::path named, std::size_t bytes_of_frame, std::array<int, 2> ends)
       : file(std::move(named)), frame_bytes(bytes_of_frame), frames(ends[0]), input(ends[1]) {}
   Encoder(const Encoder&) = delete;
@@ -122,7 +122,7 @@ struct Animation::Encoder {
   void start(const Format& format, int width, int height, double frames_per_second) {
     target = picture::absolute_target(file);
     temporary = picture::create_temporary(target, file);
-    std::vector<std::string> arguments = {kProgram,
+    std::vector<std::string> arguments = {kFfmpeg,
                                           "-nostdin",
                                           "-loglevel",
                                           "error",
@@ -139,7 +139,7 @@ struct Animation::Encoder {
                                           "pipe:0"};
     arguments.insert(arguments.end(), format.arguments.begin(), format.arguments.end());
     arguments.push_back(temporary.string());
-    program.emplace(std::move(arguments), input.number(), kNotFound);
+    program.emplace(std::move(arguments), input.number(), kNoFfmpeg);
     input.close();
   }
 
@@ -169,7 +169,7 @@ struct Animation::Encoder {
 Animation::Animation(const fs::path& file, int width, int height, double frames_per_second) {
   const Format& format = format_of(file);
   check_numbers(file, width, height, frames_per_second);
-  if (!available()) throw InputError(kNotFound);
+  if (!available()) throw InputError(kNoFfmpeg);
   encoder_ = std::make_unique<Encoder>(file, std::size_t{3} * width * height, connected_sockets());
   encoder_->start(format, width, height, frames_per_second);
 }
@@ -194,11 +194,11 @@ void Animation::finish() {
   const std::unique_ptr<Encoder> encoder = std::move(encoder_);  // ended in any case
   if (!encoder->has_frames) throw InputError(fmt::format("animation '{}': it has no frames", encoder->file.string()));
   encoder->wait();
-  picture::require_written(kProgram, encoder->temporary, encoder->file);
+  picture::require_written(kFfmpeg, encoder->temporary, encoder->file);
   picture::put_in_place(encoder->temporary, encoder->target);
   encoder->temporary.clear();
 }
 
-bool Animation::available() { return picture::is_on_path(kProgram); }
+bool Animation::available() { return picture::is_on_path(kFfmpeg); }
 
 }  // namespace pulson

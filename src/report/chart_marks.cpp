@@ -15,9 +15,9 @@ constexpr double kDotRoom = 0.3;          // radius of a dot, in distances betwe
 constexpr std::size_t kDenseLine = 1000;  // vertices
 
 /// Draws one series within the frame of its panel.
-class Marks {
+class SeriesMarks {
  public:
-  Marks(Canvas& canvas, const ChartFrame& frame, const Series& series, const Colour& colour)
+  SeriesMarks(Canvas& canvas, const ChartFrame& frame, const Series& series, const Colour& colour)
       : canvas_(canvas), frame_(frame), series_(series), colour_(colour) {}
 
   /// Bars are moved aside by so many places.
@@ -181,15 +181,15 @@ void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<
   const auto is_bars = [](const Series& series) { return series.style == SeriesStyle::kBars; };
   const double width = bar_width(*frame.panel, frame.x);
   double aside = -width * (static_cast<double>(std::count_if(all.begin(), all.end(), is_bars)) - 1) / 2;
-  std::vector<Marks> marks;
+  std::vector<SeriesMarks> marks;
   for (std::size_t i = 0; i < all.size(); ++i) {
     marks.emplace_back(canvas, frame, all[i], colours[i]);
     if (!is_bars(all[i])) continue;
     marks.back().set_bars(width, aside);
     aside += width;
   }
-  for (Marks& one : marks) one.draw_areas(vertices);
-  for (Marks& one : marks) {
+  for (SeriesMarks& one : marks) one.draw_areas(vertices);
+  for (SeriesMarks& one : marks) {
     one.draw_lines(vertices);
     one.draw_dots(true);
     one.draw_errors();

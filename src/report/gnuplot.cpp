@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kProgram = "gnuplot";
-constexpr const char* kNotFound =
+constexpr const char* kGnuplot = "gnuplot";
+constexpr const char* kNoGnuplot =
     "gnuplot was not found; install it (Debian: gnuplot-nox) or put the folder that holds it on PATH";
 
 /// gnuplot prints the offending line, a caret and then `"/dev/stdin" line N: message`, which is what a user can act on.
@@ -31,12 +31,12 @@ std::string complaint(const std::string& text) {
 }
 
 void run_script(const std::string& script) {
-  const picture::File input = picture::make_scratch_file(kProgram);
+  const picture::File input = picture::make_scratch_file(kGnuplot);
   if (std::fwrite(script.data(), 1, script.size(), input.get()) != script.size() || std::fflush(input.get()) != 0)
     throw InputError(fmt::format("cannot write the script for gnuplot: {}", std::strerror(errno)));
   std::rewind(input.get());
   // -d: without the user's own start-up file. Named as a file, standard input is read three times as fast.
-  picture::ChildProcess gnuplot({kProgram, "-d", "/dev/stdin"}, fileno(input.get()), kNotFound);
+  picture::ChildProcess gnuplot({kGnuplot, "-d", "/dev/stdin"}, fileno(input.get()), kNoGnuplot);
   if (!gnuplot.wait()) throw InputError("gnuplot failed: " + complaint(gnuplot.printed()));
 }
 
@@ -76,11 +76,11 @@ void Gnuplot::set_output(const fs::path& file) {
 void Gnuplot::run() {
   command("unset output");
   run_script(script_);
-  for (const auto& [temporary, file] : outputs_) picture::require_written(kProgram, temporary, file);
+  for (const auto& [temporary, file] : outputs_) picture::require_written(kGnuplot, temporary, file);
   for (const auto& [temporary, file] : outputs_) picture::put_in_place(temporary, file);
 }
 
-bool Gnuplot::is_installed() { return picture::is_on_path(kProgram); }
+bool Gnuplot::is_installed() { return picture::is_on_path(kGnuplot); }
 
 std::string Gnuplot::quoted(std::string_view text) {
   std::string result = "'";

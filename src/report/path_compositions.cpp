@@ -16,9 +16,9 @@ namespace pulson::picture {
 namespace {
 
 // In all panels together; an SVG takes some 16 bytes for a vertex.
-constexpr std::size_t kPathVertices = 30000;  // of paths coloured by time; those where a colour ends count twice
-constexpr std::size_t kEndVertices = 16000;   // of the ends of all paths but the first
-constexpr std::size_t kMostPaths = 500;       // coloured by time
+constexpr std::size_t kPanelPathVertices = 30000;  // of paths coloured by time; those where a colour ends count twice
+constexpr std::size_t kEndVertices = 16000;        // of the ends of all paths but the first
+constexpr std::size_t kMostPaths = 500;            // coloured by time
 
 constexpr std::size_t kMostColumns = 3;  // paths side by side
 constexpr int kFewLandmarks = 4;         // whose momenta in the plane and in space are drawn over time
@@ -218,7 +218,7 @@ Canvas compose_paths_in_plane(const PathPicture& picture) {
   const View& path_view = alone ? plan.views.back() : plan.views.front();
   draw_frame(canvas, path_view, (alone ? "Sample path" : "Sample path 1") + remark(picture, figure),
              stacked || !alone || few);
-  draw_first_path(canvas, path_view, picture, figure, kPathVertices);
+  draw_first_path(canvas, path_view, picture, figure, kPanelPathVertices);
   if (!alone) draw_ends(canvas, plan.views.back(), picture, ends, figure, stacked);
   if (alone && !few) draw_start_with_momenta(canvas, plan.views.front(), picture, figure, tips);
 
@@ -239,7 +239,7 @@ Canvas compose_paths_in_space(const PathPicture& picture) {
     const View& view = plan.views[i];
     draw_frame(plan.canvas, view, axis_names(view) + (i == 0 ? remark(picture, figure) : ""), true);
     draw_other_ends(plan.canvas, view, picture, ends, figure);
-    draw_first_path(plan.canvas, view, picture, figure, kPathVertices / plan.views.size());
+    draw_first_path(plan.canvas, view, picture, figure, kPanelPathVertices / plan.views.size());
   }
   draw_legend(plan.canvas, legend_of(picture, ends, figure));
   return std::move(plan.canvas);

@@ -14,8 +14,8 @@ namespace {
 constexpr double kMostLinearDecades = 4;
 constexpr double kSmallQuantile = 0.05;
 constexpr double kValueTicDistance = 60;
-constexpr double kNumberGap = 18;  // between numbers of neighbouring panels
-constexpr double kDecadeTicDistance = 32;
+constexpr double kTimeNumberGap = 18;  // between numbers of neighbouring panels
+constexpr double kDecadeDistance = 32;
 constexpr std::array<int, 10> kDecadeSteps = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200};
 
 std::vector<const Curve*> all_curves(const TimeRow& row) {
@@ -78,7 +78,7 @@ Tics ValueAxis::tics(double pixels) const {
   const double decade = pixels / range_.span();
   const int first = static_cast<int>(std::lround(std::log10(threshold_)));
   const auto* const wide = std::find_if(kDecadeSteps.begin(), kDecadeSteps.end() - 1,
-                                        [&](int step) { return step * decade >= kDecadeTicDistance; });
+                                        [&](int step) { return step * decade >= kDecadeDistance; });
 
   Tics tics;
   const auto add = [&](double place, const std::string& text) {
@@ -89,7 +89,7 @@ Tics ValueAxis::tics(double pixels) const {
   add(0, "0");
   for (int exponent = first + 1; exponent - first <= std::max(-range_.low, range_.high); ++exponent) {
     const double distance = place(std::pow(10.0, exponent));
-    if (exponent % *wide != 0 || distance * decade < kDecadeTicDistance) continue;
+    if (exponent % *wide != 0 || distance * decade < kDecadeDistance) continue;
     add(distance, power_of_ten(exponent, false));
     add(-distance, power_of_ten(exponent, true));
   }
@@ -119,7 +119,7 @@ void TimePanels::draw(Canvas& canvas, const Box& box) const {
   const auto columns = static_cast<double>(row_.columns.size());
   double gap = kGap;  // or more, so that numbers of neighbours stay apart
   for (const std::string& text : make_tics_below(times_, box.width / columns - kGap).texts)
-    gap = std::max(gap, number_width(text) + kNumberGap);
+    gap = std::max(gap, number_width(text) + kTimeNumberGap);
   View view{{box.left, box.bottom, (box.width - (columns - 1) * gap) / columns, box.height}, times_, axis_.range()};
   const Tics y_tics = axis_.tics(box.height);
   for (std::size_t i = 0; i < row_.columns.size(); ++i) {

@@ -1,4 +1,4 @@
-#include "number_checks.hpp"
+#include "pulson/core/number_checks.hpp"
 
 #include <cmath>
 
@@ -14,7 +14,7 @@ void require_finite(std::string_view what, double value) {
 
 void require_positive(std::string_view what, double value) {
   if (!std::isfinite(value) || !(value > 0))
-    throw InputError(fmt::format("{} is {}; it must be finite and positive", what, value));
+    throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
 }
 
 }  // namespace pulson

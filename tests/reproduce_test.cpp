@@ -68,11 +68,11 @@ TEST_F(Reproduce, ChecksTheClaimsOnCrossing) {
 }
 
 TEST_F(Reproduce, TellsWhatCouldNotBeTested) {
-  const ProgramRun done = run(words("reproduce section5.4 --quick --samples 128 --no-picture -o out"));
+  const ProgramRun done = run(words("reproduce section5.4 --quick --samples 64 --no-picture -o out"));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("holds          h = β(p₁ + p₂): Gaussian pulsons do not cross"));
   EXPECT_THAT(done.out, HasSubstr("not tested     h = β q₂: Gaussian pulsons do not cross"));
-  EXPECT_THAT(contents("out/section5.4.csv"), HasSubstr("\np-sd,gaussian,6.5,128,0,0,128,0,0,"));
+  EXPECT_THAT(contents("out/section5.4.csv"), HasSubstr("\np-sd,gaussian,6.5,64,0,0,64,0,0,"));
 }
 
 TEST_F(Reproduce, IsTheSameForAnyNumberOfThreads) {

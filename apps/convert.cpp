@@ -94,15 +94,26 @@ LandmarkFile read_inputs(const ConvertArguments& arguments) {
   return all;
 }
 
-/// The last of the files is the output where --out names none. Where several are joined it must be new: `*.csv` without
-/// an output would lose the last.
+/// Whether a last file that is there looks like another input: `*.csv` and `a.txt b.txt` without an output would lose
+/// it, `a.json#2 a.json` its other shapes.
+bool may_be_input(const std::vector<std::string>& inputs, const std::filesystem::path& last) {
+  std::error_code error;
+  if (!std::filesystem::exists(last, error)) return false;
+  if (inputs.size() > 1) return true;
+  const std::string& address = inputs.front();
+  const std::filesystem::path only = address.substr(0, address.rfind('#'));
+  if (only.extension() != last.extension()) return false;
+  return only != address || !std::filesystem::equivalent(only, last, error);
+}
+
+/// The last of the files is the output where --out names none.
 void find_output(ConvertArguments& arguments) {
   if (!arguments.output.empty()) return;
   if (arguments.inputs.size() < 2) throw InputError("convert needs two files or more: IN [IN ...] OUT");
   arguments.output = arguments.inputs.back();
   arguments.inputs.pop_back();
-  if (arguments.inputs.size() > 1 && std::filesystem::exists(arguments.output))
-    throw InputError(fmt::format("'{}' exists; where files are joined, --out names a file that is to be replaced",
+  if (may_be_input(arguments.inputs, arguments.output))
+    throw InputError(fmt::format("'{}' exists and may be meant to be read; --out {} replaces it", arguments.output,
                                  arguments.output));
 }
 
@@ -132,7 +143,8 @@ void add_convert_verb(CLI::App& program) {
           "IN [IN ...] OUT: landmark files, or shapes of them by FILE#3, FILE#id=NAME, several are joined; and "
           "the file to write, which may be IN itself")
       ->required();
-  verb->add_option("-o,--out", arguments->output, "file to write; then all FILES are read")->type_name("FILE");
+  verb->add_option("-o,--out", arguments->output, "file to write, or to replace; then all FILES are read")
+      ->type_name("FILE");
   verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]")
       ->type_name("FORMAT");
   verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other")

@@ -85,7 +85,7 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
   program.formatter(help_formatter());
   program.set_version_flag(
-      "--version", [] { return build_facts(); }, "print the version, and what it was built with");
+      "-v,--version", [] { return build_facts(); }, "print the version, and what it was built with");
   program.get_help_ptr()->description("print this, or with a verb its options and examples");
   program.require_subcommand(1);
   add_verbs(program, exit_code);

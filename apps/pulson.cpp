@@ -1,7 +1,9 @@
 // The program: one verb per file.
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include <unistd.h>
@@ -46,6 +48,13 @@ void add_verbs(CLI::App& program, int& exit_code) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::string help = "--help";
+  if (argc > 1 && std::string_view(argv[1]) == "help") {  // `help VERB` is `VERB --help`
+    argv[1] = argc > 2 ? argv[2] : help.data();
+    if (argc > 2) argv[2] = help.data();
+    argc = std::min(argc, 3);
+    argv[argc] = nullptr;
+  }
   const bool of_images = argc > 1 && std::string_view(argv[1]) == "warp";
   return pulson::run_program(argc, argv, [&](CLI::App& program, int& exit_code) {
     if (of_images) run_beside(argv);

@@ -218,6 +218,15 @@ TEST_F(JsonFile, OfLabelmeIsOneShape) {
   EXPECT_EQ(read(labelme("")).shapes[0].count(), 0);
 }
 
+TEST_F(JsonFile, OfLabelmeMayHoldOutlinesAlone) {
+  const LandmarkFile file = read(labelme(annotation("polygon", "\"cell\"", "[[1, 2], [3, 4], [5, 7]]") + ", " +
+                                         annotation("line", "\"axis\"", "[[0, 2], [3, 5]]")));
+  EXPECT_THAT(file.warnings, ElementsAre("t.txt: 1 shape without landmarks: the points of curves and outlines are "
+                                         "taken as such, a group for each"));
+  EXPECT_EQ(file.shapes[0].points, points_2d({0, 2, 3, 5, 1, 2, 3, 4, 5, 7}));
+  EXPECT_THAT(file.shapes[0].groups, ElementsAre("curve 1", "curve 1", "outline 1", "outline 1", "outline 1"));
+}
+
 TEST_F(JsonFile, OfLabelmeMayHaveGroups) {
   const LandmarkFile all = read(labelme(annotation("point", "\"tip\"", "[[1, 2]]", "0") + ", " +
                                         annotation("point", "\"tip\"", "[[3, 4]]", "1")));

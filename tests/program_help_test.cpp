@@ -42,6 +42,8 @@ TEST_F(HelpOfProgram, ListsTheVerbs) {
   EXPECT_THAT(text, HasSubstr("register"));
   EXPECT_THAT(text, HasSubstr("info"));
   EXPECT_EQ(printed({"-h"}), text);
+  EXPECT_EQ(printed({"help"}), text);
+  for (const std::string verb : {"register", "warp"}) EXPECT_EQ(printed({"help", verb}), printed({verb, "--help"}));
 }
 
 TEST_F(HelpOfProgram, GivesAnExampleForEachVerb) {
@@ -59,6 +61,7 @@ TEST_F(HelpOfProgram, GivesAnExampleForEachVerb) {
 
 TEST_F(HelpOfProgram, KnowsItsVersion) {
   const std::string text = printed({"--version"});
+  EXPECT_EQ(printed({"-v"}), text);
   EXPECT_THAT(text.substr(0, text.find('\n')), MatchesRegex("pulson [0-9]+\\.[0-9]+\\.[0-9]+"));
   EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 15);
   for (const std::string library :

@@ -89,6 +89,18 @@ TEST_F(TpsCurves, AreRefusedWhereTheCountsDiffer) {
 
 // ---- writing
 
+TEST_F(TpsWriter, TellsThatCurvesAloneAreReadAsLandmarks) {
+  LandmarkFile file;
+  file.shapes.resize(2);
+  for (Landmarks& shape : file.shapes) shape.curves = {points_2d({1, 2, 3, 4})};
+  file.shapes[0].points.resize(2, 0);
+  file.shapes[1].points = points_2d({5, 6});
+  EXPECT_THAT(write_landmark_file("a.tps", file),
+              ElementsAre("a.tps: tps cannot hold curves and outlines apart from landmarks where there are none "
+                          "(1 of 2 shapes)"));
+  EXPECT_EQ(read_landmark_file("a.tps").shapes[0].points, points_2d({1, 2, 3, 4}));
+}
+
 TEST_F(TpsWriter, WritesAllFields) {
   LandmarkFile file;
   Landmarks& shape = file.shapes.emplace_back();

@@ -70,7 +70,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --jacobian j.pgm", "numbers are written as .png (colours), .tif, .mha or .nrrd");
   refuse("grey.png -o w.png --animate a.xyz", "a");
   refuse("colour.png -o w.pgm", ".pgm does not hold colours");
-  refuse("a.csv -o w.png", "landmarks are written as .csv");
+  refuse("a.csv -o w.png", "the extension 'png' is of no landmark format that can be written");
   refuse("a.csv -o w.csv --grid g.png", "--grid is of images");
   refuse("a.csv -o w.csv --samples 2", "--samples is of images");
 }

@@ -111,6 +111,36 @@ TEST_F(WarpProgram, CarriesLandmarksOntoTheResultAndBack) {
   EXPECT_LE((back.col(0) - Eigen::Vector2d(4, 12)).norm(), 1e-9);
 }
 
+// The corners of the source go where the registration says, as landmarks of any shape, along curves and in any format.
+TEST_F(WarpProgram, CarriesAllPointsOfAFile) {
+  register_squares();
+  write("more.tps",
+        "LM=1\n4 12\nCURVES=1\nPOINTS=2\n4 4\n12 4\nIMAGE=a.png\nID=one\nSCALE=0.5\n"
+        "LM=2\n12 12\n4 4\nIMAGE=b.png\nID=two\n");
+  ASSERT_EQ(warp("more.tps", "-o moved.tps").exit_code, 0);
+  const LandmarkFile moved = read_landmark_file("moved.tps");
+  const nlohmann::json record = read_json("out/registration.json");
+  const auto expect_corner = [&](const auto& point, int corner) {
+    for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(point[axis], record["result"][corner][axis], 1e-9);
+  };
+  ASSERT_EQ(moved.shapes.size(), 2U);
+  const Landmarks &one = moved.shapes[0], &two = moved.shapes[1];
+  EXPECT_EQ(one.name + two.name, "onetwo");
+  EXPECT_EQ(one.image + two.image, "") << "they lie on another image now";
+  EXPECT_FALSE(one.scale);
+  expect_corner(one.points.col(0), 3);
+  ASSERT_EQ(one.curves.size(), 1U);
+  expect_corner(one.curves[0].col(0), 0);
+  expect_corner(one.curves[0].col(1), 1);
+  expect_corner(two.points.col(0), 2);
+  expect_corner(two.points.col(1), 0);
+  const ProgramRun lossy = warp("more.tps", "-o moved.pts");
+  EXPECT_EQ(lossy.exit_code, 2) << "pts holds one shape";
+  const ProgramRun one_shape = warp("more.tps#1", "-o moved.pts");
+  EXPECT_EQ(one_shape.exit_code, 0) << one_shape.err;
+  EXPECT_THAT(one_shape.err, HasSubstr("note: ")) << "what pts does not hold";
+}
+
 TEST_F(WarpProgram, FlipsYForTpsFiles) {
   write("two.tps", "LM=4\n4 4\n12 4\n12 12\n4 12\nID=a\nLM=4\n4 3\n13 5\n13 12\n3 13\nID=b\n");
   write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));

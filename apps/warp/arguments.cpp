@@ -11,6 +11,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
 #include "pulson/io/atomic_file.hpp"
+#include "pulson/io/landmark_files.hpp"
 #include "pulson/report/animation.hpp"
 
 namespace pulson {
@@ -136,8 +137,7 @@ void WarpArguments::check_for_landmarks() const {
                                        {"--target-origin", !target_origin.empty()},
                                        {"--flip-y", flip_y.has_value()}})
     if (is_given) throw InputError(fmt::format("{} is of images, and {} holds landmarks", name, input));
-  if (std::filesystem::path(out).extension() != ".csv")
-    throw InputError(fmt::format("cannot write '{}': landmarks are written as .csv", out));
+  landmark_format_to_write(out);
 }
 
 void WarpArguments::check_for_fold() const {

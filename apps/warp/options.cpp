@@ -12,7 +12,9 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("REGISTRATION", registration, "registration.json of pulson register")->required();
   verb.add_option("INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks")
       ->required();
-  verb.add_option("-o,--out", out, "the warped image, or landmarks as csv")->type_name("FILE")->required();
+  verb.add_option("-o,--out", out, "the warped image; or landmarks, in the format of its extension")
+      ->type_name("FILE")
+      ->required();
   verb.add_option("--json", json, "write the numbers here; - for standard output, and nothing else")->type_name("FILE");
   add_quiet_option(verb, "-q,--quiet");
   verb.add_flag("--inverse", inverse, "the other way: what is of the target goes to the source");

@@ -1,24 +1,64 @@
 #include "points_job.hpp"
 
 #include <cmath>
-#include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <Eigen/LU>
+#include <fmt/format.h>
 
+#include "messages.hpp"
 #include "pulson/io/landmark_files.hpp"
 
 namespace pulson {
+namespace {
+
+/// The landmarks, curves and outlines of all shapes.
+std::vector<Points*> blocks_of(LandmarkFile& file) {
+  std::vector<Points*> blocks;
+  for (Landmarks& shape : file.shapes) {
+    blocks.push_back(&shape.points);
+    for (Points& curve : shape.curves) blocks.push_back(&curve);
+    for (Points& outline : shape.outlines) blocks.push_back(&outline);
+  }
+  std::erase_if(blocks, [](const Points* block) { return block->cols() == 0; });
+  return blocks;
+}
+
+/// visit(column) for each point that misses no coordinate.
+template <class Visit>
+void visit_known(const std::vector<Points*>& blocks, const Visit& visit) {
+  for (Points* block : blocks)
+    for (auto point : block->colwise())
+      if (!point.hasNaN()) visit(point);
+}
+
+Points known_points(const std::vector<Points*>& blocks) {
+  Eigen::Index count = 0;
+  visit_known(blocks, [&](const auto&) { ++count; });
+  Points points(blocks.empty() ? 0 : blocks.front()->rows(), count);
+  count = 0;
+  visit_known(blocks, [&](const auto& point) { points.col(count++) = point; });
+  return points;
+}
+
+void put_known_points(const Points& points, const std::vector<Points*>& blocks) {
+  Eigen::Index next = 0;
+  visit_known(blocks, [&](auto& point) { point = points.col(next++); });
+}
+
+}  // namespace
 
 WarpFigures warp_points(const MaterialFlow& flow, const Alignment& alignment, const WarpArguments& arguments) {
-  Landmarks shape = read_landmarks(arguments.input);
-  if (shape.dimension() != flow.dimension())
-    throw InputError(arguments.input + " is in " + std::to_string(shape.dimension()) + "D, the registration in " +
-                     std::to_string(flow.dimension()) + "D");
-  std::vector<int> known;
-  for (int a = 0; a < shape.count(); ++a)
-    if (shape.points.col(a).allFinite()) known.push_back(a);
-  const Points points = shape.points(Eigen::all, known);
+  LandmarkFile file = read_addressed_shapes(arguments.input);
+  std::vector<std::string> notes = std::move(file.warnings);
+  std::vector<Points*> blocks = blocks_of(file);
+  for (const Points* block : blocks)
+    if (block->rows() != flow.dimension())
+      throw InputError(
+          fmt::format("{} is in {}D, the registration in {}D", arguments.input, block->rows(), flow.dimension()));
+  const Points points = known_points(blocks);
   MovedPoints moved;
   if (arguments.inverse) {
     moved = flow.inverse(points);
@@ -26,9 +66,13 @@ WarpFigures warp_points(const MaterialFlow& flow, const Alignment& alignment, co
   } else {
     moved = flow.end_with_gradients(alignment.apply(points));
   }
-  shape.points.setConstant(std::numeric_limits<double>::quiet_NaN());
-  shape.points(Eigen::all, known) = moved.places;
-  write_landmarks_csv(arguments.out, shape);
+  put_known_points(moved.places, blocks);
+  for (Landmarks& shape : file.shapes) {  // they lie on another image now
+    shape.image.clear();
+    shape.scale.reset();
+  }
+  for (std::string& loss : write_landmark_file(arguments.out, file)) notes.push_back(std::move(loss));
+  tell_notes(notes);
 
   WarpFigures figures;
   figures.method = "points";

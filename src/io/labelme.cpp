@@ -1,5 +1,6 @@
 // Annotations of LabelMe, the drawing program, in JSON: those of one image, in a list `shapes`. Its points are the
-// landmarks of one shape, its lines are curves and its polygons outlines.
+// landmarks of one shape, its lines are curves and its polygons outlines, which are the landmarks where it has no
+// points.
 
 #include <algorithm>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "formats.hpp"
 #include "json_reader.hpp"
+#include "lines_as_landmarks.hpp"
 #include "text.hpp"
 
 namespace pulson::io {
@@ -38,6 +40,7 @@ class LabelmeReader {
     const bool all_have_groups = std::find(groups_.begin(), groups_.end(), "") == groups_.end();
     if (has_some(groups_) && !all_have_groups) warn("a group_id that not all points have is not used");
     if (all_have_groups) shape_.groups = std::move(groups_);
+    if (take_lines_as_landmarks(shape_)) warn(taken_as_landmarks(1));
     file_.shapes.push_back(std::move(shape_));
     return std::move(file_);
   }

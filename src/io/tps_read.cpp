@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "formats.hpp"
+#include "lines_as_landmarks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "text_lines.hpp"
@@ -135,23 +136,7 @@ class TpsReader {
       lines->announced = 0;
     }
     reads_outlines_ = false;
-    if (shape.count() == 0 && !(shape.curves.empty() && shape.outlines.empty())) take_lines_as_landmarks(shape);
-  }
-
-  void take_lines_as_landmarks(Landmarks& shape) {
-    std::vector<double> coordinates;
-    const auto take = [&](std::vector<Points>& lines, const std::string& kind) {
-      for (std::size_t i = 0; i < lines.size(); ++i) {
-        coordinates.insert(coordinates.end(), lines[i].reshaped().begin(), lines[i].reshaped().end());
-        shape.groups.insert(shape.groups.end(), static_cast<std::size_t>(lines[i].cols()),
-                            fmt::format("{} {}", kind, i + 1));
-      }
-      lines.clear();
-    };
-    take(shape.curves, "curve");
-    take(shape.outlines, "outline");
-    shape.points = Points::Map(coordinates.data(), dimension_, static_cast<Eigen::Index>(shape.groups.size()));
-    ++shapes_of_lines_;
+    if (take_lines_as_landmarks(shape)) ++shapes_of_lines_;
   }
 
   /// Reads the lines of coordinates that `entry` (LM=n, POINTS=n) announces; `owner` is whose messages say they are.
@@ -233,9 +218,7 @@ class TpsReader {
     if (curves + outlines > 0)
       warn(fmt::format("{} and {} ({}) are kept and not used as landmarks", counted(curves, "curve"),
                        counted(outlines, "outline"), counted(points, "point")));
-    if (shapes_of_lines_ > 0)
-      warn(fmt::format("{} without landmarks: the points of curves and outlines are taken as such, a group for each",
-                       counted(shapes_of_lines_, "shape")));
+    if (shapes_of_lines_ > 0) warn(taken_as_landmarks(shapes_of_lines_));
   }
 
   const std::string& path_;

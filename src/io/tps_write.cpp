@@ -28,6 +28,9 @@ class TpsWriter {
     if (has_keywords_)
       written_.losses.push_back(
           cannot_hold(target_, "properties whose names are empty, hold '=' or are keywords of tps"));
+    if (shapes_of_lines_ > 0)
+      written_.losses.push_back(cannot_hold(target_, "curves and outlines apart from landmarks where there are none",
+                                            shapes_of_lines_, file_.shapes.size()));
     return std::move(written_);
   }
 
@@ -36,6 +39,7 @@ class TpsWriter {
     require_plane_or_space(target_, shape);
     written_.text += fmt::format("{}={}\n", shape.dimension() == 3 ? "LM3" : "LM", shape.count());
     append_points(written_.text, shape.points, "NA");
+    if (shape.count() == 0 && !(shape.curves.empty() && shape.outlines.empty())) ++shapes_of_lines_;
     write_lines("CURVES", shape, shape.curves);
     write_lines("OUTLINES", shape, shape.outlines);
     if (!shape.image.empty()) write_text("IMAGE", shape.image);
@@ -75,6 +79,7 @@ class TpsWriter {
   WrittenLandmarks written_;
   bool has_broken_lines_ = false;
   bool has_keywords_ = false;
+  std::size_t shapes_of_lines_ = 0;
 };
 
 }  // namespace

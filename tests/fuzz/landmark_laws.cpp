@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "fuzzing.hpp"
+#include "io/lines_as_landmarks.hpp"
 
 namespace pulson::fuzz {
 namespace {
@@ -98,6 +99,8 @@ void check_writer(const LandmarkFormat& format, const LandmarkFile& file) {
   if (is_told(*written, "shapes without landmarks"))
     std::erase_if(expected, [](const Landmarks& shape) { return shape.count() == 0; });
   require(back.shapes.size() == expected.size(), format.name + " changes the number of shapes");
+  if (is_told(*written, "apart from landmarks"))
+    for (Landmarks& shape : expected) io::take_lines_as_landmarks(shape);
   for (std::size_t s = 0; s < expected.size(); ++s) {
     require(has_same_bits(back.shapes[s].points, expected_points(*written, expected[s].points)),
             format.name + " changes points");

@@ -1,0 +1,34 @@
+#include "lines_as_landmarks.hpp"
+
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "text.hpp"
+
+namespace pulson::io {
+
+bool take_lines_as_landmarks(Landmarks& shape) {
+  if (shape.count() > 0 || (shape.curves.empty() && shape.outlines.empty())) return false;
+  const Eigen::Index dimension = (shape.curves.empty() ? shape.outlines : shape.curves).front().rows();
+  std::vector<double> coordinates;
+  const auto take = [&](std::vector<Points>& lines, const std::string& kind) {
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      coordinates.insert(coordinates.end(), lines[i].reshaped().begin(), lines[i].reshaped().end());
+      shape.groups.insert(shape.groups.end(), static_cast<std::size_t>(lines[i].cols()),
+                          fmt::format("{} {}", kind, i + 1));
+    }
+    lines.clear();
+  };
+  take(shape.curves, "curve");
+  take(shape.outlines, "outline");
+  shape.points = Points::Map(coordinates.data(), dimension, static_cast<Eigen::Index>(shape.groups.size()));
+  return true;
+}
+
+std::string taken_as_landmarks(std::size_t shapes) {
+  return counted(shapes, "shape") +
+         " without landmarks: the points of curves and outlines are taken as such, a group for each";
+}
+
+}  // namespace pulson::io

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson::io {
+
+/// Makes the points of curves and outlines the landmarks of a shape that has no others, a group for each: `curve 1`.
+/// @return whether there were such
+bool take_lines_as_landmarks(Landmarks& shape);
+
+/// What is told where that was done.
+std::string taken_as_landmarks(std::size_t shapes);
+
+}  // namespace pulson::io

@@ -39,6 +39,7 @@ TEST_F(CsvFile, TakesEveryWayToWriteTheSamePair) {
       "x,y\r1.5,-2\r300,0.25",
       "# made by hand\n\n  # x, y\n\n1.5,-2\n\n   \n300,0.25\n\n",
       "\xEF\xBB\xBFx,y\n1.5,-2\n300,0.25\n",
+      "\xEF\xBB\xBF\xEF\xBB\xBFx,y\n1.5,-2\n300,0.25\n",
       "\xEF\xBB\xBF\061.5,-2\n300,0.25\n",
       "y,x\n-2,1.5\n0.25,300\n",
       " ,X,Y\n1,1.5,-2\n2,300,0.25\n",

@@ -97,7 +97,7 @@ TEST_P(EveryFormat, DescribesItself) {
 TEST_P(EveryFormat, TakesNoOtherContent) {
   for (const std::string_view text :
        {std::string_view(), std::string_view("\0\1\2", 3), std::string_view(" \r\n"), std::string_view("\xEF\xBB\xBF"),
-        std::string_view("Landmark 1 is the tip\nof the left wing\n")})
+        std::string_view("\xEF\xBB\xBF\xEF\xBB\xBF"), std::string_view("Landmark 1 is the tip\nof the left wing\n")})
     EXPECT_FALSE(GetParam().sniff(text)) << text;
 }
 

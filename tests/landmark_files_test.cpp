@@ -118,6 +118,7 @@ TEST_F(Unreadable, IsRefused) {
   EXPECT_EQ(address_error("folder.csv"), "cannot read 'folder.csv': it is a folder; a file is needed");
   EXPECT_EQ(read_error("empty.csv", ""), "empty.csv is empty");
   EXPECT_EQ(read_error("blank.tps", "\r\n \n"), "blank.tps is empty");
+  EXPECT_EQ(read_error("marks.txt", "\xEF\xBB\xBF\xEF\xBB\xBF"), "marks.txt is empty");
   EXPECT_EQ(read_error("utf16.csv", std::string("x\0,\0y\0", 6)),
             "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
   EXPECT_EQ(

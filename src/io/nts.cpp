@@ -244,14 +244,16 @@ bool has_the_words(std::string_view text, const NtsHeader& header) {
 }  // namespace
 
 bool sniff_nts(std::string_view text) {
+  std::string_view first;
   while (true) {
     const std::vector<std::string_view> lines = first_lines(text, 1);
     if (lines.empty()) return false;
-    text.remove_prefix(static_cast<std::size_t>(lines.front().data() - text.data()));
-    if (!is_nts_comment(lines.front())) break;
-    text.remove_prefix(lines.front().size());
+    first = lines.front();
+    text.remove_prefix(static_cast<std::size_t>(first.data() - text.data()));
+    if (!is_nts_comment(first)) break;
+    text.remove_prefix(first.size());
   }
-  const std::optional<NtsHeader> header = parse_header({1, first_lines(text, 1).front()});
+  const std::optional<NtsHeader> header = parse_header({1, first});
   return header && (header->dimension || has_the_words(text, *header));
 }
 

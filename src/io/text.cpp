@@ -41,7 +41,8 @@ std::string read_text_file(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw InputError(failure + std::generic_category().message(errno));
   std::string contents{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (contents.find_first_not_of(" \t\r\n") == std::string::npos) throw InputError(path.string() + " is empty");
+  if (without_byte_order_mark(contents).find_first_not_of(" \t\r\n") == std::string_view::npos)
+    throw InputError(path.string() + " is empty");
   if (contents.starts_with("\xFF\xFE") || contents.starts_with("\xFE\xFF"))
     throw InputError(path.string() + " is text in UTF-16; save it in UTF-8");
   return contents;
@@ -50,7 +51,7 @@ std::string read_text_file(const std::filesystem::path& path) {
 std::vector<TextLine> split_lines(const std::string& path, std::string_view text) {
   if (text.find('\0') != std::string_view::npos)
     throw InputError(path + " is not a text file (it holds a zero byte); text must be in UTF-8");
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  text = without_byte_order_mark(text);
   if (text.ends_with('\x1A')) text.remove_suffix(1);  // as DOS ended files
   std::vector<TextLine> lines;
   while (!text.empty()) {

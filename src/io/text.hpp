@@ -27,6 +27,12 @@ std::vector<TextLine> split_lines(const std::string& path, std::string_view text
 /// Some editors put it before the text.
 inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
+/// `text` without the marks before it; some programs put one before that of another.
+inline std::string_view without_byte_order_mark(std::string_view text) {
+  while (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  return text;
+}
+
 /// A coordinate that was not measured.
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 

@@ -28,7 +28,7 @@ void TextLines::require_end(const std::string& what) const {
 }
 
 std::vector<std::string_view> first_lines(std::string_view text, std::size_t count) {
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  text = without_byte_order_mark(text);
   std::vector<std::string_view> lines;
   while (!text.empty() && lines.size() < count) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());

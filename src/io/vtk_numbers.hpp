@@ -36,7 +36,7 @@ struct VtkPlace {
 class VtkCursor {
  public:
   VtkCursor(const std::string& path, std::string_view text)
-      : path_(path), text_(text), at_(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0) {}
+      : path_(path), text_(text), at_(text.size() - without_byte_order_mark(text).size()) {}
 
   bool is_binary = false;
 

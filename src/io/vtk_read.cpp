@@ -194,10 +194,7 @@ class VtkReader {
 
 }  // namespace
 
-bool sniff_vtk(std::string_view text) {
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  return text.starts_with(kVtkMagic);
-}
+bool sniff_vtk(std::string_view text) { return without_byte_order_mark(text).starts_with(kVtkMagic); }
 
 LandmarkFile read_vtk(const std::string& path, std::string_view text) { return VtkReader(path, text).read(); }
 

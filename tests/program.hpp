@@ -27,11 +27,18 @@ struct ProgramRun {
   std::string err;
 };
 
+/// Seconds until a child is ended by SIGALRM.
+#ifdef __SANITIZE_ADDRESS__
+inline constexpr unsigned kPatience = 3000;
+#else
+inline constexpr unsigned kPatience = 300;
+#endif
+
 /// How the child is started, where it matters.
 struct ProgramSetting {
   std::string out_path = "captured_out";  ///< where its standard output goes
   std::string search_path{};              ///< its PATH, where not empty
-  unsigned limit = 300;                   ///< seconds until it is ended by SIGALRM
+  unsigned limit = kPatience;
 };
 
 /// What INSTANTIATE_TEST_SUITE_P may call a test whose parameter has a name.

@@ -78,8 +78,8 @@ class TerminalProgram : public Program {
     std::vector<char*> pointers;
     for (std::string& argument : arguments) pointers.push_back(argument.data());
     pointers.push_back(nullptr);
-    constexpr unsigned kLimit = 120;
-    ::alarm(kLimit);
+    std::signal(SIGINT, SIG_DFL);  // which shells make jobs in the background ignore
+    ::alarm(kPatience);
     ::execv(PULSON_PROGRAM, pointers.data());
     ::_exit(127);
   }

@@ -49,6 +49,8 @@ TEST(DocsPage, LinesAgreeUpToTwoPercent) {
   EXPECT_TRUE(lines_agree("9 iterations in … s: the gradient …", "9 iterations in 0.01 s: the gradient vanishes"));
   EXPECT_FALSE(lines_agree("9 iterations in … s: the", "9 iterations in 0.01 s: a"));
   EXPECT_FALSE(lines_agree("1e-3", "1e-4"));
+  EXPECT_TRUE(lines_agree("2.5e-15", "2.7e-15"));
+  EXPECT_FALSE(lines_agree("2.5e-15", "2.7e-13"));
 }
 
 // Commands that are not run: they set up the machine, build, or measure for minutes. What they call is tested

@@ -2,6 +2,7 @@
 // tells, by --quiet and --verbose.
 
 #include <array>
+#include <csignal>
 #include <map>
 
 #include <gmock/gmock.h>

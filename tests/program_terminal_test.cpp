@@ -158,7 +158,7 @@ TEST_F(TerminalProgram, TellsAsMuchAsIsAsked) {
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_EQ(count_lines(both.err), 1U);
   EXPECT_EQ(run(words("convert a.csv c.csv -q")).out, "");
-  EXPECT_THAT(run(words("convert a.csv c.csv -v")).err, HasSubstr(" s read a.csv: csv\n"));
+  EXPECT_THAT(run(words("convert a.csv d.csv -v")).err, HasSubstr(" s read a.csv: csv\n"));
 }
 
 }  // namespace

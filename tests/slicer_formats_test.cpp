@@ -1,6 +1,7 @@
 // Point lists and markups of 3D Slicer: what is read, what is written, what is refused.
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -257,6 +258,20 @@ TEST_F(Markups, AreWrittenToTheBits) {
     EXPECT_EQ(back.shapes[s].name, file.shapes[s].name);
     EXPECT_EQ(back.shapes[s].properties, file.shapes[s].properties);
   }
+}
+
+TEST_F(Markups, TellOfAllButTheirOneType) {
+  LandmarkFile file;
+  file.shapes.emplace_back().points = Points::Zero(3, 1);
+  const auto losses = [&](std::vector<std::pair<std::string, std::string>> properties) {
+    file.shapes[0].properties = std::move(properties);
+    return write_landmark_file("t.mrk.json", file);
+  };
+  EXPECT_THAT(losses({{"type", "Line"}}), IsEmpty());
+  const auto told = ElementsAre("t.mrk.json: mrk.json cannot hold properties");
+  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Line"}}), told);
+  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Angle"}}), told);
+  EXPECT_THAT(losses({{"type", "Fiducial"}}), told);  // where nothing is read
 }
 
 TEST_F(Markups, HaveWhatTheSchemaAsksFor) {

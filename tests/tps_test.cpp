@@ -163,11 +163,31 @@ TEST_F(TpsWriter, SaysOnceWhatItCannotHold) {
   }
   EXPECT_THAT(
       write_landmark_file("a.tps", file),
-      ElementsAre("a.tps: tps cannot hold labels (2 of 2 shapes)", "a.tps: tps cannot hold groups (2 of 2 shapes)",
-                  "a.tps: tps cannot hold the units 'mm'", "a.tps: tps cannot hold the axes 'LPS'",
-                  "a.tps: tps cannot hold line breaks and outer blanks of texts",
-                  "a.tps: tps cannot hold properties whose names are empty, hold '=' or are keywords of tps"));
+      ElementsAre(
+          "a.tps: tps cannot hold labels (2 of 2 shapes)", "a.tps: tps cannot hold groups (2 of 2 shapes)",
+          "a.tps: tps cannot hold the units 'mm'", "a.tps: tps cannot hold the axes 'LPS'",
+          "a.tps: tps cannot hold line breaks and outer blanks of texts",
+          "a.tps: tps cannot hold properties whose names are empty, hold '=', or are keywords or comments of tps"));
   EXPECT_EQ(contents("a.tps"), "LM=2\n1 2\n3 4\nCOMMENT=two lines\nLM=2\n1 2\n3 4\nCOMMENT=two lines\n");
+}
+
+TEST_F(TpsWriter, WritesNoPropertyThatWouldBeReadAsAnotherThing) {
+  LandmarkFile file;
+  Landmarks& shape = file.shapes.emplace_back();
+  shape.points = points_2d({1, 2, 3, 4});
+  for (const std::string name : {"", " ", "LM3 ", "\tID", "a=b", "# a", "\"a\"", "'"}) {
+    SCOPED_TRACE(name);
+    shape.properties = {{name, "1"}, {"SEX", "f"}};
+    EXPECT_THAT(write_landmark_file("a.tps", file),
+                testing::Contains(
+                    "a.tps: tps cannot hold properties whose names are empty, hold '=', or are keywords or comments "
+                    "of tps"));
+    EXPECT_EQ(contents("a.tps"), "LM=2\n1 2\n3 4\nSEX=f\n");
+  }
+  shape.properties = {{" body\nside ", "left"}};
+  EXPECT_THAT(write_landmark_file("a.tps", file),
+              ElementsAre("a.tps: tps cannot hold line breaks and outer blanks of texts"));
+  EXPECT_EQ(contents("a.tps"), "LM=2\n1 2\n3 4\nbody side=left\n");
 }
 
 TEST_F(TpsWriter, RefusesOtherDimensions) {

@@ -22,6 +22,7 @@ constexpr std::string_view kSchema =
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
     "markups-schema-v1.0.3.json#";
 constexpr std::string_view kType = "type";
+constexpr std::string_view kFiducial = "Fiducial";  // that of points; it is no property
 
 // ---- reading
 
@@ -80,8 +81,8 @@ Landmarks read_markup(const JsonValue& markup) {
   if (!markup.value().is_object()) markup.fail("is not an object");
   Landmarks shape;
   if (markup.has("name")) shape.name = markup.at("name").text();
-  const std::string type = markup.has("type") ? markup.at("type").text() : "Fiducial";
-  if (type != "Fiducial") shape.properties.emplace_back(kType, type);
+  const std::string type = markup.has("type") ? markup.at("type").text() : std::string(kFiducial);
+  if (type != kFiducial) shape.properties.emplace_back(kType, type);
   const std::vector<JsonValue> items =
       markup.has("controlPoints") ? markup.at("controlPoints").items() : std::vector<JsonValue>{};
   shape.points.resize(3, std::ssize(items));
@@ -110,7 +111,7 @@ std::string type_of(const Landmarks& shape) {
   constexpr std::array<std::string_view, 4> kWritten = {"Curve", "ClosedCurve", "Line", "Angle"};
   for (const auto& [key, text] : shape.properties)
     if (key == kType && std::find(kWritten.begin(), kWritten.end(), text) != kWritten.end()) return text;
-  return "Fiducial";
+  return std::string(kFiducial);
 }
 
 Json control_point_json(const Landmarks& shape, const Points& points, int index, bool is_ras) {
@@ -201,8 +202,11 @@ WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file
   const Json system = {{"coordinateSystem", file.axes == "RAS" ? "RAS" : "LPS"},
                        {"coordinateUnits", file.units == "um" ? "um" : "mm"}};
   LandmarkFile without_types = file;  // they are kept
-  for (Landmarks& shape : without_types.shapes)
-    std::erase(shape.properties, std::pair(std::string(kType), type_of(shape)));
+  for (Landmarks& shape : without_types.shapes) {
+    const auto type = std::pair(std::string(kType), type_of(shape));
+    const auto kept = std::find(shape.properties.begin(), shape.properties.end(), type);
+    if (type.second != kFiducial && kept != shape.properties.end()) shape.properties.erase(kept);
+  }
   WrittenLandmarks written;
   written.losses = losses_of(target, without_types, {.names = true, .labels = true, .units = true, .axes = knows_axes});
   if (!knows_units)

@@ -10,6 +10,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "text_lines.hpp"
+#include "tps_lines.hpp"
 
 namespace pulson::io {
 namespace {
@@ -28,10 +29,9 @@ std::optional<KeyLine> parse_key_line(std::string_view line) {
   return KeyLine{name, to_lower(name), trim(line.substr(equals + 1))};
 }
 
-/// Some programs write comments, which begin with # or a quote, as in R and in nts.
 bool is_blank_or_comment(std::string_view line) {
   const std::string_view text = trim(line);
-  return text.empty() || std::string_view("#\"'").find(text.front()) != std::string_view::npos;
+  return text.empty() || is_tps_comment(text);
 }
 
 bool is_shape_key(const std::string& key) { return key == "lm" || key == "lm3"; }

@@ -8,6 +8,7 @@
 #include "landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
 #include "text.hpp"
+#include "tps_lines.hpp"
 
 namespace pulson::io {
 namespace {
@@ -25,9 +26,9 @@ class TpsWriter {
         losses_of(target_, file_, {.names = true, .images = true, .scales = true, .properties = true, .lines = true});
     for (const Landmarks& shape : file_.shapes) write_shape(shape);
     if (has_broken_lines_) written_.losses.push_back(cannot_hold_breaks(target_));
-    if (has_keywords_)
+    if (has_unreadable_names_)
       written_.losses.push_back(
-          cannot_hold(target_, "properties whose names are empty, hold '=' or are keywords of tps"));
+          cannot_hold(target_, "properties whose names are empty, hold '=', or are keywords or comments of tps"));
     if (shapes_of_lines_ > 0)
       written_.losses.push_back(cannot_hold(target_, "curves and outlines apart from landmarks where there are none",
                                             shapes_of_lines_, file_.shapes.size()));
@@ -62,12 +63,18 @@ class TpsWriter {
     }
   }
 
-  void write_property(const std::string& name, const std::string& value) {
+  /// Whether a line `name=`, without blanks around the name, is read as a property of this name.
+  static bool is_readable(const std::string& name) {
     const bool is_keyword = std::find(kKeywords.begin(), kKeywords.end(), to_lower(name)) != kKeywords.end();
-    if (is_keyword || trim(name).empty() || name.find_first_of(std::string_view("=\r\n\0", 4)) != std::string::npos)
-      has_keywords_ = true;
+    return !is_keyword && !name.empty() && name.find('=') == std::string::npos && !is_tps_comment(name);
+  }
+
+  void write_property(const std::string& name, const std::string& value) {
+    const std::string plain = one_line(name, has_broken_lines_);
+    if (is_readable(plain))
+      write_text(plain, value);
     else
-      write_text(name, value);
+      has_unreadable_names_ = true;
   }
 
   void write_text(std::string_view keyword, const std::string& value) {
@@ -78,7 +85,7 @@ class TpsWriter {
   const LandmarkFile& file_;
   WrittenLandmarks written_;
   bool has_broken_lines_ = false;
-  bool has_keywords_ = false;
+  bool has_unreadable_names_ = false;
   std::size_t shapes_of_lines_ = 0;
 };
 

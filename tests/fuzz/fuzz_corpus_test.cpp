@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <ostream>
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -57,6 +58,16 @@ TEST(FuzzCorpora, AreOfTargets) {
   for (const NamedTarget& target : kTargets) names.emplace(target.name);
   for (const fs::directory_entry& entry : fs::directory_iterator(kCorpus)) folders.insert(entry.path().filename());
   EXPECT_EQ(folders, names);
+}
+
+TEST(FuzzCorpora, OfRandomShapesHaveNoFindings) {
+  constexpr int kFiles = 3000;
+  std::mt19937_64 random(1);
+  for (int i = 0; i < kFiles; ++i) {
+    std::string input(random() % 120, '\0');
+    for (char& c : input) c = static_cast<char>(random() % (i % 2 == 0 ? 128 : 256));  // texts go on from 128
+    ASSERT_NO_THROW(shapes(input)) << "file " << i;
+  }
 }
 
 /// Whether a seed of the targets that take `ROW\n` and a text is read by this row.

@@ -16,6 +16,7 @@ bool point_lists(std::string_view input);           ///< `ROW\n` and a text for 
 bool tables(std::string_view input);                ///< the same, or `weights`, or `covariances`
 bool arrays(std::string_view input);                ///< `vtk` or `npy`
 bool json_landmarks(std::string_view input);        ///< `json` or `mrk.json`
+bool shapes(std::string_view input);                ///< for all writers, made from bytes
 bool grid_fields(std::string_view input);           ///< MetaImage and NRRD
 bool specs(std::string_view input);                 ///< of kernels, noises, integrators
 bool registration_records(std::string_view input);  ///< registration.json, replayed where that is short
@@ -26,14 +27,15 @@ struct NamedTarget {
   Target run;
 };
 
-inline constexpr std::array<NamedTarget, 9> kTargets = {{{"landmark_files", landmark_files},
-                                                         {"point_lists", point_lists},
-                                                         {"tables", tables},
-                                                         {"arrays", arrays},
-                                                         {"json_landmarks", json_landmarks},
-                                                         {"grid_fields", grid_fields},
-                                                         {"specs", specs},
-                                                         {"registration_records", registration_records},
-                                                         {"ensemble_checkpoints", ensemble_checkpoints}}};
+inline constexpr std::array<NamedTarget, 10> kTargets = {{{"landmark_files", landmark_files},
+                                                          {"point_lists", point_lists},
+                                                          {"tables", tables},
+                                                          {"arrays", arrays},
+                                                          {"json_landmarks", json_landmarks},
+                                                          {"shapes", shapes},
+                                                          {"grid_fields", grid_fields},
+                                                          {"specs", specs},
+                                                          {"registration_records", registration_records},
+                                                          {"ensemble_checkpoints", ensemble_checkpoints}}};
 
 }  // namespace pulson::fuzz

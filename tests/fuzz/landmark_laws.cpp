@@ -61,13 +61,19 @@ Strings telling_names(const Strings& names) {
   return is_empty || is_counted ? Strings() : names;
 }
 
-void check_names(const std::string& format, const WrittenLandmarks& written, const Landmarks& back,
+void check_texts(const std::string& format, const WrittenLandmarks& written, const Landmarks& back,
                  const Landmarks& shape) {
   if (is_told(written, "not UTF-8") || is_told(written, "line breaks")) return;
   if (!is_told(written, "labels"))
     require(telling_names(back.labels) == telling_names(shape.labels), format + " changes labels");
   if (!is_told(written, "group"))
     require(telling_names(back.groups) == telling_names(shape.groups), format + " changes groups");
+  if (!is_told(written, "images")) require(back.image == shape.image, format + " changes images");
+  if (!is_told(written, "scales")) require(back.scale == shape.scale, format + " changes scales");
+  if (!is_told(written, "properties")) require(back.properties == shape.properties, format + " changes properties");
+  const bool is_named_by_file = !shape.source.empty() || shape.name == "f";
+  if (!is_told(written, "names") && !shape.name.empty() && !is_named_by_file)
+    require(back.name == shape.name, format + " changes names");
 }
 
 /// json holds everything.
@@ -104,7 +110,7 @@ void check_writer(const LandmarkFormat& format, const LandmarkFile& file) {
   for (std::size_t s = 0; s < expected.size(); ++s) {
     require(has_same_bits(back.shapes[s].points, expected_points(*written, expected[s].points)),
             format.name + " changes points");
-    check_names(format.name, *written, back.shapes[s], expected[s]);
+    check_texts(format.name, *written, back.shapes[s], expected[s]);
     if (format.name == "json" && written->losses.empty()) check_everything(back.shapes[s], expected[s]);
   }
 }

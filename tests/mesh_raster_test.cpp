@@ -1,98 +1,27 @@
-// The push-forward of a pixel mesh: what covers each sample, how often, and which sheet is on top.
+// The push-forward of a pixel mesh: what covers each sample, and how often.
 
 #include "pulson/warp/mesh_raster.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <random>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "error_of.hpp"
+#include "mesh_raster_examples.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/warp/coverage.hpp"
 
 namespace pulson {
 namespace {
-
-constexpr float kFloatNaN = std::numeric_limits<float>::quiet_NaN();
-
-using Place = std::array<double, 2>;
-using Map = std::function<Place(double, double)>;
-
-DeformedMesh mesh_of(int width, int height, const Map& map) {
-  DeformedMesh mesh{width + 1, height + 1, {}};
-  for (int row = 0; row <= height; ++row)
-    for (int column = 0; column <= width; ++column) {
-      const Place place = map(column - 0.5, row - 0.5);
-      mesh.vertices.push_back({static_cast<float>(place[0]), static_cast<float>(place[1])});
-    }
-  return mesh;
-}
-
-// Of row-by-row arrays.
-std::size_t index_at(int width, int x, int y) {
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-}
-
-std::array<float, 2>& vertex(DeformedMesh& mesh, int column, int row) {
-  return mesh.vertices[index_at(mesh.columns, column, row)];
-}
-
-// All bands as one, made by parallel_for.
-RasterBand joined(const MeshRaster& raster, const std::function<RasterBand(int)>& make) {
-  std::vector<RasterBand> bands(static_cast<std::size_t>(raster.bands()));
-  parallel_for(raster.bands(), [&](int i) { bands[static_cast<std::size_t>(i)] = make(i); });
-  RasterBand all = bands.front();
-  for (std::size_t i = 1; i < bands.size(); ++i) {
-    EXPECT_EQ(bands[i].first_row, all.first_row + all.rows);
-    all.rows += bands[i].rows;
-    all.labels.insert(all.labels.end(), bands[i].labels.begin(), bands[i].labels.end());
-    all.counts.insert(all.counts.end(), bands[i].counts.begin(), bands[i].counts.end());
-    all.reversed.insert(all.reversed.end(), bands[i].reversed.begin(), bands[i].reversed.end());
-  }
-  return all;
-}
-
-RasterBand whole(const MeshRaster& raster) {
-  return joined(raster, [&](int i) { return raster.band(i); });
-}
-
-RasterBand whole_sheet(const MeshRaster& raster, int n) {
-  return joined(raster, [&](int i) { return raster.sheet(i, n); });
-}
-
-// visit(index, x, y) for every sample, at its place in pixel coordinates.
-template <class Visit>
-void for_each_sample(const RasterBand& band, const Visit& visit) {
-  const int s = band.supersampling;
-  const auto place = [s](int sample) { return (sample + 0.5) / s - 0.5; };
-  std::size_t index = 0;
-  for (int row = band.first_row * s; row < (band.first_row + band.rows) * s; ++row)
-    for (int column = 0; column < band.width * s; ++column) visit(index++, place(column), place(row));
-}
-
-void expect_same(const RasterBand& a, const RasterBand& b) {
-  EXPECT_EQ(a.counts, b.counts);
-  EXPECT_EQ(a.reversed, b.reversed);
-  ASSERT_EQ(a.labels.size(), b.labels.size());
-  for (std::size_t i = 0; i < a.labels.size(); ++i) {
-    if (a.counts[i] == 0 && b.counts[i] == 0) continue;
-    ASSERT_EQ(a.labels[i], b.labels[i]) << i;
-  }
-}
-
-int count_at(const RasterBand& band, int x, int y) { return band.counts[index_at(band.width, x, y)]; }
-
-std::array<float, 2> label_at(const RasterBand& band, int x, int y) { return band.labels[index_at(band.width, x, y)]; }
 
 // ---- maps with one sheet
 
@@ -216,99 +145,6 @@ TEST(MeshRaster, FoldIsCoveredTwiceOrNotAtAll) {
         ASSERT_GE(band.labels[i][0], 19.5);
       });
     }
-}
-
-// ---- rules for what is on top
-
-// Two patches of 10 columns, each with its own map of its places from (-0.5, -0.5) on, and nowhere between them.
-constexpr int kSecondPatch = 12;
-DeformedMesh patches(const Map& first, const Map& second) {
-  return mesh_of(22, 10, [&](double x, double y) {
-    if (x < 10) return first(x, y);
-    return x < 11 ? Place{kFloatNaN, kFloatNaN} : second(x - kSecondPatch, y);
-  });
-}
-
-const Map kSame = [](double x, double y) { return Place{x, y}; };
-const Map kTwice = [](double x, double y) { return Place{2 * x, 2 * y}; };
-const Map kMirror = [](double x, double y) { return Place{9 - x, y}; };
-const Map kSmallMirror = [](double x, double y) { return Place{9 - 0.5 * x, 0.5 * y + 2}; };
-
-// Whether the second patch is on top of the first, at pixel (6, 4).
-bool second_on_top(const DeformedMesh& mesh, Over over, std::vector<float> priority = {}) {
-  const RasterBand band = whole(MeshRaster(mesh, {20, 20, 1, over}, std::move(priority)));
-  EXPECT_EQ(count_at(band, 6, 4), 2);
-  return label_at(band, 6, 4)[0] > kSecondPatch - 1;
-}
-
-TEST(Over, LeastStretchedPrefersOrientationThenStretchThenTheFirst) {
-  for (const Over over : {Over::kLeastStretched, Over::kAverage}) {
-    EXPECT_FALSE(second_on_top(patches(kSame, kTwice), over));
-    EXPECT_TRUE(second_on_top(patches(kTwice, kSame), over));
-    EXPECT_FALSE(second_on_top(patches(kTwice, kMirror), over));
-    EXPECT_TRUE(second_on_top(patches(kMirror, kTwice), over));
-    EXPECT_TRUE(second_on_top(patches(kMirror, kSmallMirror), over));
-    EXPECT_FALSE(second_on_top(patches(kSame, kSame), over));
-  }
-}
-
-TEST(Over, FirstIsTheFirst) {
-  EXPECT_FALSE(second_on_top(patches(kTwice, kSame), Over::kFirst));
-  EXPECT_FALSE(second_on_top(patches(kMirror, kSame), Over::kFirst));
-}
-
-TEST(Over, PriorityGoesBeforeStretch) {
-  const DeformedMesh mesh = patches(kSame, kTwice);
-  const auto priority = [&](float second) {
-    std::vector<float> values;
-    for (int cell = 0; cell < mesh.cell_columns() * mesh.cell_rows(); ++cell)
-      values.push_back(cell % mesh.cell_columns() < kSecondPatch ? 1 : second);
-    return values;
-  };
-  EXPECT_FALSE(second_on_top(mesh, Over::kPriority, priority(-1)));
-  EXPECT_FALSE(second_on_top(mesh, Over::kPriority, priority(1)));
-  EXPECT_TRUE(second_on_top(mesh, Over::kPriority, priority(2)));
-  EXPECT_TRUE(second_on_top(patches(kTwice, kSame), Over::kPriority, priority(1)));
-}
-
-TEST(Over, HasNames) {
-  for (const Over over : {Over::kLeastStretched, Over::kAverage, Over::kFirst, Over::kPriority})
-    EXPECT_EQ(parse_over(over_name(over)), over);
-  const std::string error = error_of([] { parse_over("frist"); });
-  EXPECT_NE(error.find("valid: least-stretched, average, first, label-order"), std::string::npos) << error;
-  EXPECT_NE(error.find("did you mean 'first'"), std::string::npos) << error;
-}
-
-// The sheets of |x − 19.5|, the left one first.
-TEST(MeshRaster, HandsOutEverySheet) {
-  const MeshRaster raster(mesh_of(40, 40,
-                                  [](double x, double y) {
-                                    return Place{std::abs(x - 19.5), y};
-                                  }),
-                          {15, 40, 2, Over::kAverage});
-  const std::array<RasterBand, 3> sheets = {whole_sheet(raster, 0), whole_sheet(raster, 1), whole_sheet(raster, 2)};
-  for_each_sample(sheets[0], [&](std::size_t i, double x, double y) {
-    const auto expect_label = [&](std::size_t n, double label, int reversed) {
-      ASSERT_NEAR(sheets[n].labels[i][0], label, 1e-5);
-      ASSERT_NEAR(sheets[n].labels[i][1], y, 1e-5);
-      ASSERT_EQ(sheets[n].reversed[i], reversed);
-    };
-    for (const RasterBand& sheet : sheets) ASSERT_EQ(sheet.counts[i], x < 0 ? 0 : 2);
-    EXPECT_TRUE(std::isnan(sheets[2].labels[i][0]));
-    if (x < 0) return;
-    expect_label(0, 19.5 - x, 1);
-    expect_label(1, 19.5 + x, 0);
-  });
-}
-
-TEST(MeshRaster, CountsSaturate) {
-  const MeshRaster raster(mesh_of(700, 4,
-                                  [](double x, double y) {
-                                    return Place{std::fmod(x + 0.5, 2) * 4 - 0.5, y};
-                                  }),
-                          {4, 4, 1, Over::kFirst});
-  EXPECT_EQ(coverage(whole(raster)).max_multiplicity, 255);
-  EXPECT_FALSE(std::isnan(label_at(whole_sheet(raster, 254), 1, 1)[0]));
 }
 
 // ---- against a definition
@@ -520,68 +356,6 @@ TEST(MeshRaster, RefusesWhatHasNoMeaning) {
   const MeshRaster raster(mesh, {4, 3});
   EXPECT_EQ(error_of([&] { raster.sheet(0, 255); }), "sheet 255 is not between 0 and 254");
   EXPECT_EQ(error_of([&] { raster.band(1); }), "band 1 is not between 0 and 0");
-}
-
-// ---- folds and holes
-
-TEST(MeshFolds, CountsReversedTriangles) {
-  const MeshFolds none = mesh_folds(mesh_of(9, 7, [](double x, double y) { return Place{2 * x, 3 * y}; }));
-  EXPECT_EQ(none.folded_fraction, 0);
-  EXPECT_EQ(none.triangles, 126);
-  EXPECT_EQ(none.min_jacobian, 6);
-  EXPECT_EQ(none.max_jacobian, 6);
-  DeformedMesh mesh = mesh_of(40, 10, [](double x, double y) { return Place{std::abs(x - 9.5), 2 * y}; });
-  const MeshFolds folds = mesh_folds(mesh);
-  EXPECT_EQ(folds.folded_fraction, 0.25);
-  EXPECT_EQ(folds.reversed_triangles, 200);
-  EXPECT_EQ(folds.min_jacobian, -2);
-  EXPECT_EQ(folds.max_jacobian, 2);
-  EXPECT_EQ(folds.reversed_in_cell[9], 2);
-  EXPECT_EQ(folds.reversed_in_cell[10], 0);
-  vertex(mesh, 0, 0) = {kFloatNaN, 0};
-  EXPECT_EQ(mesh_folds(mesh).triangles, 798);
-  EXPECT_EQ(mesh_folds(mesh).reversed_triangles, 198);
-}
-
-TEST(MeshFolds, OfNothingHaveNoJacobian) {
-  const MeshFolds folds = mesh_folds({2, 2, {{kFloatNaN, 0}, {1, 0}, {0, 1}, {1, 1}}});
-  EXPECT_EQ(folds.triangles, 0);
-  EXPECT_EQ(folds.folded_fraction, 0);
-  EXPECT_TRUE(std::isnan(folds.min_jacobian));
-  EXPECT_EQ(folds.reversed_in_cell.size(), 1U);
-}
-
-TEST(Enclosed, KeepsWhatDoesNotReachTheBorder) {
-  const std::vector<std::string> picture = {"..........",  //
-                                            ".####..##.",  //
-                                            ".#..#..#..",  //
-                                            ".#.##...#.",  //
-                                            ".###.#....",  //
-                                            "....#.....",  //
-                                            ".........."};
-  std::vector<bool> mask;
-  for (const std::string& row : picture)
-    for (const char pixel : row) mask.push_back(pixel == '.');
-  const std::vector<bool> holes = enclosed(mask, 10, 7);
-  std::vector<std::size_t> indices;
-  for (std::size_t i = 0; i < holes.size(); ++i)
-    if (holes[i]) indices.push_back(i);
-  EXPECT_EQ(indices, (std::vector<std::size_t>{22, 23, 32, 44}));
-  EXPECT_NE(error_of([&] { enclosed(mask, 9, 7); }), "no error");
-}
-
-TEST(Coverage, AddsUpOverBands) {
-  const MeshRaster raster(mesh_of(30, 30,
-                                  [](double x, double y) {
-                                    return Place{x + 10, y};
-                                  }),
-                          {30, 30, 2, Over::kFirst, 4});
-  Coverage sum;
-  for (int i = 0; i < raster.bands(); ++i) sum += coverage(raster.band(i));
-  EXPECT_EQ(sum.samples, 3600);
-  EXPECT_EQ(sum.uncovered, 1200);
-  EXPECT_EQ(sum.max_multiplicity, 1);
-  EXPECT_EQ(Coverage().uncovered_fraction(), 0);
 }
 
 }  // namespace

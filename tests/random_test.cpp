@@ -1,5 +1,5 @@
-// Random numbers: Philox against Random123, the transform against its formula, the same bits in every batch, and the
-// statistics of neighbouring counters. The vector code is compiled here once more, as other folders do.
+// Random numbers: Philox against Random123, the transform against its formula, the same bits in every batch. The vector
+// code is compiled here once more, as other folders do.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "random_test.cpp"
 #include <hwy/foreach_target.h>
@@ -63,23 +63,19 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <random>
 #include <set>
-#include <string>
 #include <vector>
 
 #include <Random123/philox.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include "forced_target.hpp"
-#include "pulson/core/errors.hpp"
-#include "pulson/random/brownian.hpp"
 #include "pulson/random/normals.hpp"
 
 namespace pulson {
@@ -89,8 +85,6 @@ HWY_EXPORT(Transform);
 HWY_EXPORT(DrawInlined);
 
 namespace {
-
-using testing::ThrowsMessage;
 
 void for_every_target(const std::function<void()>& check) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
@@ -326,169 +320,6 @@ TEST(Normals, OfDifferentCountersDiffer) {
           count += 4;
         }
   EXPECT_EQ(seen.size(), count);
-}
-
-// ---- statistics of 2²⁰ numbers in every direction that the counter can run; 5 standard errors
-
-constexpr std::size_t kSample = 1U << 20U;
-
-struct Direction {
-  std::string name;
-  std::vector<double> numbers;
-};
-
-std::vector<Direction> every_direction() {
-  constexpr int kQuarter = kSample / 4;
-  std::vector<Direction> directions;
-  const Eigen::MatrixXd along_steps = standard_normals(kSeed, 0, 1, kSample);
-  directions.push_back({"steps", {along_steps.data(), along_steps.data() + kSample}});
-  const Eigen::MatrixXd along_channels = standard_normals(kSeed, 1, kQuarter, 4);
-  directions.push_back({"channels", {along_channels.data(), along_channels.data() + kSample}});
-  directions.push_back({"paths", batch(kSeed, 2, kQuarter, 0, 0)});
-  const auto one_by_one = [](const auto& four_of) {
-    std::vector<double> numbers(kSample);
-    for (std::size_t i = 0; i < kQuarter; ++i) {
-      const std::vector<double> four = four_of(i);
-      for (std::size_t s = 0; s < 4; ++s) numbers[s * kQuarter + i] = four[s];
-    }
-    return numbers;
-  };
-  directions.push_back(
-      {"high halves of paths", one_by_one([](std::uint64_t i) { return batch(kSeed, i << 32U, 1, 0, 0); })});
-  directions.push_back({"seeds", one_by_one([](std::uint64_t i) { return batch(i, 0, 1, 0, 0); })});
-  directions.push_back(
-      {"high halves of seeds", one_by_one([](std::uint64_t i) { return batch(i << 32U, 0, 1, 0, 0); })});
-  return directions;
-}
-
-class NormalStatistics : public testing::Test {
- protected:
-  static void SetUpTestSuite() { directions = every_direction(); }
-  static void TearDownTestSuite() { directions.clear(); }
-  inline static std::vector<Direction> directions;
-};
-
-double mean_power(const std::vector<double>& numbers, int power) {
-  double sum = 0;
-  for (const double x : numbers) sum += std::pow(x, power);
-  return sum / static_cast<double>(numbers.size());
-}
-
-// E x²ᵏ = (2k − 1)!!; the standard error of the mean of xᵖ is √((E x²ᵖ − (E xᵖ)²)/n).
-TEST_F(NormalStatistics, MomentsAreThoseOfTheNormalDistribution) {
-  const std::array<double, 13> moment = {1, 0, 1, 0, 3, 0, 15, 0, 105, 0, 945, 0, 10395};
-  for (const Direction& direction : directions)
-    for (std::size_t power = 1; power <= 6; ++power) {
-      const double expected = moment.at(power);
-      const double error = std::sqrt((moment.at(2 * power) - expected * expected) / kSample);
-      EXPECT_NEAR(mean_power(direction.numbers, static_cast<int>(power)), expected, 5 * error)
-          << direction.name << ", power " << power;
-    }
-}
-
-TEST_F(NormalStatistics, HistogramPassesChiSquare) {
-  constexpr int kBins = 1024;  // of equal probability; χ² has mean kBins − 1 and variance 2(kBins − 1)
-  for (const Direction& direction : directions) {
-    std::vector<double> counts(kBins);
-    for (const double x : direction.numbers)
-      counts.at(static_cast<std::size_t>(kBins * 0.5 * std::erfc(-x / std::numbers::sqrt2))) += 1;
-    const double expected = static_cast<double>(kSample) / kBins;
-    double chi_square = 0;
-    for (const double count : counts) chi_square += (count - expected) * (count - expected) / expected;
-    EXPECT_NEAR(chi_square, kBins - 1, 5 * std::sqrt(2.0 * (kBins - 1))) << direction.name;
-  }
-}
-
-TEST_F(NormalStatistics, TailsHaveTheirWeight) {
-  for (const Direction& direction : directions)
-    for (const double edge : {3.0, 3.5, 4.0}) {
-      const double expected = kSample * std::erfc(edge / std::numbers::sqrt2);
-      const auto beyond = std::count_if(direction.numbers.begin(), direction.numbers.end(),
-                                        [edge](double x) { return std::abs(x) > edge; });
-      EXPECT_NEAR(static_cast<double>(beyond), expected, 5 * std::sqrt(expected)) << direction.name << ", " << edge;
-    }
-}
-
-// Correlation of f(x_i) and f(x_{i+lag}), f of mean 0 and variance 1: its standard error is 1/√n.
-double lag_correlation(const std::vector<double>& numbers, std::size_t lag, double (*f)(double)) {
-  double sum = 0;
-  for (std::size_t i = 0; i + lag < numbers.size(); ++i) sum += f(numbers[i]) * f(numbers[i + lag]);
-  return sum / static_cast<double>(numbers.size() - lag);
-}
-
-TEST_F(NormalStatistics, NeighboursAreUncorrelatedAndSoAreTheirSquares) {
-  const auto square = [](double x) { return (x * x - 1) / std::numbers::sqrt2; };
-  for (const Direction& direction : directions)
-    for (const std::size_t lag : {1U, 2U, 3U, 4U, 5U, 8U, 16U, 1U << 10U, 1U << 18U}) {
-      const double error = 1 / std::sqrt(static_cast<double>(kSample - lag));
-      EXPECT_NEAR(lag_correlation(direction.numbers, lag, [](double x) { return x; }), 0, 5 * error)
-          << direction.name << ", lag " << lag;
-      EXPECT_NEAR(lag_correlation(direction.numbers, lag, square), 0, 5 * error)
-          << "squares, " << direction.name << ", lag " << lag;
-    }
-}
-
-// ---- Brownian increments
-
-TEST(BrownianIncrements, AreScaledNormals) {
-  const TimeGrid grid{.time = 2, .steps = 7};
-  const Eigen::MatrixXd increments = brownian_increments(kSeed, 9, 5, grid);
-  EXPECT_EQ(increments, std::sqrt(grid.dt()) * standard_normals(kSeed, 9, 5, 7));
-}
-
-TEST(BrownianIncrements, HaveVarianceOfTheStep) {
-  const TimeGrid grid{.time = 3, .steps = 1000};
-  const Eigen::MatrixXd increments = brownian_increments(kSeed, 0, 1000, grid);
-  const auto n = static_cast<double>(increments.size());
-  EXPECT_NEAR(increments.squaredNorm() / n, grid.dt(), 5 * grid.dt() * std::sqrt(2 / n));
-  const Eigen::VectorXd end = increments.rowwise().sum();
-  EXPECT_NEAR(end.squaredNorm() / 1000, grid.time, 5 * grid.time * std::sqrt(2.0 / 1000));
-}
-
-TEST(Coarsened, SumsNeighbours) {
-  const Eigen::MatrixXd fine = brownian_increments(kSeed, 1, 3, {.time = 1, .steps = 12});
-  EXPECT_EQ(coarsened(fine, 1), fine);
-  for (const int ratio : {2, 3, 4, 6, 12}) {
-    const Eigen::MatrixXd coarse = coarsened(fine, ratio);
-    ASSERT_EQ(coarse.cols(), 12 / ratio);
-    for (Eigen::Index k = 0; k < coarse.cols(); ++k)
-      for (Eigen::Index c = 0; c < 3; ++c) {
-        double sum = fine(c, k * ratio);
-        for (int i = 1; i < ratio; ++i) sum += fine(c, k * ratio + i);
-        EXPECT_EQ(coarse(c, k), sum) << "ratio " << ratio << ", step " << k;
-      }
-  }
-}
-
-// On every time of the coarser grid the two paths are at the same place, and its steps have the variance of a grid's.
-TEST(Coarsened, IsTheSamePathOnTheCoarserGrid) {
-  const TimeGrid fine_grid{.time = 2, .steps = 400};
-  const TimeGrid coarse_grid{.time = 2, .steps = 100};
-  const Eigen::MatrixXd fine = brownian_increments(kSeed, 2, 500, fine_grid);
-  const Eigen::MatrixXd coarse = coarsened(fine, 4);
-  Eigen::VectorXd fine_place = Eigen::VectorXd::Zero(500), coarse_place = fine_place;
-  for (int k = 0; k < coarse_grid.steps; ++k) {
-    for (int i = 0; i < 4; ++i) fine_place += fine.col(4 * k + i);
-    coarse_place += coarse.col(k);
-    EXPECT_LE((coarse_place - fine_place).cwiseAbs().maxCoeff(), 1e-13);
-  }
-  const auto n = static_cast<double>(coarse.size());
-  EXPECT_NEAR(coarse.squaredNorm() / n, coarse_grid.dt(), 5 * coarse_grid.dt() * std::sqrt(2 / n));
-}
-
-TEST(Coarsened, OfNothingIsNothing) {
-  EXPECT_EQ(coarsened(Eigen::MatrixXd(3, 0), 2).cols(), 0);
-  EXPECT_EQ(coarsened(Eigen::MatrixXd(0, 4), 2).cols(), 2);
-}
-
-TEST(Coarsened, SaysWhatIsWrong) {
-  EXPECT_THAT([] { coarsened(Eigen::MatrixXd::Zero(2, 10), 3); },
-              ThrowsMessage<InputError>(
-                  "coarser grid: 10 steps cannot be joined by 3; the number of steps must be a multiple"));
-  for (const int ratio : {0, -2})
-    EXPECT_THAT([ratio] { coarsened(Eigen::MatrixXd::Zero(2, 10), ratio); },
-                ThrowsMessage<InputError>("coarser grid: the ratio of steps is " + std::to_string(ratio) +
-                                          "; it must be at least 1"));
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
   std::mutex turn;
   options.settings.on_match = [&] {
     const std::lock_guard lock(turn);
-    progress.show(part, fmt::format("{}: {} shapes matched", name, ++matches));
+    progress.show(part, fmt::format("{}: {} matches of {} shapes", name, ++matches, shapes.targets.size()));
   };
   options.on_model = [&](int model, const std::string& noise) {
     const std::lock_guard lock(turn);

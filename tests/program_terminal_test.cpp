@@ -2,6 +2,7 @@
 // tells, by --quiet and --verbose.
 
 #include <array>
+#include <cmath>
 #include <csignal>
 #include <map>
 
@@ -114,6 +115,21 @@ TEST_F(TerminalProgram, TakesTheBarAwayWhereCtrlCEndsIt) {
   const Shown shown = on_terminal(study, {}, " left");
   EXPECT_TRUE(WIFSIGNALED(shown.status));
   EXPECT_EQ(WTERMSIG(shown.status), SIGINT);
+  EXPECT_THAT(shown.text, EndsWith(kErase));
+}
+
+TEST_F(TerminalProgram, CountsTheMatchesOfAModelOfCompare) {
+  std::string shapes = "specimen,landmark,x,y\n";
+  for (int shape = 0; shape < 300; ++shape)
+    for (int i = 0; i < 20; ++i) {
+      const int row = i / 5;
+      shapes += "s" + std::to_string(shape) + "," + std::to_string(i + 1) + "," +
+                std::to_string(i % 5 + 0.1 * std::sin(shape + i)) + "," + std::to_string(row + 0.001 * shape) + "\n";
+    }
+  write("shapes.csv", shapes);
+  const Shown shown = on_terminal(
+      words("compare shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd --no-picture"), {}, " matches of ");
+  EXPECT_THAT(shown.text, testing::ContainsRegex("none: [0-9]+ matches of 300 shapes"));
   EXPECT_THAT(shown.text, EndsWith(kErase));
 }
 

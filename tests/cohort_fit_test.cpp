@@ -64,6 +64,22 @@ TEST(FitCohort, FindsThoseOfNoiseInTheMomentaAndOfFields) {
 }
 
 // λ is held where it is given, so that β alone is fitted.
+// One shape whose noise may do all that its momenta do: it tells the sum of both, and neither alone.
+TEST(FitCohort, SaysThatOneShapeDoesNotTellNoiseFromMomenta) {
+  Points source(2, 5), target(2, 5);
+  source << 0, 1, 0, 2, 1, 0, 0, 1, 1, 1;
+  target << 0, 1.2, 0, 2.1, 1, 0.2, 0, 1, 0, 1.2;
+  const Cohort cohort{named_shape(source), {named_shape(target)}};
+  CohortSettings settings = cohort_settings();
+  settings.sigma = 0.02;
+  const CohortFit geodesic = fit_cohort(cohort, "none", settings);
+  EXPECT_NEAR(fitted_number(geodesic, "lambda").log_deviation, std::sqrt(2.0 / 10), 0.01) << "of ten coordinates";
+  for (const FittedNumber& number : fit_cohort(cohort, "ch-sd", settings).fitted) {
+    EXPECT_FALSE(number.vanishes) << number.name;
+    EXPECT_TRUE(std::isnan(number.log_deviation)) << number.name << " ± " << number.log_deviation;
+  }
+}
+
 TEST(FitCohort, HoldsTheEnergyWhereItIsGiven) {
   CohortSettings settings = cohort_settings();
   settings.lambda = kLambda;

@@ -30,11 +30,7 @@ ReportCell cell(const Estimate& estimate, const char* format = "{:.3g}") {
 
 std::string fitted_numbers(const CohortFit& fit) {
   std::vector<std::string> texts;
-  for (const FittedNumber& fitted : fit.fitted) {
-    std::string text = fitted.name + " = " + fitted_value(fitted);
-    if (!std::isnan(fitted.log_deviation)) text += fmt::format(" ± {:.0f} %", 100 * fitted.log_deviation);
-    texts.push_back(std::move(text));
-  }
+  for (const FittedNumber& fitted : fit.fitted) texts.push_back(fitted_text(fitted));
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 

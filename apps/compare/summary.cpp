@@ -7,6 +7,7 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include "messages.hpp"
 #include "pulson/core/name_table.hpp"
 
 namespace pulson {
@@ -38,9 +39,7 @@ void print_row(const std::vector<std::string>& cells) {
 void print_fitted(const ComparedModel& model) {
   fmt::print("{}", padded("  " + shortened_spec(model.noise), 30));
   for (const FittedNumber& fitted : model.fit.fitted) {
-    fmt::print("{} = {}", fitted.name, fitted_value(fitted));
-    if (!std::isnan(fitted.log_deviation)) fmt::print(" (± {:.0f} %)", 100 * fitted.log_deviation);
-    fmt::print("  ");
+    fmt::print("{}  ", fitted_text(fitted));
   }
   fmt::print("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
 }
@@ -64,9 +63,11 @@ std::vector<std::size_t> ranked(const Comparison& comparison) {
   return order;
 }
 
-std::string fitted_value(const FittedNumber& fitted) {
-  if (fitted.vanishes) return fitted.name == "lambda" ? "∞" : "0";  // 1/λ is the variance
-  return fmt::format("{:.4g}", fitted.value);
+std::string fitted_text(const FittedNumber& fitted) {
+  if (fitted.vanishes) return fitted.name + (fitted.name == "lambda" ? " = ∞" : " = 0");  // 1/λ is the variance
+  const std::string text = fmt::format("{} = {:.4g}", fitted.name, fitted.value);
+  if (std::isnan(fitted.log_deviation)) return text + " (undetermined)";
+  return text + fmt::format(" (± {:.0f} %)", 100 * fitted.log_deviation);
 }
 
 std::string verdict(const Comparison& comparison) {
@@ -84,9 +85,9 @@ std::string verdict(const Comparison& comparison) {
 }
 
 void print_comparison(const Comparison& comparison) {
-  fmt::print("{}: {} shapes of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
-             comparison.cohort.targets.size(), comparison.cohort.source.count(), comparison.cohort.source.dimension(),
-             alignment_name(comparison.cohort.alignment));
+  fmt::print("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
+             counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),
+             comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
   fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", shortened_spec(comparison.settings.kernel),
              comparison.settings.grid.steps, comparison.settings.sigma);
   print_row({"noise", "score", "weight", "log evidence", "sampled", "rms", "energy", "action"});

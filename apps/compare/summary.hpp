@@ -23,7 +23,8 @@ std::vector<std::size_t> ranked(const Comparison& comparison);
 std::string number(double value, const char* format = "{:.3g}");
 std::string with_error(const Estimate& estimate, const char* format = "{:.3g}");
 
-/// "0" and, of λ, "∞" where it vanishes.
-std::string fitted_value(const FittedNumber& fitted);
+/// "beta = 0.24 (± 22 %)"; where it vanishes "beta = 0" and "lambda = ∞", "(undetermined)" where the shapes do not tell
+/// it.
+std::string fitted_text(const FittedNumber& fitted);
 
 }  // namespace pulson

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/QR>
+#include <Eigen/Eigenvalues>
 
 #include "fitter.hpp"
 #include "importance.hpp"
@@ -17,6 +17,25 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Of logarithms of variances: a standard deviation above 3, a factor of 24, tells nothing.
+constexpr double kLeastInformation = 0.1;
+
+// Standard deviations of numbers of this Fisher information; NaN for those that it does not tell from others.
+VectorXd deviations(const MatrixXd& information) {
+  if (information.size() == 0) return {};
+  constexpr double kLeastPart = 1e-3;
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
+  VectorXd variances = VectorXd::Zero(information.rows());
+  for (Index k = 0; k < variances.size(); ++k) {
+    const Eigen::ArrayXd part = axes.eigenvectors().col(k).array().square();
+    if (axes.eigenvalues()[k] > kLeastInformation)
+      variances.array() += part / axes.eigenvalues()[k];
+    else
+      variances = (part > kLeastPart).select(std::numeric_limits<double>::quiet_NaN(), variances);
+  }
+  return variances.cwiseSqrt();
+}
+
 }  // namespace
 
 std::vector<FittedNumber> Fitter::numbers(const State& state) const {
@@ -25,8 +44,11 @@ std::vector<FittedNumber> Fitter::numbers(const State& state) const {
   std::vector<Index> free;
   for (Index g = 0; g < count; ++g)
     if (!state.variances.vanishes[g]) free.push_back(g);
-  MatrixXd covariance = information(free, free);
-  if (!free.empty()) covariance = MatrixXd(covariance.completeOrthogonalDecomposition().pseudoInverse());
+  VectorXd log_deviations = deviations(information(free, free));
+  // Where one number may do what another does, the likelihood is flat, and its maximum may be far from the numbers
+  // told.
+  const VectorXd first_deviations = deviations(state.variances.first_information(free, free));
+  log_deviations = first_deviations.array().isNaN().select(first_deviations, log_deviations);
   std::vector<FittedNumber> numbers;
   const std::vector<std::string> names = noise_.model->parameter_names();
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -35,9 +57,9 @@ std::vector<FittedNumber> Fitter::numbers(const State& state) const {
     const Index parameter = is_lambda ? 0 : amplitudes_[at(g - (lambda_open_ ? 1 : 0))];
     FittedNumber number{is_lambda ? "lambda" : names[at(parameter)],
                         is_lambda ? state.lambda : state.parameters[parameter], nan, state.variances.vanishes[g], nan};
-    const auto place = std::find(free.begin(), free.end(), g) - free.begin();
     if (!number.vanishes) {
-      number.log_deviation = (is_lambda ? 1 : 0.5) * std::sqrt(covariance(place, place));
+      const auto place = std::find(free.begin(), free.end(), g) - free.begin();
+      number.log_deviation = (is_lambda ? 1 : 0.5) * log_deviations[place];  // of β, whose square is the variance
       number.correlation_with_sigma = information(g, count) / std::sqrt(information(g, g) * information(count, count));
     }
     numbers.push_back(number);

@@ -121,6 +121,7 @@ VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Index groups)
   const VectorXd least = lower_ends(shapes, groups);
   VectorXd u = VectorXd::Zero(groups).cwiseMax(least);
   Slope here = slope(shapes, u);
+  const MatrixXd first_information = here.information;
   for (int count = 0; count < kMostScorings && groups > 0; ++count) {
     MatrixXd information = here.information.topLeftCorner(groups, groups);
     information.diagonal() += VectorXd::Constant(groups, kRidge * (1 + information.trace()));
@@ -144,7 +145,7 @@ VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Index groups)
     here = slope(shapes, u);
     if (step.cwiseAbs().maxCoeff() < kLeastStep) break;
   }
-  return {u, here.information, here.log_likelihood, u.array() <= least.array() + 1e-9};
+  return {u, here.information, first_information, here.log_likelihood, u.array() <= least.array() + 1e-9};
 }
 
 }  // namespace pulson

@@ -17,8 +17,9 @@ struct VarianceData {
 /// The logarithms u_g of greatest likelihood.
 struct VarianceFit {
   Eigen::VectorXd u;
-  Eigen::MatrixXd information;  ///< Fisher's, of u, and last of log σ², of which everything here is in units
-  double log_likelihood = 0;    ///< but for the constant
+  Eigen::MatrixXd information;        ///< Fisher's, of u, and last of log σ², of which everything here is in units
+  Eigen::MatrixXd first_information;  ///< the same at u = 0
+  double log_likelihood = 0;          ///< but for the constant
   Eigen::Array<bool, Eigen::Dynamic, 1> vanishes;  ///< e^{u_g} M_g is nothing beside I
 };
 

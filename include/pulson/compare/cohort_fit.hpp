@@ -27,7 +27,7 @@ struct CohortSettings {
 struct FittedNumber {
   std::string name;          ///< `lambda`, `beta`, …
   double value = 0;          ///< where it vanishes, so small, of λ so large, that no data would show it
-  double log_deviation = 0;  ///< standard deviation of its logarithm; NaN where there is none
+  double log_deviation = 0;  ///< standard deviation of its logarithm; NaN where it vanishes or the data do not tell it
   bool vanishes = false;     ///< the greatest evidence is at amplitude 0, of λ at infinity
   /// Correlation with the logarithm of σ, were σ fitted too and all other numbers known, from Fisher's information: ±1
   /// where the data cannot tell the two apart. NaN where it vanishes.

@@ -65,7 +65,7 @@ std::string take_unit(std::string& name) {
   const std::size_t end = is_closed ? name.find_last_of(last == ')' ? '(' : '[') : name.find_last_of(kSeparators);
   if (end == std::string::npos || end == 0) return {};
   const std::string_view word = std::string_view(name).substr(end + 1, name.size() - end - (is_closed ? 2 : 1));
-  const std::string unit(find_unit(trim(word)));
+  std::string unit(find_unit(trim(word)));
   if (!unit.empty()) name.resize(end);
   return unit;
 }

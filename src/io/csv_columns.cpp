@@ -60,7 +60,7 @@ void require_one(const std::string& path, const CsvRecord& header, const std::ve
 /// The units of x, which those of the other axes have to be.
 std::string units_of(const std::string& path, const CsvRecord& header, const std::vector<std::size_t>& columns) {
   const std::string& first = header.fields[columns.front()];
-  const std::string unit = meaning_of(first)->unit;
+  std::string unit = meaning_of(first)->unit;
   for (const std::size_t column : columns)
     if (meaning_of(header.fields[column])->unit != unit)
       fail(path, header.line,

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -37,7 +38,7 @@ void append_utf8(std::string& text, std::uint32_t code) {
 
 class Reader {
  public:
-  Reader(const std::string& path, std::string_view text) : path_(path), text_(text) {}
+  Reader(std::string path, std::string_view text) : path_(std::move(path)), text_(text) {}
 
   ConfigFile read() {
     if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;

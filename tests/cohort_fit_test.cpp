@@ -63,7 +63,6 @@ TEST(FitCohort, FindsThoseOfNoiseInTheMomentaAndOfFields) {
   EXPECT_LE(std::abs(std::log(beta.value / 0.1)), 3 * beta.log_deviation) << beta.value;
 }
 
-// λ is held where it is given, so that β alone is fitted.
 // One shape whose noise may do all that its momenta do: it tells the sum of both, and neither alone.
 TEST(FitCohort, SaysThatOneShapeDoesNotTellNoiseFromMomenta) {
   Points source(2, 5), target(2, 5);
@@ -80,6 +79,7 @@ TEST(FitCohort, SaysThatOneShapeDoesNotTellNoiseFromMomenta) {
   }
 }
 
+// λ is held where it is given, so that β alone is fitted.
 TEST(FitCohort, HoldsTheEnergyWhereItIsGiven) {
   CohortSettings settings = cohort_settings();
   settings.lambda = kLambda;

@@ -38,9 +38,7 @@ void print_row(const std::vector<std::string>& cells) {
 
 void print_fitted(const ComparedModel& model) {
   fmt::print("{}", padded("  " + shortened_spec(model.noise), 30));
-  for (const FittedNumber& fitted : model.fit.fitted) {
-    fmt::print("{}  ", fitted_text(fitted));
-  }
+  for (const FittedNumber& fitted : model.fit.fitted) fmt::print("{}  ", fitted_text(fitted));
   fmt::print("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
 }
 

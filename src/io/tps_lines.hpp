@@ -6,8 +6,7 @@
 
 namespace pulson::io {
 
-/// Whether a line that begins so is a comment. Some programs write such, which begin with # or a quote, as in R and
-/// nts.
+/// Whether a line that begins so is a comment: with # or a quote, as some programs write them and nts has them.
 inline bool is_tps_comment(std::string_view line) {
   return !line.empty() && std::string_view("#\"'").find(line.front()) != std::string_view::npos;
 }

@@ -14,6 +14,7 @@
 #include "register_picture.hpp"
 #include "register_report.hpp"
 #include "register_summary.hpp"
+#include "registration_warnings.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
@@ -93,7 +94,9 @@ int run_register(const RegisterArguments& arguments) {
     print_registration(registration, facts);
     arguments.output.print_written(kRegistrationFiles, kRegistrationPictures);
   }
-  print_warnings(registration, arguments.options.noise);
+  if (registration.noise == "none" && options.noise != "none")
+    tell_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise));
+  for (const std::string& text : registration_warnings(registration)) tell_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }
 
@@ -106,11 +109,11 @@ void add_register_verb(CLI::App& program, int& exit_code) {
   verb->footer(
       "Examples:\n"
       "  pulson register a.csv b.csv -o out\n"
-      "  pulson register skulls.tps#1 skulls.tps#2 -o out --align similarity --kernel gaussian:alpha=auto\n"
-      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=0.3\n"
-      "  pulson register outline_a.csv outline_b.csv -o out --data varifold --sigma 0.02\n"
-      "  pulson register a.csv b.csv -o out --starts 4\n"
-      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=0.3 --fit beta,alpha --uncertainty\n"
+      "  pulson register skulls.tps#1 skulls.tps#2 -o out --sigma 1%\n"
+      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10%\n"
+      "  pulson register a.csv b.csv -o out --kernel gaussian:alpha=30% --align none\n"
+      "  pulson register outline_a.csv outline_b.csv -o out --data varifold\n"
+      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10% --fit beta,alpha --uncertainty\n"
       "Exit codes: 0 done, 2 bad input, 3 not converged (results are written).");
   verb->callback([arguments, &exit_code] { exit_code = run_register(*arguments); });
 }

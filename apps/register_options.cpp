@@ -10,7 +10,9 @@ namespace {
 
 void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
   RegistrationOptions& options = arguments.options;
-  verb.add_option("--sigma", options.sigma, "standard deviation of a landmark's place, length units")
+  verb.add_option("--sigma", arguments.sigma,
+                  "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
+      ->type_name("LENGTH")
       ->capture_default_str();
   verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance")
       ->type_name("FILE");
@@ -32,16 +34,17 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
           ->capture_default_str(),
       "ends");
   only_known(verb.add_option("--align", arguments.align,
-                             "motion taken out first: none, translation, rigid, similarity, affine")
+                             "motion taken out first: none, translation, rigid, similarity, affine; auto: similarity in the "
+                             "plane and in space (of outlines, translation), none on a line")
                  ->type_name("NAME")
                  ->capture_default_str(),
-             "alignment");
+             "alignment", {"auto"});
   verb.add_flag("--reflect", options.reflect, "the motion may turn the shape over");
 }
 
 void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
   RegistrationOptions& options = arguments.options;
-  verb.add_option("--lambda", arguments.lambda, "weight of the energy; auto: 1/diameter^2 of the source")
+  verb.add_option("--lambda", arguments.lambda, "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
       ->type_name("NUMBER")
       ->capture_default_str();
   only_known(verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")
@@ -73,7 +76,7 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("TARGET", target, "shape that it should become")->required();
   add_missing_option(verb, reading);
   output.add_to(verb, "registration.png and .svg", "-q,--quiet");
-  verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels")
+  verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")
       ->capture_default_str();
   verb.add_option("--noise", options.noise, "noise model, see pulson info noises")
@@ -99,9 +102,9 @@ RegistrationOptions RegisterArguments::registration_options(const Landmarks& sha
   RegistrationOptions asked = options;
   asked.grid = time.grid();
   if (mode) asked.mode = parse_mode(*mode);
-  asked.lambda = std::nullopt;
+  asked.sigma = Length::parse(sigma, "--sigma");
   if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
-  asked.align = parse_alignment(align);
+  if (align != "auto") asked.align = parse_alignment(align);
   asked.minimise.solver = parse_solver(solver);
   asked.data.kind = parse_data_kind(data);
   asked.data.ends = parse_curve_ends(curve_ends);

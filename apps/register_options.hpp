@@ -19,8 +19,9 @@ struct RegisterArguments {
   RegistrationOptions options;
   TimeOptions time;
   std::optional<std::string> mode;
-  std::string lambda = "1";
-  std::string align = "none";
+  std::string sigma = "0.5%";
+  std::string lambda = "auto";
+  std::string align = "auto";
   std::string solver = "auto";
   std::string data = "landmarks";
   std::string data_width = "auto";

@@ -11,7 +11,7 @@
 #include "pulson/core/version.hpp"
 #include "register_motion.hpp"
 #include "register_picture.hpp"
-#include "register_summary.hpp"
+#include "registration_warnings.hpp"
 
 namespace pulson {
 namespace {
@@ -60,6 +60,9 @@ std::string lead(const Registration& registration, const RegistrationFacts& fact
 ReportTable numbers_table(const Registration& registration, const RegistrationFacts& facts) {
   ReportTable table{{"quantity", "value"}, {}, ""};
   const auto add = [&](const std::string& name, const std::string& value) { table.rows.push_back({{name}, {value}}); };
+  add("matched", registration.matched() ? "yes" : "no");
+  if (registration.alignment.kind != AlignmentKind::kNone)
+    add("rms distance before the alignment", number(registration.original_rms()));
   add("rms distance before", number(registration.initial_rms()));
   add("rms distance after", number(registration.rms()));
   add("largest distance", number(registration.max_residual()));
@@ -69,7 +72,7 @@ ReportTable numbers_table(const Registration& registration, const RegistrationFa
   add("data", number(registration.cost.data));
   if (registration.uncertainty) add("log evidence", number(registration.uncertainty->log_evidence));
   if (facts.counts.order_inversions) add("pairs that changed order", fmt::to_string(*facts.counts.order_inversions));
-  if (facts.counts.flipped_triangles) add("triangles turned over", fmt::to_string(*facts.counts.flipped_triangles));
+  if (facts.counts.flipped_triangles) add("triangles flipped", fmt::to_string(*facts.counts.flipped_triangles));
   if (facts.fitted)
     for (std::size_t i = 0; i < facts.fitted->names.size(); ++i)
       add(facts.fitted->names[i] + ", fitted", number(facts.fitted->values[static_cast<Eigen::Index>(i)]));
@@ -88,6 +91,8 @@ ReportTable model_table(const Registration& registration) {
     add("aligned",
         fmt::format("{}, scale {}", alignment_name(registration.alignment.kind), number(registration.alignment.scale)));
   add("kernel", registration_system(registration).kernel.spec(4));
+  if (registration.fitted_kernel)
+    add("a left-out landmark is predicted to", number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
   if (registration.data.kind != DataKind::kLandmarks)
@@ -166,7 +171,7 @@ ReportTable residual_table(const Registration& registration, const LandmarkShare
 
 ReportSection remarks(const Registration& registration, const std::vector<std::string>& notes) {
   ReportSection section{"Remarks", {}};
-  for (const std::string& text : warnings(registration))
+  for (const std::string& text : registration_warnings(registration))
     section.blocks.emplace_back(ReportParagraph{"Warning: " + text});
   for (const std::string& text : notes) section.blocks.emplace_back(ReportParagraph{"Note: " + text});
   return section;

@@ -9,15 +9,27 @@
 namespace pulson {
 namespace {
 
+void print_alignment(const Registration& registration) {
+  if (registration.alignment.kind == AlignmentKind::kNone) return;
+  const double before = registration.original_rms();
+  fmt::print("aligned    by {}{}: {:.0f} % of the distance\n", alignment_name(registration.alignment.kind),
+             registration.alignment.scale == 1 ? "" : fmt::format(", scale {:.4g}", registration.alignment.scale),
+             before > 0 ? 100 * (1 - registration.initial_rms() / before) : 0);
+}
+
+void print_kernel(const Registration& registration) {
+  fmt::print("kernel     {}", registration_system(registration).kernel.spec(4));
+  if (const auto& fitted = registration.fitted_kernel)
+    fmt::print(", of greatest likelihood; predicts a left-out landmark to {:.3g}{}", fitted->prediction_error,
+               registration.alignment.kind == AlignmentKind::kNone
+                   ? fmt::format(" (at rest: {:.3g})", fitted->alignment_error)
+                   : fmt::format(" (alignment alone: {:.3g})", fitted->alignment_error));
+  fmt::print("\n");
+}
+
 void print_model(const Registration& registration) {
-  fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
-             counted(registration.source.count(), "landmark"), registration.source.dimension());
-  if (registration.alignment.kind != AlignmentKind::kNone)
-    fmt::print("aligned    {}, scale {:.4g}\n", alignment_name(registration.alignment.kind),
-               registration.alignment.scale);
-  fmt::print("model      {}, noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n",
-             registration_system(registration).kernel.spec(4), registration.noise, mode_name(registration.mode),
-             registration.grid.steps, registration.sigma, registration.lambda);
+  fmt::print("model      noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n", registration.noise,
+             mode_name(registration.mode), registration.grid.steps, registration.sigma, registration.lambda);
   if (registration.data.kind != DataKind::kLandmarks)
     fmt::print("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
                *registration.data.width, counted(registration.target.count(), "point"));
@@ -60,61 +72,40 @@ void print_uncertainty(const LaplaceApproximation& uncertainty) {
              uncertainty.end_deviation.maxCoeff(), uncertainty.momentum_deviation.maxCoeff(), uncertainty.log_evidence);
 }
 
-void print_fit(const Registration& registration, const RegistrationFacts& facts) {
+void print_distances(const Registration& registration) {
   int worst = 0;
   const Eigen::VectorXd distances = registration.distances();
   distances.array().isNaN().select(-1, distances).maxCoeff(&worst);
-  fmt::print("rms        {:.4g} (was {:.4g}), largest {:.4g} at landmark {}\n", registration.rms(),
-             registration.initial_rms(), registration.max_residual(), registration.source.describe(worst));
+  fmt::print("rms        {:.4g} before, {:.4g} after, largest {:.4g} at landmark {}: {}\n", registration.initial_rms(),
+             registration.rms(), registration.max_residual(), registration.source.describe(worst),
+             registration.matched() ? "matched" : "NOT MATCHED");
+}
+
+void print_costs(const Registration& registration, const RegistrationFacts& facts) {
   fmt::print("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
              registration.cost.energy, registration.cost.action, registration.cost.data);
   const auto part = noise_part(registration, facts.shares);
   if (registration.noise != "none" && part)
-    fmt::print("way        {:.0f} % by the flow, {:.0f} % by the noise\n", 100 * (1 - *part), 100 * *part);
+    fmt::print("moved      {:.0f} % by the flow, {:.0f} % by the noise\n", 100 * (1 - *part), 100 * *part);
   if (facts.counts.order_inversions)
     fmt::print("topology   {} changed order\n", counted(*facts.counts.order_inversions, "pair", "of landmarks"));
   if (facts.counts.flipped_triangles)
-    fmt::print("topology   {} turned over\n", counted(*facts.counts.flipped_triangles, "Delaunay triangle"));
-}
-
-// Why the shapes stayed apart, as far as the numbers tell.
-std::string advice(const Registration& registration) {
-  const bool still = registration.noise == "none";
-  const std::string noise = "try --noise ch-sd:beta=B, with B a part of the distance that landmarks have to go";
-  if (registration.source.dimension() == 1 && still)
-    if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
-      return fmt::format("{} another order in the target, which no flow can reach: {}",
-                         counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
-  if (!registration.converged) return "more --steps or --max-iterations may help" + (still ? "; or " + noise : "");
-  return "a smaller --sigma or --lambda fits closer" + (still ? "; for shapes that no flow can match " + noise : "");
+    fmt::print("topology   {} flipped\n", counted(*facts.counts.flipped_triangles, "Delaunay triangle"));
 }
 
 }  // namespace
 
 void print_registration(const Registration& registration, const RegistrationFacts& facts) {
+  fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
+             counted(registration.source.count(), "landmark"), registration.source.dimension());
+  print_alignment(registration);
+  print_kernel(registration);
+  print_distances(registration);
   print_model(registration);
   if (facts.fitted) print_fitted(*facts.fitted);
   print_search(registration);
-  print_fit(registration, facts);
+  print_costs(registration, facts);
   if (registration.uncertainty) print_uncertainty(*registration.uncertainty);
-}
-
-std::vector<std::string> warnings(const Registration& registration) {
-  std::vector<std::string> texts;
-  if (!registration.converged)
-    texts.push_back(
-        fmt::format("not converged: {} after {} iterations", registration.stop_reason, registration.iterations));
-  if (!registration.matched())
-    texts.push_back(fmt::format("not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of what it was; {}",
-                                registration.rms(), registration.rms() / registration.sigma,
-                                100 * registration.rms() / registration.initial_rms(), advice(registration)));
-  return texts;
-}
-
-void print_warnings(const Registration& registration, const std::string& asked_noise) {
-  if (registration.noise == "none" && asked_noise != "none")
-    tell_note(fmt::format("mode deterministic does not use the noise '{}'", asked_noise));
-  for (const std::string& text : warnings(registration)) tell_warning(text);
 }
 
 }  // namespace pulson

@@ -5,6 +5,7 @@
 #include "pulson/io/landmark_files.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "registration_warnings.hpp"
 
 namespace pulson {
 namespace {
@@ -74,6 +75,8 @@ Start StartOptions::start() const {
   std::string noise_spec = "none";
   if (from) {
     const Registration registration = read_registration(*from);
+    for (const std::string& text : registration_warnings(registration))
+      start.notes.push_back("of the registration: " + text);
     start.shape = registration.source;
     start.shape.source = *from;
     start.state = {registration.source.points, registration.momenta};

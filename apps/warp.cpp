@@ -8,6 +8,7 @@
 #include "messages.hpp"
 #include "progress.hpp"
 #include "pulson/io/registration_record.hpp"
+#include "registration_warnings.hpp"
 #include "verbs.hpp"
 #include "warp/motion.hpp"
 #include "warp/pictures.hpp"
@@ -87,6 +88,7 @@ void run_warp(const WarpArguments& arguments) {
     run_image(arguments, registration, start);
   else
     run_points(arguments, registration, start);
+  for (const std::string& text : registration_warnings(registration)) tell_warning("of the registration: " + text);
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include <Eigen/QR>
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
@@ -53,14 +52,6 @@ Points mean_of(const std::vector<Points>& shapes, const Landmarks& first) {
     if (counts[a] == 0)
       throw InputError(fmt::format("landmark {} is missing in every shape", first.describe(static_cast<int>(a))));
   return (sum.array().rowwise() / counts.transpose().array()).matrix();
-}
-
-// The change of each point by a turn in the plane of two axes.
-Points turned(const Points& points, Index first, Index second) {
-  Points change = Points::Zero(points.rows(), points.cols());
-  change.row(first) = -points.row(second);
-  change.row(second) = points.row(first);
-  return change;
 }
 
 }  // namespace
@@ -115,34 +106,6 @@ Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind ki
   const AlignmentKind back = kind == AlignmentKind::kTranslation ? kind : AlignmentKind::kRigid;
   mean.points = align(mean.points, shapes.front().points, back).apply(mean.points);
   return mean;
-}
-
-MatrixXd motion_directions(const Points& shape, AlignmentKind kind, const std::vector<Index>& observed) {
-  const Index d = shape.rows();
-  std::vector<VectorXd> changes;
-  const auto add = [&](const Points& change) { changes.emplace_back(change.reshaped()(observed)); };
-  if (kind != AlignmentKind::kNone)
-    for (Index axis = 0; axis < d; ++axis) {
-      Points shift = Points::Zero(d, shape.cols());
-      shift.row(axis).setOnes();
-      add(shift);
-    }
-  if (kind == AlignmentKind::kRigid || kind == AlignmentKind::kSimilarity)
-    for (Index second = 1; second < d; ++second)
-      for (Index first = 0; first < second; ++first) add(turned(shape, first, second));
-  if (kind == AlignmentKind::kSimilarity) add(shape);
-  if (kind == AlignmentKind::kAffine)
-    for (Index to = 0; to < d; ++to)
-      for (Index from = 0; from < d; ++from) {
-        Points sheared = Points::Zero(d, shape.cols());
-        sheared.row(to) = shape.row(from);
-        add(sheared);
-      }
-  MatrixXd directions(std::ssize(observed), std::ssize(changes));
-  if (changes.empty()) return directions;
-  for (Index i = 0; i < directions.cols(); ++i) directions.col(i) = changes[static_cast<std::size_t>(i)];
-  const Eigen::ColPivHouseholderQR<MatrixXd> factors(directions);
-  return MatrixXd(factors.householderQ()).leftCols(factors.rank());
 }
 
 }  // namespace pulson

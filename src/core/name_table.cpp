@@ -7,6 +7,10 @@
 #include <cmath>
 #include <numeric>
 
+#include <fmt/core.h>
+
+#include "pulson/core/length.hpp"
+
 namespace pulson {
 namespace {
 
@@ -139,7 +143,8 @@ std::string nearest_name(std::string_view name, std::span<const std::string> val
   return best;
 }
 
-Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, std::string_view what) : what_(what) {
+Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, std::string_view what, double diameter)
+    : what_(what) {
   std::vector<std::string> names;
   for (const ParameterInfo& parameter : info) names.push_back(parameter.name);
   for (const auto& [key, value] : spec.values) {
@@ -157,8 +162,21 @@ Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, st
     if (value.empty())
       throw InputError(what_ + " needs " + parameter.name + " (" + parameter.help + "), as in " + spec.name + ":" +
                        parameter.name + "=1");
-    values_[parameter.name] = value;
+    values_[parameter.name] =
+        value.back() == '%' ? in_length_units(parameter, value, diameter) : value;
   }
+}
+
+std::string Parameters::in_length_units(const ParameterInfo& parameter, const std::string& value,
+                                        double diameter) const {
+  if (!parameter.is_length)
+    throw InputError(fmt::format("{} is {}; it is no length, so that per cent of a diameter have no meaning for it",
+                                 describe(parameter.name), quoted_line(value)));
+  const Length length = Length::parse(value, describe(parameter.name));
+  if (!(diameter > 0))
+    throw InputError(fmt::format("{} is {}, per cent of a diameter, and there is no shape with two landmarks apart",
+                                 describe(parameter.name), quoted_line(value)));
+  return fmt::format("{}", length.in(diameter));
 }
 
 std::string Parameters::describe(const std::string& key) const { return what_ + ": " + key; }

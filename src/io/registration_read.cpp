@@ -171,6 +171,16 @@ Json parse_file(const std::filesystem::path& path) {
   }
 }
 
+DisplacementModel read_kernel_fit(const Reader& reader, const Registration& registration) {
+  const KernelOperator kernel = make_kernel(registration.kernel);
+  return {kernel.terms().front(),
+          registration.lambda,
+          reader.at("log_likelihood").number(),
+          reader.at("prediction_error").number(),
+          reader.at("alignment_error").number(),
+          reader.at("landmarks").integer()};
+}
+
 void read_setting(const Reader& reader, Registration& registration) {
   registration.kernel = reader.at("kernel").text();
   registration.noise = reader.at("noise").text();
@@ -233,6 +243,8 @@ Registration read_registration(const std::filesystem::path& path) {
     noise->check(static_cast<int>(d), static_cast<int>(source.cols()));
     return noise->channels(static_cast<int>(d), static_cast<int>(source.cols()));
   });
+  if (reader.has("kernel_fit"))
+    registration.fitted_kernel = read_kernel_fit(reader.at("kernel_fit"), registration);
   registration.increments = reader.at("increments").columns(channels);
   if (registration.grid.steps < 1 || registration.increments.cols() != registration.grid.steps)
     reader.fail("increments", "has another number of rows than 'steps'");

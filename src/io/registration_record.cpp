@@ -17,6 +17,13 @@ Json shape_json(const Landmarks& shape) {
   return json;
 }
 
+Json kernel_fit_json(const DisplacementModel& model) {
+  return {{"log_likelihood", model.log_likelihood},
+          {"prediction_error", model.prediction_error},
+          {"alignment_error", model.alignment_error},
+          {"landmarks", model.landmarks}};
+}
+
 Json alignment_json(const Alignment& alignment) {
   return {{"kind", alignment_name(alignment.kind)},
           {"scale", alignment.scale},
@@ -86,6 +93,7 @@ std::string registration_json(const Registration& registration, const Registrati
   json["integrator"] = registration.integrator;
   json["steps"] = registration.grid.steps;
   json["time"] = registration.grid.time;
+  if (registration.fitted_kernel) json["kernel_fit"] = kernel_fit_json(*registration.fitted_kernel);
   json["sigma"] = registration.sigma;
   json["lambda"] = registration.lambda;
   json["solver"] = solver_name(registration.solver);
@@ -109,6 +117,7 @@ std::string registration_json(const Registration& registration, const Registrati
   json["shares"] = shares_json(registration, facts.shares);
   json["rms"] = registration.rms();
   json["initial_rms"] = registration.initial_rms();
+  json["original_rms"] = registration.original_rms();
   json["max_residual"] = registration.max_residual();
   json["order_inversions"] = optional_json(facts.counts.order_inversions);
   json["flipped_triangles"] = optional_json(facts.counts.flipped_triangles);

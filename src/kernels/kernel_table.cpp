@@ -12,7 +12,9 @@ const NameTable<MakeKernelTerm>& kernel_table() {
   static const NameTable<MakeKernelTerm> kTable = [] {
     const std::vector<ParameterInfo> parameters = {
         {"alpha", "auto",
-         "width, length units; auto: half the median distance, at most 2 median distances to the nearest landmark"},
+         "width, length units, or 30%: of the diameter; auto: half the median distance, at most 2 median distances to "
+         "the nearest landmark",
+         true},
         {"weight", "1", "factor of this term in a sum"}};
     std::vector<NameTable<MakeKernelTerm>::Row> rows;
     for (const ProfileFacts& facts : kernel_profiles()) {
@@ -33,7 +35,8 @@ double automatic_alpha(const Points& source) {
 
 KernelOperator make_kernel(std::string_view spec, const Points& source) {
   std::vector<KernelTerm> terms;
-  for (const auto& [row, parameters] : kernel_table().parse(spec)) {
+  const double size = spec.find('%') == std::string_view::npos ? 0 : diameter(source);
+  for (const auto& [row, parameters] : kernel_table().parse(spec, size)) {
     const double automatic = parameters.is_auto("alpha") ? automatic_alpha(source) : 0;
     if (parameters.is_auto("alpha") && !(automatic > 0))
       throw InputError("kernel '" + row->name + "': alpha=auto needs at least two landmarks apart; give a number");

@@ -102,6 +102,14 @@ MatrixXd affine_fit(const WeighedShape& x, const WeighedShape& y, bool reflect) 
   return fitted;
 }
 
+// The change of each point by a turn in the plane of two axes.
+Points turned(const Points& points, Index first, Index second) {
+  Points change = Points::Zero(points.rows(), points.cols());
+  change.row(first) = -points.row(second);
+  change.row(second) = points.row(first);
+  return change;
+}
+
 }  // namespace
 
 Points Alignment::apply(const Points& x) const { return (scale * linear * x).colwise() + translation; }
@@ -138,6 +146,35 @@ Alignment align(const Points& source, const Points& target, AlignmentKind kind, 
   }
   motion.translation = y.mean - motion.scale * motion.linear * x.mean;
   return motion;
+}
+
+MatrixXd motion_directions(const Points& points, AlignmentKind kind, const std::vector<Index>& observed) {
+  const Points shape = points.colwise() - points.rowwise().mean();
+  const Index d = shape.rows();
+  std::vector<VectorXd> changes;
+  const auto add = [&](const Points& change) { changes.emplace_back(change.reshaped()(observed)); };
+  if (kind != AlignmentKind::kNone)
+    for (Index axis = 0; axis < d; ++axis) {
+      Points shift = Points::Zero(d, shape.cols());
+      shift.row(axis).setOnes();
+      add(shift);
+    }
+  if (kind == AlignmentKind::kRigid || kind == AlignmentKind::kSimilarity)
+    for (Index second = 1; second < d; ++second)
+      for (Index first = 0; first < second; ++first) add(turned(shape, first, second));
+  if (kind == AlignmentKind::kSimilarity) add(shape);
+  if (kind == AlignmentKind::kAffine)
+    for (Index to = 0; to < d; ++to)
+      for (Index from = 0; from < d; ++from) {
+        Points sheared = Points::Zero(d, shape.cols());
+        sheared.row(to) = shape.row(from);
+        add(sheared);
+      }
+  MatrixXd directions(std::ssize(observed), std::ssize(changes));
+  if (changes.empty()) return directions;
+  for (Index i = 0; i < directions.cols(); ++i) directions.col(i) = changes[static_cast<std::size_t>(i)];
+  const Eigen::ColPivHouseholderQR<MatrixXd> factors(directions);
+  return MatrixXd(factors.householderQ()).leftCols(factors.rank());
 }
 
 }  // namespace pulson

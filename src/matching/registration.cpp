@@ -62,12 +62,13 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
   registration.mode = problem.mode;
   registration.integrator = problem.matching.integrator->name();
   registration.grid = options.grid;
-  registration.sigma = options.sigma;
+  registration.sigma = problem.matching.sigma;
   registration.lambda = problem.matching.lambda;
   registration.data = problem.data;
   registration.seed = options.seed;
   registration.samples = std::max(1, static_cast<int>(problem.matching.realisations.size()));
   registration.alignment = problem.alignment;
+  registration.fitted_kernel = problem.fitted_kernel;
   registration.source = problem.source;
   registration.original = problem.original;
   registration.target = problem.target;
@@ -158,6 +159,8 @@ double Registration::rms() const {
 }
 
 double Registration::initial_rms() const { return root_mean_square(distances_in(*this, source.points)); }
+
+double Registration::original_rms() const { return root_mean_square(distances_in(*this, original.points)); }
 
 double Registration::max_residual() const {
   const Eigen::VectorXd all = distances();

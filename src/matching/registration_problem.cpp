@@ -4,6 +4,7 @@
 
 #include <fmt/core.h>
 
+#include "pulson/core/number_checks.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
@@ -11,6 +12,8 @@
 
 namespace pulson {
 namespace {
+
+constexpr double kUnfittedWidth = 0.25;  // of a kernel whose width nothing shows, in diameters
 
 MatchingMode choose_mode(const RegistrationOptions& options, bool noisy) {
   const MatchingMode mode = options.mode.value_or(noisy ? MatchingMode::kMap : MatchingMode::kDeterministic);
@@ -20,13 +23,6 @@ MatchingMode choose_mode(const RegistrationOptions& options, bool noisy) {
   if (mode == MatchingMode::kExpected && options.samples < 1)
     throw InputError(fmt::format("samples is {}; mode expected needs at least 1", options.samples));
   return mode;
-}
-
-double choose_lambda(const RegistrationOptions& options, const Points& source) {
-  if (options.lambda) return *options.lambda;
-  const double size = diameter(source);
-  if (!(size > 0)) throw InputError("lambda auto needs at least two landmarks apart; give a number");
-  return 1 / (size * size);
 }
 
 // Controls are smooth in time where they are fitted: zero ones must leave the geodesic alone, which what compensates
@@ -60,10 +56,21 @@ Alignment align_curves(const Curve& source, const Curve& target, AlignmentKind k
   return motion;
 }
 
-struct Observed {
-  std::shared_ptr<const DataTerm> data;
-  Alignment alignment;
-};
+// On a line there is nothing to turn, and a motion would hide what the landmarks do.
+AlignmentKind choose_alignment(const RegistrationOptions& options, int dimension) {
+  if (options.align) return *options.align;
+  if (dimension == 1) return AlignmentKind::kNone;
+  return options.data.kind == DataKind::kLandmarks ? AlignmentKind::kSimilarity : AlignmentKind::kTranslation;
+}
+
+Alignment find_alignment(const MatchingShapes& shapes, const RegistrationOptions& options) {
+  const AlignmentKind kind = choose_alignment(options, shapes.source.dimension());
+  const DataOptions& data = shapes.data;
+  if (data.kind == DataKind::kLandmarks)
+    return align(shapes.source.points, shapes.target.points, kind,
+                 {.weights = data.weights, .reflect = options.reflect});
+  return align_curves(make_curve(shapes.source, data.ends), make_curve(shapes.target, data.ends), kind);
+}
 
 // y that points up in one file and down in the other is common, and no flow that keeps orientation mends it well.
 void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& options) {
@@ -86,23 +93,53 @@ void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& opt
                   as_it_is, turned_over));
 }
 
-Observed observed_landmarks(const MatchingShapes& shapes, const RegistrationOptions& options) {
+std::shared_ptr<const DataTerm> landmark_data(const MatchingShapes& shapes, double sigma) {
   const DataOptions& data = shapes.data;
-  return {std::make_shared<LandmarkTerm>(
-              LandmarkObservations{shapes.target.points, options.sigma, data.weights, data.covariances}),
-          align(shapes.source.points, shapes.target.points, options.align,
-                {.weights = data.weights, .reflect = options.reflect})};
+  return std::make_shared<LandmarkTerm>(
+      LandmarkObservations{shapes.target.points, sigma, data.weights, data.covariances});
 }
 
 // Sets the width of the data where it is left open.
-Observed observed_curve(MatchingShapes& shapes, const RegistrationOptions& options) {
+std::shared_ptr<const DataTerm> curve_data(MatchingShapes& shapes, double sigma) {
   const Curve source = make_curve(shapes.source, shapes.data.ends);
   const Curve target = make_curve(shapes.target, shapes.data.ends);
   if (!shapes.data.width) shapes.data.width = automatic_data_width(target);
   const auto measure = shapes.data.kind == DataKind::kVarifold ? CurveMeasure::kVarifold : CurveMeasure::kCurrent;
-  return {std::make_shared<CurveTerm>(source.edges, shapes.source.count(), target,
-                                      CurveTermOptions{measure, options.sigma, *shapes.data.width}),
-          align_curves(source, target, options.align)};
+  return std::make_shared<CurveTerm>(source.edges, shapes.source.count(), target,
+                                     CurveTermOptions{measure, sigma, *shapes.data.width});
+}
+
+// The kernel, λ and σ in numbers, for an aligned source.
+struct Scales {
+  KernelOperator kernel;
+  double lambda = 1;
+  double sigma = 0;
+  std::optional<DisplacementModel> fitted;
+};
+
+double length_scale(const Points& q0) {
+  const double size = diameter(q0);
+  if (!(size > 0))
+    throw InputError("the source has no two landmarks apart, and so no size: kernel, lambda and sigma must be numbers");
+  return size;
+}
+
+Scales choose_scales(const MatchingShapes& shapes, const Points& q0, const RegistrationOptions& options,
+                     AlignmentKind alignment) {
+  const bool is_auto = options.kernel == "auto";
+  const double size = is_auto || options.sigma.is_relative() || !options.lambda ? length_scale(q0) : 0;
+  const double sigma = options.sigma.in(size);
+  require_positive("sigma", sigma);
+  const double lambda = options.lambda.value_or(1 / (size * size));
+  if (!is_auto) return {make_kernel(options.kernel, q0), lambda, sigma, std::nullopt};
+  DisplacementOptions model;
+  model.alignment = alignment;
+  model.sigma = sigma;
+  model.lambda = options.lambda;
+  if (shapes.data.kind == DataKind::kLandmarks)
+    if (const auto fitted = fit_displacements(q0, shapes.target.points, model))
+      return {KernelOperator({fitted->kernel}), fitted->lambda, sigma, fitted};
+  return {KernelOperator({{model.profile, kUnfittedWidth * size, 1}}), lambda, sigma, std::nullopt};
 }
 
 }  // namespace
@@ -116,12 +153,12 @@ Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const 
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   MatchingShapes shapes = matching_shapes(source, target, options.data);
   if (shapes.data.kind == DataKind::kLandmarks) note_mirrored_shapes(shapes, options);
-  Observed observed =
-      shapes.data.kind == DataKind::kLandmarks ? observed_landmarks(shapes, options) : observed_curve(shapes, options);
+  Alignment alignment = find_alignment(shapes, options);
   Landmarks aligned = shapes.source;
-  if (options.align != AlignmentKind::kNone) aligned.points = observed.alignment.apply(shapes.source.points);
+  if (alignment.kind != AlignmentKind::kNone) aligned.points = alignment.apply(shapes.source.points);
 
   const Points& q0 = aligned.points;
+  Scales scales = choose_scales(shapes, q0, options, alignment.kind);
   std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, aligned);
   noise->check(aligned.dimension(), aligned.count());
   const MatchingMode mode = choose_mode(options, noise->channels(aligned.dimension(), aligned.count()) > 0);
@@ -130,16 +167,18 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
   for (int s = 0; s < frozen; ++s) realisations.push_back(realisation(*noise, q0, options.grid, options.seed, s));
   if (mode == MatchingMode::kDeterministic) noise = make_noise("none");
   const std::string integrator = choose_integrator(options, mode, *noise);
-  MatchingProblem matching{{make_kernel(options.kernel, q0), std::move(noise)},
+  std::shared_ptr<const DataTerm> data =
+      shapes.data.kind == DataKind::kLandmarks ? landmark_data(shapes, scales.sigma) : curve_data(shapes, scales.sigma);
+  MatchingProblem matching{{std::move(scales.kernel), std::move(noise)},
                            make_integrator(integrator),
                            options.grid,
                            q0,
-                           std::move(observed.data),
-                           options.sigma,
-                           choose_lambda(options, q0),
+                           std::move(data),
+                           scales.sigma,
+                           scales.lambda,
                            std::move(realisations)};
-  return {std::move(shapes.source), std::move(aligned),  std::move(shapes.target), std::move(observed.alignment), mode,
-          std::move(shapes.data),   std::move(matching), std::move(shapes.notes)};
+  return {std::move(shapes.source), std::move(aligned),  std::move(shapes.target), std::move(alignment), scales.fitted,
+          mode,                     std::move(shapes.data),   std::move(matching), std::move(shapes.notes)};
 }
 
 }  // namespace pulson

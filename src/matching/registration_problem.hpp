@@ -10,6 +10,7 @@ struct RegistrationProblem {
   Landmarks source;    ///< aligned
   Landmarks target;    ///< of the same landmarks
   Alignment alignment;
+  std::optional<DisplacementModel> fitted_kernel;
   MatchingMode mode = MatchingMode::kDeterministic;
   DataOptions data;
   MatchingProblem matching;

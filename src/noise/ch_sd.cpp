@@ -47,7 +47,7 @@ struct NoNoise : NoiseFormula {
 
 NoiseTable::Row ch_sd() {
   return {"ch-sd",
-          {{"beta", "", "amplitude, length per square root of time"}, LandmarkChoice::info()},
+          {{"beta", "", "amplitude, length per square root of time; 50%: of the diameter", true}, LandmarkChoice::info()},
           "h = beta p_a: noise in the positions; landmarks may pass through each other (paper, section 5.1)",
           [](const Parameters& parameters, const Landmarks&) {
             ChSd formula;

@@ -128,7 +128,7 @@ std::vector<std::size_t> group_numbers(const Landmarks& shape) {
 
 NoiseTable::Row ch_sd_screened() {
   return {"ch-sd-screened",
-          {{"beta", "", "amplitude, length per square root of time"},
+          {{"beta", "", "amplitude, length per square root of time; 50%: of the diameter", true},
            {"gamma", "", "range: exp(-r^2/gamma), length squared"},
            LandmarkChoice::info()},
           "h = beta p_a sum_b exp(-|q_a - q_b|^2/gamma): noise in the positions where another outline (of one: another "

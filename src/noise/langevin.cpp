@@ -33,7 +33,7 @@ struct Langevin : NoiseFormula {
 
 NoiseTable::Row langevin() {
   return {"langevin",
-          {{"sigma", "", "amplitude, momentum per square root of time"},
+          {{"sigma", "", "amplitude, momentum per square root of time; 50%: of the diameter", true},
            {"friction", "1", "lambda of the friction -lambda H_p; stationary density exp(-2 lambda H/sigma^2)"}},
           "noise in the momenta with friction (Marsland and Shardlow): not Hamiltonian, diffeomorphic",
           [](const Parameters& parameters, const Landmarks&) {

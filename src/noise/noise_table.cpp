@@ -27,7 +27,8 @@ void add_noise(NoiseTable::Row row) { table().add(std::move(row)); }
 std::shared_ptr<const NoiseModel> make_noise(std::string_view spec, const Landmarks& shape) {
   check_no_term_is_empty(spec);
   std::vector<std::shared_ptr<const NoiseModel>> terms;
-  for (const auto& [row, parameters] : noise_table().parse(spec)) terms.push_back(row->make(parameters, shape));
+  const double size = spec.find('%') == std::string_view::npos ? 0 : diameter(shape.points);
+  for (const auto& [row, parameters] : noise_table().parse(spec, size)) terms.push_back(row->make(parameters, shape));
   return terms.size() == 1 ? terms.front() : sum_of_noises(std::move(terms));
 }
 

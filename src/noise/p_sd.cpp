@@ -314,11 +314,11 @@ std::shared_ptr<const NoiseModel> make_p_sd(const Parameters& parameters, const 
 
 NoiseTable::Row p_sd() {
   return {"p-sd",
-          {{"beta", "", "amplitude, length per square root of time"},
+          {{"beta", "", "amplitude, length per square root of time; 50%: of the diameter", true},
            {"fields", "constant", "constant, grid, bump or cos; each is a field along every axis"},
            {"count", "4", "fields=grid: bumps along each side of the shape's box"},
            {"center", "none", "fields=bump: coordinates of one or more centres, as in 0/0"},
-           {"width", "auto", "of bumps exp(-|x - c|^2/width^2); auto: their spacing, or diameter/4"},
+           {"width", "auto", "of bumps exp(-|x - c|^2/width^2); auto: their spacing, or diameter/4", true},
            {"wavenumber", "1", "fields=cos: cos(wavenumber x) along each axis"}},
           "h = sum_a p_a.xi(q_a): noise that is a field over space; flows stay diffeomorphic (section 2.2)",
           make_p_sd};

@@ -48,7 +48,7 @@ struct TrouveVialard : NoiseFormula {
 
 NoiseTable::Row trouve_vialard() {
   return {"trouve-vialard",
-          {{"sigma", "", "amplitude, momentum per square root of time"},
+          {{"sigma", "", "amplitude, momentum per square root of time; 50%: of the diameter", true},
            {"common", "0", "1: one channel for each axis that all landmarks share"},
            LandmarkChoice::info()},
           "h = sigma q_a: noise in the momenta; flows stay diffeomorphic (paper, section 5.4)",

@@ -24,9 +24,4 @@ Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& target
 /// @param kind any but `affine` @throws InputError where counts differ, or a landmark is missing in all shapes
 Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind kind);
 
-/// An orthonormal basis of the displacements, dN×r, by which motions of the given kind change a shape to first order:
-/// what an alignment leaves out of data. @param observed the places (index a·d + axis) of the coordinates that count,
-/// n of them: the basis is then n×r
-Eigen::MatrixXd motion_directions(const Points& shape, AlignmentKind kind, const std::vector<Eigen::Index>& observed);
-
 }  // namespace pulson

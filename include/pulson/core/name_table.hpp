@@ -17,6 +17,7 @@ struct ParameterInfo {
   std::string name;
   std::string default_text;
   std::string help;
+  bool is_length = false;  ///< proportional to the unit of length: `5%` is 5 % of the shape's diameter
 };
 
 /// One term of a specification `NAME:key=value,key=value`, as text.
@@ -47,8 +48,10 @@ std::string nearest_name(std::string_view name, std::span<const std::string> val
 /// The values of one row's parameters, defaults filled in; every getter names the parameter in its errors.
 class Parameters {
  public:
-  /// @throws InputError if `spec` has a key that `info` does not list, or lacks one that has no default.
-  Parameters(const Spec& spec, std::span<const ParameterInfo> info, std::string_view what);
+  /// @param diameter of the shape that per cent refer to; 0: there is none
+  /// @throws InputError if `spec` has a key that `info` does not list, or lacks one that has no default; or if a
+  /// value is in per cent and its parameter is no length, or there is no shape.
+  Parameters(const Spec& spec, std::span<const ParameterInfo> info, std::string_view what, double diameter = 0);
 
   const std::string& text(const std::string& key) const;
   bool is_auto(const std::string& key) const { return text(key) == "auto"; }
@@ -66,6 +69,7 @@ class Parameters {
 
  private:
   std::string describe(const std::string& key) const;
+  std::string in_length_units(const ParameterInfo& parameter, const std::string& value, double diameter) const;
 
   std::string what_;
   std::map<std::string, std::string> values_;
@@ -105,12 +109,12 @@ class NameTable {
     rows_.push_back(std::move(row));
   }
 
-  /// Each term of a sum with its row and parameters, in order.
-  std::vector<std::pair<const Row*, Parameters>> parse(std::string_view text) const {
+  /// Each term of a sum with its row and parameters, in order. @param diameter what per cent refer to, see Parameters
+  std::vector<std::pair<const Row*, Parameters>> parse(std::string_view text, double diameter = 0) const {
     std::vector<std::pair<const Row*, Parameters>> terms;
     for (const Spec& spec : parse_spec_sum(text, what_)) {
       const Row& row = find(spec.name);
-      terms.emplace_back(&row, Parameters(spec, row.parameters, what_ + " '" + spec.name + "'"));
+      terms.emplace_back(&row, Parameters(spec, row.parameters, what_ + " '" + spec.name + "'", diameter));
     }
     return terms;
   }

@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "pulson/core/landmarks.hpp"
 
@@ -40,5 +41,10 @@ struct AlignmentOptions {
 /// @throws InputError where no landmark is left, the weights are wrong, or there is no regular affine map: fewer than
 /// d + 1 landmarks in general position, or a negative determinant without `reflect`
 Alignment align(const Points& source, const Points& target, AlignmentKind kind, const AlignmentOptions& options = {});
+
+/// An orthonormal basis of the displacements, dN×r, by which motions of the given kind change a shape to first order:
+/// what an alignment leaves out of data. @param observed the places (index a·d + axis) of the coordinates that count,
+/// n of them: the basis is then n×r
+Eigen::MatrixXd motion_directions(const Points& shape, AlignmentKind kind, const std::vector<Eigen::Index>& observed);
 
 }  // namespace pulson

@@ -4,8 +4,10 @@
 #include <optional>
 #include <string>
 
+#include "pulson/core/length.hpp"
 #include "pulson/matching/alignment.hpp"
 #include "pulson/matching/curve_term.hpp"
+#include "pulson/matching/displacement_model.hpp"
 #include "pulson/matching/laplace.hpp"
 #include "pulson/matching/minimise.hpp"
 
@@ -42,18 +44,21 @@ struct DataOptions {
   std::vector<Eigen::MatrixXd> covariances{};  ///< of landmarks, instead of σ²I
 };
 
-/// Everything that defines a registration, as specifications.
+/// Everything that defines a registration, as specifications. No default depends on the unit of length.
 struct RegistrationOptions {
-  std::string kernel = "gaussian:alpha=auto";
+  /// `auto`: `matern32` with a width, and where none is given a weight λ, of greatest likelihood: fit_displacements();
+  /// of a quarter of the diameter for curves and few landmarks, which cannot show one
+  std::string kernel = "auto";
   std::string noise = "none";
   std::optional<MatchingMode> mode{};  ///< default: `map` where there is noise, else `deterministic`
   /// `auto`: `variational`; but `variational-paper`, which does not compensate, where controls are fitted and nothing
   /// is asked of their probability
   std::string integrator = "auto";
   TimeGrid grid{};
-  double sigma = 0.01;
-  std::optional<double> lambda = 1;  ///< none: 1/diameter² of the source, so that costs do not depend on the unit
-  AlignmentKind align = AlignmentKind::kNone;
+  Length sigma = Length::percent(0.5);  ///< per cent of the diameter of the aligned source
+  std::optional<double> lambda{};       ///< none: fitted with `kernel = auto`, else 1/diameter² of the aligned source
+  /// none: `similarity` in the plane and in space, for curves `translation`; `none` on a line
+  std::optional<AlignmentKind> align{};
   bool reflect = false;  ///< whether the alignment may be a reflection
   DataOptions data{};
   std::uint64_t seed = 1;    ///< of frozen realisations and of random ways
@@ -76,6 +81,7 @@ struct Registration {
   std::uint64_t seed = 1;
   int samples = 1;      ///< realisations: path s has the increments brownian_increments(seed, s, …)
   Alignment alignment;  ///< moved the original source to `source`
+  std::optional<DisplacementModel> fitted_kernel;  ///< where the kernel was fitted to the landmarks
   Landmarks source;     ///< q0: the source after alignment, where the flow begins
   Landmarks original;   ///< the source as it was given, but for landmarks that miss a coordinate
   Landmarks target;
@@ -106,6 +112,8 @@ struct Registration {
   double rms() const;
   /// The same before the flow: of the aligned source to the target.
   double initial_rms() const;
+  /// The same before the alignment.
+  double original_rms() const;
   double max_residual() const;
   /// Whether the shapes were brought together: rms is at most 3σ, or a twentieth of what it was. A minimum that leaves
   /// them further apart is reported as no match.

@@ -19,6 +19,8 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
   verb.add_option("--covariances", arguments.covariances,
                   "csv: for each landmark its variance, those of the axes, or its covariance, instead of sigma^2")
       ->type_name("FILE");
+  verb.add_flag("--merge-coincident", options.data.merge_coincident,
+                "take landmarks at the same place in the source as one, with the mean of their targets");
   only_known(
       verb.add_option("--data", arguments.data,
                       "landmarks; or, for outlines without correspondence, varifold, or current: with a direction")

@@ -21,7 +21,7 @@ namespace {
 void run_points(const WarpArguments& arguments, const Registration& registration, double start) {
   const MaterialFlow flow(registration_system(registration), replay(registration),
                           parse_label_kernel(arguments.labels));
-  WarpFigures figures = warp_points(flow, registration.alignment, arguments);
+  WarpFigures figures = warp_points(flow, registration, arguments);
   figures.seconds = seconds_now() - start;
   tell(figures, arguments, nullptr);
 }

@@ -1,3 +1,4 @@
+#include "plain_options.hpp"
 #include "pulson/matching/fit_parameters.hpp"
 
 #include <algorithm>
@@ -35,7 +36,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 RegistrationOptions options_of(std::string noise, double sigma, double lambda) {
-  RegistrationOptions options;
+  RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=0.9";
   options.noise = std::move(noise);
   options.integrator = "variational";
@@ -70,7 +71,7 @@ struct GaussianTargets {
 
   double log_density(double beta) const {
     const MatrixXd kernel = make_kernel(options.kernel, source.points).gram(source.points, source.points);
-    const double variance = beta * beta * options.grid.dt() * (options.grid.steps - 0.75) + std::pow(options.sigma, 2);
+    const double variance = beta * beta * options.grid.dt() * (options.grid.steps - 0.75) + std::pow(options.sigma.in(0), 2);
     const MatrixXd covariance = kernel / kLambda + variance * MatrixXd::Identity(4, 4);
     const double log_determinant = std::log((2 * std::numbers::pi * covariance).fullPivLu().determinant());
     double sum = 0;
@@ -83,7 +84,7 @@ struct GaussianTargets {
 
   Landmarks source;
   std::vector<Landmarks> targets;
-  RegistrationOptions options;
+  RegistrationOptions options = plain_options();
 };
 
 TEST(FitParameters, FindsTheMaximumOfADensityInClosedForm) {
@@ -117,8 +118,8 @@ TEST(FitParameters, FindsTheMaximumThatAScanFinds) {
          make_integrator(options.integrator),
          options.grid,
          source.points,
-         std::make_shared<LandmarkTerm>(LandmarkObservations{target, options.sigma}),
-         options.sigma,
+         std::make_shared<LandmarkTerm>(LandmarkObservations{target, options.sigma.in(0)}),
+         options.sigma.in(0),
          0.7});
     MinimiseOptions minimise_options;
     minimise_options.gradient_tolerance = 1e-5;
@@ -150,7 +151,7 @@ std::vector<Landmarks> drawn_targets(const Landmarks& source, const Registration
     const MatrixXd increments = std::sqrt(options.grid.dt()) * normals.leftCols(steps);
     const Trajectory path =
         make_integrator(options.integrator)->integrate(system, {source.points, p0}, options.grid, increments);
-    targets.push_back(shape(path.final().q + options.sigma * normals.col(steps + 1).reshaped(d, n)));
+    targets.push_back(shape(path.final().q + options.sigma.in(0) * normals.col(steps + 1).reshaped(d, n)));
   }
   return targets;
 }
@@ -160,7 +161,7 @@ double expected_deviation(const Landmarks& source, const RegistrationOptions& op
   const MatrixXd kernel = make_kernel(options.kernel, source.points).gram(source.points, source.points);
   const double of_noise = beta * beta * options.grid.dt() * (options.grid.steps - 0.75);
   const MatrixXd one = MatrixXd::Identity(source.count(), source.count());
-  const MatrixXd covariance = kernel / options.lambda.value() + (of_noise + options.sigma * options.sigma) * one;
+  const MatrixXd covariance = kernel / options.lambda.value() + (of_noise + options.sigma.in(0) * options.sigma.in(0)) * one;
   const MatrixXd change = 2 * of_noise * covariance.inverse();
   return 1 / std::sqrt(0.5 * count * source.dimension() * (change * change).trace());
 }

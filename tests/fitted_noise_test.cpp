@@ -30,7 +30,8 @@ Points ellipse(Index count, double stretch, double bump) {
 struct Outlines {
   Landmarks source = shape(ellipse(60, 1, 0));
   Landmarks target = shape(ellipse(60, 1.2, 0.3));
-  RegistrationOptions options{.kernel = "gaussian:alpha=0.6", .sigma = 0.002};
+  RegistrationOptions options{
+      .kernel = "gaussian:alpha=0.6", .sigma = 0.002, .lambda = 1, .align = AlignmentKind::kNone};
 
   MatchingObjective objective() const { return MatchingObjective(make_problem(source, target, options).matching); }
 };

@@ -1,5 +1,6 @@
 // Images and the map of a landmark path: frames, direction, and there and back.
 
+#include "plain_options.hpp"
 #include "pulson/images/image_warp.hpp"
 
 #include <algorithm>
@@ -80,7 +81,7 @@ Landmarks circle(int count, double radius, double bump, const Eigen::Vector2d& c
 
 // The flow of a registration at rest.
 MaterialFlow still(const Landmarks& shape) {
-  RegistrationOptions options;
+  RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=0.5";
   const Registration registration = register_shapes(shape, shape, options);
   EXPECT_LE(registration.momenta.norm(), 1e-12);
@@ -138,7 +139,7 @@ TEST(ImageWarp, FollowsTheFlow) {
   const Landmarks source = circle(6, 0.4, 0, {0, 0});
   Landmarks target = source;
   target.points.colwise() += Eigen::Vector2d(0.16, 0.08);
-  RegistrationOptions options;
+  RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=300";
   options.sigma = 1e-4;
   const Registration registration = register_shapes(source, target, options);
@@ -168,7 +169,7 @@ TEST(ImageWarp, OfShapesThatAreTheSameIsTheSamePicture) {
 class FittedWarp : public testing::Test {
  protected:
   FittedWarp() {
-    RegistrationOptions options;
+    RegistrationOptions options = plain_options();
     options.kernel = "gaussian:alpha=0.5";
     options.align = AlignmentKind::kSimilarity;
     registration_ = register_shapes(circle(12, 0.4, 0, {0, 0}), circle(12, 0.45, 0.1, {0.1, 0.05}), options);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
+#include "plain_options.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/registration.hpp"
@@ -85,7 +86,7 @@ TEST_P(Objective, GradientIsThatOfTheCost) {
 Landmarks on_line(std::vector<double> x) { return shape(Points::Map(x.data(), 1, static_cast<Index>(x.size()))); }
 
 RegistrationOptions options_of(std::string kernel, std::string noise = "none", Solver solver = Solver::kAuto) {
-  RegistrationOptions options;
+  RegistrationOptions options = plain_options();
   options.kernel = std::move(kernel);
   options.noise = std::move(noise);
   options.minimise.solver = solver;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "error_of.hpp"
+#include "plain_options.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -15,6 +16,7 @@ namespace pulson {
 namespace {
 
 using testing::AllOf;
+using testing::Contains;
 using testing::HasSubstr;
 
 Landmarks square(const std::string& source) {
@@ -25,13 +27,13 @@ Landmarks square(const std::string& source) {
 }
 
 std::string registration_error(const Landmarks& source, const Landmarks& target,
-                               const RegistrationOptions& options = {}) {
+                               const RegistrationOptions& options = plain_options()) {
   return error_of([&] { register_shapes(source, target, options); });
 }
 // The error where `change` alters the default options.
 template <class Change>
 std::string error_with(const Change& change) {
-  RegistrationOptions options;
+  RegistrationOptions options = plain_options();
   change(options);
   return registration_error(square("a.csv"), square("b.csv"), options);
 }
@@ -42,8 +44,8 @@ TEST(RegistrationErrors, NameShapesThatDoNotFit) {
   bad.points = Points::Random(2, 3);
   EXPECT_EQ(
       registration_error(good, bad),
-      "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; landmarks need the same ones in both "
-      "(outlines without correspondence: --data varifold)");
+      "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; landmarks need the same ones in both, "
+      "or labels or numbers that say which belong together (outlines without correspondence: --data varifold)");
   bad.points = Points::Random(3, 4);
   EXPECT_EQ(registration_error(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
   bad.points.resize(2, 0);
@@ -64,7 +66,8 @@ TEST(Registrations, DoWithoutWhatIsMissing) {
   Landmarks source = square("a.csv");
   Landmarks target = square("b.csv");
   target.points = 1.1 * source.points;
-  const RegistrationOptions options{.kernel = "gaussian:alpha=1"};
+  RegistrationOptions options = plain_options();
+  options.kernel = "gaussian:alpha=1";
   Landmarks gaps = target;
   gaps.points(1, 2) = std::nan("");
   gaps.points.col(3).setConstant(std::nan(""));
@@ -88,7 +91,9 @@ TEST(Registrations, FollowWeights) {
   const Landmarks source = square("a.csv");
   Landmarks target = source;
   target.points.col(0).array() += 0.3;
-  RegistrationOptions options{.kernel = "gaussian:alpha=2", .sigma = 0.1};
+  RegistrationOptions options = plain_options();
+  options.kernel = "gaussian:alpha=2";
+  options.sigma = 0.1;
   const double plain = register_shapes(source, target, options).distances()[0];
   options.data.weights = Eigen::Vector4d(100, 1, 1, 1);
   EXPECT_LT(register_shapes(source, target, options).distances()[0], 0.2 * plain);
@@ -104,8 +109,11 @@ TEST(Registrations, MatchFrozenNoise) {
   const Landmarks source = square("a.csv");
   Landmarks target = source;
   target.points.row(0) *= 1.3;
-  RegistrationOptions options{
-      .kernel = "gaussian:alpha=1", .noise = "ch-sd:beta=0.1", .mode = MatchingMode::kPathwise, .seed = 7};
+  RegistrationOptions options = plain_options();
+  options.kernel = "gaussian:alpha=1";
+  options.noise = "ch-sd:beta=0.1";
+  options.mode = MatchingMode::kPathwise;
+  options.seed = 7;
   const Registration pathwise = register_shapes(source, target, options);
   EXPECT_TRUE(pathwise.converged);
   EXPECT_TRUE(pathwise.matched());
@@ -134,7 +142,9 @@ TEST(Registrations, MatchOutlinesWithoutCorrespondence) {
     }
     return shape;
   };
-  RegistrationOptions options{.kernel = "gaussian:alpha=0.8", .sigma = 0.02};
+  RegistrationOptions options = plain_options();
+  options.kernel = "gaussian:alpha=0.8";
+  options.sigma = 0.02;
   options.data.kind = DataKind::kVarifold;
   const Registration fit = register_shapes(outline(20, 1, 1, "a.csv"), outline(33, 1.4, 0.8, "b.csv"), options);
   EXPECT_TRUE(fit.converged);
@@ -149,16 +159,76 @@ TEST(RegistrationErrors, NameLandmarksAtOnePlace) {
   Landmarks twice = square("a.csv");
   twice.points.col(2) = twice.points.col(1);
   EXPECT_THAT(registration_error(twice, square("b.csv")),
-              AllOf(HasSubstr("a.csv: landmarks 2 and 3 are at the same place"),
-                    HasSubstr("remove or move one of them, in the target too")));
+              AllOf(HasSubstr("a.csv: landmarks 2 and 3 are at the same place, and apart in b.csv"),
+                    HasSubstr("--merge-coincident")));
   twice.labels = {"nose", "chin", "left eye", "right eye"};
   EXPECT_THAT(registration_error(twice, square("b.csv")),
               HasSubstr("landmarks 'chin' and 'left eye' are at the same place"));
-  Landmarks closed = square("a.csv");
-  closed.points.col(3) = closed.points.col(0);
-  EXPECT_THAT(registration_error(closed, square("b.csv")),
-              AllOf(HasSubstr("landmarks 1 and 4"), HasSubstr("a closed outline needs its first point only once")));
-  EXPECT_EQ(registration_error(square("b.csv"), closed), "no error") << "a target may have coinciding landmarks";
+  EXPECT_EQ(registration_error(square("b.csv"), twice), "no error") << "a target may have coinciding landmarks";
+}
+
+Landmarks ring(int count, double width, const std::string& source, bool repeats_first) {
+  Landmarks shape;
+  shape.points.resize(2, count + (repeats_first ? 1 : 0));
+  for (int a = 0; a < shape.count(); ++a) {
+    const double angle = 2 * std::acos(-1.0) * (a % count) / count;
+    shape.points.col(a) << width * std::cos(angle), std::sin(angle);
+  }
+  shape.source = source;
+  return shape;
+}
+
+TEST(Registrations, TakeARepeatedFirstPointForTheEndOfAnOutline) {
+  const Registration closed = register_shapes(ring(12, 1, "a.csv", true), ring(12, 1.3, "b.csv", true));
+  const Registration open = register_shapes(ring(12, 1, "a.csv", false), ring(12, 1.3, "b.csv", false));
+  EXPECT_EQ(closed.source.count(), 12);
+  EXPECT_EQ(closed.momenta, open.momenta);
+  EXPECT_THAT(closed.notes,
+              Contains("a.csv: landmarks 1 and 13 are at the same place in both shapes and taken as one: a closed "
+                       "outline"));
+  RegistrationOptions curves;
+  curves.data.kind = DataKind::kVarifold;
+  const Registration varifold = register_shapes(ring(12, 1, "a.csv", true), ring(15, 1.3, "b.csv", true), curves);
+  EXPECT_TRUE(varifold.converged && varifold.matched());
+  EXPECT_EQ(varifold.source.count(), 12);
+}
+
+TEST(Registrations, MergeLandmarksAtOnePlaceWhereAsked) {
+  Landmarks twice = square("a.csv");
+  twice.points.conservativeResize(2, 5);
+  twice.points.col(4) = twice.points.col(1);
+  Landmarks target = square("b.csv");
+  target.points.conservativeResize(2, 5);
+  target.points.col(4) << 1.3, 0.1;
+  RegistrationOptions options = plain_options();
+  options.data.merge_coincident = true;
+  options.data.weights = (Eigen::VectorXd(5) << 1, 2, 1, 1, 1).finished();
+  const Registration merged = register_shapes(twice, target, options);
+  ASSERT_EQ(merged.source.count(), 4);
+  EXPECT_NEAR(merged.target.points(0, 1), (2 * 1 + 1.3) / 3, 1e-15);
+  EXPECT_NEAR(merged.data.weights[1], 3, 0);
+  EXPECT_EQ(merged.source.number(3), 4);
+}
+
+TEST(Registrations, PairByNumbersAndConvertAxes) {
+  Landmarks source = ring(12, 1, "a.csv", false), target = ring(12, 1.2, "b.csv", false);
+  for (int a = 0; a < 12; ++a) {
+    source.numbers.push_back(a + 1);
+    target.numbers.push_back(a + 1);
+  }
+  source.points.conservativeResize(2, 11);
+  source.numbers.resize(11);
+  const Registration paired = register_shapes(source, target);
+  EXPECT_EQ(paired.target.count(), 11);
+  EXPECT_THAT(paired.notes, Contains("b.csv: 1 of 12 landmarks is not in a.csv and is left out: 12"));
+  Landmarks turned = square("a.csv");
+  turned.points.topRows(2) *= -1;
+  turned.axes = "RAS";
+  Landmarks upright = square("b.csv");
+  upright.axes = "LPS";
+  const Registration converted = register_shapes(turned, upright, plain_options());
+  EXPECT_EQ(converted.original.points, upright.points);
+  EXPECT_LT(converted.rms(), 1e-12);
 }
 
 TEST(RegistrationErrors, NameNumbersOutOfRange) {
@@ -174,10 +244,11 @@ TEST(RegistrationErrors, NameNumbersOutOfRange) {
   EXPECT_EQ(error_with([](auto& options) { options.grid.steps = -3; }), "steps is -3; at least 1 is needed");
   Landmarks one = square("a.csv");
   one.points.conservativeResize(2, 1);
-  RegistrationOptions options;
+  RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=1";
   options.lambda.reset();
-  EXPECT_EQ(registration_error(one, one, options), "lambda auto needs at least two landmarks apart; give a number");
+  EXPECT_EQ(registration_error(one, one, options),
+            "the source has no two landmarks apart, and so no size: kernel, lambda and sigma must be numbers");
   EXPECT_THAT(registration_error(one, one), HasSubstr("alpha=auto needs at least two landmarks apart"));
 }
 

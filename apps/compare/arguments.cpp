@@ -7,7 +7,8 @@
 
 #include "known_values.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/label_pairing.hpp"
+#include "pulson/core/coordinate_frame.hpp"
+#include "pulson/core/landmark_pairs.hpp"
 #include "pulson/io/landmark_files.hpp"
 
 namespace pulson {
@@ -15,14 +16,22 @@ namespace {
 
 constexpr double kUsualSigma = 0.01;  // of the diameter
 
-// With the source or, where it is their mean, with the first of them.
-void pair_by_labels(CohortShapes& cohort, std::vector<std::string>& notes) {
+// With the source or, where it is their mean, with the first of them; in its axes and unit of length.
+void pair_shapes(CohortShapes& cohort, std::vector<std::string>& notes) {
   if (cohort.targets.empty()) return;
   const Landmarks first = cohort.source.value_or(cohort.targets.front());
-  std::vector<std::string> told;
-  for (Landmarks& target : cohort.targets) target = paired_by_labels(first, target, told);
-  if (told.empty()) return;
-  notes.push_back(told.front() + (told.size() > 1 ? fmt::format("; {} more shapes likewise", told.size() - 1) : ""));
+  std::vector<std::string> first_notes;
+  int others = 0;
+  for (Landmarks& target : cohort.targets) {
+    std::vector<std::string> of_target;
+    target = in_order_of(first, in_frame_of(first, target, of_target), of_target);
+    if (first_notes.empty())
+      first_notes = std::move(of_target);
+    else if (!of_target.empty())
+      ++others;
+  }
+  if (others > 0) first_notes.back() += fmt::format("; {} more shapes likewise", others);
+  notes.insert(notes.end(), first_notes.begin(), first_notes.end());
 }
 
 }  // namespace
@@ -94,7 +103,7 @@ CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
     all.erase(all.begin());
   }
   cohort.targets = std::move(all);
-  pair_by_labels(cohort, notes);
+  pair_shapes(cohort, notes);
   if (!cohort.source && cohort.targets.size() == 1 && !simulate.empty() && true_lambda) {
     cohort.source = cohort.targets.front();  // nothing is fitted to it
     cohort.alignment = align == "auto" ? AlignmentKind::kNone : parse_alignment(align);

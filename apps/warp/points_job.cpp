@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "messages.hpp"
+#include "pulson/core/coordinate_frame.hpp"
 #include "pulson/io/landmark_files.hpp"
 
 namespace pulson {
@@ -50,9 +51,13 @@ void put_known_points(const Points& points, const std::vector<Points*>& blocks) 
 
 }  // namespace
 
-WarpFigures warp_points(const MaterialFlow& flow, const Alignment& alignment, const WarpArguments& arguments) {
+WarpFigures warp_points(const MaterialFlow& flow, const Registration& registration, const WarpArguments& arguments) {
   LandmarkFile file = read_addressed_shapes(arguments.input);
   std::vector<std::string> notes = std::move(file.warnings);
+  for (Landmarks& shape : file.shapes) shape = in_frame_of(registration.original, shape, notes);
+  if (!registration.original.axes.empty()) file.axes = registration.original.axes;
+  if (!registration.original.units.empty()) file.units = registration.original.units;
+  const Alignment& alignment = registration.alignment;
   std::vector<Points*> blocks = blocks_of(file);
   for (const Points* block : blocks)
     if (block->rows() != flow.dimension())

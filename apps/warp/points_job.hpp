@@ -5,6 +5,6 @@
 namespace pulson {
 
 /// Landmarks carried along, in any dimension; marks that miss a coordinate stay missing. @throws InputError
-WarpFigures warp_points(const MaterialFlow& flow, const Alignment& alignment, const WarpArguments& arguments);
+WarpFigures warp_points(const MaterialFlow& flow, const Registration& registration, const WarpArguments& arguments);
 
 }  // namespace pulson

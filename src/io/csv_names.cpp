@@ -123,11 +123,14 @@ class TableNames {
     columns_.label.reset();
   }
 
-  /// A count of all lines says nothing about the landmarks.
+  /// A count of all lines names no landmarks; of one shape it numbers them.
   void drop_counters() {
     if (!columns_.label || rank_of_label() == kLandmarkRank) return;
     const bool is_index = rank_of_label() == kIndexRank || !columns_.specimen.empty();
-    if (is_index && counts_lines(records_, *columns_.label, kFirstRow)) columns_.label.reset();
+    if (is_index && counts_lines(records_, *columns_.label, kFirstRow)) {
+      columns_.are_numbered = columns_.specimen.empty();
+      columns_.label.reset();
+    }
   }
 
   void require_no_other_names() const {

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -55,7 +56,12 @@ class ShapeBuilder {
     Landmarks shape;
     const auto d = static_cast<Eigen::Index>(columns_.coordinates.size());
     shape.points = Points::Map(coordinates_.data(), d, static_cast<Eigen::Index>(labels_.size()));
-    if (columns_.label && !counts_from_one(labels_)) shape.labels = std::move(labels_);
+    if (columns_.are_numbered || (columns_.label && counts_from_one(labels_))) {
+      shape.numbers.resize(labels_.size());
+      std::iota(shape.numbers.begin(), shape.numbers.end(), 1);
+    } else if (columns_.label) {
+      shape.labels = std::move(labels_);
+    }
     if (std::any_of(groups_.begin(), groups_.end(), [](const std::string& group) { return !group.empty(); }))
       shape.groups = std::move(groups_);
     shape.name = std::move(name_);

@@ -58,6 +58,9 @@ bool sniff_fcsv(std::string_view text);
 LandmarkFile read_fcsv(const std::string& path, std::string_view text);
 WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file);
 
+bool sniff_menpo(std::string_view text);
+LandmarkFile read_menpo(const std::string& path, std::string_view text);
+
 bool sniff_labelme(std::string_view text);
 LandmarkFile read_labelme(const std::string& path, std::string_view text);
 

@@ -50,6 +50,11 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        "polygons as outlines",
        io::sniff_labelme,
        io::read_labelme},
+      {"menpo",
+       {"ljson"},
+       "landmarks of menpo: each of `groups` is a shape, points are row, column of an image, labels are groups",
+       io::sniff_menpo,
+       io::read_menpo},
       {"json",
        {"json"},
        R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
@@ -251,6 +256,10 @@ LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOpt
   if (is_recoded) contents = utf8_of_windows_1252(contents);
   LandmarkFile file = format.read(path.string(), contents);
   file.format = format.name;
+  for (Landmarks& shape : file.shapes) {
+    shape.units = file.units;
+    shape.axes = file.axes;
+  }
   if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
   name_shapes(path, file.shapes);
   if (options.negative_is_missing)

@@ -119,6 +119,8 @@ Landmarks read_shape(const Reader& reader, Points points) {
   shape.labels = reader.at("labels").texts();
   shape.groups = reader.at("groups").texts();
   if (reader.has("numbers")) shape.numbers = reader.at("numbers").as<std::vector<int>>("a list of whole numbers");
+  if (reader.has("axes")) shape.axes = reader.at("axes").text();
+  if (reader.has("units")) shape.units = reader.at("units").text();
   const auto count = static_cast<std::size_t>(shape.count());
   if (!shape.numbers.empty() && shape.numbers.size() != count)
     reader.fail("numbers", "has another length than the shape");

@@ -14,6 +14,8 @@ Json optional_json(const std::optional<Value>& value) {
 Json shape_json(const Landmarks& shape) {
   Json json = {{"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
   if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
+  if (!shape.axes.empty()) json["axes"] = shape.axes;
+  if (!shape.units.empty()) json["units"] = shape.units;
   return json;
 }
 

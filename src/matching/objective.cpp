@@ -153,7 +153,8 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
 std::vector<Index> MatchingObjective::smooth_unknowns(double part) const {
   const auto pivots = static_cast<double>(basis_.rank());
   const auto landmarks = static_cast<double>(problem_.source.cols());
-  const double least = part * problem_.lambda * std::pow(problem_.sigma / problem_.grid.time, 2) * pivots / landmarks;
+  // The basis has the eigenvalues of λK.
+  const double least = part * std::pow(problem_.lambda * problem_.sigma / problem_.grid.time, 2) * pivots / landmarks;
   const VectorXd eigenvalues = basis_.eigenvalues();
   std::vector<Index> smooth;
   for (Index i = 0; i < unknowns(); ++i) {

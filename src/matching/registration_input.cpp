@@ -5,7 +5,8 @@
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
-#include "pulson/core/label_pairing.hpp"
+#include "pulson/core/coordinate_frame.hpp"
+#include "pulson/core/landmark_pairs.hpp"
 
 namespace pulson {
 namespace {
@@ -15,21 +16,6 @@ constexpr double kLargestCoordinate = 1e100;
 constexpr double kSmallestSize = 1e-100;
 
 bool is_missing(const Landmarks& shape, int a) { return shape.points.col(a).array().isNaN().any(); }
-
-Landmarks chosen(const Landmarks& shape, const std::vector<int>& landmarks) {
-  Landmarks part = shape;
-  part.points = shape.points(Eigen::all, landmarks);
-  part.labels.clear();
-  part.groups.clear();
-  part.numbers.clear();
-  for (const int a : landmarks) {
-    part.numbers.push_back(shape.number(a));
-    const auto i = static_cast<std::size_t>(a);
-    if (!shape.labels.empty()) part.labels.push_back(shape.labels[i]);
-    if (!shape.groups.empty()) part.groups.push_back(shape.groups[i]);
-  }
-  return part;
-}
 
 void check_coordinates(const Landmarks& shape) {
   if (shape.count() == 0) throw InputError(fmt::format("{}: the shape has no landmarks", shape.source));
@@ -58,34 +44,29 @@ void check_range(const Landmarks& shape) {
                                  size, kSmallestSize));
 }
 
-void check_together(const Landmarks& source, const Landmarks& target, DataKind kind) {
+void check_together(const Landmarks& source, const Landmarks& target) {
   if (source.dimension() != target.dimension())
     throw InputError(fmt::format("the shapes have different dimensions: {} is {}D, {} is {}D", source.source,
                                  source.dimension(), target.source, target.dimension()));
-  if (kind == DataKind::kLandmarks && source.count() != target.count())
-    throw InputError(
-        fmt::format("the shapes have different numbers of landmarks: {} has {}, {} has {}{}", source.source,
-                    source.count(), target.source, target.count(),
-                    source.dimension() > 1
-                        ? "; landmarks need the same ones in both (outlines without correspondence: --data varifold)"
-                        : ""));
 }
 
-void check_distinct(const Landmarks& source) {
-  const auto pair = find_coincident(source.points);
-  if (!pair) return;
-  const std::string hint = pair->first == 0 && pair->second == source.count() - 1
-                               ? "a closed outline needs its first point only once: remove the last"
-                               : "remove or move one of them, in the target too";
-  throw InputError(fmt::format("{}: landmarks {} and {} are at the same place, so the kernel matrix is singular; {}",
-                               source.source, source.describe(pair->first), source.describe(pair->second), hint));
+// What belongs to the landmarks of the source, for these of them.
+void select_data(DataOptions& data, const std::vector<int>& landmarks) {
+  if (data.weights.size() > 0) data.weights = Eigen::VectorXd(data.weights(landmarks));
+  std::vector<Eigen::MatrixXd> covariances;
+  for (const int a : landmarks)
+    if (!data.covariances.empty()) covariances.push_back(data.covariances[static_cast<std::size_t>(a)]);
+  data.covariances = std::move(covariances);
 }
 
-std::string listed(const Landmarks& shape, const std::vector<int>& landmarks) {
-  std::string text;
-  for (std::size_t i = 0; i < landmarks.size() && i < 5; ++i)
-    text += (i > 0 ? ", " : "") + shape.describe(landmarks[i]);
-  return landmarks.size() > 5 ? text + ", …" : text;
+void select_pairs(MatchingShapes& shapes) {
+  const LandmarkPairs pairs = pair_landmarks(shapes.source, shapes.target, shapes.notes);
+  if (std::ssize(pairs.first) < shapes.source.count()) {
+    shapes.source = selected(shapes.source, pairs.first);
+    select_data(shapes.data, pairs.first);
+  }
+  const bool in_order = std::is_sorted(pairs.other.begin(), pairs.other.end());
+  if (std::ssize(pairs.other) < shapes.target.count() || !in_order) shapes.target = selected(shapes.target, pairs.other);
 }
 
 // Those left out of the source, and its others.
@@ -96,14 +77,70 @@ void leave_out_missing(MatchingShapes& shapes) {
   shapes.notes.push_back(fmt::format("{}: {} of {} landmarks miss a coordinate and are left out: {}",
                                      shapes.source.source, missing.size(), shapes.source.count(),
                                      listed(shapes.source, missing)));
-  shapes.source = chosen(shapes.source, present);
+  shapes.source = selected(shapes.source, present);
   if (shapes.data.kind != DataKind::kLandmarks) return;
-  shapes.target = chosen(shapes.target, present);
-  if (shapes.data.weights.size() > 0) shapes.data.weights = Eigen::VectorXd(shapes.data.weights(present));
-  std::vector<Eigen::MatrixXd> covariances;
-  for (const int a : present)
-    if (!shapes.data.covariances.empty()) covariances.push_back(shapes.data.covariances[static_cast<std::size_t>(a)]);
-  shapes.data.covariances = std::move(covariances);
+  shapes.target = selected(shapes.target, present);
+  select_data(shapes.data, present);
+}
+
+bool are_one_place(const Points& points, int a, int b) {
+  constexpr double kRounding = 1e-12;  // of the diameter, as in find_coincident()
+  return (points.col(a) - points.col(b)).norm() <= kRounding * diameter(points);
+}
+
+// Two landmarks as one: the first, with the data of both.
+void merge_into_first(MatchingShapes& shapes, int first, int second) {
+  std::vector<int> others;
+  for (int a = 0; a < shapes.source.count(); ++a)
+    if (a != second) others.push_back(a);
+  shapes.source = selected(shapes.source, others);
+  if (shapes.data.kind != DataKind::kLandmarks) return;
+  DataOptions& data = shapes.data;
+  Points& y = shapes.target.points;
+  const bool weighted = data.weights.size() > 0;
+  const Eigen::Vector2d weights{weighted ? data.weights[first] : 1, weighted ? data.weights[second] : 1};
+  if (y.col(first).hasNaN())
+    y.col(first) = Eigen::VectorXd(y.col(second));
+  else if (!y.col(second).hasNaN() && weights.sum() > 0)
+    y.col(first) = (weights[0] * y.col(first) + weights[1] * y.col(second)) / weights.sum();
+  if (weighted) data.weights[first] = weights.sum();
+  shapes.target = selected(shapes.target, others);
+  select_data(data, others);
+}
+
+// Whether one of the two says nothing that the other does not: they are one in the target, too, or neighbours of an
+// outline, whose ends are.
+bool is_repeated(const MatchingShapes& shapes, int first, int second) {
+  if (shapes.data.kind == DataKind::kLandmarks) {
+    const Points& y = shapes.target.points;
+    return y.col(first).hasNaN() || y.col(second).hasNaN() || are_one_place(y, first, second);
+  }
+  for (const std::vector<int>& group : landmarks_by_group(shapes.source))
+    for (std::size_t i = 0; i < group.size(); ++i)
+      if (std::minmax(group[i], group[(i + 1) % group.size()]) == std::pair<const int&, const int&>(first, second))
+        return true;
+  return false;
+}
+
+// A closed outline repeats its first point at its end, and some landmarks have two names; other landmarks that are at
+// one place no flow parts.
+void merge_coincident(MatchingShapes& shapes) {
+  while (const auto pair = find_coincident(shapes.source.points)) {
+    const auto [first, second] = *pair;
+    const Landmarks& source = shapes.source;
+    const bool repeated = is_repeated(shapes, first, second);
+    if (!repeated && !shapes.data.merge_coincident)
+      throw InputError(fmt::format(
+          "{}: landmarks {} and {} are at the same place, and apart in {}, where no flow can take them: take them as one "
+          "by --merge-coincident, or leave one out of both files",
+          source.source, source.describe(first), source.describe(second), shapes.target.source));
+    const bool closes = first == 0 && second == source.count() - 1;
+    shapes.notes.push_back(fmt::format("{}: landmarks {} and {} are at the same place{} and taken as one{}",
+                                       source.source, source.describe(first), source.describe(second),
+                                       repeated && shapes.data.kind == DataKind::kLandmarks ? " in both shapes" : "",
+                                       closes ? ": a closed outline" : ""));
+    merge_into_first(shapes, first, second);
+  }
 }
 
 void check_observed(MatchingShapes& shapes) {
@@ -132,15 +169,16 @@ void check_sizes(const Landmarks& source, const DataOptions& data) {
 }  // namespace
 
 MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data) {
-  MatchingShapes shapes{source, target, data, {}};
   for (const Landmarks* shape : {&source, &target}) check_coordinates(*shape);
-  check_together(source, target, data.kind);
+  check_together(source, target);
   check_sizes(source, data);
   for (const Landmarks* shape : {&source, &target}) check_range(*shape);
-  if (data.kind == DataKind::kLandmarks) shapes.target = paired_by_labels(source, target, shapes.notes);
+  MatchingShapes shapes{source, target, data, {}};
+  shapes.source = in_frame_of(target, source, shapes.notes);
+  if (data.kind == DataKind::kLandmarks) select_pairs(shapes);
   leave_out_missing(shapes);
+  merge_coincident(shapes);
   check_observed(shapes);
-  check_distinct(shapes.source);
   return shapes;
 }
 

@@ -15,7 +15,7 @@ bool landmark_files(std::string_view input);        ///< a file whose format is 
 bool point_lists(std::string_view input);           ///< `ROW\n` and a text for the reader of that row of formats
 bool tables(std::string_view input);                ///< the same, or `weights`, or `covariances`
 bool arrays(std::string_view input);                ///< `vtk` or `npy`
-bool json_landmarks(std::string_view input);        ///< `json`, `mrk.json` or `labelme`
+bool json_landmarks(std::string_view input);        ///< `json`, `mrk.json`, `labelme` or `menpo`
 bool shapes(std::string_view input);                ///< for all writers, made from bytes
 bool grid_fields(std::string_view input);           ///< MetaImage and NRRD
 bool specs(std::string_view input);                 ///< of kernels, noises, integrators

@@ -24,7 +24,7 @@ bool point_lists(std::string_view input) {
 
 bool arrays(std::string_view input) { return read_as_row(input, {"vtk", "npy"}); }
 
-bool json_landmarks(std::string_view input) { return read_as_row(input, {"json", "mrk.json", "labelme"}); }
+bool json_landmarks(std::string_view input) { return read_as_row(input, {"json", "mrk.json", "labelme", "menpo"}); }
 
 namespace {
 

@@ -42,6 +42,9 @@ struct DataOptions {
   CurveEnds ends = CurveEnds::kAuto;           ///< of curves
   Eigen::VectorXd weights{};                   ///< of landmarks; empty: all 1
   std::vector<Eigen::MatrixXd> covariances{};  ///< of landmarks, instead of σ²I
+  /// Whether landmarks at one place in the source alone become one, whose target is the mean of theirs. Those at one
+  /// place in both shapes always do, and of outlines neighbours and both ends.
+  bool merge_coincident = false;
 };
 
 /// Everything that defines a registration, as specifications. No default depends on the unit of length.

@@ -1,0 +1,139 @@
+#include "pulson/core/landmark_pairs.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+using Places = std::map<std::string, int>;
+
+// Labels and numbers pair if at least this part of the smaller shape's, and so many, are the other's.
+constexpr double kLeastCommon = 0.5;
+constexpr int kFewestCommon = 2;
+
+/// Where each label, or else number, is; none where they do not name all landmarks, each by another name.
+std::optional<Places> places_of(const Landmarks& shape) {
+  if (shape.labels.empty() && shape.numbers.empty()) return std::nullopt;
+  Places places;
+  for (int a = 0; a < shape.count(); ++a) {
+    const std::string name =
+        shape.labels.empty() ? fmt::to_string(shape.number(a)) : shape.labels[static_cast<std::size_t>(a)];
+    if (name.empty() || !places.try_emplace(name, a).second) return std::nullopt;
+  }
+  return places;
+}
+
+std::vector<int> others_than(const std::vector<int>& chosen, int count) {
+  std::vector<bool> is_chosen(static_cast<std::size_t>(count));
+  for (const int a : chosen) is_chosen[static_cast<std::size_t>(a)] = true;
+  std::vector<int> others;
+  for (int a = 0; a < count; ++a)
+    if (!is_chosen[static_cast<std::size_t>(a)]) others.push_back(a);
+  return others;
+}
+
+void note_left_out(const Landmarks& shape, const std::vector<int>& chosen, const Landmarks& other,
+                   std::vector<std::string>& notes) {
+  const std::vector<int> left = others_than(chosen, shape.count());
+  if (left.empty()) return;
+  notes.push_back(fmt::format("{}: {} of {} landmarks {} not in {} and {} left out: {}", shape.source, left.size(),
+                              shape.count(), left.size() == 1 ? "is" : "are", other.source,
+                              left.size() == 1 ? "is" : "are", listed(shape, left)));
+}
+
+std::string of_kind(const Landmarks& shape) { return shape.labels.empty() ? "numbers" : "labels"; }
+
+LandmarkPairs pairs_by_order(const Landmarks& first, const Landmarks& other) {
+  if (first.count() != other.count())
+    throw InputError(fmt::format(
+        "the shapes have different numbers of landmarks: {} has {}, {} has {}; landmarks need the same ones in both, or "
+        "labels or numbers that say which belong together{}",
+        first.source, first.count(), other.source, other.count(),
+        first.dimension() > 1 ? " (outlines without correspondence: --data varifold)" : ""));
+  std::vector<int> all(static_cast<std::size_t>(first.count()));
+  std::iota(all.begin(), all.end(), 0);
+  return {all, all};
+}
+
+}  // namespace
+
+LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std::vector<std::string>& notes) {
+  const std::optional<Places> wanted = places_of(first), given = places_of(other);
+  if (!wanted || !given) return pairs_by_order(first, other);
+  std::vector<std::pair<int, int>> found;
+  std::string elsewhere;
+  for (const auto& [name, a] : *wanted) {
+    const auto place = given->find(name);
+    if (place == given->end()) continue;
+    found.emplace_back(a, place->second);
+    if (elsewhere.empty() && place->second != a) elsewhere = first.describe(a);
+  }
+  const auto common = static_cast<int>(found.size());
+  const int smaller = std::min(first.count(), other.count());
+  if (common < std::min(kFewestCommon, smaller) || common < kLeastCommon * smaller) {
+    if (!elsewhere.empty() && first.count() == other.count())
+      notes.push_back(fmt::format(
+          "{} and {}: the landmark {} is at different places and most other labels differ; landmarks are paired by their "
+          "order",
+          first.source, other.source, elsewhere));
+    return pairs_by_order(first, other);
+  }
+  std::sort(found.begin(), found.end());
+  LandmarkPairs pairs;
+  for (const auto& [a, b] : found) {
+    pairs.first.push_back(a);
+    pairs.other.push_back(b);
+  }
+  if (!std::is_sorted(pairs.other.begin(), pairs.other.end()))
+    notes.push_back(fmt::format("{}: its landmarks are in another order than those of {}; they are paired by their {}",
+                                other.source, first.source, of_kind(first)));
+  note_left_out(first, pairs.first, other, notes);
+  note_left_out(other, pairs.other, first, notes);
+  return pairs;
+}
+
+Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks) {
+  Landmarks part = shape;
+  part.points = shape.points(Eigen::all, landmarks);
+  part.labels.clear();
+  part.groups.clear();
+  part.numbers.clear();
+  for (const int a : landmarks) {
+    part.numbers.push_back(shape.number(a));
+    const auto i = static_cast<std::size_t>(a);
+    if (!shape.labels.empty()) part.labels.push_back(shape.labels[i]);
+    if (!shape.groups.empty()) part.groups.push_back(shape.groups[i]);
+  }
+  return part;
+}
+
+Landmarks in_order_of(const Landmarks& first, const Landmarks& other, std::vector<std::string>& notes) {
+  const LandmarkPairs pairs = pair_landmarks(first, other, notes);
+  if (pairs.first.size() == pairs.other.size() && std::ssize(pairs.first) == first.count())
+    return selected(other, pairs.other);
+  Landmarks result = other;
+  result.points.setConstant(other.dimension(), first.count(), std::numeric_limits<double>::quiet_NaN());
+  result.points(Eigen::all, pairs.first) = other.points(Eigen::all, pairs.other);
+  result.labels = first.labels;
+  result.groups = first.groups;
+  result.numbers = first.numbers;
+  return result;
+}
+
+std::string listed(const Landmarks& shape, const std::vector<int>& landmarks) {
+  constexpr std::size_t kMost = 5;
+  std::string text;
+  for (std::size_t i = 0; i < landmarks.size() && i < kMost; ++i)
+    text += (i > 0 ? ", " : "") + shape.describe(landmarks[i]);
+  return landmarks.size() > kMost ? text + ", …" : text;
+}
+
+}  // namespace pulson

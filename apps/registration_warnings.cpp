@@ -1,5 +1,7 @@
 #include "registration_warnings.hpp"
 
+#include <cmath>
+
 #include <fmt/core.h>
 
 #include "messages.hpp"
@@ -50,8 +52,9 @@ std::vector<std::string> registration_warnings(const Registration& registration)
                                 registration.rms(), registration.rms() / registration.sigma,
                                 100 * registration.rms() / registration.initial_rms(), remedy(registration)));
   if (!registration.converged)
-    texts.push_back(
-        fmt::format("not converged: {} after {} iterations", registration.stop_reason, registration.iterations));
+    texts.push_back(fmt::format("not converged: {} after {} iterations{}", registration.stop_reason,
+                                registration.iterations,
+                                registration.matched() ? "; " + remedy(registration) : std::string()));
   return texts;
 }
 

@@ -129,7 +129,7 @@ TEST_F(CompareProgram, Refuses) {
   expect_refused(pair + "--align round", "unknown alignment 'round'");
   expect_refused(pair + "--kernel gaussina", "gaussina");
   expect_refused(pair + "--simulate ch-ds", "ch-ds");
-  expect_refused(sample("ellipse_source") + ' ' + sample("cs_target") + " -o out --no-picture", "40 landmarks");
+  expect_refused(sample("ellipse_source") + ' ' + sample("cs_target") + " -o out --no-picture", "ellipse_source.csv has 40, ");
   expect_refused("shapes.csv -o out --no-picture", "one shape is its own mean");
   expect_refused("missing.csv -o out --no-picture", "missing.csv");
   expect_refused(ellipse() + " --no-picture -o file/out", "file");

@@ -123,7 +123,7 @@ TEST_F(Unreadable, IsRefused) {
             "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
   EXPECT_EQ(
       read_error("notes.txt", "Landmark 1 is the tip\n"),
-      "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, json, tps, ibug, elastix, "
+      "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, menpo, json, tps, ibug, elastix, "
       "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
       "'Landmark 1 is the tip'");
 }

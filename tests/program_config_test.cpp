@@ -73,7 +73,7 @@ TEST_F(ConfiguredProgram, PrefersTheCommandLineToTheFile) {
   EXPECT_EQ(registered("register --steps 5 --config run.toml --noise none")["steps"], 5);
   EXPECT_EQ(registered("register --config run.toml --dt 0.5")["steps"], 2) << "dt excludes the file's steps";
   write("c.csv", "x,y\n0.5,0\n1,0\n0,1\n");
-  EXPECT_EQ(registered("register c.csv --config run.toml")["source"][0][0], 0.5);
+  EXPECT_EQ(registered("register c.csv --config run.toml")["original"][0][0], 0.5);
 }
 
 TEST_F(ConfiguredProgram, PrefersTheSectionToWhatStandsAboveAll) {
@@ -166,7 +166,7 @@ TEST_F(ConfiguredProgram, PrintsAConfigurationThatRepeatsTheRun) {
   EXPECT_THAT(printed.out, HasSubstr("dt = 0.1\n"));
   EXPECT_THAT(printed.out, HasSubstr("seed = 7\n"));
   EXPECT_THAT(printed.out, HasSubstr("no-picture = true\n"));
-  EXPECT_THAT(printed.out, HasSubstr("sigma = 0.01\n")) << "defaults as well";
+  EXPECT_THAT(printed.out, HasSubstr("sigma = \"0.5%\"\n")) << "defaults as well";
   EXPECT_THAT(printed.out, Not(HasSubstr("steps")));
   write("run.toml", printed.out);
   EXPECT_EQ(run(words("register --config run.toml --print-config")).out, printed.out);

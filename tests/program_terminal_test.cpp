@@ -168,7 +168,7 @@ TEST_F(TerminalProgram, TellsAsMuchAsIsAsked) {
   const ProgramRun verbose = run(joined(fit, {"-v"}));
   EXPECT_EQ(verbose.out.substr(0, 40), usual.out.substr(0, 40));
   EXPECT_THAT(verbose.err, AllOf(HasSubstr(" s read a.csv and b.csv: 3 and 3 landmarks in 2D\n"),
-                                 HasSubstr(" s iteration 1: cost "), HasSubstr(" s fitted: kernel gaussian:alpha="),
+                                 HasSubstr(" s iteration 1: cost "), HasSubstr(" s fitted: kernel matern32:alpha="),
                                  HasSubstr(" s wrote the results\n"), Not(HasSubstr("\r"))));
   const ProgramRun both = run(joined(fit, words("-q -v")));
   EXPECT_EQ(both.exit_code, 2);

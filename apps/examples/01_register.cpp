@@ -1,7 +1,7 @@
 // Reads two shapes, flows the first onto the second, and says how close it came.
 //
 //   $ 01_register
-//   rms 3.295e-05, before 0.3034
+//   rms 0.003387, before 0.2841
 
 #include <iostream>
 

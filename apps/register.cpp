@@ -91,7 +91,7 @@ int run_register(const RegisterArguments& arguments) {
   tell_step("wrote the results");
   tell_notes(notes);
   if (arguments.output.prints()) {
-    print_registration(registration, facts);
+    print_registration(registration, facts, arguments.options.kernel);
     arguments.output.print_written(kRegistrationFiles, kRegistrationPictures);
   }
   if (registration.noise == "none" && options.noise != "none")

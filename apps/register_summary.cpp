@@ -17,13 +17,17 @@ void print_alignment(const Registration& registration) {
              before > 0 ? 100 * (1 - registration.initial_rms() / before) : 0);
 }
 
-void print_kernel(const Registration& registration) {
+void print_kernel(const Registration& registration, const std::string& asked) {
   fmt::print("kernel     {}", registration_system(registration).kernel.spec(4));
   if (const auto& fitted = registration.fitted_kernel)
     fmt::print(", of greatest likelihood; predicts a left-out landmark to {:.3g}{}", fitted->prediction_error,
                registration.alignment.kind == AlignmentKind::kNone
                    ? fmt::format(" (at rest: {:.3g})", fitted->alignment_error)
                    : fmt::format(" (alignment alone: {:.3g})", fitted->alignment_error));
+  else if (asked == "auto")
+    fmt::print("{}", registration.data.kind == DataKind::kLandmarks
+                         ? ", as wide as the shape: too few landmarks to fit a width"
+                         : ", a quarter of the diameter");
   fmt::print("\n");
 }
 
@@ -95,11 +99,12 @@ void print_costs(const Registration& registration, const RegistrationFacts& fact
 
 }  // namespace
 
-void print_registration(const Registration& registration, const RegistrationFacts& facts) {
+void print_registration(const Registration& registration, const RegistrationFacts& facts,
+                        const std::string& asked_kernel) {
   fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
              counted(registration.source.count(), "landmark"), registration.source.dimension());
   print_alignment(registration);
-  print_kernel(registration);
+  print_kernel(registration, asked_kernel);
   print_distances(registration);
   print_model(registration);
   if (facts.fitted) print_fitted(*facts.fitted);

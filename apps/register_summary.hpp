@@ -7,7 +7,8 @@
 
 namespace pulson {
 
-/// What a registration found, for people, on standard output.
-void print_registration(const Registration& registration, const RegistrationFacts& facts);
+/// What a registration found, for people, on standard output. @param asked_kernel a specification, or `auto`
+void print_registration(const Registration& registration, const RegistrationFacts& facts,
+                        const std::string& asked_kernel);
 
 }  // namespace pulson

@@ -34,7 +34,7 @@ std::string remedy(const Registration& registration) {
     return fmt::format("try --align similarity, which leaves {:.0f} % of the distance",
                        100 * left_by_similarity(registration));
   const bool has_noise = registration.noise != "none";
-  const std::string noise = "try --noise ch-sd:beta=10%, position noise that lets landmarks pass each other";
+  const std::string noise = "try --noise ch-sd:beta=100%, position noise that lets landmarks pass each other";
   if (registration.source.dimension() == 1 && !has_noise)
     if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
       return fmt::format("{} another order in the target, which no flow can reach: {}",

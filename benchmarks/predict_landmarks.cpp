@@ -1,12 +1,14 @@
 // How well the map of a registration with all defaults predicts a landmark that it did not see, beside what needs no
 // deformation model: a table in Markdown, see docs/matching.md, "Kernel".
 //
-//   predict_landmarks [--draws 200] [--seed 1] NAME=FILE[,FILE…] …
+//   predict_landmarks [--draws 200] [--seed 1] [--families] NAME=FILE[,FILE…] …
 //
 // For each draw: two shapes of the cohort and one landmark, left out of both; the shapes are registered, and the
 // landmark of the first is moved. Its distance to that of the second, over the root mean square radius of the second.
+//
+// --families: the same by the linear model of fit_displacements() for each family of kernels; every landmark of a draw
+// is left out in turn.
 
-#include <array>
 #include <cmath>
 #include <exception>
 #include <map>
@@ -101,14 +103,23 @@ Errors left_out(const Landmarks& first, const Landmarks& second, Index landmark)
   return errors;
 }
 
-void print_row(const Cohort& cohort, int draws, unsigned seed) {
+struct Draw {
+  std::size_t first, second, landmark;
+};
+
+std::vector<Draw> draw(const Cohort& cohort, int draws, unsigned seed) {
   std::mt19937 generator(seed);
-  std::vector<std::array<std::size_t, 3>> chosen;
+  std::vector<Draw> chosen;
   for (int i = 0; i < draws; ++i) {
     const std::size_t first = generator() % cohort.shapes.size();
     const std::size_t second = (first + 1 + generator() % (cohort.shapes.size() - 1)) % cohort.shapes.size();
     chosen.push_back({first, second, generator() % static_cast<std::size_t>(cohort.shapes.front().count())});
   }
+  return chosen;
+}
+
+void print_row(const Cohort& cohort, int draws, unsigned seed) {
+  const std::vector<Draw> chosen = draw(cohort, draws, seed);
   std::vector<Errors> errors(chosen.size());
   parallel_for(draws, [&](int i) {
     const auto [first, second, landmark] = chosen[static_cast<std::size_t>(i)];
@@ -142,21 +153,78 @@ void print_row(const Cohort& cohort, int draws, unsigned seed) {
   std::fflush(stdout);
 }
 
+// Root mean square error of the landmarks left out in turn, by each family, the alignment and the spline.
+std::map<std::string, double> family_errors(const Landmarks& first, const Landmarks& second) {
+  const Points source = align(first.points, second.points, AlignmentKind::kSimilarity).apply(first.points);
+  DisplacementOptions options;
+  options.alignment = AlignmentKind::kSimilarity;
+  options.sigma = 0.005 * diameter(source);
+  std::map<std::string, double> errors;
+  for (const auto& [name, profile] : {std::pair{"gaussian", KernelProfile::kGaussian},
+                                      {"matern52", KernelProfile::kMatern52},
+                                      {"matern32", KernelProfile::kMatern32},
+                                      {"peakon", KernelProfile::kPeakon}}) {
+    options.profile = profile;
+    const auto model = fit_displacements(source, second.points, options);
+    if (!model) return {};
+    errors[name] = model->prediction_error;
+    errors["similarity"] = model->alignment_error;
+  }
+  double squares = 0;
+  for (Index out = 0; out < source.cols(); ++out) {
+    std::vector<Index> others;
+    for (Index a = 0; a < source.cols(); ++a)
+      if (a != out) others.push_back(a);
+    const Points predicted = thin_plate(source(Eigen::all, others), second.points(Eigen::all, others), source.col(out));
+    squares += (predicted - second.points.col(out)).squaredNorm();
+  }
+  errors["thin-plate spline"] = std::sqrt(squares / static_cast<double>(source.cols()));
+  return errors;
+}
+
+void print_families(const Cohort& cohort, int draws, unsigned seed) {
+  const std::vector<Draw> chosen = draw(cohort, draws, seed);
+  std::vector<std::map<std::string, double>> errors(chosen.size());
+  parallel_for(draws, [&](int i) {
+    const Draw& each = chosen[static_cast<std::size_t>(i)];
+    errors[static_cast<std::size_t>(i)] = family_errors(cohort.shapes[each.first], cohort.shapes[each.second]);
+  });
+  std::map<std::string, double> sum;
+  for (const auto& of_draw : errors)
+    for (const auto& [name, error] : of_draw) sum[name] += error;
+  const double rival = std::min(sum["similarity"], sum["thin-plate spline"]);
+  fmt::print("| {} ", cohort.name);
+  for (const char* name : {"gaussian", "matern52", "matern32", "peakon"}) fmt::print("| {:.3f} ", sum[name] / rival);
+  fmt::print("|\n");
+  std::fflush(stdout);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App program("Predicts left-out landmarks");
   int draws = 200;
   unsigned seed = 1;
+  bool families = false;
   std::vector<std::string> cohorts;
   program.add_option("--draws", draws)->capture_default_str();
   program.add_option("--seed", seed)->capture_default_str();
+  program.add_flag("--families", families);
   program.add_option("COHORT", cohorts, "NAME=FILE[,FILE…]")->required();
   CLI11_PARSE(program, argc, argv);
   try {
-    fmt::print("| cohort | shapes × landmarks | similarity | affine | thin-plate spline | pulson, all defaults | over the "
-               "better | not matched | not converged | refused |\n|---|---|---|---|---|---|---|---|---|---|\n");
-    for (const std::string& cohort : cohorts) print_row(read_cohort(cohort), draws, seed);
+    if (families)
+      fmt::print("| cohort | gaussian | matern52 | matern32 | peakon |\n|---|---|---|---|---|\n");
+    else
+      fmt::print("| cohort | shapes × landmarks | similarity | affine | thin-plate spline | pulson, all defaults | over "
+                 "the better | not matched | not converged | refused |\n|---|---|---|---|---|---|---|---|---|---|\n");
+    for (const std::string& argument : cohorts) {
+      const Cohort cohort = read_cohort(argument);
+      if (families)
+        print_families(cohort, draws, seed);
+      else
+        print_row(cohort, draws, seed);
+    }
   } catch (const std::exception& error) {
     fmt::print(stderr, "predict_landmarks: {}\n", error.what());
     return 2;

@@ -13,7 +13,9 @@
 namespace pulson {
 namespace {
 
-constexpr double kUnfittedWidth = 0.25;  // of a kernel whose width nothing shows, in diameters
+// Widths of kernels that nothing is fitted to, in diameters: few landmarks move together, outlines have detail.
+constexpr double kWidthOfFew = 1;
+constexpr double kWidthOfCurves = 0.25;
 
 MatchingMode choose_mode(const RegistrationOptions& options, bool noisy) {
   const MatchingMode mode = options.mode.value_or(noisy ? MatchingMode::kMap : MatchingMode::kDeterministic);
@@ -136,10 +138,12 @@ Scales choose_scales(const MatchingShapes& shapes, const Points& q0, const Regis
   model.alignment = alignment;
   model.sigma = sigma;
   model.lambda = options.lambda;
-  if (shapes.data.kind == DataKind::kLandmarks)
+  const bool curves = shapes.data.kind != DataKind::kLandmarks;
+  if (!curves)
     if (const auto fitted = fit_displacements(q0, shapes.target.points, model))
       return {KernelOperator({fitted->kernel}), fitted->lambda, sigma, fitted};
-  return {KernelOperator({{model.profile, kUnfittedWidth * size, 1}}), lambda, sigma, std::nullopt};
+  const double width = (curves ? kWidthOfCurves : kWidthOfFew) * size;
+  return {KernelOperator({{model.profile, width, 1}}), lambda, sigma, std::nullopt};
 }
 
 }  // namespace

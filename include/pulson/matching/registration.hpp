@@ -50,7 +50,7 @@ struct DataOptions {
 /// Everything that defines a registration, as specifications. No default depends on the unit of length.
 struct RegistrationOptions {
   /// `auto`: `matern32` with a width, and where none is given a weight λ, of greatest likelihood: fit_displacements();
-  /// of a quarter of the diameter for curves and few landmarks, which cannot show one
+  /// of one diameter for few landmarks, which cannot show one, and of a quarter for curves
   std::string kernel = "auto";
   std::string noise = "none";
   std::optional<MatchingMode> mode{};  ///< default: `map` where there is noise, else `deterministic`

@@ -339,8 +339,11 @@ std::vector<BankProblem> chosen_problems(const Settings& settings) {
   std::erase_if(problems, [&](const BankProblem& problem) {
     return (problem.large && !settings.large) || !std::regex_search(problem.name, only);
   });
-  for (BankProblem& problem : problems)
-    if (!is_compared(problem, settings)) problem.mode = settings.noise_mode;
+  for (BankProblem& problem : problems) {
+    if (is_compared(problem, settings)) continue;
+    problem.mode = settings.noise_mode;
+    problem.closed_form.reset();
+  }
   return problems;
 }
 

@@ -167,6 +167,13 @@ INSTANTIATE_TEST_SUITE_P(Table, NoiseContract, testing::ValuesIn(cases()), [](co
 
 // ---- values and derivatives against the definition
 
+TEST_P(NoiseContract, IsLinearInTheMomentaWhereItSaysSo) {
+  in_each_dimension([](const Subject& s) {
+    const Eigen::VectorXd at_rest = s.noise->potentials({s.state.q, Points::Zero(s.d, kCount)});
+    EXPECT_EQ(s.traits.linear, s.channels > 0 && at_rest.isZero(0));
+  });
+}
+
 TEST_P(NoiseContract, HasThePotentialsOfItsDefinition) {
   in_each_dimension([](const Subject& s) {
     s.noise->check(s.d, kCount);

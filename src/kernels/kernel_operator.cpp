@@ -1,5 +1,6 @@
 #include "pulson/kernels/kernel_operator.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -237,9 +238,26 @@ Points KernelOperator::hessian(const Points& q, const Points& p, const Points& d
 }
 
 Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {
+  const CoordinateRows targets(x), sources(y);
+  CoordinateRows unit(sources.stride(), x.rows());  // the first coordinate of all sources is 1
+  std::fill_n(unit.data(), sources.stride(), 1.0);
   Eigen::MatrixXd matrix(x.cols(), y.cols());
-  for (Eigen::Index j = 0; j < y.cols(); ++j)
-    for (Eigen::Index i = 0; i < x.cols(); ++i) matrix(i, j) = jet((x.col(i) - y.col(j)).squaredNorm()).value;
+  for (Eigen::Index j = 0; j < y.cols(); ++j) {
+    CoordinateRows column(targets.stride(), x.rows());
+    PairSumArguments arguments{.sum = PairSum::kApply,
+                               .dimension = static_cast<int>(x.rows()),
+                               .term = {},
+                               .targets = static_cast<std::size_t>(x.cols()),
+                               .sources = 1,
+                               .target_stride = targets.stride(),
+                               .source_stride = sources.stride(),
+                               .x = targets.data(),
+                               .y = sources.data() + j,
+                               .a = unit.data(),
+                               .out = column.data()};
+    run(arguments, terms_);
+    matrix.col(j) = Eigen::Map<const Eigen::VectorXd>(column.data(), x.cols());
+  }
   return matrix;
 }
 

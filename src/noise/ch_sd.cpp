@@ -15,7 +15,7 @@ struct ChSd : NoiseFormula {
   std::vector<std::string> parameter_names() const { return {"beta"}; }
   std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("ch-sd:beta={}{}", theta[0], on.spec()); }
   int channels(int dimension, int count) const { return dimension * on.count(count); }
-  NoiseTraits traits() const { return {.moves_positions = true, .diffeomorphic = false}; }
+  NoiseTraits traits() const { return {.moves_positions = true, .diffeomorphic = false, .linear = true}; }
   void check(int /*dimension*/, int count, const std::string& spec) const { on.check(count, spec); }
 
   template <class T>
@@ -46,14 +46,15 @@ struct NoNoise : NoiseFormula {
 }  // namespace
 
 NoiseTable::Row ch_sd() {
-  return {"ch-sd",
-          {{"beta", "", "amplitude, length per square root of time; 50%: of the diameter", true}, LandmarkChoice::info()},
-          "h = beta p_a: noise in the positions; landmarks may pass through each other (paper, section 5.1)",
-          [](const Parameters& parameters, const Landmarks&) {
-            ChSd formula;
-            formula.on = LandmarkChoice(parameters);
-            return make_differentiated(std::move(formula), {parameters.positive("beta")});
-          }};
+  return {
+      "ch-sd",
+      {{"beta", "", "amplitude, length per square root of time; 50%: of the diameter", true}, LandmarkChoice::info()},
+      "h = beta p_a: noise in the positions; landmarks may pass through each other (paper, section 5.1)",
+      [](const Parameters& parameters, const Landmarks&) {
+        ChSd formula;
+        formula.on = LandmarkChoice(parameters);
+        return make_differentiated(std::move(formula), {parameters.positive("beta")});
+      }};
 }
 
 NoiseTable::Row no_noise() {

@@ -27,7 +27,8 @@ struct ChSdScreened : NoiseFormula {
             .additive = false,
             .compensated = true,
             .diffeomorphic = false,
-            .local = false};
+            .local = false,
+            .linear = true};
   }
   void check(int /*dimension*/, int count, const std::string& spec) const {
     on.check(count, spec);

@@ -126,7 +126,8 @@ struct PSd : NoiseFormula {
             .moves_momenta = !is_constant(),
             .additive = is_constant(),
             .compensated = !is_constant(),
-            .translation_invariant = is_constant()};
+            .translation_invariant = is_constant(),
+            .linear = true};
   }
   void check(int dimension, int /*count*/, const std::string& spec) const {
     if (fields.has_centres() && fields.centres().rows() != dimension)

@@ -22,7 +22,7 @@ class SumOfNoises final : public NoiseModel {
     return sum;
   }
   NoiseTraits traits() const override {
-    NoiseTraits all;
+    NoiseTraits all{.linear = true};
     for (const auto& term : terms_) {
       const NoiseTraits one = term->traits();
       all.moves_positions |= one.moves_positions;
@@ -33,6 +33,7 @@ class SumOfNoises final : public NoiseModel {
       all.translation_invariant &= one.translation_invariant;
       all.diffeomorphic &= one.diffeomorphic;
       all.local &= one.local;
+      all.linear &= one.linear;
     }
     return all;
   }

@@ -17,7 +17,8 @@ struct NoiseTraits {
   bool hamiltonian = true;            ///< there is no friction
   bool translation_invariant = true;  ///< h_i(q + c, p) = h_i(q, p), so that total momentum is kept
   bool diffeomorphic = true;          ///< landmarks cannot pass each other in the limit Δt → 0
-  bool local = true;  ///< each potential is a sum over landmarks, so that ∇²h_w has d×d blocks alone
+  bool local = true;    ///< each potential is a sum over landmarks, so that ∇²h_w has d×d blocks alone
+  bool linear = false;  ///< every h_i is linear in p: h_i(q, 0) = 0
 };
 
 /// A noise model of the stochastic Hamiltonian system (11): channels i = 1..C, each a potential h_i(q,p), affine in p,

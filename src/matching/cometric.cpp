@@ -1,0 +1,149 @@
+#include "cometric.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRegularisation = 1e-10;
+
+// Whether M = I ⊗ (N×N), index a·d + axis.
+bool is_isotropic(const Eigen::SparseMatrix<double>& m, Index d) {
+  for (Index column = 0; column < m.outerSize(); ++column)
+    for (Eigen::SparseMatrix<double>::InnerIterator it(m, column); it; ++it) {
+      if (it.row() % d != column % d) return false;
+      if (it.value() != m.coeff(it.row() - it.row() % d, column - column % d)) return false;
+    }
+  return true;
+}
+
+Eigen::SparseMatrix<double> of_one_axis(const Eigen::SparseMatrix<double>& m, Index d) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index column = 0; column < m.outerSize(); column += d)
+    for (Eigen::SparseMatrix<double>::InnerIterator it(m, column); it; ++it)
+      entries.emplace_back(it.row() / d, column / d, it.value());
+  Eigen::SparseMatrix<double> one(m.rows() / d, m.cols() / d);
+  one.setFromTriplets(entries.begin(), entries.end());
+  return one;
+}
+
+}  // namespace
+
+double regularisation(const KernelOperator& kernel) { return kRegularisation * kernel.at_zero(); }
+
+NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q) {
+  const auto channels = static_cast<Index>(noise.channels(static_cast<int>(q.rows()), static_cast<int>(q.cols())));
+  if (!noise.traits().moves_positions) return {Eigen::SparseMatrix<double>(q.cols(), q.cols()), true};
+  const PhaseState rest{q, Points::Zero(q.rows(), q.cols())};
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index i = 0; i < channels; ++i) {
+    const VectorXd column = noise.gradient(rest, VectorXd::Unit(channels, i)).p.reshaped();
+    for (Index row = 0; row < column.size(); ++row)
+      if (column[row] != 0) entries.emplace_back(row, i, column[row]);
+  }
+  Eigen::SparseMatrix<double> fields(q.size(), channels);
+  fields.setFromTriplets(entries.begin(), entries.end());
+  Eigen::SparseMatrix<double> all = fields * fields.transpose();
+  if (is_isotropic(all, q.rows())) return {of_one_axis(all, q.rows()), true};
+  return {std::move(all), false};
+}
+
+Cometric::Cometric(const KernelOperator& kernel, const NoiseCometric& noise, double lambda, const Points& q)
+    : dimension_(q.rows()), isotropic_(noise.isotropic) {
+  const MatrixXd gram = kernel.gram(q, q);
+  if (isotropic_) {
+    matrix_ = gram;
+  } else {
+    matrix_ = MatrixXd::Zero(q.size(), q.size());
+    for (Index axis = 0; axis < dimension_; ++axis) {
+      const auto every = Eigen::seqN(axis, q.cols(), dimension_);
+      matrix_(every, every) = gram;
+    }
+  }
+  matrix_ += lambda * noise.matrix;
+  matrix_.diagonal().array() += regularisation(kernel);
+  diagonal_ = matrix_.diagonal();
+  const Eigen::LLT<Eigen::Ref<MatrixXd>> in_place(matrix_);
+  regular_ = in_place.info() == Eigen::Success;
+}
+
+namespace {
+
+// f(V), V with a row or a column for each line of the matrix.
+template <class Function>
+Points of_lines(const Points& v, bool isotropic, const Function& f) {
+  MatrixXd lines = isotropic ? MatrixXd(v.transpose()) : MatrixXd(v.reshaped());
+  f(lines);
+  return isotropic ? Points(lines.transpose()) : Points(lines.reshaped(v.rows(), v.cols()));
+}
+
+}  // namespace
+
+Points Cometric::apply(const Points& p) const {
+  return of_lines(p, isotropic_, [&](MatrixXd& lines) {
+    const auto root = matrix_.triangularView<Eigen::Lower>();
+    for (Index column = 0; column < lines.cols(); ++column) {
+      const VectorXd half = root.transpose() * lines.col(column);
+      lines.col(column) = root * half;
+    }
+  });
+}
+
+Points Cometric::solve(const Points& v) const {
+  return of_lines(v, isotropic_, [&](MatrixXd& lines) {
+    const auto root = matrix_.triangularView<Eigen::Lower>();
+    for (Index column = 0; column < lines.cols(); ++column) {
+      VectorXd line = lines.col(column);
+      root.solveInPlace(line);
+      root.transpose().solveInPlace(line);
+      lines.col(column) = line;
+    }
+  });
+}
+
+void Cometric::add_transformed(const MatrixXd& psi, double dt, Index b, MatrixXd& sum) const {
+  const Index d = dimension_, n = psi.cols();
+  // A block row by row: of column (b, m) of A what is above the diagonal, and of the blocks (a, b) with a < b all.
+  const auto column_of = [&](Index l, Index m) -> VectorXd {
+    if (isotropic_) return matrix_.col(b).head(b + 1);
+    return matrix_(Eigen::seqN(l, b + 1, d), b * d + m);
+  };
+  std::vector<VectorXd> columns;  // (l, m), of one axis where the others are equal
+  if (isotropic_) {
+    columns.push_back(column_of(0, 0));
+    columns.front()[b] = diagonal_[b];
+  } else {
+    for (Index m = 0; m < d; ++m)
+      for (Index l = 0; l < d; ++l) {
+        columns.push_back(column_of(l, m));
+        const Index row = b * d + l, column = b * d + m;
+        columns.back()[b] = row == column ? diagonal_[row] : matrix_(std::min(row, column), std::max(row, column));
+      }
+  }
+  for (Index j = 0; j < d; ++j)
+    for (Index i = 0; i < d; ++i) {
+      // (i, a; j, b) with a ≤ b: above the diagonal of the whole where i ≤ j; else its mirror image is, and a = b is
+      // there already.
+      VectorXd part = VectorXd::Zero(b + 1);
+      for (Index l = 0; l < d; ++l) {
+        const auto of_a = psi.row(i + l * d).head(b + 1).transpose().array();
+        if (isotropic_) {
+          part.array() += (dt * psi(j + l * d, b)) * of_a * columns.front().array();
+          continue;
+        }
+        for (Index m = 0; m < d; ++m)
+          part.array() += (dt * psi(j + m * d, b)) * of_a * columns[static_cast<std::size_t>(l + m * d)].array();
+      }
+      if (i <= j)
+        sum.col(j * n + b).segment(i * n, b + 1) += part;
+      else
+        sum.row(j * n + b).segment(i * n, b) += part.head(b).transpose();
+    }
+}
+
+}  // namespace pulson

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Sparse>
+
+#include "pulson/dynamics/effective_hamiltonian.hpp"
+
+namespace pulson {
+
+/// Σ_i h_i,p h_i,pᵀ of a noise model at one configuration, dN×dN (index a·d + axis), or N×N where it is the same for
+/// each axis and couples none to another.
+struct NoiseCometric {
+  Eigen::SparseMatrix<double> matrix;
+  bool isotropic = true;
+};
+
+NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q);
+
+/// ε K(0): a trace of noise on every landmark, which makes the problem without noise regular where K is singular in
+/// working precision: momenta p move their landmarks by εK(0)p T besides.
+double regularisation(const KernelOperator& kernel);
+
+/// The cometric A(q) = K(q) + λ Σ_i h_i,p h_i,pᵀ + εK(0) of H_tot = ½ p·A(q)p, and its Cholesky factors.
+class Cometric {
+ public:
+  /// @param noise λ times it is added
+  Cometric(const KernelOperator& kernel, const NoiseCometric& noise, double lambda, const Points& q);
+
+  /// Whether the matrix is positive definite to working accuracy.
+  bool is_regular() const { return regular_; }
+
+  Points apply(const Points& p) const;  ///< Ap
+  Points solve(const Points& v) const;  ///< A⁻¹v
+
+  /// Adds Δt ΨAΨᵀ, Ψ block-diagonal, to the upper triangle of the columns of landmark b of a dN×dN matrix with index
+  /// axis·N + a. @param psi d²×N, each column a block in column-major order
+  void add_transformed(const Eigen::MatrixXd& psi, double dt, Eigen::Index b, Eigen::MatrixXd& sum) const;
+
+ private:
+  Eigen::Index dimension_;
+  bool isotropic_;
+  bool regular_;
+  Eigen::MatrixXd matrix_;    ///< its lower triangle L with LLᵀ = A, above the diagonal A
+  Eigen::VectorXd diagonal_;  ///< of A
+};
+
+}  // namespace pulson

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "cometric.hpp"
+#include "pulson/core/time_grid.hpp"
+
+namespace pulson {
+
+/// What moves landmarks in the steps of a path: fields v_k(x) = Σ_b K(x − c_b) p_b, the controls of the noise, and what
+/// each landmark does by itself.
+struct StepFields {
+  std::vector<Points> centres;            ///< K, d×M
+  std::vector<Points> momenta;            ///< K, d×M
+  std::vector<Eigen::VectorXd> controls;  ///< K, C numbers: u
+  std::vector<Points> own;                ///< K, d×N: εK(0)p, see regularisation(); or none
+};
+
+/// A path of landmarks in midpoint steps, with the momenta of least energy that move them along it: with q̄_k =
+/// ½(q_k + q_{k+1}),
+///
+///     (q_{k+1} − q_k)/Δt = A(q̄_k) p_k,    ∫H_tot dt = Σ_k Δt ½ p_k·A(q̄_k) p_k.
+///
+/// That is the midpoint rule's discrete Lagrangian: a path that is stationary for its sum and an end cost is one of
+/// MidpointIntegrator's.
+struct DiscretePath {
+  TimeGrid grid;
+  std::vector<Points> nodes;               ///< K + 1, d×N
+  std::vector<PhaseState> middles;         ///< K: q̄_k, p_k
+  std::vector<Cometric> cometrics;         ///< K
+  std::vector<Eigen::MatrixXd> gradients;  ///< K: ∂v/∂x of its fields at the landmarks, see discrete_path.cpp
+  double energy = 0;                       ///< Σ Δt H_tot
+
+  const Points& end() const { return nodes.back(); }
+};
+
+/// The momenta of a path that is given by its nodes; empty where the cometric of a step is singular, or where its
+/// fields nearly turn space over in a step, so that the midpoint rule soon has no single root.
+std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes);
+
+/// The fields of a path.
+StepFields fields_of(const EffectiveHamiltonian& system, const DiscretePath& path);
+
+/// The nodes of landmarks that are carried by fields; empty where a midpoint step has no root near the guess.
+/// @param guess K + 1 nodes nearby
+std::optional<std::vector<Points>> carried(const StochasticSystem& system, const TimeGrid& grid, const Points& source,
+                                           const StepFields& fields, const std::vector<Points>& guess);
+
+}  // namespace pulson

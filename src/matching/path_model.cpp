@@ -1,0 +1,209 @@
+#include "path_model.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "pulson/core/parallel.hpp"
+#include "pulson/matching/landmark_term.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
+
+Block block(const MatrixXd& blocks, Index a, Index d) { return blocks.col(a).reshaped(d, d); }
+
+MatrixXd symmetric_root(const MatrixXd& m) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(m);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+// (I + ½Δt G)v of each landmark, or of the transposed blocks.
+Points half_step(const MatrixXd& gradients, double dt, const Points& v, bool transposed) {
+  const Index d = v.rows();
+  Points moved(d, v.cols());
+  for (Index a = 0; a < v.cols(); ++a) {
+    const Block g = block(gradients, a, d);
+    if (transposed)
+      moved.col(a) = v.col(a) + 0.5 * dt * (g.transpose() * v.col(a));
+    else
+      moved.col(a) = v.col(a) + 0.5 * dt * (g * v.col(a));
+  }
+  return moved;
+}
+
+Points by_blocks(const MatrixXd& blocks, const Points& v, bool transposed) {
+  const Index d = v.rows();
+  Points moved(d, v.cols());
+  for (Index a = 0; a < v.cols(); ++a) {
+    if (transposed)
+      moved.col(a) = block(blocks, a, d).transpose() * v.col(a);
+    else
+      moved.col(a) = block(blocks, a, d) * v.col(a);
+  }
+  return moved;
+}
+
+}  // namespace
+
+void PathDirection::add(double factor, const PathDirection& other) {
+  for (std::size_t j = 0; j < nodes.size(); ++j) nodes[j] += factor * other.nodes[j];
+  for (std::size_t k = 0; k < momenta.size(); ++k) momenta[k] += factor * other.momenta[k];
+}
+
+void PathDirection::scale(double factor) {
+  for (Points& q : nodes) q *= factor;
+  for (Points& p : momenta) p *= factor;
+}
+
+double pairing(const NodeCovector& covector, const PathDirection& direction) {
+  double sum = 0;
+  for (std::size_t j = 1; j < covector.size(); ++j) sum += covector[j].cwiseProduct(direction.nodes[j]).sum();
+  return sum;
+}
+
+PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, const DiscretePath& path, double weight)
+    : system_(system), data_(data), path_(path), weight_(weight) {
+  const Index d = path.end().rows(), n = path.end().cols();
+  const double dt = path.grid.dt();
+  const auto steps = path.middles.size();
+  inverses_.resize(steps);
+  parallel_for(path.grid.steps, [&](int step) {
+    const auto k = static_cast<std::size_t>(step);
+    inverses_[k].resize(d * d, n);
+    for (Index a = 0; a < n; ++a) {
+      const Block slope = Block::Identity(d, d) - 0.5 * dt * block(path_.gradients[k], a, d);
+      inverses_[k].col(a) = Block(slope.inverse()).reshaped();
+    }
+  });
+  if (const LandmarkTerm* landmarks = data.landmarks()) {
+    for (Index a = 0; a < n; ++a) roots_.push_back(symmetric_root(weight * landmarks->precision(a)));
+  } else {
+    root_ = std::sqrt(weight) * data.linearise(path.end(), MatrixXd::Identity(d * n, d * n)).changes;
+  }
+  factorise();
+}
+
+void PathModel::factorise() {
+  const Index d = path_.end().rows(), n = path_.end().cols();
+  const double dt = path_.grid.dt();
+  const auto steps = path_.middles.size();
+  // √wR Ψ_k where R has blocks, else Ψ_k.
+  std::vector<MatrixXd> propagators(steps, MatrixXd(d * d, n));
+  for (Index a = 0; a < n; ++a) {
+    Block suffix = roots_.empty() ? Block(Block::Identity(d, d)) : Block(roots_[static_cast<std::size_t>(a)]);
+    for (std::size_t k = steps; k-- > 0;) {
+      const Block psi = suffix * block(inverses_[k], a, d);
+      suffix = psi + 0.5 * dt * psi * block(path_.gradients[k], a, d);
+      propagators[k].col(a) = psi.reshaped();
+    }
+  }
+  MatrixXd sum = MatrixXd::Zero(d * n, d * n);
+  parallel_for(static_cast<int>(n), [&](int b) {
+    for (std::size_t k = 0; k < steps; ++k) path_.cometrics[k].add_transformed(propagators[k], dt, b, sum);
+  });
+  if (roots_.empty()) {
+    // From axis-major to landmark-major, as R has it.
+    MatrixXd by_axis(root_.rows(), d * n);
+    for (Index axis = 0; axis < d; ++axis) by_axis.middleCols(axis * n, n) = root_(Eigen::all, Eigen::seqN(axis, n, d));
+    sum = by_axis * (sum.selfadjointView<Eigen::Upper>() * by_axis.transpose()).eval();
+  }
+  sum.diagonal().array() += 1;
+  factors_.compute(sum.selfadjointView<Eigen::Upper>());
+}
+
+VectorXd PathModel::whitened(const Points& end_change) const {
+  if (roots_.empty()) return root_ * end_change.reshaped();
+  Points r(end_change.rows(), end_change.cols());
+  for (Index a = 0; a < r.cols(); ++a) r.col(a) = roots_[static_cast<std::size_t>(a)] * end_change.col(a);
+  return r.transpose().reshaped();
+}
+
+Points PathModel::whitened_transposed(const VectorXd& r) const {
+  const Index d = path_.end().rows(), n = path_.end().cols();
+  if (roots_.empty()) return (root_.transpose() * r).reshaped(d, n);
+  Points q = r.reshaped(n, d).transpose();
+  for (Index a = 0; a < n; ++a) q.col(a) = (roots_[static_cast<std::size_t>(a)] * q.col(a)).eval();
+  return q;
+}
+
+Points PathModel::end_costate(const Points& end_change) const {
+  return -whitened_transposed(factors_.solve(whitened(end_change)));
+}
+
+NodeCovector PathModel::gradient() const {
+  const auto steps = path_.middles.size();
+  const double half = 0.5 * path_.grid.dt();
+  std::vector<Points> forces(steps);
+  parallel_for(path_.grid.steps, [&](int step) {
+    const auto k = static_cast<std::size_t>(step);
+    forces[k] = system_.force(path_.middles[k]);
+  });
+  NodeCovector gradient(steps + 1, Points::Zero(path_.end().rows(), path_.end().cols()));
+  for (std::size_t k = 0; k < steps; ++k) {
+    gradient[k + 1] += path_.middles[k].p - half * forces[k];
+    if (k > 0) gradient[k] -= path_.middles[k].p + half * forces[k];
+  }
+  gradient.back() += weight_ * data_.gradient(path_.end());
+  return gradient;
+}
+
+NodeCovector PathModel::hessian(const PathDirection& direction) const {
+  const auto steps = path_.middles.size();
+  const double half = 0.5 * path_.grid.dt();
+  std::vector<Points> momenta(steps), forces(steps);
+  parallel_for(path_.grid.steps, [&](int step) {
+    const auto k = static_cast<std::size_t>(step);
+    const PhaseState& at = path_.middles[k];
+    const Points dq = 0.5 * (direction.nodes[k] + direction.nodes[k + 1]);
+    // What the fields gain where their centres move, or, for noise, where other landmarks do: not in the model.
+    const Points moved = system_.velocity_change(at, dq) - by_blocks(path_.gradients[k], dq, false);
+    momenta[k] = direction.momenta[k] - path_.cometrics[k].solve(moved);
+    forces[k] = system_.force_change(at, {dq, momenta[k]});
+  });
+  NodeCovector product(steps + 1, Points::Zero(path_.end().rows(), path_.end().cols()));
+  for (std::size_t k = 0; k < steps; ++k) {
+    product[k + 1] += momenta[k] - half * forces[k];
+    if (k > 0) product[k] -= momenta[k] + half * forces[k];
+  }
+  product.back() += whitened_transposed(whitened(direction.nodes.back()));
+  return product;
+}
+
+PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_end) const {
+  const auto steps = path_.middles.size();
+  const double dt = path_.grid.dt();
+  PathDirection direction{std::vector<Points>(steps + 1), std::vector<Points>(steps)};
+  Points costate = covector.back() + at_end;
+  for (std::size_t k = steps; k-- > 0;) {
+    direction.momenta[k] = by_blocks(inverses_[k], costate, true);
+    costate = half_step(path_.gradients[k], dt, direction.momenta[k], true) + covector[k];
+  }
+  std::vector<Points> velocities(steps);
+  parallel_for(path_.grid.steps, [&](int step) {
+    const auto k = static_cast<std::size_t>(step);
+    velocities[k] = path_.cometrics[k].apply(direction.momenta[k]);
+  });
+  direction.nodes[0] = Points::Zero(at_end.rows(), at_end.cols());
+  for (std::size_t k = 0; k < steps; ++k)
+    direction.nodes[k + 1] = by_blocks(
+        inverses_[k], half_step(path_.gradients[k], dt, direction.nodes[k], false) + dt * velocities[k], false);
+  return direction;
+}
+
+PathDirection PathModel::solve(const NodeCovector& covector) const {
+  const Points none = Points::Zero(path_.end().rows(), path_.end().cols());
+  const PathDirection free = swept(covector, none);
+  return swept(covector, end_costate(free.nodes.back()));
+}
+
+PathDirection PathModel::correction(const Points& excess) const {
+  const Points none = Points::Zero(excess.rows(), excess.cols());
+  return swept(NodeCovector(path_.middles.size() + 1, none), end_costate(excess));
+}
+
+}  // namespace pulson

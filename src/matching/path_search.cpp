@@ -1,0 +1,268 @@
+// Newton's method on the action of paths. The unknowns are paths, DiscretePath, rather than p0: nothing is shot, so
+// nothing amplifies, and every path has a cost. Each iteration
+// 1. solves the Newton equations by conjugate gradients, preconditioned by the Gauss–Newton model, within a trust
+//    region (Steihaug 1983; Nocedal & Wright, Numerical Optimization, 2006, ch. 4 and 7), which also finds directions
+//    of negative curvature and follows them;
+// 2. takes the step in the fields of the path rather than in its nodes, so that what moves together keeps doing so;
+// 3. projects: of all fields that move the landmarks along the new path those of least energy.
+// The data are held softly at first, σ being s times as large, and ever more firmly.
+
+#include "path_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "path_model.hpp"
+#include "pulson/matching/landmark_term.hpp"
+#include "pulson/random/brownian.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+// The first softness, of the root mean square residual in deviations, and how it comes down.
+constexpr double kFirstPart = 0.2;
+constexpr double kSoftnessRatio = 4;
+constexpr double kStageGradient = 0.1;  // relative, where it comes down
+// Below this part of the cost its differences are round-off.
+constexpr double kRoundOff = 1e-14;
+// A trust region's usual numbers: what part of the gain foreseen a step must have to be taken, for the region to
+// shrink, and for it to grow.
+constexpr double kLeastGain = 1e-3, kPoorGain = 0.25, kGoodGain = 0.75;
+constexpr double kShrink = 0.25, kGrow = 2.5;
+constexpr double kLeastRadius = 1e-10;  // of that of the full step
+constexpr int kMostProducts = 40;
+// How far the start is disturbed, in parts of the diameter: a symmetric path may be a saddle.
+constexpr double kDisturbance = 1e-3;
+// A cost, in nats, that no data would show: what equal shapes have by round-off.
+constexpr double kNoCost = 1e-12;
+
+class PathSearch {
+ public:
+  PathSearch(const MatchingProblem& problem, const MinimiseOptions& options)
+      : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
+
+  PathSolution run(const StepFields* start) {
+    begin(start);
+    const double data = problem_.data->value(path_.end());
+    softness_ = start != nullptr
+                    ? 1
+                    : std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
+    if (data < kNoCost && path_.energy == 0) {
+      stop(true, "the shapes are equal");
+      return solution();
+    }
+    if (start == nullptr) disturb();
+    while (!finished()) {
+      if (!advance()) break;
+      ++iterations_;
+    }
+    return solution();
+  }
+
+ private:
+  double weight() const { return 1 / (problem_.lambda * softness_ * softness_); }
+  double cost(const DiscretePath& path) const { return path.energy + weight() * problem_.data->value(path.end()); }
+
+  std::optional<DiscretePath> follow(const StepFields& fields, const std::vector<Points>& guess) {
+    ++evaluations_;
+    auto nodes = carried(problem_.system, problem_.grid, problem_.source, fields, guess);
+    if (!nodes) return std::nullopt;
+    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(*nodes));
+    if (path && !std::isfinite(cost(*path))) return std::nullopt;
+    return path;
+  }
+
+  void begin(const StepFields* start) {
+    const std::vector<Points> rest(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
+    std::optional<DiscretePath> path;
+    if (start != nullptr) path = follow(*start, rest);
+    if (!path) path = along(system_, problem_.grid, rest);
+    if (!path || !std::isfinite(cost(*path)))
+      throw InputError("the distances to the target, divided by sigma, leave the range of numbers");
+    path_ = std::move(*path);
+  }
+
+  void disturb() {
+    const Points& q0 = problem_.source;
+    StepFields fields = fields_of(system_, path_);
+    Points p =
+        brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, 1}).reshaped(q0.rows(), q0.cols());
+    const double fastest = problem_.system.kernel.apply(q0, q0, p).colwise().norm().maxCoeff();
+    p *= kDisturbance * diameter(q0) / (problem_.grid.time * fastest);
+    for (Points& momenta : fields.momenta) momenta = p;
+    fields.own.clear();
+    if (std::optional<DiscretePath> path = follow(fields, path_.nodes)) path_ = std::move(*path);
+  }
+
+  void stop(bool converged, std::string reason) {
+    converged_ = converged;
+    reason_ = std::move(reason);
+  }
+
+  // Linearises where the path is, and holds the data more firmly where that is due.
+  bool finished() {
+    while (true) {
+      model_.emplace(system_, *problem_.data, path_, weight());
+      gradient_ = model_->gradient();
+      steepest_ = model_->solve(gradient_);
+      slope_ = std::max(0.0, pairing(gradient_, steepest_));
+      const double total = cost(path_);
+      relative_ = total > 0 ? std::sqrt(slope_ / (2 * total)) : 0;
+      if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
+      if (softness_ > 1 && relative_ < kStageGradient) {
+        softness_ = std::max(1.0, softness_ / kSoftnessRatio);
+        radius_ = -1;
+        continue;
+      }
+      if (problem_.lambda * total < kNoCost)
+        stop(true, "the cost vanishes");
+      else if (iterations_ >= options_.max_iterations)
+        stop(relative_ <= options_.gradient_tolerance && softness_ == 1, "the limit of iterations was reached");
+      if (radius_ < 0) radius_ = std::sqrt(slope_);
+      return !reason_.empty();
+    }
+  }
+
+  struct Step {
+    PathDirection direction;
+    double gain = 0;           ///< foreseen
+    bool at_boundary = false;  ///< of the trust region
+  };
+
+  // Conjugate gradients for the Newton equations, in the norm of the model.
+  Step newton_step() const {
+    const auto nodes = gradient_.size();
+    const Points none = Points::Zero(problem_.source.rows(), problem_.source.cols());
+    Step step{{std::vector<Points>(nodes, none), std::vector<Points>(nodes - 1, none)}};
+    NodeCovector residual = gradient_;
+    NodeCovector product(nodes, none);  // of the Hessian and the step
+    PathDirection along = steepest_;
+    along.scale(-1);
+    double squared = slope_;  // of the residual
+    double step_step = 0, step_along = 0, along_along = slope_;
+    const double enough = std::min(0.3, std::sqrt(relative_)) * std::sqrt(slope_);
+    for (int i = 0; i < kMostProducts; ++i) {
+      const NodeCovector h = model_->hessian(along);
+      const double curvature = pairing(h, along);
+      const double length = squared / curvature;
+      const double next = step_step + 2 * length * step_along + length * length * along_along;
+      step.at_boundary = curvature <= 0 || next >= radius_ * radius_;
+      const double taken =
+          step.at_boundary
+              ? (-step_along + std::sqrt(step_along * step_along + along_along * (radius_ * radius_ - step_step))) /
+                    along_along
+              : length;
+      step.direction.add(taken, along);
+      for (std::size_t j = 0; j < nodes; ++j) product[j] += taken * h[j];
+      if (step.at_boundary) break;
+      for (std::size_t j = 0; j < nodes; ++j) residual[j] += length * h[j];
+      const PathDirection solved = model_->solve(residual);
+      const double new_squared = pairing(residual, solved);
+      if (!(new_squared > enough * enough)) break;
+      const double ratio = new_squared / squared;
+      step_along = ratio * (step_along + length * along_along);
+      along_along = new_squared + ratio * ratio * along_along;
+      step_step = next;
+      squared = new_squared;
+      along.scale(ratio);
+      along.add(-1, solved);
+    }
+    step.gain = -(pairing(gradient_, step.direction) + 0.5 * pairing(product, step.direction));
+    return step;
+  }
+
+  std::optional<DiscretePath> moved(const DiscretePath& from, const PathDirection& direction) {
+    StepFields fields = fields_of(system_, from);
+    std::vector<Points> guess = from.nodes;
+    for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
+      fields.momenta[k] += direction.momenta[k];
+      fields.controls[k] += system_.controls({from.middles[k].q, direction.momenta[k]});
+      fields.own[k] += regularisation(problem_.system.kernel) * direction.momenta[k];
+      guess[k + 1] += direction.nodes[k + 1];
+    }
+    return follow(fields, guess);
+  }
+
+  // A step that was poor because the path is not linear in the fields: the end is moved to where the model has it.
+  std::optional<DiscretePath> corrected(const Step& step, std::optional<DiscretePath> trial) {
+    if (!trial || !problem_.data->is_least_squares()) return trial;
+    const Points excess = trial->end() - path_.end() - step.direction.nodes.back();
+    std::optional<DiscretePath> better = moved(*trial, model_->correction(excess));
+    return better && cost(*better) < cost(*trial) ? better : trial;
+  }
+
+  bool advance() {
+    const double full = std::sqrt(slope_);
+    const double before = cost(path_);
+    while (radius_ > kLeastRadius * full) {
+      const Step step = newton_step();
+      if (!(step.gain > kRoundOff * before)) break;
+      std::optional<DiscretePath> trial = moved(path_, step.direction);
+      const auto gain = [&] { return trial ? (before - cost(*trial)) / step.gain : -1; };
+      if (gain() < kPoorGain) trial = corrected(step, std::move(trial));
+      const double part = gain();
+      if (part < kPoorGain)
+        radius_ = kShrink * std::min(radius_, full);
+      else if (part > kGoodGain && step.at_boundary)
+        radius_ *= kGrow;
+      if (part > kLeastGain) {
+        path_ = std::move(*trial);
+        return true;
+      }
+    }
+    stop(softness_ == 1 && relative_ <= options_.gradient_tolerance, "no step lowers the cost by more than round-off");
+    return false;
+  }
+
+  PathSolution solution() {
+    PathSolution solution;
+    const Points& force_first = system_.force(path_.middles.front());
+    solution.momenta = path_.middles.front().p + 0.5 * problem_.grid.dt() * force_first;
+    const auto channels = system_.controls(path_.middles.front()).size();
+    solution.increments = MatrixXd::Zero(channels, problem_.grid.steps);
+    double action = 0;
+    for (std::size_t k = 0; k < path_.middles.size(); ++k) {
+      const Eigen::VectorXd u = system_.controls(path_.middles[k]);
+      solution.increments.col(static_cast<Index>(k)) = u * problem_.grid.dt();
+      action += 0.5 * problem_.grid.dt() * u.squaredNorm();
+    }
+    solution.cost.action = action;
+    solution.cost.energy = problem_.lambda * path_.energy - action;
+    solution.cost.data = problem_.data->value(path_.end());
+    solution.fields = fields_of(system_, path_);
+    solution.path = std::move(path_);
+    solution.converged = converged_;
+    solution.reason = reason_;
+    solution.iterations = iterations_;
+    solution.evaluations = evaluations_;
+    solution.relative_gradient = relative_;
+    return solution;
+  }
+
+  const MatchingProblem& problem_;
+  const MinimiseOptions& options_;
+  EffectiveHamiltonian system_;
+  DiscretePath path_;
+  double softness_ = 1;
+  double radius_ = -1;  ///< of the trust region, in the norm of the model; below 0: that of the full step
+  double relative_ = 1;
+  double slope_ = 0;
+  std::optional<PathModel> model_;
+  NodeCovector gradient_;
+  PathDirection steepest_;
+  int iterations_ = 0;
+  int evaluations_ = 0;
+  bool converged_ = false;
+  std::string reason_;
+};
+
+}  // namespace
+
+PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start) {
+  return PathSearch(problem, options).run(start);
+}
+
+}  // namespace pulson

@@ -106,7 +106,7 @@ TEST_F(Slips, NothingThatIsReadIsReplaced) {
                            "warp leaf/registration.json leaf.png -o new.png --json leaf/registration.json"}) {
     const ProgramRun done = run(words(line));
     EXPECT_EQ(done.exit_code, 2) << line;
-    EXPECT_THAT(done.err, HasSubstr("is read; the result needs another name")) << line;
+    EXPECT_THAT(done.err, HasSubstr("is an input; the result needs another name")) << line;
   }
   EXPECT_TRUE(changed_since(before).empty());
 }
@@ -116,7 +116,7 @@ TEST_F(Slips, OptionsOfImagesAreNotIgnoredForPoints) {
   write("points.csv", "x,y\n10,20\n");
   for (const char* option : {"--flip-y", "--pixel-size 2", "--origin 1,2", "--size 10x10"})
     EXPECT_THAT(run(words(std::string("warp leaf points.csv -o moved.csv ") + option)).err,
-                HasSubstr("is of images, and points.csv holds landmarks"));
+                HasSubstr("is for images, and points.csv holds landmarks"));
   EXPECT_THAT(run({"warp", sample_file("leaf_1.png"), "leaf", "-o", "x.png"}).err,
               HasSubstr("the registration comes first"));
 }

@@ -71,8 +71,8 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --animate a.xyz", "a");
   refuse("colour.png -o w.pgm", ".pgm does not hold colours");
   refuse("a.csv -o w.png", "the extension 'png' is of no landmark format that can be written");
-  refuse("a.csv -o w.csv --grid g.png", "--grid is of images");
-  refuse("a.csv -o w.csv --samples 2", "--samples is of images");
+  refuse("a.csv -o w.csv --grid g.png", "--grid is for images");
+  refuse("a.csv -o w.csv --samples 2", "--samples is for images");
 }
 
 TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {

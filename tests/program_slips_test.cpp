@@ -35,7 +35,8 @@ class Slips : public Program {
 TEST_F(Slips, LandmarksKeepTheirNumbersWhereOthersAreMissing) {
   write("a.csv", "x,y\n0,0\nNA,NA\n2,0\n0,1\n2,1\n");
   write("b.csv", "x,y\n0,0\n1,0\n2,0\n0,1\n2,3\n");
-  const ProgramRun done = run(words("register a.csv b.csv -o out --align none --lambda 10 --sigma 0.1 --kernel gaussian:alpha=1"));
+  const ProgramRun done =
+      run(words("register a.csv b.csv -o out --align none --lambda 10 --sigma 0.1 --kernel gaussian:alpha=1"));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, HasSubstr("left out: 2"));
   EXPECT_THAT(done.out, HasSubstr("at landmark 5:"));

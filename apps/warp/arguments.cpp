@@ -108,7 +108,8 @@ void WarpArguments::check() const {
     if (!file.empty()) check_output_file(file);
   for (const std::string& file : outputs())
     for (const std::string& read : {input, like, registration})
-      if (is_same_file(file, read)) throw InputError(fmt::format("'{}' is an input; the result needs another name", file));
+      if (is_same_file(file, read))
+        throw InputError(fmt::format("'{}' is an input; the result needs another name", file));
   if (!json.empty() && json != "-") check_output_file(json);
   if (!field.empty() && !is_grid_file(field))
     throw InputError(fmt::format("{}: displacement fields are written as .mha or .nrrd", field));

@@ -6,6 +6,7 @@
 
 #include "messages.hpp"
 #include "progress.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "pulson/io/registration_record.hpp"
@@ -69,6 +70,17 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
   return fitted;
 }
 
+// What was noted of the files may be why they do not fit together.
+Registration register_or_tell(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options,
+                              const std::vector<std::string>& notes) {
+  try {
+    return register_shapes(source, target, options);
+  } catch (const InputError&) {
+    tell_notes(notes);
+    throw;
+  }
+}
+
 int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
   const Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
@@ -82,7 +94,7 @@ int run_register(const RegisterArguments& arguments) {
   };
   arguments.output.check(kRegistrationFiles, kRegistrationPictures);
   const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
-  const Registration registration = register_shapes(source, target, options);
+  const Registration registration = register_or_tell(source, target, options, notes);
   progress.clear();
   tell_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
   const RegistrationFacts facts{topology_counts(registration), landmark_shares(registration), fitted};

@@ -35,18 +35,20 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
           ->type_name("NAME")
           ->capture_default_str(),
       "ends");
-  only_known(verb.add_option("--align", arguments.align,
-                             "motion taken out first: none, translation, rigid, similarity, affine; auto: similarity in the "
-                             "plane and in space (of outlines, translation), none on a line")
-                 ->type_name("NAME")
-                 ->capture_default_str(),
-             "alignment", {"auto"});
+  only_known(
+      verb.add_option("--align", arguments.align,
+                      "motion taken out first: none, translation, rigid, similarity, affine; auto: similarity in the "
+                      "plane and in space (of outlines, translation), none on a line")
+          ->type_name("NAME")
+          ->capture_default_str(),
+      "alignment", {"auto"});
   verb.add_flag("--reflect", options.reflect, "the motion may turn the shape over");
 }
 
 void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
   RegistrationOptions& options = arguments.options;
-  verb.add_option("--lambda", arguments.lambda, "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
+  verb.add_option("--lambda", arguments.lambda,
+                  "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
       ->type_name("NUMBER")
       ->capture_default_str();
   only_known(verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")
@@ -78,7 +80,8 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("TARGET", target, "shape that it should become")->required();
   add_missing_option(verb, reading);
   output.add_to(verb, "registration.png and .svg", "-q,--quiet");
-  verb.add_option("--kernel", options.kernel, "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
+  verb.add_option("--kernel", options.kernel,
+                  "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")
       ->capture_default_str();
   verb.add_option("--noise", options.noise, "noise model, see pulson info noises")

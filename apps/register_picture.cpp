@@ -28,7 +28,7 @@ std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<d
 
 std::string subtitle(const Registration& registration) {
   std::string text = registration.noise == "none" ? std::string("no noise") : registration.noise;
-  text += fmt::format("  ·  {}  ·  rms {:.3g} (was {:.3g})  ·  energy {:.3g}",
+  text += fmt::format("  ·  {}  ·  rms {:.3g}, before {:.3g}  ·  energy {:.3g}",
                       registration_system(registration).kernel.spec(3), registration.rms(), registration.initial_rms(),
                       registration.cost.energy);
   if (registration.mode == MatchingMode::kMap) text += fmt::format(" + action {:.3g}", registration.cost.action);

@@ -41,18 +41,19 @@ std::string count_in_words(int count, const std::string& one, const std::string&
 
 std::string lead(const Registration& registration, const RegistrationFacts& facts, std::size_t outliers) {
   std::string text = fmt::format(
-      "{}: {} landmarks in {}D. Their root mean square distance to the target was {} and is {}.",
+      "{}: {} landmarks in {}D. Root mean square distance to the target: {} before, {} after.",
       registration.matched() ? "Matched" : "Not matched", registration.source.count(), registration.source.dimension(),
       number(registration.initial_rms(), 3), number(registration.rms(), 3));
   if (const auto part = noise_part(registration, facts.shares); registration.noise != "none" && part)
-    text += fmt::format(" Of the way the flow does {}, the noise {}.", percent(1 - *part), percent(*part));
+    text += fmt::format(" The flow accounts for {} of the displacement, the noise for {}.", percent(1 - *part),
+                        percent(*part));
   if (facts.counts.order_inversions)
     text += " Changed order: " + count_in_words(*facts.counts.order_inversions, "pair", "pairs") + " of landmarks.";
   if (facts.counts.flipped_triangles)
-    text += " Turned over: " + count_in_words(*facts.counts.flipped_triangles, "triangle", "triangles") +
-            " between landmarks.";
+    text +=
+        " Flipped: " + count_in_words(*facts.counts.flipped_triangles, "triangle", "triangles") + " between landmarks.";
   if (outliers > 0)
-    text += " Far off: " + count_in_words(static_cast<int>(outliers), "landmark", "landmarks") + ", marked below.";
+    text += " Outliers: " + count_in_words(static_cast<int>(outliers), "landmark", "landmarks") + ", marked below.";
   if (!registration.converged) text += " The search did not converge.";
   return text;
 }
@@ -110,7 +111,8 @@ ReportTable model_table(const Registration& registration) {
   return table;
 }
 
-// Of each landmark, the part of its way that the noise did; NaN without a way. Empty where nothing is known of it.
+// Of each landmark, the fraction of its displacement that the noise did; NaN without a displacement. Empty where
+// nothing is known of it.
 Eigen::VectorXd noise_shares(const Registration& registration, const LandmarkShares& shares) {
   if (registration.noise == "none" || shares.noise.size() == 0) return {};
   const Points way = registration.result - registration.source.points;
@@ -141,7 +143,7 @@ std::string residuals_caption(const Registration& registration, std::size_t list
   if (listed < static_cast<std::size_t>(registration.source.count()))
     text += fmt::format(" Of {} landmarks the {} furthest off are listed; residuals.csv has all.",
                         registration.source.count(), listed);
-  return text + " A click on a head sorts.";
+  return text + " Click a column heading to sort.";
 }
 
 ReportTable residual_table(const Registration& registration, const LandmarkShares& shares,
@@ -152,7 +154,7 @@ ReportTable residual_table(const Registration& registration, const LandmarkShare
   if (!source.labels.empty()) table.header.emplace_back("label");
   if (!source.groups.empty()) table.header.emplace_back("group");
   table.header.insert(table.header.end(), {"distance", "in sigma"});
-  if (noise.size() > 0) table.header.emplace_back("way by the noise");
+  if (noise.size() > 0) table.header.emplace_back("displacement by the noise");
   for (const int a : listed_landmarks(distances)) {
     const auto place = static_cast<std::size_t>(a);
     const bool outlier = std::binary_search(outliers.begin(), outliers.end(), a);
@@ -204,7 +206,7 @@ HtmlReport registration_report(const Registration& registration, const Trajector
   if (ReportSection section = remarks(registration, notes); !section.blocks.empty())
     report.sections.push_back(std::move(section));
   if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers))
-    report.sections.push_back({"The way", {std::move(*motion)}});
+    report.sections.push_back({"Motion", {std::move(*motion)}});
   if (!picture.empty())
     report.sections.push_back(
         {"The registration", {ReportPicture{picture, "The same as registration.png and registration.svg."}}});

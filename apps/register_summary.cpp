@@ -11,10 +11,11 @@ namespace {
 
 void print_alignment(const Registration& registration) {
   if (registration.alignment.kind == AlignmentKind::kNone) return;
-  const double before = registration.original_rms();
-  fmt::print("aligned    by {}{}: {:.0f} % of the distance\n", alignment_name(registration.alignment.kind),
-             registration.alignment.scale == 1 ? "" : fmt::format(", scale {:.4g}", registration.alignment.scale),
-             before > 0 ? 100 * (1 - registration.initial_rms() / before) : 0);
+  const double scale = registration.alignment.scale, before = registration.original_rms();
+  const double removed = before > 0 ? 1 - registration.initial_rms() / before : 0;
+  fmt::print("aligned    by {}{}{}\n", alignment_name(registration.alignment.kind),
+             scale == 1 ? "" : fmt::format(", scale {:.4g}", scale),
+             removed >= 0 ? fmt::format(", which removes {:.0f} % of the distance", 100 * removed) : "");
 }
 
 void print_kernel(const Registration& registration, const std::string& asked) {
@@ -47,8 +48,8 @@ void print_search(const Registration& registration) {
              solver_name(registration.solver), registration.seconds, registration.stop_reason,
              registration.relative_gradient);
   if (registration.resolved < registration.unknowns)
-    fmt::print("resolved   {} of {} unknowns; rougher momenta stay as the start has them\n", registration.resolved,
-               registration.unknowns);
+    fmt::print("resolved   {} of {} unknowns; higher-frequency momenta stay at the initial guess\n",
+               registration.resolved, registration.unknowns);
   if (registration.continuation_stages > 0)
     fmt::print("start      {}, in {} with the data held less firmly\n", registration.start,
                counted(registration.continuation_stages, "stage"));

@@ -88,11 +88,13 @@ Errors left_out(const Landmarks& first, const Landmarks& second, Index landmark)
   source.points = first.points(Eigen::all, others);
   target.points = second.points(Eigen::all, others);
   const Points seen = first.points.col(landmark), wanted = second.points.col(landmark);
-  const double radius = std::sqrt((second.points.colwise() - second.points.rowwise().mean()).colwise().squaredNorm().mean());
+  const double radius =
+      std::sqrt((second.points.colwise() - second.points.rowwise().mean()).colwise().squaredNorm().mean());
   const auto error = [&](const Points& predicted) { return (predicted - wanted).norm() / radius; };
 
   Errors errors;
-  for (const auto& [name, kind] : {std::pair{"similarity", AlignmentKind::kSimilarity}, {"affine", AlignmentKind::kAffine}})
+  for (const auto& [name, kind] :
+       {std::pair{"similarity", AlignmentKind::kSimilarity}, {"affine", AlignmentKind::kAffine}})
     errors.of[name] = error(align(source.points, target.points, kind).apply(seen));
   errors.of["thin-plate spline"] = error(thin_plate(source.points, target.points, seen));
   const Registration registration = register_shapes(source, target);
@@ -216,8 +218,9 @@ int main(int argc, char** argv) {
     if (families)
       fmt::print("| cohort | gaussian | matern52 | matern32 | peakon |\n|---|---|---|---|---|\n");
     else
-      fmt::print("| cohort | shapes × landmarks | similarity | affine | thin-plate spline | pulson, all defaults | over "
-                 "the better | not matched | not converged | refused |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      fmt::print(
+          "| cohort | shapes × landmarks | similarity | affine | thin-plate spline | pulson, all defaults | over "
+          "the better | not matched | not converged | refused |\n|---|---|---|---|---|---|---|---|---|---|\n");
     for (const std::string& argument : cohorts) {
       const Cohort cohort = read_cohort(argument);
       if (families)

@@ -184,21 +184,23 @@ TEST(FitCohort, FitsNumbersThatAreNoAmplitudes) {
   EXPECT_GE(fit.log_evidence, held.log_evidence - 0.05);
 }
 
-// Lengths in a smaller unit: densities of n coordinates are smaller by 1000ⁿ, and nothing else changes.
+// Lengths in another unit: densities of n coordinates change by the nth power, and nothing else does. Powers of two
+// round nothing, so that the rounds end where they did.
 TEST(FitCohort, DoesNotDependOnTheUnit) {
   const Cohort cohort = drawn_from("ch-sd:beta=0.05", 2, 10);
-  Cohort smaller = cohort;
-  smaller.source.points *= 1000;
-  for (Landmarks& target : smaller.targets) target.points *= 1000;
-  CohortSettings settings = cohort_settings();
-  settings.sigma *= 1000;
-  settings.kernel = "gaussian:alpha=500";
-  for (const char* noise : {"none", "ch-sd", "trouve-vialard"}) {
-    const CohortFit fit = fit_cohort(cohort, noise, cohort_settings());
-    const CohortFit other = fit_cohort(smaller, noise, settings);
-    EXPECT_NEAR(other.log_evidence, fit.log_evidence - fit.coordinates * std::log(1000.0), 0.01)
-        << noise;  // rounds end where they would gain less
-    EXPECT_NEAR(other.lambda * 1e6 / fit.lambda, 1, 1e-2) << noise;
+  for (const double factor : {0.0625, 1048576.0}) {
+    Cohort other_unit = cohort;
+    other_unit.source.points *= factor;
+    for (Landmarks& target : other_unit.targets) target.points *= factor;
+    CohortSettings settings = cohort_settings();
+    settings.sigma *= factor;
+    settings.kernel = "gaussian:alpha=" + std::to_string(0.5 * factor);
+    for (const char* noise : {"none", "ch-sd", "trouve-vialard"}) {
+      const CohortFit fit = fit_cohort(cohort, noise, cohort_settings());
+      const CohortFit other = fit_cohort(other_unit, noise, settings);
+      EXPECT_NEAR(other.log_evidence, fit.log_evidence - fit.coordinates * std::log(factor), 1e-6) << noise;
+      EXPECT_NEAR(other.lambda * factor * factor / fit.lambda, 1, 1e-6) << noise;
+    }
   }
 }
 

@@ -12,6 +12,7 @@
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
+#include "pulson/compare/comparison.hpp"
 
 namespace pulson {
 namespace {
@@ -19,6 +20,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using testing::AllOf;
 using testing::HasSubstr;
 
 double centroid_size(const Points& points) { return (points.colwise() - points.rowwise().mean()).norm(); }
@@ -202,6 +204,56 @@ TEST_P(InDimension, MotionDirectionsSpanSmallMotions) {
   if (GetParam() > 1) {
     EXPECT_NEAR(fitted_order(sizes, rigid), 2, 0.05);
   }
+}
+
+// The last point of each oval repeats its first.
+Landmarks closed_oval(double width, const std::string& source) {
+  Landmarks shape = oval(8);
+  shape.points.row(0) *= width;
+  shape.points.conservativeResize(2, 9);
+  shape.points.col(8) = shape.points.col(0);
+  shape.source = source;
+  return shape;
+}
+
+TEST(CoincidentInACohort, AreOneWhereAllShapesHaveThemSo) {
+  CohortShapes shapes{{}, {closed_oval(1, "a.csv"), closed_oval(1.2, "b.csv"), closed_oval(1.3, "c.csv")}};
+  shapes.targets[1].points(0, 8) = std::nan("");
+  shapes.targets[2].points.col(4) = shapes.targets[2].points.col(3);  // of one shape only
+  std::vector<std::string> notes;
+  merge_coincident(shapes, false, notes);
+  EXPECT_EQ(notes,
+            (std::vector<std::string>{
+                "a.csv: landmarks 1 and 9 are at the same place in all shapes and taken as one: a closed outline"}));
+  for (const Landmarks& shape : shapes.targets) EXPECT_EQ(shape.count(), 8);
+  EXPECT_EQ(shapes.targets[0].points, oval(8).points);
+  EXPECT_TRUE(shapes.targets[1].points.allFinite());
+  EXPECT_FALSE(find_coincident(shapes.cohort().source.points));
+}
+
+TEST(CoincidentInACohort, AreMergedWhereATargetHasThemApartAndItIsAskedFor) {
+  CohortShapes shapes{closed_oval(1, "a.csv"), {closed_oval(1.2, "b.csv"), closed_oval(1.3, "c.csv")}};
+  shapes.targets[1].points.col(8) += Eigen::Vector2d(0.1, 0.2);
+  std::vector<std::string> notes;
+  EXPECT_THAT(error_of([&] { merge_coincident(shapes, false, notes); }),
+              AllOf(HasSubstr("a.csv: landmarks 1 and 9 are at the same place, and apart in c.csv"),
+                    HasSubstr("--merge-coincident")));
+  merge_coincident(shapes, true, notes);
+  EXPECT_EQ(notes.size(), 1U);
+  EXPECT_EQ(shapes.source->points, oval(8).points);
+  EXPECT_NEAR(shapes.targets[1].points(0, 0), 1.35, 1e-15);
+  EXPECT_NEAR(shapes.targets[1].points(1, 0), 0.1, 1e-15);
+}
+
+// Three at one place count alike in the mean.
+TEST(CoincidentInACohort, CountAlikeInTheMean) {
+  CohortShapes shapes{oval(6), {oval(6)}};
+  for (const int a : {2, 5}) shapes.source->points.col(a) = shapes.source->points.col(1);
+  std::vector<std::string> notes;
+  merge_coincident(shapes, true, notes);
+  ASSERT_EQ(shapes.source->count(), 4);
+  const Points& q = oval(6).points;
+  EXPECT_LT((shapes.targets[0].points.col(1) - (q.col(1) + q.col(2) + q.col(5)) / 3).norm(), 1e-15);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // The verb `compare`: what it writes, and what it refuses.
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,31 @@ TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
   EXPECT_EQ(count_lines(contents("out/shapes.csv")), 13U);
 }
 
+TEST_F(CompareProgram, TakesTheEndsOfClosedOutlinesAsOne) {
+  std::string text = "specimen,landmark,x,y\n";
+  for (int s = 0; s < 4; ++s)
+    for (int a = 0; a <= 6; ++a) {
+      const double angle = 2 * std::acos(-1.0) * (a % 6) / 6;
+      const double x = (1 + 0.1 * s) * std::cos(angle), y = std::sin(angle + 0.05 * s * s);
+      text += "s" + std::to_string(s) + "," + std::to_string(a + 1) + "," + std::to_string(x) + "," +
+              std::to_string(y) + "\n";
+    }
+  write("closed.csv", text);
+  const std::string options = " -o out --sigma 0.01 --noise none --folds 0 --importance 0 --steps 4 --no-picture ";
+  const ProgramRun done = compare("closed.csv" + options);
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err,
+              HasSubstr("landmarks 1 and 7 are at the same place in all shapes and taken as one: a closed outline"));
+  EXPECT_EQ(read_json("out/comparison.json")["coordinates"], 4 * (12 - 4));
+
+  write("a.csv", "0,0\n1,0\n1,1\n0,1\n0,0\n");
+  write("b.csv", "0,0\n1.1,0\n1,1.2\n0,1\n0.1,0\n");
+  expect_refused("a.csv b.csv" + options, "--merge-coincident");
+  const ProgramRun merged = compare("a.csv b.csv --merge-coincident" + options);
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_EQ(read_json("out/comparison.json")["coordinates"], 8);
+}
+
 TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {
   write_shapes(4);
   const ProgramRun done = compare(
@@ -129,7 +155,8 @@ TEST_F(CompareProgram, Refuses) {
   expect_refused(pair + "--align round", "unknown alignment 'round'");
   expect_refused(pair + "--kernel gaussina", "gaussina");
   expect_refused(pair + "--simulate ch-ds", "ch-ds");
-  expect_refused(sample("ellipse_source") + ' ' + sample("cs_target") + " -o out --no-picture", "ellipse_source.csv has 40, ");
+  expect_refused(sample("ellipse_source") + ' ' + sample("cs_target") + " -o out --no-picture",
+                 "ellipse_source.csv has 40, ");
   expect_refused("shapes.csv -o out --no-picture", "one shape is its own mean");
   expect_refused("missing.csv -o out --no-picture", "missing.csv");
   expect_refused(ellipse() + " --no-picture -o file/out", "file");

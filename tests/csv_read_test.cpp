@@ -107,6 +107,13 @@ TEST_F(CsvFile, WarnsWhereItHadToChoose) {
   EXPECT_THAT(read("w.csv", "5\n7\n6\n").warnings,
               ElementsAre("w.csv: one column without a header, read as 3 landmarks on a line (1D)"));
   EXPECT_THAT(
+      read("w.csv", "5\n70\n6\n72\n8\n75\n9\n71\n").warnings,
+      ElementsAre(
+          "w.csv: one column without a header, read as 8 landmarks on a line (1D); if x and y take turns, write a "
+          "landmark on each line: paste -d, - - < FILE"));
+  EXPECT_THAT(read("w.csv", "1\n2\n4\n5\n7\n6\n9\n8\n").warnings,
+              ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D)"));
+  EXPECT_THAT(
       read("w.csv", "1,5\n2,7\n3,9\n").warnings,
       ElementsAre("w.csv: the first column counts the lines and is read as the coordinate x; if it is an index, "
                   "give the table a header such as id,x,y"));

@@ -25,7 +25,8 @@ MatrixXd covariance(const Points& q, const KernelTerm& kernel, double lambda, do
   MatrixXd v = sigma * sigma * MatrixXd::Identity(d * n, d * n);
   for (Index a = 0; a < n; ++a)
     for (Index b = 0; b < n; ++b)
-      for (Index i = 0; i < d; ++i) v(a * d + i, b * d + i) += k.jet((q.col(a) - q.col(b)).squaredNorm()).value / lambda;
+      for (Index i = 0; i < d; ++i)
+        v(a * d + i, b * d + i) += k.jet((q.col(a) - q.col(b)).squaredNorm()).value / lambda;
   return v;
 }
 
@@ -136,7 +137,8 @@ TEST(DisplacementModel, RecoversWhatItWasDrawnFrom) {
     widths.push_back(model->kernel.alpha / 0.2);
     deviations.push_back(1 / std::sqrt(model->lambda) / 0.03);
   }
-  for (std::vector<double>* values : {&widths, &deviations}) std::nth_element(values->begin(), values->begin() + kDraws / 2, values->end());
+  for (std::vector<double>* values : {&widths, &deviations})
+    std::nth_element(values->begin(), values->begin() + kDraws / 2, values->end());
   EXPECT_NEAR(std::log(widths[kDraws / 2]), 0, 3 * 0.55 * 1.25 / std::sqrt(kDraws));
   EXPECT_NEAR(std::log(deviations[kDraws / 2]), 0, 3 * 0.35 * 1.25 / std::sqrt(kDraws));
 }

@@ -1,4 +1,3 @@
-#include "plain_options.hpp"
 #include "pulson/matching/fit_parameters.hpp"
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include "../src/matching/registration_problem.hpp"
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "plain_options.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/laplace.hpp"
@@ -71,7 +71,8 @@ struct GaussianTargets {
 
   double log_density(double beta) const {
     const MatrixXd kernel = make_kernel(options.kernel, source.points).gram(source.points, source.points);
-    const double variance = beta * beta * options.grid.dt() * (options.grid.steps - 0.75) + std::pow(options.sigma.in(0), 2);
+    const double variance =
+        beta * beta * options.grid.dt() * (options.grid.steps - 0.75) + std::pow(options.sigma.in(0), 2);
     const MatrixXd covariance = kernel / kLambda + variance * MatrixXd::Identity(4, 4);
     const double log_determinant = std::log((2 * std::numbers::pi * covariance).fullPivLu().determinant());
     double sum = 0;
@@ -161,7 +162,8 @@ double expected_deviation(const Landmarks& source, const RegistrationOptions& op
   const MatrixXd kernel = make_kernel(options.kernel, source.points).gram(source.points, source.points);
   const double of_noise = beta * beta * options.grid.dt() * (options.grid.steps - 0.75);
   const MatrixXd one = MatrixXd::Identity(source.count(), source.count());
-  const MatrixXd covariance = kernel / options.lambda.value() + (of_noise + options.sigma.in(0) * options.sigma.in(0)) * one;
+  const MatrixXd covariance =
+      kernel / options.lambda.value() + (of_noise + options.sigma.in(0) * options.sigma.in(0)) * one;
   const MatrixXd change = 2 * of_noise * covariance.inverse();
   return 1 / std::sqrt(0.5 * count * source.dimension() * (change * change).trace());
 }

@@ -1,6 +1,5 @@
 // Images and the map of a landmark path: frames, direction, and there and back.
 
-#include "plain_options.hpp"
 #include "pulson/images/image_warp.hpp"
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include "error_of.hpp"
 #include "image_examples.hpp"
 #include "kernel_definition.hpp"
+#include "plain_options.hpp"
 #include "pulson/images/push_forward.hpp"
 #include "pulson/matching/registration.hpp"
 

@@ -288,16 +288,17 @@ TEST_F(JsonFile, OfMenpoHasGroupsAsShapes) {
   EXPECT_EQ(file.shapes[0].points.leftCols(2), (Points{{2.0, 4.0}, {1.0, 3.0}}));
   EXPECT_TRUE(std::isnan(file.shapes[0].points(0, 2)));
   EXPECT_THAT(file.shapes[0].groups, testing::ElementsAre("eye", "eye", "mouth"));
-  const LandmarkFile older = read(
-      R"({"labels": [{"label": "all", "mask": [0]}], "landmarks": {"points": [[1, 2], [3, 4]]}, "version": 2})");
+  const LandmarkFile older =
+      read(R"({"labels": [{"label": "all", "mask": [0]}], "landmarks": {"points": [[1, 2], [3, 4]]}, "version": 2})");
   EXPECT_EQ(older.shapes[0].points, (Points{{2.0, 4.0}, {1.0, 3.0}}));
   EXPECT_TRUE(older.shapes[0].groups.empty());  // the second point has none
 }
 
 TEST_F(JsonFile, OfMenpoIsRefusedByPlace) {
-  EXPECT_EQ(read_error(R"({"groups": {"a": {"labels": [{"label": "x", "mask": [7]}], "landmarks": {"points": [[1, 2]]}}},)"
-                       R"( "version": 3})"),
-            "t.txt: 'groups.a.labels[0].mask[0]' is not the number of a point");
+  EXPECT_EQ(
+      read_error(R"({"groups": {"a": {"labels": [{"label": "x", "mask": [7]}], "landmarks": {"points": [[1, 2]]}}},)"
+                 R"( "version": 3})"),
+      "t.txt: 'groups.a.labels[0].mask[0]' is not the number of a point");
   EXPECT_EQ(read_error(R"({"groups": {"a": {"labels": [], "landmarks": {"points": 7}}}, "version": 3})"),
             "t.txt: 'groups.a.landmarks.points' is not a list of points [x, y]");
 }

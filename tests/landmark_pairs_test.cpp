@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "error_of.hpp"
+#include "pulson/core/coincident_landmarks.hpp"
 #include "pulson/core/coordinate_frame.hpp"
 
 namespace pulson {
@@ -59,9 +60,9 @@ TEST(LandmarkPairs, LeaveOutWhatOneSideHasAlone) {
   const LandmarkPairs pairs = pair_landmarks(first, other, notes);
   EXPECT_THAT(pairs.first, ElementsAre(0, 2, 3));
   EXPECT_THAT(pairs.other, ElementsAre(0, 3, 2));
-  EXPECT_THAT(notes, ElementsAre(HasSubstr("another order"),
-                                 "a.csv: 1 of 4 landmarks is not in b.csv and is left out: 'chin'",
-                                 "b.csv: 2 of 5 landmarks are not in a.csv and are left out: 'brow', 'lip'"));
+  EXPECT_THAT(notes,
+              ElementsAre(HasSubstr("another order"), "a.csv: 1 of 4 landmarks is not in b.csv and is left out: 'chin'",
+                          "b.csv: 2 of 5 landmarks are not in a.csv and are left out: 'brow', 'lip'"));
   const Landmarks filled = in_order_of(first, other, notes);
   EXPECT_EQ(filled.count(), 4);
   EXPECT_TRUE(std::isnan(filled.points(0, 1)));
@@ -70,19 +71,22 @@ TEST(LandmarkPairs, LeaveOutWhatOneSideHasAlone) {
 
 TEST(LandmarkPairs, FollowTheNumbersOfFiles) {
   Names notes;
-  const LandmarkPairs pairs = pair_landmarks(numbered("a.csv", {1, 2, 3, 5, 6}), numbered("b.csv", {1, 3, 4, 5}), notes);
+  const LandmarkPairs pairs =
+      pair_landmarks(numbered("a.csv", {1, 2, 3, 5, 6}), numbered("b.csv", {1, 3, 4, 5}), notes);
   EXPECT_THAT(pairs.first, ElementsAre(0, 2, 3));
   EXPECT_THAT(pairs.other, ElementsAre(0, 1, 3));
   EXPECT_THAT(notes, ElementsAre("a.csv: 2 of 5 landmarks are not in b.csv and are left out: 2, 6",
                                  "b.csv: 1 of 4 landmarks is not in a.csv and is left out: 4"));
   // Labels that are numbers belong with numbers.
   notes.clear();
-  EXPECT_THAT(pair_landmarks(labelled("a.csv", {"2", "1"}), numbered("b.csv", {1, 2, 3}), notes).other, ElementsAre(1, 0));
+  EXPECT_THAT(pair_landmarks(labelled("a.csv", {"2", "1"}), numbered("b.csv", {1, 2, 3}), notes).other,
+              ElementsAre(1, 0));
 }
 
 TEST(LandmarkPairs, FollowTheOrderWhereNothingElsePairs) {
   const Landmarks first = labelled("a.csv", {"nose", "chin", "ear"});
-  for (const Names& labels : {Names{"nose", "chin", "ear"}, {"F-1", "F-2", "F-3"}, {"ear", "ear", "nose"}, {"ear", "", "nose"}}) {
+  for (const Names& labels :
+       {Names{"nose", "chin", "ear"}, {"F-1", "F-2", "F-3"}, {"ear", "ear", "nose"}, {"ear", "", "nose"}}) {
     Names notes;
     EXPECT_THAT(pair_landmarks(first, labelled("b.csv", labels), notes).other, ElementsAre(0, 1, 2));
     EXPECT_THAT(notes, IsEmpty());
@@ -95,9 +99,15 @@ TEST(LandmarkPairs, FollowTheOrderWhereNothingElsePairs) {
 
 TEST(LandmarkPairs, NeedAsManyWhereNothingPairsThem) {
   Names notes;
-  for (const Landmarks& other : {counted_points("b.csv", 4), labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})})
-    EXPECT_THAT(error_of([&] { pair_landmarks(labelled("a.csv", {"x", "y", "z"}), other, notes); }),
-                HasSubstr("a.csv has 3, b.csv has 4; landmarks need the same ones in both, or labels or numbers"));
+  const auto error_with = [&](const Landmarks& other) {
+    return error_of([&] { pair_landmarks(labelled("a.csv", {"x", "y", "z"}), other, notes); });
+  };
+  EXPECT_THAT(error_with(counted_points("b.csv", 4)),
+              HasSubstr("a.csv has 3, b.csv has 4; landmarks need the same ones in both, or labels or numbers"));
+  EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})),
+              HasSubstr("none of their labels are in both, and landmarks pair by these where half of the smaller"));
+  EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "y"})),
+              HasSubstr("only 1 of their labels are in both"));
 }
 
 Landmarks in_frame(const std::string& source, const std::string& axes, const std::string& units) {
@@ -132,6 +142,27 @@ TEST(CoordinateFrames, AreLeftAloneWhereOneIsNotKnown) {
   Names notes;
   EXPECT_EQ(error_of([&] { in_frame_of(in_frame("b.txt", "", "voxels"), in_frame("a.fcsv", "RAS", "mm"), notes); }),
             "a.fcsv: its coordinates are in mm, those of b.txt in voxels; both need the same unit");
+}
+
+TEST(CoincidentLandmarks, AreListedAndMerged) {
+  Landmarks shape;
+  shape.points = (Points(2, 5) << 0, 1, 0, 1, 0, 0, 0, 0, 1, 0).finished();
+  shape.source = "a.csv";
+  EXPECT_THAT(coincident_pairs(shape.points),
+              testing::UnorderedElementsAre(std::pair(0, 2), std::pair(0, 4), std::pair(2, 4)));
+  EXPECT_TRUE(is_repeated(shape.points, 0, 4));
+  EXPECT_FALSE(is_repeated(shape.points, 0, 1));
+  EXPECT_EQ(merged_note(shape, 0, 4, "in both shapes"),
+            "a.csv: landmarks 1 and 5 are at the same place in both shapes and taken as one: a closed outline");
+  const Landmarks one = merged(shape, 1, 3, {3, 1});
+  ASSERT_EQ(one.count(), 4);
+  EXPECT_EQ(one.points.col(1), Eigen::Vector2d(1, 0.25));
+  EXPECT_EQ(one.number(3), 5);
+  shape.points(0, 1) = std::nan("");
+  EXPECT_TRUE(is_repeated(shape.points, 1, 0));
+  EXPECT_EQ(merged(shape, 1, 3, {3, 1}).points.col(1), Eigen::Vector2d(1, 1));
+  shape.points(0, 3) = std::nan("");
+  EXPECT_TRUE(merged(shape, 1, 3, {1, 1}).points.col(1).hasNaN());
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ namespace pulson {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -206,6 +207,17 @@ TEST_F(WrongInput, InfoCountsMissingLandmarks) {
   EXPECT_THAT(run(words("info nan.csv")).out, HasSubstr("3 landmarks in 2D, x 0 to 0 y 0 to 1, 1 missing\n"));
   EXPECT_THAT(run(words("info all.csv")).out, HasSubstr("2 landmarks in 2D, 2 missing\n"));
   EXPECT_THAT(run(words("info a.csv")).out, Not(HasSubstr("missing")));
+}
+
+// It may be why the shapes do not fit.
+TEST_F(WrongInput, ComesWithTheNotesOnItsFiles) {
+  write("turns.csv", "1\n50\n2\n51\n1\n52\n3\n53\n");
+  write("others.csv", "1\n50\n2\n51\n1.5\n52\n3\n54\n");
+  const ProgramRun done = run(words("register turns.csv others.csv -o out"));
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err,
+              AllOf(HasSubstr("note: turns.csv: one column without a header"), HasSubstr("if x and y take turns"),
+                    HasSubstr("landmarks 1 and 5 are at the same place")));
 }
 
 TEST_F(WrongInput, LeavesEarlierResultsAlone) {

@@ -49,7 +49,7 @@ TEST_F(Reports, RegisterTellsWhatItDidAndShowsIt) {
   EXPECT_THAT(page, HasSubstr("<canvas"));
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
   EXPECT_EQ(rows_of_table(page, "landmark"), 2U);
-  EXPECT_THAT(page, HasSubstr("way by the noise"));
+  EXPECT_THAT(page, HasSubstr("displacement by the noise"));
 }
 
 TEST_F(Reports, RegisterMarksALandmarkThatStaysBehind) {

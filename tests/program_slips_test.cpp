@@ -35,7 +35,8 @@ class Slips : public Program {
 TEST_F(Slips, LandmarksKeepTheirNumbersWhereOthersAreMissing) {
   write("a.csv", "x,y\n0,0\nNA,NA\n2,0\n0,1\n2,1\n");
   write("b.csv", "x,y\n0,0\n1,0\n2,0\n0,1\n2,3\n");
-  const ProgramRun done = run(words("register a.csv b.csv -o out --align none --lambda 10 --sigma 0.1 --kernel gaussian:alpha=1"));
+  const ProgramRun done =
+      run(words("register a.csv b.csv -o out --align none --lambda 10 --sigma 0.1 --kernel gaussian:alpha=1"));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, HasSubstr("left out: 2"));
   EXPECT_THAT(done.out, HasSubstr("at landmark 5:"));
@@ -106,7 +107,7 @@ TEST_F(Slips, NothingThatIsReadIsReplaced) {
                            "warp leaf/registration.json leaf.png -o new.png --json leaf/registration.json"}) {
     const ProgramRun done = run(words(line));
     EXPECT_EQ(done.exit_code, 2) << line;
-    EXPECT_THAT(done.err, HasSubstr("is read; the result needs another name")) << line;
+    EXPECT_THAT(done.err, HasSubstr("is an input; the result needs another name")) << line;
   }
   EXPECT_TRUE(changed_since(before).empty());
 }
@@ -116,7 +117,7 @@ TEST_F(Slips, OptionsOfImagesAreNotIgnoredForPoints) {
   write("points.csv", "x,y\n10,20\n");
   for (const char* option : {"--flip-y", "--pixel-size 2", "--origin 1,2", "--size 10x10"})
     EXPECT_THAT(run(words(std::string("warp leaf points.csv -o moved.csv ") + option)).err,
-                HasSubstr("is of images, and points.csv holds landmarks"));
+                HasSubstr("is for images, and points.csv holds landmarks"));
   EXPECT_THAT(run({"warp", sample_file("leaf_1.png"), "leaf", "-o", "x.png"}).err,
               HasSubstr("the registration comes first"));
 }

@@ -31,6 +31,7 @@ class RegisterProgram : public Program {
     const std::string svg = contents("out/registration.svg");
     EXPECT_THAT(svg.substr(0, 600), HasSubstr("<svg"));
     EXPECT_THAT(svg, HasSubstr("</svg>"));
+    EXPECT_THAT(svg, HasSubstr(", before "));
     const nlohmann::json record = read_json("out/registration.json");
     ASSERT_TRUE(record.is_object());
     const std::size_t landmarks = record["source"].size();

@@ -193,6 +193,28 @@ TEST(Registrations, TakeARepeatedFirstPointForTheEndOfAnOutline) {
   EXPECT_EQ(varifold.source.count(), 12);
 }
 
+// Two lines that meet: the point where they do is one, and both stay whole.
+TEST(Registrations, JoinCurvesWhereTheyMeet) {
+  const auto crossing = [](double height, const std::string& source) {
+    Landmarks shape;
+    shape.points.resize(2, 14);
+    for (int a = 0; a < 7; ++a) {
+      shape.points.col(a) << a - 3, height * (a - 3) * (a - 3) / 9;
+      shape.points.col(7 + a) << 0, 3 - a;
+    }
+    shape.groups.assign(7, "across");
+    shape.groups.resize(14, "down");
+    shape.source = source;
+    return shape;
+  };
+  RegistrationOptions options;
+  options.data.kind = DataKind::kVarifold;
+  const Registration joined = register_shapes(crossing(0, "a.csv"), crossing(0.5, "b.csv"), options);
+  EXPECT_EQ(joined.source.count(), 13);
+  EXPECT_TRUE(joined.converged && joined.matched());
+  EXPECT_THAT(joined.notes, Contains("a.csv: landmarks 4 and 11 are at the same place and taken as one"));
+}
+
 TEST(Registrations, MergeLandmarksAtOnePlaceWhereAsked) {
   Landmarks twice = square("a.csv");
   twice.points.conservativeResize(2, 5);

@@ -71,8 +71,8 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --animate a.xyz", "a");
   refuse("colour.png -o w.pgm", ".pgm does not hold colours");
   refuse("a.csv -o w.png", "the extension 'png' is of no landmark format that can be written");
-  refuse("a.csv -o w.csv --grid g.png", "--grid is of images");
-  refuse("a.csv -o w.csv --samples 2", "--samples is of images");
+  refuse("a.csv -o w.csv --grid g.png", "--grid is for images");
+  refuse("a.csv -o w.csv --samples 2", "--samples is for images");
 }
 
 TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
@@ -96,9 +96,12 @@ TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
 TEST_F(WarpRefuses, ToPullByStepsThatAreTooLong) {
   write("a.csv", "x,y\n0,0\n0,5\n");
   write("b.csv", "x,y\n2.4,0\n0,5\n");
-  ASSERT_EQ(run(words("register a.csv b.csv -o out --align none --lambda 1 --sigma 0.01 --kernel gaussian:alpha=0.5 --steps 4 "
-                      "--no-picture -q")).exit_code,
-            0);
+  ASSERT_EQ(
+      run(words(
+              "register a.csv b.csv -o out --align none --lambda 1 --sigma 0.01 --kernel gaussian:alpha=0.5 --steps 4 "
+              "--no-picture -q"))
+          .exit_code,
+      0);
   write_image("grey.png", uneven_image(120, 160, 1, PixelDepth::kUint8));
   expect_refused(words("out/registration.json grey.png -o w.png --pixel-size 0.05 --origin -2,-1.5 --method pull"),
                  "the time steps are too long for an inverse");

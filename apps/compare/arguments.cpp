@@ -6,8 +6,8 @@
 #include <fmt/core.h>
 
 #include "known_values.hpp"
-#include "pulson/core/errors.hpp"
 #include "pulson/core/coordinate_frame.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/core/landmark_pairs.hpp"
 #include "pulson/io/landmark_files.hpp"
 
@@ -49,6 +49,8 @@ void CompareArguments::add_to(CLI::App& verb) {
   verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean")
       ->type_name("FILE");
   add_missing_option(verb, reading);
+  verb.add_flag("--merge-coincident", merge_coincident,
+                "take landmarks at the same place in the source as one, at the mean of theirs in each target");
   output.add_to(verb, "comparison.png and .svg", "-q,--quiet");
   verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")
       ->type_name("NUMBER")
@@ -107,6 +109,7 @@ CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
   if (!cohort.source && cohort.targets.size() == 1 && !simulate.empty() && true_lambda) {
     cohort.source = cohort.targets.front();  // nothing is fitted to it
     cohort.alignment = align == "auto" ? AlignmentKind::kNone : parse_alignment(align);
+    pulson::merge_coincident(cohort, merge_coincident, notes);
     return cohort;
   }
   if (cohort.targets.empty()) throw InputError("there is no target beside the source");
@@ -115,6 +118,7 @@ CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
   cohort.alignment = align != "auto" ? parse_alignment(align)
                      : cohort.source ? AlignmentKind::kNone
                                      : AlignmentKind::kSimilarity;
+  pulson::merge_coincident(cohort, merge_coincident, notes);
   return cohort;
 }
 

@@ -25,6 +25,7 @@ struct CompareArguments {
   std::string lambda = "fit";
   CompareOptions options;
   bool no_maps = false;
+  bool merge_coincident = false;
   std::vector<std::string> simulate;
   std::optional<double> true_lambda;
   int count = 20;

@@ -108,7 +108,8 @@ void WarpArguments::check() const {
     if (!file.empty()) check_output_file(file);
   for (const std::string& file : outputs())
     for (const std::string& read : {input, like, registration})
-      if (is_same_file(file, read)) throw InputError(fmt::format("'{}' is read; the result needs another name", file));
+      if (is_same_file(file, read))
+        throw InputError(fmt::format("'{}' is an input; the result needs another name", file));
   if (!json.empty() && json != "-") check_output_file(json);
   if (!field.empty() && !is_grid_file(field))
     throw InputError(fmt::format("{}: displacement fields are written as .mha or .nrrd", field));
@@ -127,7 +128,7 @@ void WarpArguments::check_for_landmarks() const {
                                    {"--grid", grid},
                                    {"--side-by-side", side_by_side},
                                    {"--animate", animate}})
-    if (!file.empty()) throw InputError(fmt::format("{} is of images, and {} holds landmarks", name, input));
+    if (!file.empty()) throw InputError(fmt::format("{} is for images, and {} holds landmarks", name, input));
   for (const auto& [name, is_given] : {std::pair("--samples", samples > 0),
                                        {"--like", !like.empty()},
                                        {"--size", !size.empty()},
@@ -136,7 +137,7 @@ void WarpArguments::check_for_landmarks() const {
                                        {"--origin", !origin.empty()},
                                        {"--target-origin", !target_origin.empty()},
                                        {"--flip-y", flip_y.has_value()}})
-    if (is_given) throw InputError(fmt::format("{} is of images, and {} holds landmarks", name, input));
+    if (is_given) throw InputError(fmt::format("{} is for images, and {} holds landmarks", name, input));
   landmark_format_to_write(out);
 }
 

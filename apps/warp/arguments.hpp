@@ -66,7 +66,7 @@ struct WarpArguments {
   std::vector<std::string> outputs() const;
   /// All that can be known to fail before the work is done. @throws InputError
   void check() const;
-  /// What is of images alone. @throws InputError
+  /// What is for images alone. @throws InputError
   void check_for_landmarks() const;
   /// What --inverse cannot tell where the map has no inverse. @throws InputError
   void check_for_fold() const;

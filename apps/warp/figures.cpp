@@ -17,14 +17,15 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
   fmt::print("map        folds {} of the {}, smallest Jacobian {:.3g}\n", percent(figures.folded_fraction),
              frames != nullptr ? "image" : "points", figures.min_jacobian);
   if (frames != nullptr) {
-    fmt::print("result     {} x {} pixels, at most {} sheet{} over one, {} uncovered, {} in holes\n", frames->width,
-               frames->height, figures.max_multiplicity, figures.max_multiplicity == 1 ? "" : "s",
-               percent(figures.uncovered_fraction), percent(figures.hole_fraction));
-    fmt::print("frame      {:.4g} landmark units per pixel, y {}\n", frames->input.spacing[0],
-               frames->input.y_up ? "up (flipped)" : "down");
+    fmt::print("result     {} x {} pixels, at most {} per pixel, {} uncovered, {} in holes\n", frames->width,
+               frames->height, counted(figures.max_multiplicity, "sheet"), percent(figures.uncovered_fraction),
+               percent(figures.hole_fraction));
+    fmt::print("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.spacing[0],
+               frames->input.spacing[0] == 1 ? "unit" : "units", frames->input.y_up ? "up (flipped)" : "down");
   }
-  fmt::print("accuracy   landmarks to {:.1e} {}, map to {:.1e} pixels\n", figures.landmark_error_max,
-             frames != nullptr ? "pixels" : "units", figures.map_error);
+  fmt::print("accuracy   landmarks to {:.1e} {}{}\n", figures.landmark_error_max,
+             frames != nullptr ? "pixels" : "units",
+             frames != nullptr ? fmt::format(", map to {:.1e} pixels", figures.map_error) : "");
   if (figures.ridge > 0)
     fmt::print("ridge      {:.1e}: landmarks are so close that their noise is not met exactly\n", figures.ridge);
   for (const ColourKey& key : figures.colours) fmt::print("colours    {}: {}\n", key.file, key.meaning);

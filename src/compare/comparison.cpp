@@ -165,13 +165,6 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
 
 }  // namespace
 
-Cohort CohortShapes::cohort(const std::vector<int>& chosen) const {
-  std::vector<Landmarks> some;
-  for (const int s : chosen) some.push_back(targets[static_cast<std::size_t>(s)]);
-  const std::vector<Landmarks>& shapes = chosen.empty() ? targets : some;
-  return make_cohort(source ? *source : procrustes_mean(shapes, alignment), shapes, alignment);
-}
-
 Comparison compare_models(const CohortShapes& shapes, const std::vector<std::string>& noises,
                           const CompareOptions& options) {
   if (noises.empty()) throw InputError("no noise model is named; models are compared by one or more");

@@ -156,7 +156,8 @@ Fitter::State Fitter::start() const {
   const double size = difference(observations_, cohort_.source.points, settings_.sigma);
   for (const Index i : amplitudes_) state.parameters[i] = kTrial * size;
   for (const Index i : others_) state.parameters[i] = std::pow(kernel_.terms().front().alpha, 2);
-  state.lambda = settings_.lambda.value_or(1);
+  const double largest = std::max(size, diameter(cohort_.source.points));
+  state.lambda = settings_.lambda.value_or(1 / (largest * largest));
   const MatchingObjective at_rest = objective(state);
   for (const Observation& observation : observations_)
     state.matches.push_back(linearised_at(at_rest, observation, VectorXd::Zero(at_rest.unknowns())));

@@ -51,12 +51,16 @@ void note_left_out(const Landmarks& shape, const std::vector<int>& chosen, const
 
 std::string of_kind(const Landmarks& shape) { return shape.labels.empty() ? "numbers" : "labels"; }
 
-LandmarkPairs pairs_by_order(const Landmarks& first, const Landmarks& other) {
+// @param common landmarks that have the same name in both, none where one has no names
+LandmarkPairs pairs_by_order(const Landmarks& first, const Landmarks& other, std::optional<int> common) {
   if (first.count() != other.count())
     throw InputError(fmt::format(
-        "the shapes have different numbers of landmarks: {} has {}, {} has {}; landmarks need the same ones in both, or "
-        "labels or numbers that say which belong together{}",
-        first.source, first.count(), other.source, other.count(),
+        "the shapes have different numbers of landmarks: {} has {}, {} has {}; {}{}", first.source, first.count(),
+        other.source, other.count(),
+        common ? fmt::format(
+                     "{} of their {} are in both, and landmarks pair by these where half of the smaller shape's are",
+                     *common == 0 ? "none" : fmt::format("only {}", *common), of_kind(first))
+               : "landmarks need the same ones in both, or labels or numbers that say which belong together",
         first.dimension() > 1 ? " (outlines without correspondence: --data varifold)" : ""));
   std::vector<int> all(static_cast<std::size_t>(first.count()));
   std::iota(all.begin(), all.end(), 0);
@@ -67,7 +71,7 @@ LandmarkPairs pairs_by_order(const Landmarks& first, const Landmarks& other) {
 
 LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std::vector<std::string>& notes) {
   const std::optional<Places> wanted = places_of(first), given = places_of(other);
-  if (!wanted || !given) return pairs_by_order(first, other);
+  if (!wanted || !given) return pairs_by_order(first, other, std::nullopt);
   std::vector<std::pair<int, int>> found;
   std::string elsewhere;
   for (const auto& [name, a] : *wanted) {
@@ -80,11 +84,12 @@ LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std
   const int smaller = std::min(first.count(), other.count());
   if (common < std::min(kFewestCommon, smaller) || common < kLeastCommon * smaller) {
     if (!elsewhere.empty() && first.count() == other.count())
-      notes.push_back(fmt::format(
-          "{} and {}: the landmark {} is at different places and most other labels differ; landmarks are paired by their "
-          "order",
-          first.source, other.source, elsewhere));
-    return pairs_by_order(first, other);
+      notes.push_back(
+          fmt::format("{} and {}: the landmark {} is at different places and most other labels differ; landmarks are "
+                      "paired by their "
+                      "order",
+                      first.source, other.source, elsewhere));
+    return pairs_by_order(first, other, common);
   }
   std::sort(found.begin(), found.end());
   LandmarkPairs pairs;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "pulson/core/coincident_landmarks.hpp"
 #include "pulson/core/name_table.hpp"
 
 namespace pulson {
@@ -41,6 +42,23 @@ Eigen::Index longest_axis(const Points& complete) {
   Eigen::Index axis = 0;
   (complete.rowwise().maxCoeff() - complete.rowwise().minCoeff()).maxCoeff(&axis);
   return axis;
+}
+
+// Calls f(a, b), a < b, for all points that are no further apart than `tolerance` times the diameter.
+template <class Function>
+void for_each_coincident(const Points& points, double tolerance, const Function& f) {
+  const double limit = tolerance * diameter(points);
+  std::vector<Eigen::Index> sorted = complete_columns(points);
+  if (sorted.empty()) return;
+  const Eigen::VectorXd along = points.row(longest_axis(points(Eigen::all, sorted)));
+  std::sort(sorted.begin(), sorted.end(), [&](Eigen::Index a, Eigen::Index b) { return along[a] < along[b]; });
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    for (std::size_t j = i + 1; j < sorted.size() && along[sorted[j]] - along[sorted[i]] <= limit; ++j) {
+      if (!((points.col(sorted[i]) - points.col(sorted[j])).norm() <= limit)) continue;
+      const auto [a, b] = std::minmax({static_cast<int>(sorted[i]), static_cast<int>(sorted[j])});
+      f(a, b);
+    }
+  }
 }
 
 }  // namespace
@@ -99,20 +117,17 @@ double median_nearest_distance(const Points& points) {
 }
 
 std::optional<std::pair<int, int>> find_coincident(const Points& points, double tolerance) {
-  const double limit = tolerance * diameter(points);
-  std::vector<Eigen::Index> sorted = complete_columns(points);
-  if (sorted.empty()) return std::nullopt;
-  const Eigen::VectorXd along = points.row(longest_axis(points(Eigen::all, sorted)));
-  std::sort(sorted.begin(), sorted.end(), [&](Eigen::Index a, Eigen::Index b) { return along[a] < along[b]; });
   std::optional<std::pair<int, int>> first;  // by its later landmark, then by the earlier one
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    for (std::size_t j = i + 1; j < sorted.size() && along[sorted[j]] - along[sorted[i]] <= limit; ++j) {
-      if (!((points.col(sorted[i]) - points.col(sorted[j])).norm() <= limit)) continue;
-      const auto [a, b] = std::minmax({static_cast<int>(sorted[i]), static_cast<int>(sorted[j])});
-      if (!first || std::pair(b, a) < std::pair(first->second, first->first)) first = {a, b};
-    }
-  }
+  for_each_coincident(points, tolerance, [&](int a, int b) {
+    if (!first || std::pair(b, a) < std::pair(first->second, first->first)) first = {a, b};
+  });
   return first;
+}
+
+std::vector<std::pair<int, int>> coincident_pairs(const Points& points, double tolerance) {
+  std::vector<std::pair<int, int>> pairs;
+  for_each_coincident(points, tolerance, [&](int a, int b) { pairs.emplace_back(a, b); });
+  return pairs;
 }
 
 std::pair<Eigen::VectorXd, Eigen::VectorXd> bounding_box(const Points& points) {

@@ -162,8 +162,7 @@ Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, st
     if (value.empty())
       throw InputError(what_ + " needs " + parameter.name + " (" + parameter.help + "), as in " + spec.name + ":" +
                        parameter.name + "=1");
-    values_[parameter.name] =
-        value.back() == '%' ? in_length_units(parameter, value, diameter) : value;
+    values_[parameter.name] = value.back() == '%' ? in_length_units(parameter, value, diameter) : value;
   }
 }
 

@@ -29,7 +29,7 @@ struct CsvColumns {
   std::vector<std::size_t> specimen;  ///< set in a long table: one shape per specimen, which these name together
   std::optional<std::size_t> image;
   std::optional<std::size_t> defined;  ///< 0: the landmark is missing
-  bool are_numbered = false;             ///< the landmarks, by a column that counts them
+  bool are_numbered = false;           ///< the landmarks, by a column that counts them
   std::vector<std::string> unused;     ///< names of columns that mean nothing here
   std::vector<std::string> notes;      ///< what was chosen by what the columns hold
   std::string units;

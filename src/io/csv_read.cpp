@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -152,10 +153,28 @@ bool looks_like_index(const Points& points) {
   return true;
 }
 
+/// The number of axes, 2 or 3, that the numbers of one column look like in turn: those as far apart differ far less
+/// than neighbours do. None on a line.
+std::optional<int> axes_in_turn(const Points& line) {
+  const auto variation = [&](Eigen::Index apart) {
+    const Eigen::Index count = line.cols() - apart;
+    return (line.rightCols(count) - line.leftCols(count)).cwiseAbs().sum() / static_cast<double>(count);
+  };
+  constexpr double kFarLess = 0.5;
+  for (const int d : {2, 3})
+    if (line.cols() >= 4 * d && line.cols() % d == 0 && variation(d) < kFarLess * variation(1)) return d;
+  return std::nullopt;
+}
+
 std::vector<std::string> doubts_without_header(const std::string& path, const Landmarks& shape) {
-  if (shape.dimension() == 1)
-    return {fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
-                        counted(static_cast<std::size_t>(shape.count()), "landmark"))};
+  if (shape.dimension() == 1) {
+    std::string doubt = fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
+                                    counted(static_cast<std::size_t>(shape.count()), "landmark"));
+    if (const std::optional<int> axes = axes_in_turn(shape.points))
+      doubt += fmt::format("; if x{} take turns, write a landmark on each line: paste -d, {} < FILE",
+                           *axes == 2 ? " and y" : ", y and z", *axes == 2 ? "- -" : "- - -");
+    return {doubt};
+  }
   if (looks_like_index(shape.points))
     return {path +
             ": the first column counts the lines and is read as the coordinate x; if it is an index, give the "

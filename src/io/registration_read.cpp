@@ -245,8 +245,7 @@ Registration read_registration(const std::filesystem::path& path) {
     noise->check(static_cast<int>(d), static_cast<int>(source.cols()));
     return noise->channels(static_cast<int>(d), static_cast<int>(source.cols()));
   });
-  if (reader.has("kernel_fit"))
-    registration.fitted_kernel = read_kernel_fit(reader.at("kernel_fit"), registration);
+  if (reader.has("kernel_fit")) registration.fitted_kernel = read_kernel_fit(reader.at("kernel_fit"), registration);
   registration.increments = reader.at("increments").columns(channels);
   if (registration.grid.steps < 1 || registration.increments.cols() != registration.grid.steps)
     reader.fail("increments", "has another number of rows than 'steps'");

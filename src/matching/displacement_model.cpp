@@ -78,8 +78,7 @@ class WidthLikelihood {
 
   // @param variance of the displacements, 1/λ
   double operator()(double variance) const {
-    const Eigen::RowVectorXd v =
-        (variance * factors_.eigenvalues().array().max(0) + variance_).matrix().transpose();
+    const Eigen::RowVectorXd v = (variance * factors_.eigenvalues().array().max(0) + variance_).matrix().transpose();
     const auto r = static_cast<Index>(motions_.size());
     MatrixXd normal(r, r);
     VectorXd right(r);
@@ -126,8 +125,7 @@ double left_out_error(const MatrixXd& v, const MatrixXd& directions, const Point
 MatrixXd for_each_axis(const MatrixXd& matrix, Index d) {
   MatrixXd all = MatrixXd::Zero(d * matrix.rows(), d * matrix.cols());
   for (Index b = 0; b < matrix.cols(); ++b)
-    for (Index a = 0; a < matrix.rows(); ++a)
-      all.block(a * d, b * d, d, d).diagonal().setConstant(matrix(a, b));
+    for (Index a = 0; a < matrix.rows(); ++a) all.block(a * d, b * d, d, d).diagonal().setConstant(matrix(a, b));
   return all;
 }
 
@@ -160,8 +158,8 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
     if (const double value = at(log_deviation); value > best.log_likelihood)
       best = {{options.profile, alpha, 1}, std::exp(-2 * log_deviation), value, 0, 0, n};
   }
-  const MatrixXd v = for_each_axis(gram(best.kernel.alpha), d) / best.lambda +
-                     variance * MatrixXd::Identity(d * n, d * n);
+  const MatrixXd v =
+      for_each_axis(gram(best.kernel.alpha), d) / best.lambda + variance * MatrixXd::Identity(d * n, d * n);
   best.prediction_error = size * left_out_error(v, directions, displacements);
   best.alignment_error = size * left_out_error(MatrixXd::Identity(d * n, d * n), directions, displacements);
   best.kernel.alpha *= size;

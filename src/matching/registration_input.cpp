@@ -4,8 +4,9 @@
 
 #include <fmt/core.h>
 
-#include "pulson/core/errors.hpp"
+#include "pulson/core/coincident_landmarks.hpp"
 #include "pulson/core/coordinate_frame.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/core/landmark_pairs.hpp"
 
 namespace pulson {
@@ -66,7 +67,8 @@ void select_pairs(MatchingShapes& shapes) {
     select_data(shapes.data, pairs.first);
   }
   const bool in_order = std::is_sorted(pairs.other.begin(), pairs.other.end());
-  if (std::ssize(pairs.other) < shapes.target.count() || !in_order) shapes.target = selected(shapes.target, pairs.other);
+  if (std::ssize(pairs.other) < shapes.target.count() || !in_order)
+    shapes.target = selected(shapes.target, pairs.other);
 }
 
 // Those left out of the source, and its others.
@@ -83,63 +85,46 @@ void leave_out_missing(MatchingShapes& shapes) {
   select_data(shapes.data, present);
 }
 
-bool are_one_place(const Points& points, int a, int b) {
-  constexpr double kRounding = 1e-12;  // of the diameter, as in find_coincident()
-  return (points.col(a) - points.col(b)).norm() <= kRounding * diameter(points);
+// Edges of the landmarks that remain, without those between the two.
+void join_at_first(std::vector<std::pair<int, int>>& edges, int first, int second) {
+  const auto remaining = [&](int a) { return a == second ? first : a > second ? a - 1 : a; };
+  for (auto& [a, b] : edges) {
+    a = remaining(a);
+    b = remaining(b);
+  }
+  std::erase_if(edges, [](const auto& edge) { return edge.first == edge.second; });
 }
 
-// Two landmarks as one: the first, with the data of both.
-void merge_into_first(MatchingShapes& shapes, int first, int second) {
+// Two landmarks as one: the first, with the data of both. @param weight of each landmark in the mean of both targets
+void merge_into_first(MatchingShapes& shapes, int first, int second, Eigen::VectorXd& weight) {
   std::vector<int> others;
   for (int a = 0; a < shapes.source.count(); ++a)
     if (a != second) others.push_back(a);
   shapes.source = selected(shapes.source, others);
-  if (shapes.data.kind != DataKind::kLandmarks) return;
-  DataOptions& data = shapes.data;
-  Points& y = shapes.target.points;
-  const bool weighted = data.weights.size() > 0;
-  const Eigen::Vector2d weights{weighted ? data.weights[first] : 1, weighted ? data.weights[second] : 1};
-  if (y.col(first).hasNaN())
-    y.col(first) = Eigen::VectorXd(y.col(second));
-  else if (!y.col(second).hasNaN() && weights.sum() > 0)
-    y.col(first) = (weights[0] * y.col(first) + weights[1] * y.col(second)) / weights.sum();
-  if (weighted) data.weights[first] = weights.sum();
-  shapes.target = selected(shapes.target, others);
-  select_data(data, others);
-}
-
-// Whether one of the two says nothing that the other does not: they are one in the target, too, or neighbours of an
-// outline, whose ends are.
-bool is_repeated(const MatchingShapes& shapes, int first, int second) {
-  if (shapes.data.kind == DataKind::kLandmarks) {
-    const Points& y = shapes.target.points;
-    return y.col(first).hasNaN() || y.col(second).hasNaN() || are_one_place(y, first, second);
+  if (shapes.data.kind != DataKind::kLandmarks) {
+    join_at_first(shapes.source_edges, first, second);
+    return;
   }
-  for (const std::vector<int>& group : landmarks_by_group(shapes.source))
-    for (std::size_t i = 0; i < group.size(); ++i)
-      if (std::minmax(group[i], group[(i + 1) % group.size()]) == std::pair<const int&, const int&>(first, second))
-        return true;
-  return false;
+  shapes.target = merged(shapes.target, first, second, {weight[first], weight[second]});
+  weight[first] += weight[second];
+  weight = Eigen::VectorXd(weight(others));
+  if (shapes.data.weights.size() > 0) shapes.data.weights[first] += shapes.data.weights[second];
+  select_data(shapes.data, others);
 }
 
-// A closed outline repeats its first point at its end, and some landmarks have two names; other landmarks that are at
-// one place no flow parts.
+// A closed outline repeats its first point at its end, lines meet, and some landmarks have two names; other landmarks
+// that are at one place no flow parts.
 void merge_coincident(MatchingShapes& shapes) {
+  const bool curves = shapes.data.kind != DataKind::kLandmarks;
+  Eigen::VectorXd weight = shapes.data.weights;
+  if (weight.size() == 0) weight.setOnes(shapes.source.count());
   while (const auto pair = find_coincident(shapes.source.points)) {
     const auto [first, second] = *pair;
-    const Landmarks& source = shapes.source;
-    const bool repeated = is_repeated(shapes, first, second);
-    if (!repeated && !shapes.data.merge_coincident)
-      throw InputError(fmt::format(
-          "{}: landmarks {} and {} are at the same place, and apart in {}, where no flow can take them: take them as one "
-          "by --merge-coincident, or leave one out of both files",
-          source.source, source.describe(first), source.describe(second), shapes.target.source));
-    const bool closes = first == 0 && second == source.count() - 1;
-    shapes.notes.push_back(fmt::format("{}: landmarks {} and {} are at the same place{} and taken as one{}",
-                                       source.source, source.describe(first), source.describe(second),
-                                       repeated && shapes.data.kind == DataKind::kLandmarks ? " in both shapes" : "",
-                                       closes ? ": a closed outline" : ""));
-    merge_into_first(shapes, first, second);
+    const bool in_both = !curves && is_repeated(shapes.target.points, first, second);
+    if (!curves && !in_both && !shapes.data.merge_coincident)
+      throw InputError(coincident_error(shapes.source, first, second, shapes.target));
+    shapes.notes.push_back(merged_note(shapes.source, first, second, in_both ? "in both shapes" : ""));
+    merge_into_first(shapes, first, second, weight);
   }
 }
 
@@ -177,6 +162,7 @@ MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target,
   shapes.source = in_frame_of(target, source, shapes.notes);
   if (data.kind == DataKind::kLandmarks) select_pairs(shapes);
   leave_out_missing(shapes);
+  if (data.kind != DataKind::kLandmarks) shapes.source_edges = make_curve(shapes.source, data.ends).edges;
   merge_coincident(shapes);
   check_observed(shapes);
   return shapes;

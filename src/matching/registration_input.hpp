@@ -10,11 +10,15 @@ struct MatchingShapes {
   Landmarks target;
   DataOptions data;
   std::vector<std::string> notes;
+  /// How the source's landmarks are joined where the data are curves: as make_curve() does before landmarks at one
+  /// place become one, so that lines which meet there stay whole.
+  std::vector<std::pair<int, int>> source_edges{};
 };
 
 /// Pairs landmarks by their labels where these tell, as paired_by_labels does, and leaves out those of the source that
 /// miss a coordinate, with their targets, weights and covariances.
-/// @throws InputError where the shapes cannot be matched, as where two landmarks of the source coincide
+/// Landmarks at one place in the source become one: for curves always, else where the target has them so, too, or as
+/// `data` asks. @throws InputError where the shapes cannot be matched
 MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data);
 
 }  // namespace pulson

@@ -71,7 +71,7 @@ Alignment find_alignment(const MatchingShapes& shapes, const RegistrationOptions
   if (data.kind == DataKind::kLandmarks)
     return align(shapes.source.points, shapes.target.points, kind,
                  {.weights = data.weights, .reflect = options.reflect});
-  return align_curves(make_curve(shapes.source, data.ends), make_curve(shapes.target, data.ends), kind);
+  return align_curves({shapes.source.points, shapes.source_edges}, make_curve(shapes.target, data.ends), kind);
 }
 
 // y that points up in one file and down in the other is common, and no flow that keeps orientation mends it well.
@@ -103,11 +103,10 @@ std::shared_ptr<const DataTerm> landmark_data(const MatchingShapes& shapes, doub
 
 // Sets the width of the data where it is left open.
 std::shared_ptr<const DataTerm> curve_data(MatchingShapes& shapes, double sigma) {
-  const Curve source = make_curve(shapes.source, shapes.data.ends);
   const Curve target = make_curve(shapes.target, shapes.data.ends);
   if (!shapes.data.width) shapes.data.width = automatic_data_width(target);
   const auto measure = shapes.data.kind == DataKind::kVarifold ? CurveMeasure::kVarifold : CurveMeasure::kCurrent;
-  return std::make_shared<CurveTerm>(source.edges, shapes.source.count(), target,
+  return std::make_shared<CurveTerm>(shapes.source_edges, shapes.source.count(), target,
                                      CurveTermOptions{measure, sigma, *shapes.data.width});
 }
 
@@ -181,8 +180,9 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
                            scales.sigma,
                            scales.lambda,
                            std::move(realisations)};
-  return {std::move(shapes.source), std::move(aligned),  std::move(shapes.target), std::move(alignment), scales.fitted,
-          mode,                     std::move(shapes.data),   std::move(matching), std::move(shapes.notes)};
+  return {std::move(shapes.source), std::move(aligned),  std::move(shapes.target),
+          std::move(alignment),     scales.fitted,       mode,
+          std::move(shapes.data),   std::move(matching), std::move(shapes.notes)};
 }
 
 }  // namespace pulson

@@ -21,6 +21,12 @@ struct CohortShapes {
   Cohort cohort(const std::vector<int>& chosen = {}) const;
 };
 
+/// Takes landmarks at one place in the source as one where they are so in every target, too, such as the first and
+/// last point of a closed outline; without a source, those at one place in all shapes. A note is added for each.
+/// @param merge whether landmarks that a target has apart become one as well, at the mean of both
+/// @throws InputError where a target has such landmarks apart and `merge` is false
+void merge_coincident(CohortShapes& shapes, bool merge, std::vector<std::string>& notes);
+
 struct CompareOptions {
   CohortSettings settings{};
   int folds = 5;              ///< of the predictive scores; 0: none

@@ -27,10 +27,10 @@ struct Landmarks {
   std::vector<std::pair<std::string, std::string>> properties{};
   std::vector<Points> curves{};    ///< further points along open lines, d×n each, that are no landmarks
   std::vector<Points> outlines{};  ///< the same of closed ones
-  std::vector<int> numbers{};      ///< in the file, from 1, where it numbers them or some were left out; empty: 1, 2, …
-  std::string units{};             ///< of length, as its file names them (`mm`), or `voxels`; empty: it does not
-  std::string axes{};              ///< where the axes point, as its file says: `LPS`, `RAS`; empty: it does not
-  std::string source;              ///< where it came from, as a user would address it: `file.tps#3`
+  std::vector<int> numbers{};  ///< in the file, from 1, where it numbers them or some were left out; empty: 1, 2, …
+  std::string units{};         ///< of length, as its file names them (`mm`), or `voxels`; empty: it does not
+  std::string axes{};          ///< where the axes point, as its file says: `LPS`, `RAS`; empty: it does not
+  std::string source;          ///< where it came from, as a user would address it: `file.tps#3`
 
   int dimension() const { return static_cast<int>(points.rows()); }
   int count() const { return static_cast<int>(points.cols()); }

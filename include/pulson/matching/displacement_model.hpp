@@ -18,11 +18,11 @@ struct DisplacementOptions {
 /// A kernel and the weight of the energy, fitted to one pair of shapes.
 struct DisplacementModel {
   KernelTerm kernel;
-  double lambda = 1;             ///< 1/(length units)²: displacements have the standard deviation λ^{-½}
-  double log_likelihood = 0;     ///< restricted, up to a constant
-  double prediction_error = 0;   ///< root mean square distance of a left-out landmark from its prediction, length units
-  double alignment_error = 0;    ///< the same of its prediction by the alignment alone
-  Eigen::Index landmarks = 0;    ///< that it was fitted to
+  double lambda = 1;            ///< 1/(length units)²: displacements have the standard deviation λ^{-½}
+  double log_likelihood = 0;    ///< restricted, up to a constant
+  double prediction_error = 0;  ///< root mean square distance of a left-out landmark from its prediction, length units
+  double alignment_error = 0;   ///< the same of its prediction by the alignment alone
+  Eigen::Index landmarks = 0;   ///< that it was fitted to
 };
 
 /// Fits the linearised matching problem to the displacements y − q0 of the landmarks: to first order in the momenta

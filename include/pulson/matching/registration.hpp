@@ -85,8 +85,8 @@ struct Registration {
   int samples = 1;      ///< realisations: path s has the increments brownian_increments(seed, s, …)
   Alignment alignment;  ///< moved the original source to `source`
   std::optional<DisplacementModel> fitted_kernel;  ///< where the kernel was fitted to the landmarks
-  Landmarks source;     ///< q0: the source after alignment, where the flow begins
-  Landmarks original;   ///< the source as it was given, but for landmarks that miss a coordinate
+  Landmarks source;                                ///< q0: the source after alignment, where the flow begins
+  Landmarks original;  ///< the source as it was given, but for landmarks that miss a coordinate
   Landmarks target;
   Points result;               ///< q(T), d×N; in mode `expected` its mean
   Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one

@@ -118,7 +118,7 @@ TEST(Integrators, IsReversibleWhereItSaysSo) {
 
 // Langevin's friction alone: dH = −λ|H_p|² dt.
 TEST(Integrators, FrictionTakesEnergy) {
-  for (const std::string integrator : {"variational", "midpoint", "heun"}) {
+  for (const std::string integrator : {"variational", "variational-2", "midpoint", "heun"}) {
     Problem problem({integrator, "langevin:sigma=1,friction=0.7", "gaussian:alpha=0.9"}, 2, 4, {0.001, 1});
     problem.increments.setZero();
     const KernelOperator& kernel = problem.system.kernel;

@@ -1,6 +1,7 @@
+#include "row_sweep.hpp"
+
 #include <Eigen/LU>
 
-#include "pulson/integrators/variational.hpp"
 #include "variational_maps.hpp"
 
 namespace pulson {
@@ -40,26 +41,21 @@ DenseHessian dense_hessian(const Product& product, Index rows, Index cols, bool 
   return dense;
 }
 
-// The adjoint of all coordinates r of q(T) at once, as do_adjoint: column r of q_bar and p_bar is the adjoint state of
-// r.
-class RowSweep {
- public:
-  RowSweep(const StochasticSystem& system, double dt, bool compensates, Index d, Index n)
-      : system_(system),
-        noise_(*system.noise),
-        traits_(system.noise->traits()),
-        dt_(dt),
-        compensates_(compensates),
-        d_(d),
-        n_(n),
-        one_(MatrixXd::Identity(d * n, d * n)),
-        q_bar_(one_),
-        p_bar_(MatrixXd::Zero(d * n, d * n)) {}
+}  // namespace
 
-  const MatrixXd& p_bar() const { return p_bar_; }
+RowSweep::RowSweep(const StochasticSystem& system, double dt, bool compensates, Index d, Index n)
+    : system_(system),
+      noise_(*system.noise),
+      traits_(system.noise->traits()),
+      dt_(dt),
+      compensates_(compensates),
+      d_(d),
+      n_(n),
+      one_(MatrixXd::Identity(d * n, d * n)),
+      q_bar_(one_),
+      p_bar_(MatrixXd::Zero(d * n, d * n)) {}
 
-  // From (q⁺, p̂⁺) back to (q̃, p) where q̃ = q + h_p w: q_bar is μ then.
-  void through_flow(const Points& q, const Points& p) {
+void RowSweep::through_flow(const Points& q, const Points& p) {
     MatrixXd tangent = dt_ * system_.kernel.tangent_matrix(q, p);
     MatrixXd hessian = dt_ * system_.kernel.hessian_matrix(q, p);
     const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel, q);
@@ -81,8 +77,7 @@ class RowSweep {
     p_bar_.noalias() += velocity * q_bar_;
   }
 
-  // On to (q, p̂), and the rows' derivatives by w. @param inside (q, p)
-  void through_noise(const PhaseState& inside, const VectorXd& w, Eigen::Ref<MatrixXd> by_w) {
+void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen::Ref<MatrixXd> by_w) {
     const MatrixXd mu = q_bar_;
     if (!traits_.additive) {
       const auto product = [&](const PhaseState& unit) { return noise_.hessian(inside, w, unit); };
@@ -93,61 +88,60 @@ class RowSweep {
         q_bar_.noalias() -= of_h.qq * p_bar_;
       }
     }
-    if (by_w.cols() > 0) rows_by_noise(inside, mu, by_w);
+    rows_by_noise(inside, mu, p_bar_, by_w);
   }
 
- private:
-  // ∇h_i·(−p̄, μ) for each row and channel i: row by row where fields are constant and so cheap, else all at once.
-  void rows_by_noise(const PhaseState& inside, const MatrixXd& mu, Eigen::Ref<MatrixXd> by_w) const {
+void RowSweep::through_adjoint_flow(const Points& q, const Points& p) {
+  MatrixXd tangent = dt_ * system_.kernel.tangent_matrix(q, p);
+  MatrixXd hessian = dt_ * system_.kernel.hessian_matrix(q, p);
+  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel, q);
+  MatrixXd implicit = one_ + tangent;
+  if (!traits_.hamiltonian) {
+    implicit += noise_.friction() * velocity;
+    hessian += noise_.friction() * tangent.transpose();
+  }
+  p_bar_.noalias() += velocity * q_bar_;
+  p_bar_ = implicit.partialPivLu().solve(p_bar_).eval();
+  q_bar_ += (tangent.transpose() * q_bar_).eval();
+  q_bar_.noalias() -= hessian * p_bar_;
+}
+
+// With A = ∇²h_w,pq and B = ∇²h_w,qq at m: (I + ½A)ν_p = 2p̄⁺, (I − ½Aᵀ)ν_q = 2q̄⁺ − ½Bν_p, and (q̄, p̄) = ν − (q̄⁺, p̄⁺).
+void RowSweep::through_midpoint_noise(const PhaseState& middle, const VectorXd& w, Eigen::Ref<MatrixXd> by_w) {
+  if (traits_.additive) return rows_by_noise(middle, q_bar_, p_bar_, by_w);
+  const auto product = [&](const PhaseState& unit) { return noise_.hessian(middle, w, unit); };
+  const DenseHessian of_h = dense_hessian(product, d_, n_, traits_.local);
+  const bool mixed = traits_.moves_positions && traits_.moves_momenta;  // else A = 0
+  MatrixXd nu_p = 2 * p_bar_;
+  if (mixed) nu_p = (one_ + 0.5 * of_h.pq).partialPivLu().solve(nu_p).eval();
+  MatrixXd nu_q = 2 * q_bar_ - 0.5 * of_h.qq * nu_p;
+  if (mixed) nu_q = (one_ - 0.5 * of_h.pq.transpose()).partialPivLu().solve(nu_q).eval();
+  rows_by_noise(middle, 0.5 * nu_q, 0.5 * nu_p, by_w);
+  q_bar_ = nu_q - q_bar_;
+  p_bar_ = nu_p - p_bar_;
+}
+
+// ∇h_i·(−ν, μ) for each row and channel i: row by row where fields are constant and so cheap, else all at once.
+void RowSweep::rows_by_noise(const PhaseState& at, const MatrixXd& mu, const MatrixXd& nu,
+                             Eigen::Ref<MatrixXd> by_w) const {
+    if (by_w.cols() == 0) return;
     if (traits_.additive) {
       for (Index r = 0; r < by_w.rows(); ++r) {
         PhaseState with{Points::Zero(d_, n_), mu.col(r).reshaped(d_, n_)};
-        if (traits_.moves_momenta) with.q = -p_bar_.col(r).reshaped(d_, n_);
-        by_w.row(r) = noise_.contract(inside, with).transpose();
+        if (traits_.moves_momenta) with.q = -nu.col(r).reshaped(d_, n_);
+        by_w.row(r) = noise_.contract(at, with).transpose();
       }
       return;
     }
     MatrixXd of_q(d_ * n_, by_w.cols());
     MatrixXd of_p(d_ * n_, by_w.cols());
     for (Index i = 0; i < by_w.cols(); ++i) {
-      const PhaseState field = noise_.gradient(inside, VectorXd::Unit(by_w.cols(), i));
+      const PhaseState field = noise_.gradient(at, VectorXd::Unit(by_w.cols(), i));
       of_q.col(i) = field.q.reshaped();
       of_p.col(i) = field.p.reshaped();
     }
     by_w.noalias() = mu.transpose() * of_p;
-    if (traits_.moves_momenta) by_w.noalias() -= p_bar_.transpose() * of_q;
+    if (traits_.moves_momenta) by_w.noalias() -= nu.transpose() * of_q;
   }
-
-  const StochasticSystem& system_;
-  const NoiseModel& noise_;
-  NoiseTraits traits_;
-  double dt_;
-  bool compensates_;
-  Index d_;
-  Index n_;
-  MatrixXd one_;
-  MatrixXd q_bar_;
-  MatrixXd p_bar_;
-};
-
-}  // namespace
-
-EndpointJacobian VariationalIntegrator::endpoint_jacobian(const StochasticSystem& system,
-                                                          const Trajectory& path) const {
-  const Points& q0 = path.initial().q;
-  const Index channels = path.increments.rows();
-  const MatrixXd w = acting_increments(path.increments);
-  RowSweep sweep(system, path.grid.dt(), compensates(*system.noise), q0.rows(), q0.cols());
-  MatrixXd by_w(q0.size(), channels * path.grid.steps);
-  for (int k = path.grid.steps - 1; k >= 0; --k) {
-    const Step step = step_of(system, path, k, w);
-    sweep.through_flow(step.end.q, step.momenta);
-    sweep.through_noise({step.start.q, step.momenta}, step.w, by_w.middleCols(k * channels, channels));
-  }
-  EndpointJacobian jacobian{sweep.p_bar().transpose(), 0.5 * by_w};
-  const Index later = channels * (path.grid.steps - 1);
-  jacobian.increments.leftCols(later) += 0.5 * by_w.rightCols(later);
-  return jacobian;
-}
 
 }  // namespace pulson

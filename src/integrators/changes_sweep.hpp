@@ -19,9 +19,9 @@ struct FlowSegment {
 bool changes_need_no_noise(const NoiseTraits& traits);
 
 /// Many tangents of one path at once, as products of matrices: the changes of q(T), dN×R, for R changes of p0 (index
-/// a·d + axis). Without noise in the momenta a landmark at p = 0 keeps it: it is carried along, and acts on nothing. The
-/// equations of the M others are solved for themselves; the carried ones follow, each by a d×d matrix. Cost
-/// O((dM)³ + (dM)²R + dN dM R) a segment, memory O(dN R).
+/// a·d + axis). Without noise in the momenta a landmark at p = 0 keeps it: it is carried along, and acts on nothing.
+/// The equations of the M others are solved for themselves; the carried ones follow, each by a d×d matrix. Cost O((dM)³
+/// + (dM)²R + dN dM R) a segment, memory O(dN R).
 Eigen::MatrixXd changes_along(const KernelOperator& kernel, const Points& p0, const std::vector<FlowSegment>& segments,
                               const Eigen::MatrixXd& momentum_changes);
 

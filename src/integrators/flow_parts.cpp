@@ -116,10 +116,9 @@ PhaseState AdjointFlowPart::adjoint(const PhaseState& at, const PhaseState& end_
   const KernelOperator& kernel = system_.kernel;
   const NoiseModel& noise = *system_.noise;
   const KickMap map(system_, q, p, dt_);
-  const Points nu =
-      solve_linear([&](const Points& x) { return map.transposed(p, x); },
-                   [&]() -> MatrixXd { return map.jacobian(p).transpose(); },
-                   end_bar.p + dt_ * kernel.apply(q, q, end_bar.q));
+  const Points nu = solve_linear([&](const Points& x) { return map.transposed(p, x); },
+                                 [&]() -> MatrixXd { return map.jacobian(p).transpose(); },
+                                 end_bar.p + dt_ * kernel.apply(q, q, end_bar.q));
   // Friction acts as part of the force: −λ(H_pq)ᵀν joins (H_pq)ᵀ q̄'.
   const Points of_velocity = noise.traits().hamiltonian ? end_bar.q : Points(end_bar.q - noise.friction() * nu);
   if (!noise.traits().hamiltonian)

@@ -56,40 +56,40 @@ RowSweep::RowSweep(const StochasticSystem& system, double dt, bool compensates, 
       p_bar_(MatrixXd::Zero(d * n, d * n)) {}
 
 void RowSweep::through_flow(const Points& q, const Points& p) {
-    MatrixXd tangent = dt_ * system_.kernel.tangent_matrix(q, p);
-    MatrixXd hessian = dt_ * system_.kernel.hessian_matrix(q, p);
-    const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel, q);
-    MatrixXd of_friction;
-    if (!traits_.hamiltonian) {  // friction acts on K(q)p alone, and not on what compensates
-      q_bar_.noalias() -= noise_.friction() * tangent.transpose() * p_bar_;
-      of_friction = noise_.friction() * velocity * p_bar_;
-    }
-    if (compensates_) {
-      const auto product = [&](const PhaseState& unit) { return noise_.compensation_hessian({q, p}, unit); };
-      const DenseHessian of_g = dense_hessian(product, d_, n_, traits_.local);
-      tangent += dt_ * of_g.pq;
-      hessian += dt_ * of_g.qq;
-    }
-    q_bar_.noalias() -= hessian * p_bar_;
-    p_bar_ -= (tangent * p_bar_).eval();
-    if (!traits_.hamiltonian) p_bar_ -= of_friction;
-    q_bar_ = (one_ - tangent.transpose()).partialPivLu().solve(q_bar_).eval();
-    p_bar_.noalias() += velocity * q_bar_;
+  MatrixXd tangent = dt_ * system_.kernel.tangent_matrix(q, p);
+  MatrixXd hessian = dt_ * system_.kernel.hessian_matrix(q, p);
+  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel, q);
+  MatrixXd of_friction;
+  if (!traits_.hamiltonian) {  // friction acts on K(q)p alone, and not on what compensates
+    q_bar_.noalias() -= noise_.friction() * tangent.transpose() * p_bar_;
+    of_friction = noise_.friction() * velocity * p_bar_;
   }
+  if (compensates_) {
+    const auto product = [&](const PhaseState& unit) { return noise_.compensation_hessian({q, p}, unit); };
+    const DenseHessian of_g = dense_hessian(product, d_, n_, traits_.local);
+    tangent += dt_ * of_g.pq;
+    hessian += dt_ * of_g.qq;
+  }
+  q_bar_.noalias() -= hessian * p_bar_;
+  p_bar_ -= (tangent * p_bar_).eval();
+  if (!traits_.hamiltonian) p_bar_ -= of_friction;
+  q_bar_ = (one_ - tangent.transpose()).partialPivLu().solve(q_bar_).eval();
+  p_bar_.noalias() += velocity * q_bar_;
+}
 
 void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen::Ref<MatrixXd> by_w) {
-    const MatrixXd mu = q_bar_;
-    if (!traits_.additive) {
-      const auto product = [&](const PhaseState& unit) { return noise_.hessian(inside, w, unit); };
-      const DenseHessian of_h = dense_hessian(product, d_, n_, traits_.local);
-      if (traits_.moves_positions) q_bar_.noalias() += of_h.pq.transpose() * mu;
-      if (traits_.moves_momenta) {
-        p_bar_ = (one_ + of_h.pq).partialPivLu().solve(p_bar_).eval();
-        q_bar_.noalias() -= of_h.qq * p_bar_;
-      }
+  const MatrixXd mu = q_bar_;
+  if (!traits_.additive) {
+    const auto product = [&](const PhaseState& unit) { return noise_.hessian(inside, w, unit); };
+    const DenseHessian of_h = dense_hessian(product, d_, n_, traits_.local);
+    if (traits_.moves_positions) q_bar_.noalias() += of_h.pq.transpose() * mu;
+    if (traits_.moves_momenta) {
+      p_bar_ = (one_ + of_h.pq).partialPivLu().solve(p_bar_).eval();
+      q_bar_.noalias() -= of_h.qq * p_bar_;
     }
-    rows_by_noise(inside, mu, p_bar_, by_w);
   }
+  rows_by_noise(inside, mu, p_bar_, by_w);
+}
 
 void RowSweep::through_adjoint_flow(const Points& q, const Points& p) {
   MatrixXd tangent = dt_ * system_.kernel.tangent_matrix(q, p);
@@ -124,24 +124,24 @@ void RowSweep::through_midpoint_noise(const PhaseState& middle, const VectorXd& 
 // ∇h_i·(−ν, μ) for each row and channel i: row by row where fields are constant and so cheap, else all at once.
 void RowSweep::rows_by_noise(const PhaseState& at, const MatrixXd& mu, const MatrixXd& nu,
                              Eigen::Ref<MatrixXd> by_w) const {
-    if (by_w.cols() == 0) return;
-    if (traits_.additive) {
-      for (Index r = 0; r < by_w.rows(); ++r) {
-        PhaseState with{Points::Zero(d_, n_), mu.col(r).reshaped(d_, n_)};
-        if (traits_.moves_momenta) with.q = -nu.col(r).reshaped(d_, n_);
-        by_w.row(r) = noise_.contract(at, with).transpose();
-      }
-      return;
+  if (by_w.cols() == 0) return;
+  if (traits_.additive) {
+    for (Index r = 0; r < by_w.rows(); ++r) {
+      PhaseState with{Points::Zero(d_, n_), mu.col(r).reshaped(d_, n_)};
+      if (traits_.moves_momenta) with.q = -nu.col(r).reshaped(d_, n_);
+      by_w.row(r) = noise_.contract(at, with).transpose();
     }
-    MatrixXd of_q(d_ * n_, by_w.cols());
-    MatrixXd of_p(d_ * n_, by_w.cols());
-    for (Index i = 0; i < by_w.cols(); ++i) {
-      const PhaseState field = noise_.gradient(at, VectorXd::Unit(by_w.cols(), i));
-      of_q.col(i) = field.q.reshaped();
-      of_p.col(i) = field.p.reshaped();
-    }
-    by_w.noalias() = mu.transpose() * of_p;
-    if (traits_.moves_momenta) by_w.noalias() -= nu.transpose() * of_q;
+    return;
   }
+  MatrixXd of_q(d_ * n_, by_w.cols());
+  MatrixXd of_p(d_ * n_, by_w.cols());
+  for (Index i = 0; i < by_w.cols(); ++i) {
+    const PhaseState field = noise_.gradient(at, VectorXd::Unit(by_w.cols(), i));
+    of_q.col(i) = field.q.reshaped();
+    of_p.col(i) = field.p.reshaped();
+  }
+  by_w.noalias() = mu.transpose() * of_p;
+  if (traits_.moves_momenta) by_w.noalias() -= nu.transpose() * of_q;
+}
 
 }  // namespace pulson

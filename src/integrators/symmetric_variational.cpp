@@ -26,8 +26,7 @@ MidpointStep::Outcome through_noise(const StochasticSystem& system, const Vector
 }  // namespace
 
 Integrator::StepOutcome SymmetricVariationalIntegrator::do_step(const StochasticSystem& system, const PhaseState& start,
-                                                                double dt, const VectorXd& w,
-                                                                RootSearch search) const {
+                                                                double dt, const VectorXd& w, RootSearch search) const {
   const AdjointFlowPart first(system, dt / 2);
   const FlowPart second(system, dt / 2, false);
   ImplicitRoot kick = first.momenta(start, search);
@@ -56,8 +55,7 @@ PhaseState SymmetricVariationalIntegrator::do_tangent(const Step& step, const Ph
                                                       const VectorXd& w_change,
                                                       const VectorXd& parameters_change) const {
   const Parts at = parts_of(step);
-  PhaseState change =
-      AdjointFlowPart(step.system, step.dt / 2).tangent(at.first, start_change, parameters_change);
+  PhaseState change = AdjointFlowPart(step.system, step.dt / 2).tangent(at.first, start_change, parameters_change);
   if (step.w.size() > 0)
     change = MidpointStep(step.system, 0, step.w).tangent(at.noise, change, w_change, parameters_change);
   return FlowPart(step.system, step.dt / 2, false).tangent(at.second, change, parameters_change);

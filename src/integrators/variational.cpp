@@ -101,8 +101,7 @@ Integrator::StepBar VariationalIntegrator::do_adjoint(const Step& step, const Ph
   bar.w = noise.contract(inside, {-nu, mu});
 
   for (Eigen::Index i = 0; i < bar.parameters.size(); ++i) {
-    const PhaseState of_h =
-        noise.gradient_by_parameters(inside, step.w, VectorXd::Unit(bar.parameters.size(), i));
+    const PhaseState of_h = noise.gradient_by_parameters(inside, step.w, VectorXd::Unit(bar.parameters.size(), i));
     bar.parameters[i] += mu.cwiseProduct(of_h.p).sum() - nu.cwiseProduct(of_h.q).sum();
   }
   return bar;
@@ -142,8 +141,7 @@ MatrixXd VariationalIntegrator::endpoint_changes(const StochasticSystem& system,
     return Integrator::endpoint_changes(system, path, momentum_changes);
   std::vector<FlowSegment> segments;
   for (int k = 0; k < path.grid.steps; ++k)
-    segments.push_back(
-        {path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k), path.grid.dt(), false});
+    segments.push_back({path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k), path.grid.dt(), false});
   return changes_along(system.kernel, path.initial().p, segments, momentum_changes);
 }
 

@@ -16,9 +16,8 @@ using Eigen::VectorXd;
 // The noise of a step: the flow of h_w, which for constant ∇h_w is what ∇h_w adds, else the midpoint rule.
 MidpointStep::Outcome through_noise(const StochasticSystem& system, const VectorXd& w, const PhaseState& start,
                                     RootSearch search) {
-  const MidpointStep noise(system, 0, w);
   if (w.size() == 0) return {start, start};
-  if (!system.noise->traits().additive) return noise.take(start, search);
+  if (!system.noise->traits().additive) return MidpointStep(system, 0, w).take(start, search);
   const PhaseState h = system.noise->gradient(start, w);
   return {{start.q + 0.5 * h.p, start.p - 0.5 * h.q}, {start.q + h.p, start.p - h.q}};
 }

@@ -6,6 +6,7 @@
 #include "flow_parts.hpp"
 #include "midpoint_step.hpp"
 #include "row_sweep.hpp"
+#include "variational_maps.hpp"
 
 namespace pulson {
 namespace {
@@ -13,13 +14,63 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The noise of a step: the flow of h_w, which for constant ∇h_w is what ∇h_w adds, else the midpoint rule.
-MidpointStep::Outcome through_noise(const StochasticSystem& system, const VectorXd& w, const PhaseState& start,
-                                    RootSearch search) {
+// F(q) = ½ h_w,p(q): the positions of the midpoint, which need no momenta as h_w is affine in p.
+class NoisePositionMap final : public ImplicitMap {
+ public:
+  NoisePositionMap(const NoiseModel& noise, const Points& p, const VectorXd& w) : noise_(noise), p_(p), w_(w) {}
+
+  Points value(const Points& q) const override { return 0.5 * noise_.gradient({q, p_}, w_).p; }
+  MatrixXd jacobian(const Points& q) const override {
+    const Points zero = Points::Zero(q.rows(), q.cols());
+    return matrix_of(
+        [&](const Points& delta) -> Points {
+          return 0.5 * noise_.hessian({q, p_}, w_, {delta, zero}).p;
+        },
+        q.rows(), q.cols());
+  }
+  VectorXd terms_size() const override { return VectorXd::Zero(1); }
+  // As of the midpoint rule: nothing else guards against an iteration that jumps to another root.
+  double contraction() const override { return 0.5; }
+
+ private:
+  const NoiseModel& noise_;
+  const Points& p_;
+  const VectorXd& w_;
+};
+
+// The noise of a step, and how its roots were found.
+struct NoiseOutcome {
+  PhaseState middle;
+  PhaseState end;
+  bool found = true;
+  bool continued = false;
+  double contraction = 0;
+};
+
+// The flow of h_w: what ∇h_w adds where it is constant, else the midpoint rule, positions first.
+NoiseOutcome through_noise(const NoiseModel& noise, const VectorXd& w, const PhaseState& start, RootSearch search) {
   if (w.size() == 0) return {start, start};
-  if (!system.noise->traits().additive) return MidpointStep(system, 0, w).take(start, search);
-  const PhaseState h = system.noise->gradient(start, w);
-  return {{start.q + 0.5 * h.p, start.p - 0.5 * h.q}, {start.q + h.p, start.p - h.q}};
+  const NoiseTraits traits = noise.traits();
+  NoiseOutcome outcome{start, {}};
+  if (!traits.additive && traits.moves_positions) {
+    ImplicitRoot root = solve_implicit(NoisePositionMap(noise, start.p, w), start.q, search);
+    outcome.middle.q = std::move(root.x);
+    outcome.found = root.found;
+    outcome.continued = root.continued;
+    outcome.contraction = root.contraction;
+  }
+  if (outcome.found && !traits.additive && traits.moves_momenta) {
+    const VectorXd half = 0.5 * w;
+    ImplicitRoot root = solve_implicit(MomentumMap(noise, outcome.middle.q, half), start.p, search);
+    outcome.middle.p = std::move(root.x);
+    outcome.found = root.found;
+    outcome.continued |= root.continued;
+  }
+  // Not 2m − z: total momentum is kept to round-off by adding up forces that cancel.
+  const PhaseState h = noise.gradient(outcome.middle, w);
+  outcome.end = {start.q + h.p, start.p - h.q};
+  if (traits.additive) outcome.middle = 0.5 * (start + outcome.end);
+  return outcome;
 }
 
 }  // namespace
@@ -31,7 +82,7 @@ Integrator::StepOutcome SymmetricVariationalIntegrator::do_step(const Stochastic
   ImplicitRoot kick = first.momenta(start, search);
   if (!kick.found) return {.end = {}, .inner = {}, .found = false};
   const Points q = first.positions({start.q, kick.x});
-  const MidpointStep::Outcome noise = through_noise(system, w, {q, kick.x}, search);
+  const NoiseOutcome noise = through_noise(*system.noise, w, {q, kick.x}, search);
   if (!noise.found) return {.end = {}, .inner = {}, .found = false};
   ImplicitRoot drift = second.positions(noise.end, search);
   Points p = second.momenta({drift.x, noise.end.p});
@@ -46,7 +97,7 @@ SymmetricVariationalIntegrator::Parts SymmetricVariationalIntegrator::parts_of(c
   const PhaseState first{step.start.q, step.momenta};
   if (step.w.size() == 0) return {first, {}, {step.end.q, step.momenta}};
   const PhaseState before{AdjointFlowPart(step.system, step.dt / 2).positions(first), step.momenta};
-  MidpointStep::Outcome noise = through_noise(step.system, step.w, before, RootSearch::kThorough);
+  NoiseOutcome noise = through_noise(*step.system.noise, step.w, before, RootSearch::kThorough);
   return {first, std::move(noise.middle), {step.end.q, std::move(noise.end.p)}};
 }
 

@@ -107,7 +107,7 @@ void print_summary(const Simulation& simulation) {
   double momentum = 0;
   double error = 0;
   for (const SamplePath& sample : simulation.samples) {
-    kappa = std::max(kappa, sample.path.contraction_bound);
+    kappa = std::max(kappa, sample.contraction_bound);
     momentum = std::max(momentum, sample.largest_momentum);
     error = std::max(error, sample.momentum_error);
   }

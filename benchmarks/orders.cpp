@@ -189,6 +189,9 @@ int run(int argc, char** argv) {
   program.add_option("--steps", plan.steps, "of the grids, coarsest first")->capture_default_str()->delimiter(',');
   program.add_option("--reference", plan.reference_steps, "steps of the reference, a multiple of each and of 2")
       ->capture_default_str();
+  program
+      .add_option("--integrators", plan.integrators, "rows of `pulson info integrators`; all that take noise if empty")
+      ->delimiter(',');
   program.add_option("--only", only, "cases whose noise has this in its specification");
   CLI11_PARSE(program, argc, argv);
   pulson::set_thread_count(threads);

@@ -118,13 +118,50 @@ TEST(Integrators, IsReversibleWhereItSaysSo) {
 
 // Langevin's friction alone: dH = −λ|H_p|² dt.
 TEST(Integrators, FrictionTakesEnergy) {
-  for (const std::string integrator : {"variational", "midpoint", "heun"}) {
+  for (const std::string integrator : {"variational", "variational-2", "midpoint", "heun"}) {
     Problem problem({integrator, "langevin:sigma=1,friction=0.7", "gaussian:alpha=0.9"}, 2, 4, {0.001, 1});
     problem.increments.setZero();
     const KernelOperator& kernel = problem.system.kernel;
     const double before = hamiltonian(kernel, problem.start);
     const double rate = -0.7 * hamiltonian_p(kernel, problem.start.q, problem.start.p).squaredNorm();
     EXPECT_NEAR((hamiltonian(kernel, problem.path().final()) - before) / 0.001, rate, 0.01 * std::abs(rate));
+  }
+}
+
+// E q₂ and E p₁² of a pair over all paths whose increments are −√(3Δt), 0 and √(3Δt) with the weights 1/6, 2/3 and 1/6:
+// five moments are those of Brownian increments, so weak orders up to 2 show, and no sampling hides them.
+Eigen::Array2d three_point_means(const std::string& integrator, int steps) {
+  Problem problem({integrator, "ch-sd:beta=1,on=2", "gaussian:alpha=1.4"}, 1, 2, {0.1, steps});
+  problem.start = {Eigen::RowVector2d(0, 2), Eigen::RowVector2d(2, 1)};
+  Eigen::Array2d means = Eigen::Array2d::Zero();
+  const auto paths = static_cast<int>(std::pow(3, steps));
+  for (int path = 0; path < paths; ++path) {
+    double weight = 1;
+    for (int k = 0, digits = path; k < steps; ++k, digits /= 3) {
+      problem.increments(0, k) = (digits % 3 - 1) * std::sqrt(3 * problem.grid.dt());
+      weight *= digits % 3 == 1 ? 2.0 / 3 : 1.0 / 6;
+    }
+    const PhaseState end = problem.path().final();
+    means += weight * Eigen::Array2d(end.q(1), end.p(0) * end.p(0));
+  }
+  return means;
+}
+
+TEST(Integrators, HaveTheirWeakOrderWithAdditiveNoise) {
+  for (const auto& [integrator, order] :
+       {std::pair{"variational", 1}, {"variational-2", 2}, {"midpoint", 1}, {"heun", 2}}) {
+    SCOPED_TRACE(integrator);
+    std::vector<double> sizes, errors_q, errors_p;
+    Eigen::Array2d coarse = three_point_means(integrator, 1);
+    for (const int steps : {2, 4, 8}) {
+      const Eigen::Array2d fine = three_point_means(integrator, steps);
+      sizes.push_back(1.0 / steps);
+      errors_q.push_back(std::abs(fine[0] - coarse[0]));
+      errors_p.push_back(std::abs(fine[1] - coarse[1]));
+      coarse = fine;
+    }
+    EXPECT_NEAR(fitted_order(sizes, errors_q), order, 0.4);
+    EXPECT_NEAR(fitted_order(sizes, errors_p), order, 0.4);
   }
 }
 

@@ -282,24 +282,57 @@ class Oracle {
       add(next, 1.0 / 6, field(plus(1, k3), w));
       return next;
     }
-    if (integrator_ != "stormer-verlet") throw std::logic_error("no oracle of " + integrator_);
+    if (integrator_ != "stormer-verlet" && integrator_ != "variational-2")
+      throw std::logic_error("no oracle of " + integrator_);
+    const State<T> before = half_adjoint_step(state);
+    return half_step(w.empty() ? before : noise_midpoint(before, w));
+  }
+
+  // p' = p − ½Δt (H_q + λH_p)(q,p'), q' = q + ½Δt H_p(q,p').
+  template <class T>
+  State<T> half_adjoint_step(const State<T>& state) const {
     const std::vector<T> none;
-    const auto kick = [&](const std::vector<T>& q, const std::vector<T>& p, const std::vector<T>& from) {
-      const State<T> f = field(State<T>{q, p}, none);
-      std::vector<T> next = from;
-      for (std::size_t i = 0; i < next.size(); ++i) next[i] += 0.5 * f.p[i];
-      return next;
-    };
-    const std::vector<T> half =
-        fixed_point(state.p, [&](const std::vector<T>& guess) { return kick(state.q, guess, state.p); });
-    const State<T> begin = field(State<T>{state.q, half}, none);
-    const std::vector<T> q = fixed_point(state.q, [&](const std::vector<T>& guess) {
-      const State<T> end = field(State<T>{guess, half}, none);
-      std::vector<T> next = state.q;
-      for (std::size_t i = 0; i < next.size(); ++i) next[i] += 0.5 * (begin.q[i] + end.q[i]);
-      return next;
+    State<T> end = state;
+    end.p = fixed_point(state.p, [&](const std::vector<T>& guess) {
+      State<T> next = state;
+      add(next, 0.5, field(State<T>{state.q, guess}, none));
+      return next.p;
     });
-    return {q, kick(q, half, half)};
+    State<T> moved = state;
+    add(moved, 0.5, field(State<T>{state.q, end.p}, none));
+    end.q = moved.q;
+    return end;
+  }
+
+  // q⁺ = q + ½Δt H_p(q⁺,p), p⁺ = p − ½Δt (H_q + λH_p)(q⁺,p).
+  template <class T>
+  State<T> half_step(const State<T>& state) const {
+    const std::vector<T> none;
+    State<T> end = state;
+    end.q = fixed_point(state.q, [&](const std::vector<T>& guess) {
+      State<T> next = state;
+      add(next, 0.5, field(State<T>{guess, state.p}, none));
+      return next.q;
+    });
+    State<T> moved = state;
+    add(moved, 0.5, field(State<T>{end.q, state.p}, none));
+    end.p = moved.p;
+    return end;
+  }
+
+  // z⁺ = z + J∇h_w(½(z + z⁺)).
+  template <class T>
+  State<T> noise_midpoint(const State<T>& state, const std::vector<T>& w) const {
+    const auto plus = [&](double factor, const State<T>& at) {
+      const State<T> h = noise_gradient(at, w);
+      State<T> sum = state;
+      for (std::size_t i = 0; i < sum.q.size(); ++i) {
+        sum.q[i] += factor * h.p[i];
+        sum.p[i] -= factor * h.q[i];
+      }
+      return sum;
+    };
+    return plus(1, fixed_point(state, [&](const State<T>& guess) { return plus(0.5, guess); }));
   }
 
   static constexpr int kTurns = 60;

@@ -52,13 +52,14 @@ class MaterialMap : public testing::TestWithParam<std::tuple<std::string, int>> 
   const Points labels_ = 2 * random_points(d_, 40, 3);
 };
 
-INSTANTIATE_TEST_SUITE_P(
-    Integrators, MaterialMap,
-    testing::Combine(testing::Values("variational", "variational-paper", "midpoint", "heun", "rk4", "stormer-verlet"),
-                     testing::Values(1, 2, 3)),
-    [](const auto& instance) {
-      return test_name(std::get<0>(instance.param) + "_in_" + std::to_string(std::get<1>(instance.param)) + "d");
-    });
+INSTANTIATE_TEST_SUITE_P(Integrators, MaterialMap,
+                         testing::Combine(testing::Values("variational", "variational-paper", "variational-2",
+                                                          "midpoint", "heun", "rk4", "stormer-verlet"),
+                                          testing::Values(1, 2, 3)),
+                         [](const auto& instance) {
+                           return test_name(std::get<0>(instance.param) + "_in_" +
+                                            std::to_string(std::get<1>(instance.param)) + "d");
+                         });
 
 TEST_P(MaterialMap, GradientsAreThoseOfTheEnd) {
   std::vector<std::string> noises = kDiffeomorphisms;

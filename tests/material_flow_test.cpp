@@ -39,7 +39,9 @@ class MaterialFlowContract : public testing::TestWithParam<std::tuple<std::strin
   }
 };
 
-std::vector<std::string> integrators_with_a_map() { return {"variational", "variational-paper", "midpoint", "heun"}; }
+std::vector<std::string> integrators_with_a_map() {
+  return {"variational", "variational-paper", "variational-2", "midpoint", "heun"};
+}
 
 INSTANTIATE_TEST_SUITE_P(Tables, MaterialFlowContract,
                          testing::Combine(testing::ValuesIn(integrators_with_a_map()),

@@ -93,7 +93,7 @@ TEST_F(Simulate, RunsEveryNoiseWithEveryIntegrator) {
        {"none", "ch-sd:beta=0.1", "ch-sd-screened:beta=0.1,gamma=1", "p-sd:beta=0.1,fields=cos",
         "trouve-vialard:sigma=0.1", "potential:beta=0.1,gamma=1", "langevin:sigma=0.1", "ch-sd:beta=0.1+p-sd:beta=0.1"})
     for (const std::string integrator :
-         {"variational", "variational-paper", "midpoint", "heun", "rk4", "stormer-verlet"})
+         {"variational", "variational-paper", "variational-2", "midpoint", "heun", "rk4", "stormer-verlet"})
       for (const std::string start :
            {"--q 0,1 --p 1,0", "--q 0/0,1/0 --p 1/0,0/1", "--q 0/0/0,1/0/0 --p 1/0/0,0/1/0"}) {
         if (noise != "none" && (integrator == "rk4" || integrator == "stormer-verlet")) continue;

@@ -73,10 +73,11 @@ std::vector<SamplePath> sample_paths(const StochasticSystem& system, const Integ
   const int channels = system.noise->channels(d, n);
   std::vector<SamplePath> samples(static_cast<std::size_t>(options.samples));
   parallel_for(options.samples, [&](int m) {
-    samples[static_cast<std::size_t>(m)] =
-        sample_path(system, integrator, start, options.grid,
-                    brownian_increments(options.seed, static_cast<std::uint64_t>(m), channels, options.grid),
-                    options.momentum_bound);
+    SamplePath& sample = samples[static_cast<std::size_t>(m)];
+    sample = sample_path(system, integrator, start, options.grid,
+                         brownian_increments(options.seed, static_cast<std::uint64_t>(m), channels, options.grid),
+                         options.momentum_bound);
+    sample.contraction_bound = contraction_bound(system.kernel, sample.path);
   });
   return samples;
 }

@@ -18,6 +18,13 @@ StepError::StepError(int step, const TimeGrid& grid, const std::string& reason)
                              grid.dt(), reason, 2 * grid.steps)),
       step_(step) {}
 
+double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {
+  double largest = 0;
+  for (int k = 0; k < path.grid.steps; ++k)
+    largest = std::max(largest, contraction_bound(kernel, path.step_momenta(k), path.grid.dt()));
+  return largest;
+}
+
 Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
                                  const MatrixXd& increments, RootSearch search) const {
   assert(increments.cols() == grid.steps);
@@ -38,8 +45,6 @@ Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseStat
     if (!outcome.found) throw StepError(k, grid, "its implicit equation has no unique solution");
     if (!outcome.end.p.allFinite() || !outcome.end.q.allFinite())
       throw StepError(k, grid, "the momenta grow beyond all bounds");
-    const Points& momenta = outcome.inner.size() > 0 ? outcome.inner : path.states.back().p;
-    path.contraction_bound = std::max(path.contraction_bound, contraction_bound(system.kernel, momenta, grid.dt()));
     path.contraction_measured = std::max(path.contraction_measured, outcome.contraction);
     path.continuation_steps += outcome.continued ? 1 : 0;
     path.states.push_back(std::move(outcome.end));

@@ -8,7 +8,7 @@ PhaseState operator+(const PhaseState& a, const PhaseState& b);
 PhaseState operator*(double factor, const PhaseState& a);
 
 /// What one step of (11) adds up: F(z) = Δt (H_p, −H_q − λH_p) + (h_w,p, −h_w,q) at z = (q, p), w the increments, with
-/// its derivatives.
+/// its derivatives. With Δt = 0 it is the noise alone and takes no sums of the kernel.
 class StepField {
  public:
   StepField(const StochasticSystem& system, double dt, const Eigen::VectorXd& w) : system_(system), dt_(dt), w_(w) {}
@@ -29,6 +29,8 @@ class StepField {
                              Eigen::VectorXd& parameters_bar) const;
 
  private:
+  bool has_noise() const { return w_.size() > 0; }
+
   const StochasticSystem& system_;
   double dt_;
   const Eigen::VectorXd& w_;

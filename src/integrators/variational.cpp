@@ -1,9 +1,13 @@
 #include "pulson/integrators/variational.hpp"
 
+#include "changes_sweep.hpp"
+#include "flow_parts.hpp"
+#include "row_sweep.hpp"
 #include "variational_maps.hpp"
 
 namespace pulson {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 Integrator::StepOutcome VariationalIntegrator::do_step(const StochasticSystem& system, const PhaseState& start,
@@ -21,15 +25,12 @@ Integrator::StepOutcome VariationalIntegrator::do_step(const StochasticSystem& s
   Points c = start.q;
   if (traits.moves_positions) c += noise.gradient({start.q, p}, w).p;
 
-  const bool compensates = this->compensates(noise);
-  ImplicitRoot root = solve_implicit(PositionMap(system, p, dt, compensates), c, search);
+  const FlowPart flow(system, dt, compensates(noise));
+  ImplicitRoot root = flow.positions({c, p}, search);
   outcome.found = root.found;
   outcome.continued |= root.continued;
   outcome.contraction = root.contraction;
-  Points force = -hamiltonian_q(system.kernel, root.x, p);
-  if (compensates) force -= noise.compensation_gradient({root.x, p}).q;
-  if (noise.friction() > 0) force -= noise.friction() * hamiltonian_p(system.kernel, root.x, p);
-  outcome.end.p = p + dt * force;
+  outcome.end.p = flow.momenta({root.x, p});
   outcome.end.q = std::move(root.x);
   return outcome;
 }
@@ -37,17 +38,14 @@ Integrator::StepOutcome VariationalIntegrator::do_step(const StochasticSystem& s
 PhaseState VariationalIntegrator::do_tangent(const Step& step, const PhaseState& start_change, const VectorXd& w_change,
                                              const VectorXd& parameters_change) const {
   const NoiseModel& noise = *step.system.noise;
-  const KernelOperator& kernel = step.system.kernel;
   const Points& p = step.momenta;
-  const Points& q = step.end.q;
-  const Points zero = Points::Zero(q.rows(), q.cols());
+  const Points zero = Points::Zero(p.rows(), p.cols());
   const PhaseState inside{step.start.q, p};
-  const bool by_parameters = parameters_change.size() > 0;
 
   PhaseState forcing{zero, zero};  // what changes of w and θ add to ∇h_w
   if (step.w.size() > 0) {
     forcing = noise.gradient(inside, w_change);
-    if (by_parameters) {
+    if (parameters_change.size() > 0) {
       const PhaseState more = noise.gradient_by_parameters(inside, step.w, parameters_change);
       forcing.q += more.q;
       forcing.p += more.p;
@@ -70,51 +68,20 @@ PhaseState VariationalIntegrator::do_tangent(const Step& step, const PhaseState&
     dq += forcing.p;
   }
 
-  const bool compensates = this->compensates(noise);
-  const PositionMap map(step.system, p, step.dt, compensates);
-  PhaseState of_g{zero, zero};
-  if (compensates && by_parameters) of_g = noise.compensation_by_parameters({q, p}, parameters_change);
-  dq += step.dt * (kernel.apply(q, q, dp) + of_g.p);
-  dq = solve_linear([&](const Points& x) { return map.tangent(q, x); }, [&] { return map.jacobian(q); }, dq);
-
-  Points force = -kernel.hessian(q, p, dq) - kernel.gradient(q, dp, p);
-  if (compensates) force -= noise.compensation_hessian({q, p}, {dq, dp}).q + of_g.q;
-  if (!traits.hamiltonian) {
-    force -= noise.friction() * (kernel.apply_tangent(q, p, dq) + kernel.apply(q, q, dp));
-    if (by_parameters) force -= noise.friction_by_parameters(parameters_change) * kernel.apply(q, q, p);
-  }
-  return {dq, dp + step.dt * force};
+  return FlowPart(step.system, step.dt, compensates(noise)).tangent({step.end.q, p}, {dq, dp}, parameters_change);
 }
 
 // The equations of do_tangent read backwards; all second derivatives are symmetric.
 Integrator::StepBar VariationalIntegrator::do_adjoint(const Step& step, const PhaseState& end_bar) const {
   const NoiseModel& noise = *step.system.noise;
-  const KernelOperator& kernel = step.system.kernel;
   const NoiseTraits traits = noise.traits();
   const Points& p = step.momenta;
-  const Points& q = step.end.q;
-  const Points zero = Points::Zero(q.rows(), q.cols());
-  const double dt = step.dt;
+  const Points zero = Points::Zero(p.rows(), p.cols());
 
-  const bool compensates = this->compensates(noise);
-  Points q_bar = end_bar.q - dt * kernel.hessian(q, p, end_bar.p);
-  Points p_bar = end_bar.p - dt * kernel.apply_tangent(q, p, end_bar.p);
-  if (compensates) {
-    const PhaseState of_g = noise.compensation_hessian({q, p}, {end_bar.p, zero});
-    q_bar -= dt * of_g.q;
-    p_bar -= dt * of_g.p;
-  }
-  if (!traits.hamiltonian) {
-    q_bar -= dt * noise.friction() * kernel.gradient(q, end_bar.p, p);
-    p_bar -= dt * noise.friction() * kernel.apply(q, q, end_bar.p);
-  }
-  const PositionMap map(step.system, p, dt, compensates);
-  const Points mu = solve_linear([&](const Points& x) { return map.transposed(q, x); },
-                                 [&]() -> Eigen::MatrixXd { return map.jacobian(q).transpose(); }, q_bar);
-  p_bar += dt * kernel.apply(q, q, mu);
-
+  StepBar bar{{}, {}, VectorXd::Zero(noise.parameters().size())};
+  bar.start = FlowPart(step.system, step.dt, compensates(noise)).adjoint({step.end.q, p}, end_bar, bar.parameters);
+  const Points mu = bar.start.q;
   const PhaseState inside{step.start.q, p};
-  StepBar bar{{mu, p_bar}, {}, {}};
   Points nu = zero;
   if (traits.moves_positions && !traits.additive) {
     const PhaseState of_h = noise.hessian(inside, step.w, {zero, mu});
@@ -127,25 +94,15 @@ Integrator::StepBar VariationalIntegrator::do_adjoint(const Step& step, const Ph
         [&](const Points& x) -> Points {
           return -noise.hessian(inside, step.w, {x, zero}).p;
         },
-        [&]() -> Eigen::MatrixXd { return momenta.jacobian(p).transpose(); }, bar.start.p);
+        [&]() -> MatrixXd { return momenta.jacobian(p).transpose(); }, bar.start.p);
     bar.start.p = nu;
     bar.start.q -= noise.hessian(inside, step.w, {nu, zero}).q;
   }
   bar.w = noise.contract(inside, {-nu, mu});
 
-  const VectorXd theta = noise.parameters();
-  bar.parameters = VectorXd::Zero(theta.size());
-  for (Eigen::Index i = 0; i < theta.size(); ++i) {
-    const VectorXd unit = VectorXd::Unit(theta.size(), i);
-    const PhaseState of_h = noise.gradient_by_parameters(inside, step.w, unit);
-    bar.parameters[i] = mu.cwiseProduct(of_h.p).sum() - nu.cwiseProduct(of_h.q).sum();
-    if (compensates) {
-      const PhaseState of_g = noise.compensation_by_parameters({q, p}, unit);
-      bar.parameters[i] += dt * (mu.cwiseProduct(of_g.p).sum() - end_bar.p.cwiseProduct(of_g.q).sum());
-    }
-    if (!traits.hamiltonian)
-      bar.parameters[i] -=
-          dt * noise.friction_by_parameters(unit) * end_bar.p.cwiseProduct(kernel.apply(q, q, p)).sum();
+  for (Eigen::Index i = 0; i < bar.parameters.size(); ++i) {
+    const PhaseState of_h = noise.gradient_by_parameters(inside, step.w, VectorXd::Unit(bar.parameters.size(), i));
+    bar.parameters[i] += mu.cwiseProduct(of_h.p).sum() - nu.cwiseProduct(of_h.q).sum();
   }
   return bar;
 }
@@ -158,6 +115,34 @@ SpaceStep VariationalIntegrator::do_space(const Step& step) const {
   space.noise = (Eigen::Matrix<double, 3, 2>() << 0, 0, 1, 0, 1, 0).finished();
   space.compensated = compensates(*step.system.noise);
   return space;
+}
+
+EndpointJacobian VariationalIntegrator::endpoint_jacobian(const StochasticSystem& system,
+                                                          const Trajectory& path) const {
+  const Points& q0 = path.initial().q;
+  const Eigen::Index channels = path.increments.rows();
+  const MatrixXd w = acting_increments(path.increments);
+  RowSweep sweep(system, path.grid.dt(), compensates(*system.noise), q0.rows(), q0.cols());
+  MatrixXd by_w(q0.size(), channels * path.grid.steps);
+  for (int k = path.grid.steps - 1; k >= 0; --k) {
+    const Step step = step_of(system, path, k, w);
+    sweep.through_flow(step.end.q, step.momenta);
+    sweep.through_noise({step.start.q, step.momenta}, step.w, by_w.middleCols(k * channels, channels));
+  }
+  EndpointJacobian jacobian{sweep.p_bar().transpose(), 0.5 * by_w};
+  const Eigen::Index later = channels * (path.grid.steps - 1);
+  jacobian.increments.leftCols(later) += 0.5 * by_w.rightCols(later);
+  return jacobian;
+}
+
+MatrixXd VariationalIntegrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
+                                                 const MatrixXd& momentum_changes) const {
+  if (!changes_need_no_noise(system.noise->traits()))
+    return Integrator::endpoint_changes(system, path, momentum_changes);
+  std::vector<FlowSegment> segments;
+  for (int k = 0; k < path.grid.steps; ++k)
+    segments.push_back({path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k), path.grid.dt(), false});
+  return changes_along(system.kernel, path.initial().p, segments, momentum_changes);
 }
 
 }  // namespace pulson

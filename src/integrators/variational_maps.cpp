@@ -54,6 +54,36 @@ bool PositionMap::may_follow(const Points& before, const Points& after) const {
   return true;
 }
 
+Points KickMap::value(const Points& p) const {
+  Points force = -dt_ * hamiltonian_q(system_.kernel, q_, p);
+  if (friction() > 0) force -= dt_ * friction() * hamiltonian_p(system_.kernel, q_, p);
+  return force;
+}
+
+Points KickMap::tangent(const Points& p, const Points& delta) const {
+  Points change = -dt_ * system_.kernel.gradient(q_, delta, p);
+  if (friction() > 0) change -= dt_ * friction() * system_.kernel.apply(q_, q_, delta);
+  return change;
+}
+
+Points KickMap::transposed(const Points& p, const Points& mu) const {
+  Points change = -dt_ * system_.kernel.apply_tangent(q_, p, mu);
+  if (friction() > 0) change -= dt_ * friction() * system_.kernel.apply(q_, q_, mu);
+  return change;
+}
+
+MatrixXd KickMap::jacobian(const Points& p) const {
+  MatrixXd matrix = -dt_ * system_.kernel.tangent_matrix(q_, p).transpose();
+  if (friction() > 0) matrix -= dt_ * friction() * velocity_matrix(system_.kernel, q_);
+  return matrix;
+}
+
+Eigen::VectorXd KickMap::terms_size() const {
+  const double total = momenta_.colwise().norm().sum();
+  const KernelOperator& kernel = system_.kernel;
+  return Eigen::VectorXd::Constant(1, dt_ * total * (kernel.lipschitz() * total + friction() * kernel.at_zero()));
+}
+
 MatrixXd MomentumMap::jacobian(const Points& p) const {
   const Points zero = Points::Zero(p.rows(), p.cols());
   return matrix_of(

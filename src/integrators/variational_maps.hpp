@@ -29,6 +29,31 @@ class PositionMap final : public ImplicitMap {
   bool compensates_;
 };
 
+/// F(p) = −Δt H_q(q, p) − λΔt H_p(q, p): the implicit map of the momenta in the adjoint of (20).
+class KickMap final : public ImplicitMap {
+ public:
+  /// @param momenta that bound the terms of F
+  KickMap(const StochasticSystem& system, const Points& q, const Points& momenta, double dt)
+      : system_(system), q_(q), momenta_(momenta), dt_(dt) {}
+
+  Points value(const Points& p) const override;
+  Eigen::MatrixXd jacobian(const Points& p) const override;
+  Eigen::VectorXd terms_size() const override;
+  double contraction() const override { return 0.5; }
+
+  /// F'(p) δ and F'(p)ᵀ μ.
+  Points tangent(const Points& p, const Points& delta) const;
+  Points transposed(const Points& p, const Points& mu) const;
+
+ private:
+  double friction() const { return system_.noise->friction(); }
+
+  const StochasticSystem& system_;
+  const Points& q_;
+  const Points& momenta_;
+  double dt_;
+};
+
 /// F(p) = −Σ h_i,q(q, p) w: the affine map that leads from the adapted momentum to p.
 class MomentumMap final : public ImplicitMap {
  public:

@@ -15,7 +15,7 @@ Json sample_json(const SamplePath& sample) {
   json["p"] = points_json(sample.path.final().p);
   json["largest_momentum"] = sample.largest_momentum;
   json["momentum_error"] = sample.momentum_error;
-  json["contraction_bound"] = sample.path.contraction_bound;
+  json["contraction_bound"] = sample.contraction_bound;
   json["contraction_measured"] = sample.path.contraction_measured;
   json["continuation_steps"] = sample.path.continuation_steps;
   return json;

@@ -22,9 +22,10 @@ std::string path_status_name(PathStatus status);
 struct SamplePath {
   Trajectory path;
   PathStatus status = PathStatus::kClean;
-  std::string reason;         ///< why it ended early; empty for a clean path
-  double largest_momentum{};  ///< max |p_a| over landmarks and time
-  double momentum_error{};    ///< max over time of the change of total momentum, beside Σ|p_a(0)| (or 1 at rest)
+  std::string reason;          ///< why it ended early; empty for a clean path
+  double largest_momentum{};   ///< max |p_a| over landmarks and time
+  double momentum_error{};     ///< max over time of the change of total momentum, beside Σ|p_a(0)| (or 1 at rest)
+  double contraction_bound{};  ///< largest κ of its steps; from sample_paths() alone, as Monte Carlo has no use for it
 };
 
 inline constexpr double kMomentumBound = 1e8;  ///< beyond it a path counts as lost, unless said otherwise

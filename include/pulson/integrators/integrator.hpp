@@ -31,18 +31,21 @@ struct Trajectory {
   Eigen::MatrixXd increments;       ///< ΔW, C×K
   std::vector<PhaseState> states;   ///< K+1 adapted states (q, p̂)
   std::vector<Points> inner;        ///< K momenta inside the steps where they differ from p̂, else empty
-  double contraction_bound = 0;     ///< largest κ of the steps, see contraction_bound()
   double contraction_measured = 0;  ///< largest ratio of successive corrections in the steps' fixed-point iterations
   int continuation_steps = 0;  ///< steps whose root was followed from Δt = 0 because the iteration did not contract
 
   const PhaseState& initial() const { return states.front(); }
   const PhaseState& final() const { return states.back(); }
-  /// The momenta that carry the positions through step k: p of (20).
+  /// The momenta that carry the positions through step k: p of (20), p' of `variational-2`.
   const Points& step_momenta(int k) const {
     const auto i = static_cast<std::size_t>(k);
     return inner.empty() ? states[i].p : inner[i];
   }
 };
+
+/// The largest κ of the steps of a path, see contraction_bound() of a step. Each step costs about six sums of the
+/// kernel, so it is taken where it is reported and not by integrate().
+double contraction_bound(const KernelOperator& kernel, const Trajectory& path);
 
 /// A change of what a path depends on.
 struct PathChange {

@@ -1,12 +1,8 @@
-// Many tangents of one path at once, as products of matrices. Without noise in the momenta a landmark at p = 0 keeps
-// it: it is carried along, and acts on nothing. The equations of the others, which move, are solved for themselves; the
-// carried ones follow, each by a d×d matrix.
+#include "changes_sweep.hpp"
 
 #include <Eigen/LU>
 
 #include "pulson/core/parallel.hpp"
-#include "pulson/integrators/variational.hpp"
-#include "variational_maps.hpp"
 
 namespace pulson {
 namespace {
@@ -78,35 +74,21 @@ StepMatrices step_matrices(const KernelOperator& kernel, const Points& q, const 
 template <int d>
 class ChangesSweep {
  public:
-  ChangesSweep(const KernelOperator& kernel, double dt, Indices moving, Indices carried, const MatrixXd& changes)
+  ChangesSweep(const KernelOperator& kernel, Indices moving, Indices carried, const MatrixXd& changes)
       : kernel_(kernel),
-        dt_(dt),
         moving_(std::move(moving)),
         carried_(std::move(carried)),
         dp_(changes(rows_of(moving_, d), Eigen::all)),
         dq_(MatrixXd::Zero(dp_.rows(), dp_.cols())),
         dx_(MatrixXd::Zero(d * count(carried_), dp_.cols())) {}
 
-  // Through the step to q⁺ with momenta p.
-  void advance(const Points& q, const Points& momenta) {
-    const Points moving_q = q(Eigen::all, moving_);
-    const Points moving_p = momenta(Eigen::all, moving_);
-    const StepMatrices step = step_matrices<d>(kernel_, moving_q, moving_p, dt_);
-    const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(dp_.rows(), dp_.rows()) - step.tangent);
-    const Index m = count(moving_);
-    // δq⁺ = (I − ΔtA)⁻¹(δq + ΔtK δp), with δp of the start: the carried need it too, so forces come last.
-    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
-      auto dq = dq_.middleCols(first, size);
-      for (int axis = 0; axis < d; ++axis)
-        dq.middleRows(axis * m, m).noalias() += step.gram * dp_.block(axis * m, first, m, size);
-      dq = lu.solve(dq).eval();
-    });
-    carry(q, moving_q, moving_p);
-    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
-      auto dp = dp_.middleCols(first, size);
-      dp -= (step.tangent.transpose() * dp).eval();
-      dp.noalias() -= step.hessian * dq_.middleCols(first, size);
-    });
+  void advance(const FlowSegment& segment) {
+    const Moving at{segment.q(Eigen::all, moving_), segment.p(Eigen::all, moving_)};
+    const StepMatrices step = step_matrices<d>(kernel_, at.q, at.p, segment.dt);
+    if (segment.adjoint)
+      advance_by_adjoint(segment, at, step);
+    else
+      advance_by_flow(segment, at, step);
   }
 
   MatrixXd changes() const {
@@ -121,10 +103,52 @@ class ChangesSweep {
   using Vector = Eigen::Matrix<double, d, 1>;
   using Block = Eigen::Matrix<double, d, d>;
 
+  using Moving = PhaseState;  // (q, p) of the landmarks that move
+
+  // δq⁺ = (I − ΔtA)⁻¹(δq + ΔtK δp), δp⁺ = δp − ΔtAᵀδp − ΔtH_qq δq⁺. The carried need δp too, so forces come last.
+  void advance_by_flow(const FlowSegment& segment, const Moving& at, const StepMatrices& step) {
+    const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(dp_.rows(), dp_.rows()) - step.tangent);
+    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
+      auto dq = dq_.middleCols(first, size);
+      add_velocities(step, first, dq);
+      dq = lu.solve(dq).eval();
+    });
+    carry(segment, at);
+    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
+      auto dp = dp_.middleCols(first, size);
+      dp -= (step.tangent.transpose() * dp).eval();
+      dp.noalias() -= step.hessian * dq_.middleCols(first, size);
+    });
+  }
+
+  // δp' = (I + ΔtAᵀ)⁻¹(δp − ΔtH_qq δq), δq' = δq + ΔtAδq + ΔtK δp'. The carried need δq too, so velocities come last.
+  void advance_by_adjoint(const FlowSegment& segment, const Moving& at, const StepMatrices& step) {
+    const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(dp_.rows(), dp_.rows()) + step.tangent.transpose());
+    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
+      auto dp = dp_.middleCols(first, size);
+      dp.noalias() -= step.hessian * dq_.middleCols(first, size);
+      dp = lu.solve(dp).eval();
+    });
+    carry(segment, at);
+    for_blocks(dq_.cols(), kColumnsAtOnce, [&](Index first, Index size) {
+      auto dq = dq_.middleCols(first, size);
+      dq += (step.tangent * dq).eval();
+      add_velocities(step, first, dq);
+    });
+  }
+
+  // δq += ΔtK δp
+  template <class Columns>
+  void add_velocities(const StepMatrices& step, Index first, Columns& dq) const {
+    const Index m = count(moving_);
+    for (int axis = 0; axis < d; ++axis)
+      dq.middleRows(axis * m, m).noalias() += step.gram * dp_.block(axis * m, first, m, dq.cols());
+  }
+
   static Index count(const Indices& landmarks) { return static_cast<Index>(landmarks.size()); }
 
-  // δx⁺ = (I − Δt∇u)⁻¹ (δx + Δt Σ_j (K δp_j − p_j ∇K·δq_j⁺)).
-  void carry(const Points& q, const Points& moving_q, const Points& moving_p) {
+  // With v = δx + Δt Σ_j (K δp_j − p_j ∇K·δq_j): δx⁺ = (I − Δt∇u)⁻¹ v where the part ends, v + Δt∇u δx where it begins.
+  void carry(const FlowSegment& segment, const Moving& moving) {
     const Index m = count(moving_);
     for_blocks(count(carried_), kCarriedAtOnce, [&](Index first, Index size) {
       MatrixXd gram(size, m);
@@ -132,11 +156,11 @@ class ChangesSweep {
       std::vector<Block> slopes(static_cast<std::size_t>(size), Block::Zero());
       for (Index j = 0; j < m; ++j) {
         for (Index i = 0; i < size; ++i) {
-          const Vector z = q.col(carried_[static_cast<std::size_t>(first + i)]) - moving_q.col(j);
+          const Vector z = segment.q.col(carried_[static_cast<std::size_t>(first + i)]) - moving.q.col(j);
           const RadialJet k = kernel_.jet(z.squaredNorm());
-          const Block slope = dt_ * Vector(moving_p.col(j)) * (k.first * z).transpose();
+          const Block slope = segment.dt * Vector(moving.p.col(j)) * (k.first * z).transpose();
           slopes[static_cast<std::size_t>(i)] += slope;
-          gram(i, j) = dt_ * k.value;
+          gram(i, j) = segment.dt * k.value;
           for (int c = 0; c < d; ++c)
             for (int r = 0; r < d; ++r) by_q(r * size + i, c * m + j) = -slope(r, c);
         }
@@ -146,15 +170,15 @@ class ChangesSweep {
         moved.middleRows(axis * size, size).noalias() += gram * dp_.middleRows(axis * m, m);
       for (Index i = 0; i < size; ++i) {
         auto rows = dx_.template middleRows<d>((first + i) * d);
+        const Block& slope = slopes[static_cast<std::size_t>(i)];
+        if (segment.adjoint) rows += (slope * rows).eval();
         for (int axis = 0; axis < d; ++axis) rows.row(axis) += moved.row(axis * size + i);
-        const Block inverse = (Block::Identity() - slopes[static_cast<std::size_t>(i)]).inverse();
-        rows = (inverse * rows).eval();
+        if (!segment.adjoint) rows = (Block(Block::Identity() - slope).inverse() * rows).eval();
       }
     });
   }
 
   const KernelOperator& kernel_;
-  double dt_;
   Indices moving_;
   Indices carried_;
   MatrixXd dp_;  // of those that move, index axis·M + a
@@ -163,22 +187,21 @@ class ChangesSweep {
 };
 
 template <int d>
-MatrixXd changes_in(const StochasticSystem& system, const Trajectory& path, Indices moving, Indices carried,
-                    const MatrixXd& momentum_changes) {
-  ChangesSweep<d> sweep(system.kernel, path.grid.dt(), std::move(moving), std::move(carried), momentum_changes);
-  for (int k = 0; k < path.grid.steps; ++k)
-    sweep.advance(path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k));
+MatrixXd changes_in(const KernelOperator& kernel, const std::vector<FlowSegment>& segments, Indices moving,
+                    Indices carried, const MatrixXd& momentum_changes) {
+  ChangesSweep<d> sweep(kernel, std::move(moving), std::move(carried), momentum_changes);
+  for (const FlowSegment& segment : segments) sweep.advance(segment);
   return sweep.changes();
 }
 
 }  // namespace
 
-MatrixXd VariationalIntegrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
-                                                 const MatrixXd& momentum_changes) const {
-  const NoiseTraits traits = system.noise->traits();
-  if (!traits.additive || traits.moves_momenta || !traits.hamiltonian)
-    return Integrator::endpoint_changes(system, path, momentum_changes);
-  const Points& p0 = path.initial().p;
+bool changes_need_no_noise(const NoiseTraits& traits) {
+  return traits.additive && !traits.moves_momenta && traits.hamiltonian;
+}
+
+MatrixXd changes_along(const KernelOperator& kernel, const Points& p0, const std::vector<FlowSegment>& segments,
+                       const MatrixXd& momentum_changes) {
   const Index d = p0.rows();
   Indices moving, carried;
   for (Index a = 0; a < p0.cols(); ++a) {
@@ -187,11 +210,11 @@ MatrixXd VariationalIntegrator::endpoint_changes(const StochasticSystem& system,
   }
   switch (d) {
     case 1:
-      return changes_in<1>(system, path, std::move(moving), std::move(carried), momentum_changes);
+      return changes_in<1>(kernel, segments, std::move(moving), std::move(carried), momentum_changes);
     case 2:
-      return changes_in<2>(system, path, std::move(moving), std::move(carried), momentum_changes);
+      return changes_in<2>(kernel, segments, std::move(moving), std::move(carried), momentum_changes);
     default:
-      return changes_in<3>(system, path, std::move(moving), std::move(carried), momentum_changes);
+      return changes_in<3>(kernel, segments, std::move(moving), std::move(carried), momentum_changes);
   }
 }
 

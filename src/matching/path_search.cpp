@@ -15,6 +15,7 @@
 #include "path_model.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/random/brownian.hpp"
+#include "representatives.hpp"
 
 namespace pulson {
 namespace {
@@ -34,6 +35,12 @@ constexpr double kLeastGain = 1e-3, kPoorGain = 0.25, kGoodGain = 0.75;
 constexpr double kShrink = 0.25, kGrow = 2.5;
 constexpr double kLeastRadius = 1e-10;  // of that of the full step
 constexpr int kMostProducts = 40;
+// Iterations below the tolerance: Newton's squares the gradient, so that round-off comes first; where the data have but a
+// Gauss–Newton model, these.
+constexpr int kMostPolish = 10;
+constexpr const char* kFlat = "the gradient vanishes";
+// Twice as many landmarks begin at what is found for these.
+constexpr Index kFewLandmarks = 150;
 // How far the start is disturbed, in parts of the diameter: a symmetric path may be a saddle.
 constexpr double kDisturbance = 1e-3;
 // A cost, in nats, that no data would show: what equal shapes have by round-off.
@@ -45,16 +52,16 @@ class PathSearch {
       : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
 
   PathSolution run(const StepFields* start) {
-    begin(start);
+    const bool warm = begin(start);
     const double data = problem_.data->value(path_.end());
-    softness_ = start != nullptr
-                    ? 1
-                    : std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
     if (data < kNoCost && path_.energy == 0) {
       stop(true, "the shapes are equal");
       return solution();
     }
-    if (start == nullptr) disturb();
+    if (!warm) {
+      softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
+      disturb();
+    }
     while (!finished()) {
       if (!advance()) break;
       ++iterations_;
@@ -75,14 +82,18 @@ class PathSearch {
     return path;
   }
 
-  void begin(const StepFields* start) {
+  // At the path of `start`, where there is one that is better than rest: whether it is.
+  bool begin(const StepFields* start) {
     const std::vector<Points> rest(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
-    std::optional<DiscretePath> path;
-    if (start != nullptr) path = follow(*start, rest);
-    if (!path) path = along(system_, problem_.grid, rest);
+    std::optional<DiscretePath> path = along(system_, problem_.grid, rest);
     if (!path || !std::isfinite(cost(*path)))
       throw InputError("the distances to the target, divided by sigma, leave the range of numbers");
     path_ = std::move(*path);
+    if (start == nullptr) return false;
+    path = follow(*start, rest);
+    if (!path || cost(*path) >= cost(path_)) return false;
+    path_ = std::move(*path);
+    return true;
   }
 
   void disturb() {
@@ -96,6 +107,8 @@ class PathSearch {
     fields.own.clear();
     if (std::optional<DiscretePath> path = follow(fields, path_.nodes)) path_ = std::move(*path);
   }
+
+  bool is_flat() const { return softness_ == 1 && relative_ <= options_.gradient_tolerance; }
 
   void stop(bool converged, std::string reason) {
     converged_ = converged;
@@ -119,8 +132,10 @@ class PathSearch {
       }
       if (problem_.lambda * total < kNoCost)
         stop(true, "the cost vanishes");
+      else if (is_flat() && ++flat_ > kMostPolish)
+        stop(true, kFlat);
       else if (iterations_ >= options_.max_iterations)
-        stop(relative_ <= options_.gradient_tolerance && softness_ == 1, "the limit of iterations was reached");
+        stop(is_flat(), "the limit of iterations was reached");
       if (radius_ < 0) radius_ = std::sqrt(slope_);
       return !reason_.empty();
     }
@@ -213,7 +228,7 @@ class PathSearch {
         return true;
       }
     }
-    stop(softness_ == 1 && relative_ <= options_.gradient_tolerance, "no step lowers the cost by more than round-off");
+    stop(is_flat(), is_flat() ? kFlat : "no step lowers the cost by more than round-off");
     return false;
   }
 
@@ -254,6 +269,7 @@ class PathSearch {
   NodeCovector gradient_;
   PathDirection steepest_;
   int iterations_ = 0;
+  int flat_ = 0;  ///< iterations within the tolerance
   int evaluations_ = 0;
   bool converged_ = false;
   std::string reason_;
@@ -262,7 +278,19 @@ class PathSearch {
 }  // namespace
 
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start) {
-  return PathSearch(problem, options).run(start);
+  if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_thinned(problem))
+    return PathSearch(problem, options).run(start);
+  MatchingProblem few = thinned(problem, representatives(problem, kFewLandmarks));
+  PathSolution coarse = PathSearch(few, options).run(nullptr);
+  // What the noise did to those few is nothing to the others.
+  const int channels =
+      problem.system.noise->channels(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
+  for (Eigen::VectorXd& u : coarse.fields.controls) u = Eigen::VectorXd::Zero(channels);
+  coarse.fields.own.clear();
+  PathSolution solution = PathSearch(problem, options).run(&coarse.fields);
+  solution.iterations += coarse.iterations;
+  solution.evaluations += coarse.evaluations;
+  return solution;
 }
 
 }  // namespace pulson

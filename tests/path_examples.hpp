@@ -49,6 +49,17 @@ struct PathMatch {
   }
 };
 
+inline std::string ch_sd(double beta) { return "ch-sd:beta=" + std::to_string(beta); }
+
+inline PathMatch nearby_shapes(const std::string& noise, int d = 2, int n = 4) {
+  PathMatch match;
+  match.source = Numbers(2).landmarks(d, n);
+  match.target = match.source + 0.4 * Numbers(3)(d, n);
+  match.noise = noise;
+  match.sigma = 1e-3;
+  return match;
+}
+
 /// w of the tests of PathModel.
 inline constexpr double kWeight = 1.3;
 

@@ -194,12 +194,23 @@ class PathSearch {
     return better && cost(*better) < cost(*trial) ? better : trial;
   }
 
+  // Newton's last step, which costs no longer show: near a minimum it squares what is left of the gradient, so that the
+  // path obeys the midpoint rule about as well as it can.
+  void refine(const Step& step) {
+    if (std::optional<DiscretePath> trial = moved(path_, step.direction);
+        trial && cost(*trial) <= cost(path_) * (1 + kRoundOff))
+      path_ = std::move(*trial);
+  }
+
   bool advance() {
     const double full = std::sqrt(slope_);
     const double before = cost(path_);
     while (radius_ > kLeastRadius * full) {
       const Step step = newton_step();
-      if (!(step.gain > kRoundOff * before)) break;
+      if (!(step.gain > kRoundOff * before)) {
+        refine(step);
+        break;
+      }
       std::optional<DiscretePath> trial = moved(path_, step.direction);
       const auto gain = [&] { return trial ? (before - cost(*trial)) / step.gain : -1; };
       if (gain() < kPoorGain) trial = corrected(step, std::move(trial));

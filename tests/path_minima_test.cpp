@@ -45,6 +45,15 @@ TEST(PathMinima, LeaveTheSaddleOfASwapInThePlane) {
   EXPECT_GT(largest(fine.path.nodes[20].row(1)), 0.1);  // around each other
 }
 
+// Noise that moves a landmark by where the others are.
+TEST(PathMinima, OfScreenedSwapsInThePlaneAreReached) {
+  for (const char* kernel : {"gaussian:alpha=1", "matern32:alpha=1", "matern52:alpha=1"}) {
+    PathMatch match{Points{{0, 1}, {0, 0}}, Points{{1, 0}, {0, 0}}, kernel, "ch-sd-screened:beta=0.3,gamma=0.5"};
+    match.sigma = 1e-2;
+    EXPECT_LE(match.search().iterations, 40);
+  }
+}
+
 TEST(PathMinima, ExistWhereLandmarksCoincide) {
   const Points apart{{0, 1, 2}, {0, 0, 0}}, joined{{0.5, 0.5, 2}, {0.2, 0.2, 0}};
   for (const double beta : {0.1, 0.5, 1.0}) {

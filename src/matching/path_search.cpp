@@ -180,7 +180,7 @@ class PathSearch {
     for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
       fields.momenta[k] += direction.momenta[k];
       fields.controls[k] += system_.controls({from.middles[k].q, direction.momenta[k]});
-      fields.own[k] += regularisation(problem_.system.kernel) * direction.momenta[k];
+      fields.own[k] += own_velocities(system_, {from.middles[k].q, direction.momenta[k]});
       guess[k + 1] += direction.nodes[k + 1];
     }
     return follow(fields, guess);

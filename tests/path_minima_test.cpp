@@ -70,6 +70,19 @@ TEST(PathMinima, ExistWhereLandmarksCoincide) {
   EXPECT_GT(diffeomorphic.search().cost.total(), 5);
 }
 
+// With sigma below 1e-8 of the shape round-off hides the gradient.
+TEST(PathMinima, AreClaimedOnlyWhereTheyAreFound) {
+  PathMatch match = nearby_shapes("none");
+  const double right = match.search().cost.total();
+  for (const double sigma : {1e-7, 1e-8, 1e-9, 1e-10}) {
+    match.sigma = sigma;
+    const PathSolution found = search_paths(match.problem(), {});
+    if (found.converged) {
+      EXPECT_NEAR(found.cost.total(), right, 1e-4 * right) << sigma;
+    }
+  }
+}
+
 TEST(PathMinima, DoNotDependOnTheUnit) {
   const auto match_in = [](double unit, const std::string& noise) {
     PathMatch match = nearby_shapes("none");

@@ -108,9 +108,11 @@ class PathSearch {
       model_.emplace(system_, *problem_.data, path_, weight());
       gradient_ = model_->gradient();
       steepest_ = model_->solve(gradient_);
-      slope_ = std::max(0.0, pairing(gradient_, steepest_));
+      const double slope = pairing(gradient_, steepest_);
+      slope_ = std::max(0.0, slope);
       const double total = cost(path_);
       relative_ = total > 0 ? std::sqrt(slope_ / (2 * total)) : 0;
+      if (slope < 0) relative_ = 1;  // by round-off: the model is not positive
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
       if (softness_ > 1 && relative_ < kStageGradient) {
         softness_ = std::max(1.0, softness_ / kSoftnessRatio);

@@ -121,9 +121,11 @@ class PathSearch {
       model_.emplace(system_, *problem_.data, path_, weight());
       gradient_ = model_->gradient();
       steepest_ = model_->solve(gradient_);
-      slope_ = std::max(0.0, pairing(gradient_, steepest_));
+      const double slope = pairing(gradient_, steepest_);
+      slope_ = std::max(0.0, slope);
       const double total = cost(path_);
       relative_ = total > 0 ? std::sqrt(slope_ / (2 * total)) : 0;
+      if (slope < 0) relative_ = 1;  // by round-off: the model is not positive
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
       if (softness_ > 1 && relative_ < kStageGradient) {
         softness_ = std::max(1.0, softness_ / kSoftnessRatio);
@@ -195,7 +197,7 @@ class PathSearch {
     for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
       fields.momenta[k] += direction.momenta[k];
       fields.controls[k] += system_.controls({from.middles[k].q, direction.momenta[k]});
-      fields.own[k] += regularisation(problem_.system.kernel) * direction.momenta[k];
+      fields.own[k] += own_velocities(system_, {from.middles[k].q, direction.momenta[k]});
       guess[k + 1] += direction.nodes[k + 1];
     }
     return follow(fields, guess);
@@ -209,12 +211,23 @@ class PathSearch {
     return better && cost(*better) < cost(*trial) ? better : trial;
   }
 
+  // Newton's last step, which costs no longer show: near a minimum it squares what is left of the gradient, so that the
+  // path obeys the midpoint rule about as well as it can.
+  void refine(const Step& step) {
+    if (std::optional<DiscretePath> trial = moved(path_, step.direction);
+        trial && cost(*trial) <= cost(path_) * (1 + kRoundOff))
+      path_ = std::move(*trial);
+  }
+
   bool advance() {
     const double full = std::sqrt(slope_);
     const double before = cost(path_);
     while (radius_ > kLeastRadius * full) {
       const Step step = newton_step();
-      if (!(step.gain > kRoundOff * before)) break;
+      if (!(step.gain > kRoundOff * before)) {
+        refine(step);
+        break;
+      }
       std::optional<DiscretePath> trial = moved(path_, step.direction);
       const auto gain = [&] { return trial ? (before - cost(*trial)) / step.gain : -1; };
       if (gain() < kPoorGain) trial = corrected(step, std::move(trial));

@@ -35,8 +35,8 @@ constexpr double kLeastGain = 1e-3, kPoorGain = 0.25, kGoodGain = 0.75;
 constexpr double kShrink = 0.25, kGrow = 2.5;
 constexpr double kLeastRadius = 1e-10;  // of that of the full step
 constexpr int kMostProducts = 40;
-// Iterations below the tolerance: Newton's squares the gradient, so that round-off comes first; where the data have but a
-// Gauss–Newton model, these.
+// Iterations below the tolerance: Newton's squares the gradient, so that round-off comes first; where the data have but
+// a Gauss–Newton model, these.
 constexpr int kMostPolish = 10;
 constexpr const char* kFlat = "the gradient vanishes";
 // Twice as many landmarks begin at what is found for these.

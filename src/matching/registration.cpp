@@ -263,9 +263,9 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
   if (by_paths(registration, how)) {
-    record_paths(registration.integrator == "rk4" ? search_geodesic(matching, how, registration)
-                                                  : search_paths(matching, how),
-                 matching, registration);
+    record_paths(
+        registration.integrator == "rk4" ? search_geodesic(matching, how, registration) : search_paths(matching, how),
+        matching, registration);
     if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
   } else {
     const MatchingObjective objective(matching);

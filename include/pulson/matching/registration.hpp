@@ -110,7 +110,7 @@ struct Registration {
   Eigen::Index unknowns = 0;
   double relative_gradient = 0;
   std::optional<DiscretisationError> step_error;  ///< none in mode `expected`
-  std::vector<std::string> notes;       ///< what a user should know, a line each
+  std::vector<std::string> notes;                 ///< what a user should know, a line each
   std::optional<LaplaceApproximation> uncertainty;
   double seconds = 0;
 

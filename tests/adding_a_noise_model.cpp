@@ -16,7 +16,8 @@ struct Linear : NoiseFormula {
             .moves_momenta = true,
             .additive = false,
             .compensated = true,
-            .translation_invariant = false};
+            .translation_invariant = false,
+            .linear = true};
   }
 
   template <class T>

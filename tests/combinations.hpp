@@ -74,7 +74,7 @@ inline std::vector<std::string> linear_noise_specs() {
   Landmarks shape;
   shape.points = Points{{0, 1, 2}, {0, 1, 0}};
   for (const std::string& spec : noise_specs()) {
-    if (!make_noise(spec, shape)->traits().linear) continue;
+    if (spec == "none" || !make_noise(spec, shape)->traits().linear) continue;
     specs.push_back(spec);
     sum += (sum.empty() ? "" : "+") + spec;
   }

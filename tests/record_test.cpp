@@ -96,7 +96,7 @@ TEST_F(Record, HasEveryKeyOfTheInterface) {
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["kernel"], fit.kernel);
   EXPECT_EQ(json["noise"], "ch-sd:beta=0.5,on=1/3");
-  EXPECT_EQ(json["mode"], "map");
+  EXPECT_EQ(json["mode"], "metamorphosis");
   EXPECT_EQ(json["steps"], 6);
   EXPECT_EQ(json["time"], 0.7);
   EXPECT_EQ(json["rms"], fit.rms());
@@ -117,10 +117,10 @@ TEST_F(Record, HasEveryKeyOfTheInterface) {
 TEST_F(Record, EveryMissingKeyIsNamed) {
   const Json whole = Json::parse(registration_json(example(2), {}));
   // What can be computed again from the rest is not needed for reading.
-  // Old records have no "data" and end before "start".
+  // Old records have no "data" and end before "unknowns".
   const std::vector<std::string> derived = {
       "format",       "version",          "matched",           "rms",    "initial_rms", "original_rms",
-      "max_residual", "order_inversions", "flipped_triangles", "shares", "data",        "start"};
+      "max_residual", "order_inversions", "flipped_triangles", "shares", "data",        "unknowns", "step_error"};
   for (const auto& [key, value] : whole.items()) {
     const std::string error = error_after([&key = key](Json& json) { json.erase(key); });
     if (std::find(derived.begin(), derived.end(), key) != derived.end())

@@ -110,17 +110,6 @@ TEST_F(RegisterOptions, FitFindsAParameterOfTheKernel) {
   EXPECT_THAT(unknown.err, HasSubstr("gamma"));
 }
 
-TEST_F(RegisterOptions, StartsSearchByAsManyWays) {
-  write_triangles();
-  const nlohmann::json record = expect_record(register_files("--kernel gaussian:alpha=1 --starts 3"));
-  int found = 0;
-  for (const nlohmann::json& minimum : record["minima"]) found += minimum["found"].get<int>();
-  EXPECT_EQ(found, 3);
-  EXPECT_THAT(record["start"], AnyOf("flow", "way 2", "way 3", "rest"));
-  EXPECT_EQ(register_files("--starts 0").exit_code, 2);
-}
-
-// A shape and its mirror image, which no rotation brings together.
 TEST_F(RegisterOptions, ReflectTurnsTheShapeOver) {
   write("a.csv", "0,0\n1,0\n0.3,0.8\n-0.2,0.5\n");
   write("b.csv", "0,0\n-1,0\n-0.3,0.8\n0.2,0.5\n");

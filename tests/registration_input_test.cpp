@@ -275,10 +275,10 @@ TEST(RegistrationErrors, NameNumbersOutOfRange) {
 }
 
 TEST(RegistrationErrors, NameWhatIsUnknown) {
-  EXPECT_EQ(error_of([] { parse_mode("mapp"); }), "unknown mode 'mapp'; valid: deterministic, map, pathwise, expected");
+  EXPECT_EQ(error_of([] { parse_mode("mapp"); }), "unknown mode 'mapp'; valid: deterministic, metamorphosis, map, pathwise, expected");
   EXPECT_EQ(error_of([] { parse_alignment("projective"); }),
             "unknown alignment 'projective'; valid: none, translation, rigid, similarity, affine");
-  EXPECT_EQ(error_of([] { parse_solver("adam"); }), "unknown solver 'adam'; valid: auto, gauss-newton, lbfgs");
+  EXPECT_EQ(error_of([] { parse_solver("adam"); }), "unknown solver 'adam'; valid: auto, paths, gauss-newton, lbfgs");
   EXPECT_THAT(error_with([](auto& options) { options.kernel = "gausian"; }),
               AllOf(HasSubstr("unknown kernel 'gausian'"), HasSubstr("'gaussian'")));
   EXPECT_THAT(error_with([](auto& options) { options.noise = "chsd:beta=1"; }),

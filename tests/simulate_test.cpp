@@ -74,7 +74,9 @@ TEST_F(Simulate, TakesShapesAndMomentaFromFiles) {
 
 TEST_F(Simulate, FollowsARegistrationAgain) {
   run({"register", sample("swap_source"), sample("swap_target"), "--kernel", "gaussian:alpha=1", "-o", "fit"});
-  const ProgramRun done = run(words("simulate --from fit/registration.json --steps 20 -o out --json -"));
+  const std::string integrator = read_json("fit/registration.json")["integrator"];
+  const ProgramRun done =
+      run(words("simulate --from fit/registration.json --steps 20 -o out --json - --integrator " + integrator));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   const nlohmann::json record = nlohmann::json::parse(done.out);
   EXPECT_EQ(record["paths"][0]["q"], read_json("fit/registration.json")["result"]);

@@ -99,6 +99,7 @@ TEST_F(WarpRefuses, ToPullByStepsThatAreTooLong) {
   ASSERT_EQ(
       run(words(
               "register a.csv b.csv -o out --align none --lambda 1 --sigma 0.01 --kernel gaussian:alpha=0.5 --steps 4 "
+              "--integrator variational "
               "--no-picture -q"))
           .exit_code,
       0);

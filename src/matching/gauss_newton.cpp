@@ -39,7 +39,7 @@ struct Damping {
 class NewtonSearch {
  public:
   NewtonSearch(const MatchingObjective& objective, const MinimiseOptions& options, MatchingObjective::Evaluation start)
-      : objective_(objective), options_(options), roughness_(objective.roughness()) {
+      : objective_(objective), options_(options), roughness_(objective.roughness()), resolved_(objective.resolved()) {
     summary_.solver = Solver::kGaussNewton;
     summary_.solution = std::move(start);
     summary_.evaluations = 1;
@@ -69,6 +69,7 @@ class NewtonSearch {
 
   void linearise() {
     linear_ = objective_.linearise(at());
+    linear_.jacobian *= resolved_.asDiagonal();
     model_.emplace(linear_, roughness_);
     const VectorXd gradient = at().z + linear_.jacobian.transpose() * linear_.residual;
     const double decrement = -gradient.dot(model_->step(at().z));
@@ -130,6 +131,7 @@ class NewtonSearch {
   const MatchingObjective& objective_;
   const MinimiseOptions& options_;
   VectorXd roughness_;
+  VectorXd resolved_;
   MinimiseSummary summary_;
   Damping damping_;
   MatchingObjective::Linearisation linear_;

@@ -48,6 +48,7 @@ VectorXd path_start(const MatchingObjective& objective, const MinimiseOptions& o
   const auto channels = objective.increments(VectorXd::Zero(objective.unknowns())).rows();
   const bool controls = fits_noise(objective) && problem.system.noise->traits().linear;
   if (!controls) problem.system.noise = make_noise("none");
+  problem.lambda /= problem.grid.time;  // here the energy is λH, there λ∫H dt
   const PathSolution found = search_paths(problem, options);
   counts.iterations = found.iterations;
   counts.evaluations = found.evaluations;
@@ -82,8 +83,8 @@ double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
 MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptions& options) {
   Evaluation start = at_rest(objective);
   MinimiseSummary counts;
-  if (std::optional<Evaluation> path = objective.evaluate(path_start(objective, options, counts));
-      path && path->cost.total() < start.cost.total())
+  const VectorXd on_path = path_start(objective, options, counts).cwiseProduct(objective.resolved());
+  if (std::optional<Evaluation> path = objective.evaluate(on_path); path && path->cost.total() < start.cost.total())
     start = std::move(*path);
   MinimiseSummary summary = is_dense(objective, options.solver)
                                 ? minimise_gauss_newton(objective, options, std::move(start))

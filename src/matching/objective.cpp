@@ -21,8 +21,14 @@ constexpr double kUsefulPart = 1e-3;
 constexpr double kMostLeftOut = 1e-6;
 // So few landmarks all have momenta.
 constexpr Index kAllLandmarks = 250;
+// See MatchingObjective::resolved().
+constexpr double kSeen = 1e-3;
+constexpr double kShareOfMomentum = 0.1;
+constexpr double kRoughPart = 1e-2;
 
-MatchingProblem checked(MatchingProblem problem) {
+}  // namespace
+
+void check(const MatchingProblem& problem) {
   require_positive("sigma", problem.sigma);
   require_positive("lambda", problem.lambda);
   require_positive("time", problem.grid.time);
@@ -37,6 +43,12 @@ MatchingProblem checked(MatchingProblem problem) {
       throw InputError(fmt::format("the source has {} landmarks in {}D, the target {} in {}D", problem.source.cols(),
                                    problem.source.rows(), target.cols(), target.rows()));
   problem.system.noise->check(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
+}
+
+namespace {
+
+MatchingProblem checked(MatchingProblem problem) {
+  check(problem);
   return problem;
 }
 
@@ -127,6 +139,28 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
   if (controls() > 0)
     gradient.tail(controls()) = std::sqrt(problem_.grid.dt()) * bars.front().increments_bar.reshaped();
   return gradient;
+}
+
+VectorXd MatchingObjective::resolved() const {
+  VectorXd resolved = VectorXd::Ones(unknowns());
+  const auto pivots = static_cast<double>(basis_.rank());
+  const double least = kSeen * std::pow(problem_.lambda * problem_.sigma / problem_.grid.time, 2) * pivots /
+                       static_cast<double>(problem_.source.cols());
+  const VectorXd eigenvalues = basis_.eigenvalues();
+  const VectorXd roughness = basis_.roughness();
+  const NoiseModel& noise = *problem_.system.noise;
+  const bool controlled = controls() > 0 && noise.traits().moves_positions;
+  const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
+  for (Index i = 0; i < basis_.unknowns(); ++i) {
+    if (eigenvalues[i] < least) resolved[i] = 0;
+    if (!controlled || resolved[i] == 0 || roughness[i] * kRoughPart < 1) continue;
+    const Points momenta = basis_.momenta(VectorXd::Unit(basis_.unknowns(), i));
+    const Points velocity = problem_.system.kernel.apply(problem_.source, problem_.source, momenta);
+    const double variance =
+        noise.contract({problem_.source, rest}, {rest, velocity}).squaredNorm() / velocity.squaredNorm();
+    if (problem_.grid.time * velocity.squaredNorm() < kShareOfMomentum * variance) resolved[i] = 0;
+  }
+  return resolved;
 }
 
 MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path) const {

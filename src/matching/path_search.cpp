@@ -291,6 +291,7 @@ class PathSearch {
 }  // namespace
 
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start) {
+  check(problem);
   if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_thinned(problem))
     return PathSearch(problem, options).run(start);
   MatchingProblem few = thinned(problem, representatives(problem, kFewLandmarks));

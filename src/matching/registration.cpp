@@ -104,19 +104,37 @@ bool by_paths(const Registration& registration, const MinimiseOptions& how) {
 }
 
 LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Registration& registration) {
-  if (registration.mode == MatchingMode::kMetamorphosis)
-    throw InputError("uncertainties are those of mode map, whose cost is the logarithm of a probability");
   const MatchingObjective objective(problem);
   if (const auto at = objective.evaluate(objective.white(registration.momenta, registration.increments)))
     return laplace(objective, *at);
   throw InputError("the uncertainty needs smaller time steps; use more --steps");
 }
 
-MatchingCost cost_of_flow(const MatchingProblem& problem, const Points& momenta, const Points& end) {
+// λ∫H dt by the midpoint rule, ½∫Σu² dt and the data's.
+MatchingCost cost_along(const MatchingProblem& problem, const Trajectory& path) {
   MatchingCost cost;
-  cost.energy = problem.lambda * problem.grid.time * hamiltonian(problem.system.kernel, {problem.source, momenta});
-  cost.data = problem.data->value(end);
+  for (std::size_t k = 0; k + 1 < path.states.size(); ++k) {
+    const PhaseState &from = path.states[k], &to = path.states[k + 1];
+    cost.energy += problem.lambda * path.grid.dt() *
+                   hamiltonian(problem.system.kernel, {0.5 * (from.q + to.q), 0.5 * (from.p + to.p)});
+  }
+  cost.action = 0.5 * path.increments.squaredNorm() / path.grid.dt();
+  cost.data = problem.data->value(path.final().q);
   return cost;
+}
+
+// The path of a record. A search that did not converge may end at a path that no momenta shoot: then less of them.
+Trajectory shot(Registration& registration) {
+  while (true) {
+    try {
+      return replay(registration);
+    } catch (const StepError&) {
+      registration.converged = false;
+      registration.stop_reason = "the path found cannot be shot in these time steps";
+      registration.momenta /= 2;
+      registration.increments /= 2;
+    }
+  }
 }
 
 // The geodesic rather than the path in midpoint steps next to it: the targets are moved by what an accurate shot of the
@@ -158,11 +176,9 @@ void record_paths(const PathSolution& found, const MatchingProblem& problem, Reg
   registration.evaluations = found.evaluations;
   registration.unknowns = found.momenta.size();
   registration.relative_gradient = found.relative_gradient;
-  registration.result = replay(registration).final().q;
-  registration.cost = found.cost;
-  if (registration.integrator != "midpoint")
-    registration.cost = cost_of_flow(problem, found.momenta, registration.result);
-  registration.cost.data = problem.data->value(registration.result);
+  const Trajectory path = shot(registration);
+  registration.result = path.final().q;
+  registration.cost = cost_along(problem, path);
 }
 
 // Of increments that are spread evenly over their steps. Fourth order without noise, else the midpoint rule in steps

@@ -20,21 +20,33 @@ constexpr double kWidthOfCurves = 0.25;
 // Beyond, the matrices of the search over paths cost more than shooting.
 constexpr Eigen::Index kMostPathCoordinates = 3000;
 
+bool searches_paths(const RegistrationOptions& options) {
+  return options.minimise.solver == Solver::kAuto || options.minimise.solver == Solver::kPaths;
+}
+
+// Metamorphosis is searched for over paths in midpoint steps; other wishes, and probabilities, are of mode map.
+MatchingMode usual_mode(const RegistrationOptions& options, const NoiseModel& noise, bool noisy) {
+  if (!noisy) return MatchingMode::kDeterministic;
+  const bool steps = options.integrator == "auto" || options.integrator == "midpoint";
+  const bool paths = noise.traits().linear && steps && searches_paths(options) && !options.uncertainty;
+  return paths ? MatchingMode::kMetamorphosis : MatchingMode::kMap;
+}
+
 MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& noise, bool noisy) {
-  const bool linear = noisy && noise.traits().linear;
-  const MatchingMode usual = !noisy                           ? MatchingMode::kDeterministic
-                             : linear && !options.uncertainty ? MatchingMode::kMetamorphosis
-                                                              : MatchingMode::kMap;
-  const MatchingMode mode = options.mode.value_or(usual);
+  const MatchingMode mode = options.mode.value_or(usual_mode(options, noise, noisy));
   if (mode != MatchingMode::kDeterministic && !noisy)
-    throw InputError(
-        fmt::format("mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1", mode_name(mode),
-                    mode == MatchingMode::kMap || mode == MatchingMode::kMetamorphosis ? "fits" : "draws"));
-  if (mode == MatchingMode::kMetamorphosis && !linear)
-    throw InputError(
-        fmt::format("mode metamorphosis needs noise whose potentials are linear in the momenta, such as "
-                    "ch-sd or p-sd; for '{}' there is mode map",
-                    noise.spec()));
+    throw InputError(fmt::format(
+        "mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1", mode_name(mode),
+        mode == MatchingMode::kMap || mode == MatchingMode::kMetamorphosis ? "fits" : "draws"));
+  if (mode == MatchingMode::kMetamorphosis && !noise.traits().linear)
+    throw InputError(fmt::format("mode metamorphosis needs noise whose potentials are linear in the momenta, such as "
+                                 "ch-sd or p-sd; for '{}' there is mode map",
+                                 noise.spec()));
+  if (mode == MatchingMode::kMetamorphosis && !searches_paths(options))
+    throw InputError(fmt::format("mode metamorphosis is solved by paths; solver '{}' goes with mode map",
+                                 solver_name(options.minimise.solver)));
+  if (mode == MatchingMode::kMetamorphosis && options.uncertainty)
+    throw InputError("uncertainties are those of mode map, whose cost is the logarithm of a probability");
   if (mode == MatchingMode::kExpected && options.samples < 1)
     throw InputError(fmt::format("samples is {}; mode expected needs at least 1", options.samples));
   return mode;
@@ -47,8 +59,7 @@ std::string choose_integrator(const RegistrationOptions& options, MatchingMode m
                                  options.integrator));
   if (options.integrator != "auto") return options.integrator;
   if (mode == MatchingMode::kMetamorphosis) return "midpoint";
-  const bool paths = options.minimise.solver == Solver::kAuto || options.minimise.solver == Solver::kPaths;
-  if (mode != MatchingMode::kDeterministic || !paths || coordinates > kMostPathCoordinates) return "variational-2";
+  if (mode != MatchingMode::kDeterministic || !searches_paths(options) || coordinates > kMostPathCoordinates) return "variational-2";
   return options.data.kind == DataKind::kLandmarks ? "rk4" : "midpoint";
 }
 

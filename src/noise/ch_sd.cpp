@@ -36,7 +36,7 @@ struct NoNoise : NoiseFormula {
   std::vector<std::string> parameter_names() const { return {}; }
   std::string spec(const Eigen::VectorXd& /*theta*/) const { return "none"; }
   int channels(int /*dimension*/, int /*count*/) const { return 0; }
-  NoiseTraits traits() const { return {}; }
+  NoiseTraits traits() const { return {.linear = true}; }
   template <class T>
   void add_potentials(const StateOf<T>&, const VectorOf<T>&, VectorOf<T>&) const {}
   template <class T>

@@ -22,6 +22,26 @@ struct Element {
   std::vector<TextLine> rows;
 };
 
+/// Where the name in a tag ends: before the first `attribute=`. The names of curves may hold blanks.
+std::size_t name_end_of(std::string_view tag) {
+  const std::size_t equals = tag.find('=');
+  if (equals == std::string_view::npos) return tag.size();
+  const std::size_t attribute_end = trim(tag.substr(0, equals)).size();
+  const std::size_t blank = tag.substr(0, attribute_end).find_last_of(" \t");
+  return blank == std::string_view::npos ? tag.size() : blank;
+}
+
+/// Attributes in lower case, without the blanks around `=`.
+std::string attributes_of(std::string_view text) {
+  std::string attributes;
+  for (const char c : to_lower(text)) {
+    if (c == '=') attributes.resize(trim(attributes).size());
+    if ((c == ' ' || c == '\t') && (attributes.empty() || attributes.back() == '=')) continue;
+    attributes += c;
+  }
+  return attributes;
+}
+
 /// The value of `key=`; nothing where it is not there.
 std::optional<std::string> attribute_of(const Element& element, const std::string& key) {
   for (const std::string_view word : split_words(element.attributes))
@@ -63,9 +83,9 @@ class Elements {
   void read_tag(std::size_t number, std::string_view tag) {
     if (!tag.starts_with('/')) {
       const std::string parent = open_.empty() ? "" : open_.back().name;
-      // the names of curves may hold blanks
-      const std::size_t name_end = std::min({tag.find(" type="), tag.find(" names="), tag.size()});
-      open_.push_back({std::string(trim(tag.substr(0, name_end))), to_lower(tag.substr(name_end)), parent, number, {}});
+      const std::size_t name_end = name_end_of(tag);
+      open_.push_back(
+          {std::string(trim(tag.substr(0, name_end))), attributes_of(tag.substr(name_end)), parent, number, {}});
       return;
     }
     const std::string_view name = trim(tag.substr(1));

@@ -34,9 +34,9 @@ std::string counted(std::int64_t count, std::string_view noun, std::string_view 
 
 Verbosity verbosity() { return chosen; }
 
-void add_quiet_option(CLI::App& verb, const std::string& quiet_names) {
+void add_quiet_option(CLI::App& verb) {
   verb.add_flag_callback(
-      quiet_names, [] { chosen = Verbosity::kQuiet; }, "print warnings and errors only");
+      "-q,--quiet", [] { chosen = Verbosity::kQuiet; }, "print warnings and errors only");
 }
 
 void add_verbose_option(CLI::App& verb) {

@@ -18,8 +18,8 @@ bool landmark_files(std::string_view input) {
 }
 
 bool point_lists(std::string_view input) {
-  return read_as_row(
-      input, {"tps", "ibug", "elastix", "transformix", "idav", "nts", "morphologika", "edma", "stereomorph", "fcsv"});
+  return read_as_row(input, {"tps", "ibug", "elastix", "transformix", "dlib", "idav", "nts", "morphologika", "edma",
+                             "stereomorph", "fcsv"});
 }
 
 bool arrays(std::string_view input) { return read_as_row(input, {"vtk", "npy"}); }

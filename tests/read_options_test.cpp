@@ -215,6 +215,8 @@ TEST_F(ReadScale, IsNeededOfEachShape) {
             "a.tps#2 has no scale that its coordinates could be multiplied by");
   EXPECT_EQ(error_with({.applies_scale = true}, "a.tps", "LM=1\n1 2\nSCALE=-2\n"),
             "a.tps: its scale is -2; a number greater than 0 is needed");
+  EXPECT_EQ(error_with({.applies_scale = true}, "a.tps", "LM=1\n1e200 2\nSCALE=1e200\n"),
+            "a.tps: its coordinates are too large to be multiplied by its scale, 1e+200");
 }
 
 }  // namespace

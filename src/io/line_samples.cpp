@@ -34,7 +34,8 @@ Points evenly_spaced(const Points& line, LineEnds ends, int count) {
   if (vertices.cols() == 0) return Points::Constant(line.rows(), count, std::numeric_limits<double>::quiet_NaN());
   const Eigen::VectorXd lengths = lengths_along(vertices);
   const double total = lengths[lengths.size() - 1];
-  if (!(total > 0 && std::isfinite(total))) throw InputError("it has no length");
+  if (!(total > 0)) throw InputError("it has no length");
+  if (!std::isfinite(total)) throw InputError("its length is too large");
   const int steps = ends == LineEnds::kClosed ? count : count - 1;
   Points points(line.rows(), count);
   Eigen::Index next = 1;  // the vertex at or beyond the point

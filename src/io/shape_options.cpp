@@ -32,13 +32,20 @@ std::string unit_of_scale(const Landmarks& shape) {
   return found == shape.properties.end() ? std::string() : found->second;
 }
 
+void scale_points(const Landmarks& shape, Points& points) {
+  points *= *shape.scale;
+  if (points.array().isInf().any())
+    throw InputError(
+        fmt::format("{}: its coordinates are too large to be multiplied by its scale, {}", shape.source, *shape.scale));
+}
+
 void apply_scale(Landmarks& shape) {
   if (!shape.scale) throw InputError(shape.source + " has no scale that its coordinates could be multiplied by");
   if (!(*shape.scale > 0))
     throw InputError(fmt::format("{}: its scale is {}; a number greater than 0 is needed", shape.source, *shape.scale));
-  shape.points *= *shape.scale;
-  for (Points& curve : shape.curves) curve *= *shape.scale;
-  for (Points& outline : shape.outlines) outline *= *shape.scale;
+  scale_points(shape, shape.points);
+  for (Points& curve : shape.curves) scale_points(shape, curve);
+  for (Points& outline : shape.outlines) scale_points(shape, outline);
   shape.units = unit_of_scale(shape);
   shape.scale.reset();
 }

@@ -22,7 +22,8 @@ Verbosity chosen = Verbosity::kNormal;
 void tell(Style style, std::string_view name, std::string_view text) {
   std::fflush(stdout);
   std::string line(text);
-  std::replace(line.begin(), line.end(), '\n', ' ');
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   fmt::print(stderr, "{} {}\n", painted(style, name, STDERR_FILENO), line);
 }
 

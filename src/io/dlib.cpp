@@ -124,14 +124,10 @@ class Tags {
   }
 
   [[noreturn]] void fail_attribute(const Tag& tag) const {
-    if (left_.empty()) fail(path_, line_, fmt::format("the tag <{}> has no '>'", shown_name(tag)));
+    if (left_.empty()) fail(path_, line_, fmt::format("the tag <{}> has no '>'", as_one_line(tag.name)));
     const std::string_view shown = left_.substr(0, std::min(left_.find_first_of("\r\n"), left_.size()));
-    fail(path_, line_, fmt::format("{} in the tag <{}>; name='value' is right", in_quotes(shown), shown_name(tag)));
-  }
-
-  static std::string shown_name(const Tag& tag) {
-    const std::string quoted = in_quotes(tag.name);
-    return quoted.substr(1, quoted.size() - 2);
+    fail(path_, line_,
+         fmt::format("{} in the tag <{}>; name='value' is right", in_quotes(shown), as_one_line(tag.name)));
   }
 
   const std::string& path_;
@@ -178,7 +174,7 @@ class DlibReader {
       if (tag->ends) end(*tag);
     }
     if (!open_.empty())
-      fail(path_, open_.back().line, fmt::format("<{}> has no end in this file", shown(open_.back().name)));
+      fail(path_, open_.back().line, fmt::format("<{}> has no end in this file", as_one_line(open_.back().name)));
     if (file_.shapes.empty()) fail(path_, tags_.line(), "there is no <box> with landmarks in this file");
     if (empty_boxes_ > 0)
       file_.warnings.push_back(fmt::format("{}: {} without a <part> {} left out", path_,
@@ -188,11 +184,6 @@ class DlibReader {
   }
 
  private:
-  static std::string shown(const std::string& name) {
-    const std::string quoted = in_quotes(name);
-    return quoted.substr(1, quoted.size() - 2);
-  }
-
   void begin(const Tag& tag) {
     if (tag.name == "image") {
       const auto file = tag.attributes.find("file");
@@ -212,8 +203,8 @@ class DlibReader {
   void end(const Tag& tag) {
     if (open_.empty() || open_.back().name != tag.name)
       fail(path_, tag.line,
-           fmt::format("</{}> where {} is right", shown(tag.name),
-                       open_.empty() ? "nothing" : "</" + shown(open_.back().name) + ">"));
+           fmt::format("</{}> where {} is right", as_one_line(tag.name),
+                       open_.empty() ? "nothing" : "</" + as_one_line(open_.back().name) + ">"));
     open_.pop_back();
     if (tag.name == "label" && box_ && !tags_.text().empty()) properties_.emplace_back("label", tags_.text());
     if (tag.name == "box") finish_box();

@@ -61,7 +61,8 @@ class Elements {
       while (!rest.empty()) rest = trim(read_part(line.number, rest));
     }
     if (!open_.empty())
-      fail(lines_.path(), open_.back().line, fmt::format("<{}> has no end in this file", open_.back().name));
+      fail(lines_.path(), open_.back().line,
+           fmt::format("<{}> has no end in this file", as_one_line(open_.back().name)));
     return std::move(closed_);
   }
 
@@ -91,7 +92,8 @@ class Elements {
     const std::string_view name = trim(tag.substr(1));
     if (open_.empty() || open_.back().name != name)
       fail(lines_.path(), number,
-           fmt::format("</{}> where {} is right", name, open_.empty() ? "nothing" : "</" + open_.back().name + ">"));
+           fmt::format("</{}> where {} is right", as_one_line(name),
+                       open_.empty() ? "nothing" : "</" + as_one_line(open_.back().name) + ">"));
     closed_.push_back(std::move(open_.back()));
     open_.pop_back();
   }
@@ -105,7 +107,8 @@ void require_announced_rows(const std::string& path, const Element& element) {
   const std::optional<std::string> announced = attribute_of(element, "nrow");
   if (announced && parse_count(*announced) != element.rows.size())
     fail(path, element.line,
-         fmt::format("<{}> has {}, but says nrow={}", element.name, counted(element.rows.size(), "row"), *announced));
+         fmt::format("<{}> has {}, but says nrow={}", as_one_line(element.name), counted(element.rows.size(), "row"),
+                     as_one_line(*announced)));
 }
 
 std::size_t dimension_of(const std::string& path, const Element& element) {
@@ -115,7 +118,8 @@ std::size_t dimension_of(const std::string& path, const Element& element) {
   const std::size_t columns = split_words(element.rows.front().text).size() - names;
   const std::optional<std::string> announced = attribute_of(element, "ncol");
   const std::size_t d = announced ? parse_count(*announced).value_or(0) : columns;
-  if (d != 2 && d != 3) fail(path, element.line, fmt::format("<{}> has {} columns; 2 or 3 are right", element.name, d));
+  if (d != 2 && d != 3)
+    fail(path, element.line, fmt::format("<{}> has {} columns; 2 or 3 are right", as_one_line(element.name), d));
   return d;
 }
 

@@ -106,13 +106,15 @@ std::string to_lower(std::string_view text) {
   return lower;
 }
 
-std::string in_quotes(std::string_view text) {
+std::string as_one_line(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   std::string shown(text.substr(0, kLongest));
   std::replace_if(
       shown.begin(), shown.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
-  return "'" + shown + (text.size() > kLongest ? "...'" : "'");
+  return text.size() > kLongest ? shown + "..." : shown;
 }
+
+std::string in_quotes(std::string_view text) { return "'" + as_one_line(text) + "'"; }
 
 std::string with_decimal_point(std::string_view text) {
   std::string number(text);

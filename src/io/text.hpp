@@ -57,7 +57,10 @@ std::string_view trim(std::string_view text);
 std::vector<std::string_view> split_words(std::string_view text);
 std::string to_lower(std::string_view text);
 
-/// `text` in quotes, made fit for a one-line message: long text is cut, control characters become '?'.
+/// `text` made fit for a one-line message: long text is cut, control characters become '?'.
+std::string as_one_line(std::string_view text);
+
+/// The same in quotes.
 std::string in_quotes(std::string_view text);
 
 /// `text` with a decimal point for a decimal comma, where it has one comma within digits and no point.

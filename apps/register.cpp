@@ -68,7 +68,7 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
   options.noise = fitted.noise;
   options.sigma = fitted.sigma;
   options.lambda = fitted.lambda;
-  if (options.integrator == "auto") options.integrator = "variational";  // the scheme of the evidence
+  if (!options.mode && options.noise != "none") options.mode = MatchingMode::kMap;  // that of the evidence
   return fitted;
 }
 

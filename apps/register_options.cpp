@@ -51,13 +51,10 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
                   "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
       ->type_name("NUMBER")
       ->capture_default_str();
-  only_known(verb.add_option("--solver", arguments.solver, "gauss-newton, lbfgs or auto")
+  only_known(verb.add_option("--solver", arguments.solver, "paths, gauss-newton, lbfgs or auto")
                  ->type_name("NAME")
                  ->capture_default_str(),
              "solver");
-  verb.add_option("--starts", options.minimise.starts,
-                  "searches, each from another way: straight, turned to the left, to the right, then at random")
-      ->capture_default_str();
   verb.add_flag("--uncertainty", options.uncertainty,
                 "standard deviations of momenta and end points, by Laplace's approximation");
   verb.add_option("--fit", arguments.fit,
@@ -69,8 +66,7 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
   add_seed_option(verb, options.seed);
   verb.add_option("--tolerance", options.minimise.gradient_tolerance, "relative gradient that counts as converged")
       ->capture_default_str();
-  verb.add_option("--max-iterations", options.minimise.max_iterations, "of the solver, from each start")
-      ->capture_default_str();
+  verb.add_option("--max-iterations", options.minimise.max_iterations, "of the solver")->capture_default_str();
 }
 
 }  // namespace
@@ -116,7 +112,6 @@ RegistrationOptions RegisterArguments::registration_options(const Landmarks& sha
   if (data_width != "auto") asked.data.width = parse_number(data_width, "--data-width");
   if (!weights.empty()) asked.data.weights = read_weights(weights, shape.count());
   if (!covariances.empty()) asked.data.covariances = read_covariances(covariances, shape.count(), shape.dimension());
-  check_at_least(asked.minimise.starts, 1, "--starts");
   check_at_least(asked.samples, 1, "--samples");
   if (asked.minimise.max_iterations < 0)
     throw InputError(fmt::format("--max-iterations is {}; it must not be negative", asked.minimise.max_iterations));

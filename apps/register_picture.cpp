@@ -31,7 +31,8 @@ std::string subtitle(const Registration& registration) {
   text += fmt::format("  ·  {}  ·  rms {:.3g}, before {:.3g}  ·  energy {:.3g}",
                       registration_system(registration).kernel.spec(3), registration.rms(), registration.initial_rms(),
                       registration.cost.energy);
-  if (registration.mode == MatchingMode::kMap) text += fmt::format(" + action {:.3g}", registration.cost.action);
+  if (registration.increments.size() > 0 && registration.cost.action > 0)
+    text += fmt::format(" + action {:.3g}", registration.cost.action);
   if (!registration.converged) text += "  ·  not converged";
   if (!registration.matched()) text += "  ·  not matched";
   return text;

@@ -47,17 +47,6 @@ void print_search(const Registration& registration) {
              registration.converged ? "converged " : "STOPPED   ", registration.iterations,
              solver_name(registration.solver), registration.seconds, registration.stop_reason,
              registration.relative_gradient);
-  if (registration.resolved < registration.unknowns)
-    fmt::print("resolved   {} of {} unknowns; higher-frequency momenta stay at the initial guess\n",
-               registration.resolved, registration.unknowns);
-  if (registration.continuation_stages > 0)
-    fmt::print("start      {}, in {} with the data held less firmly\n", registration.start,
-               counted(registration.continuation_stages, "stage"));
-  if (registration.minima.size() < 2) return;
-  fmt::print("minima     {} distinct:", registration.minima.size());
-  for (const Minimum& minimum : registration.minima)
-    fmt::print(" {:.4g} ({}x{})", minimum.cost.total(), minimum.found, minimum.converged ? "" : ", not converged");
-  fmt::print("\n");
 }
 
 void print_fitted(const FittedParameters& fitted) {

@@ -66,6 +66,22 @@ inline std::vector<std::string> noise_specs() {
   return specs;
 }
 
+/// No noise, and of noise_specs() those whose potentials are linear in p, with a sum of all: what an
+/// EffectiveHamiltonian takes.
+inline std::vector<std::string> linear_noise_specs() {
+  std::vector<std::string> specs{"none"};
+  std::string sum;
+  Landmarks shape;
+  shape.points = Points{{0, 1, 2}, {0, 1, 0}};
+  for (const std::string& spec : noise_specs()) {
+    if (!make_noise(spec, shape)->traits().linear) continue;
+    specs.push_back(spec);
+    sum += (sum.empty() ? "" : "+") + spec;
+  }
+  specs.push_back(sum);
+  return specs;
+}
+
 /// Every integrator with every noise that it takes, and without noise and with constant noise with every kernel: a new
 /// row of a table is tested by being there.
 inline std::vector<Combination> all_combinations() {

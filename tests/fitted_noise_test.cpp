@@ -43,6 +43,7 @@ TEST_P(CompensatedNoise, LeavesTheGeodesicAloneWhereItsControlsAreZero) {
   Outlines outlines;
   outlines.source.groups.assign(60, "left");
   std::fill(outlines.source.groups.begin() + 30, outlines.source.groups.end(), "right");
+  outlines.options.integrator = "variational-2";
   const MatchingObjective still = outlines.objective();
   Points p = Points::Zero(2, 60);
   p.col(3) << 0.3, -0.2;
@@ -51,6 +52,7 @@ TEST_P(CompensatedNoise, LeavesTheGeodesicAloneWhereItsControlsAreZero) {
   ASSERT_TRUE(geodesic.has_value());
 
   outlines.options.noise = GetParam();
+  outlines.options.mode = MatchingMode::kMap;
   const MatchingObjective controlled = outlines.objective();
   const NoiseModel& noise = *controlled.problem().system.noise;
   ASSERT_TRUE(noise.traits().compensated);
@@ -62,40 +64,33 @@ TEST_P(CompensatedNoise, LeavesTheGeodesicAloneWhereItsControlsAreZero) {
 INSTANTIATE_TEST_SUITE_P(Controls, CompensatedNoise,
                          testing::Values("ch-sd-screened:beta=0.5,gamma=0.4", "p-sd:beta=0.5,fields=grid"));
 
-TEST(Controls, AreOfTheCompensatedSchemeWhereTheirProbabilityIsAsked) {
+TEST(Controls, LowerTheCostOfAMatch) {
   Outlines outlines;
-  outlines.options.noise = "p-sd:beta=0.5,fields=grid";
+  const MinimiseSummary deterministic = minimise(outlines.objective(), {});
+  outlines.options.noise = "ch-sd:beta=0.3";
+  outlines.options.mode = MatchingMode::kMap;
+  const MinimiseSummary summary = minimise(outlines.objective(), {});
+  EXPECT_TRUE(summary.converged) << summary.reason;
+  EXPECT_LT(summary.solution.cost.total(), deterministic.solution.cost.total());
+  EXPECT_GT(summary.solution.cost.total(), 0.5 * deterministic.solution.cost.total());
+}
+
+TEST(Integrators, AreChosenByMode) {
+  Outlines outlines;
   const auto integrator = [&] { return outlines.objective().problem().integrator->name(); };
-  EXPECT_EQ(integrator(), "variational-paper");
+  EXPECT_EQ(integrator(), "rk4");
+  outlines.options.minimise.solver = Solver::kGaussNewton;
+  EXPECT_EQ(integrator(), "variational-2");
+  outlines.options.minimise.solver = Solver::kAuto;
+  outlines.options.noise = "p-sd:beta=0.5,fields=grid";
+  EXPECT_EQ(integrator(), "midpoint");
   outlines.options.uncertainty = true;
-  EXPECT_EQ(integrator(), "variational");
+  EXPECT_EQ(integrator(), "variational-2");
   outlines.options.uncertainty = false;
   outlines.options.mode = MatchingMode::kPathwise;
+  EXPECT_EQ(integrator(), "variational-2");
+  outlines.options.integrator = "variational";
   EXPECT_EQ(integrator(), "variational");
-  outlines.options.mode.reset();
-  outlines.options.integrator = "midpoint";
-  EXPECT_EQ(integrator(), "midpoint");
-}
-
-// Rough momenta nearly cancel where they start, so that noise which parts such landmarks frees a flow that cost
-// nothing: a search among all of them ends where the time step does, and not in a minimum.
-TEST(Controls, DoWhatRoughMomentaWouldDo) {
-  Outlines outlines;
-  const double deterministic = minimise(outlines.objective(), {}).solution.cost.total();
-  outlines.options.noise = "ch-sd:beta=0.3";
-  const MatchingObjective objective = outlines.objective();
-  const MinimiseSummary summary = minimise(objective, {});
-  EXPECT_TRUE(summary.converged) << summary.reason;
-  EXPECT_LT(summary.resolved, objective.unknowns());
-  EXPECT_LT(summary.solution.cost.total(), deterministic);
-  EXPECT_GT(summary.solution.cost.total(), 0.5 * deterministic);
-}
-
-TEST(Controls, TakeNothingFromMomentaThatAreNotRough) {
-  Outlines outlines{shape(ellipse(5, 1, 0)), shape(ellipse(5, 1.2, 0.3)), {.kernel = "gaussian:alpha=0.6"}};
-  outlines.options.noise = "ch-sd:beta=30";
-  const MatchingObjective objective = outlines.objective();
-  EXPECT_EQ(std::ssize(objective.smooth_unknowns(1e-9)), objective.unknowns());
 }
 
 }  // namespace

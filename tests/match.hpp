@@ -36,24 +36,7 @@ struct Match {
 };
 
 inline MinimiseSummary minimum(const Match& match, const MinimiseOptions& options) {
-  const MatchingObjective objective = match.objective();
-  MinimiseSummary summary = minimise(objective, options);
-  EXPECT_LE(summary.resolved, objective.unknowns());
-  EXPECT_GT(summary.resolved, 0);
-  return summary;
-}
-
-inline MinimiseOptions with_starts(int starts) {
-  MinimiseOptions options;
-  options.starts = starts;
-  return options;
-}
-
-/// How many searches ended somewhere.
-inline int searches(const MinimiseSummary& summary) {
-  int count = 0;
-  for (const Minimum& each : summary.minima) count += each.found;
-  return count;
+  return minimise(match.objective(), options);
 }
 
 }  // namespace pulson

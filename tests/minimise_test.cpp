@@ -37,29 +37,6 @@ TEST(Solvers, FindTheSameMinimum) {
   }
 }
 
-// With so many landmarks on an outline there are pivots, and rough directions that are left for last.
-TEST(Solvers, ResolveNoMoreUnknownsThanThereAre) {
-  Match match;
-  match.source.resize(2, 260);
-  for (int a = 0; a < 260; ++a) {
-    const double angle = 2 * std::numbers::pi * a / 260;
-    match.source.col(a) << std::cos(angle), std::sin(angle);
-  }
-  match.target = Eigen::DiagonalMatrix<double, 2>(1.2, 0.9) * match.source;
-  match.grid.steps = 5;
-  const MatchingObjective objective = match.objective();
-  ASSERT_LT(objective.unknowns(), 2 * 260);
-  for (const Solver solver : {Solver::kGaussNewton, Solver::kLbfgs}) {
-    MinimiseOptions options;
-    options.solver = solver;
-    const MinimiseSummary summary = minimum(match, options);
-    EXPECT_TRUE(summary.converged) << summary.reason;
-    if (solver == Solver::kLbfgs) {
-      EXPECT_EQ(summary.resolved, objective.unknowns());
-    }
-  }
-}
-
 // ---- data that are no landmarks
 
 // Σ_a log cosh(|q_a − y_a|²/2σ²): no sum of squares.
@@ -102,12 +79,6 @@ TEST(Solvers, TakeDataThatAreNoLandmarks) {
     options.solver = solver;
     const MinimiseSummary summary = minimise(objective, options);
     EXPECT_TRUE(summary.converged) << summary.reason;
-    EXPECT_EQ(searches(summary), 1);
-    if (solver == Solver::kGaussNewton) {  // there is no flow to begin with
-      EXPECT_GT(summary.continuation_stages, 0);
-      EXPECT_EQ(summary.start, "rest");
-      EXPECT_EQ(summary.resolved, objective.unknowns());
-    }
     costs.push_back(summary.solution.cost.total());
   }
   EXPECT_NEAR(costs[0], costs[1], 1e-6 * costs[0]);
@@ -180,11 +151,10 @@ TEST_F(Realisations, CostTheMeanOfWhatEachCosts) {
 TEST_F(Realisations, AreMatchedOnTheAverage) {
   Match match = match_;
   match.realisations = increments_;
-  MinimiseOptions options = with_starts(2);
+  MinimiseOptions options;
   options.gradient_tolerance = 1e-6;
   const MinimiseSummary summary = minimum(match, options);
   EXPECT_TRUE(summary.converged) << summary.reason;
-  EXPECT_EQ(searches(summary), 2);
   const MatchingObjective objective = match.objective();
   const VectorXd gradient = summary.solution.z + objective.data_gradient(summary.solution);
   EXPECT_LE(gradient.norm(), 1e-2 * summary.solution.z.norm());

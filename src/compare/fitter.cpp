@@ -178,9 +178,7 @@ Fitter::State Fitter::start() const {
 // Noise whose displacements are all taken out by the alignment has no amplitude.
 void Fitter::check_seen(const MatchingObjective& objective, const State& at_rest) const {
   const Linearised& match = at_rest.matches.front();
-  std::vector<Index> all(at(objective.unknowns()));
-  std::iota(all.begin(), all.end(), Index{0});
-  const MatrixXd whole = objective.endpoint_changes(match.at.path(), all) / settings_.sigma;
+  const MatrixXd whole = objective.endpoint_changes(match.at.path()) / settings_.sigma;
   const Index momenta = objective.basis().unknowns();
   for (Index g = 0; g < std::ssize(amplitudes_); ++g) {
     const double left = columns(match.jacobian, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm();

@@ -32,10 +32,8 @@ struct Step {
 
 // Linearises, and says where the minimum of the linear problem is.
 Step linearise(const MatchingObjective& objective, const Observation& observation, Evaluation at) {
-  std::vector<Index> all(static_cast<std::size_t>(objective.unknowns()));
-  std::iota(all.begin(), all.end(), Index{0});
   Linearised here;
-  here.jacobian.noalias() = observation.seen * objective.endpoint_changes(at.path(), all);
+  here.jacobian.noalias() = observation.seen * objective.endpoint_changes(at.path());
   here.jacobian *= seen_unknowns(objective).asDiagonal();
   const VectorXd residual = observation.residual(at.path().final().q);
   here.surprise = residual + here.jacobian * at.z;

@@ -198,22 +198,18 @@ void read_outcome(const Reader& reader, Registration& registration) {
   registration.cost = read_cost(reader.at("cost"));
   registration.solver = reader.at("solver").parsed(parse_solver);
   registration.converged = reader.at("converged").flag();
+  if (reader.has("step_error"))
+    registration.step_error = {reader.at("step_error").at("rms").number(), reader.at("step_error").at("cost").number()};
   registration.stop_reason = reader.at("stop_reason").text();
   registration.iterations = reader.at("iterations").integer();
   registration.evaluations = reader.at("evaluations").integer();
   registration.relative_gradient = reader.at("relative_gradient").number();
   registration.seconds = reader.at("seconds").number();
-  if (!reader.has("start")) return;  // an old record
+  if (!reader.has("unknowns")) return;  // an old record
   registration.seed = reader.at("seed").seed();
   registration.samples = reader.at("samples").integer();
-  registration.start = reader.at("start").text();
-  registration.continuation_stages = reader.at("continuation_stages").integer();
   registration.unknowns = reader.at("unknowns").integer();
-  registration.resolved = reader.at("resolved").integer();
   registration.notes = reader.at("notes").texts();
-  for (const Reader& item : reader.at("minima").items())
-    registration.minima.push_back(
-        {read_cost(item.at("cost")), item.at("converged").flag(), item.at("found").integer()});
 }
 
 }  // namespace

@@ -48,13 +48,6 @@ Json cost_json(const MatchingCost& cost) {
   return {{"total", cost.total()}, {"energy", cost.energy}, {"action", cost.action}, {"data", cost.data}};
 }
 
-Json minima_json(const std::vector<Minimum>& minima) {
-  Json json = Json::array();
-  for (const Minimum& minimum : minima)
-    json.push_back({{"cost", cost_json(minimum.cost)}, {"converged", minimum.converged}, {"found", minimum.found}});
-  return json;
-}
-
 Json shares_json(const Registration& registration, const LandmarkShares& shares) {
   Json json = Json::object();
   if (const auto part = noise_part(registration, shares)) json["noise_part"] = *part;
@@ -101,21 +94,19 @@ std::string registration_json(const Registration& registration, const Registrati
   json["solver"] = solver_name(registration.solver);
   json["converged"] = registration.converged;
   json["matched"] = registration.matched();
+  if (registration.step_error)
+    json["step_error"] = {{"rms", registration.step_error->rms}, {"cost", registration.step_error->cost}};
   json["stop_reason"] = registration.stop_reason;
   json["relative_gradient"] = registration.relative_gradient;
   json["iterations"] = registration.iterations;
   json["evaluations"] = registration.evaluations;
   json["seconds"] = registration.seconds;
-  json["start"] = registration.start;
-  json["continuation_stages"] = registration.continuation_stages;
   json["unknowns"] = registration.unknowns;
-  json["resolved"] = registration.resolved;
   json["seed"] = registration.seed;
   json["samples"] = registration.samples;
   json["notes"] = registration.notes;
   json["data"] = data_json(registration.data);
   json["cost"] = cost_json(registration.cost);
-  json["minima"] = minima_json(registration.minima);
   json["shares"] = shares_json(registration, facts.shares);
   json["rms"] = registration.rms();
   json["initial_rms"] = registration.initial_rms();

@@ -14,12 +14,14 @@ constexpr double kRegularisation = 1e-10;
 
 // Whether M = I ⊗ (N×N), index a·d + axis.
 bool is_isotropic(const Eigen::SparseMatrix<double>& m, Index d) {
+  Index of_first_axis = 0;
   for (Index column = 0; column < m.outerSize(); ++column)
     for (Eigen::SparseMatrix<double>::InnerIterator it(m, column); it; ++it) {
       if (it.row() % d != column % d) return false;
       if (it.value() != m.coeff(it.row() - it.row() % d, column - column % d)) return false;
+      if (column % d == 0) ++of_first_axis;
     }
-  return true;
+  return m.nonZeros() == d * of_first_axis;  // else some are of the first axis alone
 }
 
 Eigen::SparseMatrix<double> of_one_axis(const Eigen::SparseMatrix<double>& m, Index d) {

@@ -59,7 +59,7 @@ double least_determinant(const MatrixXd& gradients, double dt, Index d) {
 std::optional<Points> step(const StochasticSystem& system, double dt, const Points& start, const StepFields& fields,
                            std::size_t k, Points next) {
   const Index d = start.rows();
-  const bool noisy = fields.controls[k].size() > 0;
+  const bool noisy = fields.controls[k].size() > 0 && system.noise->traits().local;
   const double accuracy = kRootAccuracy * std::max(start.cwiseAbs().maxCoeff(), next.cwiseAbs().maxCoeff());
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     const Points middle = 0.5 * (start + next);
@@ -111,13 +111,20 @@ std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const Time
   return path;
 }
 
+Points own_velocities(const EffectiveHamiltonian& system, const PhaseState& at) {
+  const StochasticSystem& parts = system.system();
+  Points v = regularisation(parts.kernel) * at.p;
+  if (!parts.noise->traits().local) v += noise_velocity(*parts.noise, at.q, system.controls(at));
+  return v;
+}
+
 StepFields fields_of(const EffectiveHamiltonian& system, const DiscretePath& path) {
   StepFields fields;
   for (const PhaseState& middle : path.middles) {
     fields.centres.push_back(middle.q);
     fields.momenta.push_back(middle.p);
     fields.controls.push_back(system.controls(middle));
-    fields.own.push_back(regularisation(system.system().kernel) * middle.p);
+    fields.own.push_back(own_velocities(system, middle));
   }
   return fields;
 }

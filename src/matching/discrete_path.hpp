@@ -14,7 +14,7 @@ struct StepFields {
   std::vector<Points> centres;            ///< K, d×M
   std::vector<Points> momenta;            ///< K, d×M
   std::vector<Eigen::VectorXd> controls;  ///< K, C numbers: u
-  std::vector<Points> own;                ///< K, d×N: εK(0)p, see regularisation(); or none
+  std::vector<Points> own;                ///< K, d×N: see own_velocities(); or none
 };
 
 /// A path of landmarks in midpoint steps, with the momenta of least energy that move them along it: with q̄_k =
@@ -38,6 +38,10 @@ struct DiscretePath {
 /// The momenta of a path that is given by its nodes; empty where the cometric of a step is singular, or where its
 /// fields nearly turn space over in a step, so that the midpoint rule soon has no single root.
 std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes);
+
+/// What momenta make each landmark do by itself: εK(0)p, see regularisation(), and where noise moves a landmark by
+/// where others are, so that it has no field over space, what the controls λh(q, p) make it do.
+Points own_velocities(const EffectiveHamiltonian& system, const PhaseState& at);
 
 /// The fields of a path.
 StepFields fields_of(const EffectiveHamiltonian& system, const DiscretePath& path);

@@ -69,7 +69,7 @@ class Fit {
                                      RegistrationOptions options, const FitOptions& fit) {
     check(targets, fit);
     options.minimise.on_iteration = {};
-    if (options.integrator == "auto") options.integrator = "variational";  // see choose_integrator()
+    options.uncertainty = true;  // so that the mode is that of the evidence
     options.minimise.gradient_tolerance = std::min(options.minimise.gradient_tolerance, kGradientTolerance);
     return {make_problem(source, targets.front(), options), options};
   }

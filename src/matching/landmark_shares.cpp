@@ -23,7 +23,8 @@ std::optional<Index> only_landmark(const NoiseModel& noise, const PhaseState& st
 
 VectorXd action_by_landmark(const Registration& registration, const StochasticSystem& system) {
   const Index channels = registration.increments.rows();
-  if (registration.mode != MatchingMode::kMap || channels == 0) return {};
+  const bool fitted = registration.mode == MatchingMode::kMap || registration.mode == MatchingMode::kMetamorphosis;
+  if (!fitted || channels == 0) return {};
   const PhaseState start{registration.source.points, registration.momenta};
   VectorXd action = VectorXd::Zero(start.q.cols());
   for (Index i = 0; i < channels; ++i) {
@@ -32,6 +33,24 @@ VectorXd action_by_landmark(const Registration& registration, const StochasticSy
     action[*landmark] += 0.5 * registration.increments.row(i).squaredNorm() / registration.grid.dt();
   }
   return action;
+}
+
+VectorXd energy_of(const StochasticSystem& system, double lambda, const PhaseState& at) {
+  return 0.5 * lambda * at.p.cwiseProduct(system.kernel.apply(at.q, at.q, at.p)).colwise().sum().transpose();
+}
+
+// At t = 0; in mode metamorphosis along the path.
+VectorXd energy_by_landmark(const Registration& registration, const StochasticSystem& system) {
+  if (registration.mode != MatchingMode::kMetamorphosis)
+    return energy_of(system, registration.lambda, {registration.source.points, registration.momenta});
+  const Trajectory path = replay(registration);
+  VectorXd energy = VectorXd::Zero(registration.source.count());
+  for (std::size_t k = 0; k + 1 < path.states.size(); ++k) {
+    const PhaseState &from = path.states[k], &to = path.states[k + 1];
+    energy +=
+        registration.grid.dt() * energy_of(system, registration.lambda, {0.5 * (from.q + to.q), 0.5 * (from.p + to.p)});
+  }
+  return energy;
 }
 
 VectorXd data_by_landmark(const Registration& registration) {
@@ -51,8 +70,7 @@ LandmarkShares landmark_shares(const Registration& registration) {
   const Points& q0 = registration.source.points;
   const Points& p0 = registration.momenta;
   LandmarkShares shares;
-  const Points velocity = system.kernel.apply(q0, q0, p0);
-  shares.energy = 0.5 * registration.lambda * p0.cwiseProduct(velocity).colwise().sum().transpose();
+  shares.energy = energy_by_landmark(registration, system);
   shares.action = action_by_landmark(registration, system);
   shares.data = data_by_landmark(registration);
   try {

@@ -96,6 +96,12 @@ LandmarkTerm LandmarkTerm::part(const std::vector<Index>& landmarks, double weig
   return LandmarkTerm(some);
 }
 
+LandmarkTerm LandmarkTerm::moved(const Points& shift) const {
+  LandmarkObservations there = observations_;
+  there.target += shift;
+  return LandmarkTerm(there);
+}
+
 VectorXd LandmarkTerm::residual(const Points& q) const { return whitening_ * (q.reshaped() - target_); }
 
 double LandmarkTerm::value(const Points& q) const { return 0.5 * residual(q).squaredNorm(); }

@@ -30,10 +30,9 @@ MatrixXd velocities(const MatchingProblem& problem, const MatrixXd& momenta) {
 }
 
 // ∂/∂z of the mean of the end points, dN×U.
-MatrixXd mean_endpoint_changes(const MatchingObjective& objective, const MatchingObjective::Evaluation& at,
-                               const std::vector<Index>& unknowns) {
-  MatrixXd sum = objective.endpoint_changes(at.path(), unknowns);
-  for (std::size_t s = 1; s < at.paths.size(); ++s) sum += objective.endpoint_changes(at.paths[s], unknowns);
+MatrixXd mean_endpoint_changes(const MatchingObjective& objective, const MatchingObjective::Evaluation& at) {
+  MatrixXd sum = objective.endpoint_changes(at.path());
+  for (std::size_t s = 1; s < at.paths.size(); ++s) sum += objective.endpoint_changes(at.paths[s]);
   return sum / static_cast<double>(at.paths.size());
 }
 
@@ -50,15 +49,13 @@ LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingO
   const MatchingProblem& problem = objective.problem();
   const Index d = problem.source.rows();
   const Index unknowns = objective.unknowns();
-  const std::vector<Index> all = objective.smooth_unknowns(0);
-  const MatchingObjective::Linearisation linear = objective.linearise(minimum, all);
+  const MatchingObjective::Linearisation linear = objective.linearise(minimum);
   const VectorXd roughness = objective.roughness();
   const QuadraticModel model(linear, roughness);
-  const std::vector<Index> of_momenta(all.begin(), all.begin() + objective.basis().unknowns());
-  const MatrixXd momenta = objective.basis().changes(of_momenta);
+  const MatrixXd momenta = objective.basis().changes();
   const LandmarkTerm* data = problem.data->landmarks();
   return {deviations(model, momenta, unknowns, d), deviations(model, velocities(problem, momenta), unknowns, d),
-          deviations(model, mean_endpoint_changes(objective, minimum, all), unknowns, d),
+          deviations(model, mean_endpoint_changes(objective, minimum), unknowns, d),
           data != nullptr ? evidence(*data, minimum, linear, model) : std::numeric_limits<double>::quiet_NaN()};
 }
 

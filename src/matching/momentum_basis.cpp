@@ -29,7 +29,6 @@ constexpr double kSingular = 1e-13;
 
 struct Factorisation {
   std::vector<Index> pivots;
-  std::vector<Index> spread;  // in the order in which pivots were taken
   MatrixXd factor;
   double left_over = 0;
 };
@@ -63,7 +62,6 @@ Factorisation factor_pivots(const KernelOperator& kernel, const Points& q, doubl
     result.pivots.push_back(pivot);
   }
   result.left_over = left.cwiseMax(0).sum();
-  result.spread = result.pivots;
   result.factor = columns(result.pivots, Eigen::seqN(0, static_cast<Index>(result.pivots.size())));
   return result;
 }
@@ -73,7 +71,6 @@ Factorisation factor(const KernelOperator& kernel, const Points& q, double toler
   Factorisation first = factor_pivots(kernel, q, tolerance, std::max(kPivotsBeforeAll, n / 2));
   if (first.left_over <= tolerance) return first;
   if (std::optional<Factorisation> all = factor_all(kernel, q)) {
-    all->spread = std::move(first.pivots);
     return std::move(*all);
   }
   return factor_pivots(kernel, q, tolerance, n);
@@ -85,7 +82,6 @@ MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, dou
     : kernel_(kernel), q0_(q0), lambda_(lambda), dimension_(q0.rows()) {
   Factorisation result = factor(kernel, q0, tolerance);
   pivots_ = std::move(result.pivots);
-  spread_ = std::move(result.spread);
   left_over_ = result.left_over;
   factor_ = std::sqrt(lambda) * result.factor;
   if (rank() > kMostEigenvectors) return;
@@ -94,10 +90,6 @@ MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, dou
   const double floor = kSingular * eigen.eigenvalues()[rank() - 1];
   eigenvalues_ = eigen.eigenvalues().cwiseMax(floor);
   eigen_root_ = eigen.eigenvectors() * eigenvalues_.cwiseSqrt().cwiseInverse().asDiagonal();
-}
-
-std::vector<Index> MomentumBasis::spread(Index most) const {
-  return {spread_.begin(), spread_.begin() + std::min(most, static_cast<Index>(spread_.size()))};
 }
 
 Points MomentumBasis::scatter(const Points& at_pivots) const {
@@ -125,10 +117,9 @@ VectorXd MomentumBasis::white(const Points& p) const {
   return pull_back(velocity);
 }
 
-MatrixXd MomentumBasis::changes(const std::vector<Index>& unknowns) const {
-  MatrixXd changes(dimension_ * q0_.cols(), static_cast<Index>(unknowns.size()));
-  for (Index i = 0; i < changes.cols(); ++i)
-    changes.col(i) = momenta(VectorXd::Unit(this->unknowns(), unknowns[static_cast<std::size_t>(i)])).reshaped();
+MatrixXd MomentumBasis::changes() const {
+  MatrixXd changes(dimension_ * q0_.cols(), unknowns());
+  for (Index i = 0; i < changes.cols(); ++i) changes.col(i) = momenta(VectorXd::Unit(unknowns(), i)).reshaped();
   return changes;
 }
 

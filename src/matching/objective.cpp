@@ -21,9 +21,6 @@ constexpr double kUsefulPart = 1e-3;
 constexpr double kMostLeftOut = 1e-6;
 // So few landmarks all have momenta.
 constexpr Index kAllLandmarks = 250;
-// See MatchingObjective::smooth_unknowns().
-constexpr double kShareOfMomentum = 0.1;
-constexpr double kRoughPart = 1e-2;
 
 MatchingProblem checked(MatchingProblem problem) {
   require_positive("sigma", problem.sigma);
@@ -66,25 +63,7 @@ MatchingObjective::MatchingObjective(MatchingProblem problem)
     : problem_(checked(std::move(problem))),
       channels_(problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
                                                 static_cast<int>(problem_.source.cols()))),
-      basis_(make_basis(problem_)) {
-  if (controls() > 0 && problem_.system.noise->traits().moves_positions && basis_.eigenvalues().allFinite())
-    find_left_to_noise();
-}
-
-void MatchingObjective::find_left_to_noise() {
-  const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
-  const VectorXd roughness = basis_.roughness();
-  left_to_noise_.resize(static_cast<std::size_t>(basis_.unknowns()));
-  for (Index i = 0; i < basis_.unknowns(); ++i) {
-    if (roughness[i] * kRoughPart < 1) continue;
-    const Points momenta = basis_.momenta(VectorXd::Unit(basis_.unknowns(), i));
-    const Points velocity = problem_.system.kernel.apply(problem_.source, problem_.source, momenta);
-    const double variance = problem_.system.noise->contract({problem_.source, rest}, {rest, velocity}).squaredNorm() /
-                            velocity.squaredNorm();
-    left_to_noise_[static_cast<std::size_t>(i)] =
-        problem_.grid.time * velocity.squaredNorm() < kShareOfMomentum * variance;
-  }
-}
+      basis_(make_basis(problem_)) {}
 
 Index MatchingObjective::controls() const {
   return problem_.realisations.empty() ? static_cast<Index>(channels_) * problem_.grid.steps : 0;
@@ -150,50 +129,26 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
   return gradient;
 }
 
-std::vector<Index> MatchingObjective::smooth_unknowns(double part) const {
-  const auto pivots = static_cast<double>(basis_.rank());
-  const auto landmarks = static_cast<double>(problem_.source.cols());
-  // The basis has the eigenvalues of λK.
-  const double least = part * std::pow(problem_.lambda * problem_.sigma / problem_.grid.time, 2) * pivots / landmarks;
-  const VectorXd eigenvalues = basis_.eigenvalues();
-  std::vector<Index> smooth;
-  for (Index i = 0; i < unknowns(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const bool left_to_noise = part > 0 && at < left_to_noise_.size() && left_to_noise_[at];
-    if (i >= eigenvalues.size() || (eigenvalues[i] >= least && !left_to_noise)) smooth.push_back(i);
-  }
-  return smooth;
-}
-
-MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path, const std::vector<Index>& unknowns) const {
-  std::vector<Index> of_momenta, of_controls;
-  for (const Index i : unknowns) (i < basis_.unknowns() ? of_momenta : of_controls).push_back(i);
-  const MatrixXd basis = basis_.changes(of_momenta);
-  if (of_controls.empty()) return problem_.integrator->endpoint_changes(problem_.system, path, basis);
+MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path) const {
+  const MatrixXd basis = basis_.changes();
+  if (controls() == 0) return problem_.integrator->endpoint_changes(problem_.system, path, basis);
   const EndpointJacobian end = problem_.integrator->endpoint_jacobian(problem_.system, path);
-  for (Index& i : of_controls) i -= basis_.unknowns();
-  MatrixXd changes(end.momenta.rows(), static_cast<Index>(unknowns.size()));
+  MatrixXd changes(end.momenta.rows(), unknowns());
   changes.leftCols(basis.cols()).noalias() = end.momenta * basis;
-  changes.rightCols(static_cast<Index>(of_controls.size())) =
-      std::sqrt(problem_.grid.dt()) * end.increments(Eigen::all, of_controls);
+  changes.rightCols(controls()) = std::sqrt(problem_.grid.dt()) * end.increments;
   return changes;
 }
 
 MatchingObjective::Linearisation MatchingObjective::linearise(const Evaluation& at) const {
-  return linearise(at, smooth_unknowns(0));
-}
-
-MatchingObjective::Linearisation MatchingObjective::linearise(const Evaluation& at,
-                                                              const std::vector<Index>& unknowns) const {
   const double part = 1 / std::sqrt(static_cast<double>(at.paths.size()));
   std::vector<DataTerm::Linearisation> ends;
   Index rows = 0;
   for (const Trajectory& path : at.paths) {
-    ends.push_back(problem_.data->linearise(path.final().q, endpoint_changes(path, unknowns)));
+    ends.push_back(problem_.data->linearise(path.final().q, endpoint_changes(path)));
     rows += ends.back().residual.size();
   }
   if (ends.size() == 1) return {std::move(ends.front().residual), std::move(ends.front().changes)};
-  Linearisation all{VectorXd(rows), MatrixXd(rows, static_cast<Index>(unknowns.size()))};
+  Linearisation all{VectorXd(rows), MatrixXd(rows, unknowns())};
   rows = 0;
   for (const DataTerm::Linearisation& end : ends) {
     all.residual.segment(rows, end.residual.size()) = part * end.residual;

@@ -15,6 +15,7 @@
 #include "path_model.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/random/brownian.hpp"
+#include "representatives.hpp"
 
 namespace pulson {
 namespace {
@@ -34,6 +35,12 @@ constexpr double kLeastGain = 1e-3, kPoorGain = 0.25, kGoodGain = 0.75;
 constexpr double kShrink = 0.25, kGrow = 2.5;
 constexpr double kLeastRadius = 1e-10;  // of that of the full step
 constexpr int kMostProducts = 40;
+// Iterations below the tolerance: Newton's squares the gradient, so that round-off comes first; where the data have but
+// a Gauss–Newton model, these.
+constexpr int kMostPolish = 10;
+constexpr const char* kFlat = "the gradient vanishes";
+// Twice as many landmarks begin at what is found for these.
+constexpr Index kFewLandmarks = 150;
 // How far the start is disturbed, in parts of the diameter: a symmetric path may be a saddle.
 constexpr double kDisturbance = 1e-3;
 // A cost, in nats, that no data would show: what equal shapes have by round-off.
@@ -45,16 +52,16 @@ class PathSearch {
       : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
 
   PathSolution run(const StepFields* start) {
-    begin(start);
+    const bool warm = begin(start);
     const double data = problem_.data->value(path_.end());
-    softness_ = start != nullptr
-                    ? 1
-                    : std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
     if (data < kNoCost && path_.energy == 0) {
       stop(true, "the shapes are equal");
       return solution();
     }
-    if (start == nullptr) disturb();
+    if (!warm) {
+      softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
+      disturb();
+    }
     while (!finished()) {
       if (!advance()) break;
       ++iterations_;
@@ -75,14 +82,18 @@ class PathSearch {
     return path;
   }
 
-  void begin(const StepFields* start) {
+  // At the path of `start`, where there is one that is better than rest: whether it is.
+  bool begin(const StepFields* start) {
     const std::vector<Points> rest(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
-    std::optional<DiscretePath> path;
-    if (start != nullptr) path = follow(*start, rest);
-    if (!path) path = along(system_, problem_.grid, rest);
+    std::optional<DiscretePath> path = along(system_, problem_.grid, rest);
     if (!path || !std::isfinite(cost(*path)))
       throw InputError("the distances to the target, divided by sigma, leave the range of numbers");
     path_ = std::move(*path);
+    if (start == nullptr) return false;
+    path = follow(*start, rest);
+    if (!path || cost(*path) >= cost(path_)) return false;
+    path_ = std::move(*path);
+    return true;
   }
 
   void disturb() {
@@ -97,6 +108,8 @@ class PathSearch {
     if (std::optional<DiscretePath> path = follow(fields, path_.nodes)) path_ = std::move(*path);
   }
 
+  bool is_flat() const { return softness_ == 1 && relative_ <= options_.gradient_tolerance; }
+
   void stop(bool converged, std::string reason) {
     converged_ = converged;
     reason_ = std::move(reason);
@@ -108,9 +121,11 @@ class PathSearch {
       model_.emplace(system_, *problem_.data, path_, weight());
       gradient_ = model_->gradient();
       steepest_ = model_->solve(gradient_);
-      slope_ = std::max(0.0, pairing(gradient_, steepest_));
+      const double slope = pairing(gradient_, steepest_);
+      slope_ = std::max(0.0, slope);
       const double total = cost(path_);
       relative_ = total > 0 ? std::sqrt(slope_ / (2 * total)) : 0;
+      if (slope < 0) relative_ = 1;  // by round-off: the model is not positive
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
       if (softness_ > 1 && relative_ < kStageGradient) {
         softness_ = std::max(1.0, softness_ / kSoftnessRatio);
@@ -119,8 +134,10 @@ class PathSearch {
       }
       if (problem_.lambda * total < kNoCost)
         stop(true, "the cost vanishes");
+      else if (is_flat() && ++flat_ > kMostPolish)
+        stop(true, kFlat);
       else if (iterations_ >= options_.max_iterations)
-        stop(relative_ <= options_.gradient_tolerance && softness_ == 1, "the limit of iterations was reached");
+        stop(is_flat(), "the limit of iterations was reached");
       if (radius_ < 0) radius_ = std::sqrt(slope_);
       return !reason_.empty();
     }
@@ -180,7 +197,7 @@ class PathSearch {
     for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
       fields.momenta[k] += direction.momenta[k];
       fields.controls[k] += system_.controls({from.middles[k].q, direction.momenta[k]});
-      fields.own[k] += regularisation(problem_.system.kernel) * direction.momenta[k];
+      fields.own[k] += own_velocities(system_, {from.middles[k].q, direction.momenta[k]});
       guess[k + 1] += direction.nodes[k + 1];
     }
     return follow(fields, guess);
@@ -194,12 +211,23 @@ class PathSearch {
     return better && cost(*better) < cost(*trial) ? better : trial;
   }
 
+  // Newton's last step, which costs no longer show: near a minimum it squares what is left of the gradient, so that the
+  // path obeys the midpoint rule about as well as it can.
+  void refine(const Step& step) {
+    if (std::optional<DiscretePath> trial = moved(path_, step.direction);
+        trial && cost(*trial) <= cost(path_) * (1 + kRoundOff))
+      path_ = std::move(*trial);
+  }
+
   bool advance() {
     const double full = std::sqrt(slope_);
     const double before = cost(path_);
     while (radius_ > kLeastRadius * full) {
       const Step step = newton_step();
-      if (!(step.gain > kRoundOff * before)) break;
+      if (!(step.gain > kRoundOff * before)) {
+        refine(step);
+        break;
+      }
       std::optional<DiscretePath> trial = moved(path_, step.direction);
       const auto gain = [&] { return trial ? (before - cost(*trial)) / step.gain : -1; };
       if (gain() < kPoorGain) trial = corrected(step, std::move(trial));
@@ -213,7 +241,7 @@ class PathSearch {
         return true;
       }
     }
-    stop(softness_ == 1 && relative_ <= options_.gradient_tolerance, "no step lowers the cost by more than round-off");
+    stop(is_flat(), is_flat() ? kFlat : "no step lowers the cost by more than round-off");
     return false;
   }
 
@@ -254,6 +282,7 @@ class PathSearch {
   NodeCovector gradient_;
   PathDirection steepest_;
   int iterations_ = 0;
+  int flat_ = 0;  ///< iterations within the tolerance
   int evaluations_ = 0;
   bool converged_ = false;
   std::string reason_;
@@ -262,7 +291,19 @@ class PathSearch {
 }  // namespace
 
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start) {
-  return PathSearch(problem, options).run(start);
+  if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_thinned(problem))
+    return PathSearch(problem, options).run(start);
+  MatchingProblem few = thinned(problem, representatives(problem, kFewLandmarks));
+  PathSolution coarse = PathSearch(few, options).run(nullptr);
+  // What the noise did to those few is nothing to the others.
+  const int channels =
+      problem.system.noise->channels(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
+  for (Eigen::VectorXd& u : coarse.fields.controls) u = Eigen::VectorXd::Zero(channels);
+  coarse.fields.own.clear();
+  PathSolution solution = PathSearch(problem, options).run(&coarse.fields);
+  solution.iterations += coarse.iterations;
+  solution.evaluations += coarse.evaluations;
+  return solution;
 }
 
 }  // namespace pulson

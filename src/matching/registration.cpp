@@ -7,6 +7,7 @@
 
 #include <fmt/core.h>
 
+#include "path_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -15,10 +16,14 @@
 namespace pulson {
 namespace {
 
+// Costs of a path and of the geodesic that differ by less than this part.
+constexpr double kSettled = 1e-3;
+
 template <class Value, std::size_t n>
 using Names = std::array<std::pair<std::string_view, Value>, n>;
 
-constexpr Names<MatchingMode, 4> kModes = {{{"deterministic", MatchingMode::kDeterministic},
+constexpr Names<MatchingMode, 5> kModes = {{{"deterministic", MatchingMode::kDeterministic},
+                                            {"metamorphosis", MatchingMode::kMetamorphosis},
                                             {"map", MatchingMode::kMap},
                                             {"pathwise", MatchingMode::kPathwise},
                                             {"expected", MatchingMode::kExpected}}};
@@ -86,14 +91,94 @@ void record_solution(const MatchingObjective& objective, const MinimiseSummary& 
   registration.solver = summary.solver;
   registration.converged = summary.converged;
   registration.stop_reason = summary.reason;
-  registration.start = summary.start;
   registration.iterations = summary.iterations;
   registration.evaluations = summary.evaluations;
-  registration.continuation_stages = summary.continuation_stages;
   registration.unknowns = objective.unknowns();
-  registration.resolved = summary.resolved;
   registration.relative_gradient = summary.relative_gradient;
-  registration.minima = summary.minima;
+}
+
+bool by_paths(const Registration& registration, const MinimiseOptions& how) {
+  return (registration.integrator == "midpoint" || registration.integrator == "rk4") &&
+         (registration.mode == MatchingMode::kDeterministic || registration.mode == MatchingMode::kMetamorphosis) &&
+         (how.solver == Solver::kAuto || how.solver == Solver::kPaths);
+}
+
+LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Registration& registration) {
+  if (registration.mode == MatchingMode::kMetamorphosis)
+    throw InputError("uncertainties are those of mode map, whose cost is the logarithm of a probability");
+  const MatchingObjective objective(problem);
+  if (const auto at = objective.evaluate(objective.white(registration.momenta, registration.increments)))
+    return laplace(objective, *at);
+  throw InputError("the uncertainty needs smaller time steps; use more --steps");
+}
+
+MatchingCost cost_of_flow(const MatchingProblem& problem, const Points& momenta, const Points& end) {
+  MatchingCost cost;
+  cost.energy = problem.lambda * problem.grid.time * hamiltonian(problem.system.kernel, {problem.source, momenta});
+  cost.data = problem.data->value(end);
+  return cost;
+}
+
+// The geodesic rather than the path in midpoint steps next to it: the targets are moved by what an accurate shot of the
+// momenta misses the end of that path, and paths searched again, until both ends cost the same (defect correction).
+// Where a shot amplifies errors too much that does not settle, and the path in midpoint steps stays.
+PathSolution search_geodesic(MatchingProblem problem, const MinimiseOptions& how, Registration& registration) {
+  PathSolution path = search_paths(problem, how);
+  const PathSolution first = path;
+  const LandmarkTerm observed = *problem.data->landmarks();
+  const auto integrator = make_integrator(registration.integrator);
+  double before = std::numeric_limits<double>::infinity();
+  for (int round = 0; path.converged; ++round) {
+    const Points end =
+        integrator->integrate(problem.system, {problem.source, path.momenta}, problem.grid, path.increments).final().q;
+    const double apart = std::abs(observed.value(end) - path.cost.data) / path.cost.total();
+    if (apart <= kSettled || path.cost.total() == 0) return path;
+    if (!(apart < before)) break;
+    before = round > 0 ? 0.5 * apart : apart;
+    problem.data = std::make_shared<LandmarkTerm>(observed.moved(path.path.end() - end));
+    PathSolution next = search_paths(problem, how, &path.fields);
+    next.iterations += path.iterations;
+    next.evaluations += path.evaluations;
+    path = std::move(next);
+  }
+  registration.integrator = "midpoint";
+  PathSolution kept = first;
+  kept.iterations = path.iterations;
+  kept.evaluations = path.evaluations;
+  return kept;
+}
+
+void record_paths(const PathSolution& found, const MatchingProblem& problem, Registration& registration) {
+  registration.momenta = found.momenta;
+  registration.increments = found.increments;
+  registration.solver = Solver::kPaths;
+  registration.converged = found.converged;
+  registration.stop_reason = found.reason;
+  registration.iterations = found.iterations;
+  registration.evaluations = found.evaluations;
+  registration.unknowns = found.momenta.size();
+  registration.relative_gradient = found.relative_gradient;
+  registration.result = replay(registration).final().q;
+  registration.cost = found.cost;
+  if (registration.integrator != "midpoint")
+    registration.cost = cost_of_flow(problem, found.momenta, registration.result);
+  registration.cost.data = problem.data->value(registration.result);
+}
+
+// Of increments that are spread evenly over their steps. Fourth order without noise, else the midpoint rule in steps
+// so short that its error is 1/64.
+DiscretisationError step_error(const MatchingProblem& problem, const Registration& registration) {
+  const bool noisy = registration.increments.rows() > 0;
+  const int finer = noisy ? 8 : 2;
+  const TimeGrid grid{registration.grid.time, finer * registration.grid.steps};
+  Eigen::MatrixXd increments(registration.increments.rows(), grid.steps);
+  for (int k = 0; k < grid.steps; ++k) increments.col(k) = registration.increments.col(k / finer) / finer;
+  const Points end = make_integrator(noisy ? "midpoint" : "rk4")
+                         ->integrate(problem.system, {problem.source, registration.momenta}, grid, increments)
+                         .final()
+                         .q;
+  return {std::sqrt((end - registration.result).squaredNorm() / static_cast<double>(end.cols())),
+          problem.data->value(end) - registration.cost.data};
 }
 
 // From each point to the nearest one on an edge.
@@ -171,15 +256,24 @@ bool Registration::matched() const { return rms() <= std::max(3 * sigma, initial
 
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  RegistrationProblem problem = make_problem(source, target, options);
+  const RegistrationProblem problem = make_problem(source, target, options);
+  const MatchingProblem& matching = problem.matching;
   Registration registration;
   record_problem(problem, options, registration);
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
-  const MatchingObjective objective(std::move(problem.matching));
-  const MinimiseSummary summary = minimise(objective, how);
-  record_solution(objective, summary, registration);
-  if (options.uncertainty) registration.uncertainty = laplace(objective, summary.solution);
+  if (by_paths(registration, how)) {
+    record_paths(
+        registration.integrator == "rk4" ? search_geodesic(matching, how, registration) : search_paths(matching, how),
+        matching, registration);
+    if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
+  } else {
+    const MatchingObjective objective(matching);
+    const MinimiseSummary summary = minimise(objective, how);
+    record_solution(objective, summary, registration);
+    if (options.uncertainty) registration.uncertainty = laplace(objective, summary.solution);
+  }
+  if (registration.mode != MatchingMode::kExpected) registration.step_error = step_error(matching, registration);
   registration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return registration;
 }

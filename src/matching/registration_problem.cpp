@@ -17,22 +17,39 @@ namespace {
 constexpr double kWidthOfFew = 1;
 constexpr double kWidthOfCurves = 0.25;
 
-MatchingMode choose_mode(const RegistrationOptions& options, bool noisy) {
-  const MatchingMode mode = options.mode.value_or(noisy ? MatchingMode::kMap : MatchingMode::kDeterministic);
+// Beyond, the matrices of the search over paths cost more than shooting.
+constexpr Eigen::Index kMostPathCoordinates = 3000;
+
+MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& noise, bool noisy) {
+  const bool linear = noisy && noise.traits().linear;
+  const MatchingMode usual = !noisy                           ? MatchingMode::kDeterministic
+                             : linear && !options.uncertainty ? MatchingMode::kMetamorphosis
+                                                              : MatchingMode::kMap;
+  const MatchingMode mode = options.mode.value_or(usual);
   if (mode != MatchingMode::kDeterministic && !noisy)
-    throw InputError(fmt::format("mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1",
-                                 mode_name(mode), mode == MatchingMode::kMap ? "fits" : "draws"));
+    throw InputError(
+        fmt::format("mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1", mode_name(mode),
+                    mode == MatchingMode::kMap || mode == MatchingMode::kMetamorphosis ? "fits" : "draws"));
+  if (mode == MatchingMode::kMetamorphosis && !linear)
+    throw InputError(
+        fmt::format("mode metamorphosis needs noise whose potentials are linear in the momenta, such as "
+                    "ch-sd or p-sd; for '{}' there is mode map",
+                    noise.spec()));
   if (mode == MatchingMode::kExpected && options.samples < 1)
     throw InputError(fmt::format("samples is {}; mode expected needs at least 1", options.samples));
   return mode;
 }
 
-// Controls are smooth in time where they are fitted: zero ones must leave the geodesic alone, which what compensates
-// for the roughness of Brownian increments would not. Probabilities of controls are those of the compensated scheme.
-std::string choose_integrator(const RegistrationOptions& options, MatchingMode mode, const NoiseModel& noise) {
+// The search over paths takes midpoint steps, and holds a matrix of dN×dN for each.
+std::string choose_integrator(const RegistrationOptions& options, MatchingMode mode, Eigen::Index coordinates) {
+  if (mode == MatchingMode::kMetamorphosis && options.integrator != "auto" && options.integrator != "midpoint")
+    throw InputError(fmt::format("mode metamorphosis takes steps of 'midpoint'; integrator '{}' goes with mode map",
+                                 options.integrator));
   if (options.integrator != "auto") return options.integrator;
-  const bool controls = mode == MatchingMode::kMap && noise.traits().compensated && !options.uncertainty;
-  return controls ? "variational-paper" : "variational";
+  if (mode == MatchingMode::kMetamorphosis) return "midpoint";
+  const bool paths = options.minimise.solver == Solver::kAuto || options.minimise.solver == Solver::kPaths;
+  if (mode != MatchingMode::kDeterministic || !paths || coordinates > kMostPathCoordinates) return "variational-2";
+  return options.data.kind == DataKind::kLandmarks ? "rk4" : "midpoint";
 }
 
 // The middle of a curve: of its edges, by their lengths.
@@ -164,12 +181,13 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
   Scales scales = choose_scales(shapes, q0, options, alignment.kind);
   std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, aligned);
   noise->check(aligned.dimension(), aligned.count());
-  const MatchingMode mode = choose_mode(options, noise->channels(aligned.dimension(), aligned.count()) > 0);
+  const bool noisy = noise->channels(aligned.dimension(), aligned.count()) > 0;
+  const MatchingMode mode = choose_mode(options, *noise, noisy);
   std::vector<Eigen::MatrixXd> realisations;
   const int frozen = mode == MatchingMode::kExpected ? options.samples : mode == MatchingMode::kPathwise ? 1 : 0;
   for (int s = 0; s < frozen; ++s) realisations.push_back(realisation(*noise, q0, options.grid, options.seed, s));
   if (mode == MatchingMode::kDeterministic) noise = make_noise("none");
-  const std::string integrator = choose_integrator(options, mode, *noise);
+  const std::string integrator = choose_integrator(options, mode, q0.size());
   std::shared_ptr<const DataTerm> data =
       shapes.data.kind == DataKind::kLandmarks ? landmark_data(shapes, scales.sigma) : curve_data(shapes, scales.sigma);
   MatchingProblem matching{{std::move(scales.kernel), std::move(noise)},

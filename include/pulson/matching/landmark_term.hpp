@@ -43,6 +43,9 @@ class LandmarkTerm final : public DataTerm {
   /// w_a R_a⁻¹, d×d, with rows and columns of 0 for what is not observed.
   Eigen::MatrixXd precision(Eigen::Index a) const;
 
+  /// The same with other targets: y + shift. @param shift d×N, length units
+  LandmarkTerm moved(const Points& shift) const;
+
   /// Some of the landmarks, in the order given, with `weight` times their weights.
   /// @throws InputError if of these nothing is observed
   LandmarkTerm part(const std::vector<Eigen::Index>& landmarks, double weight) const;

@@ -30,10 +30,9 @@ LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingO
 ///
 ///     log p(y) ≈ −J(z*) + ½ gᵀB⁻¹g − ½ log det B − ½ Σ_a log det(2πR_a/w_a),
 ///
-/// with g = ∇J, which vanishes at a minimum of all unknowns, but not where some were left to the noise (see
-/// MatchingObjective::smooth_unknowns()); the last sum LandmarkTerm::log_determinant(). It is a density in the length
-/// units of y to the power of minus the number of coordinates observed. Where there are several realisations, D is a
-/// mean over them, and so is the log of the likelihood here.
+/// with g = ∇J, which vanishes at a minimum but for what the search left; the last sum LandmarkTerm::log_determinant().
+/// It is a density in the length units of y to the power of minus the number of coordinates observed. Where there are
+/// several realisations, D is a mean over them, and so is the log of the likelihood here.
 /// @throws InputError where the data are not landmarks: their term is no log of a normalised density
 double log_evidence(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum);
 

@@ -18,8 +18,6 @@ class MomentumBasis {
   MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance);
 
   const std::vector<Eigen::Index>& pivots() const { return pivots_; }
-  /// The first of the pivots in the order in which they were taken, `most` at most: landmarks spread over the shape.
-  std::vector<Eigen::Index> spread(Eigen::Index most) const;
   /// Landmarks with a momentum; there are d unknowns for each.
   Eigen::Index rank() const { return factor_.rows(); }
   Eigen::Index unknowns() const { return dimension_ * rank(); }
@@ -34,13 +32,14 @@ class MomentumBasis {
   /// The transpose of `momenta`: Σ_a p_a·b_a by z0.
   Eigen::VectorXd pull_back(const Points& p_bar) const;
 
-  /// ∂p0/∂z0, index a·d + axis, a column for each unknown given.
-  Eigen::MatrixXd changes(const std::vector<Eigen::Index>& unknowns) const;
+  /// ∂p0/∂z0, index a·d + axis, dN×unknowns.
+  Eigen::MatrixXd changes() const;
 
   /// The eigenvalue of λK of each unknown's direction; infinite beyond 1200 pivots, where there are no directions.
   Eigen::VectorXd eigenvalues() const;
 
-  /// How rough each unknown is: the largest eigenvalue of K over that of its direction.
+  /// How rough each unknown is: the largest eigenvalue of K over that of its direction; 1 beyond 1200 pivots, where
+  /// there are no directions.
   Eigen::VectorXd roughness() const;
 
  private:
@@ -51,7 +50,6 @@ class MomentumBasis {
   double lambda_;
   Eigen::Index dimension_;
   std::vector<Eigen::Index> pivots_;
-  std::vector<Eigen::Index> spread_;
   Eigen::MatrixXd factor_;       ///< L, lower triangle, of λK at the pivots
   Eigen::VectorXd eigenvalues_;  ///< D, empty beyond 1200 pivots
   Eigen::MatrixXd eigen_root_;   ///< VD^{-½}

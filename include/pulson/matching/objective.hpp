@@ -80,25 +80,14 @@ class MatchingObjective {
   /// ∂D/∂z at an evaluation, by the adjoint: ∇J = z + it.
   Eigen::VectorXd data_gradient(const Evaluation& at) const;
 
-  /// @param unknowns those that J has columns for, in this order
-  Linearisation linearise(const Evaluation& at, const std::vector<Eigen::Index>& unknowns) const;
   Linearisation linearise(const Evaluation& at) const;
-
-  /// The unknowns but for momenta in directions whose eigenvalue of λK is below `part` of λσ²/T², as that of all
-  /// landmarks would be: the smooth ones, where the energy holds less firmly than the data. Where noise that moves
-  /// landmarks is fitted and `part` is not 0, momenta are left out too whose directions are rough (an eigenvalue below
-  /// 1e-2 of the largest) and belong to the noise: with B its map from increments to displacements, v = Kp and unit z,
-  /// T|v|² < 0.1 |Bᵀv|²/|v|², so that of a small misfit the momenta would explain less than a tenth. Their energy
-  /// counts at t = 0 only, where they nearly cancel: noise that moves such landmarks apart would set free a flow that J
-  /// has not paid for.
-  std::vector<Eigen::Index> smooth_unknowns(double part) const;
 
   /// Whether D = ½|r|², and then r.
   bool is_least_squares() const { return problem_.data->is_least_squares(); }
   Eigen::VectorXd residual(const Evaluation& at) const;
 
-  /// ∂q(T)/∂z of one path by the unknowns given, a column each.
-  Eigen::MatrixXd endpoint_changes(const Trajectory& path, const std::vector<Eigen::Index>& unknowns) const;
+  /// ∂q(T)/∂z of one path, dN×unknowns.
+  Eigen::MatrixXd endpoint_changes(const Trajectory& path) const;
 
   /// The z of given momenta and increments: of p0 its projection on the basis.
   Eigen::VectorXd white(const Points& momenta, const Eigen::MatrixXd& increments) const;
@@ -108,12 +97,10 @@ class MatchingObjective {
 
  private:
   Eigen::Index controls() const;
-  void find_left_to_noise();
 
   MatchingProblem problem_;
   int channels_;
   MomentumBasis basis_;
-  std::vector<bool> left_to_noise_;  ///< see smooth_unknowns()
 };
 
 }  // namespace pulson

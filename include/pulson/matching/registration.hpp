@@ -16,12 +16,13 @@ namespace pulson {
 /// What is minimised over, and what becomes of the noise.
 enum class MatchingMode {
   kDeterministic,  ///< p0; there is no noise
-  kMap,            ///< p0 and the increments: the noise is a control
+  kMetamorphosis,  ///< p0 and the increments, the energy being paid for along the path: EffectiveHamiltonian
+  kMap,            ///< p0 and the increments, the energy being paid for at t = 0: the noise is a control
   kPathwise,       ///< p0, for one frozen realisation of the noise
   kExpected,       ///< p0, with the data term's mean over frozen realisations
 };
 
-/// @throws InputError that lists `deterministic`, `map`, `pathwise`, `expected`
+/// @throws InputError that lists `deterministic`, `metamorphosis`, `map`, `pathwise`, `expected`
 MatchingMode parse_mode(std::string_view name);
 std::string mode_name(MatchingMode mode);
 
@@ -53,9 +54,11 @@ struct RegistrationOptions {
   /// of one diameter for few landmarks, which cannot show one, and of a quarter for curves
   std::string kernel = "auto";
   std::string noise = "none";
-  std::optional<MatchingMode> mode{};  ///< default: `map` where there is noise, else `deterministic`
-  /// `auto`: `variational`; but `variational-paper`, which does not compensate, where controls are fitted and nothing
-  /// is asked of their probability
+  /// Default: without noise `deterministic`; `metamorphosis` where its potentials are linear in p, unless
+  /// `uncertainty` is asked for; else `map`.
+  std::optional<MatchingMode> mode{};
+  /// `auto`: `rk4` in mode deterministic, whose geodesic it shoots; `midpoint` in mode metamorphosis and for curves;
+  /// else `variational-2`
   std::string integrator = "auto";
   TimeGrid grid{};
   Length sigma = Length::percent(0.5);  ///< per cent of the diameter of the aligned source
@@ -64,10 +67,16 @@ struct RegistrationOptions {
   std::optional<AlignmentKind> align{};
   bool reflect = false;  ///< whether the alignment may be a reflection
   DataOptions data{};
-  std::uint64_t seed = 1;    ///< of frozen realisations and of random ways
+  std::uint64_t seed = 1;    ///< of frozen realisations and of the disturbance of the start
   int samples = 16;          ///< frozen realisations of mode `expected`
   bool uncertainty = false;  ///< whether laplace() is to be recorded
   MinimiseOptions minimise{};
+};
+
+/// What an accurate integrator makes of the same momenta and increments.
+struct DiscretisationError {
+  double rms = 0;   ///< root mean square distance of its end points to those recorded, length units
+  double cost = 0;  ///< J with its end points less J
 };
 
 /// The record of a registration: all that is needed to replay it, and what it cost. Its JSON form is
@@ -96,15 +105,12 @@ struct Registration {
   Solver solver = Solver::kAuto;
   bool converged = false;
   std::string stop_reason;
-  std::string start;  ///< see MinimiseSummary
   int iterations = 0;
   int evaluations = 0;
-  int continuation_stages = 0;
   Eigen::Index unknowns = 0;
-  Eigen::Index resolved = 0;
   double relative_gradient = 0;
-  std::vector<Minimum> minima;
-  std::vector<std::string> notes;  ///< what a user should know, a line each
+  std::optional<DiscretisationError> step_error;  ///< none in mode `expected`
+  std::vector<std::string> notes;                 ///< what a user should know, a line each
   std::optional<LaplaceApproximation> uncertainty;
   double seconds = 0;
 

@@ -1,0 +1,161 @@
+// The cometric of a configuration against dense matrices.
+
+#include "cometric.hpp"
+
+#include <string>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "path_examples.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kCount = 5;
+constexpr double kLambda = 1.3;
+const std::string kKernel = "gaussian:alpha=0.5+matern32:alpha=1.1,weight=0.3";
+
+// I ⊗ K + λΣ h_i,p h_i,pᵀ + εK(0), index a·d + axis, the noise by differences of its potentials, which are linear.
+MatrixXd dense_cometric(const StochasticSystem& system, const Points& q) {
+  const Index d = q.rows(), n = q.cols();
+  const MatrixXd gram = system.kernel.gram(q, q);
+  MatrixXd a(d * n, d * n), fields(d * n, system.noise->potentials({q, q}).size());
+  for (Index i = 0; i < d * n; ++i) {
+    fields.row(i) = system.noise->potentials({q, VectorXd::Unit(d * n, i).reshaped(d, n)});
+    for (Index j = 0; j < d * n; ++j) a(i, j) = i % d == j % d ? gram(i / d, j / d) : 0;
+  }
+  a += kLambda * fields * fields.transpose();
+  a.diagonal().array() += regularisation(system.kernel);
+  return a;
+}
+
+// Index a·d + axis from axis·N + a.
+Index interleaved(Index i, Index d, Index n) { return i % n * d + i / n; }
+
+void expect_dense(const Cometric& cometric, const MatrixXd& a, Index d, Numbers& numbers) {
+  const Index n = a.rows() / d;
+  ASSERT_TRUE(cometric.is_regular());
+  const Points p = numbers(d, n);
+  const VectorXd right = a * p.reshaped();
+  EXPECT_LE((cometric.apply(p).reshaped() - right).norm(), 1e-13 * right.norm());
+  EXPECT_LE((a * cometric.solve(p).reshaped() - p.reshaped()).norm(), 1e-11 * p.norm());
+
+  const MatrixXd psi = numbers(d * d, n);
+  MatrixXd block_diagonal = MatrixXd::Zero(d * n, d * n);
+  for (Index b = 0; b < n; ++b) block_diagonal.block(b * d, b * d, d, d) = psi.col(b).reshaped(d, d);
+  const MatrixXd transformed = block_diagonal * a * block_diagonal.transpose();
+  const MatrixXd before = numbers(d * n, d * n);
+  MatrixXd sum = before;
+  for (Index b = 0; b < n; ++b) cometric.add_transformed(psi, 0.3, b, sum);
+  for (Index j = 0; j < d * n; ++j)
+    for (Index i = 0; i <= j; ++i)
+      EXPECT_NEAR(sum(i, j), before(i, j) + 0.3 * transformed(interleaved(i, d, n), interleaved(j, d, n)), 1e-13)
+          << i << ", " << j;
+}
+
+TEST(Cometric, IsThatOfEachNoise) {
+  for (const std::string& noise : linear_noise_specs())
+    for (const int d : {1, 2, 3}) {
+      SCOPED_TRACE(noise + " in " + std::to_string(d) + "D");
+      Numbers numbers(3);
+      const Points q = numbers.landmarks(d, kCount);
+      const StochasticSystem system = make_system(kKernel, noise, q);
+      const NoiseCometric of_noise = noise_cometric(*system.noise, q);
+      EXPECT_TRUE(of_noise.isotropic);
+      expect_dense(Cometric(system.kernel, of_noise, kLambda, q), dense_cometric(system, q), d, numbers);
+      const PhaseState state{q, numbers(d, kCount)};
+      const Points velocity = EffectiveHamiltonian(system, kLambda).velocity(state);
+      EXPECT_LE((Cometric(system.kernel, of_noise, kLambda, q).apply(state.p) - velocity).norm(),
+                1e-9 * velocity.norm());
+    }
+}
+
+// Noise whose fields turn and differ from axis to axis.
+TEST(Cometric, MayCoupleAxes) {
+  for (const int d : {1, 2, 3}) {
+    SCOPED_TRACE(d);
+    Numbers numbers(4);
+    const Points q = numbers.landmarks(d, kCount);
+    const StochasticSystem system = make_system(kKernel, "none", q);
+    MatrixXd fields = numbers(d * kCount, 4);
+    fields.middleRows(d, 2 * d).setZero();
+    const MatrixXd noise = fields * fields.transpose();
+    const NoiseCometric coupled{noise.sparseView(), false};
+    expect_dense(Cometric(system.kernel, coupled, kLambda, q), dense_cometric(system, q) + kLambda * noise, d, numbers);
+  }
+}
+
+// Where the fields of a model of one's own couple axes, or are of some axes only.
+class FieldsOfAxes final : public NoiseModel {
+ public:
+  FieldsOfAxes(MatrixXd fields) : fields_(std::move(fields)) {}  // dN×C
+
+  std::string spec() const override { return "fields-of-axes"; }
+  int channels(int, int) const override { return static_cast<int>(fields_.cols()); }
+  NoiseTraits traits() const override { return {.moves_positions = true, .linear = true}; }
+  void check(int, int) const override {}
+  VectorXd potentials(const PhaseState& state) const override { return fields_.transpose() * state.p.reshaped(); }
+  PhaseState gradient(const PhaseState& state, const VectorXd& w) const override {
+    return {none(state), (fields_ * w).reshaped(state.q.rows(), state.q.cols())};
+  }
+  PhaseState hessian(const PhaseState& state, const VectorXd&, const PhaseState&) const override {
+    return {none(state), none(state)};
+  }
+  VectorXd contract(const PhaseState&, const PhaseState& with) const override {
+    return fields_.transpose() * with.p.reshaped();
+  }
+  PhaseState compensation_gradient(const PhaseState& state) const override { return {none(state), none(state)}; }
+  PhaseState compensation_hessian(const PhaseState& state, const PhaseState&) const override {
+    return {none(state), none(state)};
+  }
+  Points spatial_noise(const Points& x, const VectorXd&, int) const override { return 0 * x; }
+  Points spatial_noise_change(const Points& x, const VectorXd&, int, const Points&) const override { return 0 * x; }
+  Points spatial_compensation(const Points& x) const override { return 0 * x; }
+  Points spatial_compensation_change(const Points& x, const Points&) const override { return 0 * x; }
+  std::vector<std::string> parameter_names() const override { return {}; }
+  VectorXd parameters() const override { return {}; }
+  std::shared_ptr<const NoiseModel> with_parameters(const VectorXd&) const override { return nullptr; }
+  PhaseState gradient_by_parameters(const PhaseState& state, const VectorXd&, const VectorXd&) const override {
+    return {none(state), none(state)};
+  }
+  PhaseState compensation_by_parameters(const PhaseState& state, const VectorXd&) const override {
+    return {none(state), none(state)};
+  }
+  double friction_by_parameters(const VectorXd&) const override { return 0; }
+
+ private:
+  static Points none(const PhaseState& state) { return Points::Zero(state.q.rows(), state.q.cols()); }
+
+  MatrixXd fields_;
+};
+
+TEST(Cometric, IsThatOfNoiseThatIsNotIsotropic) {
+  Numbers numbers(5);
+  const Points q = numbers.landmarks(2, kCount);
+  MatrixXd turning = numbers(2 * kCount, 3);
+  MatrixXd of_first_axis = MatrixXd::Zero(2 * kCount, 1), of_second_axis = of_first_axis;
+  of_first_axis(Eigen::seqN(0, kCount, 2), 0).setConstant(0.7);
+  of_second_axis(Eigen::seqN(1, kCount, 2), 0).setConstant(0.7);
+  for (const MatrixXd& fields : {turning, of_first_axis, of_second_axis}) {
+    const StochasticSystem system{make_kernel(kKernel), std::make_shared<FieldsOfAxes>(fields)};
+    const NoiseCometric of_noise = noise_cometric(*system.noise, q);
+    EXPECT_FALSE(of_noise.isotropic);
+    expect_dense(Cometric(system.kernel, of_noise, kLambda, q), dense_cometric(system, q), 2, numbers);
+  }
+}
+
+TEST(Cometric, IsRegularWhereLandmarksCoincide) {
+  const Points q{{0, 0, 1}, {2, 2, 0}};
+  for (const std::string noise : {"none", "ch-sd:beta=1e-3", "ch-sd:beta=0.5,on=3"}) {
+    const StochasticSystem system = make_system(kKernel, noise, q);
+    EXPECT_TRUE(Cometric(system.kernel, noise_cometric(*system.noise, q), 1, q).is_regular());
+  }
+}
+
+}  // namespace
+}  // namespace pulson

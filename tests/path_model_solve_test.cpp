@@ -1,0 +1,125 @@
+// The Gauss–Newton model of the cost of a path against dense matrices.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include "path_examples.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// The fields of a path with other momenta in their steps, dN·K numbers added, that stay where they are.
+StepFields with_momenta(const PathExample& example, const VectorXd& added) {
+  StepFields fields = fields_of(*example.system, *example.path);
+  const Index size = example.path->end().size();
+  for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
+    const Points p = added.segment(static_cast<Index>(k) * size, size).reshaped(example.d, example.n);
+    fields.momenta[k] += p;
+    fields.controls[k] += example.system->controls({example.path->middles[k].q, p});
+    fields.own[k] += own_velocities(*example.system, {example.path->middles[k].q, p});
+  }
+  return fields;
+}
+
+// The model by its definition: ½Σ Δt δp·A δp + ½w|F δq_K|² with δq = L δp, L by differences of carried landmarks.
+struct DenseModel {
+  DenseModel(const PathExample& example, const DataTerm& data) {
+    const Index size = example.path->end().size(), unknowns = size * example.grid.steps;
+    nodes.resize(size + unknowns, unknowns);
+    matrix = MatrixXd::Zero(unknowns, unknowns);
+    const MatrixXd identity = MatrixXd::Identity(unknowns, unknowns);
+    for (Index i = 0; i < unknowns; ++i) {
+      const auto moved = [&](double s) {
+        return stacked(carried(example.system->system(), example.grid, example.nodes.front(),
+                               with_momenta(example, s * identity.col(i)), example.nodes)
+                           .value());
+      };
+      nodes.col(i) = derivative(moved, 1e-2);
+      const Points p = identity.col(i % size).head(size).reshaped(example.d, example.n);
+      const Points v = example.path->cometrics[static_cast<std::size_t>(i / size)].apply(p);
+      matrix.col(i).segment(i / size * size, size) = example.grid.dt() * v.reshaped();
+    }
+    const MatrixXd f = data.linearise(example.path->end(), MatrixXd::Identity(size, size)).changes;
+    precision = kWeight * f.transpose() * f;
+    matrix += nodes.bottomRows(size).transpose() * precision * nodes.bottomRows(size);
+  }
+
+  MatrixXd nodes;      ///< L, (K + 1)dN × KdN
+  MatrixXd matrix;     ///< of the model, in δp
+  MatrixXd precision;  ///< wFᵀF
+};
+
+void expect_close(const VectorXd& found, const VectorXd& right) {
+  EXPECT_LE((found - right).norm(), 1e-8 * right.norm());
+}
+
+void expect_dense(PathExample& example, const DataTerm& data) {
+  ASSERT_TRUE(example.path);
+  const PathModel model(*example.system, data, *example.path, kWeight);
+  const DenseModel dense(example, data);
+  const Eigen::LDLT<MatrixXd> factors(dense.matrix);
+  ASSERT_TRUE(factors.isPositive());
+  const std::vector<Points> covector = example.change();
+  const PathDirection solved = model.solve(covector);
+  expect_close(stacked(solved.momenta), factors.solve(dense.nodes.transpose() * stacked(covector)));
+  expect_close(stacked(solved.nodes), dense.nodes * stacked(solved.momenta));
+
+  const Points excess = example.change().back();
+  const Index size = excess.size();
+  const VectorXd pull = dense.nodes.bottomRows(size).transpose() * (dense.precision * excess.reshaped());
+  const PathDirection correction = model.correction(excess);
+  expect_close(stacked(correction.momenta), -factors.solve(pull));
+  expect_close(stacked(correction.nodes), dense.nodes * stacked(correction.momenta));
+}
+
+TEST(PathModelSolve, IsTheInverseOfTheGaussNewtonMatrix) {
+  for (const std::string& noise : linear_noise_specs())
+    for (const int d : {1, 2, 3}) {
+      SCOPED_TRACE(noise + " in " + std::to_string(d) + "D");
+      PathExample example("gaussian:alpha=0.9", noise, d, 3, 3);
+      expect_dense(example, *plain_data(example));
+    }
+}
+
+TEST(PathModelSolve, TakesEachKernel) {
+  for (const std::string& kernel : kernel_specs()) {
+    if (kernel.find("peakon") != std::string::npos) continue;  // which has no slope where its fields begin
+    SCOPED_TRACE(kernel);
+    PathExample example(kernel, "ch-sd:beta=0.3", 2, 3, 3);
+    expect_dense(example, *plain_data(example));
+  }
+}
+
+TEST(PathModelSolve, TakesPartialDataAndCurves) {
+  for (const int d : {1, 2, 3}) {
+    SCOPED_TRACE(d);
+    PathExample example("gaussian:alpha=0.9", "p-sd:beta=0.3,fields=cos", d, 4, 3);
+    expect_dense(example, *partial_data(example));
+    if (d > 1) expect_dense(example, *curve_data(example));
+  }
+}
+
+TEST(PathModelSolve, IsSymmetricAndPositive) {
+  for (const std::string& noise : linear_noise_specs()) {
+    SCOPED_TRACE(noise);
+    PathExample example("gaussian:alpha=0.9", noise, 2, 4, 4);
+    const auto data = partial_data(example);
+    const PathModel model(*example.system, *data, example.path.value(), kWeight);
+    const std::vector<Points> a = example.change(), b = example.change();
+    const double aa = pairing(a, model.solve(a)), ab = pairing(a, model.solve(b)), bb = pairing(b, model.solve(b));
+    EXPECT_NEAR(ab, pairing(b, model.solve(a)), 1e-13 * std::sqrt(aa * bb));
+    EXPECT_GT(aa, 0);
+    EXPECT_GT(aa * bb, ab * ab);
+  }
+}
+
+}  // namespace
+}  // namespace pulson

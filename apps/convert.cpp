@@ -153,8 +153,8 @@ void add_convert_verb(CLI::App& program) {
   verb->add_option("--flip-y", arguments->height,
                    "y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up")
       ->type_name("HEIGHT");
-  add_missing_option(*verb, arguments->reading);
-  add_quiet_option(*verb, "-q,--quiet");
+  add_read_options(*verb, arguments->reading);
+  add_quiet_option(*verb);
   verb->footer(
       "What OUT cannot hold is told as a note on standard error.\n"
       "Examples:\n  pulson convert wings.tps wings.json\n  pulson convert a.fcsv b.mrk.json --axes RAS\n"

@@ -9,6 +9,7 @@
 #include <fmt/core.h>
 
 #include "info_file.hpp"
+#include "messages.hpp"
 #include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/integrators/integrator.hpp"
@@ -55,7 +56,7 @@ void print_info(const std::string& what, const FileInfoOptions& options) {
   if (what == "noises") return print_table(noise_table());
   if (what == "integrators") return print_table(integrator_table());
   if (what == "formats") return print_formats();
-  if (!std::filesystem::exists(what) && what.find('#') == std::string::npos)
+  if (what != "-" && !std::filesystem::exists(what) && what.find('#') == std::string::npos)
     throw InputError("info: '" + what + "' is neither a file nor one of kernels, noises, integrators, formats" +
                      suggestion(what, {"kernels", "noises", "integrators", "formats"}));
   print_file_info(what, options);
@@ -71,7 +72,8 @@ void add_info_verb(CLI::App& program) {
   verb->add_flag("--all", options->all, "list all shapes of the file, not the first 20 alone");
   verb->add_option("--json", options->json, "write what is in the file here too; - for standard output, and no text")
       ->type_name("FILE");
-  add_missing_option(*verb, options->reading);
+  add_quiet_option(*verb);
+  add_read_options(*verb, options->reading);
   verb->footer(
       "Examples:\n  pulson info noises\n  pulson info wings.tps\n"
       "Exit codes: 0 done, 2 bad input.");

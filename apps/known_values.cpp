@@ -7,8 +7,18 @@
 
 #include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/io/landmark_files.hpp"
 
 namespace pulson {
+namespace {
+
+std::vector<std::string> names_of_formats() {
+  std::vector<std::string> names;
+  for (const LandmarkFormat& format : landmark_formats()) names.push_back(format.name);
+  return names;
+}
+
+}  // namespace
 
 const std::vector<std::string>& known_values(const std::string& option) {
   static const std::map<std::string, std::vector<std::string>> kValues = {
@@ -18,6 +28,9 @@ const std::vector<std::string>& known_values(const std::string& option) {
       {"--align", {"none", "translation", "rigid", "similarity", "affine"}},
       {"--solver", {"auto", "gauss-newton", "lbfgs"}},
       {"--missing", {"negative"}},
+      {"--format", names_of_formats()},
+      {"--dim", {"2", "3"}},
+      {"--scale", {"apply"}},
       {"--axes", {"LPS", "RAS"}},
       {"--from-axes", {"LPS", "RAS"}},
       {"--labels", {"metric", "thin-plate"}},

@@ -22,7 +22,8 @@ Verbosity chosen = Verbosity::kNormal;
 void tell(Style style, std::string_view name, std::string_view text) {
   std::fflush(stdout);
   std::string line(text);
-  std::replace(line.begin(), line.end(), '\n', ' ');
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   fmt::print(stderr, "{} {}\n", painted(style, name, STDERR_FILENO), line);
 }
 
@@ -34,9 +35,9 @@ std::string counted(std::int64_t count, std::string_view noun, std::string_view 
 
 Verbosity verbosity() { return chosen; }
 
-void add_quiet_option(CLI::App& verb, const std::string& quiet_names) {
+void add_quiet_option(CLI::App& verb) {
   verb.add_flag_callback(
-      quiet_names, [] { chosen = Verbosity::kQuiet; }, "print warnings and errors only");
+      "-q,--quiet", [] { chosen = Verbosity::kQuiet; }, "print warnings and errors only");
 }
 
 void add_verbose_option(CLI::App& verb) {

@@ -17,8 +17,8 @@ enum class Verbosity { kQuiet, kNormal, kVerbose };
 
 Verbosity verbosity();
 
-/// `--quiet` (or `quiet_names`). Verbs with an option --q have no -q.
-void add_quiet_option(CLI::App& verb, const std::string& quiet_names = "--quiet");
+/// `--quiet`, which every verb has.
+void add_quiet_option(CLI::App& verb);
 /// `--verbose`, which every verb has.
 void add_verbose_option(CLI::App& verb);
 

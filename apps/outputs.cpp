@@ -8,12 +8,12 @@
 
 namespace pulson {
 
-void OutputOptions::add_to(CLI::App& verb, const std::string& pictures, const std::string& quiet_names) {
+void OutputOptions::add_to(CLI::App& verb, const std::string& pictures) {
   verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
   verb.add_option("--json", json, "write the record here too; - for standard output, and nothing else")
       ->type_name("FILE");
   verb.add_flag("--no-picture", no_picture, "do not draw " + pictures);
-  add_quiet_option(verb, quiet_names);
+  add_quiet_option(verb);
 }
 
 void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& pictures) const {
@@ -21,6 +21,7 @@ void OutputOptions::check(const std::vector<std::string>& files, const std::vect
     throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   if (!json.empty() && json != "-") check_output_file(json);
   create_output_directory(out);
+  lock = std::make_shared<FolderLock>(out);
   for (const std::string& name : files) check_output_file(file(name));
   if (no_picture) return;
   for (const std::string& name : pictures) check_output_file(file(name));

@@ -6,7 +6,8 @@
 
 namespace pulson {
 
-/// `--missing`: what stands for a missing coordinate besides what the format has for it.
-void add_missing_option(CLI::App& verb, ReadOptions& options);
+/// `--missing`, `--format`, `--columns`, `--dim`, `--landmarks`, `--curves` and `--scale`, of every verb that reads
+/// landmarks.
+void add_read_options(CLI::App& verb, ReadOptions& options);
 
 }  // namespace pulson

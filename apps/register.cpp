@@ -37,16 +37,18 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
                    const std::vector<std::string>& notes, const OutputOptions& output) {
   const Trajectory path = replay(registration);
   const std::string record = registration_json(registration, facts);
-  write_file_atomically(output.file("registration.json"), record);
-  write_file_atomically(output.file("residuals.csv"), residuals_csv(registration, facts.shares));
-  write_file_atomically(output.file("trajectory.csv"), trajectory_csv(registration, path));
+  StagedFiles staged(output.out);
+  staged.write("registration.json", record);
+  staged.write("residuals.csv", residuals_csv(registration, facts.shares));
+  staged.write("trajectory.csv", trajectory_csv(registration, path));
   if (!output.no_picture)
-    write_registration_picture(make_registration_picture(registration, path), output.file("registration.png"),
-                               output.file("registration.svg"));
-  const std::filesystem::path picture = output.no_picture ? "" : output.file("registration.png");
-  write_file_atomically(output.file("report.html"),
-                        html_report(registration_report(registration, path, facts, without_repeats(notes), picture)));
+    write_registration_picture(make_registration_picture(registration, path), staged.file("registration.png"),
+                               staged.file("registration.svg"));
+  const std::filesystem::path picture = output.no_picture ? "" : staged.file("registration.png");
+  staged.write("report.html",
+               html_report(registration_report(registration, path, facts, without_repeats(notes), picture)));
   output.write_json(record);
+  staged.commit();
 }
 
 // Fits the parameters named, and sets the options to them.

@@ -74,8 +74,8 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
 void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
   verb.add_option("TARGET", target, "shape that it should become")->required();
-  add_missing_option(verb, reading);
-  output.add_to(verb, "registration.png and .svg", "-q,--quiet");
+  add_read_options(verb, reading);
+  output.add_to(verb, "registration.png and .svg");
   verb.add_option("--kernel", options.kernel,
                   "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")

@@ -82,6 +82,7 @@ int run_reproduce(const ReproduceArguments& arguments) {
   if (options.pictures && !Gnuplot::is_installed())
     throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   create_output_directory(arguments.out);
+  const FolderLock lock(arguments.out);
   check_output_file(options.out / "report.html");
   const double begin = seconds_now();
   const Interrupt interrupt;
@@ -138,7 +139,7 @@ void add_reproduce_verb(CLI::App& program, int& exit_code) {
   add_seed_option(*verb, arguments->seed);
   add_threads_option(*verb);
   verb->add_flag("--no-picture", arguments->no_picture, "do not draw");
-  add_quiet_option(*verb, "-q,--quiet");
+  add_quiet_option(*verb);
   verb->footer(
       "Examples:\n"
       "  pulson reproduce figure3 -o out\n"

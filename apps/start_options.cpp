@@ -40,6 +40,11 @@ void check_same_size(const Points& p, const Points& q, const std::string& what) 
                                  q.cols(), q.rows()));
 }
 
+// Momenta are no places: what belongs to those of the shape is not applied to them.
+ReadOptions of_vectors(const ReadOptions& reading) {
+  return {.columns = reading.columns, .dimension = reading.dimension, .landmarks = reading.landmarks};
+}
+
 void check_complete(const Landmarks& shape) {
   if (const std::vector<int> incomplete = incomplete_points(shape.points); !incomplete.empty())
     throw InputError(fmt::format("{}: landmark {} misses a coordinate; a shape without gaps is needed", shape.source,
@@ -65,6 +70,7 @@ void StartOptions::add_to(CLI::App& verb) {
   by_shape->excludes(by_from);
   CLI::Option* by_p = verb.add_option("--p", p, "momenta, as --q [0]")->type_name("NUMBERS");
   verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->type_name("FILE")->excludes(by_p);
+  add_read_options(verb, reading);
   verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
   verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");
 }
@@ -84,7 +90,7 @@ Start StartOptions::start() const {
     kernel_spec = registration.kernel;
     noise_spec = registration.noise;
   } else if (shape) {
-    start.shape = read_landmarks(*shape, &start.notes);
+    start.shape = read_landmarks(*shape, &start.notes, reading);
   } else if (q) {
     start.shape.points = parse_points(*q, "--q");
     start.shape.source = "--q";
@@ -97,7 +103,7 @@ Start StartOptions::start() const {
   if (!from) start.state = {start.shape.points, Points::Zero(start.shape.points.rows(), start.shape.points.cols())};
   if (p) start.state.p = parse_points(*p, "--p");
   if (momenta) {
-    const Landmarks vectors = read_landmarks(*momenta, &start.notes);
+    const Landmarks vectors = read_landmarks(*momenta, &start.notes, of_vectors(reading));
     check_complete(vectors);
     start.state.p = vectors.points;
   }

@@ -7,6 +7,7 @@
 #include <CLI/App.hpp>
 
 #include "pulson/dynamics/stochastic_system.hpp"
+#include "read_options.hpp"
 
 namespace pulson {
 
@@ -28,6 +29,7 @@ struct StartOptions {
   std::optional<std::string> from;
   std::optional<std::string> kernel;
   std::optional<std::string> noise;
+  ReadOptions reading;
 
   void add_to(CLI::App& verb);
   /// @throws InputError

@@ -18,7 +18,9 @@ namespace fs = std::filesystem;
 using testing::StartsWith;
 
 using AtomicFile = InTemporaryFolder;
+using LockedFolder = InTemporaryFolder;
 using OutputDirectory = InTemporaryFolder;
+using StagedFolder = InTemporaryFolder;
 
 TEST_F(AtomicFile, ReplacesTheFileAndLeavesNothingElse) {
   write_file_atomically("a.txt", "first\n");
@@ -45,6 +47,63 @@ TEST_F(AtomicFile, RefusesPathsThatCannotBeWritten) {
   fs::create_directory("folder");
   EXPECT_EQ(write_error("folder"), "cannot write 'folder': it is a folder; a file is needed");
   EXPECT_EQ(count_entries(), 1U);
+}
+
+TEST_F(StagedFolder, TakesAllFilesOrNone) {
+  write("old.txt", "old");
+  {
+    const StagedFiles staged(".");
+    staged.write("old.txt", "new");
+    staged.write("more.txt", "more");
+  }
+  EXPECT_EQ(count_entries(), 1U);
+  EXPECT_EQ(contents("old.txt"), "old");
+  StagedFiles staged(".");
+  staged.write("old.txt", "new");
+  write_file_atomically(staged.file("more.txt"), "more");
+  staged.commit();
+  EXPECT_EQ(contents("old.txt"), "new");
+  EXPECT_EQ(contents("more.txt"), "more");
+}
+
+TEST_F(StagedFolder, WritesThroughLinks) {
+  write("real.txt", "old");
+  fs::create_directory("out");
+  fs::create_symlink("../real.txt", "out/link.txt");
+  StagedFiles staged("out");
+  staged.write("link.txt", "new");
+  staged.commit();
+  EXPECT_TRUE(fs::is_symlink("out/link.txt"));
+  EXPECT_EQ(contents("real.txt"), "new");
+}
+
+TEST_F(StagedFolder, SaysThatADeviceIsFullBeforeItMovesAFile) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  fs::create_directory("out");
+  fs::create_symlink("/dev/full", "out/b.txt");
+  {
+    StagedFiles staged("out");
+    staged.write("a.txt", "text");
+    staged.write("b.txt", "text");
+    EXPECT_EQ(error_of([&] { staged.commit(); }), "cannot write 'out/b.txt': No space left on device");
+  }
+  EXPECT_FALSE(fs::exists("out/a.txt"));
+  EXPECT_EQ(error_of([] { const StagedFiles staged("none"); }).substr(0, 21), "cannot write 'none/.p");
+}
+
+TEST_F(LockedFolder, HasOneHolder) {
+  {
+    const FolderLock lock(".");
+    EXPECT_EQ(contents(".pulson.lock"), std::to_string(::getpid()) + "\n");
+    EXPECT_EQ(error_of([] { const FolderLock other("."); }),
+              "another pulson (process " + std::to_string(::getpid()) +
+                  ") writes into '.' at present; wait until it ends, or choose another folder");
+    EXPECT_TRUE(fs::exists(".pulson.lock"));
+  }
+  EXPECT_FALSE(fs::exists(".pulson.lock"));
+  write(".pulson.lock", "4711\n");  // of a process that was killed
+  { const FolderLock lock("."); }
+  EXPECT_FALSE(fs::exists(".pulson.lock"));
 }
 
 TEST_F(AtomicFile, SaysThatADeviceIsFull) {

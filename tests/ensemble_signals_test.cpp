@@ -12,8 +12,11 @@
 namespace pulson {
 namespace {
 
-using testing::IsEmpty;
+using testing::ElementsAre;
 using testing::StartsWith;
+
+/// What a killed process leaves in its folder: its lock, which holds nobody back.
+constexpr const char* kLock = ".pulson.lock";
 
 class EnsembleSignals : public EnsembleProgram {
  protected:
@@ -94,7 +97,7 @@ TEST_F(EnsembleSignals, EndsAtOnceAfterASecondSignal) {
   while (catches(child, SIGINT) && is_running(child)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   ::kill(child, SIGINT);
   EXPECT_EQ(finished(child).exit_code, -SIGINT);
-  EXPECT_THAT(names_in("out"), IsEmpty());
+  EXPECT_THAT(names_in("out"), ElementsAre(kLock));
 }
 
 TEST_F(EnsembleSignals, LosesNothingOfWhatWasSavedWhenItIsKilled) {
@@ -106,8 +109,9 @@ TEST_F(EnsembleSignals, LosesNothingOfWhatWasSavedWhenItIsKilled) {
   EXPECT_EQ(finished(child).exit_code, -SIGKILL);
   std::filesystem::remove("out.txt");
   std::filesystem::remove("err.txt");
-  EXPECT_THAT(changed_since(before), IsEmpty());
+  EXPECT_THAT(changed_since(before), ElementsAre(std::string("./out/") + kLock));
   const ProgramRun done = run_pair(kRun + "out --resume");
+  EXPECT_FALSE(std::filesystem::exists(std::string("out/") + kLock));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   run_pair(kRun + "whole");
   expect_same_results("whole", "out");
@@ -119,7 +123,7 @@ TEST_F(EnsembleSignals, HasNothingToResumeWhenItWasKilledEarly) {
   const pid_t child = sampling(kPair + kRun);
   ::kill(child, SIGKILL);
   EXPECT_EQ(finished(child).exit_code, -SIGKILL);
-  EXPECT_THAT(names_in("out"), IsEmpty());
+  EXPECT_THAT(names_in("out"), ElementsAre(kLock));
   const ProgramRun done = run_pair(kRun + " --resume");
   EXPECT_EQ(done.exit_code, 2);
   EXPECT_EQ(count_lines(done.err), 1U);

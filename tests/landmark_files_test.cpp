@@ -122,8 +122,8 @@ TEST_F(Unreadable, IsRefused) {
   EXPECT_EQ(read_error("utf16.csv", std::string("x\0,\0y\0", 6)),
             "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
   EXPECT_EQ(read_error("notes.txt", "Landmark 1 is the tip\n"),
-            "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, menpo, json, tps, ibug, "
-            "elastix, "
+            "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, menpo, dlib, json, tps, "
+            "ibug, elastix, "
             "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
             "'Landmark 1 is the tip'");
 }

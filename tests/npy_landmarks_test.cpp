@@ -54,6 +54,19 @@ std::string bytes_of(const std::vector<double>& numbers, bool is_big = false) {
 
 const std::vector<double> kSix = {1, 2, 3, 4, 5, 6};
 
+TEST_F(NpyFile, MayHaveAnOuterAxisOfLengthOne) {
+  for (const bool is_fortran : {false, true}) {
+    const LandmarkFile file =
+        read(npy(npy_header("<f8", "(1, 2, 2, 2)", is_fortran), bytes_of<double>({1, 2, 3, 4, 5, 6, 7, 8})));
+    ASSERT_EQ(file.shapes.size(), 2U);
+    EXPECT_EQ(file.shapes[0].points, is_fortran ? points_2d({1, 5, 3, 7}) : points_2d({1, 2, 3, 4}));
+    EXPECT_EQ(file.shapes[1].points, is_fortran ? points_2d({2, 6, 4, 8}) : points_2d({5, 6, 7, 8}));
+    EXPECT_THAT(file.warnings, ElementsAre("t.txt: the array (1, 2, 2, 2) is read as (2, 2, 2)"));
+  }
+  const LandmarkFile single = read(npy(npy_header("<f8", "(1, 3, 1, 2)"), bytes_of<double>(kSix)));
+  EXPECT_EQ(single.shapes.size(), 3U) << "shapes of one landmark, and no contour";
+}
+
 TEST_F(NpyFile, TakesEveryTypeAndVersion) {
   const auto check = [&]<class Number>(const std::string& type, Number) {
     for (int version = 1; version <= 3; ++version)
@@ -127,7 +140,7 @@ TEST_F(NpyFile, IsRefusedInALine) {
   EXPECT_EQ(error("<f8", "(4, 132)"), "t.txt: the header says (4, 132) numbers of 8 bytes; the file has 48 bytes more");
   EXPECT_THAT(read_error(npy(npy_header("<u1", "(4, 8)"), std::string(32, '\1'))),
               StartsWith("t.txt: the array has the shape (4, 8), which does not say what is x and y; (N,d) or"));
-  EXPECT_THAT(error("<f8", "(1, 1, 2, 3)"), StartsWith("t.txt: the array has 4 axes, (1, 1, 2, 3);"));
+  EXPECT_THAT(error("<f8", "(2, 1, 1, 3)"), StartsWith("t.txt: the array has 4 axes, (2, 1, 1, 3);"));
   EXPECT_THAT(error("<f8", "()"), HasSubstr("holds no landmarks"));
   EXPECT_THAT(error("<f8", "(1000000000000, 0, 2)"), HasSubstr("holds no landmarks"));
   for (const std::string shape : {"(10000000000, 2)", "(4294967296, 4294967296, 2)", "(18446744073709551615,)"})

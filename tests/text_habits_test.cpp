@@ -31,6 +31,26 @@ TEST_F(TextHabits, DosEndsFilesWithAMark) {
   EXPECT_EQ(read_one("b.nts", "1 1 2 0 dim=2\r\n1 2\r\n\x1A").points, points_2d({1, 2}));
 }
 
+TEST_F(TextHabits, ALoneCarriageReturnIsABlankWhereLinesEndOtherwise) {
+  const LandmarkFile file = read("a.fcsv",
+                                 "# Markups fiducial file version = 4.11\r\n# CoordinateSystem = LPS\n"
+                                 "1,1.5,-2\r,3,0,0,0,1,1,1,0,tip\r,,\r\r\n\r2,4,5,6,0,0,0,1,1,1,0,left\rfin,,\n");
+  EXPECT_EQ(file.format, "fcsv");
+  EXPECT_EQ(file.shapes[0].points, (Points(3, 2) << 1.5, 4, -2, 5, 3, 6).finished());
+  EXPECT_EQ(file.shapes[0].labels[0], "tip");
+  EXPECT_EQ(read_one("b.tps", "LM=2\n1\r2\r\n\r3 4\n").points, points_2d({1, 2, 3, 4}));
+  EXPECT_EQ(read_one("c.csv", "x,y\n1\r,2\n3,\r4\n").points, points_2d({1, 2, 3, 4}));
+  EXPECT_EQ(read_one("d.csv", "x,y\r1,2\r3,4\r\n").points, points_2d({1, 2, 3, 4})) << "an old Mac's, but for its end";
+  EXPECT_EQ(read_error("e.tps", "LM=2\n1 2\r\n3 4 5\n"),
+            "e.tps:3: landmark 2 of shape 1 has 3 columns ('3 4 5'); LM= takes 2");
+}
+
+TEST_F(TextHabits, GeomorphNamesTheColumnsOfTemplates) {
+  EXPECT_EQ(read_one("template.txt", "\"xpts\" \"ypts\" \"zpts\"\n1 2 3\n4 5 6\n").points,
+            (Points(3, 2) << 1, 4, 2, 5, 3, 6).finished());
+  EXPECT_EQ(read_one("template.txt", "\"\" \"xpts\" \"ypts\"\n\"1\" 1 2\n\"2\" 4 5\n").points, points_2d({1, 2, 4, 5}));
+}
+
 TEST_F(TextHabits, CommasMayBeDecimal) {
   const Points wanted = points_2d({1.5, 2, -3, 0.25});
   EXPECT_EQ(read_one("a.nts", "1 2L 2 0 dim=2\na b\n1,5 2\n-3 0,25\n").points, wanted);

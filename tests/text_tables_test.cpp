@@ -210,6 +210,18 @@ TEST_F(StereomorphFile, TakesScaledLandmarks) {
               ElementsAre("mug.txt: the landmarks are those of <landmarks.scaled>; there are none in pixels"));
 }
 
+TEST_F(StereomorphFile, MayHaveBlanksAndOtherAttributesInTags) {
+  const Landmarks shape =
+      read_one("mug.txt",
+               "<shapes type=list>\n<scaling asnumeric=TRUE >0.5</scaling>\n<scaling.units >mm</scaling.units >\n"
+               "<landmarks.pixel  type = matrix  rownames =TRUE nrow= 1 ncol=2 >\nleft eye 1 "
+               "2\n</landmarks.pixel>\n</shapes>\n");
+  EXPECT_EQ(shape.points, Eigen::Vector2d(1, 2));
+  EXPECT_THAT(shape.labels, ElementsAre("left eye"));
+  EXPECT_EQ(shape.scale, 0.5);
+  EXPECT_THAT(shape.properties, ElementsAre(Pair("scaling.units", "mm")));
+}
+
 TEST_F(StereomorphFile, NeedsNoNumberOfColumns) {
   const Landmarks shape =
       read_one("mug.txt", "<landmarks.pixel type=matrix names=TRUE>\ntip 1 2\n</landmarks.pixel>\n");

@@ -57,8 +57,10 @@ TEST_F(TpsFile, WarnsOncePerFileOfWhatIsNotUsed) {
   ASSERT_EQ(file.shapes.size(), 3U);
   EXPECT_EQ(file.shapes[0].points, Eigen::Vector2d(1, 2));
   EXPECT_THAT(file.warnings,
-              ElementsAre("set.tps: SCALE is recorded (2 of 3 shapes) and not applied to the coordinates",
-                          "set.tps: 4 curves and 2 outlines (8 points) are kept and not used as landmarks"));
+              ElementsAre("set.tps: SCALE is recorded (2 of 3 shapes) and not applied to the coordinates; --scale "
+                          "apply multiplies by it",
+                          "set.tps: 4 curves and 2 outlines (8 points) are kept and not used as landmarks; --curves N "
+                          "takes N points of each"));
 }
 
 TEST_F(TpsFile, RefusesTruncatedShapes) {

@@ -36,7 +36,8 @@ TEST_F(TpsFields, AreKept) {
   EXPECT_EQ(file.shapes[1].scale, std::nullopt);
   EXPECT_THAT(file.shapes[1].properties, IsEmpty());
   EXPECT_THAT(file.warnings,
-              ElementsAre("a.tps: SCALE is recorded (1 of 2 shapes) and not applied to the coordinates"));
+              ElementsAre("a.tps: SCALE is recorded (1 of 2 shapes) and not applied to the coordinates; --scale apply "
+                          "multiplies by it"));
 }
 
 TEST_F(TpsFields, MayHaveDecimalCommas) {
@@ -56,8 +57,10 @@ TEST_F(TpsCurves, AreKept) {
   EXPECT_TRUE(have_same_bits(shape.curves[1], (Points(3, 2) << 1, 2, 1, 2, 1, kNone).finished()));
   ASSERT_EQ(shape.outlines.size(), 1U);
   EXPECT_EQ(shape.outlines[0], Eigen::Vector3d(9, 9, 9));
-  EXPECT_THAT(file.warnings,
-              ElementsAre("a.tps: 2 curves and 1 outline (4 points) are kept and not used as landmarks"));
+  EXPECT_THAT(
+      file.warnings,
+      ElementsAre("a.tps: 2 curves and 1 outline (4 points) are kept and not used as landmarks; --curves N takes N "
+                  "points of each"));
 }
 
 TEST_F(TpsCurves, AreTheLandmarksWhereThereAreNoOthers) {
@@ -74,13 +77,28 @@ TEST_F(TpsCurves, AreTheLandmarksWhereThereAreNoOthers) {
                           "as such, a group for each"));
 }
 
-TEST_F(TpsCurves, AreRefusedWhereTheCountsDiffer) {
-  EXPECT_EQ(read_error("a.tps", "LM=1\n1 2\nCURVES=2\nPOINTS=1\n7 8\nLM=1\n1 2\n"),
-            "a.tps:3: shape 1 says 'CURVES=2' but has 1 list of POINTS=");
-  EXPECT_EQ(read_error("a.tps", "LM=1\n1 2\nOUTLINES=1\nPOINTS=1\n7 8\nPOINTS=1\n7 8\n"),
-            "a.tps:3: shape 1 says 'OUTLINES=1' but has 2 lists of POINTS=");
-  EXPECT_EQ(read_error("a.tps", "LM=1\n1 2\nPOINTS=1\n7 8\n"),
-            "a.tps:4: shape 1 has 1 list of POINTS= that no CURVES= or OUTLINES= announces");
+TEST_F(TpsCurves, AreKeptAsTheyAreWhereTheCountsDiffer) {
+  const LandmarkFile fewer = read("a.tps", "LM=1\n1 2\nCURVES=2\nPOINTS=1\n7 8\nLM=1\n3 4\n");
+  ASSERT_EQ(fewer.shapes.size(), 2U);
+  EXPECT_EQ(fewer.shapes[0].curves.size(), 1U);
+  EXPECT_EQ(fewer.shapes[1].points, Eigen::Vector2d(3, 4));
+  EXPECT_EQ(fewer.warnings.front(),
+            "a.tps:3: shape 1 says 'CURVES=2' but has 1 list of POINTS=; the landmarks are read, and the curves that "
+            "there are");
+  const LandmarkFile more =
+      read("a.tps", "LM=1\n1 2\nOUTLINES=1\nPOINTS=1\n7 8\nPOINTS=1\n7 8\nLM=1\n1 2\nPOINTS=1\n7 8\n");
+  EXPECT_EQ(more.shapes[0].outlines.size(), 2U);
+  EXPECT_EQ(more.shapes[1].curves.size(), 1U);
+  EXPECT_EQ(more.warnings.front(),
+            "a.tps:3: shape 1 says 'OUTLINES=1' but has 2 lists of POINTS=; the landmarks are read, and the curves "
+            "that there are (1 more likewise)");
+}
+
+TEST_F(TpsCurves, AreRefusedWhereTheCountsOfLandmarksDiffer) {
+  EXPECT_EQ(read_error("a.tps", "LM=0\nCURVES=2\nPOINTS=1\n7 8\nLM=1\n1 2\n"),
+            "a.tps:2: shape 1 says 'CURVES=2' but has 1 list of POINTS=");
+  EXPECT_EQ(read_error("a.tps", "LM=0\nPOINTS=1\n7 8\n"),
+            "a.tps:3: shape 1 has 1 list of POINTS= that no CURVES= or OUTLINES= announces");
   EXPECT_EQ(read_error("a.tps", "LM=1\n1 2\nCURVES=1\nPOINTS=1\n7 8 9\n"),
             "a.tps:5: landmark 1 of curve 1 of shape 1 has 3 columns ('7 8 9'); LM= takes 2");
   EXPECT_EQ(read_error("a.tps", "LM=1\n1 2\nCURVES=4000000000\nPOINTS=4000000000\n7 8\n"),

@@ -48,10 +48,10 @@ void CompareArguments::add_to(CLI::App& verb) {
       ->type_name("SPEC");
   verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean")
       ->type_name("FILE");
-  add_missing_option(verb, reading);
+  add_read_options(verb, reading);
   verb.add_flag("--merge-coincident", merge_coincident,
                 "take landmarks at the same place in the source as one, at the mean of theirs in each target");
-  output.add_to(verb, "comparison.png and .svg", "-q,--quiet");
+  output.add_to(verb, "comparison.png and .svg");
   verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")
       ->type_name("NUMBER")
       ->capture_default_str();

@@ -9,6 +9,7 @@
 
 #include <CLI/App.hpp>
 
+#include "../read_options.hpp"
 #include "pulson/images/push_forward.hpp"
 #include "pulson/warp/label_space.hpp"
 
@@ -25,6 +26,7 @@ struct WarpArguments {
   std::string json;
   bool inverse = false;
   std::string labels = "metric";
+  ReadOptions reading;
 
   // frames
   std::string like;  ///< an image that has the target's size

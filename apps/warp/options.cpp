@@ -16,7 +16,7 @@ void WarpArguments::add_to(CLI::App& verb) {
       ->type_name("FILE")
       ->required();
   verb.add_option("--json", json, "write the numbers here; - for standard output, and nothing else")->type_name("FILE");
-  add_quiet_option(verb, "-q,--quiet");
+  add_quiet_option(verb);
   verb.add_flag("--inverse", inverse, "the other way: what is of the target goes to the source");
   only_known(verb.add_option("--labels", labels, "interpolation of the landmarks' own noise: metric or thin-plate")
                  ->type_name("NAME")
@@ -96,6 +96,8 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("--animate", animate, "the motion (gif, mp4, webp; needs ffmpeg)")
       ->type_name("FILE")
       ->group("More results");
+
+  add_read_options(verb, reading);
 
   verb.add_option("--samples", samples, "so many samples of the noise with the fitted momenta: OUT is their mean")
       ->group("Ensembles");

@@ -52,7 +52,7 @@ void put_known_points(const Points& points, const std::vector<Points*>& blocks) 
 }  // namespace
 
 WarpFigures warp_points(const MaterialFlow& flow, const Registration& registration, const WarpArguments& arguments) {
-  LandmarkFile file = read_addressed_shapes(arguments.input);
+  LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
   std::vector<std::string> notes = std::move(file.warnings);
   for (Landmarks& shape : file.shapes) shape = in_frame_of(registration.original, shape, notes);
   if (!registration.original.axes.empty()) file.axes = registration.original.axes;

@@ -81,7 +81,7 @@ std::optional<std::pair<std::size_t, int>> find_axis(std::string_view plain) {
     return std::pair(static_cast<std::size_t>(found - kNumbered.begin()), 0);
   if (const auto* const found = std::find(kParaView.begin(), kParaView.end(), plain); found != kParaView.end())
     return std::pair(static_cast<std::size_t>(found - kParaView.begin()) % 3, 2);
-  for (const std::string_view word : {"coord", "coords", "coordinate", "coordinates", "pos", "position"}) {
+  for (const std::string_view word : {"coord", "coords", "coordinate", "coordinates", "pos", "position", "pts"}) {
     if (plain.size() != word.size() + 1) continue;
     const std::size_t axis = kAxisLetters.find(plain.starts_with(word) ? plain.back() : plain.front());
     if (axis != kAxisLetters.npos && (plain.starts_with(word) || plain.ends_with(word))) return std::pair(axis, 2);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "csv_columns.hpp"
+#include "csv_described.hpp"
 #include "csv_layouts.hpp"
 #include "csv_records.hpp"
 #include "formats.hpp"
@@ -171,8 +172,7 @@ std::vector<std::string> doubts_without_header(const std::string& path, const La
     std::string doubt = fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
                                     counted(static_cast<std::size_t>(shape.count()), "landmark"));
     if (const std::optional<int> axes = axes_in_turn(shape.points))
-      doubt += fmt::format("; if x{} take turns, write a landmark on each line: paste -d, {} < FILE",
-                           *axes == 2 ? " and y" : ", y and z", *axes == 2 ? "- -" : "- - -");
+      doubt += fmt::format("; if x{} take turns, --dim {} reads them so", *axes == 2 ? " and y" : ", y and z", *axes);
     return {doubt};
   }
   if (looks_like_index(shape.points))
@@ -272,10 +272,18 @@ bool sniff_csv(std::string_view text) {
   }
 }
 
-LandmarkFile read_csv(const std::string& path, std::string_view text) {
+LandmarkFile read_csv(const std::string& path, std::string_view text) { return read_table(path, text, {}); }
+
+LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options) {
   std::vector<CsvRecord> records = csv_records(path, text);
   if (records.empty()) throw InputError(path + " holds only blank lines and comments; it needs lines x[,y[,z]]");
+  if (options.dimension > 0 && is_one_column(records))
+    return read_in_turn(path, records, static_cast<std::size_t>(options.dimension));
   name_unnamed_columns(records);
+  if (!options.columns.empty()) {
+    name_columns(path, records.front(), options.columns);
+    return read_table_with_header(path, std::move(records));
+  }
   const CsvLayout* const layout = find_layout(records);
   return layout != nullptr ? layout->read(path, records) : read_point_rows(path, std::move(records));
 }

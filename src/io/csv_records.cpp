@@ -13,7 +13,7 @@ namespace {
 
 constexpr char kAnyBlanks = ' ';
 
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 char find_delimiter(std::string_view line) {
   std::string unquoted;

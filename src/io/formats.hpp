@@ -15,6 +15,8 @@ LandmarkFile read_bigwarp(const std::string& path, std::string_view text);
 
 bool sniff_csv(std::string_view text);
 LandmarkFile read_csv(const std::string& path, std::string_view text);
+/// The same with what the options say of tables.
+LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options);
 WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file);
 
 bool sniff_deeplabcut(std::string_view text);
@@ -63,6 +65,9 @@ LandmarkFile read_menpo(const std::string& path, std::string_view text);
 
 bool sniff_labelme(std::string_view text);
 LandmarkFile read_labelme(const std::string& path, std::string_view text);
+
+bool sniff_dlib(std::string_view text);
+LandmarkFile read_dlib(const std::string& path, std::string_view text);
 
 bool sniff_markups(std::string_view text);
 LandmarkFile read_markups(const std::string& path, std::string_view text);

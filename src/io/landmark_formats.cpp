@@ -10,6 +10,7 @@
 #include "pulson/core/utf8.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
+#include "shape_options.hpp"
 #include "text.hpp"
 
 namespace pulson {
@@ -18,7 +19,8 @@ const std::vector<LandmarkFormat>& landmark_formats() {
   static const std::vector<LandmarkFormat> formats = {
       {"npy",
        {"npy"},
-       "numpy array of real numbers, versions 1 to 3: (N,d), several shapes (S,N,d), on the line (N,), of OpenCV "
+       "numpy array of real numbers, versions 1 to 3: (N,d), several shapes (S,N,d) or (1,S,N,d), on the line (N,), of "
+       "OpenCV "
        "(N,1,d); also (d,N) and (S,d,N) where the last axis is longer than 3 and the one before is not",
        io::sniff_npy,
        io::read_npy,
@@ -55,6 +57,12 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        "landmarks of menpo: each of `groups` is a shape, points are row, column of an image, labels are groups",
        io::sniff_menpo,
        io::read_menpo},
+      {"dlib",
+       {"xml"},
+       "landmarks of dlib and imglab: each <box> of an <image> is a shape, each <part> a landmark with its name as "
+       "label",
+       io::sniff_dlib,
+       io::read_dlib},
       {"json",
        {"json"},
        R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
@@ -175,17 +183,42 @@ const LandmarkFormat* format_by_extension(const std::filesystem::path& path) {
   return found;
 }
 
-const LandmarkFormat& find_format(const std::filesystem::path& path, std::string_view contents) {
+std::vector<std::string> names_of_formats() {
+  std::vector<std::string> names;
+  for (const LandmarkFormat& format : landmark_formats()) names.push_back(format.name);
+  return names;
+}
+
+const LandmarkFormat& format_named(std::string_view name) {
   const auto& formats = landmark_formats();
+  const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& row) { return row.name == name; });
+  if (found != formats.end()) return *found;
+  const std::string near = nearest_name(name, names_of_formats());
+  throw InputError(fmt::format("'{}' is no landmark format{}; valid: {}", name,
+                               near.empty() ? "" : "; did you mean '" + near + "'",
+                               fmt::join(names_of_formats(), ", ")));
+}
+
+bool is_table(const LandmarkFormat& format) {
+  return format.name == "csv" || format.name == "deeplabcut" || format.name == "bigwarp";
+}
+
+bool describes_table(const ReadOptions& options) { return !options.columns.empty() || options.dimension > 0; }
+
+const LandmarkFormat& find_format(const std::filesystem::path& path, std::string_view contents,
+                                  const ReadOptions& options) {
+  const auto& formats = landmark_formats();
+  if (!options.format.empty()) return format_named(options.format);
   const auto by_content =
       std::find_if(formats.begin(), formats.end(), [&](const LandmarkFormat& f) { return f.sniff(contents); });
-  if (by_content != formats.end()) return *by_content;
+  const bool is_unknown = by_content == formats.end();
+  if (describes_table(options) && (is_unknown ? !is_image(contents) : is_table(*by_content)))
+    return format_named("csv");
+  if (!is_unknown) return *by_content;
   if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
   if (is_image(contents)) throw InputError(path.string() + " is an image; landmarks are needed");
-  std::string known;
-  for (const LandmarkFormat& format : formats) known += (known.empty() ? "" : ", ") + format.name;
-  throw InputError(fmt::format("{} is in none of the landmark formats ({}); it begins with {}", path.string(), known,
-                               first_line(contents)));
+  throw InputError(fmt::format("{} is in none of the landmark formats ({}); it begins with {}", path.string(),
+                               fmt::join(names_of_formats(), ", "), first_line(contents)));
 }
 
 }  // namespace
@@ -249,17 +282,25 @@ std::vector<std::string> write_landmark_file(const std::filesystem::path& path, 
   return written.losses;
 }
 
-LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options) {
-  std::string contents = io::read_text_file(path);
-  const LandmarkFormat& format = find_format(path, contents);
+LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
+  const bool is_standard_input = given == "-" || given == kStandardInput;
+  const std::filesystem::path path = is_standard_input ? "standard input" : given;
+  std::string contents = is_standard_input ? io::read_standard_input() : io::read_text_file(path);
+  const LandmarkFormat& format = find_format(path, contents, options);
   const bool is_recoded = !format.holds_bytes && !is_utf8(contents);
   if (is_recoded) contents = utf8_of_windows_1252(contents);
-  LandmarkFile file = format.read(path.string(), contents);
+  LandmarkFile file = describes_table(options) && format.name == "csv"
+                          ? io::read_table(path.string(), contents, options)
+                          : format.read(path.string(), contents);
   file.format = format.name;
+  io::prepare_shapes(options, path.string(), file);
   for (Landmarks& shape : file.shapes) {
     shape.units = file.units;
     shape.axes = file.axes;
   }
+  if (!options.columns.empty() && format.name != "csv")
+    file.warnings.push_back(
+        fmt::format("{}: it is no table but {}; the names of columns are not used", path.string(), format.name));
   if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
   name_shapes(path, file.shapes);
   if (options.negative_is_missing)
@@ -269,6 +310,12 @@ LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOpt
         "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "
         "--missing negative tells them apart",
         path.string(), io::counted(marks, "landmark")));
+  return file;
+}
+
+LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options) {
+  LandmarkFile file = io::read_all_shapes(path, options);
+  io::apply_to_shapes(options, file);
   return file;
 }
 

@@ -1,5 +1,6 @@
 #include "lines_as_landmarks.hpp"
 
+#include <algorithm>
 #include <vector>
 
 #include <fmt/format.h>
@@ -23,6 +24,22 @@ bool take_lines_as_landmarks(Landmarks& shape) {
   take(shape.curves, "curve");
   take(shape.outlines, "outline");
   shape.points = Points::Map(coordinates.data(), dimension, static_cast<Eigen::Index>(shape.groups.size()));
+  return true;
+}
+
+bool give_lines_back(Landmarks& shape) {
+  const auto is_line = [](const std::string& group) {
+    return group.starts_with("curve ") || group.starts_with("outline ");
+  };
+  if (shape.groups.empty() || !std::all_of(shape.groups.begin(), shape.groups.end(), is_line)) return false;
+  for (const std::vector<int>& line : landmarks_by_group(shape)) {
+    const bool is_curve = shape.groups[static_cast<std::size_t>(line.front())].starts_with("curve ");
+    (is_curve ? shape.curves : shape.outlines).emplace_back(shape.points(Eigen::all, line));
+  }
+  shape.points.resize(shape.points.rows(), 0);
+  shape.groups.clear();
+  shape.labels.clear();
+  shape.numbers.clear();
   return true;
 }
 

@@ -11,6 +11,10 @@ namespace pulson::io {
 /// @return whether there were such
 bool take_lines_as_landmarks(Landmarks& shape);
 
+/// Undoes it: makes landmarks that are all in groups `curve 1`, `outline 1` and so on curves and outlines again.
+/// @return whether they are
+bool give_lines_back(Landmarks& shape);
+
 /// What is told where that was done.
 std::string taken_as_landmarks(std::size_t shapes);
 

@@ -57,7 +57,7 @@ class MorphologikaReader {
       const auto [section, is_new] = sections_.try_emplace(name, Section{head, {}});
       if (!is_new)
         fail(path_, head.number,
-             fmt::format("the section [{}] stands on line {} already", name, section->second.head.number));
+             fmt::format("the section [{}] stands on line {} already", as_one_line(name), section->second.head.number));
       while (!lines_.at_end() && section_of(lines_.peek().text).empty())
         section->second.lines.push_back(lines_.take("a line"));
     }

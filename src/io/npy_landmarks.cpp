@@ -60,6 +60,7 @@ struct NpyArray {
   bool is_big = false;
   bool is_fortran = false;
   std::vector<std::size_t> shape;
+  bool had_outer_axis = false;  // of length 1, which is left out of the shape
   std::string_view bytes;
 
   std::string shape_text() const { return fmt::format("({}{})", fmt::join(shape, ", "), shape.size() == 1 ? "," : ""); }
@@ -185,13 +186,23 @@ bool is_contour(const std::vector<std::size_t>& shape) {
   return shape.size() == 3 && shape[0] > 1 && shape[1] == 1 && (shape[2] == 2 || shape[2] == 3);
 }
 
+/// Takes a first axis of length 1 off an array of four: trees of hyperiax hold shapes as (1,S,N,d). The strides of the
+/// others are the same without it.
+void drop_outer_axis(const std::string& path, NpyArray& array, std::vector<std::string>& warnings) {
+  if (array.shape.size() != 4 || array.shape.front() != 1) return;
+  const std::string given = array.shape_text();
+  array.shape.erase(array.shape.begin());
+  array.had_outer_axis = true;
+  warnings.push_back(fmt::format("{}: the array {} is read as {}", path, given, array.shape_text()));
+}
+
 Layout layout_of(const std::string& path, const NpyArray& array, std::vector<std::string>& warnings) {
   const std::size_t size = array.shape.size();
   if (size > 3)
-    throw InputError(
-        fmt::format("{}: the array has {} axes, {}; (N,), (N,d) or (S,N,d) is needed", path, size, array.shape_text()));
+    throw InputError(fmt::format("{}: the array has {} axes, {}; (N,), (N,d), (S,N,d) or (1,S,N,d) is needed", path,
+                                 size, array.shape_text()));
   if (size == 1) return {.points = 0};
-  if (is_contour(array.shape)) {
+  if (!array.had_outer_axis && is_contour(array.shape)) {
     warnings.push_back(fmt::format("{}: the array {} is read as one shape of {} landmarks, as OpenCV writes them", path,
                                    array.shape_text(), array.shape[0]));
     return {.points = 0, .coordinates = 2};
@@ -231,7 +242,8 @@ bool sniff_npy(std::string_view text) { return text.starts_with(kNpyMagic); }
 
 LandmarkFile read_npy(const std::string& path, std::string_view text) {
   LandmarkFile file;
-  const NpyArray array = NpyReader(path, text).read();
+  NpyArray array = NpyReader(path, text).read();
+  drop_outer_axis(path, array, file.warnings);
   const Layout layout = layout_of(path, array, file.warnings);
   const std::vector<std::size_t> strides = strides_of(array);
   const auto length = [&](std::size_t axis) { return axis == Layout::kNone ? 1 : array.shape[axis]; };

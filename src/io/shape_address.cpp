@@ -7,6 +7,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/io/landmark_files.hpp"
+#include "shape_options.hpp"
 #include "text.hpp"
 
 namespace pulson {
@@ -24,7 +25,10 @@ struct Address {
 /// the last '#'.
 Address split_address(const std::string& address) {
   std::error_code ignored;
-  const auto exists = [&](const std::string& path) { return std::filesystem::exists(path, ignored); };
+  if (address == "-") return {std::string(io::kStandardInput), "", false};
+  const auto exists = [&](const std::string& path) {
+    return path == io::kStandardInput || std::filesystem::exists(path, ignored);
+  };
   const std::size_t last = address.rfind('#');
   if (last == std::string::npos || exists(address)) return {address, "", false};
   std::size_t hash = last;
@@ -97,22 +101,28 @@ std::size_t find_shape(const Address& address, const LandmarkFile& file) {
 
 LandmarkFile read_addressed_shapes(const std::string& address_text, const ReadOptions& options) {
   const Address address = split_address(address_text);
-  LandmarkFile file = read_landmark_file(address.path, options);
-  if (!address.has_selector) return file;
-  Landmarks shape = std::move(file.shapes[find_shape(address, file)]);
-  shape.source = address_text;
-  file.shapes.clear();
-  file.shapes.push_back(std::move(shape));
+  LandmarkFile file = io::read_all_shapes(address.path, options);
+  if (address.has_selector) {
+    Landmarks shape = std::move(file.shapes[find_shape(address, file)]);
+    shape.source = address_text;
+    file.shapes.clear();
+    file.shapes.push_back(std::move(shape));
+  }
+  io::apply_to_shapes(options, file);
   return file;
 }
 
 Landmarks read_landmarks(const std::string& address_text, std::vector<std::string>* warnings,
                          const ReadOptions& options) {
   const Address address = split_address(address_text);
-  LandmarkFile file = read_landmark_file(address.path, options);
-  Landmarks shape = std::move(file.shapes[find_shape(address, file)]);
+  LandmarkFile file = io::read_all_shapes(address.path, options);
+  Landmarks chosen = std::move(file.shapes[find_shape(address, file)]);
+  chosen.source = address_text;
+  file.shapes.clear();
+  file.shapes.push_back(std::move(chosen));
+  io::apply_to_shapes(options, file);
+  Landmarks shape = std::move(file.shapes.front());
   if (shape.count() == 0) throw InputError(address_text + ": this shape has no landmarks");
-  shape.source = address_text;
   if (warnings != nullptr) warnings->insert(warnings->end(), file.warnings.begin(), file.warnings.end());
   return shape;
 }

@@ -22,6 +22,26 @@ struct Element {
   std::vector<TextLine> rows;
 };
 
+/// Where the name in a tag ends: before the first `attribute=`. The names of curves may hold blanks.
+std::size_t name_end_of(std::string_view tag) {
+  const std::size_t equals = tag.find('=');
+  if (equals == std::string_view::npos) return tag.size();
+  const std::size_t attribute_end = trim(tag.substr(0, equals)).size();
+  const std::size_t blank = tag.substr(0, attribute_end).find_last_of(" \t");
+  return blank == std::string_view::npos ? tag.size() : blank;
+}
+
+/// Attributes in lower case, without the blanks around `=`.
+std::string attributes_of(std::string_view text) {
+  std::string attributes;
+  for (const char c : to_lower(text)) {
+    if (c == '=') attributes.resize(trim(attributes).size());
+    if ((c == ' ' || c == '\t') && (attributes.empty() || attributes.back() == '=')) continue;
+    attributes += c;
+  }
+  return attributes;
+}
+
 /// The value of `key=`; nothing where it is not there.
 std::optional<std::string> attribute_of(const Element& element, const std::string& key) {
   for (const std::string_view word : split_words(element.attributes))
@@ -41,7 +61,8 @@ class Elements {
       while (!rest.empty()) rest = trim(read_part(line.number, rest));
     }
     if (!open_.empty())
-      fail(lines_.path(), open_.back().line, fmt::format("<{}> has no end in this file", open_.back().name));
+      fail(lines_.path(), open_.back().line,
+           fmt::format("<{}> has no end in this file", as_one_line(open_.back().name)));
     return std::move(closed_);
   }
 
@@ -63,15 +84,16 @@ class Elements {
   void read_tag(std::size_t number, std::string_view tag) {
     if (!tag.starts_with('/')) {
       const std::string parent = open_.empty() ? "" : open_.back().name;
-      // the names of curves may hold blanks
-      const std::size_t name_end = std::min({tag.find(" type="), tag.find(" names="), tag.size()});
-      open_.push_back({std::string(trim(tag.substr(0, name_end))), to_lower(tag.substr(name_end)), parent, number, {}});
+      const std::size_t name_end = name_end_of(tag);
+      open_.push_back(
+          {std::string(trim(tag.substr(0, name_end))), attributes_of(tag.substr(name_end)), parent, number, {}});
       return;
     }
     const std::string_view name = trim(tag.substr(1));
     if (open_.empty() || open_.back().name != name)
       fail(lines_.path(), number,
-           fmt::format("</{}> where {} is right", name, open_.empty() ? "nothing" : "</" + open_.back().name + ">"));
+           fmt::format("</{}> where {} is right", as_one_line(name),
+                       open_.empty() ? "nothing" : "</" + as_one_line(open_.back().name) + ">"));
     closed_.push_back(std::move(open_.back()));
     open_.pop_back();
   }
@@ -85,7 +107,8 @@ void require_announced_rows(const std::string& path, const Element& element) {
   const std::optional<std::string> announced = attribute_of(element, "nrow");
   if (announced && parse_count(*announced) != element.rows.size())
     fail(path, element.line,
-         fmt::format("<{}> has {}, but says nrow={}", element.name, counted(element.rows.size(), "row"), *announced));
+         fmt::format("<{}> has {}, but says nrow={}", as_one_line(element.name), counted(element.rows.size(), "row"),
+                     as_one_line(*announced)));
 }
 
 std::size_t dimension_of(const std::string& path, const Element& element) {
@@ -95,7 +118,8 @@ std::size_t dimension_of(const std::string& path, const Element& element) {
   const std::size_t columns = split_words(element.rows.front().text).size() - names;
   const std::optional<std::string> announced = attribute_of(element, "ncol");
   const std::size_t d = announced ? parse_count(*announced).value_or(0) : columns;
-  if (d != 2 && d != 3) fail(path, element.line, fmt::format("<{}> has {} columns; 2 or 3 are right", element.name, d));
+  if (d != 2 && d != 3)
+    fail(path, element.line, fmt::format("<{}> has {} columns; 2 or 3 are right", as_one_line(element.name), d));
   return d;
 }
 

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cmath>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <limits>
 #include <system_error>
@@ -17,7 +18,7 @@
 namespace pulson::io {
 namespace {
 
-constexpr std::string_view kBlanks = " \t";
+constexpr std::string_view kBlanks = " \t\r";  // a CR within a line, which a lone one does not end
 
 std::string describe(const CoordinatePlace& place) {
   const std::string of_shape = place.shape.empty() ? "" : " of " + place.shape;
@@ -32,6 +33,13 @@ double parse_number_at(std::string_view text, const CoordinatePlace& place) {
   }
 }
 
+void require_text(const std::string& path, const std::string& contents) {
+  if (without_byte_order_mark(contents).find_first_not_of(" \t\r\n") == std::string_view::npos)
+    throw InputError(path + " is empty");
+  if (contents.starts_with("\xFF\xFE") || contents.starts_with("\xFE\xFF"))
+    throw InputError(path + " is text in UTF-16; save it in UTF-8");
+}
+
 }  // namespace
 
 std::string read_text_file(const std::filesystem::path& path) {
@@ -41,10 +49,13 @@ std::string read_text_file(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw InputError(failure + std::generic_category().message(errno));
   std::string contents{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (without_byte_order_mark(contents).find_first_not_of(" \t\r\n") == std::string_view::npos)
-    throw InputError(path.string() + " is empty");
-  if (contents.starts_with("\xFF\xFE") || contents.starts_with("\xFE\xFF"))
-    throw InputError(path.string() + " is text in UTF-16; save it in UTF-8");
+  require_text(path.string(), contents);
+  return contents;
+}
+
+std::string read_standard_input() {
+  static const std::string contents{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+  require_text("standard input", contents);
   return contents;
 }
 
@@ -53,14 +64,24 @@ std::vector<TextLine> split_lines(const std::string& path, std::string_view text
     throw InputError(path + " is not a text file (it holds a zero byte); text must be in UTF-8");
   text = without_byte_order_mark(text);
   if (text.ends_with('\x1A')) text.remove_suffix(1);  // as DOS ended files
+  const char line_end = line_end_of(text);
   std::vector<TextLine> lines;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
-    lines.push_back({lines.size() + 1, text.substr(0, end)});
-    const std::size_t end_length = text.substr(end).starts_with("\r\n") ? 2 : 1;
-    text.remove_prefix(std::min(end + end_length, text.size()));
-  }
+  while (!text.empty()) lines.push_back({lines.size() + 1, take_line(text, line_end)});
   return lines;
+}
+
+char line_end_of(std::string_view text) {
+  const std::size_t first = text.find('\n');
+  return first < text.find_last_not_of(" \t\r\n") ? '\n' : '\r';
+}
+
+std::string_view take_line(std::string_view& text, char line_end) {
+  const std::size_t end = std::min(line_end == '\n' ? text.find('\n') : text.find_first_of("\r\n"), text.size());
+  std::string_view line = text.substr(0, end);
+  const std::size_t end_length = text.substr(end).starts_with("\r\n") ? 2 : 1;
+  text.remove_prefix(std::min(end + end_length, text.size()));
+  if (line_end == '\n') line = line.substr(0, line.find_last_not_of('\r') + 1);
+  return line;
 }
 
 std::string_view trim(std::string_view text) {
@@ -85,13 +106,15 @@ std::string to_lower(std::string_view text) {
   return lower;
 }
 
-std::string in_quotes(std::string_view text) {
+std::string as_one_line(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   std::string shown(text.substr(0, kLongest));
   std::replace_if(
       shown.begin(), shown.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
-  return "'" + shown + (text.size() > kLongest ? "...'" : "'");
+  return text.size() > kLongest ? shown + "..." : shown;
 }
+
+std::string in_quotes(std::string_view text) { return "'" + as_one_line(text) + "'"; }
 
 std::string with_decimal_point(std::string_view text) {
   std::string number(text);

@@ -14,13 +14,26 @@ namespace pulson::io {
 /// All of a file. @throws InputError if it cannot be read, holds only blanks, or begins as text in UTF-16 does.
 std::string read_text_file(const std::filesystem::path& path);
 
+/// The path of standard input, as `-` is, behind which an address may go on: `/dev/stdin#3`.
+inline constexpr std::string_view kStandardInput = "/dev/stdin";
+
+/// All of standard input, which is read once and kept. @throws InputError as read_text_file does
+std::string read_standard_input();
+
 /// A line of a file, without its end, and its number from 1.
 struct TextLine {
   std::size_t number;
   std::string_view text;
 };
 
-/// The lines of `text`, which may end in LF, CRLF or CR and begin with a byte order mark.
+/// What ends the lines of `text`: LF where one stands between two lines (also as CRLF; a lone CR is then a blank
+/// within a line), else CR.
+char line_end_of(std::string_view text);
+
+/// Takes the first line off `text`, without its end.
+std::string_view take_line(std::string_view& text, char line_end);
+
+/// The lines of `text`, which may end in LF, CRLF or CR (line_end_of) and begin with a byte order mark.
 /// @throws InputError if it holds a zero byte: then it is no text, or UTF-16.
 std::vector<TextLine> split_lines(const std::string& path, std::string_view text);
 
@@ -44,7 +57,10 @@ std::string_view trim(std::string_view text);
 std::vector<std::string_view> split_words(std::string_view text);
 std::string to_lower(std::string_view text);
 
-/// `text` in quotes, made fit for a one-line message: long text is cut, control characters become '?'.
+/// `text` made fit for a one-line message: long text is cut, control characters become '?'.
+std::string as_one_line(std::string_view text);
+
+/// The same in quotes.
 std::string in_quotes(std::string_view text);
 
 /// `text` with a decimal point for a decimal comma, where it has one comma within digits and no point.

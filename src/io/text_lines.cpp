@@ -29,12 +29,11 @@ void TextLines::require_end(const std::string& what) const {
 
 std::vector<std::string_view> first_lines(std::string_view text, std::size_t count) {
   text = without_byte_order_mark(text);
+  const char line_end = line_end_of(text);
   std::vector<std::string_view> lines;
   while (!text.empty() && lines.size() < count) {
-    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
-    const std::string_view line = trim(text.substr(0, end));
+    const std::string_view line = trim(take_line(text, line_end));
     if (!line.empty()) lines.push_back(line);
-    text.remove_prefix(std::min(end + 1, text.size()));
   }
   return lines;
 }

@@ -11,6 +11,7 @@
 #include "pulson/core/name_table.hpp"
 #include "text_lines.hpp"
 #include "tps_lines.hpp"
+#include "unused_notes.hpp"
 
 namespace pulson::io {
 namespace {
@@ -132,7 +133,7 @@ class TpsReader {
     Landmarks& shape = file_.shapes.back();
     for (TpsLines* lines : {&curves_, &outlines_}) {
       const std::size_t found = (shape.*lines->points).size();
-      if (found != lines->announced) fail_uncounted(*lines, found);
+      if (found != lines->announced) note_uncounted(shape, *lines, found);
       lines->announced = 0;
     }
     reads_outlines_ = false;
@@ -171,15 +172,18 @@ class TpsReader {
     return *count;
   }
 
-  [[noreturn]] void fail_uncounted(const TpsLines& lines, std::size_t found) const {
-    const std::size_t shape = file_.shapes.size();
-    if (lines.announced == 0)
-      fail(path_, lines_[next_ - 1].number,
-           fmt::format("shape {} has {} of POINTS= that no CURVES= or OUTLINES= announces", shape,
-                       counted(found, "list")));
-    fail(path_, lines.announcement.number,
-         fmt::format("shape {} says {} but has {} of POINTS=", shape, in_quotes(trim(lines.announcement.text)),
-                     counted(found, "list")));
+  /// Refused where the curves are the landmarks, else noted.
+  void note_uncounted(const Landmarks& shape, const TpsLines& lines, std::size_t found) {
+    const std::size_t number = file_.shapes.size();
+    const bool is_announced = lines.announced > 0;
+    const std::size_t line = is_announced ? lines.announcement.number : lines_[next_ - 1].number;
+    const std::string lists = counted(found, "list");
+    const std::string difference =
+        is_announced ? fmt::format("shape {} says {} but has {} of POINTS=", number,
+                                   in_quotes(trim(lines.announcement.text)), lists)
+                     : fmt::format("shape {} has {} of POINTS= that no CURVES= or OUTLINES= announces", number, lists);
+    if (shape.count() == 0) fail(path_, line, difference);
+    if (uncounted_++ == 0) first_uncounted_ = fmt::format("{}:{}: {}", path_, line, difference);
   }
 
   [[noreturn]] void fail_truncated(const TextLine& announcement, const std::string& shape, std::size_t found) const {
@@ -201,23 +205,11 @@ class TpsReader {
 
   void note_unused() {
     const auto warn = [this](const std::string& message) { file_.warnings.push_back(path_ + ": " + message); };
-    std::size_t scales = 0;
-    std::size_t curves = 0;
-    std::size_t outlines = 0;
-    std::size_t points = 0;
-    for (const Landmarks& shape : file_.shapes) {
-      scales += shape.scale ? 1 : 0;
-      curves += shape.curves.size();
-      outlines += shape.outlines.size();
-      for (const Points& curve : shape.curves) points += static_cast<std::size_t>(curve.cols());
-      for (const Points& outline : shape.outlines) points += static_cast<std::size_t>(outline.cols());
-    }
-    if (scales > 0)
-      warn(fmt::format("SCALE is recorded ({} of {}) and not applied to the coordinates", scales,
-                       counted(file_.shapes.size(), "shape")));
-    if (curves + outlines > 0)
-      warn(fmt::format("{} and {} ({}) are kept and not used as landmarks", counted(curves, "curve"),
-                       counted(outlines, "outline"), counted(points, "point")));
+    if (uncounted_ > 0)
+      file_.warnings.push_back(first_uncounted_ + "; the landmarks are read, and the curves that there are" +
+                               (uncounted_ > 1 ? fmt::format(" ({} more likewise)", uncounted_ - 1) : ""));
+    for (const std::string& note : {note_of_scales(file_.shapes), note_of_curves(file_.shapes)})
+      if (!note.empty()) warn(note);
     if (shapes_of_lines_ > 0) warn(taken_as_landmarks(shapes_of_lines_));
   }
 
@@ -230,6 +222,8 @@ class TpsReader {
   TpsLines outlines_{&Landmarks::outlines};
   bool reads_outlines_ = false;  // whether the next POINTS= are those of an outline
   std::size_t shapes_of_lines_ = 0;
+  std::size_t uncounted_ = 0;    // numbers of curves or outlines that are not those announced
+  std::string first_uncounted_;  // the first of them
 };
 
 }  // namespace

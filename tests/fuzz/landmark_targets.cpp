@@ -14,12 +14,17 @@ bool landmark_files(std::string_view input) {
   const auto negative_is_missing = ReadOptions{.negative_is_missing = true};
   demand("negative coordinates", [&] { return read_landmark_file(bytes.path(), negative_is_missing); });
   attempt([&] { return read_landmarks(bytes.path() + "#1"); });
+  for (const ReadOptions& options :
+       {ReadOptions{.columns = {{"x", "a"}, {"name", "b"}}, .dimension = 2},
+        ReadOptions{.landmarks = "2,1", .applies_scale = true}, ReadOptions{.landmarks = "1", .curve_points = 3}})
+    if (const auto read = attempt([&] { return read_landmark_file(bytes.path(), options); }))
+      check_landmark_file(*read);
   return true;
 }
 
 bool point_lists(std::string_view input) {
-  return read_as_row(
-      input, {"tps", "ibug", "elastix", "transformix", "idav", "nts", "morphologika", "edma", "stereomorph", "fcsv"});
+  return read_as_row(input, {"tps", "ibug", "elastix", "transformix", "dlib", "idav", "nts", "morphologika", "edma",
+                             "stereomorph", "fcsv"});
 }
 
 bool arrays(std::string_view input) { return read_as_row(input, {"vtk", "npy"}); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace pulson {
@@ -17,5 +18,46 @@ void check_output_file(const std::filesystem::path& path);
 /// Makes the folder `path`, and those above it, unless it is there. @throws InputError if that fails, if `path` is
 /// something else, or if nothing may be written in it.
 void create_output_directory(const std::filesystem::path& path);
+
+/// Keeps other processes from writing their results into the same folder: holds a lock on `folder/.pulson.lock`, which
+/// names the process and is removed at the end. The lock ends with the process, however that ends; where the file
+/// system has no locks, none is held.
+class FolderLock {
+ public:
+  /// @throws InputError if another process holds the lock, or if the file cannot be made
+  explicit FolderLock(const std::filesystem::path& folder);
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  ~FolderLock();
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+};
+
+/// Files that are all put into a folder, or none of them: they are written into a folder within it, whose files
+/// `commit` moves up. What was not committed is removed.
+class StagedFiles {
+ public:
+  /// @throws InputError if nothing can be written in `folder`
+  explicit StagedFiles(const std::filesystem::path& folder);
+  StagedFiles(const StagedFiles&) = delete;
+  StagedFiles& operator=(const StagedFiles&) = delete;
+  ~StagedFiles();
+
+  /// Writes what will be `folder/name`, as messages call it. @throws InputError if that fails
+  void write(const std::string& name, std::string_view contents) const;
+
+  /// Where others write the file that will be `folder/name`.
+  std::filesystem::path file(const std::string& name) const { return staged_ / name; }
+
+  /// Moves all files up. Those that are links or devices in the folder are written through, before the others are
+  /// moved. @throws InputError if that fails
+  void commit();
+
+ private:
+  std::filesystem::path folder_;
+  std::filesystem::path staged_;
+};
 
 }  // namespace pulson

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -54,12 +55,27 @@ const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path
 struct ReadOptions {
   /// A landmark with a negative coordinate is a missing one: all its coordinates are NaN.
   bool negative_is_missing = false;
+  /// Name of the row of landmark_formats() that reads it; empty: recognised.
+  std::string format{};
+  /// The names of columns of a table: `x`, `y`, `z`, `name` (of landmarks), `specimen`, `group` → as the table has it;
+  /// those left out are recognised. Files of other formats are read as without.
+  std::map<std::string, std::string> columns{};
+  /// The number of coordinates that take turns in tables of one column; 0: each is a landmark on the line.
+  int dimension = 0;
+  /// The landmarks that are wanted, in this order: numbers in the file (from 1), ranges of them, labels, with commas
+  /// between: `1-20,25,tip`; empty: all.
+  std::string landmarks{};
+  /// How many points of each curve and outline become landmarks after the others, at equal distances along it, in
+  /// groups `curve 1`, `outline 1`, …; the others are then in the group `landmarks`. 0: none.
+  int curve_points = 0;
+  /// Coordinates are multiplied by the scale, which each shape must then have.
+  bool applies_scale = false;
 };
 
-/// All shapes of a file. Its format is the first whose `sniff` accepts the content, else the only one with the longest
-/// extension that the file's name ends in. Each shape's `name` is its specimen or identifier, else the file's stem; its
-/// `source` is `file`, or `file#k` where the file holds several. @throws InputError if the file cannot be read or is
-/// malformed.
+/// All shapes of a file; the path `-` or `/dev/stdin` is standard input, read once. Its format is the first whose
+/// `sniff` accepts the content, else the only one with the longest extension that the file's name ends in. Each shape's
+/// `name` is its specimen or identifier, else the file's stem; its `source` is `file`, or `file#k` where the file holds
+/// several. @throws InputError if the file cannot be read or is malformed.
 LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// What read_landmark_file gives for the `file` of an address, with all shapes, or with the one that `file#3` (counted

@@ -1,7 +1,7 @@
 // Reads two shapes, flows the first onto the second, and says how close it came.
 //
 //   $ 01_register
-//   rms 0.003387, before 0.2841
+//   rms 0.003609, before 0.2841
 
 #include <iostream>
 

@@ -2,9 +2,9 @@
 // there; where it is negative, the map folds.
 //
 //   $ 03_warp_points
-//   (-0.5, 0) goes to (-0.481, 0.0456), Jacobian 0.874
-//   (0, 0.2) goes to (0.0384, 0.379), Jacobian 2.84
-//   (0.5, 0) goes to (0.394, -0.00922), Jacobian 0.912
+//   (-0.5, 0) goes to (-0.482, 0.0469), Jacobian 0.869
+//   (0, 0.2) goes to (0.0366, 0.381), Jacobian 2.83
+//   (0.5, 0) goes to (0.395, -0.00886), Jacobian 0.914
 //   and back
 
 #include <iostream>

@@ -3,7 +3,7 @@
 // derivatives follow; docs/adding_a_noise_model.md tells what more a model may say.
 //
 //   $ 06_own_noise_model
-//   matched, energy 0.02835, action 0.9811 of 4 channels
+//   matched, energy 0.02558, action 0.948 of 4 channels
 
 #include <iostream>
 

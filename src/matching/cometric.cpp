@@ -52,7 +52,7 @@ NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q) {
   fields.setFromTriplets(entries.begin(), entries.end());
   Eigen::SparseMatrix<double> all = fields * fields.transpose();
   if (is_isotropic(all, q.rows())) return {of_one_axis(all, q.rows()), true};
-  return {std::move(all), false};
+  return {all, false};
 }
 
 Cometric::Cometric(const KernelOperator& kernel, const NoiseCometric& noise, double lambda, const Points& q)

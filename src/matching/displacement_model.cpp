@@ -73,7 +73,7 @@ class WidthLikelihood {
     const MatrixXd& vectors = factors_.eigenvectors();
     rotated_ = displacements * vectors;
     for (Index j = 0; j < directions.cols(); ++j)
-      motions_.push_back(directions.col(j).reshaped(displacements.rows(), displacements.cols()) * vectors);
+      motions_.emplace_back(directions.col(j).reshaped(displacements.rows(), displacements.cols()) * vectors);
   }
 
   // @param variance of the displacements, 1/λ

@@ -34,9 +34,6 @@ void check(const MatchingProblem& problem) {
   require_positive("time", problem.grid.time);
   if (problem.grid.steps < 1) throw InputError(fmt::format("steps is {}; at least 1 is needed", problem.grid.steps));
   if (!problem.source.allFinite()) throw InputError("a source coordinate is not a finite number");
-  if (const auto pair = find_coincident(problem.source))
-    throw InputError(
-        fmt::format("source landmarks {} and {} are at the same place", pair->first + 1, pair->second + 1));
   if (const LandmarkTerm* data = problem.data->landmarks())
     if (const Points target = data->target();
         problem.source.rows() != target.rows() || problem.source.cols() != target.cols())
@@ -45,10 +42,17 @@ void check(const MatchingProblem& problem) {
   problem.system.noise->check(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
 }
 
+void require_distinct(const Points& source) {
+  if (const auto pair = find_coincident(source))
+    throw InputError(
+        fmt::format("source landmarks {} and {} are at the same place", pair->first + 1, pair->second + 1));
+}
+
 namespace {
 
 MatchingProblem checked(MatchingProblem problem) {
   check(problem);
+  require_distinct(problem.source);
   return problem;
 }
 

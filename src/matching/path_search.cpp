@@ -292,6 +292,7 @@ class PathSearch {
 
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start) {
   check(problem);
+  if (!problem.system.noise->traits().moves_positions) require_distinct(problem.source);
   if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_thinned(problem))
     return PathSearch(problem, options).run(start);
   MatchingProblem few = thinned(problem, representatives(problem, kFewLandmarks));

@@ -35,13 +35,14 @@ MatchingMode usual_mode(const RegistrationOptions& options, const NoiseModel& no
 MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& noise, bool noisy) {
   const MatchingMode mode = options.mode.value_or(usual_mode(options, noise, noisy));
   if (mode != MatchingMode::kDeterministic && !noisy)
-    throw InputError(fmt::format(
-        "mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1", mode_name(mode),
-        mode == MatchingMode::kMap || mode == MatchingMode::kMetamorphosis ? "fits" : "draws"));
+    throw InputError(
+        fmt::format("mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1", mode_name(mode),
+                    mode == MatchingMode::kMap || mode == MatchingMode::kMetamorphosis ? "fits" : "draws"));
   if (mode == MatchingMode::kMetamorphosis && !noise.traits().linear)
-    throw InputError(fmt::format("mode metamorphosis needs noise whose potentials are linear in the momenta, such as "
-                                 "ch-sd or p-sd; for '{}' there is mode map",
-                                 noise.spec()));
+    throw InputError(
+        fmt::format("mode metamorphosis needs noise whose potentials are linear in the momenta, such as "
+                    "ch-sd or p-sd; for '{}' there is mode map",
+                    noise.spec()));
   if (mode == MatchingMode::kMetamorphosis && !searches_paths(options))
     throw InputError(fmt::format("mode metamorphosis is solved by paths; solver '{}' goes with mode map",
                                  solver_name(options.minimise.solver)));
@@ -59,7 +60,8 @@ std::string choose_integrator(const RegistrationOptions& options, MatchingMode m
                                  options.integrator));
   if (options.integrator != "auto") return options.integrator;
   if (mode == MatchingMode::kMetamorphosis) return "midpoint";
-  if (mode != MatchingMode::kDeterministic || !searches_paths(options) || coordinates > kMostPathCoordinates) return "variational-2";
+  if (mode != MatchingMode::kDeterministic || !searches_paths(options) || coordinates > kMostPathCoordinates)
+    return "variational-2";
   return options.data.kind == DataKind::kLandmarks ? "rk4" : "midpoint";
 }
 

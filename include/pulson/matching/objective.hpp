@@ -28,8 +28,11 @@ struct MatchingProblem {
   std::vector<Eigen::MatrixXd> realisations{};  ///< frozen ΔW, C×K each; empty: the increments are fitted
 };
 
-/// @throws InputError if two source landmarks coincide, a number is out of its range or shapes do not fit together
+/// @throws InputError if a number is out of its range or shapes do not fit together
 void check(const MatchingProblem& problem);
+
+/// @throws InputError if two source landmarks coincide
+void require_distinct(const Points& source);
 
 /// The three terms of J, see MatchingProblem.
 struct MatchingCost {
@@ -76,12 +79,12 @@ class MatchingObjective {
   /// a direction the rougher it is.
   Eigen::VectorXd roughness() const;
 
-  /// 1 for unknowns that a search should move, 0 for others: momenta in directions whose eigenvalue of λK is below 1e-3 of
-  /// λσ²/T², as that of all landmarks would be, which the data do not see; and, where noise that moves landmarks is
+  /// 1 for unknowns that a search should move, 0 for others: momenta in directions whose eigenvalue of λK is below 1e-3
+  /// of λσ²/T², as that of all landmarks would be, which the data do not see; and, where noise that moves landmarks is
   /// fitted, those whose directions are rough (an eigenvalue below 1e-2 of the largest) and belong to the noise: with B
-  /// its map from increments to displacements, v = Kp and unit z, T|v|² < 0.1 |Bᵀv|²/|v|², so that of a small misfit the
-  /// momenta would explain less than a tenth. Their energy counts at t = 0 only, where they nearly cancel: noise that
-  /// moves such landmarks apart would set free a flow that J has not paid for.
+  /// its map from increments to displacements, v = Kp and unit z, T|v|² < 0.1 |Bᵀv|²/|v|², so that of a small misfit
+  /// the momenta would explain less than a tenth. Their energy counts at t = 0 only, where they nearly cancel: noise
+  /// that moves such landmarks apart would set free a flow that J has not paid for.
   Eigen::VectorXd resolved() const;
 
   /// Empty where a step of a path does not contract: such z are out of bounds, since near the end of a root tiny

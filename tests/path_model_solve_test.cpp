@@ -107,6 +107,35 @@ TEST(PathModelSolve, TakesPartialDataAndCurves) {
   }
 }
 
+// Data that are alike along each axis, and tie landmarks to each other.
+class TiedTerm final : public DataTerm {
+ public:
+  explicit TiedTerm(MatrixXd root) : root_(std::move(root)) {}
+  double value(const Points& q) const override { return 0.5 * (root_ * q.transpose()).squaredNorm(); }
+  Points gradient(const Points& q) const override { return q * root_.transpose() * root_; }
+  Linearisation linearise(const Points& q, const MatrixXd& changes) const override {
+    const Index d = q.rows(), n = q.cols();
+    MatrixXd rows(d * n, d * n);
+    for (Index row = 0; row < n; ++row)
+      for (Index a = 0; a < n; ++a) rows.block(row * d, a * d, d, d) = root_(row, a) * MatrixXd::Identity(d, d);
+    return {rows * q.reshaped(), rows * changes};
+  }
+  const MatrixXd* root_of_each_axis() const override { return &root_; }
+
+ private:
+  MatrixXd root_;
+};
+
+TEST(PathModelSolve, TakesDataWithOneRootForEachAxis) {
+  for (const int d : {1, 2, 3}) {
+    SCOPED_TRACE(d);
+    PathExample example("gaussian:alpha=0.9", "none", d, 4, 3);
+    MatrixXd root = MatrixXd::Zero(4, 4);
+    root.triangularView<Eigen::Upper>() = 20 * Numbers(5)(4, 4);
+    expect_dense(example, TiedTerm(root));
+  }
+}
+
 TEST(PathModelSolve, IsSymmetricAndPositive) {
   for (const std::string& noise : linear_noise_specs()) {
     SCOPED_TRACE(noise);

@@ -80,7 +80,7 @@ void name_columns(const std::string& path, CsvRecord& header, const std::map<std
   }
   for (const auto& [column, role] : chosen)
     for (std::string& field : header.fields)
-      if (competes(field, role->role)) field = "(" + field + ")";
+      if (competes(field, role->role)) field = fmt::format("({})", field);
   for (const auto& [column, role] : chosen) header.fields[column] = role->name;
 }
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "path_search.hpp"
+#include "geodesic_search.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "solvers.hpp"
 
@@ -42,18 +42,23 @@ Evaluation at_rest(const MatchingObjective& objective) {
                        : "the distances to the target, divided by sigma, leave the range of numbers");
 }
 
-// The unknowns of the best path.
+// The unknowns of the best path: of the geodesic where no noise is fitted.
 VectorXd path_start(const MatchingObjective& objective, const MinimiseOptions& options, MinimiseSummary& counts) {
   MatchingProblem problem = objective.problem();
-  const auto channels = objective.increments(VectorXd::Zero(objective.unknowns())).rows();
-  const bool controls = fits_noise(objective) && problem.system.noise->traits().linear;
-  if (!controls) problem.system.noise = make_noise("none");
   problem.lambda /= problem.grid.time;  // here the energy is λH, there λ∫H dt
-  const PathSolution found = search_paths(problem, options);
-  counts.iterations = found.iterations;
-  counts.evaluations = found.evaluations;
-  return objective.white(found.momenta,
-                         controls ? found.increments : MatrixXd::Zero(channels, problem.grid.steps).eval());
+  const MatrixXd still = objective.increments(VectorXd::Zero(objective.unknowns()));
+  const auto unknowns = [&](const auto& found, const MatrixXd& increments) {
+    counts.iterations = found.iterations;
+    counts.evaluations = found.evaluations;
+    return objective.white(found.momenta, increments);
+  };
+  if (fits_noise(objective) && problem.system.noise->traits().linear) {
+    const PathSolution found = search_paths(problem, options);
+    return unknowns(found, found.increments);
+  }
+  problem.system.noise = make_noise("none");
+  if (problem.data->landmarks() == nullptr) return unknowns(search_paths(problem, options), still);
+  return unknowns(search_geodesic(problem, options), still);
 }
 
 }  // namespace

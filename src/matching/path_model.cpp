@@ -82,6 +82,8 @@ PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, c
   });
   if (const LandmarkTerm* landmarks = data.landmarks()) {
     for (Index a = 0; a < n; ++a) roots_.push_back(symmetric_root(weight * landmarks->precision(a)));
+  } else if (data.root_of_each_axis() != nullptr) {
+    axis_root_ = std::sqrt(weight) * *data.root_of_each_axis();
   } else {
     root_ = std::sqrt(weight) * data.linearise(path.end(), MatrixXd::Identity(d * n, d * n)).changes;
   }
@@ -106,7 +108,16 @@ void PathModel::factorise() {
   parallel_for(static_cast<int>(n), [&](int b) {
     for (std::size_t k = 0; k < steps; ++k) path_.cometrics[k].add_transformed(propagators[k], dt, b, sum);
   });
-  if (roots_.empty()) {
+  if (axis_root_.size() > 0) {
+    const auto root = axis_root_.triangularView<Eigen::Upper>();
+    sum.triangularView<Eigen::StrictlyLower>() = sum.transpose();
+    parallel_for(static_cast<int>(d * d), [&](int pair) {
+      const Index i = pair % d, j = pair / d;
+      if (i > j) return;
+      const MatrixXd half = root * sum.block(i * n, j * n, n, n);
+      sum.block(i * n, j * n, n, n) = (root * half.transpose()).transpose();
+    });
+  } else if (roots_.empty()) {
     // From axis-major to landmark-major, as R has it.
     MatrixXd by_axis(root_.rows(), d * n);
     for (Index axis = 0; axis < d; ++axis) by_axis.middleCols(axis * n, n) = root_(Eigen::all, Eigen::seqN(axis, n, d));
@@ -117,6 +128,7 @@ void PathModel::factorise() {
 }
 
 VectorXd PathModel::whitened(const Points& end_change) const {
+  if (axis_root_.size() > 0) return (axis_root_.triangularView<Eigen::Upper>() * end_change.transpose()).reshaped();
   if (roots_.empty()) return root_ * end_change.reshaped();
   Points r(end_change.rows(), end_change.cols());
   for (Index a = 0; a < r.cols(); ++a) r.col(a) = roots_[static_cast<std::size_t>(a)] * end_change.col(a);
@@ -125,6 +137,7 @@ VectorXd PathModel::whitened(const Points& end_change) const {
 
 Points PathModel::whitened_transposed(const VectorXd& r) const {
   const Index d = path_.end().rows(), n = path_.end().cols();
+  if (axis_root_.size() > 0) return r.reshaped(n, d).transpose() * axis_root_;
   if (roots_.empty()) return (root_.transpose() * r).reshaped(d, n);
   Points q = r.reshaped(n, d).transpose();
   for (Index a = 0; a < n; ++a) q.col(a) = (roots_[static_cast<std::size_t>(a)] * q.col(a)).eval();

@@ -60,6 +60,7 @@ class PathModel {
   double weight_;
   std::vector<Eigen::MatrixXd> inverses_;  ///< K, d²×N: (I − ½Δt ∂v/∂x)⁻¹
   std::vector<Eigen::MatrixXd> roots_;     ///< N, d×d: √w R of landmarks, symmetric; empty for other data
+  Eigen::MatrixXd axis_root_;              ///< √w R of data with a root of each axis, upper triangle
   Eigen::MatrixXd root_;                   ///< √w R of other data
   Eigen::LLT<Eigen::MatrixXd> factors_;    ///< of S
 };

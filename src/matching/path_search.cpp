@@ -48,8 +48,11 @@ constexpr double kNoCost = 1e-12;
 
 class PathSearch {
  public:
-  PathSearch(const MatchingProblem& problem, const MinimiseOptions& options)
-      : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
+  PathSearch(const MatchingProblem& problem, const MinimiseOptions& options, Finish finish)
+      : problem_(problem),
+        options_(options),
+        most_polish_(finish == Finish::kRoundOff ? kMostPolish : 0),
+        system_(problem.system, problem.lambda) {}
 
   PathSolution run(const StepFields* start) {
     const bool warm = begin(start);
@@ -134,7 +137,7 @@ class PathSearch {
       }
       if (problem_.lambda * total < kNoCost)
         stop(true, "the cost vanishes");
-      else if (is_flat() && ++flat_ > kMostPolish)
+      else if (is_flat() && ++flat_ > most_polish_)
         stop(true, kFlat);
       else if (iterations_ >= options_.max_iterations)
         stop(is_flat(), "the limit of iterations was reached");
@@ -272,6 +275,7 @@ class PathSearch {
 
   const MatchingProblem& problem_;
   const MinimiseOptions& options_;
+  int most_polish_;
   EffectiveHamiltonian system_;
   DiscretePath path_;
   double softness_ = 1;
@@ -290,19 +294,20 @@ class PathSearch {
 
 }  // namespace
 
-PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start) {
+PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start,
+                          Finish finish) {
   check(problem);
   if (!problem.system.noise->traits().moves_positions) require_distinct(problem.source);
   if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_thinned(problem))
-    return PathSearch(problem, options).run(start);
+    return PathSearch(problem, options, finish).run(start);
   MatchingProblem few = thinned(problem, representatives(problem, kFewLandmarks));
-  PathSolution coarse = PathSearch(few, options).run(nullptr);
+  PathSolution coarse = PathSearch(few, options, Finish::kTolerance).run(nullptr);
   // What the noise did to those few is nothing to the others.
   const int channels =
       problem.system.noise->channels(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
   for (Eigen::VectorXd& u : coarse.fields.controls) u = Eigen::VectorXd::Zero(channels);
   coarse.fields.own.clear();
-  PathSolution solution = PathSearch(problem, options).run(&coarse.fields);
+  PathSolution solution = PathSearch(problem, options, finish).run(&coarse.fields);
   solution.iterations += coarse.iterations;
   solution.evaluations += coarse.evaluations;
   return solution;

@@ -7,7 +7,7 @@
 
 #include <fmt/core.h>
 
-#include "path_search.hpp"
+#include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -15,9 +15,6 @@
 
 namespace pulson {
 namespace {
-
-// Costs of a path and of the geodesic that differ by less than this part.
-constexpr double kSettled = 1e-3;
 
 template <class Value, std::size_t n>
 using Names = std::array<std::pair<std::string_view, Value>, n>;
@@ -137,38 +134,9 @@ Trajectory shot(Registration& registration) {
   }
 }
 
-// The geodesic rather than the path in midpoint steps next to it: the targets are moved by what an accurate shot of the
-// momenta misses the end of that path, and paths searched again, until both ends cost the same (defect correction).
-// Where a shot amplifies errors too much that does not settle, and the path in midpoint steps stays.
-PathSolution search_geodesic(MatchingProblem problem, const MinimiseOptions& how, Registration& registration) {
-  PathSolution path = search_paths(problem, how);
-  const PathSolution first = path;
-  const LandmarkTerm observed = *problem.data->landmarks();
-  const auto integrator = make_integrator(registration.integrator);
-  double before = std::numeric_limits<double>::infinity();
-  for (int round = 0; path.converged; ++round) {
-    const Points end =
-        integrator->integrate(problem.system, {problem.source, path.momenta}, problem.grid, path.increments).final().q;
-    const double apart = std::abs(observed.value(end) - path.cost.data) / path.cost.total();
-    if (apart <= kSettled || path.cost.total() == 0) return path;
-    if (!(apart < before)) break;
-    before = round > 0 ? 0.5 * apart : apart;
-    problem.data = std::make_shared<LandmarkTerm>(observed.moved(path.path.end() - end));
-    PathSolution next = search_paths(problem, how, &path.fields);
-    next.iterations += path.iterations;
-    next.evaluations += path.evaluations;
-    path = std::move(next);
-  }
-  registration.integrator = "midpoint";
-  PathSolution kept = first;
-  kept.iterations = path.iterations;
-  kept.evaluations = path.evaluations;
-  return kept;
-}
-
-void record_paths(const PathSolution& found, const MatchingProblem& problem, Registration& registration) {
+template <class Solution>
+void record_search(const Solution& found, Registration& registration) {
   registration.momenta = found.momenta;
-  registration.increments = found.increments;
   registration.solver = Solver::kPaths;
   registration.converged = found.converged;
   registration.stop_reason = found.reason;
@@ -176,6 +144,19 @@ void record_paths(const PathSolution& found, const MatchingProblem& problem, Reg
   registration.evaluations = found.evaluations;
   registration.unknowns = found.momenta.size();
   registration.relative_gradient = found.relative_gradient;
+}
+
+void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, Registration& registration) {
+  if (registration.integrator == "rk4") {
+    const GeodesicSolution found = search_geodesic(problem, how);
+    record_search(found, registration);
+    registration.integrator = found.integrator;
+    registration.increments = Eigen::MatrixXd::Zero(0, registration.grid.steps);
+  } else {
+    const PathSolution found = search_paths(problem, how);
+    record_search(found, registration);
+    registration.increments = found.increments;
+  }
   const Trajectory path = shot(registration);
   registration.result = path.final().q;
   registration.cost = cost_along(problem, path);
@@ -279,9 +260,7 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
   if (by_paths(registration, how)) {
-    record_paths(
-        registration.integrator == "rk4" ? search_geodesic(matching, how, registration) : search_paths(matching, how),
-        matching, registration);
+    record_paths(matching, how, registration);
     if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
   } else {
     const MatchingObjective objective(matching);

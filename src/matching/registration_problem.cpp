@@ -17,9 +17,6 @@ namespace {
 constexpr double kWidthOfFew = 1;
 constexpr double kWidthOfCurves = 0.25;
 
-// Beyond, the matrices of the search over paths cost more than shooting.
-constexpr Eigen::Index kMostPathCoordinates = 3000;
-
 bool searches_paths(const RegistrationOptions& options) {
   return options.minimise.solver == Solver::kAuto || options.minimise.solver == Solver::kPaths;
 }
@@ -54,14 +51,13 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
 }
 
 // The search over paths takes midpoint steps, and holds a matrix of dN×dN for each.
-std::string choose_integrator(const RegistrationOptions& options, MatchingMode mode, Eigen::Index coordinates) {
+std::string choose_integrator(const RegistrationOptions& options, MatchingMode mode) {
   if (mode == MatchingMode::kMetamorphosis && options.integrator != "auto" && options.integrator != "midpoint")
     throw InputError(fmt::format("mode metamorphosis takes steps of 'midpoint'; integrator '{}' goes with mode map",
                                  options.integrator));
   if (options.integrator != "auto") return options.integrator;
   if (mode == MatchingMode::kMetamorphosis) return "midpoint";
-  if (mode != MatchingMode::kDeterministic || !searches_paths(options) || coordinates > kMostPathCoordinates)
-    return "variational-2";
+  if (mode != MatchingMode::kDeterministic || !searches_paths(options)) return "variational-2";
   return options.data.kind == DataKind::kLandmarks ? "rk4" : "midpoint";
 }
 
@@ -200,7 +196,7 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
   const int frozen = mode == MatchingMode::kExpected ? options.samples : mode == MatchingMode::kPathwise ? 1 : 0;
   for (int s = 0; s < frozen; ++s) realisations.push_back(realisation(*noise, q0, options.grid, options.seed, s));
   if (mode == MatchingMode::kDeterministic) noise = make_noise("none");
-  const std::string integrator = choose_integrator(options, mode, q0.size());
+  const std::string integrator = choose_integrator(options, mode);
   std::shared_ptr<const DataTerm> data =
       shapes.data.kind == DataKind::kLandmarks ? landmark_data(shapes, scales.sigma) : curve_data(shapes, scales.sigma);
   MatchingProblem matching{{std::move(scales.kernel), std::move(noise)},

@@ -39,6 +39,9 @@ class DataTerm {
   /// r. @throws std::logic_error unless is_least_squares()
   virtual Eigen::VectorXd residual(const Points& q) const;
 
+  /// U, where FᵀF is UᵀU for each axis and 0 between them, U constant; else null.
+  virtual const Eigen::MatrixXd* root_of_each_axis() const { return nullptr; }
+
   /// This term, where the data are landmarks.
   virtual const LandmarkTerm* landmarks() const { return nullptr; }
 };

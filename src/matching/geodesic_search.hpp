@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "path_search.hpp"
+
+namespace pulson {
+
+/// What was found for a problem without noise, and the integrator that shoots its momenta to the end it has.
+struct GeodesicSolution {
+  Points momenta;  ///< p0, d×N
+  std::string integrator;
+  bool converged = false;
+  std::string reason;
+  int iterations = 0;
+  int evaluations = 0;
+  double relative_gradient = 0;
+};
+
+/// Minimises λ∫H dt + D(q(T)), D that of landmarks, over geodesics as `rk4` shoots them, or, where that amplifies
+/// errors too much, `midpoint`; by searches over paths and defect correction, see geodesic_search.cpp.
+GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options);
+
+}  // namespace pulson

@@ -6,6 +6,7 @@
 #include <regex>
 
 #include <gmock/gmock.h>
+#include <sched.h>
 
 #include "pulson/io/landmark_files.hpp"
 
@@ -225,6 +226,31 @@ TEST_F(RegisterProgram, FindsTheSameWithAnyNumberOfThreads) {
   EXPECT_THAT(one, HasSubstr("\"momenta\""));
   EXPECT_EQ(record("2"), one);
   EXPECT_EQ(record("3"), one);
+}
+
+// The program inherits the affinity of this process.
+class OnOneCore {
+ public:
+  OnOneCore() {
+    sched_getaffinity(0, sizeof(all_), &all_);
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    for (int core = 0; CPU_COUNT(&one) == 0; ++core)
+      if (CPU_ISSET(core, &all_)) CPU_SET(core, &one);
+    sched_setaffinity(0, sizeof(one), &one);
+  }
+  ~OnOneCore() { sched_setaffinity(0, sizeof(all_), &all_); }
+
+ private:
+  cpu_set_t all_;
+};
+
+TEST_F(RegisterProgram, TakesNoMoreThreadsThanTheCoresItMayRunOn) {
+  EXPECT_EQ(run(register_pair("fish", "--no-picture --threads 64")).err, "");
+  const OnOneCore one_core;
+  EXPECT_EQ(run(register_pair("fish", "--no-picture")).err, "");
+  EXPECT_EQ(run(register_pair("fish", "--no-picture --threads 3")).err, "");
+  EXPECT_THAT(run({"--version"}).out, testing::ContainsRegex("threads +1\n"));
 }
 
 TEST_F(RegisterProgram, TakesFileNamesAsTheyCome) {

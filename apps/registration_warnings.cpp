@@ -19,6 +19,8 @@ constexpr double kSmallDistance = 1e-4;
 constexpr double kSmallChange = 0.01;
 // A cost, in nats, whose changes matter to nobody.
 constexpr double kNoCost = 1e-6;
+// Of the cost: what more steps hardly mend where errors grow more than a hundredfold.
+constexpr double kManySteps = 1;
 constexpr double kLargeAmplification = 100;
 
 // What a similarity would leave of the distance between the shapes as they were given.
@@ -45,7 +47,7 @@ double change_of_cost(const Registration& registration) {
 // What to make of it; nothing where the path itself is no minimum yet.
 std::string accuracy_remedy(const Registration& registration) {
   if (!registration.converged) return {};
-  if (registration.amplification.value_or(0) > kLargeAmplification)
+  if (registration.amplification.value_or(0) > kLargeAmplification && change_of_cost(registration) > kManySteps)
     return fmt::format(
         ": errors grow {:.0f}-fold along this path, which trajectory.csv and warp follow; p0 shot elsewhere does not",
         *registration.amplification);
@@ -59,11 +61,18 @@ bool may_have_no_minimum(const Registration& registration) {
          registration_system(registration).noise->traits().linear;
 }
 
+// Whether landmarks say less of their neighbours than nothing, as where they are paired at random.
+bool neighbours_part(const Registration& registration) {
+  const auto& fitted = registration.fitted_kernel;
+  return fitted && fitted->prediction_error > fitted->alignment_error;
+}
+
 // The likeliest remedy.
 std::string remedy(const Registration& registration) {
   if (may_have_no_minimum(registration))
     return registration.uncertainty
-               ? "mode map may have no minimum here: try a larger --lambda, or --mode metamorphosis without --uncertainty"
+               ? "mode map may have no minimum here: try a larger --lambda, or --mode metamorphosis without "
+                 "--uncertainty"
                : "mode map may have no minimum here: try --mode metamorphosis, or a larger --lambda";
   if (should_align(registration))
     return fmt::format("try --align similarity, which leaves {:.0f} % of the distance",
@@ -74,6 +83,10 @@ std::string remedy(const Registration& registration) {
     if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
       return fmt::format("{} another order in the target, which no flow can reach: {}",
                          counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
+  if (neighbours_part(registration))
+    return "neighbouring landmarks do not move together: check that landmarks correspond (if none do: --data "
+           "varifold)" +
+           (has_noise ? "" : "; or " + noise);
   if (!registration.converged) return "try more --steps or --max-iterations" + (has_noise ? "" : "; or " + noise);
   return "try a smaller --sigma or --lambda" + (has_noise ? "" : "; for shapes that no flow can match " + noise);
 }

@@ -6,9 +6,9 @@ namespace pulson {
 
 /// What an accurate integrator makes of a registration's momenta and increments.
 struct AccurateShot {
-  double end_error = 0;      ///< root mean square distance of its end to the recorded one, in diameters of the source
-  double cost = 0;           ///< J of its path
-  double step_error = 0;     ///< what halving its steps moved its end by, as end_error; NaN above 500 landmarks
+  double end_error = 0;   ///< root mean square distance of its end to the recorded one, in diameters of the source
+  double cost = 0;        ///< J of its path
+  double step_error = 0;  ///< what halving its steps moved its end by, as end_error; NaN above 500 landmarks
 };
 
 /// Solves

@@ -14,8 +14,7 @@
 namespace pulson {
 namespace {
 
-Registration registered(const std::string& noise, const std::string& integrator, int steps,
-                        double displacement = 0.3) {
+Registration registered(const std::string& noise, const std::string& integrator, int steps, double displacement = 0.3) {
   Landmarks source, target;
   source.points = Numbers(2).landmarks(2, 6);
   target.points = source.points + displacement * Numbers(3)(2, 6);

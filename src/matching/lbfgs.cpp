@@ -16,7 +16,7 @@ struct LbfgsSearch {
   const MatchingObjective& objective;
   const MinimiseOptions& options;
   MinimiseSummary& summary;
-  std::exception_ptr error{};  // what ended it, of which NLopt would keep no more than that it was one
+  std::exception_ptr error{};         // what ended it, of which NLopt would keep no more than that it was one
   const char* failure = kLineSearch;  // why the last point may have ended it
 
   double operator()(const VectorXd& z, VectorXd* gradient) {

@@ -94,7 +94,7 @@ MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptio
   if (std::optional<Evaluation> path = objective.evaluate(on_path); path && path->cost.total() < start.cost.total())
     start = std::move(*path);
   MinimiseSummary summary = dense ? minimise_gauss_newton(objective, options, std::move(start))
-                                : minimise_lbfgs(objective, options, std::move(start));
+                                  : minimise_lbfgs(objective, options, std::move(start));
   summary.iterations += counts.iterations;
   summary.evaluations += counts.evaluations;
   return summary;

@@ -83,7 +83,7 @@ std::string remedy(const Registration& registration) {
     if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
       return fmt::format("{} another order in the target, which no flow can reach: {}",
                          counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
-  if (neighbours_part(registration))
+  if (!registration.matched() && neighbours_part(registration))
     return "neighbouring landmarks do not move together: check that landmarks correspond (if none do: --data "
            "varifold)" +
            (has_noise ? "" : "; or " + noise);
@@ -98,9 +98,10 @@ std::string accuracy_text(const Registration& registration) {
   const double size = std::max(diameter(registration.source.points), registration.sigma);
   const double distance = registration.step_error ? registration.step_error->rms : 0;
   if (std::abs(change) <= kSmallChange && distance <= kSmallDistance * size) return {};
-  return fmt::format("ends {:.3g} away, cost {}", distance,
-                     change < 1 ? fmt::format("{:+.2g} %", 100 * change)
-                                : fmt::format("{:.{}f} times as large", 1 + change, change < 9 ? 1 : 0));
+  const std::string cost = change < 0.1 ? fmt::format("{:+.2g} %", 100 * change)
+                           : change < 1 ? fmt::format("{:+.0f} %", 100 * change)
+                                        : fmt::format("{:.{}f} times as large", 1 + change, change < 9 ? 1 : 0);
+  return fmt::format("ends {:.3g} away, cost {}", distance, cost);
 }
 
 std::vector<std::string> path_warnings(const Registration& registration) {

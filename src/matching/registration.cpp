@@ -84,6 +84,9 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
 // Of what is recorded already.
 void record_accuracy(const MatchingProblem& problem, const Trajectory& path, Registration& registration) {
   registration.step_error = step_error(problem, registration);
+  if (!registration.step_error)
+    registration.notes.emplace_back(
+        "an accurate integrator cannot follow the momenta, which grow beyond all bounds; try more --steps");
   registration.amplification = amplification(problem.system, path);
 }
 

@@ -67,7 +67,7 @@ void add_threads_option(CLI::App& verb) {
         if (count < 0) throw InputError(fmt::format("--threads is {}; it must be 0 (one per core) or more", count));
         set_thread_count(count);
       },
-      "threads to use; 0: one per core");
+      "threads to use, at most one per core; 0: one per core");
 }
 
 }  // namespace pulson

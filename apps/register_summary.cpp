@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "messages.hpp"
+#include "registration_warnings.hpp"
 
 namespace pulson {
 namespace {
@@ -43,8 +44,8 @@ void print_model(const Registration& registration) {
 }
 
 void print_search(const Registration& registration) {
-  fmt::print("{} {} iterations of {} in {:.2f} s: {} (relative gradient {:.1e})\n",
-             registration.converged ? "converged " : "STOPPED   ", registration.iterations,
+  fmt::print("{} {} of {} in {:.2f} s: {} (relative gradient {:.1e})\n",
+             registration.converged ? "converged " : "STOPPED   ", counted(registration.iterations, "iteration"),
              solver_name(registration.solver), registration.seconds, registration.stop_reason,
              registration.relative_gradient);
 }
@@ -78,6 +79,8 @@ void print_distances(const Registration& registration) {
 void print_costs(const Registration& registration, const RegistrationFacts& facts) {
   fmt::print("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
              registration.cost.energy, registration.cost.action, registration.cost.data);
+  if (const std::string text = accuracy_text(registration); !text.empty())
+    fmt::print("accuracy   an accurate integrator {}\n", text);
   const auto part = noise_part(registration, facts.shares);
   if (registration.noise != "none" && part)
     fmt::print("moved      {:.0f} % by the flow, {:.0f} % by the noise\n", 100 * (1 - *part), 100 * *part);

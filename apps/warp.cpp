@@ -88,7 +88,7 @@ void run_warp(const WarpArguments& arguments) {
     run_image(arguments, registration, start);
   else
     run_points(arguments, registration, start);
-  for (const std::string& text : registration_warnings(registration)) tell_warning("of the registration: " + text);
+  for (const std::string& text : path_warnings(registration)) tell_warning("of the registration: " + text);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -19,7 +18,6 @@ using Eigen::VectorXd;
 constexpr int kFewestSteps = 400, kMostSteps = 3200;
 constexpr Index kManyLandmarks = 500;
 constexpr double kStepTolerance = 1e-6;  // diameters
-constexpr double kPerturbation = 1e-7;
 
 // K and K'/r at the distance r.
 struct Radial {
@@ -158,13 +156,6 @@ double cost(const Shot& shot, const Registration& registration) {
   return energy + action + 0.5 * missing.select(0, misses).square().sum() / (registration.sigma * registration.sigma);
 }
 
-Points perturbed(Points momenta) {
-  std::mt19937 generator(1);
-  std::normal_distribution<double> normal;
-  for (double& p : momenta.reshaped()) p *= 1 + kPerturbation * normal(generator);
-  return momenta;
-}
-
 }  // namespace
 
 AccurateShot shoot_accurately(const Registration& registration) {
@@ -172,9 +163,7 @@ AccurateShot shoot_accurately(const Registration& registration) {
   const double size = diameter(source);
   const ControlledFlow flow(registration);
   Shot best = shoot(flow, registration, registration.momenta, kFewestSteps);
-  const Points change = shoot(flow, registration, perturbed(registration.momenta), kFewestSteps).end - best.end;
   AccurateShot result;
-  result.amplification = change.norm() / (kPerturbation * (best.end - source).norm());
   result.step_error = std::numeric_limits<double>::quiet_NaN();
   for (int steps = 2 * kFewestSteps; steps <= kMostSteps && source.cols() <= kManyLandmarks; steps *= 2) {
     Shot finer = shoot(flow, registration, registration.momenta, steps);

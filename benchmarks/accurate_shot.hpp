@@ -6,10 +6,9 @@ namespace pulson {
 
 /// What an accurate integrator makes of a registration's momenta and increments.
 struct AccurateShot {
-  double end_error = 0;      ///< root mean square distance of its end to the recorded one, in diameters of the source
-  double cost = 0;           ///< J of its path
-  double step_error = 0;     ///< what halving its steps moved its end by, as end_error; NaN above 500 landmarks
-  double amplification = 0;  ///< relative change of the displacements over that of the momenta
+  double end_error = 0;   ///< root mean square distance of its end to the recorded one, in diameters of the source
+  double cost = 0;        ///< J of its path
+  double step_error = 0;  ///< what halving its steps moved its end by, as end_error; NaN above 500 landmarks
 };
 
 /// Solves
@@ -18,8 +17,7 @@ struct AccurateShot {
 ///
 /// by the classical Runge–Kutta method with at least 400 steps, doubled until the end moves by less than 1e-6 diameters
 /// or there are 3200. It shares no kernel sum and no integrator with the library; nor the noise where that is `ch-sd`
-/// on all landmarks. J has the energy λ∫H dt in mode `metamorphosis`, else (λ/2) p0ᵀK(q0)p0. For the amplification each
-/// coordinate of p0 is changed by 1e-7 of itself times a normal number.
+/// on all landmarks. J has the energy λ∫H dt in mode `metamorphosis`, else (λ/2) p0ᵀK(q0)p0.
 /// @param registration one whose data are landmarks, each with the standard deviation σ
 AccurateShot shoot_accurately(const Registration& registration);
 

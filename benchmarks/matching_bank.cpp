@@ -13,6 +13,7 @@
 #include <ctime>
 #include <exception>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <optional>
 #include <regex>
@@ -65,7 +66,7 @@ struct Outcome {
   int count = 0, dimension = 0, iterations = 0, evaluations = 0;
   bool converged = false;
   MatchingCost cost;
-  double rms_in_sigma = 0, seconds = 0;
+  double rms_in_sigma = 0, seconds = 0, amplification = 0;
   AccurateShot shot;
   std::array<char, 200> remark{};  // ends with 0
 };
@@ -123,6 +124,7 @@ void solve(const BankProblem& problem, const Settings& settings, int pipe) {
   outcome.evaluations = registration.evaluations;
   outcome.converged = registration.converged;
   outcome.cost = registration.cost;
+  outcome.amplification = registration.amplification.value_or(std::numeric_limits<double>::quiet_NaN());
   outcome.rms_in_sigma = registration.rms() / registration.sigma;
   send(pipe, outcome);
   allow(std::max(settings.limit, 600));
@@ -292,7 +294,7 @@ void print_row(const BankProblem& problem, const Result& result, const Best* bes
   }
   if (of.status == Status::kChecked)
     fmt::print("| {:.1e} | {:.5g} | {} | {} ", of.shot.end_error, of.shot.cost, number("{:.0e}", of.shot.step_error),
-               number("{:.2g}", of.shot.amplification));
+               number("{:.2g}", of.amplification));
   else
     fmt::print("| | | | ");
   fmt::print("| {} |\n", remarks(problem, result, best));

@@ -76,8 +76,6 @@ TEST(AccurateShot, AgreesWithAnAccurateIntegratorAndShowsACoarseOne) {
   EXPECT_LT(check.end_error, 1e-6);
   EXPECT_LT(check.step_error, 1e-6);
   EXPECT_NEAR(check.cost, accurate.cost.total(), 1e-3 * check.cost);
-  EXPECT_GT(check.amplification, 0.01);
-  EXPECT_LT(check.amplification, 100);
   EXPECT_GT(shoot_accurately(solved("square_90", "deterministic", "variational")).end_error, 1e-4);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,36 @@ TEST(Solvers, FindTheSameMinimum) {
     EXPECT_TRUE(newton.converged && lbfgs.converged) << newton.reason << "; " << lbfgs.reason;
     EXPECT_NEAR(newton.solution.cost.total(), lbfgs.solution.cost.total(), 1e-7 * newton.solution.cost.total());
     EXPECT_LE((newton.solution.path().final().q - lbfgs.solution.path().final().q).norm(), 1e-4);
+  }
+}
+
+TEST(Solvers, HaveNothingToDoForEqualShapes) {
+  for (const std::string noise : {"none", "ch-sd:beta=0.3", "trouve-vialard:sigma=1"})
+    for (const Solver solver : {Solver::kAuto, Solver::kGaussNewton, Solver::kLbfgs}) {
+      Match match;
+      match.source = match.target = Numbers(2).landmarks(2, 5);
+      match.noise = noise;
+      const MinimiseSummary summary = minimum(match, {.solver = solver});
+      EXPECT_TRUE(summary.converged) << noise;
+      EXPECT_EQ(summary.reason, "the shapes are equal") << noise;
+      EXPECT_EQ(summary.iterations, 0) << noise;
+      EXPECT_EQ(summary.relative_gradient, 0) << noise;
+    }
+}
+
+TEST(Solvers, PassOnWhatACallbackThrows) {
+  Match match;
+  match.source = Numbers(2).landmarks(2, 5);
+  match.target = match.source + 0.2 * Numbers(3)(2, 5);
+  for (const Solver solver : {Solver::kGaussNewton, Solver::kLbfgs}) {
+    MinimiseOptions options;
+    options.solver = solver;
+    int last = 0;
+    options.on_iteration = [&last](int iteration, double, double) {
+      if (iteration < last) throw std::domain_error("after the search over paths");
+      last = iteration;
+    };
+    EXPECT_THROW(minimum(match, options), std::domain_error);
   }
 }
 

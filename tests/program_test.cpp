@@ -2,10 +2,12 @@
 
 #include "program.hpp"
 
+#include <cmath>
 #include <ostream>
 #include <regex>
 
 #include <gmock/gmock.h>
+#include <sched.h>
 
 #include "pulson/io/landmark_files.hpp"
 
@@ -16,6 +18,7 @@ namespace fs = std::filesystem;
 using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 class RegisterProgram : public Program {
@@ -225,6 +228,68 @@ TEST_F(RegisterProgram, FindsTheSameWithAnyNumberOfThreads) {
   EXPECT_THAT(one, HasSubstr("\"momenta\""));
   EXPECT_EQ(record("2"), one);
   EXPECT_EQ(record("3"), one);
+}
+
+TEST_F(RegisterProgram, ReportsWhatAnAccurateIntegratorMakesOfTheMomenta) {
+  const std::string discs = "--align none --noise ch-sd:beta=1 --kernel gaussian:alpha=0.4 --lambda 1 --sigma 0.01 ";
+  const ProgramRun coarse = run(register_pair("discs", discs + "--no-picture"));
+  EXPECT_EQ(coarse.exit_code, 0);
+  EXPECT_THAT(coarse.out, HasSubstr("\naccuracy   an accurate integrator ends 0.017"));
+  EXPECT_THAT(coarse.err, StartsWith("warning: shot by an accurate integrator, p0 ends 0.017"));
+  EXPECT_THAT(coarse.err, HasSubstr(" times as large: try more --steps\n"));
+  const ProgramRun fine = run(register_pair("discs", discs + "--no-picture --steps 120"));
+  EXPECT_EQ(fine.err, "");
+  EXPECT_THAT(fine.out, HasSubstr("\naccuracy   an accurate integrator ends 0.000"));
+  EXPECT_THAT(run(register_pair("fish", "--no-picture")).out, Not(HasSubstr("accuracy")));
+}
+
+TEST_F(RegisterProgram, NamesMetamorphosisWhereModeMapDoesNotConverge) {
+  const std::string discs = "--align none --noise ch-sd:beta=1 --kernel gaussian:alpha=0.4 --lambda 1 --sigma 0.01 ";
+  const ProgramRun done = run(register_pair("discs", discs + "--mode map --no-picture"));
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, StartsWith("warning: not converged: "));
+  EXPECT_THAT(done.err,
+              HasSubstr("; mode map may have no minimum here: try --mode metamorphosis, or a larger --lambda\n"));
+}
+
+TEST_F(RegisterProgram, FindsLandmarksThatAreAtRandom) {
+  Landmarks source, target;
+  source.points = Points(2, 40), target.points = Points(2, 40);
+  for (int a = 0; a < 40; ++a) {
+    const int other = a * 13 % 40;
+    source.points.col(a) << std::cos(0.15 * a), std::sin(0.15 * a);
+    target.points.col(a) << std::cos(0.15 * other), 0.5 * std::sin(0.15 * other);
+  }
+  write_landmarks_csv("source.csv", source);
+  write_landmarks_csv("target.csv", target);
+  const ProgramRun done = run({"register", "source.csv", "target.csv", "-o", "out", "--no-picture", "--lambda", "1e6"});
+  EXPECT_THAT(done.err, StartsWith("warning: not matched: "));
+  EXPECT_THAT(done.err, HasSubstr("; neighbouring landmarks do not move together: check that landmarks correspond"));
+}
+
+// The program inherits the affinity of this process.
+class OnOneCore {
+ public:
+  OnOneCore() {
+    sched_getaffinity(0, sizeof(all_), &all_);
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    for (int core = 0; CPU_COUNT(&one) == 0; ++core)
+      if (CPU_ISSET(core, &all_)) CPU_SET(core, &one);
+    sched_setaffinity(0, sizeof(one), &one);
+  }
+  ~OnOneCore() { sched_setaffinity(0, sizeof(all_), &all_); }
+
+ private:
+  cpu_set_t all_;
+};
+
+TEST_F(RegisterProgram, TakesNoMoreThreadsThanTheCoresItMayRunOn) {
+  EXPECT_EQ(run(register_pair("fish", "--no-picture --threads 64")).err, "");
+  const OnOneCore one_core;
+  EXPECT_EQ(run(register_pair("fish", "--no-picture")).err, "");
+  EXPECT_EQ(run(register_pair("fish", "--no-picture --threads 3")).err, "");
+  EXPECT_THAT(run({"--version"}).out, testing::ContainsRegex("threads +1\n"));
 }
 
 TEST_F(RegisterProgram, TakesFileNamesAsTheyCome) {

@@ -89,10 +89,11 @@ TEST_F(Record, IsReadBackAndReplayedToTheSameBits) {
 TEST_F(Record, HasEveryKeyOfTheInterface) {
   const Registration fit = example(2);
   const Json json = Json::parse(registration_json(fit, {std::nullopt, 2}));
-  for (const char* key : {"kernel",  "noise",   "mode",         "integrator",       "steps",
-                          "time",    "sigma",   "lambda",       "converged",        "iterations",
-                          "seconds", "rms",     "max_residual", "source",           "target",
-                          "result",  "momenta", "increments",   "order_inversions", "flipped_triangles"})
+  for (const char* key : {"kernel",     "noise",        "mode",         "integrator",       "steps",
+                          "time",       "sigma",        "lambda",       "converged",        "iterations",
+                          "seconds",    "rms",          "max_residual", "source",           "target",
+                          "result",     "momenta",      "increments",   "order_inversions", "flipped_triangles",
+                          "step_error", "amplification"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["kernel"], fit.kernel);
   EXPECT_EQ(json["noise"], "ch-sd:beta=0.5,on=1/3");
@@ -105,6 +106,9 @@ TEST_F(Record, HasEveryKeyOfTheInterface) {
   EXPECT_EQ(json["cost"]["energy"], fit.cost.energy);
   EXPECT_EQ(json["cost"]["action"], fit.cost.action);
   EXPECT_EQ(json["cost"]["data"], fit.cost.data);
+  EXPECT_EQ(json["step_error"]["rms"], fit.step_error->rms);
+  EXPECT_EQ(json["step_error"]["cost"], fit.step_error->cost);
+  EXPECT_EQ(json["amplification"], *fit.amplification);
   EXPECT_EQ(json["order_inversions"], nullptr);
   EXPECT_EQ(json["flipped_triangles"], 2);
   EXPECT_EQ(json["momenta"].size(), 4U);  // landmarks
@@ -120,7 +124,7 @@ TEST_F(Record, EveryMissingKeyIsNamed) {
   // Old records have no "data" and end before "unknowns".
   const std::vector<std::string> derived = {
       "format",           "version",           "matched", "rms",  "initial_rms", "original_rms", "max_residual",
-      "order_inversions", "flipped_triangles", "shares",  "data", "unknowns",    "step_error"};
+      "order_inversions", "flipped_triangles", "shares",  "data", "unknowns",    "step_error",   "amplification"};
   for (const auto& [key, value] : whole.items()) {
     const std::string error = error_after([&key = key](Json& json) { json.erase(key); });
     if (std::find(derived.begin(), derived.end(), key) != derived.end())

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <thread>
 
 #include <cblas.h>
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -18,13 +18,19 @@ thread_local bool inside_task = false;
 // Threads are ours to share out: products of matrices inside a task run on its own.
 [[maybe_unused]] const bool kBlasIsSerial = (openblas_set_num_threads(1), true);
 
+// The cores that the process may run on, or fewer where a user of the library limits TBB.
+int available_threads() {
+  using oneapi::tbb::global_control;
+  return static_cast<int>(global_control::active_value(global_control::max_allowed_parallelism));
+}
+
 }  // namespace
 
 void set_thread_count(int count) { requested_threads = std::max(count, 0); }
 
 int thread_count() {
   const int requested = requested_threads;
-  return requested > 0 ? requested : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return requested > 0 ? std::min(requested, available_threads()) : available_threads();
 }
 
 void parallel_for(int count, const std::function<void(int)>& task) {

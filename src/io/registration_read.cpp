@@ -200,6 +200,7 @@ void read_outcome(const Reader& reader, Registration& registration) {
   registration.converged = reader.at("converged").flag();
   if (reader.has("step_error"))
     registration.step_error = {reader.at("step_error").at("rms").number(), reader.at("step_error").at("cost").number()};
+  if (reader.has("amplification")) registration.amplification = reader.at("amplification").number();
   registration.stop_reason = reader.at("stop_reason").text();
   registration.iterations = reader.at("iterations").integer();
   registration.evaluations = reader.at("evaluations").integer();

@@ -96,6 +96,7 @@ std::string registration_json(const Registration& registration, const Registrati
   json["matched"] = registration.matched();
   if (registration.step_error)
     json["step_error"] = {{"rms", registration.step_error->rms}, {"cost", registration.step_error->cost}};
+  if (registration.amplification) json["amplification"] = *registration.amplification;
   json["stop_reason"] = registration.stop_reason;
   json["relative_gradient"] = registration.relative_gradient;
   json["iterations"] = registration.iterations;

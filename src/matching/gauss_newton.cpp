@@ -13,8 +13,6 @@ using Eigen::VectorXd;
 
 // Below this part of J its differences are round-off.
 constexpr double kRoundOff = 1e-13;
-// A cost, in nats, that no data would show: what equal shapes have by round-off.
-constexpr double kNoCost = 1e-12;
 constexpr double kSmallestGain = 1e-4;
 constexpr double kFirstDamping = 1e-8;
 constexpr double kLeastDamping = 1e-14;
@@ -80,7 +78,7 @@ class NewtonSearch {
 
   bool finished() {
     const bool is_flat = summary_.relative_gradient <= options_.gradient_tolerance;
-    summary_.converged = is_flat || total(at()) < kNoCost;
+    summary_.converged = is_flat || total(at()) < kNegligibleCost;
     if (summary_.converged) summary_.reason = is_flat ? "the gradient vanishes" : "the cost vanishes";
     if (!summary_.converged && summary_.iterations >= options_.max_iterations)
       summary_.reason = "the limit of iterations was reached";

@@ -1,3 +1,5 @@
+#include <exception>
+
 #include <nlopt.hpp>
 
 #include "solvers.hpp"
@@ -7,21 +9,28 @@ namespace {
 
 using Eigen::VectorXd;
 
+constexpr const char* kLineSearch = "the line search failed";
+
 // What NLopt's callback needs between calls: the best point so far, and when to stop.
 struct LbfgsSearch {
   const MatchingObjective& objective;
   const MinimiseOptions& options;
   MinimiseSummary& summary;
+  std::exception_ptr error{};         // what ended it, of which NLopt would keep no more than that it was one
+  const char* failure = kLineSearch;  // why the last point may have ended it
 
   double operator()(const VectorXd& z, VectorXd* gradient) {
     ++summary.evaluations;
+    failure = kLineSearch;
     auto at = objective.evaluate(z);
     // A wall: the line search turns back to shorter steps.
     if (!at) {
+      failure = "the next step leaves what the time step can resolve";
       if (gradient != nullptr) *gradient = z;
       return 1e3 * (1 + summary.solution.cost.total());
     }
     const VectorXd slope = z + objective.data_gradient(*at);
+    if (!slope.allFinite()) failure = "the gradient leaves the range of numbers";
     if (gradient != nullptr) *gradient = slope;
     const double cost = at->cost.total();
     if (cost <= summary.solution.cost.total()) {
@@ -36,11 +45,19 @@ struct LbfgsSearch {
 };
 
 double call_lbfgs_search(unsigned n, const double* z, double* gradient, void* search) {
-  const Eigen::Map<const VectorXd> point(z, n);
-  VectorXd slope;
-  const double cost = (*static_cast<LbfgsSearch*>(search))(point, gradient != nullptr ? &slope : nullptr);
-  if (gradient != nullptr) Eigen::Map<VectorXd>(gradient, n) = slope;
-  return cost;
+  auto& of = *static_cast<LbfgsSearch*>(search);
+  try {
+    const Eigen::Map<const VectorXd> point(z, n);
+    VectorXd slope;
+    const double cost = of(point, gradient != nullptr ? &slope : nullptr);
+    if (gradient != nullptr) Eigen::Map<VectorXd>(gradient, n) = slope;
+    return cost;
+  } catch (const nlopt::forced_stop&) {
+    throw;
+  } catch (...) {
+    of.error = std::current_exception();
+    throw nlopt::forced_stop();
+  }
 }
 
 }  // namespace
@@ -62,12 +79,13 @@ MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const Minimis
   try {
     if (minimiser.optimize(z, cost) == nlopt::MAXEVAL_REACHED) summary.reason = "the limit of iterations was reached";
   } catch (const nlopt::forced_stop&) {
-    // stopped by the gradient test
+    // stopped by the gradient test, or by an error
   } catch (const nlopt::roundoff_limited&) {
     // the reason above
   } catch (const std::runtime_error&) {
-    summary.reason = "the line search failed";
+    summary.reason = search.failure;
   }
+  if (search.error) std::rethrow_exception(search.error);
   summary.converged = summary.relative_gradient <= options.gradient_tolerance;
   if (summary.converged) summary.reason = "the gradient vanishes";
   return summary;

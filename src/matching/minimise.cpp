@@ -87,13 +87,19 @@ double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
 
 MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptions& options) {
   Evaluation start = at_rest(objective);
+  const bool dense = is_dense(objective, options.solver);
+  if (start.cost.total() < kNegligibleCost)
+    return {.solver = dense ? Solver::kGaussNewton : Solver::kLbfgs,
+            .converged = true,
+            .reason = "the shapes are equal",
+            .evaluations = 1,
+            .solution = std::move(start)};
   MinimiseSummary counts;
   const VectorXd on_path = path_start(objective, options, counts).cwiseProduct(objective.resolved());
   if (std::optional<Evaluation> path = objective.evaluate(on_path); path && path->cost.total() < start.cost.total())
     start = std::move(*path);
-  MinimiseSummary summary = is_dense(objective, options.solver)
-                                ? minimise_gauss_newton(objective, options, std::move(start))
-                                : minimise_lbfgs(objective, options, std::move(start));
+  MinimiseSummary summary = dense ? minimise_gauss_newton(objective, options, std::move(start))
+                                  : minimise_lbfgs(objective, options, std::move(start));
   summary.iterations += counts.iterations;
   summary.evaluations += counts.evaluations;
   return summary;

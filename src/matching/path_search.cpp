@@ -58,6 +58,7 @@ class PathSearch {
     const bool warm = begin(start);
     const double data = problem_.data->value(path_.end());
     if (data < kNoCost && path_.energy == 0) {
+      relative_ = 0;
       stop(true, "the shapes are equal");
       return solution();
     }

@@ -7,6 +7,7 @@
 
 #include <fmt/core.h>
 
+#include "accuracy.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/matching/landmark_term.hpp"
@@ -77,6 +78,15 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
   registration.notes = problem.notes;
 }
 
+// Of what is recorded already.
+void record_accuracy(const MatchingProblem& problem, const Trajectory& path, Registration& registration) {
+  registration.step_error = step_error(problem, registration);
+  if (!registration.step_error)
+    registration.notes.emplace_back(
+        "an accurate integrator cannot follow the momenta, which grow beyond all bounds; try more --steps");
+  registration.amplification = amplification(problem.system, path);
+}
+
 void record_solution(const MatchingObjective& objective, const MinimiseSummary& summary, Registration& registration) {
   const MatchingObjective::Evaluation& at = summary.solution;
   registration.result = mean_end(at.paths);
@@ -92,6 +102,7 @@ void record_solution(const MatchingObjective& objective, const MinimiseSummary& 
   registration.evaluations = summary.evaluations;
   registration.unknowns = objective.unknowns();
   registration.relative_gradient = summary.relative_gradient;
+  if (registration.mode != MatchingMode::kExpected) record_accuracy(objective.problem(), at.path(), registration);
 }
 
 bool by_paths(const Registration& registration, const MinimiseOptions& how) {
@@ -160,22 +171,7 @@ void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, Re
   const Trajectory path = shot(registration);
   registration.result = path.final().q;
   registration.cost = cost_along(problem, path);
-}
-
-// Of increments that are spread evenly over their steps. Fourth order without noise, else the midpoint rule in steps
-// so short that its error is 1/64.
-DiscretisationError step_error(const MatchingProblem& problem, const Registration& registration) {
-  const bool noisy = registration.increments.rows() > 0;
-  const int finer = noisy ? 8 : 2;
-  const TimeGrid grid{registration.grid.time, finer * registration.grid.steps};
-  Eigen::MatrixXd increments(registration.increments.rows(), grid.steps);
-  for (int k = 0; k < grid.steps; ++k) increments.col(k) = registration.increments.col(k / finer) / finer;
-  const Points end = make_integrator(noisy ? "midpoint" : "rk4")
-                         ->integrate(problem.system, {problem.source, registration.momenta}, grid, increments)
-                         .final()
-                         .q;
-  return {std::sqrt((end - registration.result).squaredNorm() / static_cast<double>(end.cols())),
-          problem.data->value(end) - registration.cost.data};
+  record_accuracy(problem, path, registration);
 }
 
 // From each point to the nearest one on an edge.
@@ -268,7 +264,6 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
     record_solution(objective, summary, registration);
     if (options.uncertainty) registration.uncertainty = laplace(objective, summary.solution);
   }
-  if (registration.mode != MatchingMode::kExpected) registration.step_error = step_error(matching, registration);
   registration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return registration;
 }

@@ -4,8 +4,9 @@
 
 namespace pulson {
 
-/// Threads that `parallel_for` may use; 0 means one per core. The default is 0.
+/// Threads that `parallel_for` may use; 0, the default, means one per core.
 void set_thread_count(int count);
+/// How many there are: no more than the cores that the process may run on (its CPU affinity).
 int thread_count();
 
 /// Runs task(0) … task(count−1), each once, on up to thread_count() threads, and returns when all are done. Tasks are

@@ -43,8 +43,9 @@ struct DataOptions {
   CurveEnds ends = CurveEnds::kAuto;           ///< of curves
   Eigen::VectorXd weights{};                   ///< of landmarks; empty: all 1
   std::vector<Eigen::MatrixXd> covariances{};  ///< of landmarks, instead of σ²I
-  /// Whether landmarks at one place in the source alone become one, whose target is the mean of theirs. Those at one
-  /// place in both shapes always do, and of outlines neighbours and both ends.
+  /// Whether landmarks at one place in the source that are apart in the target become one, whose target is the mean of
+  /// theirs; else they are refused. Those at one place in both shapes always become one, and so do points of curves at
+  /// one place in the source.
   bool merge_coincident = false;
 };
 
@@ -73,10 +74,11 @@ struct RegistrationOptions {
   MinimiseOptions minimise{};
 };
 
-/// What an accurate integrator makes of the same momenta and increments.
+/// What an accurate integrator makes of the same momenta and increments: Runge–Kutta of order 4 in at least twice the
+/// steps, with controls that are constant in each step of the record.
 struct DiscretisationError {
   double rms = 0;   ///< root mean square distance of its end points to those recorded, length units
-  double cost = 0;  ///< J with its end points less J
+  double cost = 0;  ///< J of its path less J
 };
 
 /// The record of a registration: all that is needed to replay it, and what it cost. Its JSON form is
@@ -110,7 +112,10 @@ struct Registration {
   Eigen::Index unknowns = 0;
   double relative_gradient = 0;
   std::optional<DiscretisationError> step_error;  ///< none in mode `expected`
-  std::vector<std::string> notes;                 ///< what a user should know, a line each
+  /// By how much shooting the momenta amplifies errors: the largest singular value of ∂q(T)/∂q0, where p0 and the
+  /// increments are kept (an estimate). None in mode `expected`.
+  std::optional<double> amplification;
+  std::vector<std::string> notes;  ///< what a user should know, a line each
   std::optional<LaplaceApproximation> uncertainty;
   double seconds = 0;
 

@@ -83,14 +83,15 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("--noise", options.noise, "noise model, see pulson info noises")
       ->type_name("SPEC")
       ->capture_default_str();
-  only_known(
-      verb.add_option("--mode", mode,
-                      "deterministic: no noise; map: the noise is fitted too [where there is noise]; pathwise: for one "
-                      "realisation of it; expected: for the mean over realisations")
-          ->type_name("NAME"),
-      "mode");
-  verb.add_option("--integrator", options.integrator,
-                  "see pulson info integrators; auto: variational, where noise is fitted without its compensation")
+  only_known(verb.add_option("--mode", mode,
+                             "deterministic: no noise; metamorphosis: the least expensive path under noise [for ch-sd, "
+                             "ch-sd-screened, p-sd]; map: the most probable one [for other noise]; pathwise: for one "
+                             "realisation of the noise; expected: for the mean over realisations")
+                 ->type_name("NAME"),
+             "mode");
+  verb.add_option(
+          "--integrator", options.integrator,
+          "see pulson info integrators; auto: rk4 without noise, midpoint for metamorphosis, else variational-2")
       ->type_name("NAME")
       ->capture_default_str();
   add_data_options(verb, *this);

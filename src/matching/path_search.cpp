@@ -3,7 +3,9 @@
 // 1. solves the Newton equations by conjugate gradients, preconditioned by the Gauss–Newton model, within a trust
 //    region (Steihaug 1983; Nocedal & Wright, Numerical Optimization, 2006, ch. 4 and 7), which also finds directions
 //    of negative curvature and follows them;
-// 2. takes the step in the fields of the path rather than in its nodes, so that what moves together keeps doing so;
+// 2. takes the step in the fields of the path rather than in its nodes, so that what moves together keeps doing so, and
+//    with feedback, since bent flows amplify what the model leaves out: where landmarks leave the nodes that the model
+//    has, the later fields answer (as in differential dynamic programming, Jacobson & Mayne 1970);
 // 3. projects: of all fields that move the landmarks along the new path those of least energy.
 // The data are held softly at first, σ being s times as large, and ever more firmly.
 
@@ -77,7 +79,12 @@ class PathSearch {
     ++evaluations_;
     auto nodes = carried(problem_.system, problem_.grid, problem_.source, fields, guess);
     if (!nodes) return std::nullopt;
-    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(*nodes));
+    return measured(std::move(*nodes));
+  }
+
+  // The path through nodes, if its cost is a number.
+  std::optional<DiscretePath> measured(std::vector<Points> nodes) const {
+    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(nodes));
     if (path && !std::isfinite(cost(*path))) return std::nullopt;
     return path;
   }
@@ -191,30 +198,31 @@ class PathSearch {
     return step;
   }
 
-  std::optional<DiscretePath> moved(const DiscretePath& from, const PathDirection& direction) {
-    StepFields fields = fields_of(system_, from);
-    std::vector<Points> guess = from.nodes;
+  // The step is taken with feedback: where landmarks are carried off the nodes that the model has, by so much that it
+  // would cost more than `tolerance`, the rest of the step is changed to what is best from there.
+  std::optional<DiscretePath> moved(PathDirection direction, double tolerance) {
+    ++evaluations_;
+    StepFields fields = fields_of(system_, path_);
+    std::vector<Points> nodes{path_.nodes.front()};
     for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
-      fields.momenta[k] += direction.momenta[k];
-      fields.controls[k] += system_.controls({from.middles[k].q, direction.momenta[k]});
-      fields.own[k] += own_velocities(system_, {from.middles[k].q, direction.momenta[k]});
-      guess[k + 1] += direction.nodes[k + 1];
+      const Points deviation = nodes[k] - path_.nodes[k] - direction.nodes[k];
+      if (model_->misfit(k, deviation) > tolerance) direction.add(1, model_->feedback(k, deviation));
+      const PhaseState change{path_.middles[k].q, direction.momenta[k]};
+      fields.momenta[k] += change.p;
+      fields.controls[k] += system_.controls(change);
+      fields.own[k] += own_velocities(system_, change);
+      const Points guess = path_.nodes[k + 1] - path_.nodes[k] + direction.nodes[k + 1] - direction.nodes[k];
+      std::optional<Points> next = carried_by_step(problem_.system, problem_.grid, fields, k, nodes[k], guess);
+      if (!next) return std::nullopt;
+      nodes.push_back(std::move(*next));
     }
-    return follow(fields, guess);
-  }
-
-  // A step that was poor because the path is not linear in the fields: the end is moved to where the model has it.
-  std::optional<DiscretePath> corrected(const Step& step, std::optional<DiscretePath> trial) {
-    if (!trial || !problem_.data->is_least_squares()) return trial;
-    const Points excess = trial->end() - path_.end() - step.direction.nodes.back();
-    std::optional<DiscretePath> better = moved(*trial, model_->correction(excess));
-    return better && cost(*better) < cost(*trial) ? better : trial;
+    return measured(std::move(nodes));
   }
 
   // Newton's last step, which costs no longer show: near a minimum it squares what is left of the gradient, so that the
   // path obeys the midpoint rule about as well as it can.
   void refine(const Step& step) {
-    if (std::optional<DiscretePath> trial = moved(path_, step.direction);
+    if (std::optional<DiscretePath> trial = moved(step.direction, kRoundOff * cost(path_));
         trial && cost(*trial) <= cost(path_) * (1 + kRoundOff))
       path_ = std::move(*trial);
   }
@@ -228,10 +236,8 @@ class PathSearch {
         refine(step);
         break;
       }
-      std::optional<DiscretePath> trial = moved(path_, step.direction);
-      const auto gain = [&] { return trial ? (before - cost(*trial)) / step.gain : -1; };
-      if (gain() < kPoorGain) trial = corrected(step, std::move(trial));
-      const double part = gain();
+      std::optional<DiscretePath> trial = moved(step.direction, kPoorGain * step.gain);
+      const double part = trial ? (before - cost(*trial)) / step.gain : -1;
       if (part < kPoorGain)
         radius_ = kShrink * std::min(radius_, full);
       else if (part > kGoodGain && step.at_boundary)

@@ -154,7 +154,7 @@ PathSolution search_geodesic(MatchingProblem problem, const MinimiseOptions& how
     if (!(apart < before)) break;
     before = round > 0 ? 0.5 * apart : apart;
     problem.data = std::make_shared<LandmarkTerm>(observed.moved(path.path.end() - end));
-    PathSolution next = search_paths(problem, how, &path.fields);
+    PathSolution next = search_paths(problem, how, &path.fields, true);
     next.iterations += path.iterations;
     next.evaluations += path.evaluations;
     path = std::move(next);

@@ -45,6 +45,27 @@ TEST(PathMinima, LeaveTheSaddleOfASwapInThePlane) {
   EXPECT_GT(largest(fine.path.nodes[20].row(1)), 0.1);  // around each other
 }
 
+// Symmetric starts, whose gradients are symmetric for ever: only curvature shows the way out. The best known are those
+// of searches from disturbed starts.
+TEST(PathMinima, LeaveSymmetricSaddles) {
+  const Points square{{0.5, -0.5, -0.5, 0.5}, {0.5, 0.5, -0.5, -0.5}};
+  PathMatch turn{square, -square, "gaussian:alpha=1", "none", {1, 20}, 1e-2};
+  EXPECT_LE(turn.search().cost.total(), 9.2);  // the four meet in the middle: 10,000
+  turn.noise = ch_sd(0.4);
+  const PathSolution around = turn.search();
+  const PathSolution mirrored = [&] {
+    PathMatch match = turn;
+    match.source.row(1) *= -1;
+    match.target.row(1) *= -1;
+    return match.search();
+  }();
+  EXPECT_NEAR(around.cost.total(), mirrored.cost.total(), 1e-6 * around.cost.total());
+  EXPECT_GT(around.path.nodes[10].colwise().norm().minCoeff(), 0.1);
+  // On a line in the plane: the middle landmark lies between two that change places.
+  const PathMatch line{Points{{-1, 0, 1}, {0, 0, 0}}, Points{{1, 0, -1}, {0, 0, 0}}, "gaussian:alpha=1", ch_sd(0.3)};
+  EXPECT_GT(largest(line.search().path.nodes[10].row(1)), 0.1);
+}
+
 // Noise that moves a landmark by where the others are.
 TEST(PathMinima, OfScreenedSwapsInThePlaneAreReached) {
   for (const char* kernel : {"gaussian:alpha=1", "matern32:alpha=1", "matern52:alpha=1"}) {

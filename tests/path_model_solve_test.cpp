@@ -61,6 +61,34 @@ void expect_close(const VectorXd& found, const VectorXd& right) {
   EXPECT_LE((found - right).norm(), 1e-8 * right.norm());
 }
 
+// Where landmarks end that are `change` off at node k and stay in the fields of the path.
+Points end_from(const PathExample& example, std::size_t k, const Points& change) {
+  const StepFields fields = fields_of(*example.system, *example.path);
+  Points q = example.nodes[k] + change;
+  for (std::size_t j = k; j < fields.momenta.size(); ++j)
+    q = carried_by_step(example.system->system(), example.grid, fields, j, q, example.nodes[j + 1] - example.nodes[j])
+            .value();
+  return q;
+}
+
+// The least of the model in the momenta from step k on, where landmarks are off at node k.
+void expect_dense_feedback(PathExample& example, const PathModel& model, const DenseModel& dense, std::size_t k) {
+  const Points deviation = example.change().back();
+  const Index size = deviation.size();
+  const Index first = static_cast<Index>(k) * size, rest = dense.matrix.rows() - first;
+  const VectorXd excess =
+      derivative([&](double s) { return VectorXd(end_from(example, k, s * deviation).reshaped()); }, 1e-3);
+  EXPECT_NEAR(model.misfit(k, deviation), 0.5 * excess.dot(dense.precision * excess), 1e-8 * excess.squaredNorm());
+  const MatrixXd end = dense.nodes.bottomRightCorner(size, rest);
+  const Eigen::LDLT<MatrixXd> factors(dense.matrix.bottomRightCorner(rest, rest));
+  const VectorXd momenta = -factors.solve(end.transpose() * (dense.precision * excess));
+  const PathDirection feedback = model.feedback(k, deviation);
+  EXPECT_EQ(stacked(feedback.momenta).head(first).norm(), 0);
+  expect_close(stacked(feedback.momenta).tail(rest), momenta);
+  EXPECT_EQ(feedback.nodes[k], deviation);
+  EXPECT_LE((feedback.nodes.back().reshaped() - excess - end * momenta).norm(), 1e-8 * excess.norm());
+}
+
 void expect_dense(PathExample& example, const DataTerm& data) {
   ASSERT_TRUE(example.path);
   const PathModel model(*example.system, data, *example.path, kWeight);
@@ -72,12 +100,7 @@ void expect_dense(PathExample& example, const DataTerm& data) {
   expect_close(stacked(solved.momenta), factors.solve(dense.nodes.transpose() * stacked(covector)));
   expect_close(stacked(solved.nodes), dense.nodes * stacked(solved.momenta));
 
-  const Points excess = example.change().back();
-  const Index size = excess.size();
-  const VectorXd pull = dense.nodes.bottomRows(size).transpose() * (dense.precision * excess.reshaped());
-  const PathDirection correction = model.correction(excess);
-  expect_close(stacked(correction.momenta), -factors.solve(pull));
-  expect_close(stacked(correction.nodes), dense.nodes * stacked(correction.momenta));
+  for (std::size_t k = 0; k < solved.momenta.size(); ++k) expect_dense_feedback(example, model, dense, k);
 }
 
 TEST(PathModelSolve, IsTheInverseOfTheGaussNewtonMatrix) {

@@ -55,34 +55,6 @@ double least_determinant(const MatrixXd& gradients, double dt, Index d) {
   return least;
 }
 
-// One step of all landmarks by Newton's method, the fields being fixed in space.
-std::optional<Points> step(const StochasticSystem& system, double dt, const Points& start, const StepFields& fields,
-                           std::size_t k, Points next) {
-  const Index d = start.rows();
-  const bool noisy = fields.controls[k].size() > 0 && system.noise->traits().local;
-  const double accuracy = kRootAccuracy * std::max(start.cwiseAbs().maxCoeff(), next.cwiseAbs().maxCoeff());
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    const Points middle = 0.5 * (start + next);
-    MatrixXd gradients;
-    Points v = system.kernel.apply_with_jacobian(middle, fields.centres[k], fields.momenta[k], gradients);
-    if (!fields.own.empty()) v += fields.own[k];
-    if (noisy) {
-      v += noise_velocity(*system.noise, middle, fields.controls[k]);
-      add_noise_gradients(*system.noise, middle, fields.controls[k], gradients);
-    }
-    double furthest = 0;
-    for (Index a = 0; a < start.cols(); ++a) {
-      const Block slope = Block::Identity(d, d) - 0.5 * dt * gradients.col(a).reshaped(d, d);
-      const VectorXd change = slope.inverse() * (start.col(a) + dt * v.col(a) - next.col(a));
-      next.col(a) += change;
-      furthest = std::max(furthest, change.cwiseAbs().maxCoeff());
-    }
-    if (!std::isfinite(furthest)) return std::nullopt;
-    if (furthest <= accuracy) return next;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const TimeGrid& grid, std::vector<Points> nodes) {
@@ -129,12 +101,41 @@ StepFields fields_of(const EffectiveHamiltonian& system, const DiscretePath& pat
   return fields;
 }
 
+// By Newton's method, landmark by landmark: the fields are fixed in space.
+std::optional<Points> carried_by_step(const StochasticSystem& system, const TimeGrid& grid, const StepFields& fields,
+                                      std::size_t k, const Points& start, const Points& guess) {
+  const Index d = start.rows();
+  const double dt = grid.dt();
+  Points next = start + guess;
+  const bool noisy = fields.controls[k].size() > 0 && system.noise->traits().local;
+  const double accuracy = kRootAccuracy * std::max(start.cwiseAbs().maxCoeff(), next.cwiseAbs().maxCoeff());
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    const Points middle = 0.5 * (start + next);
+    MatrixXd gradients;
+    Points v = system.kernel.apply_with_jacobian(middle, fields.centres[k], fields.momenta[k], gradients);
+    if (!fields.own.empty()) v += fields.own[k];
+    if (noisy) {
+      v += noise_velocity(*system.noise, middle, fields.controls[k]);
+      add_noise_gradients(*system.noise, middle, fields.controls[k], gradients);
+    }
+    double furthest = 0;
+    for (Index a = 0; a < start.cols(); ++a) {
+      const Block slope = Block::Identity(d, d) - 0.5 * dt * gradients.col(a).reshaped(d, d);
+      const VectorXd change = slope.inverse() * (start.col(a) + dt * v.col(a) - next.col(a));
+      next.col(a) += change;
+      furthest = std::max(furthest, change.cwiseAbs().maxCoeff());
+    }
+    if (!std::isfinite(furthest)) return std::nullopt;
+    if (furthest <= accuracy) return next;
+  }
+  return std::nullopt;
+}
+
 std::optional<std::vector<Points>> carried(const StochasticSystem& system, const TimeGrid& grid, const Points& source,
                                            const StepFields& fields, const std::vector<Points>& guess) {
   std::vector<Points> nodes{source};
   for (std::size_t k = 0; k < static_cast<std::size_t>(grid.steps); ++k) {
-    std::optional<Points> next =
-        step(system, grid.dt(), nodes.back(), fields, k, nodes.back() + (guess[k + 1] - guess[k]));
+    std::optional<Points> next = carried_by_step(system, grid, fields, k, nodes.back(), guess[k + 1] - guess[k]);
     if (!next) return std::nullopt;
     nodes.push_back(std::move(*next));
   }

@@ -46,6 +46,11 @@ Points own_velocities(const EffectiveHamiltonian& system, const PhaseState& at);
 /// The fields of a path.
 StepFields fields_of(const EffectiveHamiltonian& system, const DiscretePath& path);
 
+/// Where the fields of step k carry landmarks from `start`; empty where the midpoint step has no root near the guess.
+/// @param guess of the change of the landmarks, d×N
+std::optional<Points> carried_by_step(const StochasticSystem& system, const TimeGrid& grid, const StepFields& fields,
+                                      std::size_t k, const Points& start, const Points& guess);
+
 /// The nodes of landmarks that are carried by fields; empty where a midpoint step has no root near the guess.
 /// @param guess K + 1 nodes nearby
 std::optional<std::vector<Points>> carried(const StochasticSystem& system, const TimeGrid& grid, const Points& source,

@@ -40,7 +40,7 @@ class GeodesicSearch {
   }
 
  private:
-  PathSolution search(const MatchingProblem& problem, const StepFields* start, Finish finish = Finish::kRoundOff) {
+  PathSolution search(const MatchingProblem& problem, const StepFields* start, Finish finish = Finish::kMinimum) {
     PathSolution found = search_paths(problem, options_, start, finish);
     iterations_ += found.iterations;
     evaluations_ += found.evaluations;
@@ -50,7 +50,7 @@ class GeodesicSearch {
   PathSolution first_path() {
     if (!carriers_) return search(problem_, nullptr);
     const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
-    PathSolution path = search(thinned(problem_, few), nullptr, Finish::kTolerance);
+    PathSolution path = search(thinned(problem_, few), nullptr);
     Points p = Points::Zero(problem_.source.rows(), problem_.source.cols());
     p(Eigen::all, few) = path.momenta;
     const Points end = shot(p, "rk4");
@@ -81,7 +81,7 @@ class GeodesicSearch {
       if (apart <= kSettled || path.cost.total() == 0) return path;
       if (!(apart < 0.5 * before[2])) break;
       before = {apart, before[0], before[1]};
-      path = search(corrected(path.path.end(), end), &path.fields);
+      path = search(corrected(path.path.end(), end), &path.fields, Finish::kNearMinimum);
     }
     return std::nullopt;
   }

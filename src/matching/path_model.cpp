@@ -87,26 +87,33 @@ PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, c
   } else {
     root_ = std::sqrt(weight) * data.linearise(path.end(), MatrixXd::Identity(d * n, d * n)).changes;
   }
-  factorise();
+  propagate();
+  factors_ = factors_from(0);
 }
 
-void PathModel::factorise() {
+void PathModel::propagate() {
   const Index d = path_.end().rows(), n = path_.end().cols();
   const double dt = path_.grid.dt();
   const auto steps = path_.middles.size();
-  // √wR Ψ_k where R has blocks, else Ψ_k.
-  std::vector<MatrixXd> propagators(steps, MatrixXd(d * d, n));
+  from_steps_.assign(steps, MatrixXd(d * d, n));
+  from_nodes_ = from_steps_;
   for (Index a = 0; a < n; ++a) {
     Block suffix = roots_.empty() ? Block(Block::Identity(d, d)) : Block(roots_[static_cast<std::size_t>(a)]);
     for (std::size_t k = steps; k-- > 0;) {
       const Block psi = suffix * block(inverses_[k], a, d);
       suffix = psi + 0.5 * dt * psi * block(path_.gradients[k], a, d);
-      propagators[k].col(a) = psi.reshaped();
+      from_steps_[k].col(a) = psi.reshaped();
+      from_nodes_[k].col(a) = suffix.reshaped();
     }
   }
+}
+
+PathModel::Factors PathModel::factors_from(std::size_t k) const {
+  const Index d = path_.end().rows(), n = path_.end().cols();
   MatrixXd sum = MatrixXd::Zero(d * n, d * n);
   parallel_for(static_cast<int>(n), [&](int b) {
-    for (std::size_t k = 0; k < steps; ++k) path_.cometrics[k].add_transformed(propagators[k], dt, b, sum);
+    for (std::size_t j = k; j < from_steps_.size(); ++j)
+      path_.cometrics[j].add_transformed(from_steps_[j], path_.grid.dt(), b, sum);
   });
   if (axis_root_.size() > 0) {
     const auto root = axis_root_.triangularView<Eigen::Upper>();
@@ -124,7 +131,7 @@ void PathModel::factorise() {
     sum = by_axis * (sum.selfadjointView<Eigen::Upper>() * by_axis.transpose()).eval();
   }
   sum.diagonal().array() += 1;
-  factors_.compute(sum.selfadjointView<Eigen::Upper>());
+  return Factors(sum.selfadjointView<Eigen::Upper>());
 }
 
 VectorXd PathModel::whitened(const Points& end_change) const {
@@ -135,6 +142,12 @@ VectorXd PathModel::whitened(const Points& end_change) const {
   return r.transpose().reshaped();
 }
 
+VectorXd PathModel::whitened_from(std::size_t k, const Points& deviation) const {
+  const Points at_end = by_blocks(from_nodes_[k], deviation, false);
+  if (roots_.empty()) return root_ * at_end.reshaped();
+  return at_end.transpose().reshaped();
+}
+
 Points PathModel::whitened_transposed(const VectorXd& r) const {
   const Index d = path_.end().rows(), n = path_.end().cols();
   if (axis_root_.size() > 0) return r.reshaped(n, d).transpose() * axis_root_;
@@ -142,10 +155,6 @@ Points PathModel::whitened_transposed(const VectorXd& r) const {
   Points q = r.reshaped(n, d).transpose();
   for (Index a = 0; a < n; ++a) q.col(a) = (roots_[static_cast<std::size_t>(a)] * q.col(a)).eval();
   return q;
-}
-
-Points PathModel::end_costate(const Points& end_change) const {
-  return -whitened_transposed(factors_.solve(whitened(end_change)));
 }
 
 NodeCovector PathModel::gradient() const {
@@ -187,22 +196,24 @@ NodeCovector PathModel::hessian(const PathDirection& direction) const {
   return product;
 }
 
-PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_end) const {
+PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_end, std::size_t first,
+                               const Points& deviation) const {
   const auto steps = path_.middles.size();
   const double dt = path_.grid.dt();
-  PathDirection direction{std::vector<Points>(steps + 1), std::vector<Points>(steps)};
+  const Points none = Points::Zero(at_end.rows(), at_end.cols());
+  PathDirection direction{std::vector<Points>(steps + 1, none), std::vector<Points>(steps, none)};
   Points costate = covector.back() + at_end;
-  for (std::size_t k = steps; k-- > 0;) {
+  for (std::size_t k = steps; k-- > first;) {
     direction.momenta[k] = by_blocks(inverses_[k], costate, true);
     costate = half_step(path_.gradients[k], dt, direction.momenta[k], true) + covector[k];
   }
   std::vector<Points> velocities(steps);
-  parallel_for(path_.grid.steps, [&](int step) {
-    const auto k = static_cast<std::size_t>(step);
+  parallel_for(path_.grid.steps - static_cast<int>(first), [&](int step) {
+    const std::size_t k = first + static_cast<std::size_t>(step);
     velocities[k] = path_.cometrics[k].apply(direction.momenta[k]);
   });
-  direction.nodes[0] = Points::Zero(at_end.rows(), at_end.cols());
-  for (std::size_t k = 0; k < steps; ++k)
+  direction.nodes[first] = deviation;
+  for (std::size_t k = first; k < steps; ++k)
     direction.nodes[k + 1] = by_blocks(
         inverses_[k], half_step(path_.gradients[k], dt, direction.nodes[k], false) + dt * velocities[k], false);
   return direction;
@@ -210,13 +221,18 @@ PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_en
 
 PathDirection PathModel::solve(const NodeCovector& covector) const {
   const Points none = Points::Zero(path_.end().rows(), path_.end().cols());
-  const PathDirection free = swept(covector, none);
-  return swept(covector, end_costate(free.nodes.back()));
+  const PathDirection free = swept(covector, none, 0, none);
+  return swept(covector, -whitened_transposed(factors_.solve(whitened(free.nodes.back()))), 0, none);
 }
 
-PathDirection PathModel::correction(const Points& excess) const {
-  const Points none = Points::Zero(excess.rows(), excess.cols());
-  return swept(NodeCovector(path_.middles.size() + 1, none), end_costate(excess));
+double PathModel::misfit(std::size_t k, const Points& deviation) const {
+  return 0.5 * whitened_from(k, deviation).squaredNorm();
+}
+
+PathDirection PathModel::feedback(std::size_t k, const Points& deviation) const {
+  const NodeCovector none(path_.middles.size() + 1, Points::Zero(deviation.rows(), deviation.cols()));
+  const VectorXd excess = whitened_from(k, deviation);
+  return swept(none, -whitened_transposed(factors_from(k).solve(excess)), k, deviation);
 }
 
 }  // namespace pulson

@@ -44,15 +44,23 @@ class PathModel {
   /// S = I + wRPRᵀ, P = Σ Δt Ψ_k A_k Ψ_kᵀ, Ψ_k the propagator from step k to the end.
   PathDirection solve(const NodeCovector& covector) const;
 
-  /// The least change of the fields, in the norm of M, that moves the end by −`excess`, as far as the data ask for it.
-  PathDirection correction(const Points& excess) const;
+  /// ½w|Rδq_K|² of landmarks that are `deviation` off at node k and stay in the fields of the path.
+  double misfit(std::size_t k, const Points& deviation) const;
+
+  /// How the path goes on best, in the norm of M, from `deviation` off at node k: −Ψ_jᵀ√wRᵀ S_k⁻¹ √wRΦ_k δq_k is added
+  /// to the momenta of the steps j ≥ k, with S_k and its P from step k on, Φ_k the propagator from node k to the end.
+  PathDirection feedback(std::size_t k, const Points& deviation) const;
 
  private:
-  void factorise();
-  Eigen::VectorXd whitened(const Points& end_change) const;    ///< √w R δq
-  Points whitened_transposed(const Eigen::VectorXd& r) const;  ///< √w Rᵀ r
-  Points end_costate(const Points& end_change) const;          ///< −√wRᵀ S⁻¹ √wR δq
-  PathDirection swept(const NodeCovector& covector, const Points& at_end) const;
+  using Factors = Eigen::LLT<Eigen::MatrixXd>;
+
+  void propagate();
+  Factors factors_from(std::size_t k) const;  ///< of S_k; S = S_0
+  Eigen::VectorXd whitened(const Points& end_change) const;
+  Eigen::VectorXd whitened_from(std::size_t k, const Points& deviation) const;
+  Points whitened_transposed(const Eigen::VectorXd& r) const;
+  PathDirection swept(const NodeCovector& covector, const Points& at_end, std::size_t first,
+                      const Points& deviation) const;
 
   const EffectiveHamiltonian& system_;
   const DataTerm& data_;
@@ -62,7 +70,8 @@ class PathModel {
   std::vector<Eigen::MatrixXd> roots_;     ///< N, d×d: √w R of landmarks, symmetric; empty for other data
   Eigen::MatrixXd axis_root_;              ///< √w R of data with a root of each axis, upper triangle
   Eigen::MatrixXd root_;                   ///< √w R of other data
-  Eigen::LLT<Eigen::MatrixXd> factors_;    ///< of S
+  std::vector<Eigen::MatrixXd> from_steps_, from_nodes_;  ///< K, d²×N: Ψ_k and Φ_k, times √w R of landmarks
+  Factors factors_;                                       ///< of S
 };
 
 }  // namespace pulson

@@ -3,14 +3,19 @@
 // 1. solves the Newton equations by conjugate gradients, preconditioned by the Gauss–Newton model, within a trust
 //    region (Steihaug 1983; Nocedal & Wright, Numerical Optimization, 2006, ch. 4 and 7), which also finds directions
 //    of negative curvature and follows them;
-// 2. takes the step in the fields of the path rather than in its nodes, so that what moves together keeps doing so;
+// 2. takes the step in the fields of the path rather than in its nodes, so that what moves together keeps doing so, and
+//    with feedback, since bent flows amplify what the model leaves out: where landmarks leave the nodes that the model
+//    has, the later fields answer (as in differential dynamic programming, Jacobson & Mayne 1970);
 // 3. projects: of all fields that move the landmarks along the new path those of least energy.
+// Where the gradient vanishes, negative curvature is looked for and followed: symmetric paths are often saddles.
 // The data are held softly at first, σ being s times as large, and ever more firmly.
 
 #include "path_search.hpp"
 
 #include <algorithm>
 #include <cmath>
+
+#include <Eigen/Eigenvalues>
 
 #include "path_model.hpp"
 #include "pulson/matching/landmark_term.hpp"
@@ -41,20 +46,19 @@ constexpr int kMostPolish = 10;
 constexpr const char* kFlat = "the gradient vanishes";
 // Twice as many landmarks begin at what is found for these.
 constexpr Index kFewLandmarks = 150;
-// How far the start is disturbed, in parts of the diameter: a symmetric path may be a saddle.
-constexpr double kDisturbance = 1e-3;
+// The chance to overlook a direction of negative curvature.
+constexpr double kOverlooked = 1e-2;
+// Saddles that are left, one after the other.
+constexpr int kMostSaddles = 5;
 // A cost, in nats, that no data would show: what equal shapes have by round-off.
 constexpr double kNoCost = 1e-12;
 
 class PathSearch {
  public:
-  PathSearch(const MatchingProblem& problem, const MinimiseOptions& options, Finish finish)
-      : problem_(problem),
-        options_(options),
-        most_polish_(finish == Finish::kRoundOff ? kMostPolish : 0),
-        system_(problem.system, problem.lambda) {}
+  PathSearch(const MatchingProblem& problem, const MinimiseOptions& options)
+      : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
 
-  PathSolution run(const StepFields* start) {
+  PathSolution run(const StepFields* start, Finish finish) {
     const bool warm = begin(start);
     const double data = problem_.data->value(path_.end());
     if (data < kNoCost && path_.energy == 0) {
@@ -62,12 +66,11 @@ class PathSearch {
       stop(true, "the shapes are equal");
       return solution();
     }
-    if (!warm) {
+    if (!warm)
       softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
-      disturb();
-    }
     while (!finished()) {
-      if (!advance()) break;
+      const bool may_be_saddle = is_flat() && flat_ == 1 && saddles_ < kMostSaddles && finish == Finish::kMinimum;
+      if (!(may_be_saddle && leave_saddle()) && !advance()) break;
       ++iterations_;
     }
     return solution();
@@ -81,7 +84,12 @@ class PathSearch {
     ++evaluations_;
     auto nodes = carried(problem_.system, problem_.grid, problem_.source, fields, guess);
     if (!nodes) return std::nullopt;
-    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(*nodes));
+    return measured(std::move(*nodes));
+  }
+
+  // The path through nodes, if its cost is a number.
+  std::optional<DiscretePath> measured(std::vector<Points> nodes) const {
+    std::optional<DiscretePath> path = along(system_, problem_.grid, std::move(nodes));
     if (path && !std::isfinite(cost(*path))) return std::nullopt;
     return path;
   }
@@ -98,18 +106,6 @@ class PathSearch {
     if (!path || cost(*path) >= cost(path_)) return false;
     path_ = std::move(*path);
     return true;
-  }
-
-  void disturb() {
-    const Points& q0 = problem_.source;
-    StepFields fields = fields_of(system_, path_);
-    Points p =
-        brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, 1}).reshaped(q0.rows(), q0.cols());
-    const double fastest = problem_.system.kernel.apply(q0, q0, p).colwise().norm().maxCoeff();
-    p *= kDisturbance * diameter(q0) / (problem_.grid.time * fastest);
-    for (Points& momenta : fields.momenta) momenta = p;
-    fields.own.clear();
-    if (std::optional<DiscretePath> path = follow(fields, path_.nodes)) path_ = std::move(*path);
   }
 
   bool is_flat() const { return softness_ == 1 && relative_ <= options_.gradient_tolerance; }
@@ -138,7 +134,7 @@ class PathSearch {
       }
       if (problem_.lambda * total < kNoCost)
         stop(true, "the cost vanishes");
-      else if (is_flat() && ++flat_ > most_polish_)
+      else if (is_flat() && ++flat_ > kMostPolish)
         stop(true, kFlat);
       else if (iterations_ >= options_.max_iterations)
         stop(is_flat(), "the limit of iterations was reached");
@@ -195,30 +191,116 @@ class PathSearch {
     return step;
   }
 
-  std::optional<DiscretePath> moved(const DiscretePath& from, const PathDirection& direction) {
-    StepFields fields = fields_of(system_, from);
-    std::vector<Points> guess = from.nodes;
+  // The step is taken with feedback: where landmarks are carried off the nodes that the model has, by so much that it
+  // would cost more than `tolerance`, the rest of the step is changed to what is best from there.
+  std::optional<DiscretePath> moved(PathDirection direction, double tolerance) {
+    ++evaluations_;
+    StepFields fields = fields_of(system_, path_);
+    std::vector<Points> nodes{path_.nodes.front()};
     for (std::size_t k = 0; k < fields.momenta.size(); ++k) {
-      fields.momenta[k] += direction.momenta[k];
-      fields.controls[k] += system_.controls({from.middles[k].q, direction.momenta[k]});
-      fields.own[k] += own_velocities(system_, {from.middles[k].q, direction.momenta[k]});
-      guess[k + 1] += direction.nodes[k + 1];
+      const Points deviation = nodes[k] - path_.nodes[k] - direction.nodes[k];
+      if (model_->misfit(k, deviation) > tolerance) direction.add(1, model_->feedback(k, deviation));
+      const PhaseState change{path_.middles[k].q, direction.momenta[k]};
+      fields.momenta[k] += change.p;
+      fields.controls[k] += system_.controls(change);
+      fields.own[k] += own_velocities(system_, change);
+      const Points guess = path_.nodes[k + 1] - path_.nodes[k] + direction.nodes[k + 1] - direction.nodes[k];
+      std::optional<Points> next = carried_by_step(problem_.system, problem_.grid, fields, k, nodes[k], guess);
+      if (!next) return std::nullopt;
+      nodes.push_back(std::move(*next));
     }
-    return follow(fields, guess);
+    return measured(std::move(nodes));
   }
 
-  // A step that was poor because the path is not linear in the fields: the end is moved to where the model has it.
-  std::optional<DiscretePath> corrected(const Step& step, std::optional<DiscretePath> trial) {
-    if (!trial || !problem_.data->is_least_squares()) return trial;
-    const Points excess = trial->end() - path_.end() - step.direction.nodes.back();
-    std::optional<DiscretePath> better = moved(*trial, model_->correction(excess));
-    return better && cost(*better) < cost(*trial) ? better : trial;
+  struct Curvature {
+    double least = 0;         ///< μ, the least of the Hessian H in the norm of M
+    double round_off = 0;     ///< of it
+    PathDirection direction;  ///< of μ, of norm 1; where it is below 0
+
+    bool is_negative() const { return least < -round_off; }
+  };
+
+  // Lanczos' method for Hx = μMx from a start by chance. In exact arithmetic the projection of H is tridiagonal, and
+  // beside its diagonal are the norms of what was left of the products: what differs is round-off.
+  Curvature least_curvature() const {
+    const auto nodes = gradient_.size();
+    std::vector<PathDirection> basis;
+    std::vector<NodeCovector> images;  // M times these
+    MatrixXd projected = MatrixXd::Zero(kMostProducts, kMostProducts);
+    Curvature found;
+    NodeCovector image = covector_by_chance();
+    for (Index k = 0; k < kMostProducts; ++k) {
+      basis.push_back(model_->solve(image));
+      const double norm = std::sqrt(pairing(image, basis.back()));
+      if (!(norm > 0)) break;
+      basis.back().scale(1 / norm);
+      for (Points& x : image) x /= norm;
+      images.push_back(std::move(image));
+      image = model_->hessian(basis.back());
+      for (const bool again : {false, true})
+        for (std::size_t i = 0; i < basis.size(); ++i) {
+          const double part = pairing(image, basis[i]);
+          if (!again) projected(static_cast<Index>(i), k) = part;
+          for (std::size_t j = 0; j < nodes; ++j) image[j] -= part * images[i][j];
+        }
+      for (Index i = 0; i < k; ++i)
+        found.round_off = std::max(found.round_off, std::abs(projected(i, k) - (i + 1 == k ? norm : 0)));
+      const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+          MatrixXd(projected.topLeftCorner(k + 1, k + 1).selfadjointView<Eigen::Upper>()));
+      found.least = eigen.eigenvalues()[0];
+      if (found.is_negative()) {
+        found.direction = std::move(basis.front());
+        found.direction.scale(eigen.eigenvectors()(0, 0));
+        for (Index i = 1; i <= k; ++i)
+          found.direction.add(eigen.eigenvectors()(i, 0), basis[static_cast<std::size_t>(i)]);
+        break;
+      }
+      if (chance_of_less_than_zero(k + 1, found.least / eigen.eigenvalues()[k]) < kOverlooked) break;
+    }
+    return found;
+  }
+
+  NodeCovector covector_by_chance() const {
+    const Points& q0 = problem_.source;
+    const int steps = problem_.grid.steps;
+    const MatrixXd chance = brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, steps});
+    NodeCovector covector{Points::Zero(q0.rows(), q0.cols())};
+    for (Index k = 0; k < steps; ++k) covector.push_back(chance.col(k).reshaped(q0.rows(), q0.cols()));
+    return covector;
+  }
+
+  // That Lanczos' method has found no eigenvalue below `part` of the largest after k steps, but there is one below 0
+  // (Kuczyński & Woźniakowski 1992, theorem 4.2).
+  double chance_of_less_than_zero(Index k, double part) const {
+    const auto unknowns = static_cast<double>(problem_.source.size() * problem_.grid.steps);
+    return 1.648 * std::sqrt(unknowns) * std::exp(-static_cast<double>(2 * k - 1) * std::sqrt(std::max(0.0, part)));
+  }
+
+  // The gradient vanishes at saddles, too: whether this was one, and is left.
+  bool leave_saddle() {
+    Curvature curvature = least_curvature();
+    if (!curvature.is_negative()) return false;
+    if (pairing(gradient_, curvature.direction) > 0) curvature.direction.scale(-1);
+    const double before = cost(path_);
+    for (double length = std::sqrt(2 * before);; length *= kShrink) {
+      PathDirection direction = curvature.direction;
+      direction.scale(length);
+      const double gain = -pairing(gradient_, direction) - 0.5 * curvature.least * length * length;
+      if (!(gain > kRoundOff * before)) return false;
+      std::optional<DiscretePath> trial = moved(std::move(direction), kPoorGain * gain);
+      if (!trial || before - cost(*trial) < kPoorGain * gain) continue;
+      path_ = std::move(*trial);
+      radius_ = length;
+      ++saddles_;
+      flat_ = 0;
+      return true;
+    }
   }
 
   // Newton's last step, which costs no longer show: near a minimum it squares what is left of the gradient, so that the
   // path obeys the midpoint rule about as well as it can.
   void refine(const Step& step) {
-    if (std::optional<DiscretePath> trial = moved(path_, step.direction);
+    if (std::optional<DiscretePath> trial = moved(step.direction, kRoundOff * cost(path_));
         trial && cost(*trial) <= cost(path_) * (1 + kRoundOff))
       path_ = std::move(*trial);
   }
@@ -232,10 +314,8 @@ class PathSearch {
         refine(step);
         break;
       }
-      std::optional<DiscretePath> trial = moved(path_, step.direction);
-      const auto gain = [&] { return trial ? (before - cost(*trial)) / step.gain : -1; };
-      if (gain() < kPoorGain) trial = corrected(step, std::move(trial));
-      const double part = gain();
+      std::optional<DiscretePath> trial = moved(step.direction, kPoorGain * step.gain);
+      const double part = trial ? (before - cost(*trial)) / step.gain : -1;
       if (part < kPoorGain)
         radius_ = kShrink * std::min(radius_, full);
       else if (part > kGoodGain && step.at_boundary)
@@ -276,7 +356,6 @@ class PathSearch {
 
   const MatchingProblem& problem_;
   const MinimiseOptions& options_;
-  int most_polish_;
   EffectiveHamiltonian system_;
   DiscretePath path_;
   double softness_ = 1;
@@ -287,7 +366,8 @@ class PathSearch {
   NodeCovector gradient_;
   PathDirection steepest_;
   int iterations_ = 0;
-  int flat_ = 0;  ///< iterations within the tolerance
+  int saddles_ = 0;  ///< left
+  int flat_ = 0;     ///< iterations within the tolerance
   int evaluations_ = 0;
   bool converged_ = false;
   std::string reason_;
@@ -300,15 +380,15 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
   check(problem);
   if (!problem.system.noise->traits().moves_positions) require_distinct(problem.source);
   if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_thinned(problem))
-    return PathSearch(problem, options, finish).run(start);
+    return PathSearch(problem, options).run(start, finish);
   MatchingProblem few = thinned(problem, representatives(problem, kFewLandmarks));
-  PathSolution coarse = PathSearch(few, options, Finish::kTolerance).run(nullptr);
+  PathSolution coarse = PathSearch(few, options).run(nullptr, finish);
   // What the noise did to those few is nothing to the others.
   const int channels =
       problem.system.noise->channels(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
   for (Eigen::VectorXd& u : coarse.fields.controls) u = Eigen::VectorXd::Zero(channels);
   coarse.fields.own.clear();
-  PathSolution solution = PathSearch(problem, options, finish).run(&coarse.fields);
+  PathSolution solution = PathSearch(problem, options).run(&coarse.fields, finish);
   solution.iterations += coarse.iterations;
   solution.evaluations += coarse.evaluations;
   return solution;

@@ -5,8 +5,11 @@
 
 namespace pulson {
 
-/// Where a search ends: within the tolerance of its options, or where round-off does not let it come closer.
-enum class Finish { kTolerance, kRoundOff };
+/// Where a search ends.
+enum class Finish {
+  kNearMinimum,  ///< where round-off does not let the gradient vanish more
+  kMinimum       ///< and negative curvature is looked for
+};
 
 /// What a search over paths found.
 struct PathSolution {
@@ -25,8 +28,8 @@ struct PathSolution {
 /// Minimises λ∫H dt + ½∫Σ u_i² dt + D(q(T)) over paths in midpoint steps and controls u of the noise, whose potentials
 /// are linear in p or none: see path_search.cpp. `realisations` of the problem and its integrator play no part.
 /// @param start fields to begin with; else landmarks at rest
-/// @param finish how well the path obeys the midpoint rule
+/// @param finish kNearMinimum if `start` is from the minimum of nearly the same problem
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options,
-                          const StepFields* start = nullptr, Finish finish = Finish::kRoundOff);
+                          const StepFields* start = nullptr, Finish finish = Finish::kMinimum);
 
 }  // namespace pulson

@@ -51,16 +51,21 @@ class GeodesicSearch {
     if (!carriers_) return search(problem_, nullptr);
     const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
     PathSolution path = search(thinned(problem_, few), nullptr);
+    path.fields.own.clear();  // of those few
     Points p = Points::Zero(problem_.source.rows(), problem_.source.cols());
     p(Eigen::all, few) = path.momenta;
-    const Points end = shot(p, "rk4");
-    path.fields.own.clear();  // of those few
+    const Points end = shot(p, "rk4").value_or(problem_.source);
     return search(carriers_->problem(carriers_->of(end), end), &path.fields);
   }
 
-  Points shot(const Points& p, const std::string& integrator) const {
+  std::optional<Points> shot(const Points& p, const std::string& integrator) const {
     const Eigen::MatrixXd none(0, problem_.grid.steps);
-    return make_integrator(integrator)->integrate(problem_.system, {problem_.source, p}, problem_.grid, none).final().q;
+    try {
+      const PhaseState start{problem_.source, p};
+      return make_integrator(integrator)->integrate(problem_.system, start, problem_.grid, none).final().q;
+    } catch (const StepError&) {
+      return std::nullopt;
+    }
   }
 
   // The data, held against the end of the shot, `all`, where the path of the carriers leads to `ends`.
@@ -76,12 +81,13 @@ class GeodesicSearch {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     std::array before{kFar, kFar, kFar};  // the last rounds
     while (path.converged) {
-      const Points end = shot(momenta(path), name);
-      const double apart = std::abs(problem_.data->value(end) - path.cost.data) / path.cost.total();
+      const std::optional<Points> end = shot(momenta(path), name);
+      if (!end) break;
+      const double apart = std::abs(problem_.data->value(*end) - path.cost.data) / path.cost.total();
       if (apart <= kSettled || path.cost.total() == 0) return path;
       if (!(apart < 0.5 * before[2])) break;
       before = {apart, before[0], before[1]};
-      path = search(corrected(path.path.end(), end), &path.fields, Finish::kNearMinimum);
+      path = search(corrected(path.path.end(), *end), &path.fields, Finish::kNearMinimum);
     }
     return std::nullopt;
   }

@@ -134,9 +134,13 @@ PathModel::Factors PathModel::factors_from(std::size_t k) const {
   return Factors(sum.selfadjointView<Eigen::Upper>());
 }
 
-VectorXd PathModel::whitened(const Points& end_change) const {
+VectorXd PathModel::rooted(const Points& end_change) const {
   if (axis_root_.size() > 0) return (axis_root_.triangularView<Eigen::Upper>() * end_change.transpose()).reshaped();
-  if (roots_.empty()) return root_ * end_change.reshaped();
+  return root_ * end_change.reshaped();
+}
+
+VectorXd PathModel::whitened(const Points& end_change) const {
+  if (roots_.empty()) return rooted(end_change);
   Points r(end_change.rows(), end_change.cols());
   for (Index a = 0; a < r.cols(); ++a) r.col(a) = roots_[static_cast<std::size_t>(a)] * end_change.col(a);
   return r.transpose().reshaped();
@@ -144,8 +148,7 @@ VectorXd PathModel::whitened(const Points& end_change) const {
 
 VectorXd PathModel::whitened_from(std::size_t k, const Points& deviation) const {
   const Points at_end = by_blocks(from_nodes_[k], deviation, false);
-  if (roots_.empty()) return root_ * at_end.reshaped();
-  return at_end.transpose().reshaped();
+  return roots_.empty() ? rooted(at_end) : VectorXd(at_end.transpose().reshaped());
 }
 
 Points PathModel::whitened_transposed(const VectorXd& r) const {

@@ -55,7 +55,8 @@ class PathModel {
   using Factors = Eigen::LLT<Eigen::MatrixXd>;
 
   void propagate();
-  Factors factors_from(std::size_t k) const;  ///< of S_k; S = S_0
+  Factors factors_from(std::size_t k) const;               ///< of S_k; S = S_0
+  Eigen::VectorXd rooted(const Points& end_change) const;  ///< the same where landmarks have no roots of their own
   Eigen::VectorXd whitened(const Points& end_change) const;
   Eigen::VectorXd whitened_from(std::size_t k, const Points& deviation) const;
   Points whitened_transposed(const Eigen::VectorXd& r) const;

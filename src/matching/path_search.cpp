@@ -50,6 +50,8 @@ constexpr Index kFewLandmarks = 150;
 constexpr double kOverlooked = 1e-2;
 // Saddles that are left, one after the other.
 constexpr int kMostSaddles = 5;
+// How far the start is disturbed, in parts of the diameter.
+constexpr double kDisturbance = 1e-3;
 // A cost, in nats, that no data would show: what equal shapes have by round-off.
 constexpr double kNoCost = 1e-12;
 
@@ -66,8 +68,10 @@ class PathSearch {
       stop(true, "the shapes are equal");
       return solution();
     }
-    if (!warm)
+    if (!warm) {
       softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
+      disturb();
+    }
     while (!finished()) {
       const bool may_be_saddle = is_flat() && flat_ == 1 && saddles_ < kMostSaddles && finish == Finish::kMinimum;
       if (!(may_be_saddle && leave_saddle()) && !advance()) break;
@@ -106,6 +110,19 @@ class PathSearch {
     if (!path || cost(*path) >= cost(path_)) return false;
     path_ = std::move(*path);
     return true;
+  }
+
+  // The path of a symmetric pair may run into a collision long before its gradient vanishes, where no saddle is seen.
+  void disturb() {
+    const Points& q0 = problem_.source;
+    StepFields fields = fields_of(system_, path_);
+    Points p =
+        brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, 1}).reshaped(q0.rows(), q0.cols());
+    const double fastest = problem_.system.kernel.apply(q0, q0, p).colwise().norm().maxCoeff();
+    p *= kDisturbance * diameter(q0) / (problem_.grid.time * fastest);
+    for (Points& momenta : fields.momenta) momenta = p;
+    fields.own.clear();
+    if (std::optional<DiscretePath> path = follow(fields, path_.nodes)) path_ = std::move(*path);
   }
 
   bool is_flat() const { return softness_ == 1 && relative_ <= options_.gradient_tolerance; }

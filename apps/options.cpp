@@ -26,6 +26,7 @@ void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
       "--steps",
       [this](int count) {
         steps = count;
+        chosen = true;
         dt.reset();
       },
       "number of time steps" + (dt ? std::string(", in place of --dt") : fmt::format(" [{}]", steps)));

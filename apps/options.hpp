@@ -16,6 +16,7 @@ struct TimeOptions {
   std::optional<double> time;
   int steps = 20;
   std::optional<double> dt;  ///< where it is given, the default of --steps is not used
+  bool chosen = false;       ///< --steps or --dt was given
 
   /// `default_time` is what help says of it.
   void add_to(CLI::App& verb, const std::string& default_time);

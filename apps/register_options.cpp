@@ -103,6 +103,7 @@ void RegisterArguments::add_to(CLI::App& verb) {
 RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {
   RegistrationOptions asked = options;
   asked.grid = time.grid();
+  asked.more_steps = !time.chosen && !time.dt;
   if (mode) asked.mode = parse_mode(*mode);
   asked.sigma = Length::parse(sigma, "--sigma");
   if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");

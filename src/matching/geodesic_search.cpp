@@ -21,18 +21,28 @@ using Eigen::Index;
 
 // Costs of a path and of the geodesic that differ by less than this part.
 constexpr double kSettled = 1e-3;
+// Shots in as many steps and in twice as many differ by less than this part of the cost, where more may be taken: up to
+// so many times those of the path.
+constexpr double kAccurate = 3e-3;
+constexpr int kMostSteps = 8;
 // The first path is that of so many landmarks.
 constexpr Index kFirstLandmarks = 150;
 
 class GeodesicSearch {
  public:
-  GeodesicSearch(const MatchingProblem& problem, const MinimiseOptions& options)
-      : problem_(problem), options_(options), carriers_(find_carriers(problem)) {}
+  GeodesicSearch(const MatchingProblem& problem, const MinimiseOptions& options, bool more_steps)
+      : problem_(problem),
+        options_(options),
+        more_steps_(more_steps),
+        grid_(problem.grid),
+        carriers_(find_carriers(problem)) {}
 
   GeodesicSolution run() {
     const PathSolution first = first_path();
-    for (const char* name : {"rk4", "midpoint"})
+    for (const char* name : {"rk4", "midpoint"}) {
+      grid_ = problem_.grid;
       if (const std::optional<PathSolution> settled = settle(first, name)) return solution(*settled, name);
+    }
     PathSolution unsettled = first;
     unsettled.converged = false;
     if (first.converged) unsettled.reason = "momenta shoot their landmarks elsewhere than the path leads";
@@ -54,15 +64,15 @@ class GeodesicSearch {
     path.fields.own.clear();  // of those few
     Points p = Points::Zero(problem_.source.rows(), problem_.source.cols());
     p(Eigen::all, few) = path.momenta;
-    const Points end = shot(p, "rk4").value_or(problem_.source);
+    const Points end = shot(p, "rk4", grid_).value_or(problem_.source);
     return search(carriers_->problem(carriers_->of(end), end), &path.fields);
   }
 
-  std::optional<Points> shot(const Points& p, const std::string& integrator) const {
-    const Eigen::MatrixXd none(0, problem_.grid.steps);
+  std::optional<Points> shot(const Points& p, const std::string& integrator, const TimeGrid& grid) const {
+    const Eigen::MatrixXd none(0, grid.steps);
     try {
       const PhaseState start{problem_.source, p};
-      return make_integrator(integrator)->integrate(problem_.system, start, problem_.grid, none).final().q;
+      return make_integrator(integrator)->integrate(problem_.system, start, grid, none).final().q;
     } catch (const StepError&) {
       return std::nullopt;
     }
@@ -81,10 +91,17 @@ class GeodesicSearch {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     std::array before{kFar, kFar, kFar};  // the last rounds
     while (path.converged) {
-      const std::optional<Points> end = shot(momenta(path), name);
+      std::optional<Points> end = shot(momenta(path), name, grid_);
       if (!end) break;
-      const double apart = std::abs(problem_.data->value(*end) - path.cost.data) / path.cost.total();
-      if (apart <= kSettled || path.cost.total() == 0) return path;
+      const double cost = path.cost.total();
+      if (std::abs(problem_.data->value(*end) - path.cost.data) <= kSettled * cost) {
+        const std::optional<Points> better = more_accurate(path, name, *end);
+        if (!better) return path;
+        end = better;
+        grid_.steps *= 2;
+        before.fill(kFar);
+      }
+      const double apart = std::abs(problem_.data->value(*end) - path.cost.data);
       if (!(apart < 0.5 * before[2])) break;
       before = {apart, before[0], before[1]};
       path = search(corrected(path.path.end(), *end), &path.fields, Finish::kNearMinimum);
@@ -92,15 +109,25 @@ class GeodesicSearch {
     return std::nullopt;
   }
 
+  // The end of a shot in twice as many steps, where that costs another.
+  std::optional<Points> more_accurate(const PathSolution& path, const std::string& name, const Points& end) const {
+    if (!more_steps_ || name != "rk4" || grid_.steps >= kMostSteps * problem_.grid.steps) return std::nullopt;
+    const std::optional<Points> finer = shot(momenta(path), name, {grid_.time, 2 * grid_.steps});
+    const double change = finer ? std::abs(problem_.data->value(*finer) - problem_.data->value(end)) : 0;
+    return change > kAccurate * path.cost.total() ? finer : std::nullopt;
+  }
+
   Points momenta(const PathSolution& path) const { return carriers_ ? carriers_->momenta(path.momenta) : path.momenta; }
 
   GeodesicSolution solution(const PathSolution& path, std::string integrator) const {
-    return {momenta(path), std::move(integrator), path.converged,        path.reason,
-            iterations_,   evaluations_,          path.relative_gradient};
+    return {momenta(path), std::move(integrator), grid_,        path.converged,
+            path.reason,   iterations_,           evaluations_, path.relative_gradient};
   }
 
   const MatchingProblem& problem_;
   const MinimiseOptions& options_;
+  bool more_steps_;
+  TimeGrid grid_;  ///< of shots
   std::optional<Carriers> carriers_;
   int iterations_ = 0;
   int evaluations_ = 0;
@@ -108,8 +135,8 @@ class GeodesicSearch {
 
 }  // namespace
 
-GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options) {
-  return GeodesicSearch(problem, options).run();
+GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options, bool more_steps) {
+  return GeodesicSearch(problem, options, more_steps).run();
 }
 
 }  // namespace pulson

@@ -10,6 +10,7 @@ namespace pulson {
 struct GeodesicSolution {
   Points momenta;  ///< p0, d×N
   std::string integrator;
+  TimeGrid grid;  ///< of the shot
   bool converged = false;
   std::string reason;
   int iterations = 0;
@@ -19,6 +20,8 @@ struct GeodesicSolution {
 
 /// Minimises λ∫H dt + D(q(T)), D that of landmarks, over geodesics as `rk4` shoots them, or, where that amplifies
 /// errors too much, `midpoint`; by searches over paths and defect correction, see geodesic_search.cpp.
-GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options);
+/// @param more_steps whether `rk4` may take more steps than the grid of the problem has, see RegistrationOptions
+GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options,
+                                 bool more_steps = false);
 
 }  // namespace pulson

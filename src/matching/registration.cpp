@@ -118,17 +118,21 @@ LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Regist
   throw InputError("the uncertainty needs smaller time steps; use more --steps");
 }
 
-// λ∫H dt by the midpoint rule, ½∫Σu² dt and the data's.
-MatchingCost cost_along(const MatchingProblem& problem, const Trajectory& path) {
-  MatchingCost cost;
+// λ∫H dt by the midpoint rule, or by H(q0, p0) where that is more accurate.
+double energy_along(const MatchingProblem& problem, const Trajectory& path) {
+  const KernelOperator& kernel = problem.system.kernel;
+  if (path.integrator == "rk4") return problem.lambda * path.grid.time * hamiltonian(kernel, path.initial());
+  double sum = 0;
   for (std::size_t k = 0; k + 1 < path.states.size(); ++k) {
     const PhaseState &from = path.states[k], &to = path.states[k + 1];
-    cost.energy += problem.lambda * path.grid.dt() *
-                   hamiltonian(problem.system.kernel, {0.5 * (from.q + to.q), 0.5 * (from.p + to.p)});
+    sum += hamiltonian(kernel, {0.5 * (from.q + to.q), 0.5 * (from.p + to.p)});
   }
-  cost.action = 0.5 * path.increments.squaredNorm() / path.grid.dt();
-  cost.data = problem.data->value(path.final().q);
-  return cost;
+  return problem.lambda * path.grid.dt() * sum;
+}
+
+MatchingCost cost_along(const MatchingProblem& problem, const Trajectory& path) {
+  return {energy_along(problem, path), 0.5 * path.increments.squaredNorm() / path.grid.dt(),
+          problem.data->value(path.final().q)};
 }
 
 // The path of a record. A search that did not converge may end at a path that no momenta shoot: then less of them.
@@ -157,11 +161,13 @@ void record_search(const Solution& found, Registration& registration) {
   registration.relative_gradient = found.relative_gradient;
 }
 
-void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, Registration& registration) {
+void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
+                  Registration& registration) {
   if (registration.integrator == "rk4") {
-    const GeodesicSolution found = search_geodesic(problem, how);
+    const GeodesicSolution found = search_geodesic(problem, how, more_steps);
     record_search(found, registration);
     registration.integrator = found.integrator;
+    registration.grid = found.grid;
     registration.increments = Eigen::MatrixXd::Zero(0, registration.grid.steps);
   } else {
     const PathSolution found = search_paths(problem, how);
@@ -256,7 +262,7 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
   if (by_paths(registration, how)) {
-    record_paths(matching, how, registration);
+    record_paths(matching, how, options.more_steps, registration);
     if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
   } else {
     const MatchingObjective objective(matching);

@@ -46,6 +46,9 @@ constexpr int kMostPolish = 10;
 constexpr const char* kFlat = "the gradient vanishes";
 // Twice as many landmarks begin at what is found for these.
 constexpr Index kFewLandmarks = 150;
+// How far the start is disturbed, in parts of the diameter. Symmetric paths may end at saddles, which are left, but
+// also where no step of the midpoint rule has a root any more: two discs that change places without noise.
+constexpr double kDisturbance = 1e-3;
 // The chance to overlook a direction of negative curvature.
 constexpr double kOverlooked = 1e-2;
 // Saddles that are left, one after the other.
@@ -59,14 +62,18 @@ class PathSearch {
       : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
 
   PathSolution run(const StepFields* start, bool near_minimum) {
+    const double at_rest = problem_.data->value(problem_.source);
     const bool warm = begin(start);
     const double data = problem_.data->value(path_.end());
     if (data < kNoCost && path_.energy == 0) {
       stop(true, "the shapes are equal");
       return solution();
     }
-    if (!warm)
-      softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
+    first_softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * at_rest / static_cast<double>(problem_.source.cols())));
+    if (!warm) {
+      softness_ = first_softness_;
+      disturb();
+    }
     while (!finished()) {
       const bool may_be_saddle = is_flat() && flat_ == 1 && saddles_ < kMostSaddles && !near_minimum;
       if (!(may_be_saddle && leave_saddle()) && !advance()) break;
@@ -105,6 +112,18 @@ class PathSearch {
     if (!path || cost(*path) >= cost(path_)) return false;
     path_ = std::move(*path);
     return true;
+  }
+
+  void disturb() {
+    const Points& q0 = problem_.source;
+    StepFields fields = fields_of(system_, path_);
+    Points p =
+        brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, 1}).reshaped(q0.rows(), q0.cols());
+    const double fastest = problem_.system.kernel.apply(q0, q0, p).colwise().norm().maxCoeff();
+    p *= kDisturbance * diameter(q0) / (problem_.grid.time * fastest);
+    for (Points& momenta : fields.momenta) momenta = p;
+    fields.own.clear();
+    if (std::optional<DiscretePath> path = follow(fields, path_.nodes)) path_ = std::move(*path);
   }
 
   bool is_flat() const { return softness_ == 1 && relative_ <= options_.gradient_tolerance; }
@@ -275,7 +294,8 @@ class PathSearch {
     return 1.648 * std::sqrt(unknowns) * std::exp(-static_cast<double>(2 * k - 1) * std::sqrt(std::max(0.0, part)));
   }
 
-  // The gradient vanishes at saddles, too: whether this was one, and is left.
+  // The gradient vanishes at saddles, too: whether this was one, and is left. What follows may be far, and firm data
+  // leave but a narrow bent valley: they are held softly again.
   bool leave_saddle() {
     Curvature curvature = least_curvature();
     if (!curvature.is_negative()) return false;
@@ -289,7 +309,8 @@ class PathSearch {
       std::optional<DiscretePath> trial = moved(std::move(direction), kPoorGain * gain);
       if (!trial || before - cost(*trial) < kPoorGain * gain) continue;
       path_ = std::move(*trial);
-      radius_ = length;
+      softness_ = first_softness_;
+      radius_ = -1;
       ++saddles_;
       flat_ = 0;
       return true;
@@ -358,6 +379,7 @@ class PathSearch {
   EffectiveHamiltonian system_;
   DiscretePath path_;
   double softness_ = 1;
+  double first_softness_ = 1;
   double radius_ = -1;  ///< of the trust region, in the norm of the model; below 0: that of the full step
   double relative_ = 1;
   double slope_ = 0;

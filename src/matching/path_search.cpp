@@ -283,7 +283,7 @@ class PathSearch {
     const int steps = problem_.grid.steps;
     const MatrixXd chance = brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, steps});
     NodeCovector covector{Points::Zero(q0.rows(), q0.cols())};
-    for (Index k = 0; k < steps; ++k) covector.push_back(chance.col(k).reshaped(q0.rows(), q0.cols()));
+    for (Index k = 0; k < steps; ++k) covector.emplace_back(chance.col(k).reshaped(q0.rows(), q0.cols()));
     return covector;
   }
 

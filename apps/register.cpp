@@ -11,6 +11,7 @@
 #include "pulson/io/landmark_files.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "pulson/warp/triangulation.hpp"
+#include "register_homotopy.hpp"
 #include "register_options.hpp"
 #include "register_picture.hpp"
 #include "register_report.hpp"
@@ -24,6 +25,12 @@ namespace {
 const std::vector<std::string> kRegistrationFiles = {"registration.json", "residuals.csv", "trajectory.csv",
                                                      "report.html"};
 const std::vector<std::string> kRegistrationPictures = {"registration.png", "registration.svg"};
+
+template <class... More>
+std::vector<std::string> with(std::vector<std::string> names, bool wanted, const More&... more) {
+  if (wanted) (names.emplace_back(more), ...);
+  return names;
+}
 
 TopologyCounts topology_counts(const Registration& registration) {
   TopologyCounts counts;
@@ -44,6 +51,11 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
   if (!output.no_picture)
     write_registration_picture(make_registration_picture(registration, path), staged.file("registration.png"),
                                staged.file("registration.svg"));
+  if (!facts.homotopy.empty()) {
+    staged.write("homotopy.csv", homotopy_csv(facts.homotopy));
+    if (!output.no_picture)
+      write_homotopy_picture(facts.homotopy, registration, staged.file("homotopy.png"), staged.file("homotopy.svg"));
+  }
   const std::filesystem::path picture = output.no_picture ? "" : staged.file("registration.png");
   staged.write("report.html",
                html_report(registration_report(registration, path, facts, without_repeats(notes), picture)));
@@ -94,19 +106,28 @@ int run_register(const RegisterArguments& arguments) {
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
   };
-  arguments.output.check(kRegistrationFiles, kRegistrationPictures);
+  const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
+  const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy.png", "homotopy.svg");
+  arguments.output.check(files, pictures);
+  if (arguments.homotopy) require_homotopy(source, target, options);
   const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
   const Registration registration = register_or_tell(source, target, options, notes);
   progress.clear();
   tell_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
-  const RegistrationFacts facts{topology_counts(registration), landmark_shares(registration), fitted};
+  RegistrationFacts facts{topology_counts(registration), landmark_shares(registration), fitted};
+  if (arguments.homotopy) {
+    facts.homotopy = follow_homotopy(source, target, options, registration);
+    progress.clear();
+    tell_step("followed J(beta)");
+  }
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
   write_results(registration, facts, notes, arguments.output);
   tell_step("wrote the results");
   tell_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.options.kernel);
-    arguments.output.print_written(kRegistrationFiles, kRegistrationPictures);
+    if (arguments.homotopy) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
+    arguments.output.print_written(files, pictures);
   }
   if (registration.noise == "none" && options.noise != "none")
     tell_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise));

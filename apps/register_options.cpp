@@ -57,6 +57,8 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
              "solver");
   verb.add_flag("--uncertainty", options.uncertainty,
                 "standard deviations of momenta and end points, by Laplace's approximation");
+  verb.add_flag("--homotopy", arguments.homotopy,
+                "how far from diffeomorphic the pair is: J while beta of the noise is halved ten times");
   verb.add_option("--fit", arguments.fit,
                   "parameters of noise and kernel that are fitted first, by the evidence: beta,alpha; also lambda and "
                   "data-sigma")

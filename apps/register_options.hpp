@@ -29,6 +29,7 @@ struct RegisterArguments {
   std::string weights;           ///< a file, or empty
   std::string covariances;       ///< a file, or empty
   std::vector<std::string> fit;  ///< names of parameters
+  bool homotopy = false;
 
   void add_to(CLI::App& verb);
 

@@ -45,25 +45,42 @@ TEST(PathMinima, LeaveTheSaddleOfASwapInThePlane) {
   EXPECT_GT(largest(fine.path.nodes[20].row(1)), 0.1);  // around each other
 }
 
-// Symmetric starts, whose gradients are symmetric for ever: only curvature shows the way out. The best known are those
-// of searches from disturbed starts.
-TEST(PathMinima, LeaveSymmetricSaddles) {
-  const Points square{{0.5, -0.5, -0.5, 0.5}, {0.5, 0.5, -0.5, -0.5}};
-  PathMatch turn{square, -square, "gaussian:alpha=1", "none", {1, 20}, 1e-2};
-  EXPECT_LE(turn.search().cost.total(), 9.2);  // the four meet in the middle: 10,000
-  turn.noise = ch_sd(0.4);
-  const PathSolution around = turn.search();
-  const PathSolution mirrored = [&] {
-    PathMatch match = turn;
-    match.source.row(1) *= -1;
-    match.target.row(1) *= -1;
-    return match.search();
-  }();
-  EXPECT_NEAR(around.cost.total(), mirrored.cost.total(), 1e-6 * around.cost.total());
-  EXPECT_GT(around.path.nodes[10].colwise().norm().minCoeff(), 0.1);
-  // On a line in the plane: the middle landmark lies between two that change places.
-  const PathMatch line{Points{{-1, 0, 1}, {0, 0, 0}}, Points{{1, 0, -1}, {0, 0, 0}}, "gaussian:alpha=1", ch_sd(0.3)};
-  EXPECT_GT(largest(line.search().path.nodes[10].row(1)), 0.1);
+// Fields on a line, as those of a plane.
+StepFields in_the_plane(StepFields fields) {
+  const auto raised = [](const Points& x) {
+    Points y = Points::Zero(2, x.cols());
+    y.row(0) = x.row(0);
+    return y;
+  };
+  for (auto* all : {&fields.centres, &fields.momenta, &fields.own})
+    for (Points& x : *all) x = raised(x);
+  for (Eigen::VectorXd& u : fields.controls) u = raised(u.transpose()).reshaped().eval();
+  return fields;
+}
+
+// The minimum among paths on a line is a saddle among those of the plane: its gradient vanishes.
+TEST(PathMinima, LeaveTheSaddlesThatMinimaOnALineAre) {
+  for (const Points& target : {Points{{1, 0}}, Points{{2, 1, 0}}, Points{{1, 0, 2}}}) {
+    Points source = target;
+    std::sort(source.data(), source.data() + source.size());
+    PathMatch match{source, target, "gaussian:alpha=1", ch_sd(0.4)};
+    const PathSolution on_line = match.search();
+    const auto raised = [](const Points& x) {
+      Points y = Points::Zero(2, x.cols());
+      y.row(0) = x;
+      return y;
+    };
+    match.source = raised(source);
+    match.target = raised(target);
+    const StepFields start = in_the_plane(on_line.fields);
+    const double best = match.search().cost.total();
+    EXPECT_LT(best, 0.95 * on_line.cost.total());
+    const PathSolution leaves = match.search(&start);
+    EXPECT_NEAR(leaves.cost.total(), best, 1e-6 * best);
+    EXPECT_LE(leaves.iterations, 60);
+    const PathSolution stays = search_paths(match.problem(), {}, &start, Finish::kNearMinimum);
+    EXPECT_NEAR(stays.cost.total(), on_line.cost.total(), 1e-9 * on_line.cost.total());
+  }
 }
 
 // Noise that moves a landmark by where the others are.

@@ -38,6 +38,22 @@ class RegisterOptions : public Program {
   }
 };
 
+TEST_F(RegisterOptions, HomotopySaysHowFarFromDiffeomorphicAPairIs) {
+  write_triangles();
+  const std::string options = "--homotopy --kernel gaussian:alpha=1 --lambda 1 --sigma 0.01 --align none --noise ";
+  const ProgramRun done = register_files(options + "ch-sd:beta=0.5");
+  EXPECT_THAT(done.out, HasSubstr("a diffeomorphism matches these shapes"));
+  const nlohmann::json homotopy = expect_record(done)["homotopy"];
+  EXPECT_EQ(homotopy["steps"].size(), 11U);
+  EXPECT_EQ(homotopy["diffeomorphic"], true);
+  EXPECT_EQ(homotopy["least_beta"], 0.5 / 1024);
+  EXPECT_THAT(contents("out/homotopy.csv"),
+              HasSubstr("beta,J,energy,action,data,rms,matched,converged,iterations\n0.5,"));
+  const ProgramRun refused = register_files("--homotopy");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("mode deterministic"));
+}
+
 TEST_F(RegisterOptions, VarifoldTakesOutlinesOfDifferentNumbersOfPoints) {
   const auto outline = [](int count, double width) {
     std::string rows;

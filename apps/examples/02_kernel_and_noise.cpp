@@ -2,7 +2,7 @@
 // positions can, and the action is what it costs. Wrong input, or a wrong option, is an InputError of one line.
 //
 //   $ 02_kernel_and_noise
-//   none: not matched, energy 18.14, action 0
+//   none: not matched, energy 16.77, action 0
 //   ch-sd:beta=1: matched, energy 0.1397, action 0.6736
 
 #include <iostream>

@@ -76,6 +76,22 @@ Json fitted_json(const FittedParameters& fitted) {
           {"note", fitted.note}};
 }
 
+// The least β that matches is null where the first does not.
+Json homotopy_json(const std::vector<HomotopyStep>& steps) {
+  Json values = Json::array();
+  for (const HomotopyStep& step : steps)
+    values.push_back({{"beta", step.beta},
+                      {"cost", cost_json(step.cost)},
+                      {"rms", step.rms},
+                      {"matched", step.matched},
+                      {"converged", step.converged},
+                      {"iterations", step.iterations}});
+  const auto least = least_needed(steps);
+  return {{"steps", values},
+          {"least_beta", least == steps.end() ? Json() : Json(least->beta)},
+          {"diffeomorphic", reaches_diffeomorphism(steps)}};
+}
+
 }  // namespace
 
 std::string registration_json(const Registration& registration, const RegistrationFacts& facts) {
@@ -123,6 +139,7 @@ std::string registration_json(const Registration& registration, const Registrati
   json["target"] = points_json(registration.target.points);
   json["result"] = points_json(registration.result);
   if (registration.uncertainty) json["uncertainty"] = uncertainty_json(*registration.uncertainty);
+  if (!facts.homotopy.empty()) json["homotopy"] = homotopy_json(facts.homotopy);
   if (facts.fitted) json["fitted"] = fitted_json(*facts.fitted);
   if (registration.spread.size() > 0) json["spread"] = points_json(registration.spread);
   json["momenta"] = points_json(registration.momenta);

@@ -46,12 +46,13 @@ constexpr int kMostPolish = 10;
 constexpr const char* kFlat = "the gradient vanishes";
 // Twice as many landmarks begin at what is found for these.
 constexpr Index kFewLandmarks = 150;
+// How far the start is disturbed, in parts of the diameter. Symmetric paths may end at saddles, which are left, but
+// also where no step of the midpoint rule has a root any more: two discs that change places without noise.
+constexpr double kDisturbance = 1e-3;
 // The chance to overlook a direction of negative curvature.
 constexpr double kOverlooked = 1e-2;
 // Saddles that are left, one after the other.
 constexpr int kMostSaddles = 5;
-// How far the start is disturbed, in parts of the diameter.
-constexpr double kDisturbance = 1e-3;
 // A cost, in nats, that no data would show: what equal shapes have by round-off.
 constexpr double kNoCost = 1e-12;
 
@@ -61,6 +62,7 @@ class PathSearch {
       : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
 
   PathSolution run(const StepFields* start, Finish finish) {
+    const double at_rest = problem_.data->value(problem_.source);
     const bool warm = begin(start);
     const double data = problem_.data->value(path_.end());
     if (data < kNoCost && path_.energy == 0) {
@@ -68,8 +70,9 @@ class PathSearch {
       stop(true, "the shapes are equal");
       return solution();
     }
+    first_softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * at_rest / static_cast<double>(problem_.source.cols())));
     if (!warm) {
-      softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * data / static_cast<double>(problem_.source.cols())));
+      softness_ = first_softness_;
       disturb();
     }
     while (!finished()) {
@@ -112,7 +115,6 @@ class PathSearch {
     return true;
   }
 
-  // The path of a symmetric pair may run into a collision long before its gradient vanishes, where no saddle is seen.
   void disturb() {
     const Points& q0 = problem_.source;
     StepFields fields = fields_of(system_, path_);
@@ -282,7 +284,7 @@ class PathSearch {
     const int steps = problem_.grid.steps;
     const MatrixXd chance = brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, steps});
     NodeCovector covector{Points::Zero(q0.rows(), q0.cols())};
-    for (Index k = 0; k < steps; ++k) covector.push_back(chance.col(k).reshaped(q0.rows(), q0.cols()));
+    for (Index k = 0; k < steps; ++k) covector.emplace_back(chance.col(k).reshaped(q0.rows(), q0.cols()));
     return covector;
   }
 
@@ -293,7 +295,8 @@ class PathSearch {
     return 1.648 * std::sqrt(unknowns) * std::exp(-static_cast<double>(2 * k - 1) * std::sqrt(std::max(0.0, part)));
   }
 
-  // The gradient vanishes at saddles, too: whether this was one, and is left.
+  // The gradient vanishes at saddles, too: whether this was one, and is left. What follows may be far, and firm data
+  // leave but a narrow bent valley: they are held softly again.
   bool leave_saddle() {
     Curvature curvature = least_curvature();
     if (!curvature.is_negative()) return false;
@@ -307,7 +310,8 @@ class PathSearch {
       std::optional<DiscretePath> trial = moved(std::move(direction), kPoorGain * gain);
       if (!trial || before - cost(*trial) < kPoorGain * gain) continue;
       path_ = std::move(*trial);
-      radius_ = length;
+      softness_ = first_softness_;
+      radius_ = -1;
       ++saddles_;
       flat_ = 0;
       return true;
@@ -376,6 +380,7 @@ class PathSearch {
   EffectiveHamiltonian system_;
   DiscretePath path_;
   double softness_ = 1;
+  double first_softness_ = 1;
   double radius_ = -1;  ///< of the trust region, in the norm of the model; below 0: that of the full step
   double relative_ = 1;
   double slope_ = 0;

@@ -135,9 +135,11 @@ MatchingCost cost_along(const MatchingProblem& problem, const Trajectory& path) 
           problem.data->value(path.final().q)};
 }
 
-// The path of a record. A search that did not converge may end at a path that no momenta shoot: then less of them.
+// The path of a record. A search that did not converge may end at a path that no momenta shoot: then less of them, or
+// none.
 Trajectory shot(Registration& registration) {
-  while (true) {
+  constexpr int kMostHalvings = 60;
+  for (int halvings = 1;; ++halvings) {
     try {
       return replay(registration);
     } catch (const StepError&) {
@@ -145,6 +147,10 @@ Trajectory shot(Registration& registration) {
       registration.stop_reason = "the path found cannot be shot in these time steps";
       registration.momenta /= 2;
       registration.increments /= 2;
+      if (halvings == kMostHalvings || !registration.momenta.allFinite()) {
+        registration.momenta.setZero();
+        registration.increments.setZero();
+      }
     }
   }
 }

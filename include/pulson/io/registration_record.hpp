@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pulson/matching/fit_parameters.hpp"
+#include "pulson/matching/homotopy.hpp"
 #include "pulson/matching/landmark_shares.hpp"
 
 namespace pulson {
@@ -20,6 +21,7 @@ struct RegistrationFacts {
   TopologyCounts counts{};
   LandmarkShares shares{};
   std::optional<FittedParameters> fitted{};  ///< where parameters were fitted before
+  std::vector<HomotopyStep> homotopy{};      ///< where it was followed
 };
 
 /// `registration.json`: the record of a registration, arrays as [landmark][axis] and increments as [step][channel],

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pulson/matching/homotopy.hpp"
+
+namespace pulson {
+
+/// `homotopy.csv`: one row per β.
+std::string homotopy_csv(const std::vector<HomotopyStep>& steps);
+
+/// What they say of the pair, in one line.
+std::string homotopy_line(const std::vector<HomotopyStep>& steps);
+
+/// J, its parts and the distances over β. @throws InputError as write_chart() does
+void write_homotopy_picture(const std::vector<HomotopyStep>& steps, const Registration& registration,
+                            const std::filesystem::path& png, const std::filesystem::path& svg);
+
+}  // namespace pulson

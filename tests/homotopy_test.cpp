@@ -1,0 +1,72 @@
+// J(β) as the noise vanishes.
+
+#include "pulson/matching/homotopy.hpp"
+
+#include <gtest/gtest.h>
+
+#include "pulson/core/errors.hpp"
+#include "shape.hpp"
+
+namespace pulson {
+namespace {
+
+RegistrationOptions options_with(const std::string& noise) {
+  RegistrationOptions options;
+  options.kernel = "gaussian:alpha=1";
+  options.noise = noise;
+  options.lambda = 1;
+  options.sigma = 0.01;
+  options.align = AlignmentKind::kNone;
+  return options;
+}
+
+std::vector<HomotopyStep> follow(const Points& source, const Points& target, const RegistrationOptions& options) {
+  const Landmarks a = shape(source), b = shape(target);
+  return follow_homotopy(a, b, options, register_shapes(a, b, options));
+}
+
+TEST(Homotopy, OfASwapGrowsAsTheNoiseVanishes) {
+  const Points source{{0, 1}}, target{{1, 0}};
+  const std::vector<HomotopyStep> steps = follow(source, target, options_with("ch-sd:beta=1"));
+  ASSERT_EQ(steps.size(), 11U);
+  EXPECT_EQ(steps.front().beta, 1);
+  EXPECT_EQ(steps.back().beta, 1.0 / 1024);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    SCOPED_TRACE(steps[k].beta);
+    EXPECT_TRUE(steps[k].converged);
+    if (k > 0) {
+      EXPECT_GT(steps[k].cost.total(), steps[k - 1].cost.total());
+    }
+  }
+  EXPECT_FALSE(reaches_diffeomorphism(steps));
+  EXPECT_NEAR(steps.back().cost.total() / steps[9].cost.total() - 1, steps.back().growth(),
+              0.2 * steps.back().growth());
+  for (const std::size_t k : {0U, 1U, 2U}) {
+    const RegistrationOptions options = options_with("ch-sd:beta=" + std::to_string(steps[k].beta));
+    const Registration alone = register_shapes(shape(source), shape(target), options);
+    EXPECT_NEAR(steps[k].cost.total(), alone.cost.total(), 1e-5 * alone.cost.total());
+  }
+}
+
+TEST(Homotopy, OfADiffeomorphicPairTendsToLddmm) {
+  const Points source{{0, 1, 0.4}, {0, 0.1, 0.9}}, target{{0.1, 1.2, 0.3}, {-0.1, 0.2, 1.1}};
+  const std::vector<HomotopyStep> steps = follow(source, target, options_with("ch-sd:beta=0.5"));
+  for (const HomotopyStep& step : steps) EXPECT_TRUE(step.matched);
+  EXPECT_EQ(least_needed(steps)->beta, steps.back().beta);
+  EXPECT_TRUE(reaches_diffeomorphism(steps));
+  RegistrationOptions limit = options_with("none");
+  limit.integrator = "midpoint";
+  const double cost = register_shapes(shape(source), shape(target), limit).cost.total();
+  EXPECT_NEAR(steps.back().cost.total(), cost, 1e-4 * cost);
+  EXPECT_LT(steps.front().cost.total(), 0.9 * cost);
+}
+
+TEST(Homotopy, NeedsMetamorphosis) {
+  const Landmarks a = shape(Points{{0, 1}}), b = shape(Points{{0, 2}});
+  for (const std::string noise : {"none", "trouve-vialard:sigma=1"})
+    EXPECT_THROW(require_homotopy(a, b, options_with(noise)), InputError);
+  EXPECT_NO_THROW(require_homotopy(a, b, options_with("ch-sd:beta=1")));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -183,6 +183,18 @@ DisplacementModel read_kernel_fit(const Reader& reader, const Registration& regi
           reader.at("landmarks").integer()};
 }
 
+std::vector<PhaseState> read_states(const Reader& reader, const Registration& registration) {
+  const std::vector<Reader> positions = reader.at("positions").items(), momenta = reader.at("momenta").items();
+  const auto count = static_cast<std::size_t>(registration.grid.steps) + 1;
+  if (positions.size() != count || momenta.size() != count)
+    reader.fail({}, "has not the states of each step and the end");
+  const Points& q0 = registration.source.points;
+  std::vector<PhaseState> states;
+  for (std::size_t k = 0; k < count; ++k)
+    states.push_back({same_size(positions[k], q0.rows(), q0.cols()), same_size(momenta[k], q0.rows(), q0.cols())});
+  return states;
+}
+
 void read_setting(const Reader& reader, Registration& registration) {
   registration.kernel = reader.at("kernel").text();
   registration.noise = reader.at("noise").text();
@@ -246,6 +258,7 @@ Registration read_registration(const std::filesystem::path& path) {
   registration.increments = reader.at("increments").columns(channels);
   if (registration.grid.steps < 1 || registration.increments.cols() != registration.grid.steps)
     reader.fail("increments", "has another number of rows than 'steps'");
+  if (reader.has("states")) registration.states = read_states(reader.at("states"), registration);
   return registration;
 }
 

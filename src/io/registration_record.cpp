@@ -77,6 +77,15 @@ Json fitted_json(const FittedParameters& fitted) {
 }
 
 // The least β that matches is null where the first does not.
+Json states_json(const std::vector<PhaseState>& states) {
+  Json positions = Json::array(), momenta = Json::array();
+  for (const PhaseState& state : states) {
+    positions.push_back(points_json(state.q));
+    momenta.push_back(points_json(state.p));
+  }
+  return {{"positions", positions}, {"momenta", momenta}};
+}
+
 Json homotopy_json(const std::vector<HomotopyStep>& steps) {
   Json values = Json::array();
   for (const HomotopyStep& step : steps)
@@ -144,6 +153,7 @@ std::string registration_json(const Registration& registration, const Registrati
   if (registration.spread.size() > 0) json["spread"] = points_json(registration.spread);
   json["momenta"] = points_json(registration.momenta);
   json["increments"] = points_json(registration.increments);
+  if (!registration.states.empty()) json["states"] = states_json(registration.states);
   return one_key_a_line(json);
 }
 

@@ -39,10 +39,10 @@ class GeodesicSearch {
 
   GeodesicSolution run() {
     const PathSolution first = first_path();
-    for (const char* name : {"rk4", "midpoint"}) {
-      grid_ = problem_.grid;
-      if (const std::optional<PathSolution> settled = settle(first, name)) return solution(*settled, name);
-    }
+    if (const auto settled = settle(first, "rk4")) return solution(*settled, "rk4");
+    grid_ = problem_.grid;
+    if (!carriers_) return solution(first, "midpoint");
+    if (const auto settled = settle(first, "midpoint")) return solution(*settled, "midpoint");
     PathSolution unsettled = first;
     unsettled.converged = false;
     if (first.converged) unsettled.reason = "momenta shoot their landmarks elsewhere than the path leads";
@@ -103,7 +103,7 @@ class GeodesicSearch {
       }
       const double apart = std::abs(problem_.data->value(*end) - path.cost.data);
       if (!(apart < 0.5 * before[2])) break;
-      before = {apart, before[0], before[1]};
+      before = before[0] == kFar ? std::array{apart, apart, apart} : std::array{apart, before[0], before[1]};
       path = search(corrected(path.path.end(), *end), &path.fields, Finish::kNearMinimum);
     }
     return std::nullopt;
@@ -119,9 +119,16 @@ class GeodesicSearch {
 
   Points momenta(const PathSolution& path) const { return carriers_ ? carriers_->momenta(path.momenta) : path.momenta; }
 
-  GeodesicSolution solution(const PathSolution& path, std::string integrator) const {
-    return {momenta(path), std::move(integrator), grid_,        path.converged,
-            path.reason,   iterations_,           evaluations_, path.relative_gradient};
+  GeodesicSolution solution(const PathSolution& path, const std::string& integrator) const {
+    return {momenta(path),
+            integrator,
+            grid_,
+            integrator == "midpoint" && !carriers_ ? path.states : std::vector<PhaseState>(),
+            path.converged,
+            path.reason,
+            iterations_,
+            evaluations_,
+            path.relative_gradient};
   }
 
   const MatchingProblem& problem_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "path_search.hpp"
 
@@ -10,7 +11,8 @@ namespace pulson {
 struct GeodesicSolution {
   Points momenta;  ///< p0, d×N
   std::string integrator;
-  TimeGrid grid;  ///< of the shot
+  TimeGrid grid;                   ///< of the shot
+  std::vector<PhaseState> states;  ///< of the path, K + 1, where it is one of `midpoint` that all landmarks were searched for
   bool converged = false;
   std::string reason;
   int iterations = 0;

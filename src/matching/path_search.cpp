@@ -352,8 +352,11 @@ class PathSearch {
 
   PathSolution solution() {
     PathSolution solution;
-    const Points& force_first = system_.force(path_.middles.front());
-    solution.momenta = path_.middles.front().p + 0.5 * problem_.grid.dt() * force_first;
+    const double half = 0.5 * problem_.grid.dt();
+    for (std::size_t k = 0; k < path_.middles.size(); ++k)
+      solution.states.push_back({path_.nodes[k], path_.middles[k].p + half * system_.force(path_.middles[k])});
+    solution.states.push_back({path_.end(), path_.middles.back().p - half * system_.force(path_.middles.back())});
+    solution.momenta = solution.states.front().p;
     const auto channels = system_.controls(path_.middles.front()).size();
     solution.increments = MatrixXd::Zero(channels, problem_.grid.steps);
     double action = 0;

@@ -17,6 +17,7 @@ struct PathSolution {
   StepFields fields;           ///< of the path: where another search may begin
   Points momenta;              ///< p0, d×N
   Eigen::MatrixXd increments;  ///< u Δt, C×K
+  std::vector<PhaseState> states;  ///< K + 1, at the nodes
   MatchingCost cost;
   bool converged = false;
   std::string reason;

@@ -17,6 +17,9 @@
 namespace pulson {
 namespace {
 
+// A shot whose data cost no more than this part of J less or more follows the path.
+constexpr double kFollows = 1e-3;
+
 template <class Value, std::size_t n>
 using Names = std::array<std::pair<std::string_view, Value>, n>;
 
@@ -135,23 +138,32 @@ MatchingCost cost_along(const MatchingProblem& problem, const Trajectory& path) 
           problem.data->value(path.final().q)};
 }
 
-// The path of a record. A search that did not converge may end at a path that no momenta shoot: then less of them, or
-// none.
-Trajectory shot(Registration& registration) {
+// The path of a record: a shot of its momenta, or, where that leaves the states found, these. A search that did not
+// converge may end at momenta that have no path: then less of them, or none.
+Trajectory path_of_record(const MatchingProblem& problem, std::vector<PhaseState> states, Registration& registration) {
   constexpr int kMostHalvings = 60;
   for (int halvings = 1;; ++halvings) {
     try {
-      return replay(registration);
+      Trajectory path = replay(registration);
+      if (states.empty()) return path;
+      const double found = problem.data->value(states.back().q);
+      const double apart = std::abs(problem.data->value(path.final().q) - found);
+      if (apart <= kFollows * (energy_along(problem, path) + found)) return path;
     } catch (const StepError&) {
-      registration.converged = false;
-      registration.stop_reason = "the path found cannot be shot in these time steps";
-      registration.momenta /= 2;
-      registration.increments /= 2;
-      if (halvings == kMostHalvings || !registration.momenta.allFinite()) {
-        registration.momenta.setZero();
-        registration.increments.setZero();
+      if (states.empty()) {
+        registration.converged = false;
+        registration.stop_reason = "the path found cannot be shot in these time steps";
+        registration.momenta /= 2;
+        registration.increments /= 2;
+        if (halvings == kMostHalvings || !registration.momenta.allFinite()) {
+          registration.momenta.setZero();
+          registration.increments.setZero();
+        }
+        continue;
       }
     }
+    registration.states = std::move(states);
+    return replay(registration);
   }
 }
 
@@ -169,18 +181,21 @@ void record_search(const Solution& found, Registration& registration) {
 
 void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
                   Registration& registration) {
+  std::vector<PhaseState> states;
   if (registration.integrator == "rk4") {
     const GeodesicSolution found = search_geodesic(problem, how, more_steps);
     record_search(found, registration);
     registration.integrator = found.integrator;
     registration.grid = found.grid;
     registration.increments = Eigen::MatrixXd::Zero(0, registration.grid.steps);
+    states = found.states;
   } else {
     const PathSolution found = search_paths(problem, how);
     record_search(found, registration);
     registration.increments = found.increments;
+    states = found.states;
   }
-  const Trajectory path = shot(registration);
+  const Trajectory path = path_of_record(problem, std::move(states), registration);
   registration.result = path.final().q;
   registration.cost = cost_along(problem, path);
   record_accuracy(problem, path, registration);
@@ -288,6 +303,8 @@ StochasticSystem registration_system(const Registration& registration) {
 Trajectory replay(const Registration& registration) {
   const StochasticSystem system = registration_system(registration);
   const auto integrator = make_integrator(registration.integrator);
+  if (!registration.states.empty())
+    return {registration.integrator, registration.grid, registration.increments, registration.states, {}};
   const PhaseState start{registration.source.points, registration.momenta};
   if (registration.mode != MatchingMode::kExpected)
     return integrator->integrate(system, start, registration.grid, registration.increments);

@@ -106,6 +106,8 @@ struct Registration {
   Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one
   Points momenta;              ///< p0, d×N
   Eigen::MatrixXd increments;  ///< ΔW, C×K; 0 in mode `expected`, which has many
+  /// The K + 1 states of a path in midpoint steps that a shot of the momenta leaves, since it amplifies errors; else none.
+  std::vector<PhaseState> states;
   MatchingCost cost;
   Solver solver = Solver::kAuto;
   bool converged = false;
@@ -142,8 +144,8 @@ struct Registration {
 /// @throws InputError where the shapes do not fit together or an option is wrong
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options = {});
 
-/// The system and path of a registration: the same bits as when it was fitted, on the same build. In mode `expected`
-/// the path is the mean of those of the realisations.
+/// The system and path of a registration, whose states are kept or shot again: the same bits as when it was fitted, on
+/// the same build. In mode `expected` the path is the mean of those of the realisations.
 StochasticSystem registration_system(const Registration& registration);
 Trajectory replay(const Registration& registration);
 

@@ -12,6 +12,7 @@
 #include "lines_of.hpp"
 #include "plain_options.hpp"
 #include "pulson/io/registration_record.hpp"
+#include "shape.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {
@@ -84,6 +85,32 @@ TEST_F(Record, IsReadBackAndReplayedToTheSameBits) {
       }
     }
   }
+}
+
+// A square turned by half a turn, without noise: the path found runs into a collision, and a shot of its p0 leaves it.
+TEST_F(Record, KeepsTheStatesOfAPathThatAShotLeaves) {
+  const Landmarks source = shape(Points{{1, -1, -1, 1}, {1, 1, -1, -1}});
+  RegistrationOptions options = plain_options();
+  options.kernel = "gaussian:alpha=1";
+  const Registration written = register_shapes(source, shape(-source.points), options);
+  ASSERT_EQ(written.states.size(), 21);
+  EXPECT_EQ(written.integrator, "midpoint");
+  EXPECT_EQ(written.states.front().q, source.points);
+  EXPECT_EQ(written.states.back().q, written.result);
+  EXPECT_EQ(written.states.front().p, written.momenta);
+  const Registration back = reread(written);
+  ASSERT_EQ(back.states.size(), 21);
+  const Trajectory path = replay(back);
+  for (std::size_t k = 0; k < path.states.size(); ++k) {
+    EXPECT_EQ(path.states[k].q, written.states[k].q);
+    EXPECT_EQ(path.states[k].p, written.states[k].p);
+  }
+  EXPECT_TRUE(register_shapes(source, shape(1.1 * source.points), options).states.empty());
+
+  Json json = Json::parse(registration_json(written, {}));
+  json["states"]["positions"].erase(3);
+  write("cut.json", json.dump());
+  EXPECT_THAT(error_of([] { read_registration("cut.json"); }), HasSubstr("states"));
 }
 
 TEST_F(Record, HasEveryKeyOfTheInterface) {

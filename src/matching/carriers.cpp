@@ -116,7 +116,7 @@ std::optional<Carriers> find_carriers(const MatchingProblem& problem) {
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
   const Index most = kMostCoordinates / problem.source.rows();
-  if (2 * std::ssize(places) > n && n <= 2 * most) return std::nullopt;
+  if (4 * std::ssize(places) > 3 * n && n <= 2 * most) return std::nullopt;
   if (std::ssize(places) > most) places = representatives(problem, most);
   return Carriers(problem, std::move(places));
 }

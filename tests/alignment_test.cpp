@@ -94,6 +94,15 @@ TEST(Alignment, RecoversAMotion) {
               {AlignmentKind::kNone, 1, MatrixXd::Identity(2, 2), VectorXd::Zero(2)}, 0);
 }
 
+// The best size of a source that has nothing to do with the target is nearly none, and nothing could be matched then.
+TEST(Alignment, KeepsTheSizeOfUnrelatedShapes) {
+  Numbers numbers(1);
+  const Points source = numbers(2, 200), target = 3 * numbers(2, 200);
+  const auto spread = [](const Points& x) { return (x.colwise() - x.rowwise().mean()).norm(); };
+  const Alignment motion = align(source, target, AlignmentKind::kSimilarity);
+  EXPECT_NEAR(motion.scale, spread(target) / spread(source), 1e-12);
+}
+
 TEST(Alignment, IsTheBestMotionAndNoReflection) {
   for (const bool mirrored : {false, true}) {
     for_each_kind([mirrored](int d, AlignmentKind kind, Numbers& numbers) {

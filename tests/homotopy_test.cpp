@@ -48,6 +48,18 @@ TEST(Homotopy, OfASwapGrowsAsTheNoiseVanishes) {
   }
 }
 
+// Where the first noise is large, the last still costs some per cent, and ever less: two wings that LDDMM matches.
+TEST(Homotopy, SettlesWhereTheActionFalls) {
+  std::vector<HomotopyStep> steps{{0.312, {5.51, 1.14, 7.56}, 0.73, true, true, 3},
+                                  {0.156, {6.01, 0.33, 8.79}, 0.79, true, true, 3}};
+  EXPECT_GT(steps.back().growth(), 0.02);
+  EXPECT_TRUE(reaches_diffeomorphism(steps));
+  steps.front().cost.action = 0.3;
+  EXPECT_FALSE(reaches_diffeomorphism(steps)) << "it grows by as much again and again";
+  steps = {steps.back()};
+  EXPECT_FALSE(reaches_diffeomorphism(steps));
+}
+
 TEST(Homotopy, OfADiffeomorphicPairTendsToLddmm) {
   const Points source{{0, 1, 0.4}, {0, 0.1, 0.9}}, target{{0.1, 1.2, 0.3}, {-0.1, 0.2, 1.1}};
   const std::vector<HomotopyStep> steps = follow(source, target, options_with("ch-sd:beta=0.5"));

@@ -167,6 +167,26 @@ TEST(RegistrationErrors, NameLandmarksAtOnePlace) {
   EXPECT_EQ(registration_error(square("b.csv"), twice), "no error") << "a target may have coinciding landmarks";
 }
 
+// Under noise that moves each of them by itself: two points come apart, and the end points replay.
+TEST(Registrations, PartLandmarksAtOnePlaceByNoise) {
+  Landmarks twice = square("a.csv");
+  twice.points.col(2) = twice.points.col(1);
+  RegistrationOptions options;
+  options.noise = "ch-sd:beta=100%";
+  const Registration parted = register_shapes(twice, square("b.csv"), options);
+  EXPECT_TRUE(parted.converged && parted.matched());
+  EXPECT_EQ(parted.source.count(), 4);
+  EXPECT_EQ(replay(parted).final().q, parted.result);
+  for (const char* noise : {"none", "p-sd:beta=100%", "ch-sd:beta=100%,on=1", "trouve-vialard:sigma=100%"}) {
+    options.noise = noise;
+    EXPECT_THAT(error_of([&] { register_shapes(twice, square("b.csv"), options); }), HasSubstr("at the same place"))
+        << noise;
+  }
+  options.noise = "ch-sd:beta=100%";
+  options.mode = MatchingMode::kMap;
+  EXPECT_THAT(error_of([&] { register_shapes(twice, square("b.csv"), options); }), HasSubstr("at the same place"));
+}
+
 Landmarks ring(int count, double width, const std::string& source, bool repeats_first) {
   Landmarks shape;
   shape.points.resize(2, count + (repeats_first ? 1 : 0));

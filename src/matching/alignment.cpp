@@ -65,11 +65,16 @@ MatrixXd orthogonal_fit(const WeighedShape& x, const WeighedShape& y, bool refle
   return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
 }
 
-// The s > 0 of least |sx − y|². On a line a reversal leaves none (the best is a reflection): the size is then taken
-// from the spreads.
+// Below this correlation shapes have nothing to do with each other.
+constexpr double kRelated = 0.5;
+
+// The s > 0 of least |sx − y|². For unrelated shapes, such as a line and its reverse, that is one that shrinks the
+// source to a point, as the mean is nearest to everything; and every default is a part of its size. Theirs is then the
+// ratio of the spreads.
 double scale_fit(const Points& x, const Points& y) {
   const double fitted = x.cwiseProduct(y).sum() / x.squaredNorm();
-  return fitted > 0 ? fitted : y.norm() / x.norm();
+  const double of_spreads = y.norm() / x.norm();
+  return fitted > kRelated * of_spreads ? fitted : of_spreads;
 }
 
 // Whether the columns span the space, beyond `resolution`.

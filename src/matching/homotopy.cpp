@@ -17,6 +17,9 @@ namespace {
 constexpr int kHalvings = 10;  // three decades
 // J has settled where it would grow by less than this part.
 constexpr double kSettled = 1e-2;
+// Or by less than this part, and ever less: in the limit the action falls to a quarter as β is halved.
+constexpr double kSettling = 1e-1;
+constexpr double kFall = 0.5;
 
 RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& target,
                                   const RegistrationOptions& options) {
@@ -68,7 +71,9 @@ std::vector<HomotopyStep>::const_iterator least_needed(const std::vector<Homotop
 
 bool reaches_diffeomorphism(const std::vector<HomotopyStep>& steps) {
   const auto least = least_needed(steps);
-  return least != steps.end() && std::next(least) == steps.end() && least->growth() < kSettled;
+  if (least == steps.end() || std::next(least) != steps.end()) return false;
+  const bool falls = least != steps.begin() && least->cost.action < kFall * std::prev(least)->cost.action;
+  return least->growth() < (falls ? kSettling : kSettled);
 }
 
 }  // namespace pulson

@@ -113,16 +113,17 @@ void merge_into_first(MatchingShapes& shapes, int first, int second, Eigen::Vect
 }
 
 // A closed outline repeats its first point at its end, lines meet, and some landmarks have two names; other landmarks
-// that are at one place no flow parts.
-void merge_coincident(MatchingShapes& shapes) {
+// that are at one place no flow parts, but noise may.
+void merge_coincident(MatchingShapes& shapes, const std::function<bool(const Landmarks& source, int, int)>& may_part) {
   const bool curves = shapes.data.kind != DataKind::kLandmarks;
   Eigen::VectorXd weight = shapes.data.weights;
   if (weight.size() == 0) weight.setOnes(shapes.source.count());
   while (const auto pair = find_coincident(shapes.source.points)) {
     const auto [first, second] = *pair;
     const bool in_both = !curves && is_repeated(shapes.target.points, first, second);
-    if (!curves && !in_both && !shapes.data.merge_coincident)
-      throw InputError(coincident_error(shapes.source, first, second, shapes.target));
+    const bool refused = !curves && !in_both && !shapes.data.merge_coincident;
+    if (refused && may_part && may_part(shapes.source, first, second)) return;
+    if (refused) throw InputError(coincident_error(shapes.source, first, second, shapes.target));
     shapes.notes.push_back(merged_note(shapes.source, first, second, in_both ? "in both shapes" : ""));
     merge_into_first(shapes, first, second, weight);
   }
@@ -153,7 +154,8 @@ void check_sizes(const Landmarks& source, const DataOptions& data) {
 
 }  // namespace
 
-MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data) {
+MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data,
+                               const std::function<bool(const Landmarks& source, int, int)>& may_part) {
   for (const Landmarks* shape : {&source, &target}) check_coordinates(*shape);
   check_together(source, target);
   check_sizes(source, data);
@@ -163,7 +165,7 @@ MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target,
   if (data.kind == DataKind::kLandmarks) select_pairs(shapes);
   leave_out_missing(shapes);
   if (data.kind != DataKind::kLandmarks) shapes.source_edges = make_curve(shapes.source, data.ends).edges;
-  merge_coincident(shapes);
+  merge_coincident(shapes, may_part);
   check_observed(shapes);
   return shapes;
 }

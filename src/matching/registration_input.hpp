@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "pulson/matching/registration.hpp"
 
 namespace pulson {
@@ -18,7 +20,9 @@ struct MatchingShapes {
 /// Pairs landmarks by their labels where these tell, as paired_by_labels does, and leaves out those of the source that
 /// miss a coordinate, with their targets, weights and covariances.
 /// Landmarks at one place in the source become one: for curves always, else where the target has them so, too, or as
-/// `data` asks. @throws InputError where the shapes cannot be matched
-MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data);
+/// `data` asks. @param may_part tells whether two that are at one place in this source may come apart; by default not
+/// @throws InputError where the shapes cannot be matched
+MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data,
+                               const std::function<bool(const Landmarks& source, int, int)>& may_part = {});
 
 }  // namespace pulson

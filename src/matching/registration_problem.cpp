@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <Eigen/QR>
 #include <fmt/core.h>
 
 #include "pulson/core/number_checks.hpp"
@@ -48,6 +49,25 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
   if (mode == MatchingMode::kExpected && options.samples < 1)
     throw InputError(fmt::format("samples is {}; mode expected needs at least 1", options.samples));
   return mode;
+}
+
+// Whether noise takes two landmarks apart that are at one place, along each axis: in metamorphosis, where it moves one
+// otherwise than the other.
+bool may_part(const Landmarks& source, int first, int second, const RegistrationOptions& options) {
+  const std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, source);
+  const int d = source.dimension(), channels = noise->channels(d, source.count());
+  if (channels == 0 || options.mode.value_or(usual_mode(options, *noise, true)) != MatchingMode::kMetamorphosis ||
+      !noise->traits().linear)
+    return false;
+  const Points none = Points::Zero(d, source.count());
+  Eigen::MatrixXd apart(channels, d);
+  for (int axis = 0; axis < d; ++axis) {
+    PhaseState with{none, none};
+    with.p(axis, first) = 1;
+    with.p(axis, second) = -1;
+    apart.col(axis) = noise->contract({source.points, none}, with);
+  }
+  return apart.colPivHouseholderQr().rank() == d;
 }
 
 // The search over paths takes midpoint steps, and holds a matrix of dN×dN for each.
@@ -180,7 +200,9 @@ Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const 
 }
 
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
-  MatchingShapes shapes = matching_shapes(source, target, options.data);
+  MatchingShapes shapes = matching_shapes(
+      source, target, options.data,
+      [&](const Landmarks& shape, int first, int second) { return may_part(shape, first, second, options); });
   if (shapes.data.kind == DataKind::kLandmarks) note_mirrored_shapes(shapes, options);
   Alignment alignment = find_alignment(shapes, options);
   Landmarks aligned = shapes.source;

@@ -22,11 +22,11 @@ std::vector<std::string> names_of_formats() {
 
 const std::vector<std::string>& known_values(const std::string& option) {
   static const std::map<std::string, std::vector<std::string>> kValues = {
-      {"--mode", {"deterministic", "map", "pathwise", "expected"}},
+      {"--mode", {"deterministic", "metamorphosis", "map", "pathwise", "expected"}},
       {"--data", {"landmarks", "varifold", "current"}},
       {"--curve-ends", {"auto", "closed", "open"}},
       {"--align", {"none", "translation", "rigid", "similarity", "affine"}},
-      {"--solver", {"auto", "gauss-newton", "lbfgs"}},
+      {"--solver", {"auto", "paths", "gauss-newton", "lbfgs"}},
       {"--missing", {"negative"}},
       {"--format", names_of_formats()},
       {"--dim", {"2", "3"}},

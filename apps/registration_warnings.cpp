@@ -77,18 +77,21 @@ std::string remedy(const Registration& registration) {
   if (should_align(registration))
     return fmt::format("try --align similarity, which leaves {:.0f} % of the distance",
                        100 * left_by_similarity(registration));
-  const bool has_noise = registration.noise != "none";
+  const bool may_pass = !registration_system(registration).noise->traits().diffeomorphic;
   const std::string noise = "try --noise ch-sd:beta=100%, position noise that lets landmarks pass each other";
-  if (registration.source.dimension() == 1 && !has_noise)
+  if (registration.source.dimension() == 1 && !may_pass)
     if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
       return fmt::format("{} another order in the target, which no flow can reach: {}",
                          counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
   if (!registration.matched() && neighbours_part(registration))
     return "neighbouring landmarks do not move together: check that landmarks correspond (if none do: --data "
            "varifold)" +
-           (has_noise ? "" : "; or " + noise);
-  if (!registration.converged) return "try more --steps or --max-iterations" + (has_noise ? "" : "; or " + noise);
-  return "try a smaller --sigma or --lambda" + (has_noise ? "" : "; for shapes that no flow can match " + noise);
+           (may_pass ? "" : "; or " + noise);
+  const bool drawn = registration.mode == MatchingMode::kPathwise || registration.mode == MatchingMode::kExpected;
+  if (registration.converged && drawn)
+    return "this noise is drawn rather than fitted: try a smaller amplitude, or mode metamorphosis or map";
+  if (!registration.converged) return "try more --steps or --max-iterations" + (may_pass ? "" : "; or " + noise);
+  return "try a smaller --sigma or --lambda" + (may_pass ? "" : "; for shapes that no flow can match " + noise);
 }
 
 }  // namespace

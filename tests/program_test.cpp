@@ -267,6 +267,41 @@ TEST_F(RegisterProgram, FindsLandmarksThatAreAtRandom) {
   EXPECT_THAT(done.err, HasSubstr("; neighbouring landmarks do not move together: check that landmarks correspond"));
 }
 
+// All that its help and docs name.
+TEST_F(RegisterProgram, TakesEveryModeAndSolver) {
+  Landmarks two, near;
+  two.points = Points{{0, 1}}, near.points = Points{{0.1, 1.2}};
+  write_landmarks_csv("two.csv", two);
+  write_landmarks_csv("near.csv", near);
+  for (const char* choice :
+       {"--mode deterministic", "--mode metamorphosis", "--mode map", "--mode pathwise", "--mode expected",
+        "--solver auto", "--solver paths", "--solver gauss-newton", "--solver lbfgs"}) {
+    SCOPED_TRACE(choice);
+    const ProgramRun done = run(joined({"register", "two.csv", "near.csv", "-o", "out", "--no-picture", "--noise",
+                                        "ch-sd:beta=1%", "--kernel", "gaussian:alpha=1", "--sigma", "0.1"},
+                                       words(choice)));
+    EXPECT_TRUE(done.exit_code == 0 || done.exit_code == 3) << done.err;
+  }
+}
+
+// Noise that stays diffeomorphic does not let them through either, and what is drawn cannot be fitted away.
+TEST_F(RegisterProgram, AdvisesByWhatTheNoiseCanDo) {
+  Landmarks two, swapped, near;
+  two.points = Points{{0, 1}}, swapped.points = Points{{1, 0}}, near.points = Points{{0.1, 1.2}};
+  write_landmarks_csv("two.csv", two);
+  write_landmarks_csv("swapped.csv", swapped);
+  write_landmarks_csv("near.csv", near);
+  const auto warned = [&](const std::string& target, const std::string& noise, const std::string& mode) {
+    return run({"register", "two.csv", target, "-o", "out", "--no-picture", "--noise", noise, "--mode", mode,
+                "--kernel", "gaussian:alpha=1", "--sigma", "0.1", "--lambda", "1"})
+        .err;
+  };
+  EXPECT_THAT(warned("swapped.csv", "p-sd:beta=10%", "metamorphosis"),
+              HasSubstr("1 pair of landmarks has another order in the target, which no flow can reach: try --noise "
+                        "ch-sd:beta=100%"));
+  EXPECT_THAT(warned("near.csv", "ch-sd:beta=100%", "expected"), HasSubstr("this noise is drawn rather than fitted"));
+}
+
 // The program inherits the affinity of this process.
 class OnOneCore {
  public:

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kHalvings = 10;  // three decades
 // J has settled where it would grow by less than this part.
-constexpr double kFlat = 1e-2;
+constexpr double kSettledGrowth = 1e-2;
 // Or by less than this part, and ever less: in the limit the action falls to a quarter as β is halved.
 constexpr double kSettling = 1e-1;
 constexpr double kFall = 0.5;
@@ -73,7 +73,7 @@ bool reaches_diffeomorphism(const std::vector<HomotopyStep>& steps) {
   const auto least = least_needed(steps);
   if (least == steps.end() || std::next(least) != steps.end()) return false;
   const bool falls = least != steps.begin() && least->cost.action < kFall * std::prev(least)->cost.action;
-  return least->growth() < (falls ? kSettling : kFlat);
+  return least->growth() < (falls ? kSettling : kSettledGrowth);
 }
 
 }  // namespace pulson

@@ -13,7 +13,7 @@
 #include "compare/summary.hpp"
 #include "messages.hpp"
 #include "progress.hpp"
-#include "pulson/io/atomic_file.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "verbs.hpp"
 
 namespace pulson {

@@ -14,8 +14,8 @@
 #include <fmt/format.h>
 
 #include "messages.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "read_options.hpp"
 #include "verbs.hpp"

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "messages.hpp"
-#include "pulson/io/atomic_file.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "shape_facts.hpp"
 
 namespace pulson {

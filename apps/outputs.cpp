@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "pulson/report/gnuplot.hpp"
 
 namespace pulson {

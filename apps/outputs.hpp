@@ -8,7 +8,7 @@
 #include <CLI/App.hpp>
 
 #include "messages.hpp"
-#include "pulson/io/atomic_file.hpp"
+#include "pulson/core/atomic_file.hpp"
 
 namespace pulson {
 

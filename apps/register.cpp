@@ -6,8 +6,8 @@
 
 #include "messages.hpp"
 #include "progress.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "pulson/io/registration_record.hpp"
 #include "pulson/warp/triangulation.hpp"

@@ -6,7 +6,7 @@
 #include "options.hpp"
 #include "outputs.hpp"
 #include "progress.hpp"
-#include "pulson/io/atomic_file.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/io/simulation_record.hpp"
 #include "pulson/report/path_picture.hpp"
 #include "start_options.hpp"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../messages.hpp"
-#include "pulson/io/atomic_file.hpp"
+#include "pulson/core/atomic_file.hpp"
 
 namespace pulson {
 namespace {

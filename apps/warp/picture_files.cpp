@@ -8,9 +8,9 @@
 #include <string>
 #include <type_traits>
 
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/images/image_files.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "pulson/io/grid_fields.hpp"
 
 namespace pulson {

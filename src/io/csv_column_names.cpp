@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "text.hpp"
+#include "core/text.hpp"
 
 namespace pulson::io {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "csv_layouts.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

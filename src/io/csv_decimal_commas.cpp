@@ -3,8 +3,8 @@
 #include <optional>
 #include <set>
 
+#include "core/text.hpp"
 #include "csv_columns.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "csv_layouts.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "pulson/core/name_table.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

@@ -9,13 +9,13 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "csv_described.hpp"
 #include "csv_layouts.hpp"
 #include "csv_records.hpp"
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

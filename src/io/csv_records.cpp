@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "csv_decimal_commas.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

@@ -1,6 +1,6 @@
 #include "csv_shape_names.hpp"
 
-#include "text.hpp"
+#include "core/text.hpp"
 #include "text_lines.hpp"
 
 namespace pulson::io {

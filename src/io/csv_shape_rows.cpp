@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "csv_layouts.hpp"
 #include "csv_shape_names.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "landmark_writers.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
-#include "text.hpp"
 
 namespace pulson {
 namespace {

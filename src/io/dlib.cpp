@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
-#include "text.hpp"
 #include "text_lines.hpp"
 
 namespace pulson::io {

@@ -7,11 +7,11 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "grid_formats.hpp"
 #include "grid_values.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/atomic_file.hpp"
-#include "text.hpp"
 
 namespace pulson {
 namespace {

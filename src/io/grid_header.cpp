@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

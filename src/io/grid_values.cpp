@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "deflate.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

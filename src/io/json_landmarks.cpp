@@ -10,11 +10,11 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "json_reader.hpp"
 #include "json_text.hpp"
 #include "landmark_writers.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

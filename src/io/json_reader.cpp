@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "json_reader.hpp"
 #include "lines_as_landmarks.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

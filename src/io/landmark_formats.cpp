@@ -4,14 +4,14 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/utf8.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "shape_options.hpp"
-#include "text.hpp"
 
 namespace pulson {
 

@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

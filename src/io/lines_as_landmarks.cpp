@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "text.hpp"
+#include "core/text.hpp"
 
 namespace pulson::io {
 

@@ -8,12 +8,12 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "json_reader.hpp"
 #include "json_text.hpp"
 #include "landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

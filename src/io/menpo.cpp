@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "json_reader.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

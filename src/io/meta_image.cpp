@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "grid_formats.hpp"
 #include "grid_header.hpp"
 #include "grid_values.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

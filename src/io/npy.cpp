@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "pulson/io/atomic_file.hpp"
+#include "pulson/core/atomic_file.hpp"
 
 namespace pulson {
 

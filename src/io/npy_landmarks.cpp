@@ -13,11 +13,11 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/io/npy.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 namespace {

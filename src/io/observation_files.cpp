@@ -5,12 +5,12 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "csv_records.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/matching/landmark_term.hpp"
-#include "text.hpp"
 
 namespace pulson {
 namespace {

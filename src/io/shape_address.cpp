@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/io/landmark_files.hpp"
 #include "shape_options.hpp"
-#include "text.hpp"
 
 namespace pulson {
 namespace {

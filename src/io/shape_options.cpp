@@ -11,12 +11,12 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "line_samples.hpp"
 #include "lines_as_landmarks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/landmark_pairs.hpp"
 #include "pulson/core/name_table.hpp"
-#include "text.hpp"
 #include "text_lines.hpp"
 #include "unused_notes.hpp"
 

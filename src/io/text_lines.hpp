@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/text.hpp"
 #include "pulson/core/landmarks.hpp"
-#include "text.hpp"
 
 namespace pulson::io {
 

@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
-#include "text.hpp"
 #include "tps_lines.hpp"
 
 namespace pulson::io {

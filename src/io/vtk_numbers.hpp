@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "text.hpp"
+#include "core/text.hpp"
 
 namespace pulson::io {
 

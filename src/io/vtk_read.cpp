@@ -9,10 +9,10 @@
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "text.hpp"
 #include "vtk_cells.hpp"
 #include "vtk_numbers.hpp"
 

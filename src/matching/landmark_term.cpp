@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "landmark_weights.hpp"
+#include "core/landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "pulson/core/alignment.hpp"
 #include "pulson/core/length.hpp"
-#include "pulson/matching/alignment.hpp"
 #include "pulson/matching/curve_term.hpp"
 #include "pulson/matching/displacement_model.hpp"
 #include "pulson/matching/laplace.hpp"
@@ -106,7 +106,8 @@ struct Registration {
   Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one
   Points momenta;              ///< p0, d×N
   Eigen::MatrixXd increments;  ///< ΔW, C×K; 0 in mode `expected`, which has many
-  /// The K + 1 states of a path in midpoint steps that a shot of the momenta leaves, since it amplifies errors; else none.
+  /// The K + 1 states of a path in midpoint steps that a shot of the momenta leaves, since it amplifies errors; else
+  /// none.
   std::vector<PhaseState> states;
   MatchingCost cost;
   Solver solver = Solver::kAuto;

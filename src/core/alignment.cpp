@@ -1,4 +1,4 @@
-#include "pulson/matching/alignment.hpp"
+#include "pulson/core/alignment.hpp"
 
 #include <array>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "pulson/io/atomic_file.hpp"
+#include "pulson/core/atomic_file.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -16,7 +16,7 @@
 #include "messages.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "read_options.hpp"
 #include "verbs.hpp"
 

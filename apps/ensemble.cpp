@@ -15,8 +15,8 @@
 #include "progress.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/io/ensemble_record.hpp"
-#include "pulson/io/npy.hpp"
+#include "pulson/formats/npy.hpp"
+#include "pulson/records/ensemble_record.hpp"
 #include "start_options.hpp"
 #include "verbs.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "pulson/io/ensemble_record.hpp"
+#include "pulson/records/ensemble_record.hpp"
 #include "pulson/report/chart.hpp"
 
 namespace pulson {

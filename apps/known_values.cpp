@@ -7,7 +7,7 @@
 
 #include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <CLI/App.hpp>
 
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 

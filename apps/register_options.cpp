@@ -3,7 +3,7 @@
 #include <fmt/core.h>
 
 #include "known_values.hpp"
-#include "pulson/io/observation_files.hpp"
+#include "pulson/formats/observation_files.hpp"
 
 namespace pulson {
 namespace {

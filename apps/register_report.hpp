@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pulson/io/registration_record.hpp"
+#include "pulson/records/registration_record.hpp"
 #include "pulson/report/html_report.hpp"
 
 namespace pulson {

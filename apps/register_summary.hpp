@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "pulson/io/registration_record.hpp"
+#include "pulson/records/registration_record.hpp"
 
 namespace pulson {
 

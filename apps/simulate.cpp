@@ -7,7 +7,7 @@
 #include "outputs.hpp"
 #include "progress.hpp"
 #include "pulson/core/atomic_file.hpp"
-#include "pulson/io/simulation_record.hpp"
+#include "pulson/records/simulation_record.hpp"
 #include "pulson/report/path_picture.hpp"
 #include "start_options.hpp"
 #include "verbs.hpp"

@@ -2,9 +2,9 @@
 
 #include <fmt/core.h>
 
-#include "pulson/io/landmark_files.hpp"
-#include "pulson/io/registration_record.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "pulson/records/registration_record.hpp"
 #include "registration_warnings.hpp"
 
 namespace pulson {

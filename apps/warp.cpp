@@ -7,7 +7,7 @@
 
 #include "messages.hpp"
 #include "progress.hpp"
-#include "pulson/io/registration_record.hpp"
+#include "pulson/records/registration_record.hpp"
 #include "registration_warnings.hpp"
 #include "verbs.hpp"
 #include "warp/motion.hpp"

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "program.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

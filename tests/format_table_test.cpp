@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "error_of.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "written_landmarks.hpp"
 
 namespace pulson {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "grid_examples.hpp"
-#include "pulson/io/grid_fields.hpp"
+#include "pulson/fields/grid_fields.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "pulson/io/grid_fields.hpp"
+#include "pulson/fields/grid_fields.hpp"
 
 namespace pulson {
 

@@ -1,4 +1,4 @@
-#include "pulson/io/grid_fields.hpp"
+#include "pulson/fields/grid_fields.hpp"
 
 #include <cmath>
 #include <cstring>

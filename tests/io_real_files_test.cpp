@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "pulson/core/errors.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "real_landmark_files.hpp"
 
 namespace pulson {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "real_landmark_files.hpp"
 
 namespace pulson {

@@ -15,7 +15,7 @@ TEST(ItkFields, NeedItk) { GTEST_SKIP() << "ITK was not found when this was conf
 #include <itkMetaImageIOFactory.h>
 #include <itkNrrdImageIOFactory.h>
 
-#include "pulson/io/grid_fields.hpp"
+#include "pulson/fields/grid_fields.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {

@@ -1,6 +1,6 @@
 // Addresses of shapes, and files that cannot be read.
 
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 #include <filesystem>
 #include <string>

@@ -13,6 +13,7 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "numbers.hpp"
 
 namespace pulson {

@@ -1,4 +1,4 @@
-#include "pulson/io/observation_files.hpp"
+#include "pulson/formats/observation_files.hpp"
 
 #include <string>
 #include <vector>

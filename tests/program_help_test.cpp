@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 
 #include "program.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"
-#include "pulson/io/landmark_files.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
 

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <sched.h>
 
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

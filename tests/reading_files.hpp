@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {

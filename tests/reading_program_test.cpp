@@ -8,7 +8,7 @@
 #include <sys/resource.h>
 
 #include "program.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

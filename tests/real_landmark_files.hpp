@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "pulson/core/landmarks.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 

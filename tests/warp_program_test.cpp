@@ -10,9 +10,9 @@
 #include <gmock/gmock.h>
 
 #include "image_examples.hpp"
+#include "pulson/fields/grid_fields.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "pulson/images/image_files.hpp"
-#include "pulson/io/grid_fields.hpp"
-#include "pulson/io/landmark_files.hpp"
 
 namespace pulson {
 namespace {

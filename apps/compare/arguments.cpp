@@ -9,7 +9,7 @@
 #include "pulson/core/coordinate_frame.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/landmark_pairs.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

@@ -11,7 +11,7 @@
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "pulson/report/animation.hpp"
 
 namespace pulson {

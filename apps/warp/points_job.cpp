@@ -10,7 +10,7 @@
 
 #include "messages.hpp"
 #include "pulson/core/coordinate_frame.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

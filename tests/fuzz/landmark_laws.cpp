@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "formats/lines_as_landmarks.hpp"
 #include "fuzzing.hpp"
-#include "io/lines_as_landmarks.hpp"
 
 namespace pulson::fuzz {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "pulson/charts/chart.hpp"
 #include "pulson/records/ensemble_record.hpp"
-#include "pulson/report/chart.hpp"
 
 namespace pulson {
 

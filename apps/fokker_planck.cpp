@@ -9,12 +9,12 @@
 #include "options.hpp"
 #include "outputs.hpp"
 #include "progress.hpp"
+#include "pulson/charts/chart.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/densities.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
-#include "pulson/report/chart.hpp"
 #include "start_options.hpp"
 #include "verbs.hpp"
 

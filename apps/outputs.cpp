@@ -4,7 +4,7 @@
 
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/report/gnuplot.hpp"
+#include "pulson/draw/gnuplot.hpp"
 
 namespace pulson {
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "pulson/report/chart.hpp"
+#include "pulson/charts/chart.hpp"
 
 namespace pulson {
 namespace {

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "pulson/html/html_report.hpp"
 #include "pulson/matching/registration.hpp"
-#include "pulson/report/html_report.hpp"
 
 namespace pulson {
 

@@ -2,8 +2,8 @@
 
 #include <string>
 
+#include "pulson/draw/registration_picture.hpp"
 #include "pulson/matching/registration.hpp"
-#include "pulson/report/registration_picture.hpp"
 
 namespace pulson {
 

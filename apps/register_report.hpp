@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "pulson/html/html_report.hpp"
 #include "pulson/records/registration_record.hpp"
-#include "pulson/report/html_report.hpp"
 
 namespace pulson {
 

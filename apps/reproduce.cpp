@@ -9,7 +9,7 @@
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
-#include "pulson/report/gnuplot.hpp"
+#include "pulson/draw/gnuplot.hpp"
 #include "reproduce/laboratory.hpp"
 #include "verbs.hpp"
 

@@ -7,8 +7,8 @@
 #include "outputs.hpp"
 #include "progress.hpp"
 #include "pulson/core/atomic_file.hpp"
+#include "pulson/draw/path_picture.hpp"
 #include "pulson/records/simulation_record.hpp"
-#include "pulson/report/path_picture.hpp"
 #include "start_options.hpp"
 #include "verbs.hpp"
 

@@ -1,4 +1,4 @@
-#include "pulson/report/animation.hpp"
+#include "pulson/draw/animation.hpp"
 
 #include <chrono>
 #include <cstdlib>

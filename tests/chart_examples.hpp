@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "pulson/report/chart.hpp"
+#include "pulson/charts/chart.hpp"
 
 namespace pulson {
 

@@ -1,4 +1,4 @@
-#include "pulson/report/chart.hpp"
+#include "pulson/charts/chart.hpp"
 
 #include <array>
 #include <random>

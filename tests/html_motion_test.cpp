@@ -2,7 +2,7 @@
 
 #include "error_of.hpp"
 #include "picture_files.hpp"
-#include "pulson/report/html_report.hpp"
+#include "pulson/html/html_report.hpp"
 
 namespace pulson {
 namespace {

@@ -1,4 +1,4 @@
-#include "pulson/report/html_report.hpp"
+#include "pulson/html/html_report.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "pulson/report/path_picture.hpp"
+#include "pulson/draw/path_picture.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/report/thinning.hpp"
+#include "pulson/draw/thinning.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,5 @@
 // Pictures of registrations whose target does not correspond to the source, or misses coordinates.
-#include "pulson/report/registration_picture.hpp"
+#include "pulson/draw/registration_picture.hpp"
 
 #include <cmath>
 #include <limits>

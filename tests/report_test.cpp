@@ -11,8 +11,8 @@
 
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/report/gnuplot.hpp"
-#include "pulson/report/registration_picture.hpp"
+#include "pulson/draw/gnuplot.hpp"
+#include "pulson/draw/registration_picture.hpp"
 
 namespace pulson {
 namespace {

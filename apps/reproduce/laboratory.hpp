@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "../progress.hpp"
+#include "pulson/charts/chart.hpp"
 #include "pulson/ensemble/ensemble.hpp"
-#include "pulson/report/chart.hpp"
-#include "pulson/report/html_report.hpp"
+#include "pulson/html/html_report.hpp"
 
 namespace pulson {
 

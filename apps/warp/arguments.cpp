@@ -11,8 +11,8 @@
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
+#include "pulson/draw/animation.hpp"
 #include "pulson/formats/landmark_files.hpp"
-#include "pulson/report/animation.hpp"
 
 namespace pulson {
 namespace {

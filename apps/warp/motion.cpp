@@ -7,8 +7,8 @@
 
 #include "../progress.hpp"
 #include "pictures.hpp"
+#include "pulson/draw/animation.hpp"
 #include "pulson/images/compose.hpp"
-#include "pulson/report/animation.hpp"
 
 namespace pulson {
 namespace {

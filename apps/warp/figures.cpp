@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "../messages.hpp"
 #include "pulson/core/atomic_file.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "../progress.hpp"
 #include "pictures.hpp"
 #include "pulson/draw/animation.hpp"
 #include "pulson/images/compose.hpp"
+#include "shell/progress.hpp"
 
 namespace pulson {
 namespace {

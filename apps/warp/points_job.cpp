@@ -8,9 +8,9 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "messages.hpp"
 #include "pulson/core/coordinate_frame.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "../progress.hpp"
 #include "pulson/random/brownian.hpp"
+#include "shell/progress.hpp"
 
 namespace pulson {
 namespace {

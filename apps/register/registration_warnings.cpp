@@ -5,8 +5,8 @@
 
 #include <fmt/core.h>
 
-#include "messages.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

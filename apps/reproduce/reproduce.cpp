@@ -2,16 +2,16 @@
 
 #include <fmt/format.h>
 
-#include "interrupt.hpp"
-#include "messages.hpp"
-#include "options.hpp"
-#include "progress.hpp"
+#include "laboratory.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/draw/gnuplot.hpp"
-#include "reproduce/laboratory.hpp"
-#include "verbs.hpp"
+#include "shell/interrupt.hpp"
+#include "shell/messages.hpp"
+#include "shell/options.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {

@@ -3,10 +3,10 @@
 #include <optional>
 #include <string>
 
-#include "options.hpp"
-#include "outputs.hpp"
 #include "pulson/matching/registration.hpp"
-#include "read_options.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/read_options.hpp"
 
 namespace pulson {
 

@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
-#include "program.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "register_motion.hpp"
 #include "register_picture.hpp"
 #include "registration_warnings.hpp"
+#include "shell/program.hpp"
 
 namespace pulson {
 namespace {

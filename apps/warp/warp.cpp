@@ -5,15 +5,15 @@
 
 #include <fmt/core.h>
 
-#include "messages.hpp"
-#include "progress.hpp"
+#include "motion.hpp"
+#include "pictures.hpp"
+#include "points_job.hpp"
 #include "pulson/records/registration_record.hpp"
-#include "registration_warnings.hpp"
-#include "verbs.hpp"
-#include "warp/motion.hpp"
-#include "warp/pictures.hpp"
-#include "warp/points_job.hpp"
-#include "warp/samples_job.hpp"
+#include "register/registration_warnings.hpp"
+#include "samples_job.hpp"
+#include "shell/messages.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {

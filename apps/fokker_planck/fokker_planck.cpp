@@ -5,18 +5,18 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "messages.hpp"
-#include "options.hpp"
-#include "outputs.hpp"
-#include "progress.hpp"
 #include "pulson/charts/chart.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/densities.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
-#include "start_options.hpp"
-#include "verbs.hpp"
+#include "shell/messages.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
+#include "simulate/start_options.hpp"
 
 namespace pulson {
 namespace {

@@ -7,7 +7,7 @@
 #include <CLI/App.hpp>
 
 #include "pulson/dynamics/stochastic_system.hpp"
-#include "read_options.hpp"
+#include "shell/read_options.hpp"
 
 namespace pulson {
 

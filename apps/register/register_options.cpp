@@ -2,8 +2,8 @@
 
 #include <fmt/core.h>
 
-#include "known_values.hpp"
 #include "pulson/formats/observation_files.hpp"
+#include "shell/known_values.hpp"
 
 namespace pulson {
 namespace {

@@ -9,15 +9,15 @@
 #include <fmt/core.h>
 
 #include "info_file.hpp"
-#include "messages.hpp"
-#include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "read_options.hpp"
-#include "verbs.hpp"
+#include "shell/messages.hpp"
+#include "shell/misspelt.hpp"
+#include "shell/read_options.hpp"
+#include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {

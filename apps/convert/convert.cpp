@@ -13,12 +13,12 @@
 
 #include <fmt/format.h>
 
-#include "messages.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
-#include "read_options.hpp"
-#include "verbs.hpp"
+#include "shell/messages.hpp"
+#include "shell/read_options.hpp"
+#include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {

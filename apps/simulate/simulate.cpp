@@ -2,15 +2,15 @@
 
 #include <fmt/format.h>
 
-#include "messages.hpp"
-#include "options.hpp"
-#include "outputs.hpp"
-#include "progress.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/draw/path_picture.hpp"
 #include "pulson/records/simulation_record.hpp"
+#include "shell/messages.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
 #include "start_options.hpp"
-#include "verbs.hpp"
 
 namespace pulson {
 namespace {

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "messages.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "shape_facts.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

@@ -5,7 +5,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/registration_record.hpp"
-#include "registration_warnings.hpp"
+#include "register/registration_warnings.hpp"
 
 namespace pulson {
 namespace {

@@ -6,15 +6,15 @@
 
 #include <fmt/core.h>
 
-#include "compare/arguments.hpp"
-#include "compare/picture.hpp"
-#include "compare/record.hpp"
-#include "compare/report.hpp"
-#include "compare/summary.hpp"
-#include "messages.hpp"
-#include "progress.hpp"
+#include "arguments.hpp"
+#include "picture.hpp"
 #include "pulson/core/atomic_file.hpp"
-#include "verbs.hpp"
+#include "record.hpp"
+#include "report.hpp"
+#include "shell/messages.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
+#include "summary.hpp"
 
 namespace pulson {
 namespace {

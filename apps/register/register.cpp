@@ -4,8 +4,6 @@
 
 #include <fmt/core.h>
 
-#include "messages.hpp"
-#include "progress.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -17,7 +15,9 @@
 #include "register_report.hpp"
 #include "register_summary.hpp"
 #include "registration_warnings.hpp"
-#include "verbs.hpp"
+#include "shell/messages.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <fmt/core.h>
 
-#include "messages.hpp"
 #include "registration_warnings.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

@@ -8,17 +8,17 @@
 #include <fmt/format.h>
 
 #include "ensemble_picture.hpp"
-#include "interrupt.hpp"
-#include "messages.hpp"
-#include "options.hpp"
-#include "outputs.hpp"
-#include "progress.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/formats/npy.hpp"
 #include "pulson/records/ensemble_record.hpp"
-#include "start_options.hpp"
-#include "verbs.hpp"
+#include "shell/interrupt.hpp"
+#include "shell/messages.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
+#include "simulate/start_options.hpp"
 
 namespace pulson {
 namespace {

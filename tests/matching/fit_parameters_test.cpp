@@ -13,7 +13,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "../src/matching/registration_problem.hpp"
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "plain_options.hpp"
@@ -22,6 +21,7 @@
 #include "pulson/matching/laplace.hpp"
 #include "pulson/matching/log_maximum.hpp"
 #include "pulson/random/normals.hpp"
+#include "registration_problem.hpp"
 #include "shape.hpp"
 
 namespace pulson {

@@ -448,7 +448,7 @@ std::string contents(const std::string& file) {
 }
 
 TEST(AddingANoiseModel, ShowsTheExampleThatIsTestedHere) {
-  const std::string example = contents("tests/adding_a_noise_model.cpp");
+  const std::string example = contents("tests/noise/adding_a_noise_model.cpp");
   ASSERT_FALSE(example.empty());
   EXPECT_THAT(contents("docs/adding_a_noise_model.md"), HasSubstr("```cpp\n" + example + "```\n"));
 }

@@ -10,9 +10,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "combinations.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
+#include "random_numbers.hpp"
 
 namespace pulson {
 namespace {

@@ -1,6 +1,6 @@
 // The pair in vector lanes against the integrator that takes one path at a time.
 
-#include "../src/ensemble/pair_lanes.hpp"
+#include "pair_lanes.hpp"
 
 #include <cmath>
 

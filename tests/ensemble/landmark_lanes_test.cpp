@@ -1,6 +1,6 @@
 // N landmarks in vector lanes against the integrator that takes one path at a time.
 
-#include "../src/ensemble/landmark_lanes.hpp"
+#include "landmark_lanes.hpp"
 
 #include <cmath>
 #include <random>

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "ensemble_picture.hpp"
+#include "picture.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/formats/npy.hpp"

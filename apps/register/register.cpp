@@ -4,20 +4,20 @@
 
 #include <fmt/core.h>
 
+#include "arguments.hpp"
+#include "homotopy.hpp"
+#include "picture.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/records/registration_record.hpp"
 #include "pulson/warp/triangulation.hpp"
-#include "register_homotopy.hpp"
-#include "register_options.hpp"
-#include "register_picture.hpp"
-#include "register_report.hpp"
-#include "register_summary.hpp"
 #include "registration_warnings.hpp"
+#include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/progress.hpp"
 #include "shell/verbs.hpp"
+#include "summary.hpp"
 
 namespace pulson {
 namespace {

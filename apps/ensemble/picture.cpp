@@ -1,4 +1,4 @@
-#include "ensemble_picture.hpp"
+#include "picture.hpp"
 
 #include <algorithm>
 #include <cmath>

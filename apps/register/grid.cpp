@@ -1,4 +1,4 @@
-#include "register_grid.hpp"
+#include "grid.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "register_motion.hpp"
+#include "motion.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include "grid.hpp"
 #include "pulson/warp/material_flow.hpp"
-#include "register_grid.hpp"
 
 namespace pulson {
 namespace {

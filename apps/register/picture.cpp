@@ -1,12 +1,12 @@
-#include "register_picture.hpp"
+#include "picture.hpp"
 
 #include <cmath>
 #include <filesystem>
 
 #include <fmt/core.h>
 
+#include "grid.hpp"
 #include "pulson/warp/material_flow.hpp"
-#include "register_grid.hpp"
 
 namespace pulson {
 namespace {

@@ -1,4 +1,4 @@
-#include "register_homotopy.hpp"
+#include "homotopy.hpp"
 
 #include <algorithm>
 

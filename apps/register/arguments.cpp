@@ -1,4 +1,4 @@
-#include "register_options.hpp"
+#include "arguments.hpp"
 
 #include <fmt/core.h>
 

@@ -1,4 +1,4 @@
-#include "register_report.hpp"
+#include "report.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "motion.hpp"
+#include "picture.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
-#include "register_motion.hpp"
-#include "register_picture.hpp"
 #include "registration_warnings.hpp"
 #include "shell/program.hpp"
 

@@ -1,4 +1,4 @@
-#include "register_summary.hpp"
+#include "summary.hpp"
 
 #include <cmath>
 

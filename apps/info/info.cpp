@@ -8,7 +8,7 @@
 
 #include <fmt/core.h>
 
-#include "info_file.hpp"
+#include "file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"

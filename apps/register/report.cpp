@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "motion.hpp"
 #include "picture.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"

@@ -1,5 +1,3 @@
-#include "motion.hpp"
-
 #include <algorithm>
 #include <cmath>
 

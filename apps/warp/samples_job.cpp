@@ -1,5 +1,3 @@
-#include "samples_job.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -8,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "jobs.hpp"
 #include "pulson/random/brownian.hpp"
 #include "shell/progress.hpp"
 

@@ -5,12 +5,10 @@
 
 #include <fmt/core.h>
 
-#include "motion.hpp"
+#include "jobs.hpp"
 #include "pictures.hpp"
-#include "points_job.hpp"
 #include "pulson/records/registration_record.hpp"
 #include "register/registration_warnings.hpp"
-#include "samples_job.hpp"
 #include "shell/messages.hpp"
 #include "shell/progress.hpp"
 #include "shell/verbs.hpp"

@@ -7,7 +7,6 @@
 
 #include "chart_layout.hpp"
 #include "chart_legend.hpp"
-#include "chart_marks.hpp"
 #include "draw/checks.hpp"
 
 namespace pulson {

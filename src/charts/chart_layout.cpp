@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chart_ranges.hpp"
+#include "chart_axis.hpp"
 #include "draw/layout.hpp"
 
 namespace pulson::picture {

@@ -1,10 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "chart_axis.hpp"
 #include "draw/canvas.hpp"
-#include "draw/view.hpp"
+#include "draw/layout.hpp"
 #include "pulson/charts/chart.hpp"
 
 namespace pulson::picture {
@@ -38,5 +39,8 @@ void draw_chart_frame(Canvas& canvas, const ChartFrame& frame);
 
 /// The reference lines of a panel; to be drawn first.
 void draw_reference_lines(Canvas& canvas, const ChartFrame& frame);
+
+/// The series of the panel within its frame. colours: one for each series; vertices: of each line, at most.
+void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<Colour>& colours, std::size_t vertices);
 
 }  // namespace pulson::picture

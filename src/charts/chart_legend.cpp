@@ -5,11 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "chart_style.hpp"
+#include "chart_strokes.hpp"
 #include "draw/layers.hpp"
 #include "draw/layout.hpp"
 #include "draw/legend.hpp"
-#include "line_parts.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::picture {

@@ -1,11 +1,9 @@
-#include "chart_marks.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "chart_ranges.hpp"
-#include "chart_style.hpp"
-#include "line_parts.hpp"
+#include "chart_axis.hpp"
+#include "chart_layout.hpp"
+#include "chart_strokes.hpp"
 #include "pulson/draw/thinning.hpp"
 
 namespace pulson::picture {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "canvas.hpp"
+#include "layout.hpp"
 #include "outline.hpp"
-#include "view.hpp"
 
 namespace pulson::picture {
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,5 +29,16 @@ std::vector<Colour> landmark_colours(const PathPicture& picture);
 
 /// Each landmark in its colour, named by its label or by its number; of many, the scale of colours.
 std::vector<LegendEntry> legend_of_landmarks(const PathPicture& picture);
+
+/// The paths but the first whose ends are drawn.
+struct Ends {
+  std::vector<std::size_t> others;
+  std::size_t outside = 0;  // left out for their distance
+};
+
+/// As many as `vertices` allow in all. One path that flew off must not shrink all others to a point: an end is left out
+/// if its distance from the middle of the start is more than that of the first path ever is, and more than six times
+/// the 90 % quantile of all ends.
+Ends choose_ends(const PathPicture& picture, std::size_t vertices);
 
 }  // namespace pulson::picture

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "canvas.hpp"
-#include "view.hpp"
+#include "layout.hpp"
 
 namespace pulson::picture {
 

@@ -1,6 +1,7 @@
 #include "shape_options.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,12 +14,10 @@
 
 #include "core/text.hpp"
 #include "formats/text/text_lines.hpp"
-#include "line_samples.hpp"
-#include "lines_as_landmarks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/landmark_pairs.hpp"
 #include "pulson/core/name_table.hpp"
-#include "unused_notes.hpp"
+#include "shape_lines.hpp"
 
 namespace pulson::io {
 namespace {
@@ -205,6 +204,38 @@ void apply_to_shapes(const ReadOptions& options, LandmarkFile& file) {
   if (options.curve_points == 0) return;
   require_curves(file);
   for (Landmarks& shape : file.shapes) add_points_of_curves(shape, options.curve_points);
+}
+
+namespace {
+
+std::size_t count_points(const std::vector<Points>& lines) {
+  std::size_t points = 0;
+  for (const Points& line : lines) points += static_cast<std::size_t>(line.cols());
+  return points;
+}
+
+}  // namespace
+
+std::string note_of_scales(const std::vector<Landmarks>& shapes) {
+  std::size_t scales = 0;
+  for (const Landmarks& shape : shapes) scales += shape.scale ? 1 : 0;
+  if (scales == 0) return {};
+  return fmt::format("SCALE is recorded ({} of {}) and not applied to the coordinates; --scale apply multiplies by it",
+                     scales, counted(shapes.size(), "shape"));
+}
+
+std::string note_of_curves(const std::vector<Landmarks>& shapes) {
+  std::size_t curves = 0;
+  std::size_t outlines = 0;
+  std::size_t points = 0;
+  for (const Landmarks& shape : shapes) {
+    curves += shape.curves.size();
+    outlines += shape.outlines.size();
+    points += count_points(shape.curves) + count_points(shape.outlines);
+  }
+  if (curves + outlines == 0) return {};
+  return fmt::format("{} and {} ({}) are kept and not used as landmarks; --curves N takes N points of each",
+                     counted(curves, "curve"), counted(outlines, "outline"), counted(points, "point"));
 }
 
 }  // namespace pulson::io

@@ -1,9 +1,12 @@
 #pragma once
 
-// What ReadOptions ask of shapes after their file is read.
+// What ReadOptions ask of shapes, and notes on what a file holds and is not used without them.
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
+#include "pulson/core/landmarks.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
 namespace pulson::io {
@@ -18,5 +21,11 @@ void apply_to_shapes(const ReadOptions& options, LandmarkFile& file);
 /// Makes curves and outlines that were read as landmarks curves again where they are to be resampled, and withdraws the
 /// notes on what the options use. `path` is what the notes call the file.
 void prepare_shapes(const ReadOptions& options, const std::string& path, LandmarkFile& file);
+
+/// That scales are not applied; empty where no shape has one.
+std::string note_of_scales(const std::vector<Landmarks>& shapes);
+
+/// That curves and outlines are not used; empty where there are none.
+std::string note_of_curves(const std::vector<Landmarks>& shapes);
 
 }  // namespace pulson::io

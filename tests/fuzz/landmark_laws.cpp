@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "formats/lines_as_landmarks.hpp"
+#include "formats/shape_lines.hpp"
 #include "fuzzing.hpp"
 
 namespace pulson::fuzz {

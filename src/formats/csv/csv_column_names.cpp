@@ -1,10 +1,9 @@
-#include "csv_column_names.hpp"
-
 #include <algorithm>
 #include <array>
 #include <utility>
 
 #include "core/text.hpp"
+#include "csv_columns.hpp"
 
 namespace pulson::io {
 namespace {

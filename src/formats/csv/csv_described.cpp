@@ -1,5 +1,3 @@
-#include "csv_described.hpp"
-
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -9,6 +7,7 @@
 
 #include "core/text.hpp"
 #include "csv_columns.hpp"
+#include "csv_layouts.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 

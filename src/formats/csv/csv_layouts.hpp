@@ -1,8 +1,13 @@
 #pragma once
 
-// The layouts of a table of numbers other than a landmark per line, and what their readers share.
+// The layouts of a table of numbers other than a landmark per line, what their readers share, and tables that
+// ReadOptions describe.
 
+#include <cstddef>
+#include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "csv_records.hpp"
@@ -50,5 +55,28 @@ std::vector<std::string> unused_columns(const std::string& path, const std::vect
 
 /// Whether the labels are 1, 2, 3, ..., which says nothing that the order of the landmarks does not.
 bool counts_from_one(const std::vector<std::string>& labels);
+
+/// A column as `X1` or `1.X` names it, or `nose_x`.
+struct CoordinateName {
+  std::size_t axis;
+  std::optional<std::size_t> number;  ///< of the landmark
+  std::string label;                  ///< where it has no number
+};
+
+/// `X1`, `1.X`, `LM 1_X`, `x[1]`
+std::optional<CoordinateName> parse_numbered_coordinate(std::string_view name);
+
+/// `nose_x`, `nose.X`, `noseX`, `L1x` or `x_nose`
+std::optional<CoordinateName> parse_named_coordinate(std::string_view name);
+
+/// Gives the columns that `columns` lists (x → he_col) names with this meaning, and other columns that have it others.
+/// @throws InputError that lists the columns where one is not there, or where the table has no header
+void name_columns(const std::string& path, CsvRecord& header, const std::map<std::string, std::string>& columns);
+
+/// Whether each line holds one field.
+bool is_one_column(const std::vector<CsvRecord>& records);
+
+/// One shape of a table of one column, where the d coordinates of each landmark take turns.
+LandmarkFile read_in_turn(const std::string& path, const std::vector<CsvRecord>& records, std::size_t dimension);
 
 }  // namespace pulson::io

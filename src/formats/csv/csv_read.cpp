@@ -11,7 +11,6 @@
 
 #include "core/text.hpp"
 #include "csv_columns.hpp"
-#include "csv_described.hpp"
 #include "csv_layouts.hpp"
 #include "csv_records.hpp"
 #include "formats/formats.hpp"

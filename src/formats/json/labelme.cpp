@@ -10,7 +10,7 @@
 
 #include "core/text.hpp"
 #include "formats/formats.hpp"
-#include "formats/lines_as_landmarks.hpp"
+#include "formats/shape_lines.hpp"
 #include "json_reader.hpp"
 
 namespace pulson::io {

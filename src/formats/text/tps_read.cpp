@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "formats/formats.hpp"
-#include "formats/lines_as_landmarks.hpp"
-#include "formats/unused_notes.hpp"
+#include "formats/shape_lines.hpp"
+#include "formats/shape_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "text_lines.hpp"

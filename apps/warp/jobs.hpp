@@ -1,6 +1,7 @@
 #pragma once
 
 #include "figures.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson {
 
@@ -37,5 +38,13 @@ struct PushedMesh {
 };
 PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
                       const WarpArguments& arguments);
+
+/// Landmarks carried along, in any dimension; marks that miss a coordinate stay missing. @throws InputError
+WarpFigures warp_points(const MaterialFlow& flow, const Registration& registration, const WarpArguments& arguments);
+
+/// The mean of the warped image over samples of the noise with the fitted momenta, the deviation from it and the
+/// probability of folds. @throws InputError where there is no noise or no sample has a path
+WarpedImage warp_samples(const Image& image, const Registration& registration, const WarpFrames& frames,
+                         const WarpArguments& arguments);
 
 }  // namespace pulson

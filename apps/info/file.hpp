@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "pulson/core/landmarks.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 
@@ -20,5 +22,15 @@ struct ShapeFacts {
 
 /// In O(N log N).
 ShapeFacts shape_facts(const Landmarks& shape);
+
+/// How `pulson info FILE` reads and tells.
+struct FileInfoOptions {
+  bool all = false;
+  std::string json;
+  ReadOptions reading;
+};
+
+/// What the file, or one shape of it, holds: first of all shapes, then a line for each. @throws InputError
+void print_file_info(const std::string& address, const FileInfoOptions& options);
 
 }  // namespace pulson

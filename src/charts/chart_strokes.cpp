@@ -1,4 +1,4 @@
-#include "line_parts.hpp"
+#include "chart_strokes.hpp"
 
 #include <cmath>
 

@@ -1,5 +1,7 @@
 #pragma once
 
+// Curves and outlines: as landmarks, and sampled.
+
 #include <cstddef>
 #include <string>
 
@@ -17,5 +19,14 @@ bool give_lines_back(Landmarks& shape);
 
 /// What is told where that was done.
 std::string taken_as_landmarks(std::size_t shapes);
+
+/// The polygon through the points of `line`, from the first to the last or, where it is closed, back to the first.
+enum class LineEnds { kOpen, kClosed };
+
+/// `count` points at equal distances of arc length: of an open line with both ends, of a closed one from its first
+/// point on. Points that miss a coordinate are left out. Costs O(line + count).
+/// @return NaN where the line has no points
+/// @throws InputError where it has no length, or one beyond the largest number
+Points evenly_spaced(const Points& line, LineEnds ends, int count);
 
 }  // namespace pulson::io

@@ -1,4 +1,4 @@
-// The program: one verb per file.
+// The program: one folder per verb.
 
 #include <algorithm>
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 #include <unistd.h>
 
-#include "completion.hpp"
-#include "program.hpp"
 #include "pulson/core/errors.hpp"
-#include "verbs.hpp"
+#include "shell/completion.hpp"
+#include "shell/program.hpp"
+#include "shell/verbs.hpp"
 #include "warp/arguments.hpp"
 
 namespace {

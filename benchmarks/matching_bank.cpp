@@ -31,8 +31,8 @@
 
 #include "accurate_shot.hpp"
 #include "matching_problems.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/io/atomic_file.hpp"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "accurate_shot.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

@@ -21,7 +21,7 @@
 #include <fmt/format.h>
 
 #include "pulson/core/parallel.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/warp/material_flow.hpp"
 

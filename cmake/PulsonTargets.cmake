@@ -88,6 +88,7 @@ endfunction()
 # pulson_library(<folder> SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>] [EXPORT <set>])
 # makes the static library pulson_<folder> with the alias pulson::<folder>, which an installed package has too. PUBLIC:
 # what its headers include; PRIVATE: what its .cpp files alone use. Headers of other packages count as system headers.
+# Private headers of other folders are named from src/: "core/text.hpp".
 # EXPORT: the package's list of targets that it belongs to [pulsonTargets].
 function(pulson_library folder)
   cmake_parse_arguments(ARG "" "EXPORT" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
@@ -97,7 +98,10 @@ function(pulson_library folder)
     add_library(pulson_${folder} STATIC ${ARG_SOURCES})
   endif()
   add_library(pulson::${folder} ALIAS pulson_${folder})
-  target_include_directories(pulson_${folder} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>)
+  target_include_directories(
+    pulson_${folder}
+    PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_compile_features(pulson_${folder} PUBLIC cxx_std_20)
   set_target_properties(pulson_${folder} PROPERTIES EXPORT_NAME ${folder})
   target_link_libraries(

@@ -5,11 +5,11 @@
 
 #include <fmt/core.h>
 
-#include "known_values.hpp"
 #include "pulson/core/coordinate_frame.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/landmark_pairs.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "shell/known_values.hpp"
 
 namespace pulson {
 namespace {

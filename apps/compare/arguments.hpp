@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "options.hpp"
-#include "outputs.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/compare/recovery.hpp"
-#include "read_options.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/read_options.hpp"
 
 namespace pulson {
 

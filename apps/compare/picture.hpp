@@ -1,8 +1,8 @@
 #pragma once
 
+#include "pulson/charts/chart.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/compare/recovery.hpp"
-#include "pulson/report/chart.hpp"
 
 namespace pulson {
 

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "messages.hpp"
-#include "program.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
+#include "shell/messages.hpp"
+#include "shell/program.hpp"
 #include "summary.hpp"
 
 namespace pulson {

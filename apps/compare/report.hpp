@@ -6,7 +6,7 @@
 
 #include "pulson/compare/comparison.hpp"
 #include "pulson/compare/recovery.hpp"
-#include "pulson/report/html_report.hpp"
+#include "pulson/html/html_report.hpp"
 
 namespace pulson {
 

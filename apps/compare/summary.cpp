@@ -7,8 +7,8 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
-#include "messages.hpp"
 #include "pulson/core/name_table.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

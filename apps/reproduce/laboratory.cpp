@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
-#include "../interrupt.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "shell/interrupt.hpp"
 
 namespace pulson {
 

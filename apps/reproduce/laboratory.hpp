@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "../progress.hpp"
+#include "pulson/charts/chart.hpp"
 #include "pulson/ensemble/ensemble.hpp"
-#include "pulson/report/chart.hpp"
-#include "pulson/report/html_report.hpp"
+#include "pulson/html/html_report.hpp"
+#include "shell/progress.hpp"
 
 namespace pulson {
 

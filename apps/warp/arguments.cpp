@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 
 #include "picture_files.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
-#include "pulson/io/atomic_file.hpp"
-#include "pulson/io/landmark_files.hpp"
-#include "pulson/report/animation.hpp"
+#include "pulson/draw/animation.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <CLI/App.hpp>
 
-#include "../read_options.hpp"
 #include "pulson/images/push_forward.hpp"
 #include "pulson/warp/label_space.hpp"
+#include "shell/read_options.hpp"
 
 namespace pulson {
 

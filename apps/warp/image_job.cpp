@@ -1,11 +1,10 @@
-#include "image_job.hpp"
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "jobs.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/warp/sampled_map.hpp"
 

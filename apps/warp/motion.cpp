@@ -1,14 +1,12 @@
-#include "motion.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "../progress.hpp"
 #include "pictures.hpp"
+#include "pulson/draw/animation.hpp"
 #include "pulson/images/compose.hpp"
-#include "pulson/report/animation.hpp"
+#include "shell/progress.hpp"
 
 namespace pulson {
 namespace {

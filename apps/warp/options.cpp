@@ -1,10 +1,10 @@
 // The options of `pulson warp`, apart from what they do: `pulson completion` knows them without libraries for images.
 
-#include "../options.hpp"
+#include "shell/options.hpp"
 
-#include "../known_values.hpp"
-#include "../messages.hpp"
 #include "arguments.hpp"
+#include "shell/known_values.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <type_traits>
 
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/fields/grid_fields.hpp"
 #include "pulson/images/image_files.hpp"
-#include "pulson/io/atomic_file.hpp"
-#include "pulson/io/grid_fields.hpp"
 
 namespace pulson {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "image_job.hpp"
+#include "jobs.hpp"
 
 namespace pulson {
 
@@ -14,5 +14,10 @@ std::vector<Points> grid_lines(int width, int height);
 
 /// The landmarks' paths up to step k and the landmarks at their ends, drawn on a picture of the target.
 Image with_landmarks(const Image& image, const std::vector<Points>& paths, std::size_t k, double scale);
+
+/// The image on its way, a frame for each time of the flow and a rest at both ends, at most 640 pixels wide or high.
+/// @throws InputError where ffmpeg fails
+void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+                     const WarpArguments& arguments);
 
 }  // namespace pulson

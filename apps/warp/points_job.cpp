@@ -1,5 +1,3 @@
-#include "points_job.hpp"
-
 #include <cmath>
 #include <string>
 #include <utility>
@@ -8,9 +6,10 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "messages.hpp"
+#include "jobs.hpp"
 #include "pulson/core/coordinate_frame.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "samples_job.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -8,8 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "../progress.hpp"
+#include "jobs.hpp"
 #include "pulson/random/brownian.hpp"
+#include "shell/progress.hpp"
 
 namespace pulson {
 namespace {

@@ -1,9 +1,15 @@
 #include "pulson/compare/cohort.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include <fmt/core.h>
 
+#include "pulson/compare/comparison.hpp"
+#include "pulson/core/coincident_landmarks.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -106,6 +112,57 @@ Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind ki
   const AlignmentKind back = kind == AlignmentKind::kTranslation ? kind : AlignmentKind::kRigid;
   mean.points = align(mean.points, shapes.front().points, back).apply(mean.points);
   return mean;
+}
+
+namespace {
+
+using Pair = std::pair<int, int>;
+
+// The first shape that has the two landmarks apart.
+const Landmarks* find_apart(const std::vector<Landmarks>& shapes, const Pair& pair) {
+  const auto found = std::find_if(shapes.begin(), shapes.end(), [&](const Landmarks& shape) {
+    return !is_repeated(shape.points, pair.first, pair.second);
+  });
+  return found == shapes.end() ? nullptr : &*found;
+}
+
+// A pair that no shape has apart, and one shape has at one place.
+std::optional<Pair> coincident_in_all(const std::vector<Landmarks>& shapes) {
+  for (const Landmarks& shape : shapes)
+    for (const Pair& pair : coincident_pairs(shape.points))
+      if (find_apart(shapes, pair) == nullptr) return pair;
+  return std::nullopt;
+}
+
+void merge_into_first(CohortShapes& shapes, const Pair& pair, std::vector<double>& weights) {
+  const auto [first, second] = pair;
+  double& weight = weights[static_cast<std::size_t>(first)];
+  const double added = weights[static_cast<std::size_t>(second)];
+  const auto one = [&](const Landmarks& shape) { return merged(shape, first, second, {weight, added}); };
+  if (shapes.source) shapes.source = one(*shapes.source);
+  std::transform(shapes.targets.begin(), shapes.targets.end(), shapes.targets.begin(), one);
+  weight += added;
+  weights.erase(weights.begin() + second);
+}
+
+}  // namespace
+
+Cohort CohortShapes::cohort(const std::vector<int>& chosen) const {
+  std::vector<Landmarks> some;
+  for (const int s : chosen) some.push_back(targets[static_cast<std::size_t>(s)]);
+  const std::vector<Landmarks>& shapes = chosen.empty() ? targets : some;
+  return make_cohort(source ? *source : procrustes_mean(shapes, alignment), shapes, alignment);
+}
+
+void merge_coincident(CohortShapes& shapes, bool merge, std::vector<std::string>& notes) {
+  const Landmarks& first = shapes.source ? *shapes.source : shapes.targets.front();
+  std::vector<double> weights(static_cast<std::size_t>(first.count()), 1);  // landmarks that each stands for
+  while (const auto pair = shapes.source ? find_coincident(first.points) : coincident_in_all(shapes.targets)) {
+    const Landmarks* apart = find_apart(shapes.targets, *pair);
+    if (apart != nullptr && !merge) throw InputError(coincident_error(first, pair->first, pair->second, *apart));
+    notes.push_back(merged_note(first, pair->first, pair->second, apart == nullptr ? "in all shapes" : ""));
+    merge_into_first(shapes, *pair, weights);
+  }
 }
 
 }  // namespace pulson

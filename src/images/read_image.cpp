@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "channels.hpp"
+#include "core/text.hpp"
 #include "file_checks.hpp"
-#include "io/text.hpp"
 #include "mats.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/images/image_files.hpp"

@@ -7,11 +7,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "channels.hpp"
-#include "io/text.hpp"
+#include "core/text.hpp"
 #include "mats.hpp"
+#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/images/image_files.hpp"
-#include "pulson/io/atomic_file.hpp"
 #include "silence.hpp"
 
 namespace pulson {

@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "landmark_weights.hpp"
+#include "core/landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
 
@@ -17,8 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kCovarianceRounding = 1e-13;
 
 void check(const LandmarkObservations& observed) {
   const Index d = observed.target.rows();
@@ -114,15 +112,6 @@ Points LandmarkTerm::gradient(const Points& q) const {
 DataTerm::Linearisation LandmarkTerm::linearise(const Points& q, const MatrixXd& changes) const {
   if (scale_) return {residual(q), *scale_ * changes};
   return {residual(q), whitening_ * changes};
-}
-
-bool is_covariance(const MatrixXd& r) {
-  if (r.size() == 0 || r.rows() != r.cols() || !r.allFinite()) return false;
-  if ((r - r.transpose()).cwiseAbs().maxCoeff() > kCovarianceRounding * r.cwiseAbs().maxCoeff()) return false;
-  const Eigen::LLT<MatrixXd> root(r);
-  if (root.info() != Eigen::Success) return false;
-  // Each axis must keep a part of its variance when those before it are known.
-  return (root.matrixLLT().diagonal().array().square() > kCovarianceRounding * r.diagonal().array()).all();
 }
 
 VectorXd distances(const Points& q, const Points& target) {

@@ -14,7 +14,7 @@
 
 #include "fuzz_targets.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson::fuzz {
 

@@ -2,10 +2,10 @@
 #include <cmath>
 #include <cstdint>
 
+#include "fields/grid_formats.hpp"
 #include "fuzz_targets.hpp"
 #include "fuzzing.hpp"
-#include "io/grid_formats.hpp"
-#include "pulson/io/grid_fields.hpp"
+#include "pulson/fields/grid_fields.hpp"
 
 namespace pulson::fuzz {
 namespace {

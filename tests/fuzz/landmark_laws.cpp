@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "formats/shape_lines.hpp"
 #include "fuzzing.hpp"
-#include "io/lines_as_landmarks.hpp"
 
 namespace pulson::fuzz {
 namespace {

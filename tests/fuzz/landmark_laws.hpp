@@ -3,7 +3,7 @@
 #include <initializer_list>
 #include <string_view>
 
-#include "pulson/io/landmark_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson::fuzz {
 

@@ -3,10 +3,10 @@
 #include "fuzz_targets.hpp"
 #include "fuzzing.hpp"
 #include "pulson/core/version.hpp"
-#include "pulson/io/ensemble_record.hpp"
-#include "pulson/io/registration_record.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "pulson/records/ensemble_record.hpp"
+#include "pulson/records/registration_record.hpp"
 
 namespace pulson::fuzz {
 namespace {

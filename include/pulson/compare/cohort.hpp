@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "pulson/matching/alignment.hpp"
+#include "pulson/core/alignment.hpp"
 
 namespace pulson {
 

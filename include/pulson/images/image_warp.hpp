@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "pulson/matching/alignment.hpp"
+#include "pulson/core/alignment.hpp"
 #include "pulson/warp/material_flow.hpp"
 
 namespace pulson {

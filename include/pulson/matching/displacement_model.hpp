@@ -2,8 +2,8 @@
 
 #include <optional>
 
+#include "pulson/core/alignment.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
-#include "pulson/matching/alignment.hpp"
 
 namespace pulson {
 

@@ -65,9 +65,6 @@ class LandmarkTerm final : public DataTerm {
   double log_determinant_ = 0;
 };
 
-/// Whether `r` is finite, symmetric and positive definite, up to rounding.
-bool is_covariance(const Eigen::MatrixXd& r);
-
 /// |q_a − y_a| of each landmark over the coordinates observed, NaN where there are none. @param q, target d×N
 Eigen::VectorXd distances(const Points& q, const Points& target);
 

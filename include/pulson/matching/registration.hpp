@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "pulson/core/alignment.hpp"
 #include "pulson/core/length.hpp"
-#include "pulson/matching/alignment.hpp"
 #include "pulson/matching/curve_term.hpp"
 #include "pulson/matching/displacement_model.hpp"
 #include "pulson/matching/laplace.hpp"

@@ -1,0 +1,161 @@
+// `pulson compare`: which noise do these shapes call for?
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+
+#include <fmt/core.h>
+
+#include "arguments.hpp"
+#include "picture.hpp"
+#include "pulson/core/atomic_file.hpp"
+#include "record.hpp"
+#include "report.hpp"
+#include "shell/messages.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
+#include "summary.hpp"
+
+namespace pulson {
+namespace {
+
+const std::vector<std::string> kComparisonFiles = {"comparison.json", "shapes.csv", "report.html"};
+const std::vector<std::string> kComparisonPictures = {"comparison.png", "comparison.svg"};
+const std::vector<std::string> kStudyFiles = {"recovery.json", "report.html"};
+const std::vector<std::string> kStudyPictures = {"recovery.png", "recovery.svg"};
+
+// The one that a report holds, if any.
+std::filesystem::path picture_of(const OutputOptions& output, const std::vector<std::string>& pictures) {
+  return output.no_picture ? std::filesystem::path() : output.file(pictures.front());
+}
+
+void write_report(const HtmlReport& report, const OutputOptions& output) {
+  write_file_atomically(output.file("report.html"), html_report(report));
+}
+
+int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes, CompareOptions options,
+                   std::vector<std::string> notes) {
+  const double start = seconds_now();
+  Progress progress;
+  double part = 0;
+  std::string name;
+  int matches = 0;
+  std::mutex turn;
+  options.settings.on_match = [&] {
+    const std::lock_guard lock(turn);
+    progress.show(part, fmt::format("{}: {} matches of {} shapes", name, ++matches, shapes.targets.size()));
+  };
+  options.on_model = [&](int model, const std::string& noise) {
+    const std::lock_guard lock(turn);
+    part = static_cast<double>(model) / static_cast<double>(arguments.noises.size());
+    name = noise;
+    matches = 0;
+    progress.show(part, noise);
+    tell_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
+  };
+  arguments.output.check(kComparisonFiles, kComparisonPictures);
+  const Comparison comparison = compare_models(shapes, arguments.noises, options);
+  progress.clear();
+  const double seconds = seconds_now() - start;
+  const std::string record = comparison_json(comparison, seconds);
+  write_file_atomically(arguments.output.file("comparison.json"), record);
+  write_file_atomically(arguments.output.file("shapes.csv"), shapes_csv(comparison));
+  arguments.output.write_json(record);
+  if (!arguments.output.no_picture)
+    write_chart(comparison_chart(comparison), arguments.output.file("comparison.png"),
+                arguments.output.file("comparison.svg"));
+  notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
+  write_report(comparison_report(comparison, notes, seconds, picture_of(arguments.output, kComparisonPictures)),
+               arguments.output);
+  tell_notes(notes);
+  if (arguments.output.prints()) {
+    print_comparison(comparison);
+    arguments.output.print_written(kComparisonFiles, kComparisonPictures);
+  }
+  const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
+                                     [](const ComparedModel& model) { return model.fit.converged; });
+  return converged ? kDone : kNotConverged;
+}
+
+// The models that are drawn from: what they leave open is fitted to the shapes.
+std::vector<TrueModel> true_models(const CompareArguments& arguments, const Cohort& cohort,
+                                   const CohortSettings& settings) {
+  std::vector<std::string> asked = arguments.simulate;
+  if (asked == std::vector<std::string>{"all"}) asked = arguments.noises;
+  std::vector<TrueModel> models;
+  CohortSettings quick = settings;
+  quick.importance_samples = 0;
+  if (arguments.true_lambda) quick.lambda = arguments.true_lambda;
+  for (const std::string& noise : asked) {
+    if (arguments.true_lambda && is_complete(noise, cohort.source)) {
+      models.push_back({noise, *arguments.true_lambda});
+      continue;
+    }
+    const CohortFit fit = fit_cohort(cohort, noise, quick);
+    models.push_back({fit.noise, fit.lambda});
+  }
+  return models;
+}
+
+int run_study(const CompareArguments& arguments, const CohortShapes& shapes, const CompareOptions& options,
+              const std::vector<std::string>& notes) {
+  const double start = seconds_now();
+  const Cohort cohort = shapes.cohort();
+  const int given = static_cast<int>(shapes.targets.size());
+  Progress progress;
+  RecoveryOptions study{options.settings, arguments.count,       arguments.cohort_size.value_or(given > 1 ? given : 20),
+                        cohort.alignment, options.settings.seed, {}};
+  study.settings.importance_samples = 0;
+  study.on_cohort = [&](int done, int all) {
+    progress.show(static_cast<double>(done) / all, fmt::format("cohort {} of {}", done, all));
+  };
+  arguments.output.check(kStudyFiles, kStudyPictures);
+  const auto rows =
+      study_recovery(cohort.source, true_models(arguments, cohort, options.settings), arguments.noises, study);
+  progress.clear();
+  const double seconds = seconds_now() - start;
+  const std::string record = recovery_json(rows, arguments.noises, study, seconds);
+  write_file_atomically(arguments.output.file("recovery.json"), record);
+  arguments.output.write_json(record);
+  if (!arguments.output.no_picture)
+    write_chart(recovery_chart(rows, arguments.noises, study), arguments.output.file("recovery.png"),
+                arguments.output.file("recovery.svg"));
+  write_report(
+      recovery_report(rows, arguments.noises, study, notes, seconds, picture_of(arguments.output, kStudyPictures)),
+      arguments.output);
+  tell_notes(notes);
+  if (arguments.output.prints()) {
+    print_recovery(rows, arguments.noises, study);
+    arguments.output.print_written(kStudyFiles, kStudyPictures);
+  }
+  return kDone;
+}
+
+int run_compare(const CompareArguments& arguments) {
+  std::vector<std::string> notes;
+  const CohortShapes shapes = arguments.read(notes);
+  const CompareOptions options = arguments.compare_options(shapes.cohort().source, notes);
+  if (arguments.simulate.empty()) return run_comparison(arguments, shapes, options, notes);
+  return run_study(arguments, shapes, options, notes);
+}
+
+}  // namespace
+
+void add_compare_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("compare", "Fit noise models to shapes, and rank them");
+  auto arguments = std::make_shared<CompareArguments>();
+  arguments->add_to(*verb);
+  verb->footer(
+      "Examples:\n"
+      "  pulson compare skulls.tps -o out --sigma 0.5\n"
+      "  pulson compare a.csv b.csv -o out --noise none --noise ch-sd --noise ch-sd:beta=0.3 --sigma 0.02\n"
+      "  pulson compare skulls.tps -o out --source skulls.tps#1 --align similarity --sigma 0.5\n"
+      "  pulson compare skulls.tps -o out --sigma 0.5 --simulate all --count 50\n"
+      "Exit codes: 0 done, 2 bad input, 3 a fit did not converge (results are written).");
+  verb->callback([arguments, &exit_code] {
+    if (arguments->noises.empty()) arguments->noises = usual_noises();
+    exit_code = run_compare(*arguments);
+  });
+}
+
+}  // namespace pulson

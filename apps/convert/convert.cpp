@@ -1,0 +1,166 @@
+// `pulson convert`: landmarks from one format to another.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "pulson/core/atomic_file.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "shell/messages.hpp"
+#include "shell/read_options.hpp"
+#include "shell/verbs.hpp"
+
+namespace pulson {
+namespace {
+
+struct ConvertArguments {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string format;
+  std::string axes;
+  std::string from_axes;
+  std::optional<double> height;
+  ReadOptions reading;
+};
+
+/// Calls change(points) for the landmarks and for the curves and outlines beside them.
+template <class Change>
+void change_points(LandmarkFile& file, const Change& change) {
+  for (Landmarks& shape : file.shapes) {
+    change(shape.points);
+    for (Points& curve : shape.curves) change(curve);
+    for (Points& outline : shape.outlines) change(outline);
+  }
+}
+
+void check_axes(const std::string& option, const std::string& axes) {
+  if (!axes.empty() && axes != "LPS" && axes != "RAS")
+    throw InputError(option + " is '" + axes + "'; it must be LPS or RAS");
+}
+
+/// L, P point against R, A.
+void convert_axes(const ConvertArguments& arguments, const std::string& input, LandmarkFile& file) {
+  if (!arguments.from_axes.empty()) file.axes = arguments.from_axes;
+  if (arguments.axes.empty()) return;
+  if (file.axes != "LPS" && file.axes != "RAS")
+    throw InputError(fmt::format("--axes {}: {} does not say whether its axes are LPS or RAS; say it by --from-axes",
+                                 arguments.axes, input));
+  if (file.axes != arguments.axes)
+    change_points(file, [](Points& points) { points.topRows(std::min<Eigen::Index>(2, points.rows())) *= -1; });
+  file.axes = arguments.axes;
+}
+
+void flip_y(const ConvertArguments& arguments, const std::string& input, LandmarkFile& file) {
+  const double height = arguments.height.value_or(0);
+  if (!arguments.height) return;
+  if (!std::isfinite(height)) throw InputError(fmt::format("--flip-y is {}; it must be finite", height));
+  change_points(file, [&](Points& points) {
+    if (points.rows() < 2) throw InputError(input + ": --flip-y needs y; this is 1D");
+    points.row(1) = height - points.row(1).array();
+  });
+}
+
+/// One property of two files that are joined: what one of them says holds for both.
+void join_property(std::string& ours, const std::string& theirs, const std::string& input, std::string_view what,
+                   std::string_view hint) {
+  if (!ours.empty() && !theirs.empty() && ours != theirs)
+    throw InputError(fmt::format("{}: its {} are {}, those of the files before {}{}", input, what, theirs, ours, hint));
+  if (ours.empty()) ours = theirs;
+}
+
+/// The shapes of all inputs, one file after the other.
+LandmarkFile read_inputs(const ConvertArguments& arguments) {
+  LandmarkFile all;
+  for (const std::string& input : arguments.inputs) {
+    LandmarkFile file = read_addressed_shapes(input, arguments.reading);
+    tell_step(fmt::format("read {}: {}", input, file.format));
+    convert_axes(arguments, input, file);
+    flip_y(arguments, input, file);
+    join_property(all.axes, file.axes, input, "axes", "; --axes turns them into the same");
+    join_property(all.units, file.units, input, "units", "");
+    std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all.shapes));
+    std::move(file.warnings.begin(), file.warnings.end(), std::back_inserter(all.warnings));
+  }
+  return all;
+}
+
+/// Whether a last file that is there looks like another input: `*.csv` and `a.txt b.txt` without an output would lose
+/// it, `a.json#2 a.json` its other shapes.
+bool may_be_input(const std::vector<std::string>& inputs, const std::filesystem::path& last) {
+  std::error_code error;
+  if (!std::filesystem::exists(last, error)) return false;
+  if (inputs.size() > 1) return true;
+  const std::string& address = inputs.front();
+  const std::filesystem::path only = address.substr(0, address.rfind('#'));
+  if (only.extension() != last.extension()) return false;
+  return only != address || !std::filesystem::equivalent(only, last, error);
+}
+
+/// The last of the files is the output where --out names none.
+void find_output(ConvertArguments& arguments) {
+  if (!arguments.output.empty()) return;
+  if (arguments.inputs.size() < 2) throw InputError("convert needs two files or more: IN [IN ...] OUT");
+  arguments.output = arguments.inputs.back();
+  arguments.inputs.pop_back();
+  if (may_be_input(arguments.inputs, arguments.output))
+    throw InputError(fmt::format("'{}' exists and may be meant to be read; --out {} replaces it", arguments.output,
+                                 arguments.output));
+}
+
+void convert(ConvertArguments arguments) {
+  find_output(arguments);
+  check_axes("--axes", arguments.axes);
+  check_axes("--from-axes", arguments.from_axes);
+  const LandmarkFormat& format = landmark_format_to_write(arguments.output, arguments.format);
+  check_output_file(arguments.output);
+  LandmarkFile file = read_inputs(arguments);
+  std::vector<std::string> notes = std::move(file.warnings);
+  for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
+  tell_notes(notes);
+  if (verbosity() != Verbosity::kQuiet)
+    fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
+               format.name);
+}
+
+}  // namespace
+
+void add_convert_verb(CLI::App& program) {
+  CLI::App* verb =
+      program.add_subcommand("convert", "Write the landmarks of files in another format, or several in one");
+  auto arguments = std::make_shared<ConvertArguments>();
+  verb->add_option(
+          "FILES", arguments->inputs,
+          "IN [IN ...] OUT: landmark files, or shapes of them by FILE#3, FILE#id=NAME, several are joined; and "
+          "the file to write, which may be IN itself")
+      ->required();
+  verb->add_option("-o,--out", arguments->output, "file to write, or to replace; then all FILES are read")
+      ->type_name("FILE");
+  verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]")
+      ->type_name("FORMAT");
+  verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other")
+      ->type_name("NAME");
+  verb->add_option("--from-axes", arguments->from_axes, "LPS or RAS: axes of IN, whatever it says")->type_name("NAME");
+  verb->add_option("--flip-y", arguments->height,
+                   "y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up")
+      ->type_name("HEIGHT");
+  add_read_options(*verb, arguments->reading);
+  add_quiet_option(*verb);
+  verb->footer(
+      "What OUT cannot hold is told as a note on standard error.\n"
+      "Examples:\n  pulson convert wings.tps wings.json\n  pulson convert a.fcsv b.mrk.json --axes RAS\n"
+      "  pulson convert skull_1.fcsv skull_2.fcsv skull_3.fcsv skulls.tps\n"
+      "Exit codes: 0 done, 2 bad input.");
+  verb->callback([arguments] { convert(*arguments); });
+}
+
+}  // namespace pulson

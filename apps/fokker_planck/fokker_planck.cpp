@@ -1,0 +1,242 @@
+// `pulson fokker-planck`: the densities of free pulsons, and a pair's crossing probability on a grid.
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "pulson/charts/chart.hpp"
+#include "pulson/core/atomic_file.hpp"
+#include "pulson/core/version.hpp"
+#include "pulson/ensemble/ensemble.hpp"
+#include "pulson/fokker_planck/densities.hpp"
+#include "pulson/fokker_planck/pair_equation.hpp"
+#include "shell/messages.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
+#include "simulate/start_options.hpp"
+
+namespace pulson {
+namespace {
+
+struct FokkerPlanckArguments {
+  StartOptions start;
+  double time = 100;
+  PairEquationOptions options;
+  std::int64_t samples = 0;
+  double dt = 0.02;
+  std::uint64_t seed = 1;
+  OutputOptions output;
+};
+
+const std::vector<std::string> kPairEquationFiles = {"fokker_planck.json", "crossing.csv", "densities.csv"};
+const std::vector<std::string> kPairEquationPictures = {"fokker_planck.png", "fokker_planck.svg"};
+
+/// The pair and its noise amplitudes β₁, β₂.
+struct Problem {
+  Start start;
+  PairEquation equation;
+  std::array<double, 2> betas{};
+};
+
+Problem problem_of(const FokkerPlanckArguments& arguments) {
+  Start start = arguments.start.start();
+  const PhaseState& state = start.state;
+  if (state.q.rows() != 1 || state.q.cols() != 2)
+    throw InputError(fmt::format("{}: two landmarks on a line are needed, there are {} in {}D", start.shape.source,
+                                 state.q.cols(), state.q.rows()));
+  const NoiseModel& noise = *start.system.noise;
+  const NoiseTraits traits = noise.traits();
+  const int channels = noise.channels(1, 2);
+  std::array<double, 2> betas{};
+  bool independent = traits.additive && !traits.moves_momenta;
+  for (int i = 0; i < channels && independent; ++i) {
+    const PhaseState load = noise.gradient(state, Eigen::VectorXd::Unit(channels, i));
+    for (std::size_t a = 0; a < 2; ++a) betas.at(a) = std::hypot(betas.at(a), load.p(static_cast<Eigen::Index>(a)));
+    independent = load.p(0) * load.p(1) == 0;
+  }
+  if (!independent)
+    throw InputError(
+        fmt::format("noise '{}': the pair equation is for independent noise of constant size in the "
+                    "positions: ch-sd:beta=B, or ch-sd:beta=B,on=2",
+                    noise.spec()));
+  PairEquation equation{
+      start.system.kernel, std::hypot(betas[0], betas[1]), arguments.time, state.q(0), state.q(1), state.p(0),
+      state.p(1)};
+  return {std::move(start), std::move(equation), betas};
+}
+
+/// Monte Carlo at the same times, where it was asked for.
+std::vector<Estimate> sampled_crossing(const Problem& problem, const FokkerPlanckArguments& arguments,
+                                       const std::vector<double>& times, const TimeGrid& grid) {
+  std::vector<Estimate> estimates;
+  if (arguments.samples == 0) return estimates;
+  EnsembleOptions options;
+  options.grid = grid;
+  options.seed = arguments.seed;
+  options.samples = arguments.samples;
+  options.keep = KeepStates::kAll;
+  for (const double time : times) options.records.push_back(static_cast<int>(std::lround(time / grid.dt())));
+  Ensemble ensemble(problem.start.system, "variational", problem.start.state, options);
+  Progress progress;
+  while (!ensemble.done()) {
+    progress.show(static_cast<double>(ensemble.sums().samples) / static_cast<double>(arguments.samples),
+                  fmt::format("{} of {} paths", ensemble.sums().samples, arguments.samples));
+    ensemble.advance(32);
+  }
+  const double side = problem.equation.q2 > problem.equation.q1 ? 1 : -1;
+  const std::vector<double>& states = ensemble.sums().states;
+  for (std::size_t record = 0; record < times.size(); ++record) {
+    double crossed = 0;
+    for (std::size_t m = 0; m < static_cast<std::size_t>(arguments.samples); ++m) {
+      const double* const q = states.data() + (m * times.size() + record) * 4;
+      if ((q[1] - q[0]) * side < 0) ++crossed;
+    }
+    const double p = crossed / static_cast<double>(arguments.samples);
+    estimates.push_back({p, std::sqrt(p * (1 - p) / static_cast<double>(arguments.samples))});
+  }
+  return estimates;
+}
+
+std::string crossing_csv(const PairCrossing& crossing, const std::vector<Estimate>& sampled) {
+  std::string text = sampled.empty() ? "time,probability\n" : "time,probability,sampled,standard_error\n";
+  for (std::size_t i = 0; i < crossing.times.size(); ++i) {
+    text += fmt::format("{},{}", crossing.times[i], crossing.curve[i]);
+    if (!sampled.empty()) text += fmt::format(",{},{}", sampled[i].value, sampled[i].standard_error);
+    text += '\n';
+  }
+  return text;
+}
+
+/// The marginals of (18) at a tenth, a half and the whole of the time, where there is noise.
+std::string densities_csv(const Problem& problem) {
+  std::string text = "landmark,time,q,density\n";
+  const PhaseState& state = problem.start.state;
+  for (std::size_t a = 0; a < 2; ++a) {
+    if (problem.betas.at(a) == 0) continue;
+    const auto column = static_cast<Eigen::Index>(a);
+    const FreePulson pulson{state.q(column), state.p(column), problem.betas.at(a), problem.equation.kernel.at_zero()};
+    for (const double part : {0.1, 0.5, 1.0}) {
+      const double time = part * problem.equation.time;
+      const NormalLaw law = position_law(pulson, time);
+      for (int i = -50; i <= 50; ++i) {
+        const double x = law.mean + std::sqrt(law.variance) * i / 10;
+        text += fmt::format("{},{},{},{}\n", a + 1, time, x, law.density(x));
+      }
+    }
+  }
+  return text;
+}
+
+Chart chart_of(const Problem& problem, const PairCrossing& crossing, const std::vector<Estimate>& sampled) {
+  ChartPanel panel{.heading = "Probability that the order has changed, over time t"};
+  panel.series.push_back({.name = "pair equation on a grid", .x = crossing.times, .y = crossing.curve});
+  if (!sampled.empty()) {
+    constexpr std::size_t kEvery = 2;  // so that they can be told apart
+    Series points{.name = "Monte Carlo, two standard errors", .x = {}, .y = {}, .style = SeriesStyle::kPoints};
+    for (std::size_t i = 0; i < sampled.size(); i += kEvery) {
+      points.x.push_back(crossing.times[i]);
+      points.y.push_back(sampled[i].value);
+      points.error.push_back(2 * sampled[i].standard_error);
+    }
+    panel.series.push_back(std::move(points));
+  }
+  return {.title = "Two pulsons crossing",
+          .subtitle = fmt::format("{}  ·  {}  ·  q = {:g}, {:g}, p = {:g}, {:g}", problem.start.system.noise->spec(),
+                                  problem.equation.kernel.spec(3), problem.equation.q1, problem.equation.q2,
+                                  problem.equation.p1, problem.equation.p2),
+          .rows = {{std::move(panel)}}};
+}
+
+std::string record_json(const Problem& problem, const FokkerPlanckArguments& arguments, const PairCrossing& crossing,
+                        const std::vector<Estimate>& sampled) {
+  nlohmann::ordered_json json;
+  json["format"] = "pulson fokker-planck 1";
+  json["version"] = version();
+  json["kernel"] = problem.equation.kernel.spec();
+  json["noise"] = problem.start.system.noise->spec();
+  json["q"] = {problem.equation.q1, problem.equation.q2};
+  json["p"] = {problem.equation.p1, problem.equation.p2};
+  json["time"] = problem.equation.time;
+  json["probability"] = crossing.probability;
+  json["error"] = crossing.error;
+  json["tolerance"] = arguments.options.tolerance;
+  json["converged"] = crossing.converged;
+  json["grids"] = crossing.grids;
+  json["order"] = crossing.order;
+  json["gap_points"] = crossing.gap_points;
+  json["momentum_lines"] = crossing.momentum_lines;
+  json["steps"] = crossing.steps;
+  json["seconds"] = crossing.seconds;
+  json["curve_error"] = crossing.curve_error;
+  if (!sampled.empty())
+    json["sampled"] = {{"probability", sampled.back().value},
+                       {"standard_error", sampled.back().standard_error},
+                       {"samples", arguments.samples},
+                       {"dt", arguments.dt}};
+  return json.dump(2) + "\n";
+}
+
+int run_fokker_planck(const FokkerPlanckArguments& arguments) {
+  const Problem problem = problem_of(arguments);
+  if (arguments.samples < 0 || arguments.samples > 1'000'000)
+    throw InputError(fmt::format("--samples is {}; it must be from 0 to 1000000", arguments.samples));
+  if (!(arguments.dt > 0 && arguments.dt <= arguments.time))
+    throw InputError(fmt::format("--dt is {}; it must be greater than 0 and at most --time", arguments.dt));
+  arguments.output.check(kPairEquationFiles, kPairEquationPictures);
+  const PairCrossing crossing = crossing_probability(problem.equation, arguments.options);
+  tell_step(fmt::format("solved the pair equation on {} grids", crossing.grids.size()));
+  const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
+  const std::vector<Estimate> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
+  tell_step(fmt::format("sampled {} paths", arguments.samples));
+  write_file_atomically(arguments.output.file("crossing.csv"), crossing_csv(crossing, sampled));
+  write_file_atomically(arguments.output.file("densities.csv"), densities_csv(problem));
+  if (!arguments.output.no_picture)
+    write_chart(chart_of(problem, crossing, sampled), arguments.output.file("fokker_planck.png"),
+                arguments.output.file("fokker_planck.svg"));
+  const std::string record = record_json(problem, arguments, crossing, sampled);
+  write_file_atomically(arguments.output.file("fokker_planck.json"), record);
+  arguments.output.write_json(record);
+  tell_notes(problem.start.notes);
+  if (arguments.output.prints()) {
+    fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
+               crossing.probability, crossing.error, arguments.time, crossing.gap_points, crossing.momentum_lines,
+               crossing.steps, crossing.seconds);
+    if (!sampled.empty())
+      fmt::print("sampled    {:.4f} ± {:.4f}, {} paths, dt = {:.4g}\n", sampled.back().value,
+                 sampled.back().standard_error, arguments.samples, grid.dt());
+    arguments.output.print_written(kPairEquationFiles, kPairEquationPictures);
+  }
+  if (crossing.converged) return kDone;
+  tell_warning(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",
+                           crossing.error, arguments.options.tolerance));
+  return kNotConverged;
+}
+
+}  // namespace
+
+void add_fokker_planck_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb =
+      program.add_subcommand("fokker-planck", "Compute densities, and a pair's crossing probability on a grid");
+  auto arguments = std::make_shared<FokkerPlanckArguments>();
+  arguments->start.add_to(*verb);
+  verb->add_option("--time", arguments->time, "length T of the time interval")->capture_default_str();
+  verb->add_option("--tolerance", arguments->options.tolerance, "grids are refined until the stated error is below it")
+      ->capture_default_str();
+  verb->add_option("--grids", arguments->options.most_grids, "refine no further than this, at least 2")
+      ->capture_default_str();
+  verb->add_option("--samples", arguments->samples, "sample as many paths to compare with")->capture_default_str();
+  verb->add_option("--dt", arguments->dt, "time step of the paths")->capture_default_str();
+  add_seed_option(*verb, arguments->seed);
+  add_threads_option(*verb);
+  arguments->output.add_to(*verb, "fokker_planck.png and .svg");
+  verb->footer(
+      "Example:\n"
+      "  pulson fokker-planck --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out\n"
+      "Exit codes: 0 done, 2 bad input, 3 the tolerance was not reached (results are written).");
+  verb->callback([arguments, &exit_code] { exit_code = run_fokker_planck(*arguments); });
+}
+
+}  // namespace pulson

@@ -1,0 +1,127 @@
+#include "arguments.hpp"
+
+#include <fmt/core.h>
+
+#include "pulson/formats/observation_files.hpp"
+#include "shell/known_values.hpp"
+
+namespace pulson {
+namespace {
+
+void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
+  RegistrationOptions& options = arguments.options;
+  verb.add_option("--sigma", arguments.sigma,
+                  "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
+      ->type_name("LENGTH")
+      ->capture_default_str();
+  verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance")
+      ->type_name("FILE");
+  verb.add_option("--covariances", arguments.covariances,
+                  "csv: for each landmark its variance, those of the axes, or its covariance, instead of sigma^2")
+      ->type_name("FILE");
+  verb.add_flag("--merge-coincident", options.data.merge_coincident,
+                "take landmarks at the same place in the source as one, with the mean of their targets");
+  only_known(
+      verb.add_option("--data", arguments.data,
+                      "landmarks; or, for outlines without correspondence, varifold, or current: with a direction")
+          ->type_name("NAME")
+          ->capture_default_str(),
+      "data");
+  verb.add_option("--data-width", arguments.data_width, "width of the kernel that compares outlines")
+      ->type_name("NUMBER")
+      ->capture_default_str();
+  only_known(
+      verb.add_option("--curve-ends", arguments.curve_ends, "outlines are closed, open or auto: where the gap is small")
+          ->type_name("NAME")
+          ->capture_default_str(),
+      "ends");
+  only_known(
+      verb.add_option("--align", arguments.align,
+                      "motion taken out first: none, translation, rigid, similarity, affine; auto: similarity in the "
+                      "plane and in space (of outlines, translation), none on a line")
+          ->type_name("NAME")
+          ->capture_default_str(),
+      "alignment", {"auto"});
+  verb.add_flag("--reflect", options.reflect, "the motion may turn the shape over");
+}
+
+void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
+  RegistrationOptions& options = arguments.options;
+  verb.add_option("--lambda", arguments.lambda,
+                  "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
+      ->type_name("NUMBER")
+      ->capture_default_str();
+  only_known(verb.add_option("--solver", arguments.solver, "paths, gauss-newton, lbfgs or auto")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "solver");
+  verb.add_flag("--uncertainty", options.uncertainty,
+                "standard deviations of momenta and end points, by Laplace's approximation");
+  verb.add_flag("--homotopy", arguments.homotopy,
+                "how far from diffeomorphic the pair is: J while beta of the noise is halved ten times");
+  verb.add_option("--fit", arguments.fit,
+                  "parameters of noise and kernel that are fitted first, by the evidence: beta,alpha; also lambda and "
+                  "data-sigma")
+      ->type_name("NAMES")
+      ->delimiter(',');
+  verb.add_option("--samples", options.samples, "realisations of the noise in mode expected")->capture_default_str();
+  add_seed_option(verb, options.seed);
+  verb.add_option("--tolerance", options.minimise.gradient_tolerance, "relative gradient that counts as converged")
+      ->capture_default_str();
+  verb.add_option("--max-iterations", options.minimise.max_iterations, "of the solver")->capture_default_str();
+}
+
+}  // namespace
+
+void RegisterArguments::add_to(CLI::App& verb) {
+  verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
+  verb.add_option("TARGET", target, "shape that it should become")->required();
+  add_read_options(verb, reading);
+  output.add_to(verb, "registration.png and .svg");
+  verb.add_option("--kernel", options.kernel,
+                  "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
+      ->type_name("SPEC")
+      ->capture_default_str();
+  verb.add_option("--noise", options.noise, "noise model, see pulson info noises")
+      ->type_name("SPEC")
+      ->capture_default_str();
+  only_known(verb.add_option("--mode", mode,
+                             "deterministic: no noise; metamorphosis: the least expensive path under noise [for ch-sd, "
+                             "ch-sd-screened, p-sd]; map: the most probable one [for other noise]; pathwise: for one "
+                             "realisation of the noise; expected: for the mean over realisations")
+                 ->type_name("NAME"),
+             "mode");
+  verb.add_option(
+          "--integrator", options.integrator,
+          "see pulson info integrators; auto: rk4 without noise, midpoint for metamorphosis, else variational-2")
+      ->type_name("NAME")
+      ->capture_default_str();
+  add_data_options(verb, *this);
+  add_solver_options(verb, *this);
+  time.add_to(verb, "1");
+  add_threads_option(verb);
+}
+
+RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {
+  RegistrationOptions asked = options;
+  asked.grid = time.grid();
+  asked.more_steps = !time.chosen && !time.dt;
+  if (mode) asked.mode = parse_mode(*mode);
+  asked.sigma = Length::parse(sigma, "--sigma");
+  if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
+  if (align != "auto") asked.align = parse_alignment(align);
+  asked.minimise.solver = parse_solver(solver);
+  asked.data.kind = parse_data_kind(data);
+  asked.data.ends = parse_curve_ends(curve_ends);
+  if (data_width != "auto") asked.data.width = parse_number(data_width, "--data-width");
+  if (!weights.empty()) asked.data.weights = read_weights(weights, shape.count());
+  if (!covariances.empty()) asked.data.covariances = read_covariances(covariances, shape.count(), shape.dimension());
+  check_at_least(asked.samples, 1, "--samples");
+  if (asked.minimise.max_iterations < 0)
+    throw InputError(fmt::format("--max-iterations is {}; it must not be negative", asked.minimise.max_iterations));
+  if (!(asked.minimise.gradient_tolerance > 0))
+    throw InputError(fmt::format("--tolerance is {}; it must be greater than 0", asked.minimise.gradient_tolerance));
+  return asked;
+}
+
+}  // namespace pulson

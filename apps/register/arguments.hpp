@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "pulson/matching/registration.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/read_options.hpp"
+
+namespace pulson {
+
+/// The command line of `pulson register`.
+struct RegisterArguments {
+  std::string source;
+  std::string target;
+  ReadOptions reading;
+  OutputOptions output;
+  RegistrationOptions options;
+  TimeOptions time;
+  std::optional<std::string> mode;
+  std::string sigma = "0.5%";
+  std::string lambda = "auto";
+  std::string align = "auto";
+  std::string solver = "auto";
+  std::string data = "landmarks";
+  std::string data_width = "auto";
+  std::string curve_ends = "auto";
+  std::string weights;           ///< a file, or empty
+  std::string covariances;       ///< a file, or empty
+  std::vector<std::string> fit;  ///< names of parameters
+  bool homotopy = false;
+
+  void add_to(CLI::App& verb);
+
+  /// What is asked for a source of `count` landmarks in R^d; reads the files of weights and covariances.
+  /// @throws InputError
+  RegistrationOptions registration_options(const Landmarks& source) const;
+};
+
+}  // namespace pulson

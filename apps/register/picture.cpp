@@ -1,0 +1,232 @@
+#include "picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/core.h>
+
+#include "pulson/warp/material_flow.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kMargin = 0.12;  // of the larger side of the box
+
+// Points at `count` equal distances from `low` to `high`.
+Eigen::VectorXd even(double low, double high, int count) { return Eigen::VectorXd::LinSpaced(count, low, high); }
+
+}  // namespace
+
+std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const Registration& registration) {
+  const Eigen::Index n = registration.result.cols(), m = registration.target.points.cols();
+  Points all(registration.result.rows(), 2 * n + m);
+  all << registration.source.points, registration.target.points, registration.result;
+  const auto [low, high] = bounding_box(all);  // of the points that miss no coordinate
+  const double side = std::max((high - low).maxCoeff(), 1e-300);
+  return {low.array() - kMargin * side, high.array() + kMargin * side};
+}
+
+std::vector<Points> grid_lines(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int cells,
+                               int points_per_cell) {
+  const double cell = (high - low).maxCoeff() / cells;
+  std::vector<Points> lines;
+  for (int axis = 0; axis < 2; ++axis) {
+    const int along = 1 - axis;
+    const int count = static_cast<int>(std::lround((high[axis] - low[axis]) / cell)) + 1;
+    const int samples = static_cast<int>(std::lround((high[along] - low[along]) / cell)) * points_per_cell + 1;
+    for (const double place : even(low[axis], high[axis], std::max(count, 2))) {
+      Points line(2, std::max(samples, 2));
+      line.row(axis).setConstant(place);
+      line.row(along) = even(low[along], high[along], static_cast<int>(line.cols())).transpose();
+      lines.push_back(line);
+    }
+  }
+  return lines;
+}
+
+Points joined_lines(const std::vector<Points>& lines) {
+  Eigen::Index count = 0;
+  for (const Points& line : lines) count += line.cols();
+  Points points(2, count);
+  Eigen::Index column = 0;
+  for (const Points& line : lines) {
+    points.middleCols(column, line.cols()) = line;
+    column += line.cols();
+  }
+  return points;
+}
+
+std::vector<Points> split_lines(const Points& points, const std::vector<Points>& lines) {
+  std::vector<Points> split;
+  Eigen::Index column = 0;
+  for (const Points& line : lines) {
+    split.emplace_back(points.middleCols(column, line.cols()));
+    column += line.cols();
+  }
+  return split;
+}
+
+namespace {
+
+constexpr int kCells = 22;         // of the grid, along the larger side
+constexpr int kPointsPerCell = 6;  // so that a bent line is smooth
+
+std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<double>& times, double low,
+                                   double high) {
+  const std::vector<Points> places = flow.paths(Eigen::VectorXd::LinSpaced(kMaterialPaths, low, high).transpose());
+  std::vector<Points> paths;
+  for (Eigen::Index m = 0; m < kMaterialPaths; ++m) {
+    Points path(2, static_cast<Eigen::Index>(places.size()));
+    for (std::size_t k = 0; k < places.size(); ++k) path.col(static_cast<Eigen::Index>(k)) << times[k], places[k](0, m);
+    paths.push_back(path);
+  }
+  return paths;
+}
+
+std::string subtitle(const Registration& registration) {
+  std::string text = registration.noise == "none" ? std::string("no noise") : registration.noise;
+  text += fmt::format("  ·  {}  ·  rms {:.3g}, before {:.3g}  ·  energy {:.3g}",
+                      registration_system(registration).kernel.spec(3), registration.rms(), registration.initial_rms(),
+                      registration.cost.energy);
+  if (registration.increments.size() > 0 && registration.cost.action > 0)
+    text += fmt::format(" + action {:.3g}", registration.cost.action);
+  if (!registration.converged) text += "  ·  not converged";
+  if (!registration.matched()) text += "  ·  not matched";
+  return text;
+}
+
+void add_material(const Registration& registration, const Trajectory& path, RegistrationPicture& picture) {
+  const MaterialFlow flow(registration_system(registration), path);
+  const auto [low, high] = drawn_box(registration);
+  if (registration.source.dimension() == 2) {
+    const std::vector<Points> lines = grid_lines(low, high, kCells, kPointsPerCell);
+    picture.grid_after = split_lines(flow.end(joined_lines(lines)), lines);
+    picture.grid_before = lines;
+  } else {
+    picture.grid_paths = material_paths(flow, picture.times, low[0], high[0]);
+  }
+}
+
+}  // namespace
+
+std::string short_name(const Landmarks& shape) {
+  const bool tells = shape.name.find_first_not_of("0123456789") != std::string::npos;
+  return tells ? shape.name : std::filesystem::path(shape.source).filename().string();
+}
+
+RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path) {
+  RegistrationPicture picture;
+  picture.source = registration.source;
+  picture.aligned = registration.alignment.kind != AlignmentKind::kNone;
+  picture.target = registration.target;
+  picture.corresponds = registration.data.kind == DataKind::kLandmarks;
+  picture.result = registration.result;
+  for (int k = 0; k <= path.grid.steps; ++k) {
+    picture.times.push_back(path.grid.at(k));
+    picture.trajectory.push_back(path.states[static_cast<std::size_t>(k)].q);
+  }
+  picture.title = short_name(registration.original) + " → " + short_name(registration.target);
+  picture.subtitle = subtitle(registration);
+
+  // Landmarks may have a path where the plane between them has none: the steps are too long for the strain there.
+  try {
+    if (registration.source.dimension() < 3) add_material(registration, path, picture);
+  } catch (const StepError&) {
+    picture.subtitle += "  ·  steps too long to draw the grid";
+  }
+  return picture;
+}
+
+namespace {
+
+constexpr int kMostFrames = 41;
+constexpr int kFewestFrames = 5;
+constexpr int kNumbers = 160'000;  // of the landmarks' places: about a megabyte of the page
+constexpr int kManyLandmarks = 300;
+constexpr int kMostWithGrid = 2000;  // landmarks: with more, the grid would cost a good part of the match
+constexpr double kLargest = 1e150;   // a length whose square is a number
+
+// The steps that are shown: the first and the last and, evenly, no more than `most` in all.
+std::vector<int> shown_steps(int steps, int most) {
+  const int stride = std::max(1, (steps + most - 2) / (most - 1));
+  std::vector<int> shown;
+  for (int k = 0; k < steps; k += stride) shown.push_back(k);
+  shown.push_back(steps);
+  return shown;
+}
+
+std::vector<Points> chosen(const std::vector<Points>& all, const std::vector<int>& steps) {
+  std::vector<Points> some;
+  for (const int k : steps) some.push_back(all[static_cast<std::size_t>(k)]);
+  return some;
+}
+
+// Landmarks may have a path where the plane between them has none: then there is no grid.
+void add_material(const Registration& registration, const Trajectory& path, const std::vector<int>& steps,
+                  ReportMotion& motion) {
+  const auto [low, high] = drawn_box(registration);
+  Points labels;
+  if (registration.source.dimension() == 1) {
+    motion.lines.assign(kMaterialPaths, 1);
+    labels = Eigen::VectorXd::LinSpaced(kMaterialPaths, low[0], high[0]).transpose();
+  } else {
+    const bool many = registration.source.count() > kManyLandmarks;
+    const std::vector<Points> lines = grid_lines(low, high, many ? 14 : 20, many || steps.size() > 24 ? 2 : 3);
+    for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
+    labels = joined_lines(lines);
+  }
+  try {
+    motion.grid = chosen(MaterialFlow(registration_system(registration), path).paths(labels), steps);
+  } catch (const StepError&) {
+    motion.lines.clear();
+  }
+}
+
+bool can_be_drawn(const std::vector<Points>& frames) {
+  return std::all_of(frames.begin(), frames.end(),
+                     [](const Points& frame) { return (frame.array().abs() < kLargest).all(); });
+}
+
+std::string caption(const ReportMotion& motion) {
+  const std::string way = "Landmarks on their way from the source to where they end, with the target as rings. ";
+  switch (motion.source.dimension()) {
+    case 1:
+      return way + "Time goes to the right; thin lines are points between the landmarks that go along.";
+    case 2:
+      return way + (motion.grid.empty() ? "No grid is drawn."
+                                        : "The grid goes along; noise that parts neighbours may fold it.");
+    default:
+      return way + "Drag sideways or up and down, or use the arrow keys, to turn the view.";
+  }
+}
+
+}  // namespace
+
+std::optional<ReportMotion> registration_motion(const Registration& registration, const Trajectory& path,
+                                                const std::vector<int>& outliers) {
+  const int numbers = registration.source.count() * registration.source.dimension();
+  const std::vector<int> steps =
+      shown_steps(path.grid.steps, std::clamp(kNumbers / std::max(numbers, 1), kFewestFrames, kMostFrames));
+  ReportMotion motion;
+  motion.source = registration.source;
+  motion.target = registration.target;
+  motion.corresponds = registration.data.kind == DataKind::kLandmarks;
+  motion.outliers = outliers;
+  for (const int k : steps) {
+    motion.times.push_back(path.grid.at(k));
+    motion.frames.push_back(path.states[static_cast<std::size_t>(k)].q);
+  }
+  const Points& target = motion.target.points;
+  if (!can_be_drawn(motion.frames) || (target.array().abs() >= kLargest).any()) return std::nullopt;
+  if (registration.source.dimension() < 3 && registration.source.count() <= kMostWithGrid)
+    add_material(registration, path, steps, motion);
+  if (!can_be_drawn(motion.grid)) {
+    motion.grid.clear();
+    motion.lines.clear();
+  }
+  motion.caption = caption(motion);
+  return motion;
+}
+
+}  // namespace pulson

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pulson/draw/registration_picture.hpp"
+#include "pulson/html/html_report.hpp"
+#include "pulson/matching/registration.hpp"
+
+namespace pulson {
+
+inline constexpr int kMaterialPaths = 41;  ///< of a line's material points, in pictures
+
+/// The box of all that is drawn of a registration, with a margin, as {lower corner, upper corner}.
+std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const Registration& registration);
+
+/// Lines of a square grid over a box in the plane, each 2×M. @param cells along the larger side
+std::vector<Points> grid_lines(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int cells, int points_per_cell);
+
+/// The points of all lines, one line after the other; and back, with as many points for each as `lines` have.
+Points joined_lines(const std::vector<Points>& lines);
+std::vector<Points> split_lines(const Points& points, const std::vector<Points>& lines);
+
+/// What the picture of a registration shows: its path, and the grid that the flow carries along.
+RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path);
+
+/// What pictures call a shape: its name; where that is a mere number, the file's name and the number.
+std::string short_name(const Landmarks& shape);
+
+/// What the report of a registration plays: its landmarks at no more than 41 times of the path, and in 1D and 2D the
+/// material that goes with them. The more landmarks, the fewer times and the coarser the grid. None where the numbers
+/// are too large to be drawn.
+std::optional<ReportMotion> registration_motion(const Registration& registration, const Trajectory& path,
+                                                const std::vector<int>& outliers);
+
+}  // namespace pulson

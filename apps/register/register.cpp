@@ -1,0 +1,156 @@
+// `pulson register`: fits momenta, and noise, so that a source flows to a target.
+
+#include <memory>
+
+#include <fmt/core.h>
+
+#include "arguments.hpp"
+#include "homotopy.hpp"
+#include "picture.hpp"
+#include "pulson/core/atomic_file.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "pulson/records/registration_record.hpp"
+#include "pulson/warp/triangulation.hpp"
+#include "registration_warnings.hpp"
+#include "report.hpp"
+#include "shell/messages.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
+#include "summary.hpp"
+
+namespace pulson {
+namespace {
+
+const std::vector<std::string> kRegistrationFiles = {"registration.json", "residuals.csv", "trajectory.csv",
+                                                     "report.html"};
+const std::vector<std::string> kRegistrationPictures = {"registration.png", "registration.svg"};
+
+template <class... More>
+std::vector<std::string> with(std::vector<std::string> names, bool wanted, const More&... more) {
+  if (wanted) (names.emplace_back(more), ...);
+  return names;
+}
+
+TopologyCounts topology_counts(const Registration& registration) {
+  TopologyCounts counts;
+  const Points& source = registration.source.points;
+  if (source.rows() == 1) counts.order_inversions = order_inversions(source, registration.result);
+  if (source.rows() == 2) counts.flipped_triangles = flipped_triangles(source, registration.result);
+  return counts;
+}
+
+void write_results(const Registration& registration, const RegistrationFacts& facts,
+                   const std::vector<std::string>& notes, const OutputOptions& output) {
+  const Trajectory path = replay(registration);
+  const std::string record = registration_json(registration, facts);
+  StagedFiles staged(output.out);
+  staged.write("registration.json", record);
+  staged.write("residuals.csv", residuals_csv(registration, facts.shares));
+  staged.write("trajectory.csv", trajectory_csv(registration, path));
+  if (!output.no_picture)
+    write_registration_picture(make_registration_picture(registration, path), staged.file("registration.png"),
+                               staged.file("registration.svg"));
+  if (!facts.homotopy.empty()) {
+    staged.write("homotopy.csv", homotopy_csv(facts.homotopy));
+    if (!output.no_picture)
+      write_homotopy_picture(facts.homotopy, registration, staged.file("homotopy.png"), staged.file("homotopy.svg"));
+  }
+  const std::filesystem::path picture = output.no_picture ? "" : staged.file("registration.png");
+  staged.write("report.html",
+               html_report(registration_report(registration, path, facts, without_repeats(notes), picture)));
+  output.write_json(record);
+  staged.commit();
+}
+
+// Fits the parameters named, and sets the options to them.
+std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmarks& target,
+                                          const std::vector<std::string>& names, RegistrationOptions& options,
+                                          Progress& progress) {
+  if (names.empty()) return std::nullopt;
+  FitOptions fit{.names = names};
+  fit.on_evaluation = [&](int evaluation, const Eigen::VectorXd& values, double log_evidence) {
+    progress.show(fmt::format("evaluation {}: {} = {:.4g}{}, log evidence {:.6g}", evaluation, names.front(), values[0],
+                              names.size() > 1 ? ", …" : "", log_evidence));
+  };
+  RegistrationOptions quiet = options;
+  quiet.minimise.on_iteration = {};
+  FittedParameters fitted = fit_parameters(source, {target}, quiet, fit);
+  options.kernel = fitted.kernel;
+  options.noise = fitted.noise;
+  options.sigma = fitted.sigma;
+  options.lambda = fitted.lambda;
+  if (!options.mode && options.noise != "none") options.mode = MatchingMode::kMap;  // that of the evidence
+  return fitted;
+}
+
+// What was noted of the files may be why they do not fit together.
+Registration register_or_tell(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options,
+                              const std::vector<std::string>& notes) {
+  try {
+    return register_shapes(source, target, options);
+  } catch (const InputError&) {
+    tell_notes(notes);
+    throw;
+  }
+}
+
+int run_register(const RegisterArguments& arguments) {
+  std::vector<std::string> notes;
+  const Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
+  const Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
+  tell_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target,
+                        source.count(), target.count(), source.dimension()));
+  RegistrationOptions options = arguments.registration_options(source);
+  Progress progress;
+  options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
+    progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
+  };
+  const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
+  const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy.png", "homotopy.svg");
+  arguments.output.check(files, pictures);
+  if (arguments.homotopy) require_homotopy(source, target, options);
+  const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
+  const Registration registration = register_or_tell(source, target, options, notes);
+  progress.clear();
+  tell_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
+  RegistrationFacts facts{topology_counts(registration), landmark_shares(registration), fitted};
+  if (arguments.homotopy) {
+    facts.homotopy = follow_homotopy(source, target, options, registration);
+    progress.clear();
+    tell_step("followed J(beta)");
+  }
+  notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
+  write_results(registration, facts, notes, arguments.output);
+  tell_step("wrote the results");
+  tell_notes(notes);
+  if (arguments.output.prints()) {
+    print_registration(registration, facts, arguments.options.kernel);
+    if (arguments.homotopy) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
+    arguments.output.print_written(files, pictures);
+  }
+  if (registration.noise == "none" && options.noise != "none")
+    tell_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise));
+  for (const std::string& text : registration_warnings(registration)) tell_warning(text);
+  return registration.converged ? kDone : kNotConverged;
+}
+
+}  // namespace
+
+void add_register_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("register", "Fit momenta, and noise, so that SOURCE flows to TARGET");
+  auto arguments = std::make_shared<RegisterArguments>();
+  arguments->add_to(*verb);
+  verb->footer(
+      "Examples:\n"
+      "  pulson register a.csv b.csv -o out\n"
+      "  pulson register skulls.tps#1 skulls.tps#2 -o out --sigma 1%\n"
+      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10%\n"
+      "  pulson register a.csv b.csv -o out --kernel gaussian:alpha=30% --align none\n"
+      "  pulson register outline_a.csv outline_b.csv -o out --data varifold\n"
+      "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10% --fit beta,alpha --uncertainty\n"
+      "Exit codes: 0 done, 2 bad input, 3 not converged (results are written).");
+  verb->callback([arguments, &exit_code] { exit_code = run_register(*arguments); });
+}
+
+}  // namespace pulson

@@ -1,0 +1,131 @@
+#include "registration_warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/core.h>
+
+#include "pulson/noise/noise_table.hpp"
+#include "shell/messages.hpp"
+
+namespace pulson {
+namespace {
+
+// A similarity that leaves less than this part of the distance is the first thing to try.
+constexpr double kMostOfIt = 0.5;
+
+// What an accurate integrator may change unmentioned: diameters, and parts of the cost.
+constexpr double kSmallDistance = 1e-4;
+constexpr double kSmallChange = 0.01;
+// A cost, in nats, whose changes matter to nobody.
+constexpr double kNoCost = 1e-6;
+// Of the cost: what more steps hardly mend where errors grow more than a hundredfold.
+constexpr double kManySteps = 1;
+constexpr double kLargeAmplification = 100;
+
+// What a similarity would leave of the distance between the shapes as they were given.
+double left_by_similarity(const Registration& registration) {
+  const Points& source = registration.original.points;
+  const Points moved = align(source, registration.target.points, AlignmentKind::kSimilarity).apply(source);
+  const Eigen::ArrayXXd squares = (moved - registration.target.points).array().square();
+  const double left = squares.isNaN().select(0, squares).sum() / static_cast<double>(source.cols());
+  return std::sqrt(left) / registration.original_rms();
+}
+
+bool should_align(const Registration& registration) {
+  const AlignmentKind kind = registration.alignment.kind;
+  return registration.data.kind == DataKind::kLandmarks && registration.source.dimension() > 1 &&
+         kind != AlignmentKind::kSimilarity && kind != AlignmentKind::kAffine &&
+         left_by_similarity(registration) < kMostOfIt * registration.initial_rms() / registration.original_rms();
+}
+
+// Change of the cost by an accurate integrator, in parts of it.
+double change_of_cost(const Registration& registration) {
+  return registration.step_error ? registration.step_error->cost / std::max(registration.cost.total(), kNoCost) : 0;
+}
+
+// What to make of it; nothing where the path itself is no minimum yet.
+std::string accuracy_remedy(const Registration& registration) {
+  if (!registration.converged) return {};
+  if (registration.amplification.value_or(0) > kLargeAmplification && change_of_cost(registration) > kManySteps)
+    return fmt::format(
+        ": errors grow {:.0f}-fold along this path, which trajectory.csv and warp follow; p0 shot elsewhere does not",
+        *registration.amplification);
+  if (make_integrator(registration.integrator)->traits().order < 2) return ": try --integrator auto or more --steps";
+  return ": try more --steps";
+}
+
+// The energy of mode map counts at t = 0 alone, and noise that draws landmarks together may lower it without end.
+bool may_have_no_minimum(const Registration& registration) {
+  return registration.mode == MatchingMode::kMap && !registration.converged &&
+         registration_system(registration).noise->traits().linear;
+}
+
+// Whether landmarks say less of their neighbours than nothing, as where they are paired at random.
+bool neighbours_part(const Registration& registration) {
+  const auto& fitted = registration.fitted_kernel;
+  return fitted && fitted->prediction_error > fitted->alignment_error;
+}
+
+// The likeliest remedy.
+std::string remedy(const Registration& registration) {
+  if (may_have_no_minimum(registration))
+    return registration.uncertainty
+               ? "mode map may have no minimum here: try a larger --lambda, or --mode metamorphosis without "
+                 "--uncertainty"
+               : "mode map may have no minimum here: try --mode metamorphosis, or a larger --lambda";
+  if (should_align(registration))
+    return fmt::format("try --align similarity, which leaves {:.0f} % of the distance",
+                       100 * left_by_similarity(registration));
+  const bool may_pass = !registration_system(registration).noise->traits().diffeomorphic;
+  const std::string noise = "try --noise ch-sd:beta=100%, position noise that lets landmarks pass each other";
+  if (registration.source.dimension() == 1 && !may_pass)
+    if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
+      return fmt::format("{} another order in the target, which no flow can reach: {}",
+                         counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
+  if (!registration.matched() && neighbours_part(registration))
+    return "neighbouring landmarks do not move together: check that landmarks correspond (if none do: --data "
+           "varifold)" +
+           (may_pass ? "" : "; or " + noise);
+  const bool drawn = registration.mode == MatchingMode::kPathwise || registration.mode == MatchingMode::kExpected;
+  if (registration.converged && drawn)
+    return "this noise is drawn rather than fitted: try a smaller amplitude, or mode metamorphosis or map";
+  if (!registration.converged) return "try more --steps or --max-iterations" + (may_pass ? "" : "; or " + noise);
+  return "try a smaller --sigma or --lambda" + (may_pass ? "" : "; for shapes that no flow can match " + noise);
+}
+
+}  // namespace
+
+std::string accuracy_text(const Registration& registration) {
+  const double change = change_of_cost(registration);
+  const double size = std::max(diameter(registration.source.points), registration.sigma);
+  const double distance = registration.step_error ? registration.step_error->rms : 0;
+  if (std::abs(change) <= kSmallChange && distance <= kSmallDistance * size) return {};
+  const std::string cost = change < 0.1 ? fmt::format("{:+.2g} %", 100 * change)
+                           : change < 1 ? fmt::format("{:+.0f} %", 100 * change)
+                                        : fmt::format("{:.{}f} times as large", 1 + change, change < 9 ? 1 : 0);
+  return fmt::format("ends {:.3g} away, cost {}", distance, cost);
+}
+
+std::vector<std::string> path_warnings(const Registration& registration) {
+  std::vector<std::string> texts;
+  if (!registration.matched())
+    texts.push_back(fmt::format("not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of the distance before; {}",
+                                registration.rms(), registration.rms() / registration.sigma,
+                                100 * registration.rms() / registration.initial_rms(), remedy(registration)));
+  if (!registration.converged)
+    texts.push_back(fmt::format("not converged: {} after {}{}", registration.stop_reason,
+                                counted(registration.iterations, "iteration"),
+                                registration.matched() ? "; " + remedy(registration) : std::string()));
+  return texts;
+}
+
+std::vector<std::string> registration_warnings(const Registration& registration) {
+  std::vector<std::string> texts = path_warnings(registration);
+  if (std::abs(change_of_cost(registration)) > kSmallChange)
+    texts.push_back(fmt::format("shot by an accurate integrator, p0 {}{}", accuracy_text(registration),
+                                accuracy_remedy(registration)));
+  return texts;
+}
+
+}  // namespace pulson

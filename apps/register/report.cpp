@@ -1,0 +1,217 @@
+#include "report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "picture.hpp"
+#include "pulson/core/name_table.hpp"
+#include "pulson/core/version.hpp"
+#include "registration_warnings.hpp"
+#include "shell/program.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kDeviations = 5;        // above the median, from which on a landmark stands out
+constexpr double kNormalScale = 1.4826;  // standard deviation over median absolute deviation of normal numbers
+constexpr double kLeastSigmas = 2;       // what σ allows is no outlier
+constexpr std::size_t kMostRows = 1000;  // of the table of landmarks
+
+std::string number(double value, int digits = 4) {
+  return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "–";
+}
+
+std::string percent(double part) { return fmt::format("{:.0f} %", 100 * part); }
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+// "one triangle", "3 triangles"
+std::string count_in_words(int count, const std::string& one, const std::string& several) {
+  return count == 1 ? "one " + one : fmt::format("{} {}", count == 0 ? "no" : std::to_string(count), several);
+}
+
+std::string lead(const Registration& registration, const RegistrationFacts& facts, std::size_t outliers) {
+  std::string text = fmt::format(
+      "{}: {} landmarks in {}D. Root mean square distance to the target: {} before, {} after.",
+      registration.matched() ? "Matched" : "Not matched", registration.source.count(), registration.source.dimension(),
+      number(registration.initial_rms(), 3), number(registration.rms(), 3));
+  if (const auto part = noise_part(registration, facts.shares); registration.noise != "none" && part)
+    text += fmt::format(" The flow accounts for {} of the displacement, the noise for {}.", percent(1 - *part),
+                        percent(*part));
+  if (facts.counts.order_inversions)
+    text += " Changed order: " + count_in_words(*facts.counts.order_inversions, "pair", "pairs") + " of landmarks.";
+  if (facts.counts.flipped_triangles)
+    text +=
+        " Flipped: " + count_in_words(*facts.counts.flipped_triangles, "triangle", "triangles") + " between landmarks.";
+  if (outliers > 0)
+    text += " Outliers: " + count_in_words(static_cast<int>(outliers), "landmark", "landmarks") + ", marked below.";
+  if (!registration.converged) text += " The search did not converge.";
+  return text;
+}
+
+ReportTable numbers_table(const Registration& registration, const RegistrationFacts& facts) {
+  ReportTable table{{"quantity", "value"}, {}, ""};
+  const auto add = [&](const std::string& name, const std::string& value) { table.rows.push_back({{name}, {value}}); };
+  add("matched", registration.matched() ? "yes" : "no");
+  if (registration.alignment.kind != AlignmentKind::kNone)
+    add("rms distance before the alignment", number(registration.original_rms()));
+  add("rms distance before", number(registration.initial_rms()));
+  add("rms distance after", number(registration.rms()));
+  add("largest distance", number(registration.max_residual()));
+  add("cost", number(registration.cost.total()));
+  add("energy", number(registration.cost.energy));
+  add("action", number(registration.cost.action));
+  add("data", number(registration.cost.data));
+  if (registration.uncertainty) add("log evidence", number(registration.uncertainty->log_evidence));
+  if (facts.counts.order_inversions) add("pairs that changed order", fmt::to_string(*facts.counts.order_inversions));
+  if (facts.counts.flipped_triangles) add("triangles flipped", fmt::to_string(*facts.counts.flipped_triangles));
+  if (facts.fitted)
+    for (std::size_t i = 0; i < facts.fitted->names.size(); ++i)
+      add(facts.fitted->names[i] + ", fitted", number(facts.fitted->values[static_cast<Eigen::Index>(i)]));
+  add("converged", registration.converged ? "yes" : "no: " + registration.stop_reason);
+  add("iterations", fmt::to_string(registration.iterations));
+  add("seconds", fmt::format("{:.2f}", registration.seconds));
+  return table;
+}
+
+ReportTable model_table(const Registration& registration) {
+  ReportTable table{{"setting", "value"}, {}, ""};
+  const auto add = [&](const std::string& name, const std::string& value) { table.rows.push_back({{name}, {value}}); };
+  add("source", registration.original.source);
+  add("target", registration.target.source);
+  if (registration.alignment.kind != AlignmentKind::kNone)
+    add("aligned",
+        fmt::format("{}, scale {}", alignment_name(registration.alignment.kind), number(registration.alignment.scale)));
+  add("kernel", registration_system(registration).kernel.spec(4));
+  if (registration.fitted_kernel)
+    add("a left-out landmark is predicted to", number(registration.fitted_kernel->prediction_error));
+  add("noise", registration.noise);
+  add("mode", mode_name(registration.mode));
+  if (registration.data.kind != DataKind::kLandmarks)
+    add("data", fmt::format("{} of width {}", data_kind_name(registration.data.kind),
+                            number(registration.data.width.value_or(std::nan("")))));
+  add("sigma", number(registration.sigma));
+  add("lambda", number(registration.lambda));
+  add("integrator", registration.integrator);
+  add("time", number(registration.grid.time));
+  add("steps", fmt::to_string(registration.grid.steps));
+  add("search", solver_name(registration.solver));
+  if (registration.samples > 1) add("realisations", fmt::to_string(registration.samples));
+  if (registration.mode == MatchingMode::kPathwise || registration.samples > 1)
+    add("seed", fmt::to_string(registration.seed));
+  return table;
+}
+
+// Of each landmark, the fraction of its displacement that the noise did; NaN without a displacement. Empty where
+// nothing is known of it.
+Eigen::VectorXd noise_shares(const Registration& registration, const LandmarkShares& shares) {
+  if (registration.noise == "none" || shares.noise.size() == 0) return {};
+  const Points way = registration.result - registration.source.points;
+  return (shares.noise.cwiseProduct(way).colwise().sum().array() / way.colwise().squaredNorm().array()).transpose();
+}
+
+// The landmarks that the table lists: all or those furthest off, in their order.
+std::vector<int> listed_landmarks(const Eigen::VectorXd& distances) {
+  std::vector<int> order(static_cast<std::size_t>(distances.size()));
+  std::iota(order.begin(), order.end(), 0);
+  if (order.size() <= kMostRows) return order;
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return std::isnan(distances[b]) ? !std::isnan(distances[a]) : distances[a] > distances[b];
+  });
+  order.resize(kMostRows);
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+std::string residuals_caption(const Registration& registration, std::size_t listed, std::size_t outliers) {
+  std::string text = registration.data.kind == DataKind::kLandmarks
+                         ? "Distance of each landmark to its target where the flow ends. "
+                         : "Distance of each landmark to the nearest point of the target where the flow ends. ";
+  text += fmt::format(
+      "▲ marks outliers, {} here: a distance above the median by more than {} × {} median absolute deviations, and "
+      "above {} sigma.",
+      outliers == 0 ? "none" : fmt::to_string(outliers), kDeviations, kNormalScale, kLeastSigmas);
+  if (listed < static_cast<std::size_t>(registration.source.count()))
+    text += fmt::format(" Of {} landmarks the {} furthest off are listed; residuals.csv has all.",
+                        registration.source.count(), listed);
+  return text + " Click a column heading to sort.";
+}
+
+ReportTable residual_table(const Registration& registration, const LandmarkShares& shares,
+                           const std::vector<int>& outliers) {
+  const Landmarks& source = registration.source;
+  const Eigen::VectorXd distances = registration.distances(), noise = noise_shares(registration, shares);
+  ReportTable table{{"landmark"}, {}, ""};
+  if (!source.labels.empty()) table.header.emplace_back("label");
+  if (!source.groups.empty()) table.header.emplace_back("group");
+  table.header.insert(table.header.end(), {"distance", "in sigma"});
+  if (noise.size() > 0) table.header.emplace_back("displacement by the noise");
+  for (const int a : listed_landmarks(distances)) {
+    const auto place = static_cast<std::size_t>(a);
+    const bool outlier = std::binary_search(outliers.begin(), outliers.end(), a);
+    const double distance = distances[a];
+    std::vector<ReportCell> row = {{fmt::to_string(source.number(a))}};
+    if (!source.labels.empty()) row.push_back({source.labels[place]});
+    if (!source.groups.empty()) row.push_back({source.groups[place]});
+    row.push_back({.text = std::isfinite(distance) ? number(distance) : "", .outlier = outlier});
+    row.push_back({std::isfinite(distance) ? number(distance / registration.sigma, 3) : ""});
+    if (noise.size() > 0) row.push_back({std::isfinite(noise[a]) ? percent(noise[a]) : ""});
+    table.rows.push_back(std::move(row));
+  }
+  table.caption = residuals_caption(registration, table.rows.size(), outliers.size());
+  return table;
+}
+
+ReportSection remarks(const Registration& registration, const std::vector<std::string>& notes) {
+  ReportSection section{"Remarks", {}};
+  for (const std::string& text : registration_warnings(registration))
+    section.blocks.emplace_back(ReportParagraph{"Warning: " + text});
+  for (const std::string& text : notes) section.blocks.emplace_back(ReportParagraph{"Note: " + text});
+  return section;
+}
+
+}  // namespace
+
+std::vector<int> outlying_landmarks(const Eigen::VectorXd& distances, double sigma) {
+  std::vector<double> known;
+  std::copy_if(distances.begin(), distances.end(), std::back_inserter(known),
+               [](double d) { return std::isfinite(d); });
+  if (known.empty()) return {};
+  const double middle = median(known);
+  std::vector<double> deviations = known;
+  for (double& deviation : deviations) deviation = std::abs(deviation - middle);
+  const double least = std::max(middle + kDeviations * kNormalScale * median(deviations), kLeastSigmas * sigma);
+  std::vector<int> outliers;
+  for (int a = 0; a < distances.size(); ++a)
+    if (distances[a] > least) outliers.push_back(a);
+  return outliers;
+}
+
+HtmlReport registration_report(const Registration& registration, const Trajectory& path, const RegistrationFacts& facts,
+                               const std::vector<std::string>& notes, const std::filesystem::path& picture) {
+  const std::vector<int> outliers = outlying_landmarks(registration.distances(), registration.sigma);
+  HtmlReport report{.title = short_name(registration.original) + " → " + short_name(registration.target),
+                    .lead = lead(registration, facts, outliers.size()),
+                    .command = command_line(),
+                    .version = "pulson " + version()};
+  if (ReportSection section = remarks(registration, notes); !section.blocks.empty())
+    report.sections.push_back(std::move(section));
+  if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers))
+    report.sections.push_back({"Motion", {std::move(*motion)}});
+  if (!picture.empty())
+    report.sections.push_back(
+        {"The registration", {ReportPicture{picture, "The same as registration.png and registration.svg."}}});
+  report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
+  report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
+  return report;
+}
+
+}  // namespace pulson

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pulson/records/registration_record.hpp"
+
+namespace pulson {
+
+/// What a registration found, for people, on standard output. @param asked_kernel a specification, or `auto`
+void print_registration(const Registration& registration, const RegistrationFacts& facts,
+                        const std::string& asked_kernel);
+
+}  // namespace pulson

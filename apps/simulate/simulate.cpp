@@ -1,0 +1,185 @@
+// `pulson simulate`: one or a few sample paths.
+
+#include <fmt/format.h>
+
+#include "pulson/core/atomic_file.hpp"
+#include "pulson/draw/path_picture.hpp"
+#include "pulson/records/simulation_record.hpp"
+#include "shell/messages.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+#include "shell/progress.hpp"
+#include "shell/verbs.hpp"
+#include "start_options.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr int kMostPaths = 1000;
+constexpr std::int64_t kMostNumbers = 400'000'000;  // of states in memory: 3.2 GB
+constexpr int kPrintedSamples = 5;
+
+struct SimulateArguments {
+  StartOptions start;
+  TimeOptions time{.time = {}, .steps = 20, .dt = 0.02};
+  SamplePathsOptions options;
+  std::string integrator = "variational";
+  OutputOptions output;
+  int every = 1;
+};
+
+const std::vector<std::string> kSimulationFiles = {"simulation.json", "paths.csv"};
+const std::vector<std::string> kSimulationPictures = {"paths.png", "paths.svg"};
+
+void check_size(const Start& start, const SimulateArguments& arguments, const TimeGrid& grid) {
+  const int samples = arguments.options.samples;
+  if (samples < 1 || samples > kMostPaths)
+    throw InputError(
+        fmt::format("--samples is {}; it must be from 1 to {} (more: pulson ensemble)", samples, kMostPaths));
+  if (arguments.every < 1) throw InputError(fmt::format("--every is {}; it must be at least 1", arguments.every));
+  const std::int64_t numbers = 2 * start.state.q.size() * (std::int64_t{grid.steps} + 1) * samples;
+  if (numbers > kMostNumbers)
+    throw InputError(fmt::format("{} paths of {} landmarks and {} steps are {} numbers; at most {} fit, take fewer",
+                                 samples, start.shape.count(), grid.steps, numbers, kMostNumbers));
+}
+
+std::string setting(const Simulation& simulation) {
+  return fmt::format("{}  ·  {}  ·  {}, dt = {:.3g}  ·  seed {}", shortened_spec(simulation.system.noise->spec()),
+                     simulation.system.kernel.spec(3), simulation.integrator, simulation.options.grid.dt(),
+                     simulation.options.seed);
+}
+
+// All paths as far as each goes; a path that ended early is drawn to its end and stays there.
+PathPicture make_picture(const Simulation& simulation) {
+  PathPicture picture;
+  picture.start = simulation.shape;
+  const TimeGrid& grid = simulation.options.grid;
+  for (int k = 0; k <= grid.steps; ++k) picture.times.push_back(grid.at(k));
+  for (const SamplePath& sample : simulation.samples) {
+    std::vector<Points> q;
+    std::vector<Points> p;
+    for (std::size_t k = 0; k < picture.times.size(); ++k) {
+      const PhaseState& state = sample.path.states[std::min(k, sample.path.states.size() - 1)];
+      q.push_back(state.q);
+      p.push_back(state.p);
+    }
+    picture.positions.push_back(std::move(q));
+    picture.momenta.push_back(std::move(p));
+  }
+  const int n = simulation.shape.count();
+  picture.title =
+      fmt::format("{} of {} landmark{}",
+                  simulation.options.samples == 1 ? std::string("A sample path")
+                                                  : fmt::format("{} sample paths", simulation.options.samples),
+                  n, n == 1 ? "" : "s");
+  picture.subtitle = setting(simulation);
+  return picture;
+}
+
+void write_results(const Simulation& simulation, const SimulateArguments& arguments) {
+  const OutputOptions& output = arguments.output;
+  const std::string record = simulation_json(simulation);
+  write_file_atomically(output.file("simulation.json"), record);
+  write_file_atomically(output.file("paths.csv"), sample_paths_csv(simulation, arguments.every));
+  output.write_json(record);
+  if (!output.no_picture)
+    write_path_picture(make_picture(simulation), output.file("paths.png"), output.file("paths.svg"));
+}
+
+std::string numbers_text(const Points& points) {
+  std::string text;
+  for (const auto& column : points.colwise()) {
+    std::string one;
+    for (const double x : column) one += fmt::format("{}{:.5g}", one.empty() ? "" : "/", x);
+    text += (text.empty() ? "" : ", ") + one;
+  }
+  return text;
+}
+
+void print_summary(const Simulation& simulation) {
+  const TimeGrid& grid = simulation.options.grid;
+  fmt::print("{} path{} of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}\n",
+             simulation.options.samples, simulation.options.samples == 1 ? "" : "s", simulation.shape.count(),
+             simulation.shape.dimension(), grid.time, grid.steps, grid.dt(), simulation.options.seed);
+  fmt::print("model      {}, noise {}, integrator {}\n", simulation.system.kernel.spec(4),
+             simulation.system.noise->spec(), simulation.integrator);
+  double kappa = 0;
+  double momentum = 0;
+  double error = 0;
+  for (const SamplePath& sample : simulation.samples) {
+    kappa = std::max(kappa, sample.contraction_bound);
+    momentum = std::max(momentum, sample.largest_momentum);
+    error = std::max(error, sample.momentum_error);
+  }
+  const NoiseTraits traits = simulation.system.noise->traits();
+  fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
+             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
+  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total kept to {:.1e}\n", error);
+  if (simulation.start.q.size() > 6) return;
+  for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
+    fmt::print("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),
+               numbers_text(simulation.samples[m].path.final().p));
+}
+
+// Warnings for paths that are not clean. @return whether there are any
+bool print_warnings(const Simulation& simulation) {
+  std::size_t unclean = 0;
+  std::string first;
+  for (std::size_t m = 0; m < simulation.samples.size(); ++m) {
+    const SamplePath& sample = simulation.samples[m];
+    if (sample.status == PathStatus::kClean) continue;
+    if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
+  }
+  if (unclean > 0)
+    tell_warning(
+        fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first));
+  return unclean > 0;
+}
+
+int run_simulate(const SimulateArguments& arguments) {
+  const double begin = seconds_now();
+  const Start start = arguments.start.start();
+  SamplePathsOptions options = arguments.options;
+  options.grid = arguments.time.grid(start.default_time);
+  check_size(start, arguments, options.grid);
+  const auto integrator = make_integrator(arguments.integrator);
+  arguments.output.check(kSimulationFiles, kSimulationPictures);
+  Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
+  simulation.samples = sample_paths(start.system, *integrator, start.state, options);
+  simulation.seconds = seconds_now() - begin;
+  tell_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
+  write_results(simulation, arguments);
+  tell_step("wrote the results");
+  tell_notes(start.notes);
+  if (arguments.output.prints()) {
+    print_summary(simulation);
+    arguments.output.print_written(kSimulationFiles, kSimulationPictures);
+  }
+  return print_warnings(simulation) ? kNotConverged : kDone;
+}
+
+}  // namespace
+
+void add_simulate_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("simulate", "Draw one or a few sample paths of the stochastic system");
+  auto arguments = std::make_shared<SimulateArguments>();
+  arguments->start.add_to(*verb);
+  verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
+      ->type_name("NAME")
+      ->capture_default_str();
+  arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
+  verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
+  add_seed_option(*verb, arguments->options.seed);
+  verb->add_option("--every", arguments->every, "write every n-th step to paths.csv")->capture_default_str();
+  add_threads_option(*verb);
+  arguments->output.add_to(*verb, "paths.png and .svg");
+  verb->footer(
+      "Examples:\n"
+      "  pulson simulate --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out\n"
+      "  pulson simulate --shape wings.tps#1 --noise p-sd:beta=0.1,fields=grid --samples 5 -o out\n"
+      "  pulson simulate --from out/registration.json --noise ch-sd:beta=0.05 --samples 20 -o paths\n"
+      "Exit codes: 0 done, 2 bad input, 3 a path could not be followed to its end (results are written).");
+  verb->callback([arguments, &exit_code] { exit_code = run_simulate(*arguments); });
+}
+
+}  // namespace pulson

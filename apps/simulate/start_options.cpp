@@ -1,0 +1,117 @@
+#include "start_options.hpp"
+
+#include <fmt/core.h>
+
+#include "pulson/formats/landmark_files.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "pulson/records/registration_record.hpp"
+#include "register/registration_warnings.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kLongTime = 100;  // of the paper's runs
+
+// `0,10` or `0/0,1/0`: landmarks apart by commas, coordinates by strokes.
+Points parse_points(std::string_view text, std::string_view option) {
+  std::vector<std::vector<double>> columns;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    columns.push_back(parse_number_list(text.substr(begin, end - begin), option));
+    begin = end + 1;
+  }
+  const std::size_t d = columns.front().size();
+  if (d > 3)
+    throw InputError(fmt::format("{}: the first landmark has {} coordinates; 1, 2 or 3 are needed", option, d));
+  Points points(static_cast<Eigen::Index>(d), static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t a = 0; a < columns.size(); ++a) {
+    if (columns[a].size() != d)
+      throw InputError(fmt::format("{}: landmark {} has another number of coordinates than the first ({} and {})",
+                                   option, a + 1, columns[a].size(), d));
+    points.col(static_cast<Eigen::Index>(a)) = Eigen::Map<const Eigen::VectorXd>(columns[a].data(), points.rows());
+  }
+  if (!points.allFinite()) throw InputError(fmt::format("{}: '{}' has a number that is not finite", option, text));
+  return points;
+}
+
+void check_same_size(const Points& p, const Points& q, const std::string& what) {
+  if (p.rows() != q.rows() || p.cols() != q.cols())
+    throw InputError(fmt::format("{} has {} landmarks in {}D, the positions {} in {}D", what, p.cols(), p.rows(),
+                                 q.cols(), q.rows()));
+}
+
+// Momenta are no places: what belongs to those of the shape is not applied to them.
+ReadOptions of_vectors(const ReadOptions& reading) {
+  return {.columns = reading.columns, .dimension = reading.dimension, .landmarks = reading.landmarks};
+}
+
+void check_complete(const Landmarks& shape) {
+  if (const std::vector<int> incomplete = incomplete_points(shape.points); !incomplete.empty())
+    throw InputError(fmt::format("{}: landmark {} misses a coordinate; a shape without gaps is needed", shape.source,
+                                 shape.describe(incomplete.front())));
+}
+
+void check_distinct(const Landmarks& shape) {
+  if (const auto pair = find_coincident(shape.points); pair && shape.count() > 1)
+    throw InputError(fmt::format("{}: landmarks {} and {} are at the same place", shape.source,
+                                 shape.describe(pair->first), shape.describe(pair->second)));
+}
+
+}  // namespace
+
+void StartOptions::add_to(CLI::App& verb) {
+  CLI::Option* by_q = verb.add_option("--q", q, "positions: 0,10 on a line, 0/0,1/0 in the plane, 0/0/0,… in space")
+                          ->type_name("NUMBERS");
+  CLI::Option* by_shape =
+      verb.add_option("--shape", shape, "positions from a landmark file, file#3 or file#id=NAME")->type_name("FILE");
+  CLI::Option* by_from =
+      verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json")->type_name("FILE");
+  by_q->excludes(by_shape, by_from);
+  by_shape->excludes(by_from);
+  CLI::Option* by_p = verb.add_option("--p", p, "momenta, as --q [0]")->type_name("NUMBERS");
+  verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->type_name("FILE")->excludes(by_p);
+  add_read_options(verb, reading);
+  verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
+  verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");
+}
+
+Start StartOptions::start() const {
+  Start start;
+  std::string kernel_spec = "gaussian:alpha=auto";
+  std::string noise_spec = "none";
+  if (from) {
+    const Registration registration = read_registration(*from);
+    for (const std::string& text : registration_warnings(registration))
+      start.notes.push_back("of the registration: " + text);
+    start.shape = registration.source;
+    start.shape.source = *from;
+    start.state = {registration.source.points, registration.momenta};
+    start.default_time = registration.grid.time;
+    kernel_spec = registration.kernel;
+    noise_spec = registration.noise;
+  } else if (shape) {
+    start.shape = read_landmarks(*shape, &start.notes, reading);
+  } else if (q) {
+    start.shape.points = parse_points(*q, "--q");
+    start.shape.source = "--q";
+    start.default_time = kLongTime;
+  } else {
+    throw InputError("a start is needed: --q, --shape or --from");
+  }
+  check_complete(start.shape);
+  check_distinct(start.shape);
+  if (!from) start.state = {start.shape.points, Points::Zero(start.shape.points.rows(), start.shape.points.cols())};
+  if (p) start.state.p = parse_points(*p, "--p");
+  if (momenta) {
+    const Landmarks vectors = read_landmarks(*momenta, &start.notes, of_vectors(reading));
+    check_complete(vectors);
+    start.state.p = vectors.points;
+  }
+  check_same_size(start.state.p, start.state.q, p ? "--p" : "--momenta");
+  start.system = {make_kernel(kernel.value_or(kernel_spec), start.shape.points),
+                  make_noise(noise.value_or(noise_spec), start.shape)};
+  start.system.noise->check(start.shape.dimension(), start.shape.count());
+  return start;
+}
+
+}  // namespace pulson

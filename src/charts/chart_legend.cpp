@@ -1,0 +1,147 @@
+#include "chart_legend.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "chart_strokes.hpp"
+#include "draw/layers.hpp"
+#include "draw/layout.hpp"
+#include "draw/legend.hpp"
+#include "pulson/core/errors.hpp"
+
+namespace pulson::picture {
+namespace {
+
+constexpr double kRowHeight = 34;
+constexpr double kSampleWidth = 40;
+constexpr double kSampleHeight = 20;
+constexpr double kSwatchWidth = 24;  // of an area
+constexpr double kSwatchHeight = 15;
+
+Colour colour_at(int index) {
+  if (index == Series::kInk) return colour::kResult;
+  const std::size_t place = static_cast<std::size_t>(index) % (kGroupColours + 1);
+  return place < kGroupColours ? group_colour(place) : colour::kTarget;
+}
+
+Points rectangle(double middle_x, double middle_y, double width, double height) {
+  const double left = middle_x - width / 2, right = left + width, low = middle_y - height / 2, high = low + height;
+  return (Points(2, 5) << left, right, right, left, left, low, low, high, high, low).finished();
+}
+
+double total_width(const std::vector<double>& columns) {
+  return std::accumulate(columns.begin(), columns.end(), -kEntryGap,
+                         [](double sum, double width) { return sum + width + kEntryGap; });
+}
+
+Points line(double x, double y, double to_x, double to_y) { return (Points(2, 2) << x, to_x, y, to_y).finished(); }
+
+}  // namespace
+
+ChartLegend::ChartLegend(const Chart& chart) {
+  for (const auto& row : chart.rows)
+    for (const ChartPanel& panel : row)
+      for (const Series& series : panel.series)
+        if (!series.name.empty()) add(series);
+}
+
+const ChartLegend::Entry* ChartLegend::find(const std::string& name) const {
+  const auto place =
+      std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.name == name; });
+  return place == entries_.end() ? nullptr : &*place;
+}
+
+void ChartLegend::add(const Series& series) {
+  if (find(series.name) == nullptr)
+    entries_.push_back({.name = series.name,
+                        .asked = series.colour,
+                        .colour = series.colour == Series::kByName ? by_name_++ : series.colour});
+  Entry& entry = entries_[static_cast<std::size_t>(find(series.name) - entries_.data())];
+  if (entry.asked != series.colour)
+    throw InputError(fmt::format("chart: the series named '{}' ask for different colours, {} and {}", series.name,
+                                 entry.asked, series.colour));
+  const SeriesStyle style = series.style;
+  const bool has_line = style == SeriesStyle::kLine || style == SeriesStyle::kLineAndPoints;
+  entry.band = entry.band || !series.low.empty();
+  entry.area = entry.area || style == SeriesStyle::kSteps || style == SeriesStyle::kBars;
+  entry.line = entry.line || (has_line && !series.dashed);
+  entry.dashes = entry.dashes || (has_line && series.dashed);
+  entry.dots = entry.dots || style == SeriesStyle::kPoints || style == SeriesStyle::kLineAndPoints;
+  entry.errors = entry.errors || !series.error.empty();
+}
+
+Colour ChartLegend::colour_of(const Series& series) const {
+  const Entry* const entry = series.name.empty() ? nullptr : find(series.name);
+  return colour_at(entry != nullptr ? entry->colour : series.colour == Series::kByName ? 0 : series.colour);
+}
+
+double ChartLegend::width_of(const Entry& entry) {
+  return kSampleWidth + kSampleGap + text_width(entry.name, kLegendText);
+}
+
+std::vector<double> ChartLegend::column_widths() const {
+  std::vector<double> widths;
+  for (std::size_t rows = 1; rows <= entries_.size(); ++rows) {
+    widths.assign((entries_.size() + rows - 1) / rows, 0);
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      double& width = widths[i % widths.size()];
+      width = std::max(width, width_of(entries_[i]));
+    }
+    if (total_width(widths) <= kWidth - 2 * kEdge) break;
+  }
+  return widths;
+}
+
+std::size_t ChartLegend::count_rows() const {
+  const std::size_t columns = column_widths().size();
+  return (entries_.size() + columns - 1) / columns;
+}
+
+double ChartLegend::height() const {
+  return entries_.empty() ? kEdge : kLegendRoom + kRowHeight * (static_cast<double>(count_rows()) - 1);
+}
+
+void ChartLegend::draw_sample(Canvas& canvas, double left, double middle, const Entry& entry) {
+  const double x = left + kSampleWidth / 2;
+  const Colour colour = colour_at(entry.colour);
+  const Points whole = line(left, middle, left + kSampleWidth, middle);
+  if (entry.band) canvas.areas({rectangle(x, middle, kSampleWidth, kSampleHeight)}, faded(colour, kBandFade));
+  if (entry.area && !entry.line && !entry.dashes && !entry.dots) {  // one mark alone is read at a glance
+    const Points swatch = rectangle(x, middle, kSwatchWidth, kSwatchHeight);
+    canvas.areas({swatch}, faded(colour, kStepFade));
+    canvas.lines({swatch}, {colour, kSideWidth});
+  }
+  if (entry.line) canvas.lines({whole}, {colour, kLineWidth});
+  if (entry.dashes && !entry.line) canvas.lines(dashes_of(whole, kDash, kDashGap), {colour, kLineWidth});
+  if (entry.errors) {
+    const double low = middle - kSampleHeight / 2, high = middle + kSampleHeight / 2;
+    canvas.lines({line(x, low, x, high), line(x - kMostCap, low, x + kMostCap, low),
+                  line(x - kMostCap, high, x + kMostCap, high)},
+                 {colour, kErrorWidth});
+  }
+  if (entry.dots) {
+    const Points centre = (Points(2, 1) << x, middle).finished();
+    canvas.dots(centre, entry.errors ? kMostDotWithError : kMostDot, colour);
+  }
+}
+
+void ChartLegend::draw(Canvas& canvas) const {
+  const std::vector<double> widths = column_widths();
+  const double first_left = std::max(kEdge, (canvas.width() - total_width(widths)) / 2);
+  double left = first_left, middle = height() - kLegendRoom + kLegendHeight;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    draw_sample(canvas, left, middle, entries_[i]);
+    const double text_left = left + kSampleWidth + kSampleGap;
+    canvas.text(text_left, middle, entries_[i].name, kLegendText, colour::kText, Align::kLeft,
+                canvas.width() - kEdge - text_left);
+    const std::size_t column = i % widths.size();
+    left += widths[column] + kEntryGap;
+    if (column + 1 < widths.size()) continue;
+    left = first_left;
+    middle -= kRowHeight;
+  }
+}
+
+}  // namespace pulson::picture

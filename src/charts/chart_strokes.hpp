@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "draw/layout.hpp"
+
+namespace pulson::picture {
+
+// Of the marks of a chart, the same in its panels and in its legend; in pixels.
+inline constexpr double kLineWidth = 2.2;
+inline constexpr double kDenseLineWidth = 1.8;  // of a line so long that it is noise at this scale
+inline constexpr double kDash = 9;
+inline constexpr double kDashGap = 8;
+inline constexpr double kSideWidth = 1.6;  // of bins and of bars
+inline constexpr double kErrorWidth = 1.8;
+inline constexpr double kMostCap = 5;  // half the width of an error bar's ends
+inline constexpr double kMostDot = 5.2;
+inline constexpr double kMostDotWithError = 3.8;  // lest it hide a short error bar
+inline constexpr double kLeastDot = 1.6;
+inline constexpr double kDotMargin = 1.4;  // of paper, around a dot
+
+// Transparency of areas.
+inline constexpr double kBandFade = 0.8;
+inline constexpr double kStepFade = 0.84;
+inline constexpr double kBarFade = 0.55;
+
+/// The line 2×M with each height brought into the range: where it leaves the range, it runs along the border.
+Points clamped(const Points& line, const Interval& heights);
+
+/// The parts of the line 2×M whose heights lie in the range.
+std::vector<Points> parts_within(const Points& line, const Interval& heights);
+
+/// The line 2×M cut into dashes. Cut here and not by gnuplot, whose terminals do not agree on the length of a dash.
+std::vector<Points> dashes_of(const Points& line, double dash, double gap);
+
+}  // namespace pulson::picture

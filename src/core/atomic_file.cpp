@@ -1,0 +1,217 @@
+#include "pulson/core/atomic_file.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
+  throw InputError("cannot write '" + path.string() + "': " + reason);
+}
+
+std::string last_error() { return std::generic_category().message(errno); }
+
+/// A file that is removed again unless `keep` is called.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const fs::path& target) {
+    static std::atomic<unsigned> serial{0};
+    path_ = target;
+    path_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(serial++);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    std::error_code ignored;
+    if (!is_kept_) fs::remove(path_, ignored);
+  }
+
+  const fs::path& path() const { return path_; }
+  void keep() { is_kept_ = true; }
+
+ private:
+  fs::path path_;
+  bool is_kept_ = false;
+};
+
+/// Writes `contents` to `to`; messages name `path`.
+void write_all(const fs::path& to, std::string_view contents, const fs::path& path) {
+  std::FILE* const file = std::fopen(to.c_str(), "wb");
+  if (file == nullptr) fail(path, last_error());
+  const bool is_written =
+      std::fwrite(contents.data(), 1, contents.size(), file) == contents.size() && std::fflush(file) == 0;
+  const std::string reason = is_written ? "" : last_error();
+  const bool is_closed = std::fclose(file) == 0;
+  if (!is_written) fail(path, reason);
+  if (!is_closed) fail(path, last_error());
+}
+
+void require_folder(const fs::path& path) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) fail(path, "there is no folder '" + folder.string() + "'");
+}
+
+}  // namespace
+
+void check_output_file(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) fail(path, "it is a folder; a file is needed");
+  require_folder(path);
+}
+
+void write_file_atomically(const fs::path& path, std::string_view contents) {
+  check_output_file(path);
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) return write_all(path, contents, path);
+  const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
+  TemporaryFile temporary(target);
+  write_all(temporary.path(), contents, path);
+  fs::rename(temporary.path(), target, error);
+  if (error) fail(path, error.message());
+  temporary.keep();
+}
+
+namespace {
+
+// The folders that this program made, those within first; the empty ones go when it ends.
+class MadeFolders {
+ public:
+  MadeFolders() = default;
+  MadeFolders(const MadeFolders&) = delete;
+  MadeFolders& operator=(const MadeFolders&) = delete;
+  ~MadeFolders() {
+    std::error_code not_empty;
+    for (const fs::path& folder : folders_) fs::remove(folder, not_empty);
+  }
+  /// Those of `path` that are not there yet.
+  void expect(const fs::path& path) {
+    std::error_code error;
+    for (fs::path folder = fs::absolute(path, error); !folder.empty() && !fs::exists(folder, error);
+         folder = folder.parent_path())
+      folders_.push_back(folder);
+  }
+
+ private:
+  std::vector<fs::path> folders_;
+};
+
+}  // namespace
+
+void create_output_directory(const fs::path& path) {
+  const std::string failure = "cannot use '" + path.string() + "' as the folder for output: ";
+  std::error_code error;
+  if (fs::exists(path, error) && !fs::is_directory(path, error)) throw InputError(failure + "it is a file");
+  static MadeFolders made;
+  made.expect(path);
+  fs::create_directories(path, error);
+  if (error) throw InputError(failure + error.message());
+  if (::access(path.c_str(), W_OK | X_OK) != 0) throw InputError(failure + last_error());
+}
+
+namespace {
+
+std::string contents_of(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// Whether the file at `path` is the one that is open.
+bool is_still_at(int descriptor, const fs::path& path) {
+  struct stat opened {};
+  struct stat named {};
+  return ::fstat(descriptor, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
+/// "another pulson (process 4711)", by the number that it wrote into its lock.
+std::string describe_holder(const fs::path& lock) {
+  const std::string number = contents_of(lock);
+  const std::size_t digits = std::min(number.find_first_not_of("0123456789"), number.size());
+  return digits == 0 ? "another pulson" : "another pulson (process " + number.substr(0, digits) + ")";
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const fs::path& folder) : path_(folder / ".pulson.lock") {
+  for (;;) {
+    const int descriptor = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor < 0) fail(path_, last_error());
+    const bool is_held = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+    if (!is_held && errno == EWOULDBLOCK) {
+      ::close(descriptor);
+      throw InputError(describe_holder(path_) + " writes into '" + folder.string() +
+                       "' at present; wait until it ends, or choose another folder");
+    }
+    if (is_held && !is_still_at(descriptor, path_)) {  // its holder ended, and removed it, in between
+      ::close(descriptor);
+      continue;
+    }
+    descriptor_ = descriptor;
+    const std::string number = std::to_string(::getpid()) + "\n";
+    if (::ftruncate(descriptor, 0) != 0 || ::write(descriptor, number.data(), number.size()) < 0) {
+      // The number is for messages alone, and what is written next reports a full disk.
+    }
+    return;
+  }
+}
+
+FolderLock::~FolderLock() {
+  ::unlink(path_.c_str());
+  ::close(descriptor_);
+}
+
+StagedFiles::StagedFiles(const fs::path& folder)
+    : folder_(folder), staged_(folder / (".part-" + std::to_string(::getpid()))) {
+  std::error_code error;
+  fs::remove_all(staged_, error);  // of an earlier process of this number
+  fs::create_directory(staged_, error);
+  if (error) fail(staged_, error.message());
+}
+
+StagedFiles::~StagedFiles() {
+  std::error_code ignored;
+  fs::remove_all(staged_, ignored);
+}
+
+void StagedFiles::write(const std::string& name, std::string_view contents) const {
+  write_all(file(name), contents, folder_ / name);
+}
+
+void StagedFiles::commit() {
+  std::vector<fs::path> moved;
+  for (const fs::directory_entry& entry : fs::directory_iterator(staged_)) {
+    const fs::path target = folder_ / entry.path().filename();
+    std::error_code ignored;
+    const fs::file_status status = fs::symlink_status(target, ignored);
+    if (fs::exists(status) && !fs::is_regular_file(status))
+      write_file_atomically(target, contents_of(entry.path()));
+    else
+      moved.push_back(entry.path());
+  }
+  for (const fs::path& file : moved) {
+    std::error_code error;
+    fs::rename(file, folder_ / file.filename(), error);
+    if (error) fail(folder_ / file.filename(), error.message());
+  }
+}
+
+}  // namespace pulson

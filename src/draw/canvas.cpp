@@ -1,0 +1,170 @@
+#include "canvas.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "pulson/draw/gnuplot.hpp"
+
+namespace pulson::picture {
+namespace {
+
+// viridis at s = 0, 1/8, …, 1: red, green, blue.
+constexpr std::array<std::array<double, 3>, 9> kViridis{{{68, 1, 84},
+                                                         {71, 45, 123},
+                                                         {59, 82, 139},
+                                                         {44, 114, 142},
+                                                         {33, 145, 140},
+                                                         {40, 174, 128},
+                                                         {94, 201, 98},
+                                                         {173, 220, 48},
+                                                         {253, 231, 37}}};
+constexpr double kViridisEnd = 0.8;
+constexpr std::string_view kNarrow = " fijlrtI.,:;'|()[]-";
+constexpr std::string_view kWide = "mwMW@%=+<>";
+constexpr double kSmallestText = 0.55;  // of the size asked for, before text is cut
+constexpr double kBarb = 4;             // of an arrow's tip, pixels for a stroke of no width
+constexpr double kBarbSlope = 0.45;
+constexpr double kShortestArrow = 1;      // pixels
+constexpr double kPointsPerPixel = 0.75;  // pngcairo counts text in points, the SVG terminal in pixels
+
+/// Width of one byte's letter in font sizes, DejaVu Sans; 0 for the later bytes of a letter.
+double letter_width(char c) {
+  if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) return 0;
+  return kNarrow.find(c) != std::string_view::npos ? 0.37 : kWide.find(c) != std::string_view::npos ? 0.92 : 0.63;
+}
+
+/// The text, cut after a letter and closed by an ellipsis where it would be wider than `room`.
+std::string cut(std::string_view text, double size, double room) {
+  if (text_width(text, size) <= room) return std::string(text);
+  std::size_t end = 0;
+  for (double width = size; end < text.size(); ++end) {
+    width += size * letter_width(text[end]);
+    if (width > room) break;
+  }
+  return std::string(text.substr(0, end)) + "…";
+}
+
+void add_vertex(std::string& rows, double x, double y) {
+  fmt::format_to(std::back_inserter(rows), "{:.2f} {:.2f}\n", x, y);
+}
+
+std::string terminal(std::string_view name, double text_scale, double width, double height) {
+  return fmt::format(
+      "set terminal {} noenhanced size {:.0f},{:.0f} font 'sans-serif,20' fontscale {} rounded background '{}'", name,
+      width, height, text_scale, colour::kPaper);
+}
+
+}  // namespace
+
+Colour time_colour(double s) {
+  const double place = std::clamp(s, 0.0, 1.0) * kViridisEnd * (kViridis.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(place), kViridis.size() - 2);
+  const double w = place - static_cast<double>(i);
+  const auto mix = [&](std::size_t c) {
+    return static_cast<int>(std::lround((1 - w) * kViridis[i][c] + w * kViridis[i + 1][c]));
+  };
+  return fmt::format("#{:02X}{:02X}{:02X}", mix(0), mix(1), mix(2));
+}
+
+Colour faded(const Colour& opaque, double transparency) {
+  return fmt::format("#{:02X}{}", static_cast<int>(std::lround(255 * transparency)), opaque.substr(1));
+}
+
+double text_width(std::string_view text, double size) {
+  double width = 0;
+  for (const char c : text) width += letter_width(c);
+  return width * size;
+}
+
+void Canvas::lines(const std::vector<Points>& lines, const Stroke& stroke) { add(lines, stroke, false); }
+
+void Canvas::areas(const std::vector<Points>& outlines, const Colour& colour) { add(outlines, {colour, 0}, true); }
+
+void Canvas::add(const std::vector<Points>& lines, const Stroke& stroke, bool filled) {
+  Layer layer{{}, stroke, filled};
+  for (const Points& line : lines) {
+    for (Eigen::Index i = 0; i < line.cols(); ++i) add_vertex(layer.rows, line(0, i), line(1, i));
+    layer.rows += '\n';
+  }
+  if (layer.rows.size() > lines.size()) layers_.push_back(std::move(layer));
+}
+
+void Canvas::segments(const Points& from, const Points& to, const Stroke& stroke) {
+  Layer layer{{}, stroke, false};
+  for (Eigen::Index i = 0; i < from.cols(); ++i) {
+    add_vertex(layer.rows, from(0, i), from(1, i));
+    add_vertex(layer.rows, to(0, i), to(1, i));
+    layer.rows += '\n';
+  }
+  if (!layer.rows.empty()) layers_.push_back(std::move(layer));
+}
+
+void Canvas::arrows(const Points& from, const Points& to, const Stroke& stroke) {
+  std::vector<Points> lines;
+  for (Eigen::Index i = 0; i < from.cols(); ++i) {
+    const Eigen::Vector2d tip = to.col(i), shaft = tip - from.col(i);
+    const double length = shaft.norm(), barb = std::min(0.4 * length, kBarb + 3 * stroke.width);
+    if (length < kShortestArrow) continue;
+    const Eigen::Vector2d back = -barb / length * shaft, side = kBarbSlope * Eigen::Vector2d(-back.y(), back.x());
+    lines.push_back((Points(2, 2) << from.col(i), tip).finished());
+    lines.push_back((Points(2, 3) << tip + back + side, tip, tip + back - side).finished());
+  }
+  this->lines(lines, stroke);
+}
+
+void Canvas::dots(const Points& centres, double radius, const Colour& colour) {
+  // A line of almost no length with round ends is a disc; gnuplot drops one of no length at all.
+  const Eigen::Vector2d nudge(0.02, 0);
+  segments(centres, centres.colwise() + nudge, {colour, 2 * radius});
+}
+
+void Canvas::rings(const Points& centres, double radius, const Stroke& stroke) {
+  const int corners = std::clamp(static_cast<int>(std::lround(10 + 2 * radius)), 12, 48);
+  Points circle(2, corners + 1);
+  for (int i = 0; i <= corners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / corners;
+    circle.col(i) << radius * std::cos(angle), radius * std::sin(angle);
+  }
+  std::vector<Points> circles;
+  for (Eigen::Index i = 0; i < centres.cols(); ++i)
+    circles.emplace_back(circle.colwise() + Eigen::Vector2d(centres.col(i)));
+  lines(circles, stroke);
+}
+
+void Canvas::text(double x, double y, std::string_view text, double size, const Colour& colour, Align align,
+                  double max_width) {
+  const double shrink = std::clamp(max_width / std::max(text_width(text, size), 1e-9), kSmallestText, 1.0);
+  const char* side = align == Align::kLeft ? "left" : align == Align::kCentre ? "center" : "right";
+  labels_.push_back(fmt::format("set label {} at first {:.2f},{:.2f} {} font ',{:.1f}' textcolor rgb '{}'",
+                                Gnuplot::quoted(cut(text, size * shrink, max_width)), x, y, side, size * shrink,
+                                colour));
+}
+
+void Canvas::write(const std::filesystem::path& png, const std::filesystem::path& svg) const {
+  Gnuplot gnuplot;
+  gnuplot.command("set encoding utf8\nunset border\nunset tics\nunset key");
+  gnuplot.command("set lmargin at screen 0\nset rmargin at screen 1\nset bmargin at screen 0\nset tmargin at screen 1");
+  gnuplot.command(fmt::format("set xrange [0:{}]\nset yrange [0:{}]", width_, height_));
+  for (const std::string& label : labels_) gnuplot.command(label);
+  std::string plot = "plot ";
+  for (const Layer& layer : layers_)
+    plot += fmt::format("{}{} with {} linecolor rgb '{}' title ''", plot.size() > 5 ? ", " : "",
+                        gnuplot.add_block(layer.rows),
+                        layer.filled ? "filledcurves closed fillstyle solid noborder"
+                                     : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
+                        layer.stroke.colour);
+  gnuplot.command(terminal("pngcairo", kPointsPerPixel, width_, height_));
+  gnuplot.set_output(png);
+  gnuplot.command(plot);
+  gnuplot.command(terminal("svg", 1, width_, height_));
+  gnuplot.set_output(svg);
+  gnuplot.command(plot);
+  gnuplot.run();
+}
+
+}  // namespace pulson::picture

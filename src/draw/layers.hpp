@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "canvas.hpp"
+#include "layout.hpp"
+#include "outline.hpp"
+
+namespace pulson::picture {
+
+/// Sizes of marks and lines, in pixels. They shrink as the landmarks grow in number and in closeness.
+struct Marks {
+  double dot;      // radius of source and result
+  double ring;     // radius of the target
+  double stroke;   // of the ring
+  double path;     // width
+  double outline;  // width
+
+  explicit Marks(const Figure& figure);
+};
+
+/// The landmarks, now at `pixels` (2×N), as discs on a narrow white margin with their outlines below them; of `colour`
+/// where there is one group, else of their group's.
+void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour);
+
+/// The numbers of the landmarks, from 1, beside their marks, where these are few enough to be told apart.
+void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers = {});
+
+/// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
+void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks);
+
+inline constexpr int kTimeColours = 48;
+
+/// Paths d×N at each time.
+struct Paths {
+  const std::vector<Points>& trajectory;
+  const std::vector<double>& times;
+};
+
+/// The paths of the figure's landmarks, coloured by time from the first to the last; later parts lie above earlier
+/// ones. Long ones are thinned by `thin_paths`, to about `vertices` in all.
+void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, const Figure& figure, double width,
+                        std::size_t vertices);
+
+/// The landmarks where paths start, at `pixels` (2×N), in small marks, and thinly the outlines that have no marks.
+void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure);
+
+inline constexpr std::size_t kGroupColours = 4;
+
+/// Told apart in colour blindness; they repeat after `kGroupColours`.
+const Colour& group_colour(std::size_t group);
+
+/// Colour of landmark a where each has its own: ordered by position at the start.
+std::vector<Colour> colours_by_position(const Points& source);
+
+}  // namespace pulson::picture

@@ -1,0 +1,136 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "canvas.hpp"
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson::picture {
+
+/// A closed range of one coordinate.
+struct Interval {
+  double low;
+  double high;
+
+  double span() const { return high - low; }
+  double middle() const { return low + span() / 2; }
+  Interval joined(const Interval& other) const { return {std::min(low, other.low), std::max(high, other.high)}; }
+  /// The interval of the given span around the same middle.
+  Interval with_span(double span) const { return {middle() - span / 2, middle() + span / 2}; }
+};
+
+/// The values of one coordinate that all of these points take; never empty.
+Interval range_of(const std::vector<const Points*>& sets, int row);
+
+/// Places within an interval that an axis marks, and the text beside each.
+struct Tics {
+  std::vector<double> values;
+  std::vector<std::string> texts;
+};
+
+/// Least pixels between tics; one for both axes, so that equal scales get equal steps.
+inline constexpr double kTicDistance = 100;
+
+/// Tics for an axis `pixels` long: few, at steps of 1, 2 or 5 times a power of ten.
+Tics make_tics(const Interval& range, double pixels, double distance = kTicDistance);
+
+/// The same for a horizontal axis: fewer where the numbers would run into one another.
+Tics make_tics_below(const Interval& range, double pixels, double distance = kTicDistance);
+
+/// A rectangle of the canvas, in pixels.
+struct Box {
+  double left;
+  double bottom;
+  double width;
+  double height;
+};
+
+/// One panel: rows `row_x` and `row_y` of the data, drawn in a box.
+struct View {
+  Box box;
+  Interval x;
+  Interval y;
+  int row_x = 0;
+  int row_y = 1;
+
+  /// Data d×M to pixels 2×M.
+  Points pixels(const Points& data) const;
+  std::vector<Points> pixels(const std::vector<Points>& data) const;
+};
+
+/// Views of the ranges of x, y and z: the planes xy, xz and yz.
+std::vector<View> coordinate_planes(const std::vector<Interval>& ranges);
+
+/// What a view shows: "x →   z ↑".
+std::string axis_names(const View& view);
+
+inline constexpr double kHeadingHeight = 20;  // of its middle above a panel
+
+/// The name of a panel above its box.
+void draw_heading(Canvas& canvas, const Box& box, const std::string& heading, double height = kHeadingHeight);
+
+/// Draws the thin frame of a panel with its heading, if any, and tics with numbers at the bottom and at the left.
+void draw_frame(Canvas& canvas, const View& view, const std::string& heading, const Tics& x_tics, const Tics& y_tics);
+
+/// The same with tics at round numbers, those at the left on demand.
+void draw_frame(Canvas& canvas, const View& view, const std::string& heading, bool left_numbers);
+
+/// "−10⁻³"; the powers 0 and 1 as "1" and "10".
+std::string power_of_ten(int exponent, bool negative = false);
+
+/// Width of a number on an axis.
+double number_width(const std::string& text);
+
+/// Room that the numbers at the left of a panel take.
+double left_number_width(const Tics& tics);
+double left_number_width(const Interval& y, double pixels);
+
+// In pixels.
+inline constexpr double kWidth = 1600;
+inline constexpr double kLeastWidth = 1200;
+inline constexpr double kEdge = 26;        // of the canvas
+inline constexpr double kGap = 40;         // between panels
+inline constexpr double kHeading = 42;     // above a panel
+inline constexpr double kTicRoom = 38;     // below a panel
+inline constexpr double kLegendRoom = 64;  // below all panels
+
+inline constexpr double kMargin = 0.04;  // around the data, of their span
+
+struct Titles {
+  std::string title;     // may be empty
+  std::string subtitle;  // may be empty
+};
+
+/// Title and subtitle from `left`, below the top edge.
+void draw_titles(Canvas& canvas, const Titles& titles, double left);
+double title_height(const Titles& titles);
+
+/// The ranges with a margin around them; none is less than `flattest` of the widest, and none is empty.
+std::vector<Interval> with_margins(std::vector<Interval> ranges, double flattest);
+
+/// How panels of one scale share a canvas.
+struct Arrangement {
+  bool stacked;            // one above the other, not side by side
+  double tallest;          // panel, in pixels
+  bool all_numbered;       // every panel has numbers at its left, not the first alone
+  double number_room = 0;  // to leave at the left at least
+  double room_below = 0;   // for other panels, between these and the legend
+  double least_width = kLeastWidth;
+};
+
+/// Panels of one scale: their canvas, with its titles, and where each lies.
+struct Plan {
+  Canvas canvas;
+  std::vector<View> views;
+};
+
+/// The views side by side, tops in one line, or one above the other, at the largest common scale that keeps to the
+/// width of the canvas and to the tallest panel.
+Plan arrange(const Titles& titles, std::vector<View> views, const Arrangement& arrangement);
+
+/// Pixels per length unit, the same in all views of a plan.
+inline double scale_of(const View& view) { return view.box.width / view.x.span(); }
+
+}  // namespace pulson::picture

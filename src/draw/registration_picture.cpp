@@ -1,0 +1,223 @@
+#include "pulson/draw/registration_picture.hpp"
+
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "checks.hpp"
+#include "layers.hpp"
+#include "layout.hpp"
+#include "legend.hpp"
+#include "pulson/draw/thinning.hpp"
+#include "time_panels.hpp"
+
+namespace pulson::picture {
+namespace {
+
+const Stroke kGridStroke{colour::kGrid, 1.25};
+constexpr std::size_t kPathVertices = 250000;
+
+Titles titles_of(const RegistrationPicture& picture) { return {picture.title, picture.subtitle}; }
+
+std::vector<const Points*> addresses(const std::vector<const std::vector<Points>*>& lists) {
+  std::vector<const Points*> result;
+  for (const auto* list : lists)
+    for (const Points& points : *list) result.push_back(&points);
+  return result;
+}
+
+/// The corners of the box around source and target, without points that miss a coordinate.
+Points corners_of_shapes(const RegistrationPicture& picture) {
+  const Points& source = picture.source.points;
+  const Points& target = picture.target.points;
+  Points both(source.rows(), source.cols() + target.cols());
+  both << source, target;
+  const auto [low, high] = bounding_box(both);
+  Points corners(source.rows(), 2);
+  corners << low, high;
+  return corners;
+}
+
+/// What is drawn of source and result, and of the target.
+struct Figures {
+  Figure source;
+  Figure target;
+};
+
+Figures plan_figures(const RegistrationPicture& picture, double scale) {
+  Figure source = plan_figure(picture.source, scale);
+  if (picture.corresponds) {
+    Figure target = without(source, incomplete_points(picture.target.points));
+    return {std::move(source), std::move(target)};
+  }
+  Figure target = plan_figure(picture.target, scale);
+  target.names.clear();  // its groups have one colour
+  return {std::move(source), std::move(target)};
+}
+
+/// The target at `pixels`. A few points of a target that does not correspond are no larger than the source's.
+void draw_target(Canvas& canvas, const Points& pixels, const Figures& figures) {
+  const Marks source(figures.source), target(figures.target);
+  draw_target(canvas, pixels, figures.target, source.ring < target.ring ? source : target);
+}
+
+/// The ranges of all coordinates with a margin; none is less than `flattest` of the widest.
+std::vector<Interval> data_ranges(const RegistrationPicture& picture, double flattest) {
+  const Points corners = corners_of_shapes(picture);
+  std::vector<const Points*> sets = addresses({&picture.trajectory, &picture.grid_before, &picture.grid_after});
+  sets.insert(sets.end(), {&corners, &picture.result});
+  std::vector<Interval> ranges;
+  const std::vector<const Points*> paths = addresses({&picture.grid_paths});
+  for (int row = 0; row < picture.source.dimension(); ++row) {
+    ranges.push_back(range_of(sets, row));
+    if (!paths.empty()) ranges.back() = ranges.back().joined(range_of(paths, 1));
+  }
+  return with_margins(std::move(ranges), flattest);
+}
+
+/// Paths, target and result on top of one another, as one panel shows them.
+void draw_registration(Canvas& canvas, const View& view, const RegistrationPicture& picture, const Figures& figures) {
+  const Figure& figure = figures.source;
+  const Points target = view.pixels(picture.target.points), result = view.pixels(picture.result);
+  const Points source = view.pixels(picture.source.points);
+  draw_paths_by_time(canvas, view, {picture.trajectory, picture.times}, figure, Marks(figure).path, kPathVertices);
+  draw_start(canvas, source, figure);
+  draw_target(canvas, target, figures);
+  if (picture.corresponds)
+    canvas.segments(result(Eigen::all, figures.target.marked), target(Eigen::all, figures.target.marked),
+                    {colour::kTarget, Marks(figure).stroke});
+  draw_shape(canvas, result, figure, colour::kResult);
+}
+
+/// The entries for source, target and result, as the figure shows them.
+std::vector<LegendEntry> legend_of_shapes(const Figures& figures) {
+  const bool lines = figures.target.marked.empty(), grouped = !figures.target.names.empty();
+  std::vector<LegendEntry> entries = legend_of_shape(figures.source, colour::kSource, "source");
+  if (!lines || !figures.target.outlines.empty())
+    entries.push_back({lines && !grouped ? Sample::kLine : Sample::kRing, colour::kTarget, "target", ""});
+  if (figures.source.names.empty())
+    entries.push_back(legend_of_shape(figures.source, colour::kResult, "result").front());
+  return entries;
+}
+
+LegendEntry legend_of_grid(const std::string& text) { return {Sample::kLine, colour::kGrid, text, ""}; }
+
+Canvas compose_plane(const RegistrationPicture& picture) {
+  const std::vector<Interval> ranges = data_ranges(picture, 0.15);
+  const View view{{}, ranges[0], ranges[1]};
+  const bool stacked = view.x.span() > 2.2 * view.y.span();
+  Plan plan = arrange(titles_of(picture), {view, view}, {stacked, stacked ? 560.0 : 900.0, stacked});
+  Canvas& canvas = plan.canvas;
+  const View& before = plan.views[0];
+  const View& after = plan.views[1];
+  const Figures figures = plan_figures(picture, scale_of(before));
+  const Figure& figure = figures.source;
+
+  draw_frame(canvas, before, picture.aligned ? "Source, aligned" : "Source", true);
+  canvas.lines(before.pixels(picture.grid_before), kGridStroke);
+  draw_target(canvas, before.pixels(picture.target.points), figures);
+  draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
+  draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers);
+
+  draw_frame(canvas, after, "Result", stacked);
+  canvas.lines(after.pixels(picture.grid_after), kGridStroke);
+  draw_registration(canvas, after, picture, figures);
+
+  std::vector<LegendEntry> legend = legend_of_shapes(figures);
+  if (!picture.grid_after.empty()) legend.push_back(legend_of_grid("material grid"));
+  legend.push_back(legend_of_time(picture.times));
+  draw_legend(canvas, legend);
+  return std::move(canvas);
+}
+
+Canvas compose_space(const RegistrationPicture& picture) {
+  const std::vector<View> planes = coordinate_planes(data_ranges(picture, 0.4));
+  Plan plan = arrange(titles_of(picture), planes, {false, 700, true});
+  const Figures figures = plan_figures(picture, scale_of(plan.views[0]));
+  const Figure& figure = figures.source;
+  for (const View& view : plan.views) {
+    draw_frame(plan.canvas, view, axis_names(view), true);
+    plan.canvas.lines(trace(figure, false, view.pixels(picture.source.points)),
+                      {faded(colour::kSource, 0.4), Marks(figure).outline});
+    draw_registration(plan.canvas, view, picture, figures);
+  }
+  std::vector<LegendEntry> legend = legend_of_shapes(figures);
+  legend.push_back(legend_of_time(picture.times));
+  draw_legend(plan.canvas, legend);
+  return std::move(plan.canvas);
+}
+
+Canvas compose_line(const RegistrationPicture& picture) {
+  constexpr double kPanelHeight = 760;
+  const Interval x = data_ranges(picture, 1)[0];
+  const double start = picture.times.front(), end = picture.times.back();
+  const Interval t = Interval{start, end}.with_span((1 + 2 * kMargin) * (end - start));
+  const double left = kEdge + left_number_width(x, kPanelHeight);
+  const double height = title_height(titles_of(picture)) + kHeading + kPanelHeight + kTicRoom + kLegendRoom;
+  Canvas canvas(kWidth, std::round(height));
+  const View view{{left, kTicRoom + kLegendRoom, kWidth - kEdge - left, kPanelHeight}, t, x};
+  const Figures figures = plan_figures(picture, kPanelHeight / x.span());
+  const Figure& figure = figures.source;
+  draw_titles(canvas, titles_of(picture), left);
+  draw_frame(canvas, view, "Position x over time t", true);
+  canvas.lines(view.pixels(picture.grid_paths), kGridStroke);
+
+  const std::vector<Colour> colours = colours_by_position(picture.source.points);
+  std::vector<int> landmarks(colours.size());
+  std::iota(landmarks.begin(), landmarks.end(), 0);
+  const auto kept = thin_paths(picture.trajectory, landmarks, picture.times, static_cast<std::size_t>(kWidth));
+  for (const int a : landmarks) {
+    const Points path = values_over_time(picture.trajectory, picture.times, a, 0, kept[a]);
+    canvas.lines({view.pixels(path)}, {colours[a], Marks(figure).path});
+  }
+  const auto at = [&](double time, const Points& positions) {
+    Points points(2, positions.cols());
+    points << Eigen::RowVectorXd::Constant(positions.cols(), time), positions;
+    return view.pixels(points);
+  };
+  draw_shape(canvas, at(start, picture.source.points), figure, colour::kSource);
+  draw_target(canvas, at(end, picture.target.points), figures);
+  draw_shape(canvas, at(end, picture.result), figure, colour::kResult);
+  std::vector<LegendEntry> legend = legend_of_shapes(figures);
+  if (!picture.grid_paths.empty()) legend.push_back(legend_of_grid("paths of material points"));
+  draw_legend(canvas, legend);
+  return canvas;
+}
+
+}  // namespace
+}  // namespace pulson::picture
+
+namespace pulson {
+namespace {
+
+void check(const RegistrationPicture& picture) {
+  const picture::Checks checks("registration picture");
+  const Landmarks& source = picture.source;
+  checks.shape(source, "the source");
+  checks.incomplete_shape(picture.target, source.dimension(), "the target");
+  if (picture.corresponds) checks.count(picture.target.points, source, "the source", "the target");
+  checks.landmarks(picture.result, source, "the source", "the result");
+  checks.times(picture.times, picture.trajectory.size(), "the trajectory");
+  checks.trajectory(picture.trajectory, source, "the source", "trajectory");
+  const auto check_lines = [&](const std::vector<Points>& lines, Eigen::Index rows, const std::string& what) {
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      checks.points(lines[i], rows, fmt::format("{} line {}", what, i + 1));
+  };
+  check_lines(picture.grid_before, source.dimension(), "undeformed grid");
+  check_lines(picture.grid_after, source.dimension(), "deformed grid");
+  check_lines(picture.grid_paths, 2, "material path");
+}
+
+}  // namespace
+
+void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
+                                const std::filesystem::path& svg) {
+  check(picture);
+  const picture::Canvas canvas = picture.source.dimension() == 1   ? picture::compose_line(picture)
+                                 : picture.source.dimension() == 2 ? picture::compose_plane(picture)
+                                                                   : picture::compose_space(picture);
+  canvas.write(png, svg);
+}
+
+}  // namespace pulson

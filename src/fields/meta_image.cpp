@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "core/text.hpp"
+#include "grid_formats.hpp"
+#include "grid_header.hpp"
+#include "grid_values.hpp"
+
+namespace pulson::io {
+namespace {
+
+constexpr std::string_view kLocal = "LOCAL";
+
+/// Takes the header off `text`; ElementDataFile is its last line.
+GridHeader take_meta_header(const std::string& path, std::string_view& text) {
+  GridHeader header(path);
+  for (std::size_t line = 1; !text.empty(); ++line) {
+    const std::string_view entry = take_header_line(text);
+    if (trim(entry).empty()) continue;
+    const std::size_t equals = entry.find('=');
+    if (equals == std::string_view::npos)
+      fail(path, line, in_quotes(entry) + " stands in the header; 'Key = value' is needed");
+    header.add(line, trim(entry.substr(0, equals)), entry.substr(equals + 1));
+    if (header.find({"ElementDataFile"}) != nullptr) break;
+  }
+  const HeaderEntry& file = header.need({"ElementDataFile"});
+  if (file.value != kLocal)
+    header.refuse(file, "numbers in another file are not read; they must be in this one (LOCAL)");
+  return header;
+}
+
+bool flag(const GridHeader& header, std::initializer_list<std::string_view> keys, bool otherwise) {
+  const HeaderEntry* const entry = header.find(keys);
+  if (entry == nullptr) return otherwise;
+  const std::string value = to_lower(entry->value);
+  if (value != "true" && value != "false") header.refuse(*entry, "it must be True or False");
+  return value == "true";
+}
+
+/// d numbers, or d times `otherwise` where the header has none of these keys.
+std::vector<double> numbers(const GridHeader& header, std::initializer_list<std::string_view> keys, std::size_t d,
+                            double otherwise) {
+  const HeaderEntry* const entry = header.find(keys);
+  std::vector<double> values(d, otherwise);
+  if (entry != nullptr) values = header.numbers(*entry, entry->value, d);
+  return values;
+}
+
+GridBytes bytes_of_meta_image(const GridHeader& header, std::string_view text) {
+  const HeaderEntry& name = header.need({"ElementType"});
+  const GridNumberType* const type = find_meta_image_type(name.value);
+  if (type == nullptr) header.refuse(name, "it must be MET_FLOAT, MET_DOUBLE or a whole type such as MET_UCHAR");
+  if (!flag(header, {"BinaryData"}, false))
+    header.refuse(header.need({"BinaryData"}), "numbers as text are not read; it must be True");
+  return {text, *type, flag(header, {"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}, false),
+          flag(header, {"CompressedData"}, false)};
+}
+
+}  // namespace
+
+bool sniff_meta_image(std::string_view text) {
+  const std::string_view first = take_header_line(text);
+  const std::string key = to_lower(trim(first.substr(0, std::min(first.find('='), first.size()))));
+  return key == "objecttype" || key == "ndims" || key == "comment";
+}
+
+GridField read_meta_image(const std::string& path, std::string_view text) {
+  const GridHeader header = take_meta_header(path, text);
+  const HeaderEntry& dimension = header.need({"NDims"});
+  const int d = header.counts(dimension, 1).front();
+  if (d != 2 && d != 3) header.refuse(dimension, "it must be 2 or 3");
+  GridField field;
+  field.sizes = header.counts(header.need({"DimSize"}), d);
+  field.spacing = numbers(header, {"ElementSpacing", "ElementSize"}, d, 1);
+  field.origin = numbers(header, {"Offset", "Origin", "Position"}, d, 0);
+  // The file lists the vectors of the axes one after the other, which is how Eigen stores columns.
+  field.direction = Eigen::MatrixXd::Identity(d, d);
+  if (const HeaderEntry* const axes = header.find({"TransformMatrix", "Rotation", "Orientation"}))
+    field.direction = Eigen::MatrixXd::Map(header.numbers(*axes, axes->value, d * d).data(), d, d);
+  if (const HeaderEntry* const channels = header.find({"ElementNumberOfChannels"})) {
+    field.components = header.counts(*channels, 1).front();
+    if (field.components != 1 && field.components != d) header.refuse(*channels, fmt::format("it must be 1 or {}", d));
+  }
+  field.values = grid_values(path, bytes_of_meta_image(header, text), field.sizes, field.components);
+  return field;
+}
+
+std::string meta_image_file(const GridField& field, bool compressed) {
+  const std::string bytes = encoded(field.values, compressed ? GridEncoding::kZlib : GridEncoding::kRaw);
+  return fmt::format(
+             "ObjectType = Image\nNDims = {}\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = {}\n"
+             "{}TransformMatrix = {}\nOffset = {}\nCenterOfRotation = {}\nElementSpacing = {}\nDimSize = {}\n"
+             "ElementNumberOfChannels = {}\nElementType = MET_FLOAT\nElementDataFile = {}\n",
+             field.sizes.size(), compressed ? "True" : "False",
+             compressed ? fmt::format("CompressedDataSize = {}\n", bytes.size()) : "",
+             fmt::join(field.direction.data(), field.direction.data() + field.direction.size(), " "),
+             fmt::join(field.origin, " "), fmt::join(std::vector<int>(field.sizes.size()), " "),
+             fmt::join(field.spacing, " "), fmt::join(field.sizes, " "), field.components, kLocal) +
+         bytes;
+}
+
+}  // namespace pulson::io

@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/text.hpp"
+#include "csv_columns.hpp"
+#include "csv_layouts.hpp"
+#include "pulson/core/errors.hpp"
+
+namespace pulson::io {
+namespace {
+
+bool names_axis(std::string_view column) {
+  constexpr std::array<std::string_view, 6> kNames = {"pos", "axis", "coordinate", "coord", "dim", "dimension"};
+  return std::find(kNames.begin(), kNames.end(), to_lower(column)) != kNames.end();
+}
+
+bool names_value(std::string_view column) { return to_lower(column) == "value"; }
+
+std::optional<std::size_t> find_named(const CsvRecord& header, bool (*is_right)(std::string_view)) {
+  const auto found = std::find_if(header.fields.begin(), header.fields.end(), is_right);
+  if (found == header.fields.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.fields.begin());
+}
+
+/// Columns of the table, counted from 0.
+struct CoordinateColumns {
+  std::size_t axis;
+  std::size_t value;
+  std::size_t label;
+  std::optional<std::size_t> group;
+  std::optional<std::size_t> specimen;
+
+  bool has(std::size_t column) const {
+    return column == axis || column == value || column == label || column == group || column == specimen;
+  }
+};
+
+CoordinateColumns find_columns(const std::string& path, const CsvRecord& header) {
+  const std::optional<std::size_t> label = find_column(header, ColumnRole::kLabel);
+  if (!label)
+    fail(path, header.line, "a table with a coordinate per line needs a column landmark beside the axis and the value");
+  return {*find_named(header, names_axis), *find_named(header, names_value), *label,
+          find_column(header, ColumnRole::kGroup), find_column(header, ColumnRole::kSpecimen)};
+}
+
+/// `x`, `1` and `pos1` are the first axis.
+std::size_t parse_axis(const std::string& path, const CsvRecord& record, const std::string& field) {
+  if (const std::optional<std::size_t> axis = axis_of_word(field)) return *axis;
+  const std::string lower = to_lower(field);
+  const std::string_view number = std::string_view(lower).substr(lower.starts_with("pos") ? 3 : 0);
+  constexpr std::array<std::string_view, 3> kNumbers = {"1", "2", "3"};
+  const auto* const found = std::find(kNumbers.begin(), kNumbers.end(), number);
+  if (found == kNumbers.end())
+    fail(path, record.line, "the axis is " + in_quotes(field) + "; valid: x, y, z or 1, 2, 3 or pos1, pos2, pos3");
+  return static_cast<std::size_t>(found - kNumbers.begin());
+}
+
+struct GatheredLandmark {
+  std::string group;
+  std::string label;
+  std::size_t first_line;
+  std::array<double, 3> values{};
+  std::array<std::size_t, 3> lines{};  ///< where each value stands; 0: nowhere
+};
+
+/// Gathers the coordinates of one shape.
+class CoordinateGatherer {
+ public:
+  CoordinateGatherer(const std::string& path, const CoordinateColumns& columns, std::string name)
+      : path_(path), columns_(columns), name_(std::move(name)) {}
+
+  /// @return the axis of the line
+  std::size_t add(const CsvRecord& record) {
+    const std::string group = columns_.group ? record.fields[*columns_.group] : "";
+    const std::string& label = record.fields[columns_.label];
+    if (label.empty()) fail(path_, record.line, "the landmark has no name; each line needs one");
+    const auto [place, is_new] = place_.try_emplace({group, label}, landmarks_.size());
+    if (is_new) landmarks_.push_back({group, label, record.line});
+    const std::size_t axis = parse_axis(path_, record, record.fields[columns_.axis]);
+    GatheredLandmark& landmark = landmarks_[place->second];
+    if (landmark.lines[axis] != 0)
+      fail(path_, record.line,
+           fmt::format("{} of {} stands on line {} already", "xyz"[axis], describe(landmark), landmark.lines[axis]));
+    landmark.lines[axis] = record.line;
+    const std::string shape = columns_.specimen ? "specimen " + in_quotes(name_) : "";
+    landmark.values[axis] =
+        parse_coordinate(record.fields[columns_.value], {path_, record.line, in_quotes(label), shape, axis});
+    return axis;
+  }
+
+  Landmarks finish(std::size_t dimension) {
+    Landmarks shape;
+    shape.name = name_;
+    shape.points.resize(static_cast<Eigen::Index>(dimension), static_cast<Eigen::Index>(landmarks_.size()));
+    for (std::size_t i = 0; i < landmarks_.size(); ++i) {
+      require_axes(landmarks_[i], dimension);
+      for (std::size_t axis = 0; axis < dimension; ++axis)
+        shape.points(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(i)) = landmarks_[i].values[axis];
+      shape.labels.push_back(landmarks_[i].label);
+      if (columns_.group) shape.groups.push_back(landmarks_[i].group);
+    }
+    if (counts_from_one(shape.labels)) shape.labels.clear();
+    return shape;
+  }
+
+ private:
+  std::string describe(const GatheredLandmark& landmark) const {
+    return fmt::format("landmark {}{}", in_quotes(landmark.label),
+                       columns_.specimen ? " of specimen " + in_quotes(name_) : "");
+  }
+
+  void require_axes(const GatheredLandmark& landmark, std::size_t dimension) const {
+    for (std::size_t axis = 0; axis < dimension; ++axis)
+      if (landmark.lines[axis] == 0)
+        fail(path_, landmark.first_line,
+             fmt::format("{} has no line with its {}; where that is missing, write NA", describe(landmark),
+                         "xyz"[axis]));
+  }
+
+  const std::string& path_;
+  const CoordinateColumns& columns_;
+  std::string name_;
+  std::vector<GatheredLandmark> landmarks_;
+  std::map<std::pair<std::string, std::string>, std::size_t> place_;
+};
+
+}  // namespace
+
+bool fits_coordinate_rows(const std::vector<CsvRecord>& records) {
+  const CsvRecord& header = records.front();
+  return is_header(header) && !names_coordinates(header) && find_named(header, names_axis) &&
+         find_named(header, names_value);
+}
+
+LandmarkFile read_coordinate_rows(const std::string& path, const std::vector<CsvRecord>& records) {
+  require_equal_lengths(path, records);
+  const CsvRecord& header = records.front();
+  const CoordinateColumns columns = find_columns(path, header);
+  std::vector<CoordinateGatherer> gatherers;
+  std::map<std::string, std::size_t> place;
+  std::size_t dimension = 0;
+  for (std::size_t i = 1; i < records.size(); ++i) {
+    const std::string specimen = columns.specimen ? records[i].fields[*columns.specimen] : "";
+    if (columns.specimen && specimen.empty()) fail(path, records[i].line, "the specimen is empty; each line needs one");
+    const auto [entry, is_new] = place.try_emplace(specimen, gatherers.size());
+    if (is_new) gatherers.emplace_back(path, columns, specimen);
+    dimension = std::max(dimension, gatherers[entry->second].add(records[i]) + 1);
+  }
+  if (gatherers.empty()) throw InputError(path + " holds a header and no landmarks");
+  LandmarkFile file;
+  for (CoordinateGatherer& gatherer : gatherers) file.shapes.push_back(gatherer.finish(dimension));
+  std::vector<std::string> unused;
+  for (std::size_t i = 0; i < header.fields.size(); ++i)
+    if (!columns.has(i)) unused.push_back(header.fields[i]);
+  file.warnings = unused_columns(path, unused);
+  return file;
+}
+
+}  // namespace pulson::io

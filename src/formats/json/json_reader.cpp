@@ -1,0 +1,152 @@
+#include "json_reader.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "core/text.hpp"
+#include "pulson/core/errors.hpp"
+
+namespace pulson::io {
+namespace {
+
+using Json = nlohmann::json;
+
+/// The digits after `word`, moved out of `text` with all before them.
+std::string take_number_after(std::string_view word, std::string& text) {
+  const std::size_t at = text.find(word);
+  if (at == std::string::npos) return {};
+  const std::size_t begin = at + word.size();
+  const std::size_t end = std::min(text.find_first_not_of("0123456789", begin), text.size());
+  std::string number = text.substr(begin, end - begin);
+  text.erase(0, end);
+  return number;
+}
+
+/// `text` with null for each NaN outside of strings, which Python writes and JSON has not.
+std::string with_null_for_nan(std::string_view text) {
+  constexpr std::string_view kNan = "NaN";
+  std::string valid;
+  valid.reserve(text.size());
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (!in_string && text.substr(i).starts_with(kNan)) {
+      valid += "null";
+      i += kNan.size() - 1;
+      continue;
+    }
+    if (text[i] == '"') in_string = !in_string;
+    valid += text[i];
+    if (in_string && text[i] == '\\' && i + 1 < text.size()) valid += text[++i];
+  }
+  return valid;
+}
+
+/// `[json.exception.parse_error.101] parse error at line 2, column 5: what is wrong` in our words.
+[[noreturn]] void rethrow(const std::string& path, std::string text, bool is_infinite) {
+  constexpr std::size_t kLongest = 240;
+  text.erase(0, std::min(text.find(']') + 1, text.size()));
+  const std::string line = take_number_after("parse error at line ", text);
+  const std::string column = line.empty() ? "" : take_number_after("column ", text);
+  text.erase(0, std::min(text.find_first_not_of(": "), text.size()));
+  if (is_infinite) text = "Infinity; a coordinate must be finite, or null where it is missing";
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20) c = '?';
+  if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
+  if (line.empty()) throw InputError(fmt::format("{}: not valid JSON: {}", path, text));
+  throw InputError(fmt::format("{}:{}: column {}: not valid JSON: {}", path, line, column, text));
+}
+
+bool is_coordinates(const Json& value) {
+  return value.is_array() && !value.empty() && value.size() <= 3 &&
+         std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_number() || item.is_null(); });
+}
+
+}  // namespace
+
+Json parse_json(const std::string& path, std::string_view text) {
+  if (Json json = Json::parse(text, nullptr, false); !json.is_discarded()) return json;
+  const std::string valid = with_null_for_nan(text);
+  try {
+    return Json::parse(valid);
+  } catch (const Json::parse_error& error) {
+    const bool is_infinite = error.byte > 0 && valid.find("Infinity", error.byte - 1) == error.byte - 1;
+    rethrow(path, error.what(), is_infinite);
+  } catch (const Json::exception& error) {
+    rethrow(path, error.what(), false);
+  }
+}
+
+bool JsonValue::has(const std::string& key) const {
+  if (!value_->is_object()) return false;
+  const auto found = value_->find(key);
+  return found != value_->end() && !found->is_null();
+}
+
+JsonValue JsonValue::at(const std::string& key) const {
+  JsonValue inner(*value_, *file_, place_.empty() ? key : place_ + "." + key);
+  if (!has(key)) inner.fail("is missing");
+  inner.value_ = &value_->at(key);
+  return inner;
+}
+
+std::string JsonValue::text() const {
+  if (!value_->is_string()) fail("is not a text");
+  return value_->get<std::string>();
+}
+
+double JsonValue::number() const {
+  if (!value_->is_number()) fail("is not a number");
+  return value_->get<double>();
+}
+
+std::vector<std::string> JsonValue::texts() const {
+  std::vector<std::string> all;
+  if (!value_->is_array()) fail("is not a list of texts");
+  for (const Json& item : *value_) {
+    if (!item.is_string()) fail(fmt::format("has no text as item {}", all.size() + 1));
+    all.push_back(item.get<std::string>());
+  }
+  return all;
+}
+
+std::vector<JsonValue> JsonValue::items() const {
+  if (!value_->is_array()) fail("is not a list");
+  std::vector<JsonValue> all;
+  for (const Json& item : *value_) all.emplace_back(item, *file_, fmt::format("{}[{}]", place_, all.size()));
+  return all;
+}
+
+Points JsonValue::points() const {
+  if (!value_->is_array()) fail("is not a list of points [x, y]");
+  const auto first = std::find_if(value_->begin(), value_->end(), is_coordinates);
+  Points points(first == value_->end() ? 2 : static_cast<Eigen::Index>(first->size()),
+                static_cast<Eigen::Index>(value_->size()));
+  for (std::size_t i = 0; i < value_->size(); ++i) read_point(i, points);
+  return points;
+}
+
+void JsonValue::read_point(std::size_t index, Points& points) const {
+  const Json& point = (*value_)[index];
+  auto column = points.col(static_cast<Eigen::Index>(index));
+  if (point.is_null()) {
+    column.setConstant(kMissing);
+    return;
+  }
+  const auto fail_here = [&](const std::string& problem) {
+    JsonValue(point, *file_, fmt::format("{}[{}]", place_, index)).fail(problem);
+  };
+  if (!is_coordinates(point)) fail_here("is not a list of 1, 2 or 3 numbers");
+  if (static_cast<Eigen::Index>(point.size()) != points.rows())
+    fail_here(fmt::format("has {}; the first point has {}", counted(point.size(), "number"), points.rows()));
+  for (std::size_t axis = 0; axis < point.size(); ++axis)
+    column[static_cast<Eigen::Index>(axis)] = point[axis].is_null() ? kMissing : point[axis].get<double>();
+}
+
+void JsonValue::fail(std::string_view problem) const {
+  if (place_.empty()) throw InputError(fmt::format("{}: the file {}", *file_, problem));
+  throw InputError(fmt::format("{}: {} {}", *file_, in_quotes(place_), problem));
+}
+
+}  // namespace pulson::io

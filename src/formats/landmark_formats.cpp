@@ -1,0 +1,322 @@
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "core/text.hpp"
+#include "formats.hpp"
+#include "pulson/core/atomic_file.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
+#include "pulson/core/utf8.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "shape_options.hpp"
+
+namespace pulson {
+
+const std::vector<LandmarkFormat>& landmark_formats() {
+  static const std::vector<LandmarkFormat> formats = {
+      {"npy",
+       {"npy"},
+       "numpy array of real numbers, versions 1 to 3: (N,d), several shapes (S,N,d) or (1,S,N,d), on the line (N,), of "
+       "OpenCV "
+       "(N,1,d); also (d,N) and (S,d,N) where the last axis is longer than 3 and the one before is not",
+       io::sniff_npy,
+       io::read_npy,
+       io::write_npy_landmarks,
+       true},
+      {"vtk",
+       {"vtk"},
+       "VTK legacy polydata, 1.0 to 5.1, ASCII or BINARY: POINTS; in the plane where all z are equal; pieces of LINES "
+       "and POLYGONS are groups",
+       io::sniff_vtk,
+       io::read_vtk,
+       io::write_vtk,
+       true},
+      {"fcsv",
+       {"fcsv"},
+       "3D Slicer point list as a table, versions 3 (which is in RAS) and 4, RAS or LPS: x, y, z and label; one shape",
+       io::sniff_fcsv,
+       io::read_fcsv,
+       io::write_fcsv},
+      {"mrk.json",
+       {"mrk.json"},
+       "3D Slicer markups: position, label and positionStatus of controlPoints; each of markups is a shape",
+       io::sniff_markups,
+       io::read_markups,
+       io::write_markups},
+      {"labelme",
+       {},
+       "annotations of LabelMe: the points of an image as one shape with labels, group_id as groups, lines as curves, "
+       "polygons as outlines",
+       io::sniff_labelme,
+       io::read_labelme},
+      {"menpo",
+       {"ljson"},
+       "landmarks of menpo: each of `groups` is a shape, points are row, column of an image, labels are groups",
+       io::sniff_menpo,
+       io::read_menpo},
+      {"dlib",
+       {"xml"},
+       "landmarks of dlib and imglab: each <box> of an <image> is a shape, each <part> a landmark with its name as "
+       "label",
+       io::sniff_dlib,
+       io::read_dlib},
+      {"json",
+       {"json"},
+       R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
+       R"("image": "a.jpg", "scale": 0.1, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
+       R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
+       R"(properties are [["COMMENT", "old"]] where their order matters; also one shape alone, its points alone, )"
+       "a list of such lists, or registration.json as shapes source, target and result",
+       io::sniff_json,
+       io::read_json,
+       io::write_json},
+      {"tps",
+       {"tps"},
+       "tpsDig text: LM= or LM3=, coordinates, ID=, IMAGE=, SCALE=, CURVES=, OUTLINES=; several shapes",
+       io::sniff_tps,
+       io::read_tps,
+       io::write_tps},
+      {"ibug",
+       {"pts"},
+       "points of iBUG face data: version:, n_points:, coordinates between braces",
+       io::sniff_ibug,
+       io::read_ibug,
+       io::write_ibug},
+      {"elastix",
+       {"txt", "pts"},
+       "input points of elastix and transformix: point or index, their number, coordinates",
+       io::sniff_elastix,
+       io::read_elastix,
+       io::write_elastix},
+      {"transformix",
+       {"txt"},
+       "outputpoints.txt of transformix; two shapes, input and output",
+       io::sniff_transformix,
+       io::read_transformix},
+      {"idav",
+       {"pts"},
+       "points of IDAV Landmark: Version 1.0, their number, lines S000 x y z",
+       io::sniff_idav,
+       io::read_idav},
+      {"nts",
+       {"nts", "dta"},
+       "NTSYS matrix with dim= in its header: a row for each specimen, or for each landmark of one",
+       io::sniff_nts,
+       io::read_nts},
+      {"morphologika",
+       {"txt"},
+       "morphologika text: [individuals], [landmarks], [dimensions], [names], [rawpoints]; several shapes",
+       io::sniff_morphologika,
+       io::read_morphologika},
+      {"edma",
+       {"xyz"},
+       "EDMA text: title, XYZ, 10L 2 5, labels, coordinates; several shapes",
+       io::sniff_edma,
+       io::read_edma},
+      {"stereomorph",
+       {"txt"},
+       "StereoMorph shape: <landmarks.pixel> or else <landmarks.scaled>; <curves.pixel>",
+       io::sniff_stereomorph,
+       io::read_stereomorph},
+      {"deeplabcut",
+       {},
+       "DeepLabCut's tables CollectedData and its predictions: a shape per image, a landmark per body part",
+       io::sniff_deeplabcut,
+       io::read_deeplabcut},
+      {"bigwarp", {}, "landmarks of Fiji's BigWarp: the shapes moving and target", io::sniff_bigwarp, io::read_bigwarp},
+      {"csv",
+       {"csv", "tsv"},
+       "table x[,y[,z]] with , ; tab or blanks between, with or without header (label, group); several shapes with a "
+       "column specimen, as lines id,x1,y1,... or id,nose_x,nose_y,..., as lines of all x and all y, or as lines "
+       "landmark,axis,value",
+       io::sniff_csv,
+       io::read_csv,
+       io::write_csv},
+  };
+  return formats;
+}
+
+namespace {
+
+std::string first_line(std::string_view contents) {
+  const std::size_t begin = contents.find_first_not_of(" \t\r\n");
+  contents.remove_prefix(begin);
+  return io::in_quotes(contents.substr(0, contents.find_first_of("\r\n")));
+}
+
+std::string extension_of(const std::filesystem::path& path) {
+  const std::string dotted = io::to_lower(path.extension().string());
+  return dotted.substr(std::min<std::size_t>(1, dotted.size()));
+}
+
+/// Images of the common kinds begin with a mark of their own.
+bool is_image(std::string_view contents) {
+  using namespace std::string_view_literals;
+  const std::array marks = {"\x89PNG"sv, "\xFF\xD8\xFF"sv, "GIF8"sv, "II*\0"sv, "MM\0*"sv, "BM"sv};
+  return contents.find('\0') != std::string_view::npos &&
+         std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return contents.starts_with(mark); });
+}
+
+/// How long the extension of `format` is that the file's name ends in; 0 where there is none.
+std::size_t matched_length(const std::filesystem::path& path, const LandmarkFormat& format) {
+  const std::string name = io::to_lower(path.filename().string());
+  std::size_t longest = 0;
+  for (const std::string& extension : format.extensions)
+    if (name.ends_with("." + extension)) longest = std::max(longest, extension.size());
+  return longest;
+}
+
+/// The only format with the longest extension that the file's name ends in, as `mrk.json` is longer than `json`; null
+/// where several have it, or none.
+const LandmarkFormat* format_by_extension(const std::filesystem::path& path) {
+  const LandmarkFormat* found = nullptr;
+  std::size_t longest = 0;
+  for (const LandmarkFormat& format : landmark_formats()) {
+    const std::size_t length = matched_length(path, format);
+    if (length == 0 || length < longest) continue;
+    found = length > longest ? &format : nullptr;
+    longest = length;
+  }
+  return found;
+}
+
+std::vector<std::string> names_of_formats() {
+  std::vector<std::string> names;
+  for (const LandmarkFormat& format : landmark_formats()) names.push_back(format.name);
+  return names;
+}
+
+const LandmarkFormat& format_named(std::string_view name) {
+  const auto& formats = landmark_formats();
+  const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& row) { return row.name == name; });
+  if (found != formats.end()) return *found;
+  const std::string near = nearest_name(name, names_of_formats());
+  throw InputError(fmt::format("'{}' is no landmark format{}; valid: {}", name,
+                               near.empty() ? "" : "; did you mean '" + near + "'",
+                               fmt::join(names_of_formats(), ", ")));
+}
+
+bool is_table(const LandmarkFormat& format) {
+  return format.name == "csv" || format.name == "deeplabcut" || format.name == "bigwarp";
+}
+
+bool describes_table(const ReadOptions& options) { return !options.columns.empty() || options.dimension > 0; }
+
+const LandmarkFormat& find_format(const std::filesystem::path& path, std::string_view contents,
+                                  const ReadOptions& options) {
+  const auto& formats = landmark_formats();
+  if (!options.format.empty()) return format_named(options.format);
+  const auto by_content =
+      std::find_if(formats.begin(), formats.end(), [&](const LandmarkFormat& f) { return f.sniff(contents); });
+  const bool is_unknown = by_content == formats.end();
+  if (describes_table(options) && (is_unknown ? !is_image(contents) : is_table(*by_content)))
+    return format_named("csv");
+  if (!is_unknown) return *by_content;
+  if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
+  if (is_image(contents)) throw InputError(path.string() + " is an image; landmarks are needed");
+  throw InputError(fmt::format("{} is in none of the landmark formats ({}); it begins with {}", path.string(),
+                               fmt::join(names_of_formats(), ", "), first_line(contents)));
+}
+
+}  // namespace
+
+std::string io::file_stem(const std::filesystem::path& path) {
+  std::size_t longest = 0;
+  for (const LandmarkFormat& format : landmark_formats()) longest = std::max(longest, matched_length(path, format));
+  const std::string name = path.filename().string();
+  return longest > 0 && longest + 1 < name.size() ? name.substr(0, name.size() - longest - 1) : path.stem().string();
+}
+
+namespace {
+
+void name_shapes(const std::filesystem::path& path, std::vector<Landmarks>& shapes) {
+  const bool is_alone = shapes.size() == 1;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const std::string number = is_alone ? "" : fmt::format("#{}", i + 1);
+    shapes[i].source = path.string() + number;
+    if (shapes[i].name.empty()) shapes[i].name = io::file_stem(path) + number;
+  }
+}
+
+void mark_negative_as_missing(Points& points) {
+  for (auto point : points.colwise())
+    if ((point.array() < 0).any()) point.setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+/// Landmarks with −1 in all coordinates, in shapes that have no other negative coordinate.
+std::size_t count_missing_marks(const std::vector<Landmarks>& shapes) {
+  std::size_t marks = 0;
+  for (const Landmarks& shape : shapes)
+    for (const auto& point : shape.points.colwise()) {
+      if (point.hasNaN() || (point.array() >= 0).all()) continue;
+      if (point.size() == 1 || (point.array() != -1).any()) return 0;
+      ++marks;
+    }
+  return marks;
+}
+
+}  // namespace
+
+const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path, std::string_view name) {
+  std::vector<std::string> writable;
+  for (const LandmarkFormat& format : landmark_formats()) {
+    if (format.write == nullptr) continue;
+    if (name.empty() ? matched_length(path, format) > 0 : name == format.name) return format;
+    writable.push_back(format.name);
+  }
+  if (name.empty())
+    throw InputError(fmt::format("{}: the extension '{}' is of no landmark format that can be written ({}); name one",
+                                 path.string(), extension_of(path), fmt::join(writable, ", ")));
+  const std::string near = nearest_name(name, writable);
+  throw InputError(fmt::format("{}: '{}' is no landmark format that can be written{}; valid: {}", path.string(), name,
+                               near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(writable, ", ")));
+}
+
+std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
+                                             std::string_view format) {
+  const WrittenLandmarks written = landmark_format_to_write(path, format).write(path.string(), file);
+  write_file_atomically(path, written.text);
+  return written.losses;
+}
+
+LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
+  const bool is_standard_input = given == "-" || given == kStandardInput;
+  const std::filesystem::path path = is_standard_input ? "standard input" : given;
+  std::string contents = is_standard_input ? io::read_standard_input() : io::read_text_file(path);
+  const LandmarkFormat& format = find_format(path, contents, options);
+  const bool is_recoded = !format.holds_bytes && !is_utf8(contents);
+  if (is_recoded) contents = utf8_of_windows_1252(contents);
+  LandmarkFile file = describes_table(options) && format.name == "csv"
+                          ? io::read_table(path.string(), contents, options)
+                          : format.read(path.string(), contents);
+  file.format = format.name;
+  io::prepare_shapes(options, path.string(), file);
+  for (Landmarks& shape : file.shapes) {
+    shape.units = file.units;
+    shape.axes = file.axes;
+  }
+  if (!options.columns.empty() && format.name != "csv")
+    file.warnings.push_back(
+        fmt::format("{}: it is no table but {}; the names of columns are not used", path.string(), format.name));
+  if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
+  name_shapes(path, file.shapes);
+  if (options.negative_is_missing)
+    for (Landmarks& shape : file.shapes) mark_negative_as_missing(shape.points);
+  else if (const std::size_t marks = count_missing_marks(file.shapes); marks > 0)
+    file.warnings.push_back(fmt::format(
+        "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "
+        "--missing negative tells them apart",
+        path.string(), io::counted(marks, "landmark")));
+  return file;
+}
+
+LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options) {
+  LandmarkFile file = io::read_all_shapes(path, options);
+  io::apply_to_shapes(options, file);
+  return file;
+}
+
+}  // namespace pulson

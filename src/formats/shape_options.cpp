@@ -1,0 +1,241 @@
+#include "shape_options.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "core/text.hpp"
+#include "formats/text/text_lines.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/landmark_pairs.hpp"
+#include "pulson/core/name_table.hpp"
+#include "shape_lines.hpp"
+
+namespace pulson::io {
+namespace {
+
+// ---- scales
+
+/// The unit that lengths have after the scale is applied, where the file says it.
+std::string unit_of_scale(const Landmarks& shape) {
+  const auto found = std::find_if(shape.properties.begin(), shape.properties.end(),
+                                  [](const auto& property) { return property.first == "scaling.units"; });
+  return found == shape.properties.end() ? std::string() : found->second;
+}
+
+void scale_points(const Landmarks& shape, Points& points) {
+  points *= *shape.scale;
+  if (points.array().isInf().any())
+    throw InputError(
+        fmt::format("{}: its coordinates are too large to be multiplied by its scale, {}", shape.source, *shape.scale));
+}
+
+void apply_scale(Landmarks& shape) {
+  if (!shape.scale) throw InputError(shape.source + " has no scale that its coordinates could be multiplied by");
+  if (!(*shape.scale > 0))
+    throw InputError(fmt::format("{}: its scale is {}; a number greater than 0 is needed", shape.source, *shape.scale));
+  scale_points(shape, shape.points);
+  for (Points& curve : shape.curves) scale_points(shape, curve);
+  for (Points& outline : shape.outlines) scale_points(shape, outline);
+  shape.units = unit_of_scale(shape);
+  shape.scale.reset();
+}
+
+void apply_scales(LandmarkFile& file) {
+  for (Landmarks& shape : file.shapes) apply_scale(shape);
+  const auto has_same_units = [&](const Landmarks& shape) { return shape.units == file.shapes.front().units; };
+  const bool are_same = std::all_of(file.shapes.begin(), file.shapes.end(), has_same_units);
+  file.units = are_same && !file.shapes.empty() ? file.shapes.front().units : "";
+}
+
+// ---- a choice of landmarks
+
+/// The landmarks that a list of numbers, ranges and labels names, in its order.
+class LandmarkList {
+ public:
+  explicit LandmarkList(const Landmarks& shape) : shape_(shape) {
+    for (int a = 0; a < shape.count(); ++a) {
+      places_.try_emplace(static_cast<std::size_t>(shape.number(a)), a);
+      if (!shape.labels.empty()) labelled_[shape.labels[static_cast<std::size_t>(a)]].push_back(a);
+    }
+  }
+
+  std::vector<int> find(std::string_view list) {
+    for (bool is_last = false; !is_last;) {
+      const std::size_t comma = list.find(',');
+      is_last = comma == std::string_view::npos;
+      add(trim(list.substr(0, comma)));
+      if (!is_last) list.remove_prefix(comma + 1);
+    }
+    return std::move(chosen_);
+  }
+
+ private:
+  void add(std::string_view item) {
+    if (const auto found = labelled_.find(std::string(item)); found != labelled_.end() && !item.empty()) {
+      for (const int a : found->second) add_place(a);
+      return;
+    }
+    if (const std::optional<std::size_t> number = parse_count(item)) return add_numbers(*number, *number);
+    const std::size_t dash = std::min(item.find('-'), item.size());
+    const std::optional<std::size_t> first = parse_count(trim(item.substr(0, dash)));
+    const std::optional<std::size_t> last = parse_count(trim(item.substr(std::min(dash + 1, item.size()))));
+    if (!first || !last) fail_unknown(item);
+    if (*first > *last)
+      throw InputError(
+          fmt::format("{}: the range {} of landmarks ends before it begins", shape_.source, in_quotes(item)));
+    add_numbers(*first, *last);
+  }
+
+  void add_numbers(std::size_t first, std::size_t last) {
+    for (std::size_t number = first; number <= last; ++number) {
+      const auto found = places_.find(number);
+      if (found == places_.end()) fail_number(number);
+      add_place(found->second);
+    }
+  }
+
+  void add_place(int a) {
+    if (!is_chosen_.insert(a).second)
+      throw InputError(
+          fmt::format("{}: landmark {} is in the list of landmarks twice", shape_.source, shape_.describe(a)));
+    chosen_.push_back(a);
+  }
+
+  [[noreturn]] void fail_number(std::size_t number) const {
+    throw InputError(fmt::format("{} has no landmark {}; they are numbered from {} to {}", shape_.source, number,
+                                 places_.begin()->first, places_.rbegin()->first));
+  }
+
+  [[noreturn]] void fail_unknown(std::string_view item) const {
+    const std::string near = nearest_name(std::string(item), shape_.labels);
+    const std::string advice = !near.empty() ? "did you mean '" + near + "'?"
+                               : shape_.labels.empty()
+                                   ? "it has no labels, and a number or a range such as 1-20 is right"
+                                   : "a label, a number or a range such as 1-20 is right";
+    throw InputError(fmt::format("{} has no landmark {}; {}", shape_.source, in_quotes(item), advice));
+  }
+
+  const Landmarks& shape_;
+  std::map<std::size_t, int> places_;  // by their numbers
+  std::map<std::string, std::vector<int>> labelled_;
+  std::vector<int> chosen_;
+  std::set<int> is_chosen_;
+};
+
+// ---- points of curves
+
+void add_line(Landmarks& shape, const Points& line, LineEnds ends, const std::string& name, int count) {
+  Points samples;
+  try {
+    samples = evenly_spaced(line, ends, count);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {} cannot be resampled: {}", shape.source, name, error.what()));
+  }
+  const Eigen::Index before = shape.points.cols();
+  shape.points.conservativeResize(samples.rows(), before + count);
+  shape.points.rightCols(count) = samples;
+  shape.groups.insert(shape.groups.end(), static_cast<std::size_t>(count), name);
+  for (int i = 1; i <= count; ++i) {
+    if (!shape.labels.empty()) shape.labels.push_back(fmt::format("{} point {}", name, i));
+    if (!shape.numbers.empty()) shape.numbers.push_back(shape.numbers.back() + 1);
+  }
+}
+
+void require_same_dimension(const Landmarks& shape, const Points& line) {
+  if (shape.count() > 0 && line.rows() != shape.points.rows())
+    throw InputError(
+        fmt::format("{}: a curve is in {}D, its landmarks in {}D", shape.source, line.rows(), shape.points.rows()));
+}
+
+/// Takes points of the curves and outlines of a shape for landmarks, a group for each.
+void add_points_of_curves(Landmarks& shape, int count) {
+  if (shape.curves.empty() && shape.outlines.empty()) return;
+  if (shape.groups.empty()) shape.groups.assign(static_cast<std::size_t>(shape.count()), "landmarks");
+  if (!shape.numbers.empty()) {  // those of the points follow the largest
+    const auto largest = std::max_element(shape.numbers.begin(), shape.numbers.end());
+    if (*largest != shape.numbers.back()) shape.numbers.clear();
+  }
+  const auto add = [&](std::vector<Points>& lines, LineEnds ends, const std::string& kind) {
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      require_same_dimension(shape, lines[i]);
+      add_line(shape, lines[i], ends, fmt::format("{} {}", kind, i + 1), count);
+    }
+    lines.clear();
+  };
+  add(shape.curves, LineEnds::kOpen, "curve");
+  add(shape.outlines, LineEnds::kClosed, "outline");
+}
+
+void require_curves(const LandmarkFile& file) {
+  const auto has_some = [](const Landmarks& shape) { return !shape.curves.empty() || !shape.outlines.empty(); };
+  if (!file.shapes.empty() && std::none_of(file.shapes.begin(), file.shapes.end(), has_some))
+    throw InputError(file.shapes.front().source + " has no curves or outlines that points could be taken of");
+}
+
+void withdraw(LandmarkFile& file, const std::string& path, const std::string& note) {
+  std::erase(file.warnings, path + ": " + note);
+}
+
+}  // namespace
+
+void prepare_shapes(const ReadOptions& options, const std::string& path, LandmarkFile& file) {
+  if (options.applies_scale) withdraw(file, path, note_of_scales(file.shapes));
+  if (options.curve_points == 0) return;
+  withdraw(file, path, note_of_curves(file.shapes));
+  std::size_t shapes = 0;
+  for (Landmarks& shape : file.shapes) shapes += give_lines_back(shape) ? 1 : 0;
+  withdraw(file, path, taken_as_landmarks(shapes));
+}
+
+void apply_to_shapes(const ReadOptions& options, LandmarkFile& file) {
+  if (options.applies_scale) apply_scales(file);
+  if (!options.landmarks.empty())
+    for (Landmarks& shape : file.shapes)
+      if (shape.count() > 0) shape = selected(shape, LandmarkList(shape).find(options.landmarks));
+  if (options.curve_points == 0) return;
+  require_curves(file);
+  for (Landmarks& shape : file.shapes) add_points_of_curves(shape, options.curve_points);
+}
+
+namespace {
+
+std::size_t count_points(const std::vector<Points>& lines) {
+  std::size_t points = 0;
+  for (const Points& line : lines) points += static_cast<std::size_t>(line.cols());
+  return points;
+}
+
+}  // namespace
+
+std::string note_of_scales(const std::vector<Landmarks>& shapes) {
+  std::size_t scales = 0;
+  for (const Landmarks& shape : shapes) scales += shape.scale ? 1 : 0;
+  if (scales == 0) return {};
+  return fmt::format("SCALE is recorded ({} of {}) and not applied to the coordinates; --scale apply multiplies by it",
+                     scales, counted(shapes.size(), "shape"));
+}
+
+std::string note_of_curves(const std::vector<Landmarks>& shapes) {
+  std::size_t curves = 0;
+  std::size_t outlines = 0;
+  std::size_t points = 0;
+  for (const Landmarks& shape : shapes) {
+    curves += shape.curves.size();
+    outlines += shape.outlines.size();
+    points += count_points(shape.curves) + count_points(shape.outlines);
+  }
+  if (curves + outlines == 0) return {};
+  return fmt::format("{} and {} ({}) are kept and not used as landmarks; --curves N takes N points of each",
+                     counted(curves, "curve"), counted(outlines, "outline"), counted(points, "point"));
+}
+
+}  // namespace pulson::io

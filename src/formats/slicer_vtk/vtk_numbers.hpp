@@ -1,0 +1,101 @@
+#pragma once
+
+// Blocks of numbers in VTK legacy files, as text or as big-endian bytes, and the way to them.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/text.hpp"
+
+namespace pulson::io {
+
+/// The index of a point in its file, from 0.
+using VtkId = std::int64_t;
+
+/// A type of numbers, by its name in files.
+struct VtkType {
+  std::string_view name;
+  std::size_t size;               ///< in bytes, where numbers are binary
+  bool is_whole;                  ///< fit for ids
+  double (*number)(const char*);  ///< at these bytes
+  VtkId (*id)(const char*);
+};
+
+/// The type of numbers in cells that have none of their own.
+const VtkType& vtk_int();
+
+/// Where a message points to: the line from 1, in a binary file the byte from 0.
+struct VtkPlace {
+  std::size_t line = 1;
+  std::size_t byte = 0;
+};
+
+/// Steps through a file, after a byte order mark: lines and words of text, blocks of bytes.
+class VtkCursor {
+ public:
+  VtkCursor(const std::string& path, std::string_view text)
+      : path_(path), text_(text), at_(text.size() - without_byte_order_mark(text).size()) {}
+
+  bool is_binary = false;
+
+  const std::string& path() const { return path_; }
+  std::size_t left() const { return text_.size() - at_; }
+  VtkPlace here() const { return {line_, at_}; }
+  /// Of the line or word that was taken last.
+  VtkPlace place() const { return place_; }
+
+  /// The rest of the line, without its end.
+  std::string_view take_line();
+
+  /// The next word; nothing at the end.
+  std::string_view take_word();
+
+  /// `count` bytes; no more than left() may be asked for.
+  const char* take_bytes(std::size_t count);
+
+  /// Whether `word`, in lower case, comes next.
+  bool is_next(std::string_view word) const;
+
+  /// @throws InputError "path:line: message", for a binary file "path: byte n: message".
+  [[noreturn]] void fail_at(VtkPlace place, const std::string& message) const;
+  [[noreturn]] void fail_here(const std::string& message) const { fail_at(place_, message); }
+
+ private:
+  const std::string& path_;
+  std::string_view text_;
+  std::size_t at_;
+  std::size_t line_ = 1;
+  VtkPlace place_;
+};
+
+/// What announces a block of numbers.
+struct VtkBlock {
+  VtkPlace place;
+  std::string text;  ///< "POINTS 80 float"
+};
+
+/// The next word as a number of things, which belongs to `of`. @throws InputError
+std::size_t take_vtk_count(VtkCursor& cursor, std::string_view of);
+
+/// The next word as a type of numbers. @throws InputError
+const VtkType& take_vtk_type(VtkCursor& cursor, std::string_view of);
+
+/// Goes to the numbers of a block, `count` times `each`, where each ≥ 1.
+/// @throws InputError, before anything is allocated, if what is left of the file cannot hold so many
+void begin_vtk_numbers(VtkCursor& cursor, const VtkBlock& block, const VtkType& type, std::size_t count,
+                       std::size_t each);
+
+/// The word of number `taken` (from 0) of `count`, in a text file. @throws InputError at the end
+std::string_view take_vtk_number(VtkCursor& cursor, const VtkBlock& block, std::size_t count, std::size_t taken);
+
+/// Goes past the strings of the array `name`, `count` times `each`. In text each is a line; in bytes the two highest
+/// bits of its first byte, 3, 2, 1 or 0, say that 1, 2, 4 or 8 bytes have its length in their other bits.
+/// @throws InputError
+void skip_vtk_strings(VtkCursor& cursor, std::string_view name, std::size_t count, std::size_t each);
+
+/// A whole block. @throws InputError
+std::vector<VtkId> take_vtk_ids(VtkCursor& cursor, const VtkBlock& block, const VtkType& type, std::size_t count);
+
+}  // namespace pulson::io

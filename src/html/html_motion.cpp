@@ -1,0 +1,208 @@
+#include "html_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "draw/outline.hpp"
+#include "html_embed.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/draw/registration_picture.hpp"
+
+namespace pulson::html {
+namespace {
+
+constexpr double kUnits = 100000;  // of the longest side of the box: five digits
+
+void check(bool holds, const std::string& message) {
+  if (!holds) throw InputError("report: " + message);
+}
+
+void check_frames(const char* name, const std::vector<Points>& frames, Eigen::Index rows, Eigen::Index columns) {
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    check(frames[f].rows() == rows && frames[f].cols() == columns,
+          fmt::format("frame {} of the {} of a motion is {}×{}; it must be {}×{}", f + 1, name, frames[f].rows(),
+                      frames[f].cols(), rows, columns));
+    check(frames[f].allFinite(), fmt::format("frame {} of the {} of a motion is not finite", f + 1, name));
+  }
+}
+
+void check_sizes(const ReportMotion& motion) {
+  const Eigen::Index d = motion.source.points.rows(), n = motion.source.points.cols();
+  const auto labels = std::accumulate(motion.lines.begin(), motion.lines.end(), Eigen::Index{0});
+  check(d >= 1 && d <= 3 && n > 0, fmt::format("a motion of {} landmarks in {}D cannot be shown", n, d));
+  check(motion.times.size() >= 2, "a motion needs two times or more");
+  check(std::is_sorted(motion.times.begin(), motion.times.end(), std::less_equal<>()),
+        "the times of a motion must grow");
+  check(motion.frames.size() == motion.times.size(),
+        fmt::format("a motion has {} frames at {} times", motion.frames.size(), motion.times.size()));
+  check(motion.grid.empty() || motion.grid.size() == motion.times.size(),
+        fmt::format("a motion has {} grids at {} times", motion.grid.size(), motion.times.size()));
+  check_frames("landmarks", motion.frames, d, n);
+  check_frames("grid", motion.grid, d, labels);
+  const Points& target = motion.target.points;
+  check(target.cols() == 0 || target.rows() == d, "the target of a motion has another dimension");
+  check(!motion.corresponds || target.cols() == 0 || target.cols() == n,
+        fmt::format("the target of a motion has {} landmarks of {}", target.cols(), n));
+  for (const int a : motion.outliers) check(a >= 0 && a < n, fmt::format("a motion has no landmark {}", a));
+}
+
+// The box of all that is drawn, and the length of a unit in it.
+struct Box {
+  Eigen::VectorXd low, high;
+  double unit = 1;
+
+  void include(const Points& points) {
+    if (points.cols() == 0) return;
+    if (const auto [from, to] = bounding_box(points); from.allFinite() && to.allFinite()) {
+      low = low.cwiseMin(from);
+      high = high.cwiseMax(to);
+    }
+  }
+};
+
+Box box_of(const ReportMotion& motion) {
+  const Eigen::Index d = motion.source.points.rows();
+  const double infinity = std::numeric_limits<double>::infinity();
+  Box box{Eigen::VectorXd::Constant(d, infinity), Eigen::VectorXd::Constant(d, -infinity)};
+  for (const Points& frame : motion.frames) box.include(frame);
+  box.include(motion.target.points);
+  // Where the map folds, the grid may leave the page; the place where it begins is seen.
+  if (!motion.grid.empty()) box.include(motion.grid.front());
+  const double side = (box.high - box.low).maxCoeff();
+  check(std::isfinite(side), "a motion is too large to be shown");
+  box.unit = (side > 0 ? side : 1) / kUnits;
+  return box;
+}
+
+class Json {
+ public:
+  explicit Json(const Box& box) : box_(box) {}
+
+  // "name":value,
+  template <typename Value>
+  void add(std::string_view name, const Value& value) {
+    fmt::format_to(std::back_inserter(text_), "\"{}\":{},", name, value);
+  }
+
+  // Places in units, landmark by landmark.
+  void add_points(std::string_view name, const Points& points) {
+    fmt::format_to(std::back_inserter(text_), "\"{}\":", name);
+    append(points);
+    text_ += ',';
+  }
+
+  void add_frames(std::string_view name, const std::vector<Points>& frames) {
+    fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
+    for (const Points& frame : frames) {
+      append(frame);
+      text_ += ',';
+    }
+    end_list();
+  }
+
+  // Lines through landmarks: lists of their numbers from 0, the first again at the end of a closed one.
+  void add_outlines(std::string_view name, const picture::Figure& figure) {
+    fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
+    for (const picture::Outline& outline : figure.outlines)
+      fmt::format_to(std::back_inserter(text_), "[{}],", fmt::join(outline.members, ","));
+    end_list();
+  }
+
+  std::string finished() {
+    text_.pop_back();
+    return "{" + text_ + "}";
+  }
+
+ private:
+  void end_list() {
+    if (text_.back() == ',') text_.pop_back();
+    text_ += "],";
+  }
+
+  void append(const Points& points) {
+    text_ += '[';
+    for (Eigen::Index a = 0; a < points.cols(); ++a)
+      for (Eigen::Index axis = 0; axis < points.rows(); ++axis) {
+        if (const double place = points(axis, a); std::isnan(place))
+          text_ += "null,";
+        else
+          fmt::format_to(std::back_inserter(text_), "{:.0f},", (place - box_.low[axis]) / box_.unit);
+      }
+    if (text_.back() == ',') text_.pop_back();
+    text_ += ']';
+  }
+
+  const Box& box_;
+  std::string text_;
+};
+
+std::string list(const std::vector<double>& numbers) { return fmt::format("[{:.6g}]", fmt::join(numbers, ",")); }
+std::string list(const std::vector<int>& numbers) { return fmt::format("[{}]", fmt::join(numbers, ",")); }
+std::string list(const Eigen::VectorXd& v) { return list(std::vector<double>(v.begin(), v.end())); }
+
+// The number of each landmark's group, from 0.
+std::vector<int> group_numbers(const Landmarks& shape) {
+  std::vector<int> numbers(static_cast<std::size_t>(shape.count()), 0);
+  const std::vector<std::vector<int>> groups = landmarks_by_group(shape);
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const int a : groups[g]) numbers[static_cast<std::size_t>(a)] = static_cast<int>(g);
+  return numbers;
+}
+
+std::string numbers_of(const ReportMotion& motion) {
+  constexpr double kPixels = 600;  // about the size on a page, for which outlines are planned
+  const Box box = box_of(motion);
+  Json json(box);
+  const double scale = kPixels / (box.unit * kUnits);
+  const picture::Figure figure = picture::plan_figure(motion.source, scale);
+  json.add("d", motion.source.dimension());
+  json.add("times", list(motion.times));
+  json.add("low", list(box.low));
+  json.add("unit", fmt::format("{:.8g}", box.unit));
+  json.add("size", list(Eigen::VectorXd((box.high - box.low) / box.unit)));
+  json.add("groups", list(group_numbers(motion.source)));
+  json.add("marked", list(figure.marked));
+  json.add("traced", list(figure.with_path));
+  json.add_outlines("outlines", figure);
+  json.add("outliers", list(motion.outliers));
+  json.add_frames("frames", motion.frames);
+  json.add_points("target", motion.target.points);
+  json.add("pairs", motion.corresponds);
+  if (!motion.corresponds && motion.target.count() > 0)
+    json.add_outlines("targetOutlines", picture::plan_figure(motion.target, scale));
+  json.add("lines", list(motion.lines));
+  json.add_frames("grid", motion.grid);
+  return json.finished();
+}
+
+// What the canvas shows, for those who do not see it.
+std::string description(const ReportMotion& motion) {
+  std::string text = fmt::format("{} landmarks in {}D as they move from time {:.3g} to {:.3g}", motion.source.count(),
+                                 motion.source.dimension(), motion.times.front(), motion.times.back());
+  return motion.source.dimension() == 3 ? text + "; arrow keys turn the view" : text;
+}
+
+}  // namespace
+
+std::string motion(const ReportMotion& motion) {
+  check_sizes(motion);
+  // Without a script there is nothing to show, and the figure stays hidden.
+  std::string text = fmt::format(
+      "<figure class=\"motion\" hidden=\"\">\n<canvas role=\"img\" aria-label=\"{}\"{}></canvas>\n"
+      "<div class=\"player\"><button type=\"button\">Play</button>"
+      "<input type=\"range\" min=\"0\" max=\"1000\" value=\"1000\" aria-label=\"time\" /><output></output></div>\n",
+      description(motion), motion.source.dimension() == 3 ? " tabindex=\"0\"" : "");
+  text += R"(<ul class="key"><li class="start">source</li><li class="moving">landmarks</li>)";
+  if (motion.target.count() > 0) text += "<li class=\"goal\">target</li>";
+  if (!motion.outliers.empty()) text += "<li class=\"odd\">outliers</li>";
+  text += "</ul>\n";
+  if (!motion.caption.empty()) text += "<figcaption>" + escaped(motion.caption) + "</figcaption>\n";
+  return text + "<script type=\"application/json\">" + numbers_of(motion) + "</script>\n</figure>\n";
+}
+
+}  // namespace pulson::html

@@ -1,0 +1,156 @@
+#include "pulson/html/html_report.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "html_embed.hpp"
+#include "html_motion.hpp"
+#include "html_player.hpp"
+#include "html_style.hpp"
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+namespace {
+
+using html::escaped;
+
+constexpr std::size_t kLongCell = 48;  // bytes, above which the text of a cell may be broken into lines
+
+/// A verdict has its own sign and word, so that colour is not all that tells it from others.
+struct VerdictLook {
+  std::string_view style, sign, words;
+};
+
+VerdictLook look_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kHolds:
+      return {"holds", "✓", "holds"};
+    case Verdict::kDoesNotHold:
+      return {"fails", "✗", "does not hold"};
+    case Verdict::kNotTested:
+      break;
+  }
+  return {"open", "–", "not tested"};
+}
+
+bool begins_with_number(std::string_view text) {
+  for (const std::string_view sign : {"−", "-", "+"})
+    if (text.starts_with(sign)) text.remove_prefix(sign.size());
+  return !text.empty() && std::isdigit(static_cast<unsigned char>(text.front())) != 0;
+}
+
+/// Writes the blocks of a section.
+class BlockWriter {
+ public:
+  explicit BlockWriter(std::string& page) : page_(page) {}
+
+  void operator()(const ReportParagraph& paragraph) { page_ += "<p>" + escaped(paragraph.text) + "</p>\n"; }
+
+  void operator()(const ReportPicture& picture) {
+    page_ += fmt::format("<figure>\n<img src=\"{}\" alt=\"{}\">\n", html::data_address(picture.file),
+                         escaped(picture.caption));
+    if (!picture.caption.empty()) page_ += "<figcaption>" + escaped(picture.caption) + "</figcaption>\n";
+    page_ += "</figure>\n";
+  }
+
+  void operator()(const ReportTable& table) {
+    for (std::size_t r = 0; r < table.rows.size(); ++r)
+      if (table.rows[r].size() != table.header.size())
+        throw InputError(fmt::format("report: row {} of a table has {} cells for {} heads", r + 1, table.rows[r].size(),
+                                     table.header.size()));
+    page_ += "<figure>\n";
+    if (!table.caption.empty()) page_ += "<figcaption class=\"above\">" + escaped(table.caption) + "</figcaption>\n";
+    // What scrolls has to be reached by the keyboard.
+    page_ += fmt::format("<div class=\"box\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table>\n<thead>\n<tr>",
+                         table.caption.empty() ? "table" : escaped(table.caption));
+    std::vector<bool> numeric;
+    for (std::size_t c = 0; c < table.header.size(); ++c) {
+      numeric.push_back(is_numeric(table, c));
+      page_ += fmt::format(R"(<th scope="col"{}><button type="button">{}</button></th>)",
+                           numeric[c] ? R"( class="number")" : "", escaped(table.header[c]));
+    }
+    page_ += "</tr>\n</thead>\n<tbody>\n";
+    for (const std::vector<ReportCell>& row : table.rows) {
+      page_ += "<tr>";
+      for (std::size_t c = 0; c < row.size(); ++c) cell(row[c], numeric[c]);
+      page_ += "</tr>\n";
+    }
+    page_ += "</tbody>\n</table>\n</div>\n</figure>\n";
+  }
+
+  void operator()(const ReportMotion& motion) { page_ += html::motion(motion); }
+
+  void operator()(const ReportClaims& claims) {
+    if (claims.empty()) return;
+    page_ += "<ul class=\"claims\">\n";
+    for (const ReportClaim& claim : claims) {
+      const VerdictLook look = look_of(claim.verdict);
+      page_ += fmt::format(R"(<li><span class="verdict {}">{} {}</span><span class="claim">{}</span>)", look.style,
+                           look.sign, look.words, escaped(claim.claim));
+      if (!claim.measured.empty()) page_ += R"(<span class="measured">)" + escaped(claim.measured) + "</span>";
+      page_ += "</li>\n";
+    }
+    page_ += "</ul>\n";
+  }
+
+ private:
+  static bool is_numeric(const ReportTable& table, std::size_t column) {
+    return !table.rows.empty() && std::all_of(table.rows.begin(), table.rows.end(), [column](const auto& row) {
+      return row[column].text.empty() || begins_with_number(row[column].text);
+    });
+  }
+
+  void cell(const ReportCell& cell, bool numeric) {
+    page_ += numeric ? R"(<td class="number">)" : cell.text.size() > kLongCell ? R"(<td class="long">)" : "<td>";
+    if (cell.verdict) {
+      const VerdictLook look = look_of(*cell.verdict);
+      page_ += fmt::format(R"(<span class="verdict {}" role="img" aria-label="{}">{}</span>)", look.style, look.words,
+                           look.sign);
+    }
+    if (cell.outlier) page_ += R"(<span class="outlier" role="img" aria-label="outlier">▲</span>)";
+    page_ += escaped(cell.text) + "</td>";
+  }
+
+  std::string& page_;
+};
+
+bool has_motion(const HtmlReport& report) {
+  return std::any_of(report.sections.begin(), report.sections.end(), [](const ReportSection& section) {
+    return std::any_of(section.blocks.begin(), section.blocks.end(),
+                       [](const ReportBlock& block) { return std::holds_alternative<ReportMotion>(block); });
+  });
+}
+
+std::string footer(const HtmlReport& report) {
+  if (report.command.empty() && report.version.empty()) return "";
+  std::string text = "<footer>\n<div>\n";
+  if (!report.command.empty()) text += "<p>Made by</p>\n<pre><code>" + escaped(report.command) + "</code></pre>\n";
+  if (!report.version.empty()) text += "<p>" + escaped(report.version) + "</p>\n";
+  return text + "</div>\n</footer>\n";
+}
+
+}  // namespace
+
+std::string html_report(const HtmlReport& report) {
+  const bool moves = has_motion(report);
+  std::string page = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{}</title>\n<style>{}{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
+      escaped(report.title), html::style(), moves ? html::player_style() : "", escaped(report.title));
+  if (!report.lead.empty()) page += "<p class=\"lead\">" + escaped(report.lead) + "</p>\n";
+  for (const ReportSection& section : report.sections) {
+    page += "<section>\n";
+    if (!section.heading.empty()) page += "<h2>" + escaped(section.heading) + "</h2>\n";
+    for (const ReportBlock& block : section.blocks) std::visit(BlockWriter(page), block);
+    page += "</section>\n";
+  }
+  page += "</main>\n" + footer(report);
+  return page +
+         fmt::format("<script>{}{}</script>\n</body>\n</html>\n", html::script(), moves ? html::player_script() : "");
+}
+
+}  // namespace pulson

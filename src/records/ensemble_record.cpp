@@ -1,0 +1,155 @@
+#include "pulson/records/ensemble_record.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "csv_rows.hpp"
+#include "formats/json/json_text.hpp"
+#include "pulson/core/version.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr std::array<double, 5> kQuantiles = {0.05, 0.25, 0.5, 0.75, 0.95};
+
+/// A number, or null where it is none.
+Json number_json(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+/// Part of a vector of coordinates as [landmark][axis].
+Json coordinates_json(const Eigen::ArrayXd& values, Eigen::Index first, const Points& like) {
+  Json rows = Json::array();
+  for (Eigen::Index a = 0; a < like.cols(); ++a) {
+    Json row = Json::array();
+    for (Eigen::Index c = 0; c < like.rows(); ++c) row.push_back(number_json(values[first + a * like.rows() + c]));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Json crossing_json(const EnsembleRun& run) {
+  const bool defined = run.start.q.rows() == 1 && run.start.q.cols() > 1 && run.sums.paths.clean > 0;
+  if (!defined) return nullptr;
+  const PathCounts& paths = run.sums.paths;
+  const Estimate estimate = run.sums.crossing_probability();
+  const auto all = static_cast<double>(run.sums.samples);
+  const auto crossed = static_cast<double>(run.sums.crossing.at_end);
+  Json json;
+  json["probability"] = estimate.value;
+  json["standard_error"] = number_json(estimate.standard_error);
+  json["ever"] = static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean);
+  json["over"] = "clean paths";
+  json["if_all_others_did_not"] = crossed / all;
+  json["if_all_others_did"] = (crossed + all - static_cast<double>(paths.clean)) / all;
+  return json;
+}
+
+void add_means(Json& json, const EnsembleRun& run) {
+  const std::vector<int>& records = run.options.records;
+  const Eigen::Index half = run.start.q.size();
+  for (const char* key : {"times", "counts", "mean_q", "mean_p", "error_q", "error_p", "deviation_q", "deviation_p"})
+    json[key] = Json::array();
+  for (std::size_t record = 0; record < records.size(); ++record) {
+    const Moments& moments = run.sums.moments[record];
+    if (moments.count == 0) continue;
+    const Eigen::ArrayXd error = run.sums.mean_error(record);
+    const Eigen::ArrayXd deviation = moments.variance().sqrt();
+    json["times"].push_back(run.options.grid.at(records[record]));
+    json["counts"].push_back(moments.count);
+    json["mean_q"].push_back(coordinates_json(moments.mean, 0, run.start.q));
+    json["mean_p"].push_back(coordinates_json(moments.mean, half, run.start.q));
+    json["error_q"].push_back(coordinates_json(error, 0, run.start.q));
+    json["error_p"].push_back(coordinates_json(error, half, run.start.q));
+    json["deviation_q"].push_back(coordinates_json(deviation, 0, run.start.q));
+    json["deviation_p"].push_back(coordinates_json(deviation, half, run.start.q));
+  }
+}
+
+/// visit(record, coordinate, "time,landmark,quantity,axis") for all coordinates of the records that have samples.
+template <class Visit>
+void for_each_coordinate(const EnsembleRun& run, const Visit& visit) {
+  const Points& q = run.start.q;
+  for (std::size_t record = 0; record < run.options.records.size(); ++record) {
+    if (run.sums.moments[record].count == 0) continue;
+    for (Eigen::Index i = 0; i < 2 * q.size(); ++i) {
+      const Eigen::Index within = i % q.size();
+      visit(record, i,
+            fmt::format("{},{},{},{}", run.options.grid.at(run.options.records[record]), within / q.rows() + 1,
+                        i < q.size() ? 'q' : 'p', "xyz"[within % q.rows()]));
+    }
+  }
+}
+
+}  // namespace
+
+std::string ensemble_json(const EnsembleRun& run) {
+  Json json;
+  json["format"] = "pulson ensemble 1";
+  json["version"] = version();
+  json["partial"] = run.partial();
+  json["kernel"] = run.system.kernel.spec();
+  json["noise"] = run.system.noise->spec();
+  json["integrator"] = run.integrator;
+  json["method"] = run.method;
+  json["samples"] = run.sums.samples;
+  json["samples_wanted"] = run.options.samples;
+  json["antithetic"] = run.options.antithetic;
+  json["seed"] = run.options.seed;
+  json["dt"] = run.options.grid.dt();
+  json["steps"] = run.options.grid.steps;
+  json["time"] = run.options.grid.time;
+  json["threads"] = run.threads;
+  json["seconds"] = run.seconds;
+  json["source"] = run.shape.source;
+  json["q"] = points_json(run.start.q);
+  json["p"] = points_json(run.start.p);
+  json["crossing"] = crossing_json(run);
+  const PathCounts& paths = run.sums.paths;
+  json["paths"] = {
+      {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
+  json["momentum_bound"] = run.options.momentum_bound;
+  json["largest_momentum"] = run.sums.largest_momentum;
+  json["momentum_error_max"] = run.sums.momentum_error;
+  add_means(json, run);
+  return one_key_a_line(json);
+}
+
+std::string ensemble_means_csv(const EnsembleRun& run) {
+  std::string text = "time,landmark,quantity,axis,mean,standard_error,standard_deviation,q05,q25,q50,q75,q95\n";
+  for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
+    const Moments& moments = run.sums.moments[record];
+    text += place;
+    append_values(text, std::array{moments.mean[i], run.sums.mean_error(record)[i], std::sqrt(moments.variance()[i])});
+    const auto& histograms = run.sums.histograms[record];
+    for (const double probability : kQuantiles)
+      text +=
+          histograms.empty() ? "," : fmt::format(",{}", histograms[static_cast<std::size_t>(i)].quantile(probability));
+    text += '\n';
+  });
+  return text;
+}
+
+std::string ensemble_densities_csv(const EnsembleRun& run) {
+  std::string text = "time,landmark,quantity,axis,low,high,density\n";
+  for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
+    const std::vector<int>& wanted = run.densities;
+    if (std::find(wanted.begin(), wanted.end(), run.options.records[record]) == wanted.end()) return;
+    const Histogram& histogram = run.sums.histograms[record][static_cast<std::size_t>(i)];
+    const double width = histogram.width();
+    const auto total = static_cast<double>(histogram.total());
+    for (std::size_t bin = 0; bin < histogram.counts.size(); ++bin) {
+      if (histogram.counts[bin] == 0) continue;
+      double low = histogram.low + width * static_cast<double>(bin);
+      double high = low + width;
+      // The outer bins hold what lies outside, too.
+      if (bin == 0) low = std::min(low, histogram.smallest);
+      if (bin + 1 == histogram.counts.size()) high = std::max(high, histogram.largest);
+      text += place;
+      append_values(text, std::array{low, high, static_cast<double>(histogram.counts[bin]) / (total * (high - low))});
+      text += '\n';
+    }
+  });
+  return text;
+}
+
+}  // namespace pulson

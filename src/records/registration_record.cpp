@@ -1,0 +1,233 @@
+#include "pulson/records/registration_record.hpp"
+
+#include <cmath>
+#include <iterator>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "csv_rows.hpp"
+#include "formats/json/json_text.hpp"
+#include "pulson/core/version.hpp"
+
+namespace pulson {
+namespace {
+
+template <class Value>
+Json optional_json(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json shape_json(const Landmarks& shape) {
+  Json json = {{"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
+  if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
+  if (!shape.axes.empty()) json["axes"] = shape.axes;
+  if (!shape.units.empty()) json["units"] = shape.units;
+  return json;
+}
+
+Json kernel_fit_json(const DisplacementModel& model) {
+  return {{"log_likelihood", model.log_likelihood},
+          {"prediction_error", model.prediction_error},
+          {"alignment_error", model.alignment_error},
+          {"landmarks", model.landmarks}};
+}
+
+Json alignment_json(const Alignment& alignment) {
+  return {{"kind", alignment_name(alignment.kind)},
+          {"scale", alignment.scale},
+          {"linear", points_json(alignment.linear.transpose())},
+          {"translation", std::vector<double>(alignment.translation.begin(), alignment.translation.end())}};
+}
+
+Json numbers_json(const Eigen::VectorXd& numbers) { return std::vector<double>(numbers.begin(), numbers.end()); }
+
+Json data_json(const DataOptions& data) {
+  Json json = {{"kind", data_kind_name(data.kind)}};
+  if (data.kind != DataKind::kLandmarks) json["ends"] = curve_ends_name(data.ends);
+  if (data.width) json["width"] = *data.width;
+  if (data.weights.size() > 0) json["weights"] = numbers_json(data.weights);
+  for (const Eigen::MatrixXd& covariance : data.covariances) json["covariances"].push_back(points_json(covariance));
+  return json;
+}
+
+Json cost_json(const MatchingCost& cost) {
+  return {{"total", cost.total()}, {"energy", cost.energy}, {"action", cost.action}, {"data", cost.data}};
+}
+
+Json shares_json(const Registration& registration, const LandmarkShares& shares) {
+  Json json = Json::object();
+  if (const auto part = noise_part(registration, shares)) json["noise_part"] = *part;
+  if (shares.flow.size() > 0) json["flow"] = points_json(shares.flow);
+  if (shares.noise.size() > 0) json["noise"] = points_json(shares.noise);
+  if (shares.energy.size() > 0) json["energy"] = numbers_json(shares.energy);
+  if (shares.action.size() > 0) json["action"] = numbers_json(shares.action);
+  if (shares.data.size() > 0) json["data"] = numbers_json(shares.data);
+  return json;
+}
+
+Json uncertainty_json(const LaplaceApproximation& uncertainty) {
+  return {{"momenta", points_json(uncertainty.momentum_deviation)},
+          {"velocities", points_json(uncertainty.velocity_deviation)},
+          {"result", points_json(uncertainty.end_deviation)},
+          {"log_evidence", uncertainty.log_evidence}};
+}
+
+Json fitted_json(const FittedParameters& fitted) {
+  return {{"names", fitted.names},
+          {"values", numbers_json(fitted.values)},
+          {"log_deviations", numbers_json(fitted.log_deviations)},
+          {"log_evidence", fitted.log_evidence},
+          {"evaluations", fitted.evaluations},
+          {"converged", fitted.converged},
+          {"note", fitted.note}};
+}
+
+// The least β that matches is null where the first does not.
+Json states_json(const std::vector<PhaseState>& states) {
+  Json positions = Json::array(), momenta = Json::array();
+  for (const PhaseState& state : states) {
+    positions.push_back(points_json(state.q));
+    momenta.push_back(points_json(state.p));
+  }
+  return {{"positions", positions}, {"momenta", momenta}};
+}
+
+Json homotopy_json(const std::vector<HomotopyStep>& steps) {
+  Json values = Json::array();
+  for (const HomotopyStep& step : steps)
+    values.push_back({{"beta", step.beta},
+                      {"cost", cost_json(step.cost)},
+                      {"rms", step.rms},
+                      {"matched", step.matched},
+                      {"converged", step.converged},
+                      {"iterations", step.iterations}});
+  const auto least = least_needed(steps);
+  return {{"steps", values},
+          {"least_beta", least == steps.end() ? Json() : Json(least->beta)},
+          {"diffeomorphic", reaches_diffeomorphism(steps)}};
+}
+
+}  // namespace
+
+std::string registration_json(const Registration& registration, const RegistrationFacts& facts) {
+  Json json;
+  json["format"] = "pulson registration 1";
+  json["version"] = version();
+  json["kernel"] = registration.kernel;
+  json["noise"] = registration.noise;
+  json["mode"] = mode_name(registration.mode);
+  json["integrator"] = registration.integrator;
+  json["steps"] = registration.grid.steps;
+  json["time"] = registration.grid.time;
+  if (registration.fitted_kernel) json["kernel_fit"] = kernel_fit_json(*registration.fitted_kernel);
+  json["sigma"] = registration.sigma;
+  json["lambda"] = registration.lambda;
+  json["solver"] = solver_name(registration.solver);
+  json["converged"] = registration.converged;
+  json["matched"] = registration.matched();
+  if (registration.step_error)
+    json["step_error"] = {{"rms", registration.step_error->rms}, {"cost", registration.step_error->cost}};
+  if (registration.amplification) json["amplification"] = *registration.amplification;
+  json["stop_reason"] = registration.stop_reason;
+  json["relative_gradient"] = registration.relative_gradient;
+  json["iterations"] = registration.iterations;
+  json["evaluations"] = registration.evaluations;
+  json["seconds"] = registration.seconds;
+  json["unknowns"] = registration.unknowns;
+  json["seed"] = registration.seed;
+  json["samples"] = registration.samples;
+  json["notes"] = registration.notes;
+  json["data"] = data_json(registration.data);
+  json["cost"] = cost_json(registration.cost);
+  json["shares"] = shares_json(registration, facts.shares);
+  json["rms"] = registration.rms();
+  json["initial_rms"] = registration.initial_rms();
+  json["original_rms"] = registration.original_rms();
+  json["max_residual"] = registration.max_residual();
+  json["order_inversions"] = optional_json(facts.counts.order_inversions);
+  json["flipped_triangles"] = optional_json(facts.counts.flipped_triangles);
+  json["alignment"] = alignment_json(registration.alignment);
+  json["source_shape"] = shape_json(registration.original);
+  json["target_shape"] = shape_json(registration.target);
+  json["original"] = points_json(registration.original.points);
+  json["source"] = points_json(registration.source.points);
+  json["target"] = points_json(registration.target.points);
+  json["result"] = points_json(registration.result);
+  if (registration.uncertainty) json["uncertainty"] = uncertainty_json(*registration.uncertainty);
+  if (!facts.homotopy.empty()) json["homotopy"] = homotopy_json(facts.homotopy);
+  if (facts.fitted) json["fitted"] = fitted_json(*facts.fitted);
+  if (registration.spread.size() > 0) json["spread"] = points_json(registration.spread);
+  json["momenta"] = points_json(registration.momenta);
+  json["increments"] = points_json(registration.increments);
+  if (!registration.states.empty()) json["states"] = states_json(registration.states);
+  return one_key_a_line(json);
+}
+
+namespace {
+
+std::string quoted_label(const Landmarks& shape, int a) {
+  if (shape.labels.empty()) return {};
+  std::string text = "\"";
+  for (const char c : shape.labels[static_cast<std::size_t>(a)])
+    text += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return text + '"';
+}
+
+// One column, or one for each axis: rows are landmarks.
+struct Column {
+  std::string names;  // with a comma before each
+  Eigen::MatrixXd values;
+};
+
+std::vector<Column> residual_columns(const Registration& registration, const LandmarkShares& shares) {
+  const Eigen::Index d = registration.result.rows();
+  const bool landmarks = registration.data.kind == DataKind::kLandmarks;
+  std::vector<Column> columns;
+  const auto vectors = [&](const char* name, const Points& values) {
+    if (values.size() > 0) columns.push_back({axis_names(name, d), values.transpose()});
+  };
+  const auto numbers = [&](const char* name, const Eigen::VectorXd& values) {
+    if (values.size() > 0) columns.push_back({std::string(",") + name, values});
+  };
+  if (landmarks) vectors("target", registration.target.points);
+  vectors("result", registration.result);
+  if (landmarks) vectors("residual", registration.result - registration.target.points);
+  numbers("distance", registration.distances());
+  vectors("spread", registration.spread);
+  vectors("flow", shares.flow);
+  if (registration.noise != "none") vectors("noise", shares.noise);
+  numbers("energy", shares.energy);
+  numbers("action", shares.action);
+  numbers("data", shares.data);
+  if (registration.uncertainty) {
+    vectors("result_deviation", registration.uncertainty->end_deviation);
+    vectors("momentum_deviation", registration.uncertainty->momentum_deviation);
+    vectors("velocity_deviation", registration.uncertainty->velocity_deviation);
+  }
+  return columns;
+}
+
+}  // namespace
+
+std::string residuals_csv(const Registration& registration, const LandmarkShares& shares) {
+  const std::vector<Column> columns = residual_columns(registration, shares);
+  std::string text = "landmark,label";
+  for (const Column& column : columns) text += column.names;
+  text += "\n";
+  for (int a = 0; a < registration.source.count(); ++a) {
+    text += fmt::format("{},{}", registration.source.number(a), quoted_label(registration.source, a));
+    for (const Column& column : columns)
+      for (const double value : column.values.row(a)) text += std::isnan(value) ? ",NA" : fmt::format(",{}", value);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string trajectory_csv(const Registration& registration, const Trajectory& path) {
+  std::string text = "step,time,landmark" + state_names(registration.result.rows()) + "\n";
+  append_states(text, path, "", 1, registration.source.numbers);
+  return text;
+}
+
+}  // namespace pulson

@@ -1,0 +1,54 @@
+#include "pulson/records/simulation_record.hpp"
+
+#include "csv_rows.hpp"
+#include "formats/json/json_text.hpp"
+#include "pulson/core/version.hpp"
+
+namespace pulson {
+namespace {
+
+Json sample_json(const SamplePath& sample) {
+  Json json = {{"status", path_status_name(sample.status)}};
+  if (!sample.reason.empty()) json["reason"] = sample.reason;
+  json["time"] = sample.path.grid.time;
+  json["q"] = points_json(sample.path.final().q);
+  json["p"] = points_json(sample.path.final().p);
+  json["largest_momentum"] = sample.largest_momentum;
+  json["momentum_error"] = sample.momentum_error;
+  json["contraction_bound"] = sample.contraction_bound;
+  json["contraction_measured"] = sample.path.contraction_measured;
+  json["continuation_steps"] = sample.path.continuation_steps;
+  return json;
+}
+
+}  // namespace
+
+std::string simulation_json(const Simulation& simulation) {
+  Json json;
+  json["format"] = "pulson simulation 1";
+  json["version"] = version();
+  json["kernel"] = simulation.system.kernel.spec();
+  json["noise"] = simulation.system.noise->spec();
+  json["integrator"] = simulation.integrator;
+  json["time"] = simulation.options.grid.time;
+  json["steps"] = simulation.options.grid.steps;
+  json["dt"] = simulation.options.grid.dt();
+  json["seed"] = simulation.options.seed;
+  json["samples"] = simulation.options.samples;
+  json["seconds"] = simulation.seconds;
+  json["source"] = simulation.shape.source;
+  json["q"] = points_json(simulation.start.q);
+  json["p"] = points_json(simulation.start.p);
+  json["paths"] = Json::array();
+  for (const SamplePath& sample : simulation.samples) json["paths"].push_back(sample_json(sample));
+  return one_key_a_line(json);
+}
+
+std::string sample_paths_csv(const Simulation& simulation, int every) {
+  std::string text = "sample,step,time,landmark" + state_names(simulation.start.q.rows()) + "\n";
+  for (std::size_t m = 0; m < simulation.samples.size(); ++m)
+    append_states(text, simulation.samples[m].path, fmt::format("{},", m + 1), every);
+  return text;
+}
+
+}  // namespace pulson

@@ -1,0 +1,195 @@
+#include "pulson/charts/chart.hpp"
+
+#include <array>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "chart_examples.hpp"
+#include "picture_files.hpp"
+
+namespace pulson {
+namespace {
+
+class ChartTest : public PictureTest {
+ protected:
+  /// Writes the chart, expects two whole files and returns the SVG's text.
+  static std::string draw(const Chart& chart) {
+    write_chart(chart, "chart.png", "chart.svg");
+    return expect_whole_pictures("chart.png", "chart.svg");
+  }
+
+  static std::string draw(const ChartPanel& panel) { return draw(Chart{.rows = {{panel}}}); }
+};
+
+/// Pieces of lines in the SVG: each begins by a move.
+std::size_t count_strokes(const std::string& svg) { return count_of(svg, "M"); }
+
+constexpr std::array kStyles = {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kLineAndPoints,
+                                SeriesStyle::kSteps, SeriesStyle::kBars};
+
+TEST_F(ChartTest, WritesBothFilesInEveryStyleAndGrid) {
+  std::size_t panels = 0;
+  for (const std::size_t rows : {1, 2, 3})
+    for (const std::size_t columns : {1, 2, 3, 5}) {
+      SCOPED_TRACE(testing::Message() << rows << " by " << columns);
+      Chart chart{.rows = {rows, std::vector<ChartPanel>(columns)}};
+      for (auto& row : chart.rows)
+        for (ChartPanel& panel : row)
+          panel = {.heading = "a heading",
+                   .series = {with_band(with_error(wave("w", kStyles.at(panels++ % kStyles.size())), 0.1), 0.3)}};
+      draw(chart);
+    }
+  EXPECT_EQ(files(), (std::set<std::string>{"chart.png", "chart.svg"}));
+}
+
+TEST_F(ChartTest, ShowsAllTexts) {
+  const std::string svg = draw(Chart{.title = "the <title>",
+                                     .subtitle = "the subtitle",
+                                     .rows = {{{.heading = "a heading",
+                                                .x_label = "below",
+                                                .y_label = "above",
+                                                .series = {wave("α & β")},
+                                                .reference_lines = {{1, "one"}}}}}});
+  for (const char* text :
+       {">the &lt;title><", ">the subtitle<", ">a heading<", ">below<", ">above<", ">α &amp; β<", ">one<"})
+    EXPECT_TRUE(contains(svg, text)) << text;
+}
+
+TEST_F(ChartTest, OneNameIsOneEntryAndOneColour) {
+  Series dashed = wave("same", SeriesStyle::kLine);
+  dashed.dashed = true;
+  const std::string svg =
+      draw(Chart{.rows = {{{.series = {wave("same")}}, {.series = {wave("other", SeriesStyle::kPoints), dashed}}},
+                          {{.series = {wave("same", SeriesStyle::kSteps), wave("")}}, {.series = {wave("other")}}}}});
+  EXPECT_EQ(count_of(svg, ">same<"), 1u);
+  EXPECT_EQ(count_of(svg, ">other<"), 1u);
+  EXPECT_TRUE(contains(svg, "rgb( 76, 106, 146)")) << "the first colour";
+  EXPECT_TRUE(contains(svg, "rgb(176,  58,  99)")) << "the second colour";
+  EXPECT_FALSE(contains(svg, "rgb( 47, 143, 107)")) << "a third colour";
+}
+
+TEST_F(ChartTest, ASeriesWithoutValuesIsAnEntryOfTheLegend) {
+  const std::string svg =
+      draw({.series = {wave("curve"), {.name = "what dashes mean", .x = {}, .y = {}, .dashed = true}}});
+  EXPECT_TRUE(contains(svg, ">what dashes mean<"));
+}
+
+TEST_F(ChartTest, WrapsALongLegend) {
+  ChartPanel panel;
+  for (int i = 0; i < 12; ++i) panel.series.push_back(wave("a rather long name of series " + std::to_string(i)));
+  const std::string svg = draw(panel);
+  for (const Series& series : panel.series) EXPECT_TRUE(contains(svg, ">" + series.name + "<")) << "it is cut";
+}
+
+TEST_F(ChartTest, AnErrorBarIsALineWithTwoEnds) {
+  // The other styles have no margin at the sides but for their error bars.
+  for (const SeriesStyle style : {SeriesStyle::kPoints, SeriesStyle::kLineAndPoints, SeriesStyle::kBars}) {
+    ChartPanel panel{.series = {wave("", style)}, .y_range = std::pair(0, 3)};
+    const std::size_t before = count_strokes(draw(panel));
+    panel.series[0] = with_error(panel.series[0], 0.1);
+    EXPECT_EQ(count_strokes(draw(panel)), before + 3 * 10);
+  }
+}
+
+TEST_F(ChartTest, WhatIsBeyondTheRangeIsCutOff) {
+  ChartPanel panel{.series = {with_error(wave("", SeriesStyle::kPoints), 0.1)}, .y_range = std::pair(0, 3)};
+  const std::size_t whole = count_strokes(draw(panel));
+  panel.series[0].error[4] = 100;  // neither of its ends is drawn
+  EXPECT_EQ(count_strokes(draw(panel)), whole - 2);
+  panel.series[0].y[5] = 1e300;  // nothing of it: two layers of the dot, the bar and its ends
+  EXPECT_EQ(count_strokes(draw(panel)), whole - 2 - 5);
+  for (const SeriesStyle style : kStyles) {
+    panel.series = {with_band(wave("", style), 50)};
+    panel.series[0].y[3] = -1e300;
+    panel.series[0].low[3] = -1e300;
+    panel.series[0].high[4] = 1e300;
+    draw(panel);
+  }
+}
+
+TEST_F(ChartTest, NumbersOfASharedRangeStandOnce) {
+  Chart chart{.rows = {{{.series = {wave("")}}, {.series = {wave("")}}}}};
+  for (Series* series : {&chart.rows[0][0].series[0], &chart.rows[0][1].series[0]})
+    for (double& value : series->y) value *= 1000;
+  EXPECT_EQ(count_of(draw(chart), ">2000<"), 2u);
+  chart.rows_share_y = true;
+  EXPECT_EQ(count_of(draw(chart), ">2000<"), 1u);
+}
+
+TEST_F(ChartTest, ColumnsShareTheRangeOfX) {
+  Chart chart{.rows = {{{.series = {wave("")}}}, {{.series = {wave("")}}}}};
+  for (double& value : chart.rows[1][0].series[0].x) value += 100;
+  EXPECT_EQ(count_of(draw(chart), ">100<"), 2u);
+}
+
+TEST_F(ChartTest, NamesStandInPlaceOfNumbersWhereTheyFit) {
+  const std::string wide(200, 'w');
+  const ChartPanel named{.series = {{.name = "s", .x = {1, 2}, .y = {3, 4}, .style = SeriesStyle::kPoints}},
+                         .x_names = {"first", wide}};
+  const std::string svg = draw(named);
+  EXPECT_TRUE(contains(svg, ">first<"));
+  EXPECT_FALSE(contains(svg, wide)) << "wider than its room";
+  EXPECT_FALSE(contains(svg, ">1.5<") || contains(svg, ">2<")) << "a number in place of a name";
+  EXPECT_TRUE(contains(draw(Chart{.rows = {{named}, {{.series = {wave("")}}}}}), ">8<"))
+      << "the panel below has its own range";
+}
+
+TEST_F(ChartTest, LogarithmicAxesShowPowersOfTen) {
+  ChartPanel panel{
+      .series = {{.name = "error", .x = {10, 100, 1000}, .y = {1e-2, 1e-5, 1e-8}}}, .log_x = true, .log_y = true};
+  std::string svg = draw(panel);
+  EXPECT_TRUE(contains(svg, ">10⁻⁵<"));
+  EXPECT_TRUE(contains(svg, ">100<") && contains(svg, ">200<")) << "wide decades are divided";
+  panel.series[0] = with_band(with_error(panel.series[0], 1), 1);
+  draw(panel);
+  panel.series[0] = {.name = "within a decade", .x = {3, 4}, .y = {3.1, 3.2}, .style = SeriesStyle::kBars};
+  EXPECT_TRUE(contains(draw(panel), ">3.15<"));
+}
+
+/// n times the same value, far from zero in x.
+Series constant(SeriesStyle style, double value, std::size_t n) {
+  Series series{.name = "s", .x = {}, .y = std::vector<double>(n, value), .style = style};
+  for (std::size_t i = 0; i < n + (style == SeriesStyle::kSteps ? 1 : 0); ++i)
+    series.x.push_back(1e9 + 1e7 * static_cast<double>(i));
+  return series;
+}
+
+TEST_F(ChartTest, DrawsConstantFarAwayHugeAndLoneValues) {
+  for (const std::size_t n : {1, 3}) {
+    Chart plain{.rows = {}}, decorated{.rows = {}};
+    for (const double value : {0.0, 5.2e6, -1e300, 1e-300}) {
+      for (Chart* chart : {&plain, &decorated}) chart->rows.emplace_back();
+      for (const SeriesStyle style : kStyles) {
+        Series series = constant(style, value, n);
+        plain.rows.back().push_back({.series = {series}});
+        series = with_band(with_error(series, 0), 0);
+        series.error[0] = 1e300;
+        decorated.rows.back().push_back({.series = {series}});
+      }
+    }
+    draw(plain);
+    draw(decorated);
+  }
+  draw(ChartPanel{.heading = "nothing"});
+}
+
+TEST_F(ChartTest, LongPathsStaySmall) {
+  std::mt19937 generator(42);
+  std::normal_distribution<double> normal;
+  Chart chart{.rows = {2, std::vector<ChartPanel>(3)}};
+  for (auto& row : chart.rows)
+    for (ChartPanel& panel : row)
+      for (const char* name : {"q₁", "q₂"}) {
+        Series path{.name = name, .x = {}, .y = {}};
+        for (int k = 0; k <= 5000; ++k) {
+          path.x.push_back(0.001 * k);
+          path.y.push_back(normal(generator));
+        }
+        panel.series.push_back(with_band(path, 0.5));
+      }
+  draw(chart);
+}
+
+}  // namespace
+}  // namespace pulson

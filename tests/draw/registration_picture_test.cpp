@@ -1,0 +1,202 @@
+// Pictures of registrations whose target does not correspond to the source, or misses coordinates.
+#include "pulson/draw/registration_picture.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "picture_files.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+/// n points on a circle, a line or a closed space curve.
+Points loop(int d, int n, double radius) {
+  Points points(d, n);
+  for (int i = 0; i < n; ++i) {
+    const double angle = 2 * std::numbers::pi * i / n + 0.1;  // no two share a coordinate: gnuplot would join marks
+    const Eigen::Vector3d place(std::cos(angle), std::sin(angle), 0.3 * std::sin(2 * angle + 0.3));
+    points.col(i) = radius * place.head(d);
+  }
+  return points;
+}
+
+RegistrationPicture example(int d, int n, const Points& target) {
+  RegistrationPicture picture;
+  picture.source.points = loop(d, n, 1);
+  for (int k = 0; k <= 2; ++k) {
+    picture.times.push_back(0.5 * k);
+    picture.trajectory.emplace_back((1 + 0.1 * k) * picture.source.points);
+  }
+  picture.result = picture.trajectory.back();
+  picture.target.points = target;
+  return picture;
+}
+
+/// What the SVG shows in the target's colour.
+struct Drawn {
+  std::vector<Points> rings;     // closed, about as large as a mark
+  std::vector<Points> segments;  // of two vertices
+  std::vector<Points> outlines;  // the rest
+};
+
+Points vertices(const std::string& line) {
+  std::string text = line;
+  for (char& c : text)
+    if (c == ',' || c == 'L') c = ' ';
+  std::istringstream numbers(text);
+  std::vector<double> values;
+  for (double value = 0; numbers >> value;) values.push_back(value);
+  return Eigen::Map<const Points>(values.data(), 2, static_cast<Eigen::Index>(values.size() / 2));
+}
+
+bool is_ring(const Points& line) {
+  const double size = (line.rowwise().maxCoeff() - line.rowwise().minCoeff()).maxCoeff();
+  return line.cols() > 12 && line.col(0) == line.rightCols<1>() && size < 40;
+}
+
+Drawn target_in(const std::string& svg) {
+  const std::string start = "<path stroke='rgb(224, 123,  57)'";
+  Drawn drawn;
+  for (std::size_t at = svg.find(start); at != std::string::npos; at = svg.find(start, at + 1)) {
+    const std::size_t data = svg.find(" d='", at) + 4;
+    std::istringstream lines(svg.substr(data, svg.find('\'', data) - data));
+    for (std::string line; std::getline(lines, line, 'M');) {
+      const Points points = vertices(line);
+      if (points.cols() < 2) continue;
+      (is_ring(points) ? drawn.rings : points.cols() == 2 ? drawn.segments : drawn.outlines).push_back(points);
+    }
+  }
+  return drawn;
+}
+
+class RegistrationPictureTest : public PictureTest {
+ protected:
+  static Drawn draw(const RegistrationPicture& picture) {
+    write_registration_picture(picture, "picture.png", "picture.svg");
+    return target_in(expect_whole_pictures("picture.png", "picture.svg"));
+  }
+
+  static std::string refusal(const RegistrationPicture& picture) {
+    return error_of([&] { write_registration_picture(picture, "picture.png", "picture.svg"); });
+  }
+};
+
+/// Panels that show the target, and those of them that show the result too and join the two.
+std::size_t panels(int d) { return static_cast<std::size_t>(d); }
+std::size_t joined_panels(int d) { return d == 3 ? 3 : d == 2 ? 1 : 0; }
+
+TEST_F(RegistrationPictureTest, DrawsATargetThatDoesNotCorrespondByItsOwnPoints) {
+  for (const int d : {1, 2, 3})
+    for (const int m : {1, 5, 15, 90, 700}) {
+      SCOPED_TRACE(testing::Message() << "d = " << d << ", M = " << m);
+      RegistrationPicture picture = example(d, 40, loop(d, m, 3));
+      picture.corresponds = false;
+      const Drawn drawn = draw(picture);
+      const bool dense = d > 1 && m == 700;
+      EXPECT_EQ(drawn.rings.size(), dense ? 0 : panels(d) * static_cast<std::size_t>(m) + 1) << "one in the legend";
+      EXPECT_EQ(drawn.segments.size(), dense ? 1u : 0u) << "one in the legend";
+      EXPECT_EQ(drawn.outlines.empty(), d == 1 || m < 12);
+      for (const auto* lines : {&drawn.rings, &drawn.outlines})
+        for (const Points& line : *lines) {
+          EXPECT_GE(line.minCoeff(), 0);
+          EXPECT_LE(line.maxCoeff(), 1600);
+        }
+    }
+}
+
+TEST_F(RegistrationPictureTest, OutlinesTheTargetByItsOwnGroups) {
+  Points target(2, 60);
+  target << loop(2, 30, 1), loop(2, 30, 1).colwise() + Eigen::Vector2d(3, 0);
+  RegistrationPicture picture = example(2, 20, target);
+  picture.corresponds = false;
+  EXPECT_TRUE(draw(picture).outlines.empty()) << "it jumps";
+  for (int i = 0; i < 60; ++i) picture.target.groups.push_back(i < 30 ? "left" : "right");
+  EXPECT_EQ(draw(picture).outlines.size(), 4u);
+  EXPECT_FALSE(contains(contents("picture.svg"), "left")) << "its groups have one colour";
+}
+
+TEST_F(RegistrationPictureTest, AMissingLandmarkHasNoRingAndNoResidual) {
+  for (const int d : {1, 2, 3}) {
+    SCOPED_TRACE(testing::Message() << "d = " << d);
+    Points target = loop(d, 8, 1.3);
+    target.col(2).setConstant(kMissing);
+    target(d - 1, 5) = kMissing;
+    const Drawn drawn = draw(example(d, 8, target));
+    EXPECT_EQ(drawn.rings.size(), 6 * panels(d) + 1) << "one in the legend";
+    EXPECT_EQ(drawn.segments.size(), 6 * joined_panels(d));
+  }
+}
+
+TEST_F(RegistrationPictureTest, OutlinesPassOverMissingLandmarks) {
+  for (const int missing : {0, 7, 19}) {
+    SCOPED_TRACE(testing::Message() << "landmark " << missing + 1);
+    Points target = loop(2, 20, 1.3);
+    target(1, missing) = kMissing;
+    const Drawn drawn = draw(example(2, 20, target));
+    ASSERT_EQ(drawn.outlines.size(), 2u);
+    for (const Points& outline : drawn.outlines) {
+      EXPECT_EQ(outline.cols(), 20);
+      EXPECT_EQ(outline.col(0), outline.rightCols<1>()) << "closed";
+    }
+  }
+}
+
+TEST_F(RegistrationPictureTest, DrawsTargetsOfWhichMuchIsMissing) {
+  for (const int d : {1, 2, 3})
+    for (const int n : {2, 8, 40, 500}) {
+      SCOPED_TRACE(testing::Message() << "d = " << d << ", N = " << n);
+      Points target = loop(d, n, 1.3);
+      target.rightCols(n - 1).setConstant(kMissing);
+      RegistrationPicture picture = example(d, n, target);
+      const bool dense = d > 1 && n == 500;
+      EXPECT_EQ(draw(picture).rings.size(), dense ? 0 : panels(d) + 1);
+      for (int i = 0; i < n; ++i) picture.source.groups.push_back(i < n / 2 ? "there" : "not there");
+      draw(picture);
+    }
+}
+
+TEST_F(RegistrationPictureTest, ATargetWithoutAWholePointIsNotShown) {
+  Points target = loop(2, 8, 1.3);
+  target.row(1).setConstant(kMissing);
+  const Drawn drawn = draw(example(2, 8, target));
+  EXPECT_TRUE(drawn.rings.empty() && drawn.segments.empty() && drawn.outlines.empty());
+  EXPECT_FALSE(contains(contents("picture.svg"), "target"));
+}
+
+TEST_F(RegistrationPictureTest, SaysWhatIsWrongWithTheTarget) {
+  const Points target = loop(2, 8, 1.3);
+  const auto refusal_with = [&](const auto& change) {
+    RegistrationPicture picture = example(2, 8, target);
+    change(picture);
+    return refusal(picture);
+  };
+  EXPECT_EQ(refusal_with([](auto& picture) { picture.target.points.col(4) << kMissing, -INFINITY; }),
+            "registration picture: point 5 of the target is not finite");
+  EXPECT_EQ(refusal_with([](auto& picture) { picture.target.points(0, 1) = 1e305; }),
+            "registration picture: point 2 of the target is larger than 1e+300, too large to be drawn");
+  EXPECT_EQ(refusal_with([](auto& picture) { picture.target.points.setConstant(kMissing); }),
+            "registration picture: the target misses all of its coordinates");
+  EXPECT_EQ(refusal_with([](auto& picture) { picture.target.points = loop(2, 9, 1); }),
+            "registration picture: the target has 9 landmarks, the source 8");
+  EXPECT_EQ(refusal_with([](auto& picture) {
+              picture.target.points = Points(2, 0);
+              picture.corresponds = false;
+            }),
+            "registration picture: the target has no landmarks");
+  EXPECT_EQ(refusal_with([](auto& picture) { picture.target.groups = {"one"}; }),
+            "registration picture: the target has 1 group names for 8 landmarks");
+  EXPECT_EQ(refusal_with([](auto& picture) { picture.source.points(0, 0) = kMissing; }),
+            "registration picture: point 1 of the source is not finite");
+  EXPECT_EQ(refusal_with([](auto& picture) { picture.result(0, 0) = kMissing; }),
+            "registration picture: point 1 of the result is not finite");
+  EXPECT_TRUE(files().empty());
+}
+
+}  // namespace
+}  // namespace pulson

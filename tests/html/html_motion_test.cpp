@@ -1,0 +1,121 @@
+#include <gtest/gtest.h>
+
+#include "error_of.hpp"
+#include "picture_files.hpp"
+#include "pulson/html/html_report.hpp"
+
+namespace pulson {
+namespace {
+
+ReportMotion two_points() {
+  ReportMotion motion;
+  motion.source.points = (Points(2, 2) << 0, 1, 0, 0).finished();
+  motion.target.points = (Points(2, 2) << 0, 1, 1, 1).finished();
+  motion.times = {0, 0.5};
+  motion.frames = {motion.source.points, motion.target.points};
+  return motion;
+}
+
+std::string page_of(const ReportMotion& motion) { return html_report({.title = "t", .sections = {{"s", {motion}}}}); }
+
+std::string numbers_in(const std::string& page) {
+  const std::string begin = "<script type=\"application/json\">";
+  const std::size_t from = page.find(begin) + begin.size();
+  return page.substr(from, page.find("</script>", from) - from);
+}
+
+std::string motion_error(const ReportMotion& motion) {
+  return error_of([&] { page_of(motion); });
+}
+
+TEST(HtmlMotion, HoldsPlacesAsPartsOfTheBox) {
+  ReportMotion motion = two_points();
+  motion.source.groups = {"a", "b"};
+  motion.outliers = {1};
+  const std::string numbers = numbers_in(page_of(motion));
+  for (const char* text :
+       {"\"d\":2,", "\"times\":[0,0.5]", "\"low\":[0,0]", "\"unit\":1e-05", "\"size\":[100000,100000]",
+        "\"groups\":[0,1]", "\"outliers\":[1]", "\"frames\":[[0,0,100000,0],[0,100000,100000,100000]]",
+        "\"target\":[0,100000,100000,100000]", "\"grid\":[]"})
+    EXPECT_TRUE(contains(numbers, text)) << text << '\n' << numbers;
+}
+
+TEST(HtmlMotion, HasASliderAButtonAndWordsForTheCanvas) {
+  const std::string page = page_of(two_points());
+  for (const char* text : {"<canvas role=\"img\" aria-label=\"2 landmarks in 2D", "<input type=\"range\"",
+                           "aria-label=\"time\"", "<button type=\"button\">Play</button>", "prefers-reduced-motion"})
+    EXPECT_TRUE(contains(page, text)) << text;
+}
+
+TEST(HtmlMotion, PlayerIsOnlyInPagesThatPlay) {
+  EXPECT_TRUE(contains(page_of(two_points()), "requestAnimationFrame"));
+  const std::string page = html_report({.title = "t", .sections = {{"s", {ReportParagraph{"p"}}}}});
+  EXPECT_FALSE(contains(page, "requestAnimationFrame"));
+  EXPECT_FALSE(contains(page, ".player"));
+}
+
+TEST(HtmlMotion, EscapesItsCaptionAndNeedsNothingBesideItself) {
+  ReportMotion motion = two_points();
+  motion.caption = "<b>&";
+  motion.source.labels = motion.source.groups = {"</script><b>", "\"http"};
+  const std::string page = page_of(motion);
+  EXPECT_TRUE(contains(page, "<figcaption>&lt;b&gt;&amp;</figcaption>"));
+  for (const char* bad : {"<b>", "http", "//www", "@import", "url(", "nan", "inf]"})
+    EXPECT_FALSE(contains(page, bad)) << bad;
+}
+
+TEST(HtmlMotion, TargetMayMissCoordinates) {
+  ReportMotion motion = two_points();
+  motion.target.points(0, 1) = std::nan("");
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), "\"target\":[0,100000,null,100000]"));
+}
+
+TEST(HtmlMotion, StandsStillWhereNothingMoves) {
+  ReportMotion motion;
+  motion.source.points = Points::Constant(1, 1, 3);
+  motion.times = {0, 1};
+  motion.frames = {motion.source.points, motion.source.points};
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), "\"frames\":[[0],[0]]"));
+}
+
+TEST(HtmlMotion, StaysSmall) {
+  ReportMotion motion;
+  motion.source.points = Points::Random(2, 500);
+  for (int k = 0; k <= 20; ++k) {
+    motion.times.push_back(k);
+    motion.frames.emplace_back(motion.source.points * (1 + 0.01 * k));
+    motion.grid.emplace_back(Points::Random(2, 2600));
+  }
+  motion.lines.assign(40, 65);
+  EXPECT_LT(page_of(motion).size(), 1'200'000u);
+}
+
+TEST(HtmlMotion, RefusesSizesThatDisagree) {
+  const auto changed = [](auto change) {
+    ReportMotion motion = two_points();
+    change(motion);
+    return motion_error(motion);
+  };
+  EXPECT_EQ(changed([](auto& m) { m.frames.pop_back(); }), "report: a motion has 1 frames at 2 times");
+  EXPECT_EQ(changed([](auto& m) { m.frames[1] = Points::Zero(2, 3); }),
+            "report: frame 2 of the landmarks of a motion is 2×3; it must be 2×2");
+  EXPECT_EQ(changed([](auto& m) { m.frames[0](0, 0) = std::nan(""); }),
+            "report: frame 1 of the landmarks of a motion is not finite");
+  EXPECT_EQ(changed([](auto& m) { m.grid = {Points::Zero(2, 2)}; }), "report: a motion has 1 grids at 2 times");
+  EXPECT_EQ(changed([](auto& m) {
+              m.lines = {3};
+              m.grid = {Points::Zero(2, 3), Points::Zero(2, 2)};
+            }),
+            "report: frame 2 of the grid of a motion is 2×2; it must be 2×3");
+  EXPECT_EQ(changed([](auto& m) { m.times = {1, 1}; }), "report: the times of a motion must grow");
+  EXPECT_EQ(changed([](auto& m) { m.times = {1}; }), "report: a motion needs two times or more");
+  EXPECT_EQ(changed([](auto& m) { m.target.points = Points::Zero(2, 3); }),
+            "report: the target of a motion has 3 landmarks of 2");
+  EXPECT_EQ(changed([](auto& m) { m.target.points = Points::Zero(3, 2); }),
+            "report: the target of a motion has another dimension");
+  EXPECT_EQ(changed([](auto& m) { m.outliers = {2}; }), "report: a motion has no landmark 2");
+  EXPECT_EQ(changed([](auto& m) { m.source = {}; }), "report: a motion of 0 landmarks in 0D cannot be shown");
+}
+
+}  // namespace
+}  // namespace pulson

@@ -1,0 +1,113 @@
+// What the program says of itself, and of a file.
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+
+#include "program.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "pulson/integrators/integrator.hpp"
+#include "pulson/kernels/kernel_operator.hpp"
+#include "pulson/noise/noise_table.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+class HelpOfProgram : public Program {
+ protected:
+  static std::string printed(const Arguments& arguments) {
+    const ProgramRun done = run(arguments);
+    EXPECT_EQ(done.exit_code, 0);
+    EXPECT_EQ(done.err, "");
+    return done.out;
+  }
+};
+
+template <class Make>
+void expect_rows(const NameTable<Make>& table, const std::string& text) {
+  EXPECT_FALSE(table.rows().empty());
+  for (const auto& row : table.rows()) {
+    EXPECT_THAT(text, HasSubstr(row.name + " "));
+    EXPECT_THAT(text, HasSubstr(row.help));
+    for (const ParameterInfo& parameter : row.parameters) EXPECT_THAT(text, HasSubstr(parameter.help));
+  }
+}
+
+TEST_F(HelpOfProgram, ListsTheVerbs) {
+  const std::string text = printed({"--help"});
+  EXPECT_THAT(text, HasSubstr("register"));
+  EXPECT_THAT(text, HasSubstr("info"));
+  EXPECT_EQ(printed({"-h"}), text);
+  EXPECT_EQ(printed({"help"}), text);
+  for (const std::string verb : {"register", "warp"}) EXPECT_EQ(printed({"help", verb}), printed({verb, "--help"}));
+}
+
+TEST_F(HelpOfProgram, GivesAnExampleForEachVerb) {
+  EXPECT_THAT(printed({"register", "--help"}), HasSubstr("pulson register a.csv b.csv -o out"));
+  EXPECT_THAT(printed({"register", "--help"}), HasSubstr("Exit codes"));
+  EXPECT_THAT(printed({"info", "--help"}), HasSubstr("pulson info noises"));
+  for (const std::string verb : {"register", "warp", "simulate", "ensemble", "compare", "fokker-planck", "reproduce",
+                                 "convert", "info", "completion"}) {
+    const std::string help = printed({verb, "--help"});
+    EXPECT_THAT(help, HasSubstr("\n  pulson " + verb + " ")) << verb;
+    EXPECT_THAT(help, HasSubstr("\nExit codes: 0 done")) << verb;
+    EXPECT_THAT(help, testing::Not(HasSubstr("TEXT"))) << verb;
+  }
+}
+
+TEST_F(HelpOfProgram, KnowsItsVersion) {
+  const std::string text = printed({"--version"});
+  EXPECT_EQ(printed({"-v"}), text);
+  EXPECT_THAT(text.substr(0, text.find('\n')), MatchesRegex("pulson [0-9]+\\.[0-9]+\\.[0-9]+"));
+  EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 15);
+  for (const std::string library :
+       {"Eigen", "Highway", "NLopt", "Qhull", "zlib", "fmt", "nlohmann_json", "CLI11", "OpenCV", "OpenBLAS"})
+    EXPECT_THAT(text, testing::ContainsRegex(library + " [0-9]+\\.[0-9]+"));
+}
+
+TEST_F(HelpOfProgram, PrintsTheTables) {
+  expect_rows(kernel_table(), printed({"info", "kernels"}));
+  expect_rows(noise_table(), printed({"info", "noises"}));
+  expect_rows(integrator_table(), printed({"info", "integrators"}));
+  const std::string formats = printed({"info", "formats"});
+  for (const LandmarkFormat& format : landmark_formats()) {
+    EXPECT_THAT(formats, HasSubstr(format.name + " "));
+    EXPECT_THAT(formats, HasSubstr(format.help));
+    for (const std::string& extension : format.extensions) EXPECT_THAT(formats, HasSubstr("." + extension));
+  }
+  EXPECT_EQ(static_cast<std::size_t>(std::count(formats.begin(), formats.end(), '\n')), landmark_formats().size());
+  EXPECT_THAT(formats, HasSubstr("\nbigwarp       read           -          landmarks of"));
+  EXPECT_THAT(formats, HasSubstr("\ncsv           read, written  .csv .tsv  table"));
+}
+
+TEST_F(HelpOfProgram, TellsWhatIsInAFile) {
+  const std::string discs = printed({"info", sample("discs_source")});
+  EXPECT_THAT(discs, HasSubstr("34 landmarks in 2D"));
+  EXPECT_THAT(discs, HasSubstr("2 groups"));
+  EXPECT_THAT(printed({"info", sample("swap_source")}), HasSubstr("2 landmarks in 1D"));
+  write("pair.tps", "LM=2\n0 0\n1 0\nID=ann\nLM=2\n0 0\n0 0\nID=bob\n");
+  const std::string pair = printed({"info", "pair.tps"});
+  EXPECT_THAT(pair, HasSubstr("2 shapes"));
+  EXPECT_THAT(pair, HasSubstr("ann"));
+  EXPECT_THAT(pair, HasSubstr("1 and 2 coincide"));
+}
+
+// A full disk behind `> FILE` must not look like success.
+TEST_F(HelpOfProgram, FailsWhereItsOutputIsLost) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  const Arguments swap = words("--noise ch-sd:beta=2 --no-picture --json - -o out");
+  const std::vector<Arguments> commands = {
+      {"info", "kernels"}, {"--help"}, joined({"register", sample("swap_source"), sample("swap_target")}, swap)};
+  for (const Arguments& command : commands) {
+    const ProgramRun done = run(command, {.out_path = "/dev/full"});
+    EXPECT_NE(done.exit_code, 0) << command.front();
+    EXPECT_EQ(count_lines(done.err), 1U) << command.front();
+  }
+}
+
+}  // namespace
+}  // namespace pulson

@@ -1,0 +1,175 @@
+// Options that all verbs have that read landmarks, standard input, and what keeps the files of a folder whole.
+
+#include <csignal>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+
+#include "program.hpp"
+#include "pulson/formats/landmark_files.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+
+class ReadingProgram : public Program {
+ protected:
+  void SetUp() override {
+    Program::SetUp();
+    write("a.tps", "LM=3\n0 0\n4 0\n0 4\nCURVES=1\nPOINTS=3\n1 1\n2 1\n4 1\nSCALE=0.5\nID=a\n");
+    write("b.tps", "LM=3\n0 0\n5 0\n0 4\nCURVES=1\nPOINTS=2\n1 1.5\n4 1.5\nSCALE=0.5\nID=b\n");
+    write("he.csv", "id,he_col,he_row,label\n1,1,2,tip\n2,3,4,eye\n3,5,7,fin\n");
+    write("turns.txt", "1\n2\n3\n4\n5\n7\n");
+  }
+
+  static ProgramRun done(const std::string& line) {
+    ProgramRun result = run(words(line));
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result;
+  }
+
+  static void expect_refused(const std::string& line, const std::string& message) {
+    const ProgramRun result = run(words(line));
+    EXPECT_EQ(result.exit_code, 2) << line;
+    EXPECT_EQ(result.err, "pulson: " + message + "\n");
+  }
+
+  /// Runs with the text of a file on standard input.
+  static ProgramRun run_with_input(const std::string& file, const std::string& line) {
+    const int before = ::dup(STDIN_FILENO);
+    const int given = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    ::dup2(given, STDIN_FILENO);
+    ProgramRun result = run(words(line));
+    ::dup2(before, STDIN_FILENO);
+    ::close(before);
+    ::close(given);
+    return result;
+  }
+};
+
+TEST_F(ReadingProgram, TakesColumnsAndTurns) {
+  done("convert he.csv out.json --columns x=he_col,y=he_row,name=label");
+  const Landmarks shape = read_landmarks("out.json");
+  EXPECT_EQ(shape.points, (Points(2, 3) << 1, 3, 5, 2, 4, 7).finished());
+  EXPECT_THAT(shape.labels, ElementsAre("tip", "eye", "fin"));
+  done("convert turns.txt turned.csv --dim 2");
+  EXPECT_EQ(read_landmarks("turned.csv").points, shape.points);
+  expect_refused("info he.csv --columns x=he_x,y=he_row",
+                 "he.csv:1: no column 'he_x'; the columns are 'id', 'he_col', 'he_row', 'label'");
+  expect_refused("info he.csv --columns he_col,he_row",
+                 "--columns: 'he_col' is not of the kind x=COLUMN; valid: x, y, z, name, specimen, group");
+  expect_refused("info he.csv --columns nam=label",
+                 "--columns: 'nam' is nothing that a column holds; did you mean 'name'; valid: x, y, z, name, "
+                 "specimen, group");
+  expect_refused("info turns.txt --dim 4", "--dim is 4; it must be 2 or 3");
+}
+
+TEST_F(ReadingProgram, TakesACurveAndAScale) {
+  done("convert a.tps out.csv --landmarks 3,1 --curves 2 --scale apply");
+  EXPECT_EQ(contents("out.csv"), "x,y,group\n0,2,landmarks\n0,0,landmarks\n0.5,0.5,\"curve 1\"\n2,0.5,\"curve 1\"\n");
+  expect_refused("info a.tps --curves 1", "--curves is 1; it must be from 2 to 100000");
+  expect_refused("info a.tps --scale 2", "--scale is '2'; it must be apply, or left out");
+  expect_refused("info a.tps --landmarks 7", "a.tps has no landmark 7; they are numbered from 1 to 3");
+  expect_refused("info a.tps --format tsp",
+                 "--format: 'tsp' is no landmark format; did you mean 'tps'; valid: npy, vtk, fcsv, mrk.json, labelme, "
+                 "menpo, dlib, json, tps, ibug, elastix, transformix, idav, nts, morphologika, edma, stereomorph, "
+                 "deeplabcut, bigwarp, csv");
+}
+
+TEST_F(ReadingProgram, HasTheSameOptionsInEveryVerbThatReads) {
+  for (const char* verb : {"register", "compare", "warp", "simulate", "ensemble", "convert", "info"}) {
+    const std::string help = done(std::string(verb) + " --help").out;
+    for (const char* option :
+         {"--missing", "--format", "--columns", "--dim", "--landmarks", "--curves", "--scale", "-q,--quiet"})
+      EXPECT_THAT(help, HasSubstr(option)) << verb;
+  }
+  for (const char* verb : {"fokker-planck", "reproduce"})
+    EXPECT_THAT(done(std::string(verb) + " --help").out, HasSubstr("-q,--quiet"));
+  done("simulate --shape a.tps --landmarks 1-2 --curves 3 --time 0.1 --no-picture -q -o s");
+  const ProgramRun registered =
+      run(words("register a.tps b.tps --landmarks 1-2 --curves 3 --scale apply --no-picture -q -o r"));
+  EXPECT_EQ(registered.out, "");
+  EXPECT_EQ(registered.err, "");
+  EXPECT_EQ(read_json("r/registration.json")["source"].size(), 5U);
+  const std::string before = contents("a.tps");
+  done("warp r a.tps -o w.csv --landmarks 2 --scale apply -q");
+  EXPECT_EQ(read_landmarks("w.csv").count(), 1);
+  EXPECT_EQ(contents("a.tps"), before);
+}
+
+TEST_F(ReadingProgram, ReadsStandardInput) {
+  ProgramRun result = run_with_input("a.tps", "info -");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, StartsWith("-: tps with 1 shape\n"));
+  result = run_with_input("turns.txt", "convert - out.csv --format csv --dim 2");
+  EXPECT_EQ(result.out, "wrote out.csv: 1 shape, csv\n");
+  EXPECT_EQ(read_landmarks("out.csv").count(), 3);
+  write("two.tps", contents("a.tps") + contents("b.tps"));
+  result = run_with_input("two.tps", "register /dev/stdin#1 /dev/stdin#id=b --no-picture -q -o out");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  result = run_with_input("two.tps", "simulate --shape - -o out");
+  EXPECT_EQ(result.err, "pulson: /dev/stdin has 2 shapes; choose one as /dev/stdin#1 or /dev/stdin#id=a\n");
+  result = run_with_input("/dev/null", "info -");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.err, "pulson: standard input is empty\n");
+  write("bad.tps", "LM=2\n1 2\n");
+  result = run_with_input("bad.tps", "info -");
+  EXPECT_EQ(result.err,
+            "pulson: standard input:1: shape 1 says 'LM=2' but has 1 line of coordinates before the file ends\n");
+}
+
+TEST_F(ReadingProgram, InfoIsQuietOnRequest) {
+  EXPECT_THAT(done("info a.tps").out, HasSubstr("note: "));
+  EXPECT_THAT(done("info a.tps -q").out, Not(HasSubstr("note: ")));
+}
+
+// ---- folders
+
+using OutputFolder = ReadingProgram;
+
+TEST_F(OutputFolder, HoldsAllFilesOrNoneWhereTheyDoNotFit) {
+  done("register a.tps b.tps --no-picture -o out");
+  const auto before = all_files();
+  rlimit limit{};
+  ::getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit small{5000, limit.rlim_max};  // room for residuals.csv, and not for report.html
+  const auto on_signal = std::signal(SIGXFSZ, SIG_IGN);
+  ::setrlimit(RLIMIT_FSIZE, &small);
+  const ProgramRun again = run(words("register a.tps b.tps --steps 3 --no-picture -o out"));
+  const ProgramRun first = run(words("register a.tps b.tps --steps 3 --no-picture -o new"));
+  ::setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, on_signal);
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("pulson: cannot write 'out/"));
+  EXPECT_THAT(again.err, EndsWith(": File too large\n"));
+  EXPECT_THAT(changed_since(before), IsEmpty());
+  EXPECT_EQ(first.exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists("new"));
+}
+
+TEST_F(OutputFolder, HasOneWriter) {
+  std::filesystem::create_directory("out");
+  write("out/.pulson.lock", "4711\n");
+  const int lock = ::open("out/.pulson.lock", O_RDWR | O_CLOEXEC);
+  ASSERT_EQ(::flock(lock, LOCK_EX), 0);
+  const std::string fit = "register a.tps b.tps --no-picture -q -o out";
+  const ProgramRun refused = run(words(fit));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, EndsWith("pulson: another pulson (process 4711) writes into 'out' at present; wait until it "
+                                    "ends, or choose another folder\n"));
+  EXPECT_THAT(names_in("out"), ElementsAre(".pulson.lock"));
+  ::close(lock);  // as that process ends
+  done(fit);
+  EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "report.html", "residuals.csv", "trajectory.csv"));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -1,0 +1,241 @@
+// The verb `warp`: what it writes and tells.
+
+#include "warp_program.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "image_examples.hpp"
+#include "pulson/fields/grid_fields.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "pulson/images/image_files.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::AllOf;
+using testing::Each;
+using testing::ElementsAre;
+using testing::Ge;
+using testing::HasSubstr;
+using testing::Le;
+
+TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
+  register_discs();
+  const ProgramRun done =
+      warp(discs(), std::string(kFrame) +
+                        "-o w.png --json w.json --field f.mha --jacobian j.png --log-jacobian l.tif --multiplicity "
+                        "m.mha --folds folds.png --holes holes.png --grid g.png --side-by-side s.png");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("method     push: the map folds"), HasSubstr("y up (flipped)"),
+                              HasSubstr("colours    j.png: blue 0, white 1, red 2, yellow below 0\nseconds")));
+  const nlohmann::json told = read_json("w.json");
+  EXPECT_THAT(told["folded_fraction"].get<double>(), AllOf(Ge(0.1), Le(0.4)));
+  EXPECT_LT(told["min_jacobian"], -1);
+  EXPECT_GE(told["max_multiplicity"], 3);
+  EXPECT_GT(told["uncovered_fraction"], 0);
+  EXPECT_LE(told["landmark_error_max"], 1e-8);
+  EXPECT_LE(told["map_error"], 0.05);
+  EXPECT_GT(told["seconds"], 0);
+  const Image warped = read_image("w.png");
+  EXPECT_EQ(warped.channels(), 4);
+  const Image source = read_image(discs());
+  // Disc centres, which are landmarks, have changed places.
+  const std::vector<double> left = pixel(source, 150, 180), right = pixel(source, 450, 180);
+  ASSERT_NE(left, right);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(warped.at(450, 180, c), left[static_cast<std::size_t>(c)], 20);
+    EXPECT_NEAR(warped.at(150, 180, c), right[static_cast<std::size_t>(c)], 20);
+  }
+  const GridField counts = read_grid_field("m.mha");
+  EXPECT_EQ(*std::max_element(counts.values.begin(), counts.values.end()), told["max_multiplicity"].get<float>());
+  EXPECT_THAT(read_grid_field("f.mha").sizes, ElementsAre(600, 360));
+  const Image folds = read_image("folds.png");
+  const auto mask = folds.values<std::uint8_t>();
+  const double folded =
+      static_cast<double>(std::count(mask.begin(), mask.end(), 255)) / static_cast<double>(mask.size());
+  EXPECT_NEAR(folded, told["folded_fraction"], 0.01);
+  EXPECT_EQ(read_image("l.tif").depth(), PixelDepth::kFloat32);
+  for (const char* picture : {"j.png", "holes.png", "g.png"}) EXPECT_EQ(read_image(picture).width(), 600) << picture;
+  EXPECT_GT(read_image("s.png").width(), 1200);
+}
+
+TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
+  register_squares();
+  std::vector<float> values;
+  for (int y = 0; y < 17; ++y)
+    for (int x = 0; x < 17; ++x) values.push_back(static_cast<float>(100 + 5 * x - 3 * y));
+  write_image("ramp.tif", Image(17, 17, 1, std::span<const float>(values)));
+  ProgramRun done = warp("ramp.tif", "-o there.tif --border replicate --json -");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  nlohmann::json told = nlohmann::json::parse(done.out);
+  EXPECT_EQ(told["method"], "pull");
+  EXPECT_EQ(told["folded_fraction"], 0);
+  EXPECT_GT(told["min_jacobian"], 0);
+  // The landmark (4, 12) is now at (3, 13), and (12, 12) at (13, 12).
+  EXPECT_NEAR(read_image("there.tif").at(3, 13, 0), 100 + 5 * 4 - 3 * 12, 0.2);
+  EXPECT_NEAR(read_image("there.tif").at(13, 12, 0), 100 + 5 * 12 - 3 * 12, 0.2);
+  done = warp("there.tif", "-o back.tif --border replicate --inverse -q --json w.json");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.out, "");
+  EXPECT_EQ(read_json("w.json")["inverse"], true);
+  const Image back = read_image("back.tif");
+  for (int y = 5; y < 12; ++y)
+    for (int x = 5; x < 12; ++x) EXPECT_NEAR(back.at(x, y, 0), 100 + 5 * x - 3 * y, 0.3);
+  // Pushed, it is the same picture.
+  done = warp("ramp.tif", "-o pushed.tif --method push --border constant -q");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Image pulled = read_image("there.tif"), pushed = read_image("pushed.tif");
+  for (int y = 4; y < 13; ++y)
+    for (int x = 4; x < 13; ++x) EXPECT_NEAR(pushed.at(x, y, 0), pulled.at(x, y, 0), 0.5);
+}
+
+TEST_F(WarpProgram, CarriesLandmarksOntoTheResultAndBack) {
+  register_squares();
+  write("more.csv", "label,x,y\np,4,12\nq,NA,NA\nr,12,4\n");
+  ASSERT_EQ(warp("more.csv", "-o moved.csv --json w.json").exit_code, 0);
+  const Points moved = read_landmarks("moved.csv").points;
+  const nlohmann::json record = read_json("out/registration.json");
+  for (int axis = 0; axis < 2; ++axis) {
+    EXPECT_NEAR(moved(axis, 0), record["result"][3][axis], 1e-9);
+    EXPECT_NEAR(moved(axis, 2), record["result"][1][axis], 1e-9);
+    EXPECT_TRUE(std::isnan(moved(axis, 1)));
+  }
+  EXPECT_EQ(read_json("w.json")["method"], "points");
+  ASSERT_EQ(warp("moved.csv", "-o back.csv --inverse").exit_code, 0);
+  const Points back = read_landmarks("back.csv").points;
+  EXPECT_LE((back.col(0) - Eigen::Vector2d(4, 12)).norm(), 1e-9);
+}
+
+// The corners of the source go where the registration says, as landmarks of any shape, along curves and in any format.
+TEST_F(WarpProgram, CarriesAllPointsOfAFile) {
+  register_squares();
+  write("more.tps",
+        "LM=1\n4 12\nCURVES=1\nPOINTS=2\n4 4\n12 4\nIMAGE=a.png\nID=one\nSCALE=0.5\n"
+        "LM=2\n12 12\n4 4\nIMAGE=b.png\nID=two\n");
+  ASSERT_EQ(warp("more.tps", "-o moved.tps").exit_code, 0);
+  const LandmarkFile moved = read_landmark_file("moved.tps");
+  const nlohmann::json record = read_json("out/registration.json");
+  const auto expect_corner = [&](const auto& point, int corner) {
+    for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(point[axis], record["result"][corner][axis], 1e-9);
+  };
+  ASSERT_EQ(moved.shapes.size(), 2U);
+  const Landmarks &one = moved.shapes[0], &two = moved.shapes[1];
+  EXPECT_EQ(one.name + two.name, "onetwo");
+  EXPECT_EQ(one.image + two.image, "") << "they lie on another image now";
+  EXPECT_FALSE(one.scale);
+  expect_corner(one.points.col(0), 3);
+  ASSERT_EQ(one.curves.size(), 1U);
+  expect_corner(one.curves[0].col(0), 0);
+  expect_corner(one.curves[0].col(1), 1);
+  expect_corner(two.points.col(0), 2);
+  expect_corner(two.points.col(1), 0);
+  const ProgramRun lossy = warp("more.tps", "-o moved.pts");
+  EXPECT_EQ(lossy.exit_code, 2) << "pts holds one shape";
+  const ProgramRun one_shape = warp("more.tps#1", "-o moved.pts");
+  EXPECT_EQ(one_shape.exit_code, 0) << one_shape.err;
+  EXPECT_THAT(one_shape.err, HasSubstr("note: ")) << "what pts does not hold";
+}
+
+TEST_F(WarpProgram, FlipsYForTpsFiles) {
+  write("two.tps", "LM=4\n4 4\n12 4\n12 12\n4 12\nID=a\nLM=4\n4 3\n13 5\n13 12\n3 13\nID=b\n");
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  ASSERT_EQ(run(words("register two.tps#1 two.tps#2 -o out --no-picture -q")).exit_code, 0);
+  ASSERT_EQ(warp("grey.png", "-o w.png -q --json w.json").exit_code, 0);
+  EXPECT_EQ(read_json("w.json")["flip_y"], true);
+  EXPECT_EQ(read_json("w.json")["target_flip_y"], true);
+  ASSERT_EQ(warp("grey.png", "-o w.png -q --json w.json --no-flip-y").exit_code, 0);
+  EXPECT_EQ(read_json("w.json")["flip_y"], false);
+  register_squares();
+  ASSERT_EQ(warp("grey.png", "-o w.png -q --json w.json").exit_code, 0);
+  EXPECT_EQ(read_json("w.json")["flip_y"], false);
+}
+
+// A mirror of the whole plane is no fold.
+TEST_F(WarpProgram, MirrorsByTheAlignment) {
+  write("a.csv", "x,y\n4,4\n12,4\n12,12\n4,8\n");
+  write("b.csv", "x,y\n12,4\n4,4\n4,12\n12,8\n");
+  ASSERT_EQ(run(words("register a.csv b.csv -o out --align rigid --reflect --no-picture -q")).exit_code, 0);
+  const Image image = uneven_image(17, 17, 3, PixelDepth::kUint8);
+  write_image("a.png", image);
+  for (const std::string method : {"pull", "push"}) {
+    const ProgramRun done = warp("a.png", "-o w.png -q --json w.json --folds f.png --method " + method);
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    const nlohmann::json told = read_json("w.json");
+    EXPECT_EQ(told["method"], method);
+    EXPECT_EQ(told["folded_fraction"], 0);
+    EXPECT_NEAR(told["min_jacobian"], 1, 1e-6);
+    EXPECT_EQ(told["max_multiplicity"], 1);
+    EXPECT_THAT(read_image("f.png").values<std::uint8_t>(), Each(0));
+    for (int x = 1; x < 16; ++x) EXPECT_EQ(pixel(read_image("w.png"), x, 5)[0], pixel(image, 16 - x, 5)[0]);
+  }
+}
+
+// Formats without alpha show what is not covered, and what was transparent, in white.
+TEST_F(WarpProgram, PutsTheResultOnWhiteWhereTheFormatHasNoAlpha) {
+  register_squares();
+  const Image clear(40, 40, 4, PixelDepth::kUint8), red = [] {
+    Image image(40, 40, 3, PixelDepth::kUint8);
+    for (std::size_t i = 0; i < image.pixel_count(); ++i) image.values<std::uint8_t>()[3 * i] = 200;
+    return image;
+  }();
+  write_image("clear.png", clear);
+  write_image("red.png", red);
+  for (const char* method : {"pull", "push"})
+    for (const char* name : {"w.jpg", "w.bmp", "W.JPG"}) {
+      const std::string options = std::string("--method ") + method + " -q --size 60x60 -o " + name;
+      ProgramRun done = warp("clear.png", options);
+      ASSERT_EQ(done.exit_code, 0) << done.err;
+      EXPECT_THAT(read_image(name).values<std::uint8_t>(), Each(Ge(250))) << name;
+      done = warp("red.png", options);
+      ASSERT_EQ(done.exit_code, 0) << done.err;
+      EXPECT_GE(read_image(name).at(55, 55, 1), 250) << name;
+      EXPECT_LE(read_image(name).at(20, 20, 1), 5) << name;
+    }
+  ASSERT_EQ(warp("red.png", "-q --size 60x60 -o W.PNG").exit_code, 0);
+  EXPECT_EQ(pixel(read_image("W.PNG"), 55, 55).back(), 0);
+}
+
+// A grid's numbers have no white, and its own spacing and origin are kept.
+TEST_F(WarpProgram, PutsNothingAroundGridsOfNumbers) {
+  write("a.csv", "x,y\n10,20\n14,20\n14,24\n");
+  const ProgramRun done = run(words("register a.csv a.csv -o out --no-picture -q"));
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  GridField grid{{6, 4}, {2, 2}, {10, 20}, 1, std::vector<float>(24, 700)};
+  grid.values[0] = -300;
+  write_grid_field("ct.mha", grid);
+  for (const std::string method : {"pull", "push"}) {
+    const ProgramRun warped = warp("ct.mha", "-o w.mha --size 8x4 --method " + method);
+    ASSERT_EQ(warped.exit_code, 0) << warped.err;
+    const GridField result = read_grid_field("w.mha");
+    EXPECT_EQ(result.spacing, grid.spacing);
+    EXPECT_EQ(result.origin, grid.origin);
+    EXPECT_THAT(std::vector(result.values.begin(), result.values.begin() + 8),
+                ElementsAre(-300, 700, 700, 700, 700, 700, 0, 0));
+  }
+}
+
+TEST_F(WarpProgram, SamplesTellMeanDeviationAndProbabilityOfFolds) {
+  register_squares("ch-sd:beta=1");
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  const std::string options = "-o w.png --samples 5 --deviation d.tif --fold-probability p.tif -q --threads ";
+  ASSERT_EQ(warp("grey.png", options + "1").exit_code, 0);
+  const auto files = all_files();
+  const ProgramRun done = warp("grey.png", options + "3 --json w.json");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(changed_since(files), ElementsAre("./w.json"));
+  EXPECT_EQ(read_json("w.json")["samples"], 5);
+  EXPECT_EQ(read_json("w.json")["reason"], "mean over 5 samples");
+  EXPECT_EQ(read_image("w.png").channels(), 4);
+  const Image deviation = read_image("d.tif"), probability = read_image("p.tif");
+  EXPECT_THAT(deviation.values<float>(), Each(Ge(0)));
+  EXPECT_GT(*std::max_element(deviation.values<float>().begin(), deviation.values<float>().end()), 1);
+  for (const float value : probability.values<float>()) EXPECT_NEAR(std::remainder(value, 0.2), 0, 1e-6);
+}
+
+}  // namespace
+}  // namespace pulson

@@ -45,7 +45,7 @@ Problem problem_of(const FokkerPlanckArguments& arguments) {
   Start start = arguments.start.start();
   const PhaseState& state = start.state;
   if (state.q.rows() != 1 || state.q.cols() != 2)
-    throw InputError(fmt::format("{}: two landmarks on a line are needed, there are {} in {}D", start.shape.source,
+    throw InputError(fmt::format("{}: two landmarks on a line are needed; there are {} in {}D", start.shape.source,
                                  state.q.cols(), state.q.rows()));
   const NoiseModel& noise = *start.system.noise;
   const NoiseTraits traits = noise.traits();
@@ -227,7 +227,7 @@ void add_fokker_planck_verb(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--grids", arguments->options.most_grids, "refine no further than this, at least 2")
       ->capture_default_str();
-  verb->add_option("--samples", arguments->samples, "sample as many paths to compare with")->capture_default_str();
+  verb->add_option("--samples", arguments->samples, "number of sample paths to compare with")->capture_default_str();
   verb->add_option("--dt", arguments->dt, "time step of the paths")->capture_default_str();
   add_seed_option(*verb, arguments->seed);
   add_threads_option(*verb);

@@ -69,8 +69,9 @@ void add_info_verb(CLI::App& program) {
   auto what = std::make_shared<std::string>();
   auto options = std::make_shared<FileInfoOptions>();
   verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, or a landmark file")->required();
-  verb->add_flag("--all", options->all, "list all shapes of the file, not the first 20 alone");
-  verb->add_option("--json", options->json, "write what is in the file here too; - for standard output, and no text")
+  verb->add_flag("--all", options->all, "list all shapes of the file, not only the first 20");
+  verb->add_option("--json", options->json,
+                   "also write the contents as JSON to this file; -: to standard output, without the text")
       ->type_name("FILE");
   add_quiet_option(*verb);
   add_read_options(*verb, options->reading);

@@ -139,7 +139,7 @@ void print_file_info(const std::string& address, const FileInfoOptions& options)
   const std::size_t count = facts.shapes.size();
   const std::size_t listed = options.all ? count : std::min(kListed, count);
   for (std::size_t i = 0; i < listed; ++i) print_shape(i + 1, facts.file.shapes[i], facts.shapes[i]);
-  if (listed < count) fmt::print("       and {} more, which --all lists\n", count - listed);
+  if (listed < count) fmt::print("       and {} more; --all lists them\n", count - listed);
   if (verbosity() == Verbosity::kQuiet) return;
   for (const std::string& warning : facts.file.warnings) fmt::print("note: {}\n", warning);
 }

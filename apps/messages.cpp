@@ -42,7 +42,7 @@ void add_quiet_option(CLI::App& verb) {
 
 void add_verbose_option(CLI::App& verb) {
   CLI::Option* verbose = verb.add_flag_callback(
-      "-v,--verbose", [] { chosen = Verbosity::kVerbose; }, "tell each step and the time, on standard error");
+      "-v,--verbose", [] { chosen = Verbosity::kVerbose; }, "log each step with its time, on standard error");
   if (CLI::Option* quiet = verb.get_option_no_throw("--quiet")) verbose->excludes(quiet);
 }
 

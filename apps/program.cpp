@@ -85,8 +85,8 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
   program.formatter(help_formatter());
   program.set_version_flag(
-      "-v,--version", [] { return build_facts(); }, "print the version, and what it was built with");
-  program.get_help_ptr()->description("print this, or with a verb its options and examples");
+      "-v,--version", [] { return build_facts(); }, "print the version and build information");
+  program.get_help_ptr()->description("print this help; after a verb, its options and examples");
   program.require_subcommand(1);
   add_verbs(program, exit_code);
   for (CLI::App* verb : program.get_subcommands({})) add_common_options(*verb);

@@ -93,7 +93,7 @@ ReportTable model_table(const Registration& registration) {
         fmt::format("{}, scale {}", alignment_name(registration.alignment.kind), number(registration.alignment.scale)));
   add("kernel", registration_system(registration).kernel.spec(4));
   if (registration.fitted_kernel)
-    add("a left-out landmark is predicted to", number(registration.fitted_kernel->prediction_error));
+    add("error of predicting a left-out landmark", number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
   if (registration.data.kind != DataKind::kLandmarks)
@@ -141,7 +141,7 @@ std::string residuals_caption(const Registration& registration, std::size_t list
       "above {} sigma.",
       outliers == 0 ? "none" : fmt::to_string(outliers), kDeviations, kNormalScale, kLeastSigmas);
   if (listed < static_cast<std::size_t>(registration.source.count()))
-    text += fmt::format(" Of {} landmarks the {} furthest off are listed; residuals.csv has all.",
+    text += fmt::format(" Of {} landmarks, the {} with the largest distances are listed; residuals.csv has all.",
                         registration.source.count(), listed);
   return text + " Click a column heading to sort.";
 }

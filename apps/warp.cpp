@@ -37,8 +37,8 @@ void warn_of_landmarks_outside(const WarpArguments& arguments, const Registratio
     outside += (pixel.array() < -1).any() || pixel[0] > picture.image.width() || pixel[1] > picture.image.height();
   if (outside > 0)
     tell_warning(
-        fmt::format("{} of {} landmarks lie outside {}: is it the right image? else see --pixel-size, --origin "
-                    "and --flip-y",
+        fmt::format("{} of {} landmarks lie outside {}: check that it is the right image, and see --pixel-size, "
+                    "--origin and --flip-y",
                     outside, pixels.cols(), arguments.input));
 }
 

@@ -153,7 +153,7 @@ TEST(FitCohort, RefusesNoiseThatTheAlignmentTakesOut) {
   const Landmarks source = oval(6);
   const Cohort cohort = make_cohort(source, drawn_from("none", 7, 4, 6).targets, AlignmentKind::kTranslation);
   EXPECT_THAT(error_of([&] { fit_cohort(cohort, "p-sd:fields=constant", cohort_settings()); }),
-              AllOf(HasSubstr("p-sd"), HasSubstr("as their alignment (translation) does, which takes it out")));
+              AllOf(HasSubstr("p-sd"), HasSubstr("as their alignment (translation) does, which removes it")));
 }
 
 TEST(FitCohort, RefusesWhatIsNoModelOfTheseShapes) {

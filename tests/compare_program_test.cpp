@@ -52,7 +52,7 @@ TEST_F(CompareProgram, WritesARecordOfEveryModel) {
                                   " -o out --sigma 0.05 --noise none --noise ch-sd:beta=1 --lambda 1 --no-picture");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "report.html", "shapes.csv"));
-  EXPECT_THAT(done.out, AllOf(HasSubstr("these shapes call for ch-sd:beta=1"), HasSubstr("wrote      out")));
+  EXPECT_THAT(done.out, AllOf(HasSubstr("these shapes are best explained by ch-sd:beta=1"), HasSubstr("wrote      out")));
   const nlohmann::json told = read_json("out/comparison.json");
   ASSERT_EQ(told["models"].size(), 2U);
   for (const auto& model : told["models"])
@@ -107,7 +107,7 @@ TEST_F(CompareProgram, TakesTheEndsOfClosedOutlinesAsOne) {
   const ProgramRun done = compare("closed.csv" + options);
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err,
-              HasSubstr("landmarks 1 and 7 are at the same place in all shapes and taken as one: a closed outline"));
+              HasSubstr("landmarks 1 and 7 are at the same position in all shapes and are merged: a closed outline"));
   EXPECT_EQ(read_json("out/comparison.json")["coordinates"], 4 * (12 - 4));
 
   write("a.csv", "0,0\n1,0\n1,1\n0,1\n0,0\n");

@@ -73,7 +73,7 @@ TEST_F(ConvertProgram, JoinsFiles) {
   converted("pair.json#2 pair.json -o three.tps");
   EXPECT_EQ(read_landmark_file("three.tps").shapes.size(), 3U);
   expect_refused("convert head.fcsv tail.fcsv both.json --axes RAS",
-                 "'both.json' exists and may be meant to be read; --out both.json replaces it");
+                 "'both.json' exists and may be meant as an input; --out both.json replaces it");
   for (const std::string input : {"pair.json", "pair.json#2", "both.json#2"})
     expect_refused("convert " + input + " both.json", "'both.json' exists and may be meant to be read");
   converted("both.json both.json");

@@ -68,8 +68,8 @@ TEST_F(ExcelTables, HaveMarksOfTheirOwnForMissingValues) {
 
 TEST_F(ExcelTables, WithBlankLinesBetweenBlocksAreDoubted) {
   EXPECT_THAT(read("5,2\n3,4\n\n5,6\n7,8\n").warnings,
-              ElementsAre("t.txt: blank lines part the table into 2 blocks of 2 lines, which are read as one shape; a "
-                          "column specimen tells shapes apart"));
+              ElementsAre("t.txt: blank lines split the table into 2 blocks of 2 lines, which are read as one shape; a "
+                          "column specimen distinguishes shapes"));
   EXPECT_THAT(read("5,2\n\n3,4\n\n5,6\n").warnings, IsEmpty());
   EXPECT_THAT(read("label,x,y\na,5,2\nb,3,4\n\nc,5,6\nd,7,8\n").warnings, IsEmpty());
 }

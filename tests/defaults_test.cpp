@@ -121,7 +121,7 @@ TEST(Lengths, OfSpecificationsAreOfTheShape) {
   EXPECT_EQ(make_kernel("peakon:alpha=20%", shape.points).spec(), "peakon:alpha=1");
   EXPECT_THAT(error_of([&] { make_noise("ch-sd:beta=10%"); }), HasSubstr("beta is '10%', per cent of a diameter"));
   EXPECT_THAT(error_of([&] { make_noise("ch-sd-screened:beta=1,gamma=10%", shape); }),
-              HasSubstr("gamma is '10%'; it is no length"));
+              HasSubstr("gamma is '10%'; it is not a length"));
   EXPECT_THAT(error_of([&] { make_noise("ch-sd:beta=x%", shape); }), HasSubstr("beta is 'x'; a number is needed"));
 }
 

@@ -72,8 +72,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_F(EnsembleErrors, WrongStartsAreRefused) {
   write("five.csv", "x,y\n0,0\n1,0\n1,1\n0,1\n0.5,1.5\n");
-  expect_refused("ensemble -o out", "a start is needed: --q, --shape or --from");
-  expect_refused("ensemble --q 0,0 --kernel gaussian:alpha=1 -o out", "landmarks 1 and 2 are at the same place");
+  expect_refused("ensemble -o out", "an initial state is needed: --q, --shape or --from");
+  expect_refused("ensemble --q 0,0 --kernel gaussian:alpha=1 -o out", "landmarks 1 and 2 are at the same position");
   expect_refused("ensemble --q 0,1 --p 1 -o out", "--p has 1 landmarks in 1D, the positions 2 in 1D");
   expect_refused("ensemble --shape none.csv -o out", "none.csv");
   expect_refused("ensemble --shape five.csv --noise ch-sd:beta=1,on=6 -o out", "on=6");

@@ -65,7 +65,7 @@ TEST_F(EnsembleProgram, GoesOnToTheSameBits) {
     const ProgramRun part = run_pair(options + stop);
     EXPECT_EQ(part.exit_code, 3);
     EXPECT_THAT(part.out, StartsWith("PARTIAL: "));
-    EXPECT_THAT(part.err, HasSubstr("of 2000 paths; --resume goes on from here"));
+    EXPECT_THAT(part.err, HasSubstr("of 2000 paths; continue with --resume"));
     EXPECT_THAT(names_in("parts"), ElementsAre("densities.csv", "ensemble.json", "ensemble.partial", "means.csv"));
     const nlohmann::json record = read_json("parts/ensemble.json");
     EXPECT_EQ(record["partial"], true);

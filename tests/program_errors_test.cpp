@@ -103,11 +103,11 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"HeaderOnly", "register header.csv b.csv -o out", {"header.csv", "no landmarks"}},
     {"UnequalNumbers", "register a.csv two.csv -o out", {"a.csv has 3", "two.csv has 2"}},
     {"OtherDimension", "register a.csv three_d.csv -o out", {"a.csv is 2D", "three_d.csv is 3D"}},
-    {"NanSimulate", "simulate --shape nan.csv -o out", {"nan.csv: landmark 2 misses a coordinate"}},
-    {"NanSimulateName", "simulate --shape nan_names.csv -o out", {"nan_names.csv: landmark 'fin' misses a coordinate"}},
-    {"NanMomenta", "simulate --shape a.csv --momenta nan.csv -o out", {"nan.csv: landmark 2 misses a coordinate"}},
+    {"NanSimulate", "simulate --shape nan.csv -o out", {"nan.csv: landmark 2 has a missing coordinate"}},
+    {"NanSimulateName", "simulate --shape nan_names.csv -o out", {"nan_names.csv: landmark 'fin' has a missing coordinate"}},
+    {"NanMomenta", "simulate --shape a.csv --momenta nan.csv -o out", {"nan.csv: landmark 2 has a missing coordinate"}},
     {"NanEnsemble", "ensemble --shape nan.csv --noise ch-sd:beta=1 --samples 10 -o out",
-     {"nan.csv: landmark 2 misses a coordinate"}},
+     {"nan.csv: landmark 2 has a missing coordinate"}},
     {"Word", "register word.csv b.csv -o out", {"word.csv:3", "'abc'", "a number is needed"}},
     {"Coincident", "register coincident.csv b.csv -o out", {"coincident.csv", "landmarks 2 and 3"}},
     {"CoincidentNames", "register coincident_names.csv b.csv -o out", {"'tail' and 'fin'"}},
@@ -217,7 +217,7 @@ TEST_F(WrongInput, ComesWithTheNotesOnItsFiles) {
   EXPECT_EQ(done.exit_code, 2);
   EXPECT_THAT(done.err,
               AllOf(HasSubstr("note: turns.csv: one column without a header"), HasSubstr("if x and y take turns"),
-                    HasSubstr("landmarks 1 and 5 are at the same place")));
+                    HasSubstr("landmarks 1 and 5 are at the same position")));
 }
 
 TEST_F(WrongInput, LeavesEarlierResultsAlone) {

@@ -139,15 +139,15 @@ TEST_P(WrongSimulation, IsRefusedInOneLine) {
 INSTANTIATE_TEST_SUITE_P(
     Line, WrongSimulation,
     testing::Values(
-        WrongLine{"-o out", "a start is needed: --q, --shape or --from"},
+        WrongLine{"-o out", "an initial state is needed: --q, --shape or --from"},
         WrongLine{"--q 0,1 --shape q.csv -o out", "--shape"}, WrongLine{"--q 0,1", "--out"},
         WrongLine{"--q 0,x -o out", "--q is 'x'; a number is needed"},
         WrongLine{"--q 0,,1 -o out", "--q is ''; a number is needed"},
         WrongLine{"--q 0/0,1 -o out", "--q: landmark 2 has another number of coordinates than the first (1 and 2)"},
         WrongLine{"--q 0/0/0/0 -o out", "--q: the first landmark has 4 coordinates; 1, 2 or 3 are needed"},
         WrongLine{"--q 0,nan -o out", "--q: '0,nan' has a number that is not finite"},
-        WrongLine{"--q 0,0 -o out", "--q: landmarks 1 and 2 are at the same place"},
-        WrongLine{"--shape twice.csv -o out", "twice.csv: landmarks 2 and 3 are at the same place"},
+        WrongLine{"--q 0,0 -o out", "--q: landmarks 1 and 2 are at the same position"},
+        WrongLine{"--shape twice.csv -o out", "twice.csv: landmarks 2 and 3 are at the same position"},
         WrongLine{"--shape none.csv -o out", "none.csv"}, WrongLine{"--from none.json -o out", "none.json"},
         WrongLine{"--q 0,1 --p 1 -o out", "--p has 1 landmarks in 1D, the positions 2 in 1D"},
         WrongLine{"--q 0,1 --momenta q.csv -o out", "--momenta has 3 landmarks in 2D, the positions 2 in 1D"},

@@ -41,7 +41,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   expect_refused(words("missing.json grey.png -o w.png"), "missing.json: the file cannot be opened");
   expect_refused(words("grey.png grey.png -o w.png"), "grey.png is an image; the registration comes first");
   refuse("missing.png -o w.png", "cannot read 'missing.png'");
-  refuse("word.png -o w.png", "it is no image");
+  refuse("word.png -o w.png", "it is not an image");
   refuse("grey.png -o w.xyz", "no image format has the extension '.xyz'");
   refuse("grey.png -o w", "it has no extension");
   refuse("grey.png -o folder", "it is a folder");
@@ -70,7 +70,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --jacobian j.pgm", "numbers are written as .png (colours), .tif, .mha or .nrrd");
   refuse("grey.png -o w.png --animate a.xyz", "a");
   refuse("colour.png -o w.pgm", ".pgm does not hold colours");
-  refuse("a.csv -o w.png", "the extension 'png' is of no landmark format that can be written");
+  refuse("a.csv -o w.png", "the extension 'png' is not of a landmark format that can be written");
   refuse("a.csv -o w.csv --grid g.png", "--grid is for images");
   refuse("a.csv -o w.csv --samples 2", "--samples is for images");
 }

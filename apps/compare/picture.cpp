@@ -58,12 +58,12 @@ ChartPanel dots(const Comparison& comparison, ChartPanel panel, Estimate (*value
 }
 
 ChartPanel scores(const Comparison& comparison) {
-  return dots(comparison, {.heading = "Score beside the best, nats", .reference_lines = {{0, ""}}},
+  return dots(comparison, {.heading = "Score relative to the best model (nats)", .reference_lines = {{0, ""}}},
               [](const ComparedModel& model) { return model.difference; });
 }
 
 ChartPanel predictions(const Comparison& comparison) {
-  return dots(comparison, {.heading = "Energy score of held-out shapes (less is better)"},
+  return dots(comparison, {.heading = "Energy score of held-out shapes (lower is better)"},
               [](const ComparedModel& model) {
                 return model.prediction ? Estimate{model.prediction->energy_score, model.prediction->energy_score_error}
                                         : Estimate{std::nan(""), 0};
@@ -72,7 +72,7 @@ ChartPanel predictions(const Comparison& comparison) {
 
 ChartPanel spectrum(const Comparison& comparison) {
   ChartPanel panel{.heading = "Variance of displacements along the kernel's eigenvectors",
-                   .x_label = "eigenvector, smooth to rough",
+                   .x_label = "eigenvector, low to high frequency",
                    .log_y = true};
   Series seen{.name = "seen", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.eigenvalues.size()));
@@ -92,7 +92,7 @@ ChartPanel spectrum(const Comparison& comparison) {
 }
 
 ChartPanel ways(const Comparison& comparison) {
-  ChartPanel panel{.heading = "What the noise moves each landmark, root mean square", .x_label = "landmark"};
+  ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)", .x_label = "landmark"};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
   for (const ComparedModel& model : comparison.models)
     panel.series.push_back({.name = name_of(model),
@@ -117,8 +117,8 @@ Chart comparison_chart(const Comparison& comparison) {
 
 Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                      const RecoveryOptions& options) {
-  ChartPanel panel{.heading = "Part of the cohorts for which each model is chosen",
-                   .x_label = "model drawn from, in the order asked",
+  ChartPanel panel{.heading = "Fraction of the cohorts for which each model is chosen",
+                   .x_label = "generating model, in the order given",
                    .y_range = std::pair{0.0, 1.0}};
   std::vector<std::string> drawn;
   for (const RecoveryRow& row : rows) drawn.push_back(row.truth.noise);

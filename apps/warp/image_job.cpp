@@ -183,13 +183,14 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFram
   const WarpMethod method = arguments.warp_method();
   const bool invertible = warp.flow().is_diffeomorphic();
   if (arguments.inverse) {
-    if (method == WarpMethod::kPush) throw InputError("--inverse pulls the image back: it needs no --method push");
+    if (method == WarpMethod::kPush)
+      throw InputError("--inverse always pulls the image; it cannot be combined with --method push");
     WarpedImage result = pull(image, warp, frames, arguments);
-    result.figures.reason = "each pixel of the source shows where it goes";
+    result.figures.reason = "each pixel of the source looks up its image under the map";
     return result;
   }
   if (method == WarpMethod::kPull && !invertible)
-    throw InputError("--method pull needs a map that has an inverse; here noise moves the landmarks by themselves");
+    throw InputError("--method pull needs a map that has an inverse; here the noise moves landmarks individually");
   if (method != WarpMethod::kPush && invertible) {
     WarpedImage result = pull(image, warp, frames, arguments);
     if (result.figures.min_jacobian > 0) {
@@ -200,11 +201,11 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFram
       throw InputError("--method pull: the time steps are too long for an inverse; register with more --steps");
   }
   WarpedImage result = push(image, warp, frames, arguments);
-  result.figures.reason = method == WarpMethod::kPush ? "as asked for"
+  result.figures.reason = method == WarpMethod::kPush ? "as requested"
                           : invertible                ? "the time steps are too long for an inverse"
                           : result.figures.folded_fraction > 0
                               ? "the map folds"
-                              : "noise moves the landmarks by themselves, and nothing folds";
+                              : "the noise moves landmarks individually, but nothing folds";
   return result;
 }
 

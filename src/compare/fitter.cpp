@@ -183,7 +183,7 @@ void Fitter::check_seen(const MatchingObjective& objective, const State& at_rest
   for (Index g = 0; g < std::ssize(amplitudes_); ++g) {
     const double left = columns(match.jacobian, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm();
     if (left > kUnseen * columns(whole, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm()) continue;
-    throw InputError(fmt::format("noise '{}' moves the shapes only as their alignment ({}) does, which takes it out",
+    throw InputError(fmt::format("noise '{}' moves the shapes only as their alignment ({}) does, which removes it",
                                  noise_.model->spec(), alignment_name(cohort_.alignment)));
   }
 }

@@ -23,7 +23,8 @@ Observation observe(const Cohort& cohort, int target, double sigma) {
   const auto n = std::ssize(observed);
   const MatrixXd motions = motion_directions(cohort.source.points, cohort.alignment, observed);
   if (n <= motions.cols())
-    throw InputError(fmt::format("{}: {} observed coordinates leave nothing beyond its alignment", shape.source, n));
+    throw InputError(fmt::format(
+        "{}: its {} observed coordinates are too few, as the alignment accounts for all of them", shape.source, n));
   MatrixXd basis = MatrixXd::Identity(n, n);
   if (motions.cols() > 0) basis.applyOnTheLeft(Eigen::HouseholderQR<MatrixXd>(motions).householderQ());
   const MatrixXd left = basis.rightCols(n - motions.cols()).transpose() / sigma;

@@ -32,7 +32,7 @@ Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseStat
          system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols())));
   if (increments.rows() > 0 && !traits().noise)
     throw InputError(
-        fmt::format("integrator '{}' is for no noise, and the noise is '{}'", name(), system.noise->spec()));
+        fmt::format("integrator '{}' takes no noise, and the noise is '{}'", name(), system.noise->spec()));
   const MatrixXd w = acting(increments);
   Trajectory path;
   path.integrator = name();

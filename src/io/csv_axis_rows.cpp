@@ -95,7 +95,7 @@ class NamedAxisReader {
     for (const AxisRows& rows : shapes_)
       if (rows.dimension != first.dimension)
         fail(path_, rows.line,
-             fmt::format("a shape of {}, but the one of line {} has {}; all shapes need as many",
+             fmt::format("a shape of {}, but the one of line {} has {}; all shapes must have the same number",
                          rows.dimension == 1 ? "1 axis" : fmt::format("{} axes", rows.dimension), first.line,
                          first.dimension));
   }

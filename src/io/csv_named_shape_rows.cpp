@@ -24,7 +24,7 @@ std::size_t find_dimension(const std::string& path, const CsvRecord& first) {
   if (count % 6 == 0)
     fail(path, first.line,
          fmt::format("a name and {} numbers may be {} landmarks in 2D or {} in 3D; a header id,x1,y1,... or "
-                     "id,x1,y1,z1,... tells which",
+                     "id,x1,y1,z1,... says which",
                      count, count / 2, count / 3));
   if (count % 2 != 0 && count % 3 != 0)
     fail(path, first.line, fmt::format("a name and {} numbers, which landmarks in 2D or 3D cannot have", count));

@@ -77,8 +77,8 @@ class ShapeBuilder {
     const auto [other, is_new] = line_of_label_.try_emplace({group, label}, record.line);
     if (is_new) return;
     fail(path_, record.line,
-         fmt::format("landmark {}{} stands on line {} already; labels must differ within a shape, a column specimen "
-                     "tells shapes apart and a column group outlines",
+         fmt::format("landmark {}{} is already on line {}; labels must differ within a shape, a column specimen "
+                     "distinguishes shapes and a column group distinguishes outlines",
                      in_quotes(label), !columns_.specimen.empty() ? " of specimen " + in_quotes(name_) : "",
                      other->second));
   }
@@ -172,7 +172,7 @@ std::vector<std::string> doubts_without_header(const std::string& path, const La
     std::string doubt = fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
                                     counted(static_cast<std::size_t>(shape.count()), "landmark"));
     if (const std::optional<int> axes = axes_in_turn(shape.points))
-      doubt += fmt::format("; if x{} take turns, --dim {} reads them so", *axes == 2 ? " and y" : ", y and z", *axes);
+      doubt += fmt::format("; if it holds x{} in turn, use --dim {}", *axes == 2 ? " and y" : ", y and z", *axes);
     return {doubt};
   }
   if (looks_like_index(shape.points))
@@ -199,8 +199,8 @@ std::vector<std::string> doubts_of_order(const std::string& path, const std::vec
   std::vector<std::string> doubts;
   if (const std::size_t blocks = count_blocks(records); blocks > 1)
     doubts.push_back(
-        fmt::format("{}: blank lines part the table into {} blocks of {} lines, which are read as one "
-                    "shape; a column specimen tells shapes apart",
+        fmt::format("{}: blank lines split the table into {} blocks of {} lines, which are read as one "
+                    "shape; a column specimen distinguishes shapes",
                     path, blocks, records.size() / blocks));
   for (std::size_t i = has_header ? 1 : 0; i < records.size(); ++i)
     if (records[i].follows_empty_row)

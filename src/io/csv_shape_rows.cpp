@@ -114,7 +114,7 @@ class ShapeColumnFinder {
     std::optional<std::size_t>& column = landmark_of(*name).columns[name->axis];
     if (column)
       fail(path_, header_.line,
-           fmt::format("the columns {} and {} mean the same, one of them is needed", in_quotes(header_.fields[*column]),
+           fmt::format("the columns {} and {} mean the same; give only one", in_quotes(header_.fields[*column]),
                        in_quotes(field)));
     column = i;
     columns_.dimension = std::max(columns_.dimension, name->axis + 1);

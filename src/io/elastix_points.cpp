@@ -24,7 +24,7 @@ bool sniff_elastix(std::string_view text) {
 LandmarkFile read_elastix(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
   const TextLine kind = lines.take("point or index");
-  if (!is_kind(kind.text)) fail(path, kind.number, in_quotes(kind.text) + " where point or index is right");
+  if (!is_kind(kind.text)) fail(path, kind.number, in_quotes(kind.text) + " where point or index is expected");
   const TextLine announcement = lines.take("the number of points");
   const std::size_t count = require_count(path, announcement, announcement.text, "the number of points");
   LandmarkFile file;

@@ -63,7 +63,7 @@ const Landmarks& require_one_shape(const Target& target, const LandmarkFile& fil
 void require_landmarks(const Target& target, const Landmarks& shape);
 void require_plane_or_space(const Target& target, const Landmarks& shape);
 
-/// Refuses landmarks that miss a coordinate.
+/// Refuses landmarks that have a missing coordinate.
 void require_complete(const Target& target, const Landmarks& shape);
 
 // ---- points

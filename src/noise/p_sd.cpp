@@ -263,7 +263,7 @@ double grid_spacing(const ScalarFields& fields) {
 double automatic_width(const ScalarFields& fields, const Landmarks& shape) {
   const double spacing = grid_spacing(fields);
   const double width = spacing > 0 ? spacing : shape.count() > 1 ? diameter(shape.points) / 4 : 0;
-  if (!(width > 0)) throw InputError("noise 'p-sd': width=auto needs at least two landmarks apart; give a number");
+  if (!(width > 0)) throw InputError("noise 'p-sd': width=auto needs at least two distinct landmarks; give a number");
   return width;
 }
 

@@ -167,7 +167,7 @@ MovedPoints MaterialFlow::moved(const Points& labels, bool with_gradients) const
 
 MovedPoints MaterialFlow::inverse(const Points& places) const {
   if (!is_diffeomorphic())
-    throw InputError("the map has no inverse: its noise moves landmarks by themselves, and may fold space");
+    throw InputError("the map has no inverse: its noise moves landmarks individually and may fold space");
   const Index d = places.rows();
   const auto count = static_cast<int>(path_.initial().q.cols());
   MovedPoints result{Points(d, places.cols()), MatrixXd(d * d, places.cols())};

@@ -13,9 +13,9 @@ struct Cohort {
   AlignmentKind alignment = AlignmentKind::kNone;  ///< of each target onto the source
 };
 
-/// Moves every target onto the source by a motion of the given kind (see align()); a landmark that misses a coordinate
-/// plays no part in that. @throws InputError where there is no target, numbers of landmarks or dimensions differ, or
-/// the source misses a coordinate
+/// Moves every target onto the source by a motion of the given kind (see align()); a landmark that has a missing
+/// coordinate plays no part in that. @throws InputError where there is no target, numbers of landmarks or dimensions
+/// differ, or the source has a missing coordinate
 Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment);
 
 /// The mean of shapes that are moved onto it, and it onto their mean, in turn, until it rests (generalised Procrustes

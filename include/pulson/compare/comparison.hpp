@@ -54,7 +54,7 @@ struct ComparedModel {
   double seconds = 0;
 };
 
-/// Which noise do these shapes call for?
+/// Which noise model best explains these shapes?
 struct Comparison {
   Cohort cohort;
   CohortSettings settings;            ///< its kernel is a number

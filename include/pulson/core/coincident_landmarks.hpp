@@ -11,15 +11,16 @@ namespace pulson {
 /// All pairs a < b at the same place, as find_coincident() has it, in no order.
 std::vector<std::pair<int, int>> coincident_pairs(const Points& points, double tolerance = 1e-12);
 
-/// Whether landmarks a and b of a shape are at the same place, as find_coincident() has it, or one of them misses a
+/// Whether landmarks a and b of a shape are at the same position, as find_coincident() has it, or one of them misses a
 /// coordinate.
 bool is_repeated(const Points& points, int a, int b);
 
-/// The shape without landmark `second`, and with `first` at the mean of both; where one misses a coordinate, at the
-/// other. @param weights of both in the mean
+/// The shape without landmark `second`, and with `first` at the mean of both; where one has a missing coordinate, at
+/// the other. @param weights of both in the mean
 Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vector2d& weights);
 
-/// A note that both are now one, as `a.csv: landmarks 1 and 13 are at the same place in both shapes and taken as one`.
+/// A note that both are now one, as `a.csv: landmarks 1 and 13 are at the same position in both shapes and taken as
+/// one`.
 /// @param shapes "in both shapes", or empty
 std::string merged_note(const Landmarks& shape, int first, int second, const std::string& shapes);
 

@@ -45,10 +45,10 @@ struct Landmarks {
 /// Indices of the landmarks of each group, in order of first appearance; one list of all where there are no groups.
 std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape);
 
-/// Indices of the points that miss a coordinate (it is NaN), in their order.
+/// Indices of the points that have a missing coordinate (it is NaN), in their order.
 std::vector<int> incomplete_points(const Points& points);
 
-// The measures below leave out the points that miss a coordinate, as if they were not there.
+// The measures below leave out the points that have a missing coordinate, as if they were not there.
 
 /// The largest distance between two of the points; 0 for fewer than two.
 double diameter(const Points& points);

@@ -39,7 +39,8 @@ struct DisplacementModel {
 /// move each landmark by itself and leave what lies between where it is. The prediction errors are those of universal
 /// kriging, exact without refitting b and f: |(P_aa)⁻¹(Pr)_a| for landmark a.
 ///
-/// Landmarks that miss a coordinate in either shape are left out; of more than 128 landmarks every few are taken.
+/// Landmarks that have a missing coordinate in either shape are left out; of more than 128 landmarks every few are
+/// taken.
 /// @param source d×N, after the alignment @param target d×N
 /// @return none where there are fewer than four coordinates more than directions of the alignment
 /// Cost O(n³) for n ≤ 128 landmarks, some 20 times.

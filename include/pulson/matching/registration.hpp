@@ -100,13 +100,14 @@ struct Registration {
   Alignment alignment;  ///< moved the original source to `source`
   std::optional<DisplacementModel> fitted_kernel;  ///< where the kernel was fitted to the landmarks
   Landmarks source;                                ///< q0: the source after alignment, where the flow begins
-  Landmarks original;  ///< the source as it was given, but for landmarks that miss a coordinate
+  Landmarks original;  ///< the source as it was given, but for landmarks that have a missing coordinate
   Landmarks target;
   Points result;               ///< q(T), d×N; in mode `expected` its mean
   Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one
   Points momenta;              ///< p0, d×N
   Eigen::MatrixXd increments;  ///< ΔW, C×K; 0 in mode `expected`, which has many
-  /// The K + 1 states of a path in midpoint steps that a shot of the momenta leaves, since it amplifies errors; else none.
+  /// The K + 1 states of a path in midpoint steps that a shot of the momenta leaves, since it amplifies errors; else
+  /// none.
   std::vector<PhaseState> states;
   MatchingCost cost;
   Solver solver = Solver::kAuto;
@@ -140,7 +141,7 @@ struct Registration {
 };
 
 /// Fits momenta, and the noise where the mode says so, so that `source` flows to `target`. Landmarks of the source that
-/// miss a coordinate (NaN) are left out; coordinates that the target misses drop out of the data.
+/// have a missing coordinate (NaN) are left out; coordinates that the target misses drop out of the data.
 /// @throws InputError where the shapes do not fit together or an option is wrong
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options = {});
 

@@ -42,9 +42,9 @@ OutlineKind outline_kind(const Points& points);
 /// d = 1: position over time, one colour for each landmark. d = 3: the projections xy, xz and yz.
 /// Groups that are curves by `outline_kind` are outlined; where their landmarks lie too close for marks, the line alone
 /// is drawn, and some of the paths. A target that corresponds has the source's groups and outlines, and short lines
-/// join it to the result; one that does not has its own, and no such lines. Landmarks that miss a coordinate in the
-/// target are not drawn there: an outline joins their neighbours. Lengths keep one scale on all axes (but for d = 1,
-/// where one axis is time).
+/// join it to the result; one that does not has its own, and no such lines. Landmarks that have a missing coordinate in
+/// the target are not drawn there: an outline joins their neighbours. Lengths keep one scale on all axes (but for d =
+/// 1, where one axis is time).
 ///
 /// @throws InputError on a value that is not finite, but for what the target misses, on sizes that disagree, where a
 /// folder does not exist and where gnuplot is missing or fails; neither file is then written. Takes some tenths of a

@@ -84,7 +84,7 @@ LandmarkFile read_inputs(const ConvertArguments& arguments) {
   LandmarkFile all;
   for (const std::string& input : arguments.inputs) {
     LandmarkFile file = read_addressed_shapes(input, arguments.reading);
-    tell_step(fmt::format("read {}: {}", input, file.format));
+    log_step(fmt::format("read {}: {}", input, file.format));
     convert_axes(arguments, input, file);
     flip_y(arguments, input, file);
     join_property(all.axes, file.axes, input, "axes", "; --axes converts all to the same axes");
@@ -127,7 +127,7 @@ void convert(ConvertArguments arguments) {
   LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
   for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
-  tell_notes(notes);
+  print_notes(notes);
   if (verbosity() != Verbosity::kQuiet)
     fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
                format.name);

@@ -208,9 +208,10 @@ void print_summary(const EnsembleRun& run) {
 bool print_warnings(const EnsembleRun& run) {
   const PathCounts& paths = run.sums.paths;
   if (run.partial())
-    tell_warning(fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
+    print_warning(
+        fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
   if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
-    tell_warning(
+    print_warning(
         fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
                     "smaller --dt may help",
                     lost, run.sums.samples));
@@ -236,12 +237,12 @@ int run_ensemble(const EnsembleArguments& arguments) {
                   0};
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
   if (arguments.resume) ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
-  tell_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
+  log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   sample(ensemble, run, arguments);
-  tell_step(fmt::format("sampled {} paths", run.sums.samples));
+  log_step(fmt::format("sampled {} paths", run.sums.samples));
   write_results(run, arguments);
-  tell_step("wrote the results");
-  tell_notes(start.notes);
+  log_step("wrote the results");
+  print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(run);
     arguments.output.print_written(kEnsembleFiles, kEnsemblePictures);

@@ -32,7 +32,7 @@ void print_table(const NameTable<Make>& table) {
   }
 }
 
-/// ".csv .tsv", or "-" where the content alone tells the format
+/// ".csv .tsv", or "-" where only the content identifies the format
 std::string list_extensions(const LandmarkFormat& format) {
   std::string list;
   for (const std::string& extension : format.extensions) list += (list.empty() ? "." : " .") + extension;

@@ -27,7 +27,7 @@ std::string points_of(const std::vector<Points>& lines) {
   return counted(points, "point");
 }
 
-/// A file and what is told of each of its shapes.
+/// A file and the facts about each of its shapes.
 struct FileFacts {
   explicit FileFacts(LandmarkFile read) : file(std::move(read)) {
     for (const Landmarks& shape : file.shapes) shapes.push_back(shape_facts(shape));

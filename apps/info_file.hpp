@@ -6,7 +6,7 @@
 
 namespace pulson {
 
-/// How `pulson info FILE` reads and tells.
+/// How `pulson info FILE` reads a file and describes it.
 struct FileInfoOptions {
   bool all = false;
   std::string json;

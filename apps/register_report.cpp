@@ -44,7 +44,7 @@ std::string lead(const Registration& registration, const RegistrationFacts& fact
       "{}: {} landmarks in {}D. Root mean square distance to the target: {} before, {} after.",
       registration.matched() ? "Matched" : "Not matched", registration.source.count(), registration.source.dimension(),
       number(registration.initial_rms(), 3), number(registration.rms(), 3));
-  if (const auto part = noise_part(registration, facts.shares); registration.noise != "none" && part)
+  if (const auto part = noise_fraction(registration, facts.shares); registration.noise != "none" && part)
     text += fmt::format(" The flow accounts for {} of the displacement, the noise for {}.", percent(1 - *part),
                         percent(*part));
   if (facts.counts.order_inversions)
@@ -93,7 +93,7 @@ ReportTable model_table(const Registration& registration) {
         fmt::format("{}, scale {}", alignment_name(registration.alignment.kind), number(registration.alignment.scale)));
   add("kernel", registration_system(registration).kernel.spec(4));
   if (registration.fitted_kernel)
-    add("error of predicting a left-out landmark", number(registration.fitted_kernel->prediction_error));
+    add("leave-one-out error", number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
   if (registration.data.kind != DataKind::kLandmarks)

@@ -19,7 +19,7 @@ constexpr double kSmallDistance = 1e-4;
 constexpr double kSmallChange = 0.01;
 // A cost, in nats, whose changes matter to nobody.
 constexpr double kNoCost = 1e-6;
-// Of the cost: what more steps hardly mend where errors grow more than a hundredfold.
+// Of the cost: a change that more steps hardly reduce where errors grow more than a hundredfold.
 constexpr double kManySteps = 1;
 constexpr double kLargeAmplification = 100;
 

@@ -104,14 +104,14 @@ int run_reproduce(const ReproduceArguments& arguments) {
       break;
     }
     progress.clear();
-    tell_step(experiment.name);
+    log_step(experiment.name);
     write_file_atomically(options.out / "report.html", html_report(report));
     if (verbosity() != Verbosity::kQuiet) print_claims(report.sections.back());
   }
   const double seconds = seconds_now() - begin;
   if (interrupted) {
-    tell_warning(fmt::format("interrupted: {} of {} experiments are done and written", report.sections.size(),
-                             chosen_experiments.size()));
+    print_warning(fmt::format("interrupted: {} of {} experiments are done and written", report.sections.size(),
+                              chosen_experiments.size()));
     return kNotConverged;
   }
   if (verbosity() != Verbosity::kQuiet)

@@ -6,7 +6,7 @@
 namespace pulson {
 namespace {
 
-/// Sets of landmarks at one place are told by sorting; tolerances, which find_coincident has, do not make sets.
+/// Sets of coincident landmarks are found by sorting; a tolerance, as in find_coincident, would not define sets.
 void count_coincident(const Points& points, ShapeFacts& facts) {
   std::vector<int> order;
   for (int a = 0; a < points.cols(); ++a)

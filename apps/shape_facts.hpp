@@ -8,7 +8,7 @@
 
 namespace pulson {
 
-/// What `pulson info` tells of a shape beside what is in it.
+/// What `pulson info` reports about a shape beyond its contents.
 struct ShapeFacts {
   std::size_t missing = 0;                              ///< landmarks that have a missing coordinate
   std::size_t coincident = 0;                           ///< landmarks at the place of an earlier one

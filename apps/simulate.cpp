@@ -131,7 +131,7 @@ bool print_warnings(const Simulation& simulation) {
     if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
   }
   if (unclean > 0)
-    tell_warning(
+    print_warning(
         fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first));
   return unclean > 0;
 }
@@ -147,10 +147,10 @@ int run_simulate(const SimulateArguments& arguments) {
   Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
   simulation.seconds = seconds_now() - begin;
-  tell_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
+  log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
   write_results(simulation, arguments);
-  tell_step("wrote the results");
-  tell_notes(start.notes);
+  log_step("wrote the results");
+  print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
     arguments.output.print_written(kSimulationFiles, kSimulationPictures);

@@ -59,7 +59,7 @@ TEST(CompareModels, ReversalsOnALineCallForNoiseInThePositions) {
   EXPECT_TRUE(std::isnan(stochastic.flipped_triangles.value));
   EXPECT_GT(stochastic.folded_fraction.value, 0);
   EXPECT_EQ(comparison.models[0].folded_fraction.value, 0);
-  EXPECT_GT(stochastic.noise_way.minCoeff(), 0.05);
+  EXPECT_GT(stochastic.noise_displacement.minCoeff(), 0.05);
   EXPECT_FALSE(stochastic.prediction.has_value());
 }
 
@@ -72,7 +72,7 @@ TEST(CompareModels, SmoothShapesOnALineDoNot) {
   expect_ranked(comparison);
   EXPECT_EQ(comparison.models[1].order_inversions.value, 0);
   EXPECT_EQ(comparison.models[1].folded_fraction.value, 0);
-  EXPECT_EQ(comparison.models[1].noise_way.norm(), 0);
+  EXPECT_EQ(comparison.models[1].noise_displacement.norm(), 0);
 }
 
 TEST(CompareModels, TheRightModelHasTheSpectrumThatIsSeenAndForetells) {

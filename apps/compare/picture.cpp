@@ -30,7 +30,7 @@ std::string kinds_of(const std::string& noise) {
   return kinds;
 }
 
-// What is short enough to stand below a panel and tells the noises apart.
+// A name short enough for a panel that still distinguishes the noise models.
 std::vector<std::string> short_names(const std::vector<std::string>& noises) {
   std::vector<std::string> kinds;
   std::transform(noises.begin(), noises.end(), std::back_inserter(kinds), kinds_of);
@@ -74,30 +74,30 @@ ChartPanel spectrum(const Comparison& comparison) {
   ChartPanel panel{.heading = "Variance of displacements along the kernel's eigenvectors",
                    .x_label = "eigenvector, low to high frequency",
                    .log_y = true};
-  Series seen{.name = "seen", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
+  Series observed{.name = "observed", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.eigenvalues.size()));
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     if (!(comparison.observed.size() > row && comparison.observed[row] > 0)) continue;
-    seen.x.push_back(places[i]);
-    seen.y.push_back(comparison.observed[row]);
-    seen.error.push_back(or_zero(comparison.observed_error[row]));
+    observed.x.push_back(places[i]);
+    observed.y.push_back(comparison.observed[row]);
+    observed.error.push_back(or_zero(comparison.observed_error[row]));
   }
   for (const ComparedModel& model : comparison.models) {
     if (!(model.spectrum.size() > 0 && (model.spectrum.array() > 0).all())) continue;
     panel.series.push_back({.name = name_of(model), .x = places, .y = {model.spectrum.begin(), model.spectrum.end()}});
   }
-  panel.series.push_back(std::move(seen));
+  panel.series.push_back(std::move(observed));
   return panel;
 }
 
-ChartPanel ways(const Comparison& comparison) {
+ChartPanel noise_displacements(const Comparison& comparison) {
   ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)", .x_label = "landmark"};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
   for (const ComparedModel& model : comparison.models)
     panel.series.push_back({.name = name_of(model),
                             .x = places,
-                            .y = {model.noise_way.begin(), model.noise_way.end()},
+                            .y = {model.noise_displacement.begin(), model.noise_displacement.end()},
                             .style = SeriesStyle::kLineAndPoints});
   return panel;
 }
@@ -110,7 +110,7 @@ Chart comparison_chart(const Comparison& comparison) {
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
                               shortened_spec(comparison.settings.kernel), comparison.settings.sigma),
-      .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), ways(comparison)}}};
+      .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), noise_displacements(comparison)}}};
   if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
   return chart;
 }

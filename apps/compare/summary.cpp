@@ -13,11 +13,11 @@
 namespace pulson {
 namespace {
 
-constexpr double kTold = 3;  // nats, and two standard errors: less does not tell two models apart
+constexpr double kDecisive = 3;  // nats, and two standard errors: smaller differences do not separate two models
 
 bool is_behind(const ComparedModel& model) {
   const double error = std::isnan(model.difference.standard_error) ? 0 : model.difference.standard_error;
-  return -model.difference.value > std::max(kTold, 2 * error);
+  return -model.difference.value > std::max(kDecisive, 2 * error);
 }
 
 // fmt counts bytes of UTF-8 for widths where locale is C; the columns here hold "±".

@@ -1,4 +1,4 @@
-// Figures 1 and 4: a few sample paths, and what they are said to show.
+// Figures 1 and 4: a few sample paths, and the claims about them.
 
 #include <algorithm>
 #include <cmath>

@@ -72,7 +72,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
   return json.dump(1) + "\n";
 }
 
-void tell(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
+void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
   if (arguments.json == "-")
     fmt::print("{}", figures_json(figures, arguments, frames));
   else if (!arguments.json.empty())

@@ -78,7 +78,7 @@ WarpedImage pull(const Image& image, const ImageWarp& warp, const WarpFrames& fr
   if (warp.orientation() < 0)
     for (float& jacobian : sampled.jacobians) jacobian = -jacobian;
   const auto [least, most] = std::minmax_element(sampled.jacobians.begin(), sampled.jacobians.end());
-  // Of the map that moves the source. Where its inverse is turned over it has no value, and the sign tells.
+  // Of the map that moves the source. Where the map is flipped its inverse has no value, which the sign shows.
   figures.min_jacobian = arguments.inverse || *least <= 0 ? *least : 1.0 / *most;
   const auto folded = std::count_if(sampled.jacobians.begin(), sampled.jacobians.end(), [](float j) { return j <= 0; });
   const auto all = static_cast<double>(sampled.jacobians.size());
@@ -162,7 +162,7 @@ PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrame
   PushOptions options{parse_interpolation(arguments.interpolation), std::nullopt};
   if (!is_transparent(arguments)) options.fill = fill_of(arguments, image);
   std::vector<float> priority;
-  if (raster.over == Over::kPriority) priority = label_order(image, warp.label_pixels(), frames.label_ranks);
+  if (raster.over == SheetOrder::kPriority) priority = label_order(image, warp.label_pixels(), frames.label_ranks);
   result.pushed = push_forward(image, std::move(mesh), raster, options, std::move(priority));
   return result;
 }

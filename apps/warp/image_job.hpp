@@ -24,11 +24,11 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFram
 /// numbers
 std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp, const WarpArguments& arguments);
 
-/// Priorities of a mesh's cells for Over::kPriority: the rank of the nearest landmark where one is no further than
-/// landmarks are from each other (the median distance to the nearest other); -1, beneath all, elsewhere.
+/// Priorities of a mesh's cells for SheetOrder::kPriority: the rank of the nearest landmark where one is no further
+/// than landmarks are from each other (the median distance to the nearest other); -1, beneath all, elsewhere.
 std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks);
 
-/// The image pushed forward, with the mesh's folds; for warps of the source. `folded`: parts of each pixel turned over.
+/// The image pushed forward, with the mesh's folds; for warps of the source. `folded`: flipped fraction of each pixel.
 struct PushedMesh {
   PushedImage pushed;
   MeshFolds folds;

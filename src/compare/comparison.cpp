@@ -62,7 +62,7 @@ Estimate mean_over(const CohortFit& fit, const Value& value) {
   return {values.mean(), standard_error(values)};
 }
 
-VectorXd noise_way(const CohortFit& fit, Index landmarks) {
+VectorXd noise_displacement(const CohortFit& fit, Index landmarks) {
   VectorXd squares = VectorXd::Zero(landmarks);
   int count = 0;
   for (const ShapeFit& shape : fit.shapes)
@@ -188,7 +188,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<std::str
                         options.forward_samples, same.settings.seed);
     model.lost_samples = options.forward_samples - static_cast<int>(samples.cols());
     model.spectrum = spectrum_of(basis, source, samples).first;
-    model.noise_way = noise_way(model.fit, source.cols());
+    model.noise_displacement = noise_displacement(model.fit, source.cols());
     measure_maps(comparison.cohort, same, model);
     if (options.folds > 1 && shapes.targets.size() > 1) model.prediction = cross_validated(shapes, noise, same);
     model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -1,4 +1,4 @@
-// What is told of a fit that has ended.
+// The record of a completed fit.
 
 #include <algorithm>
 #include <cmath>
@@ -17,10 +17,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of logarithms of variances: a standard deviation above 3, a factor of 24, tells nothing.
+// Of logarithms of variances: a standard deviation above 3, a factor of 24, determines nothing.
 constexpr double kLeastInformation = 0.1;
 
-// Standard deviations of numbers of this Fisher information; NaN for those that it does not tell from others.
+// Standard deviations of numbers of this Fisher information; NaN for those that it does not identify.
 VectorXd deviations(const MatrixXd& information) {
   if (information.size() == 0) return {};
   constexpr double kLeastPart = 1e-3;

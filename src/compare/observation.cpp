@@ -29,8 +29,8 @@ Observation observe(const Cohort& cohort, int target, double sigma) {
   if (motions.cols() > 0) basis.applyOnTheLeft(Eigen::HouseholderQR<MatrixXd>(motions).householderQ());
   const MatrixXd left = basis.rightCols(n - motions.cols()).transpose() / sigma;
   Observation observation;
-  observation.seen = MatrixXd::Zero(left.rows(), values.size());
-  for (Index i = 0; i < n; ++i) observation.seen.col(observed[static_cast<std::size_t>(i)]) = left.col(i);
+  observation.projection = MatrixXd::Zero(left.rows(), values.size());
+  for (Index i = 0; i < n; ++i) observation.projection.col(observed[static_cast<std::size_t>(i)]) = left.col(i);
   observation.target = left * values(observed);
   observation.log_volume = static_cast<double>(left.rows()) * std::log(std::sqrt(2 * std::numbers::pi) * sigma);
   return observation;

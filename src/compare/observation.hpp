@@ -4,17 +4,17 @@
 
 namespace pulson {
 
-/// What is seen of the end points of one shape: in the directions that the alignment leaves, in units of σ.
+/// The end points of one shape, projected onto the directions that its alignment leaves, in units of σ.
 struct Observation {
-  Eigen::MatrixXd seen;    ///< n×dN: A, so that A(y − q(T)) is the residual
-  Eigen::VectorXd target;  ///< A y
-  double log_volume = 0;   ///< n log(√(2π) σ)
+  Eigen::MatrixXd projection;  ///< n×dN: A, so that A(y − q(T)) is the residual
+  Eigen::VectorXd target;      ///< A y
+  double log_volume = 0;       ///< n log(√(2π) σ)
 
-  Eigen::Index count() const { return seen.rows(); }
-  Eigen::VectorXd residual(const Points& q) const { return target - seen * q.reshaped(); }
+  Eigen::Index count() const { return projection.rows(); }
+  Eigen::VectorXd residual(const Points& q) const { return target - projection * q.reshaped(); }
 };
 
-/// @throws InputError where nothing is left to be seen of a target
+/// @throws InputError where the alignment accounts for all observed coordinates of a target
 Observation observe(const Cohort& cohort, int target, double sigma);
 
 }  // namespace pulson

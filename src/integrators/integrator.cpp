@@ -48,7 +48,7 @@ Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseStat
     path.contraction_measured = std::max(path.contraction_measured, outcome.contraction);
     path.continuation_steps += outcome.continued ? 1 : 0;
     path.states.push_back(std::move(outcome.end));
-    if (outcome.inner.size() > 0) path.inner.push_back(std::move(outcome.inner));
+    if (outcome.stage_momenta.size() > 0) path.stage_momenta.push_back(std::move(outcome.stage_momenta));
   }
   return path;
 }

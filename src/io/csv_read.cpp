@@ -210,7 +210,7 @@ std::vector<std::string> doubts_of_order(const std::string& path, const std::vec
   return doubts;
 }
 
-/// Whether the first line tells that the table has a landmark on each.
+/// Whether the first line shows that the table has one landmark per line.
 bool begins_with_points(const std::vector<CsvRecord>& first) {
   if (is_header(first.front())) return names_coordinates(first.front());
   return !holds_only_marks(first.front()) && holds_numbers(first.front());

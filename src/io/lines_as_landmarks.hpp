@@ -15,7 +15,7 @@ bool take_lines_as_landmarks(Landmarks& shape);
 /// @return whether they are
 bool give_lines_back(Landmarks& shape);
 
-/// What is told where that was done.
+/// The note where that was done.
 std::string taken_as_landmarks(std::size_t shapes);
 
 }  // namespace pulson::io

@@ -7,7 +7,7 @@
 
 namespace pulson {
 
-/// Which landmarks of two shapes belong together: first[i] of one and other[i] of the other, counted from 0.
+/// Which landmarks of two shapes correspond: first[i] of one and other[i] of the other, counted from 0.
 struct LandmarkPairs {
   std::vector<int> first;
   std::vector<int> other;
@@ -25,7 +25,7 @@ LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std
 /// These landmarks of a shape, in this order; those of a part keep their numbers.
 Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks);
 
-/// `other` with the landmarks of `first` in their order; those that it does not have miss their coordinates. Notes and
+/// `other` with the landmarks of `first` in their order; those that it lacks are missing. Notes and
 /// errors as pair_landmarks().
 Landmarks in_order_of(const Landmarks& first, const Landmarks& other, std::vector<std::string>& notes);
 

@@ -61,7 +61,7 @@ double median_distance(const Points& points);
 /// fewer than two points.
 double median_nearest_distance(const Points& points);
 
-/// The first pair of landmarks (a < b) at the same place, that is no further apart than `tolerance` times the diameter.
+/// The first pair of landmarks (a < b) at the same position, that is at most `tolerance` times the diameter apart.
 /// The indices count all points.
 std::optional<std::pair<int, int>> find_coincident(const Points& points, double tolerance = 1e-12);
 

@@ -42,7 +42,7 @@ class Ensemble {
            EnsembleOptions options);
   ~Ensemble();
 
-  /// Goes on from sums that an equal ensemble had reached. @throws InputError if they cannot be from one
+  /// Continues from the sums of an equal ensemble. @throws InputError if they cannot be from one
   void resume(EnsembleSums sums);
 
   /// Samples the next blocks of paths, on all threads.

@@ -35,7 +35,7 @@ NormalLaw position_law(const FreePulson& pulson, double time);
 NormalLaw position_law_of_scheme(const FreePulson& pulson, const TimeGrid& grid);
 
 /// The marginals of q₁ and q₂ that the two terms of (18) stand for. As a function, (18) is their sum; the joint density
-/// of two pulsons far apart is their product. @throws InputError as position_law
+/// of two distant pulsons is their product. @throws InputError as position_law
 std::array<NormalLaw, 2> pair_marginals(const FreePulson& first, const FreePulson& second, double time);
 
 /// The gap q₂ − q₁ of two pulsons that stay far apart, with independent noises: NormalLaw::cdf(0) is then the

@@ -7,7 +7,7 @@
 
 namespace pulson {
 
-/// The image in a file of format png, jpg, tif (its first page), bmp, pgm or ppm, which its contents tell, not its
+/// The image in a file of format png, jpg, tif (its first page), bmp, pgm or ppm, recognised by its contents, not its
 /// name. Depth and channels are those of the file: grey stays one channel, a palette becomes red, green and blue, grey
 /// with alpha four channels, fewer than 8 bits become 8, and alpha is straight also where a tif multiplied it in. The
 /// orientation in a jpg's EXIF data is not applied, so the pixels are where landmarks were placed on them.

@@ -34,7 +34,7 @@ class VariationalIntegrator final : public Integrator {
   /// Cost O(K (dN)³), memory O((dN)² + dN·CK).
   EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const override;
 
-  /// Landmarks without momentum and without a change of it are carried along: of M others, cost
+  /// Landmarks without momentum and without a change of it are passive: for M others, cost
   /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), where noise leaves the momenta alone; else a tangent for each.
   Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                    const Eigen::MatrixXd& momentum_changes) const override;

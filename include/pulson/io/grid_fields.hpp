@@ -22,7 +22,7 @@ struct GridField {
 };
 
 /// Writes MetaImage (`.mha`) or NRRD (`.nrrd`), by the extension, little-endian floats in one file, with zlib or raw,
-/// by write_file_atomically. Coordinates are written as they are: nothing is turned over or scaled, and headers call
+/// by write_file_atomically. Coordinates are written as they are: nothing is flipped or scaled, and headers call
 /// those in 3D left-posterior-superior, as ITK's do, since that is what ITK and 3D Slicer take them for.
 /// @throws InputError if the extension is another one, the field's parts disagree, or the file cannot be written
 void write_grid_field(const std::filesystem::path& path, const GridField& field, bool compressed = true);

@@ -43,9 +43,9 @@ struct DataOptions {
   CurveEnds ends = CurveEnds::kAuto;           ///< of curves
   Eigen::VectorXd weights{};                   ///< of landmarks; empty: all 1
   std::vector<Eigen::MatrixXd> covariances{};  ///< of landmarks, instead of σ²I
-  /// Whether landmarks at one place in the source that are apart in the target become one, whose target is the mean of
-  /// theirs; else they are refused. Those at one place in both shapes always become one, and so do points of curves at
-  /// one place in the source.
+  /// Whether to merge landmarks at the same position in the source that differ in the target; their target is the mean
+  /// of theirs; else they are refused. Those at one place in both shapes always become one, and so do points of curves
+  /// at one place in the source.
   bool merge_coincident = false;
 };
 

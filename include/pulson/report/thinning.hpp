@@ -10,11 +10,11 @@ namespace pulson {
 /// At most `most` (≥ 2) of the indices 0, …, count − 1, evenly spread, with both ends.
 std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most);
 
-/// For each of these landmarks, the times at which its path has to be drawn for the whole of it to be seen.
+/// For each of these landmarks, the times that have to be drawn to show its whole path.
 ///
 /// The time from first to last is cut into equal pieces. Of each piece those entries are kept where a coordinate is
-/// least and where it is greatest, so that the drawn line fills the same range in every piece: noise stays as wide as
-/// it is, and no spike is lost. The first entry and the last are kept as well.
+/// least and where it is greatest, so that the drawn line fills the same range in every piece: noise keeps its
+/// width, and no spike is lost. The first entry and the last are kept as well.
 ///
 /// trajectory: K+1 entries d×N, finite; landmarks: columns of them; times: K+1, increasing. Returns for each landmark
 /// increasing indices into `times`, no more than max(most, 2d + 2); all of them where K+1 ≤ most. One pass.

@@ -8,7 +8,7 @@
 
 namespace pulson {
 
-/// By what the displacements of landmarks are interpolated between their labels, see LabelSpace.
+/// The basis that interpolates the displacements of landmarks between their labels, see LabelSpace.
 enum class LabelKernel {
   kMetric,     ///< the kernel of the flow: far from all landmarks nothing moves
   kThinPlate,  ///< |r|³, r² log r, −r in 1, 2, 3 dimensions and affine functions, which it reproduces

@@ -8,7 +8,7 @@
 
 namespace pulson {
 
-/// Where points went, and the gradient of the map there.
+/// Images of points under the map, and the gradient of the map there.
 struct MovedPoints {
   Points places;              ///< d×M
   Eigen::MatrixXd gradients;  ///< column m: ∂X(T)/∂x at x_m, d×d in column-major order
@@ -23,9 +23,9 @@ struct MovedPoints {
 ///     X⁺ = X + Δt (Σ_b K(X⁺ − q_b⁺) p_b + η(X⁺)) + Σ_i ξ_i(X) w_i + Σ_a c_a(x) δ_a,   X(0) = x
 ///
 /// where ξ_i are the fields of noise over space and η what compensates them (P-SD); δ_a is what other noise moved
-/// landmark a in this step, and c_a the cardinal functions of interpolation in label space: each object takes its
-/// interior along, so two of them pass through each other cleanly. The map is a diffeomorphism where all δ = 0, and may
-/// fold else. Methods run on all threads.
+/// landmark a in this step, and c_a the cardinal functions of interpolation in label space: each object moves with
+/// its interior, so two of them pass through each other cleanly. The map is a diffeomorphism where all δ = 0, otherwise
+/// it may fold. Methods run on all threads.
 class MaterialFlow {
  public:
   /// @throws StepError where a step is too long for the space between the landmarks

@@ -45,7 +45,7 @@ struct ShapeFit {
   double rms = 0;              ///< root mean square distance of q(T) to the target, a landmark
   double log_evidence = 0;
   /// The same by importance sampling from Laplace's approximation, with the variance of that logarithm and the
-  /// effective number of samples; NaN and 0 where none were asked for.
+  /// effective number of samples; NaN and 0 if none were drawn.
   double sampled_log_evidence = 0;
   double sampled_variance = 0;
   double effective_samples = 0;

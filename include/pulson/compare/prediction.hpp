@@ -28,7 +28,7 @@ struct Prediction {
 /// @param samples n×M @param outcome n, NaN where unknown @throws InputError for fewer than two samples
 double energy_score(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outcome);
 
-/// The part of the known coordinates of an outcome within the central `part` of the samples: at least as high as
+/// The fraction of the known coordinates of an outcome within the central `part` of the samples: at least as high as
 /// quantile (1 − part)/2 and at most as high as (1 + part)/2, by linear interpolation.
 double coverage(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outcome, double part);
 

@@ -8,10 +8,10 @@
 
 namespace pulson {
 
-/// All pairs a < b at the same position, as find_coincident() has it, in no order.
+/// All pairs a < b at the same position, as find_coincident() defines it, in no particular order.
 std::vector<std::pair<int, int>> coincident_pairs(const Points& points, double tolerance = 1e-12);
 
-/// Whether landmarks a and b of a shape are at the same position, as find_coincident() has it, or one of them has a
+/// Whether landmarks a and b of a shape are at the same position, as find_coincident() defines it, or one of them has a
 /// missing coordinate.
 bool is_repeated(const Points& points, int a, int b);
 

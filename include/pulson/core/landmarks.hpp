@@ -42,7 +42,7 @@ struct Landmarks {
   std::string describe(int index) const;
 };
 
-/// Indices of the landmarks of each group, in order of first appearance; one list of all where there are no groups.
+/// Indices of the landmarks of each group, in order of first appearance; one list of all if there are no groups.
 std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape);
 
 /// Indices of the points that have a missing coordinate (it is NaN), in their order.

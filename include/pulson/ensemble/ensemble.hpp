@@ -27,7 +27,7 @@ struct EnsembleOptions {
   std::int64_t kept_numbers(const PhaseState& start) const;
 };
 
-/// `most` or fewer steps of a grid, evenly spread, with the first (0) and the last.
+/// `most` or fewer steps of a grid, evenly spaced, including the first (0) and the last.
 std::vector<int> spread_steps(const TimeGrid& grid, int most);
 
 class BlockSums;

@@ -58,7 +58,7 @@ struct Histogram {
 };
 
 /// How many paths ended how. A path is counted where it first fits: with momenta beyond the bound, without a root, with
-/// two landmarks at exactly the same place at the end, clean.
+/// two landmarks at exactly the same position at the end, clean.
 struct PathCounts {
   std::int64_t clean = 0;
   std::int64_t no_root = 0;

@@ -9,8 +9,8 @@ namespace pulson {
 
 /// Numbers on a regular grid, an image or a field of displacements. Grid point (i, j[, k]) lies at
 ///   x = origin + direction · diag(spacing) · (i, j[, k]),
-/// and the displacements are vectors in the space of x, in its length units, whatever the direction of the grid. ITK
-/// and what is built on it (3D Slicer, SimpleITK, ANTs) apply them as out(x) = image(x + field(x)): a field that
+/// and the displacements are vectors in the space of x, in its length units, regardless of the direction of the grid.
+/// ITK and what is built on it (3D Slicer, SimpleITK, ANTs) apply them as out(x) = image(x + field(x)): a field that
 /// carries an image from source to target holds source_from_target(x) − x at each x of the target.
 struct GridField {
   std::vector<int> sizes;          ///< along each axis; d = 2 or 3 of them

@@ -16,8 +16,8 @@ enum class SeriesStyle {
   kBars,           ///< a bar around each x, from zero (on a logarithmic axis, from the bottom); several stand abreast
 };
 
-/// Values of one kind over x, n of them. Series of one name, in whatever panels, share a colour and an entry of the
-/// legend. One without values is an entry of the legend alone; one without a name has none.
+/// Values of one kind over x, n of them. Series of the same name share a colour and an entry of the
+/// legend. A series without values only has a legend entry; one without a name has none.
 struct Series {
   static constexpr int kByName = -1;  ///< names take the colours 0, 1, 2, … as they first appear; no name: colour 0
   static constexpr int kInk = -2;     ///< the colour of text, for what others are compared with

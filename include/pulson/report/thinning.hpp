@@ -7,7 +7,7 @@
 
 namespace pulson {
 
-/// At most `most` (≥ 2) of the indices 0, …, count − 1, evenly spread, with both ends.
+/// At most `most` (≥ 2) of the indices 0, …, count − 1, evenly spaced, including both ends.
 std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most);
 
 /// For each of these landmarks, the times that have to be drawn to show its whole path.
@@ -26,7 +26,7 @@ std::vector<std::vector<std::size_t>> thin_paths(const std::vector<Points>& traj
 ///
 /// A vertex counts by its distance from the chord that replaces it where the line is divided at the farthest vertex,
 /// again and again (D. Douglas and T. Peucker, 1973), so a spike stays when the straight parts around it are long gone.
-/// Ends of lines stay always; nothing is dropped where there are no more than `most` vertices.
+/// The ends of lines are always kept; nothing is dropped if there are at most `most` vertices.
 void simplify_lines(std::vector<Points>& lines, std::size_t most);
 
 }  // namespace pulson

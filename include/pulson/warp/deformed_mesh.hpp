@@ -12,8 +12,8 @@ namespace pulson {
 struct DeformedMesh {
   int columns = 0;  ///< of vertices: the width of the image + 1
   int rows = 0;     ///< of vertices: its height + 1
-  /// Where vertex (c, r), whose label is its place (c − 0.5, r − 0.5) in the source, goes; row by row. Cells with a
-  /// vertex that is not finite are left out.
+  /// Where vertex (c, r), whose label is its position (c − 0.5, r − 0.5) in the source, is mapped; row by row. Cells
+  /// with a vertex that is not finite are left out.
   std::vector<std::array<float, 2>> vertices;
 
   const std::array<float, 2>& at(int column, int row) const {

@@ -35,7 +35,7 @@ class LabelSpace {
   /// Of the interpolant in the basis, d×B. @param displacements δ, d×N
   virtual Points coefficients(const Points& displacements) const = 0;
 
-  /// The basis at places x, B×M: the interpolant is coefficients times this. @param x d×M
+  /// The basis at positions x, B×M: the interpolant is coefficients times this. @param x d×M
   virtual Eigen::MatrixXd basis(const Points& x) const = 0;
 
   /// The gradient of the interpolant with given coefficients: column m is d×d, column-major.

@@ -17,8 +17,8 @@ struct MovedPoints {
   Eigen::VectorXd jacobians() const;
 };
 
-/// The motion of every point of space under a landmark path. A step moves the point with label x (its place at t = 0)
-/// by the same stages as the landmarks, see SpaceStep; of the variational integrators
+/// The motion of every point of space under a landmark path. A step moves the point with label x (its position at t =
+/// 0) by the same stages as the landmarks, see SpaceStep; of the variational integrators
 ///
 ///     X⁺ = X + Δt (Σ_b K(X⁺ − q_b⁺) p_b + η(X⁺)) + Σ_i ξ_i(X) w_i + Σ_a c_a(x) δ_a,   X(0) = x
 ///
@@ -47,8 +47,8 @@ class MaterialFlow {
   /// Whether nothing is interpolated in label space.
   bool is_diffeomorphic() const { return labels_ == nullptr; }
 
-  /// The labels of the points that end at given places: every step solved backwards, to round-off. @throws InputError
-  /// where the map is no diffeomorphism; StepError where a step has no inverse
+  /// The labels of the points that end at given positions: every step solved backwards, to round-off. @throws
+  /// InputError where the map is not a diffeomorphism; StepError where a step has no inverse
   MovedPoints inverse(const Points& places) const;
 
   /// The largest distance of a landmark, moved as a point of space, from its own end: round-off but for the ridge.
@@ -66,8 +66,8 @@ class MaterialFlow {
   Trajectory path_;
   std::vector<SpaceStep> steps_;
   std::unique_ptr<const LabelSpace> labels_;  ///< none where no landmark is moved by noise of its own
-  /// By step and row of its table: what moves the landmarks alone, as coefficients in label space, d×B; empty where
-  /// none.
+  /// By step and row of its table: displacements of the landmarks only, as coefficients in label space, d×B; empty
+  /// where none.
   std::vector<std::vector<Points>> label_coefficients_;
 };
 

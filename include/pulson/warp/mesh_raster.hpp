@@ -44,7 +44,7 @@ struct RasterBand {
 };
 
 /// The push-forward of an image's pixel mesh through a map that may fold: for every sample of the output, in how many
-/// sheets it is covered and the place in the source of the sheet on top.
+/// sheets it is covered and the source position of the top sheet.
 ///
 /// Vertices are snapped to 1/1024 of the samples' distance, after which coverage is exact integer arithmetic. A sample
 /// on an edge counts as one slightly to its right, and on a horizontal edge as one slightly below it: so in a sheet it
@@ -58,9 +58,9 @@ struct RasterBand {
 /// threads.
 class MeshRaster {
  public:
-  /// @param priority one per cell, row by row, for SheetOrder::kPriority alone
+  /// @param priority one per cell, row by row, for SheetOrder::kPriority only
   /// @throws InputError for sizes or a supersampling out of range (an output of more than 2^18 samples in a row or
-  /// column is), for a mesh as DeformedMesh::check, for priorities that are missing, not asked for or NaN
+  /// column is), for a mesh as DeformedMesh::check, for priorities that are missing, superfluous or NaN
   MeshRaster(DeformedMesh mesh, const RasterOptions& options, std::vector<float> priority = {});
 
   const DeformedMesh& mesh() const { return mesh_; }

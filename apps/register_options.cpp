@@ -17,24 +17,23 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
   verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance")
       ->type_name("FILE");
   verb.add_option("--covariances", arguments.covariances,
-                  "csv: for each landmark its variance, those of the axes, or its covariance, instead of sigma^2")
+                  "csv: variance, variances of the axes or covariance of each landmark, instead of sigma^2")
       ->type_name("FILE");
   verb.add_flag("--merge-coincident", options.data.merge_coincident,
                 "merge landmarks at the same position in the source, with the mean of their targets");
-  only_known(
-      verb.add_option("--data", arguments.data,
-                      "landmarks; or, for outlines without correspondence, varifold, or current: with a direction")
-          ->type_name("NAME")
-          ->capture_default_str(),
-      "data");
+  only_known(verb.add_option("--data", arguments.data,
+                             "landmarks; for outlines without correspondence varifold, or current (oriented)")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "data");
   verb.add_option("--data-width", arguments.data_width, "width of the kernel that compares outlines")
       ->type_name("NUMBER")
       ->capture_default_str();
-  only_known(
-      verb.add_option("--curve-ends", arguments.curve_ends, "outlines are closed, open or auto: where the gap is small")
-          ->type_name("NAME")
-          ->capture_default_str(),
-      "ends");
+  only_known(verb.add_option("--curve-ends", arguments.curve_ends,
+                             "whether outlines are closed, open or auto: closed if the gap is small")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "ends");
   only_known(
       verb.add_option(
               "--align", arguments.align,
@@ -67,9 +66,11 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
       ->delimiter(',');
   verb.add_option("--samples", options.samples, "realisations of the noise in mode expected")->capture_default_str();
   add_seed_option(verb, options.seed);
-  verb.add_option("--tolerance", options.minimise.gradient_tolerance, "relative gradient that counts as converged")
+  verb.add_option("--tolerance", options.minimise.gradient_tolerance,
+                  "relative gradient below which a fit counts as converged")
       ->capture_default_str();
-  verb.add_option("--max-iterations", options.minimise.max_iterations, "of the solver")->capture_default_str();
+  verb.add_option("--max-iterations", options.minimise.max_iterations, "maximum number of iterations of the solver")
+      ->capture_default_str();
 }
 
 }  // namespace

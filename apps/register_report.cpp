@@ -92,8 +92,7 @@ ReportTable model_table(const Registration& registration) {
     add("aligned",
         fmt::format("{}, scale {}", alignment_name(registration.alignment.kind), number(registration.alignment.scale)));
   add("kernel", registration_system(registration).kernel.spec(4));
-  if (registration.fitted_kernel)
-    add("leave-one-out error", number(registration.fitted_kernel->prediction_error));
+  if (registration.fitted_kernel) add("leave-one-out error", number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
   if (registration.data.kind != DataKind::kLandmarks)

@@ -140,7 +140,8 @@ TEST_F(ProgramTables, OfImageJNameTheImageInEachLine) {
   EXPECT_THAT(file.warnings,
               ElementsAre("t.txt: the values of the column 'Label' repeat in runs; it is read as the specimen"));
   EXPECT_EQ(read(" ,Label,X,Y\n1,a.tif,1,2\n2,a.tif,3,4\n").shapes.front().name, "a.tif");
-  EXPECT_THAT(read_error("label,x,y\nnose,1,2\nnose,3,4\ntail,5,6\n"), HasSubstr("landmark 'nose' stands on line 2"));
+  EXPECT_THAT(read_error("label,x,y\nnose,1,2\nnose,3,4\ntail,5,6\n"),
+              HasSubstr("landmark 'nose' is already on line 2"));
   EXPECT_EQ(read("label,x,y,group\na,1,2,1\nb,3,4,1\na,5,6,2\nb,7,8,2\n").shapes.size(), 1U);
   EXPECT_EQ(read("Slice,X,Y,C-pos,Z-pos\n1,1,2,1,1\n").shapes.front().points, points_2d({1, 2}));
 }

@@ -62,8 +62,7 @@ TEST_F(DeepLabCut, HoldsPredictionsByFrame) {
   EXPECT_EQ(file.shapes[1].points, points_2d({3, 4}));
   EXPECT_EQ(file.shapes[1].name, "1");
   EXPECT_EQ(file.shapes[1].image, "");
-  EXPECT_THAT(file.warnings,
-              ElementsAre("t.txt: likelihood is not used (1 column); landmarks are read whatever it is"));
+  EXPECT_THAT(file.warnings, ElementsAre("t.txt: likelihood is not used (1 column); all landmarks are read"));
 }
 
 TEST_F(DeepLabCut, MayHaveRowsOfEmptyCells) {

@@ -59,14 +59,14 @@ INSTANTIATE_TEST_SUITE_P(
         WrongEnsemble{"-o out --bound nan", "--bound is nan"},
         WrongEnsemble{"-o out --stop-after 0", "--stop-after is 0; it must be at least 1"},
         WrongEnsemble{"-o out --resume", "there is nothing to resume: 'out/ensemble.partial'"},
-        WrongEnsemble{"-o out --save-paths all.npy --samples 10000000", "the states to be kept are 4040000000 numbers"},
-        WrongEnsemble{"-o out --save-final ends.npy --samples 1000000000", "the states to be kept are"},
+        WrongEnsemble{"-o out --save-paths all.npy --samples 10000000", "the states to keep are 4040000000 numbers"},
+        WrongEnsemble{"-o out --save-final ends.npy --samples 1000000000", "the states to keep are"},
         WrongEnsemble{"-o out --save-final nowhere/ends.npy", "there is no folder 'nowhere'"},
         WrongEnsemble{"-o out --save-paths folder", "'folder'"}, WrongEnsemble{"-o a_file", "'a_file'"},
         WrongEnsemble{"-o /dev/null/out", "'/dev/null/out'"}, WrongEnsemble{"-o out --json folder", "'folder'"},
         WrongEnsemble{"-o out --json nowhere/x.json", "there is no folder 'nowhere'"},
         WrongEnsemble{"-o out --integrator eular", "unknown integrator 'eular'"},
-        WrongEnsemble{"-o out --integrator rk4", "integrator 'rk4' is for no noise"},
+        WrongEnsemble{"-o out --integrator rk4", "integrator 'rk4' takes no noise"},
         WrongEnsemble{"-o out --threads -1", "--threads is -1"}, WrongEnsemble{"-o out --seed x", "--seed is 'x'"},
         WrongEnsemble{"-o out --dt 0", "--dt is 0"}, WrongEnsemble{"-o out --nosuch", "--nosuch"}));
 
@@ -130,7 +130,7 @@ TEST_F(EnsembleErrors, AnUnfinishedRunIsKept) {
   const auto before = all_files();
   const ProgramRun refused = run_pair("--time 1 --samples 128 -o out");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, testing::HasSubstr("ensemble.partial' is of an unfinished run"));
+  EXPECT_THAT(refused.err, testing::HasSubstr("ensemble.partial' belongs to an unfinished run"));
   EXPECT_TRUE(changed_since(before).empty());
 }
 

@@ -72,7 +72,7 @@ TEST_F(WrongGridFields, AreNoFiles) {
   EXPECT_EQ(error_of_reading("x,y\n1,2\n"), "file is neither MetaImage (.mha) nor NRRD (.nrrd); it begins with 'x,y'");
 }
 
-/// Wherever a file ends it is told, whatever is left of it.
+/// A truncated file is reported, wherever it ends.
 TEST_F(WrongGridFields, AreCutOff) {
   for (const bool compressed : {false, true})
     for (const char* const name : {"f.mha", "f.nrrd"}) {
@@ -172,7 +172,7 @@ TEST_F(WrongGridFields, HaveWrongNrrdHeaders) {
   EXPECT_THAT(nrrd_error(good + "space directions: (1,0) (0,0)\n"), HasSubstr("a spacing is 0"));
   EXPECT_THAT(nrrd_error(good + "spacings:\n"), HasSubstr("2 numbers are needed"));
   EXPECT_THAT(nrrd_error(good + "space origin: none\n"), HasSubstr("one vector is needed"));
-  EXPECT_THAT(nrrd_error(good + "axis mins: 0 0\n"), HasSubstr("places are read from space origin"));
+  EXPECT_THAT(nrrd_error(good + "axis mins: 0 0\n"), HasSubstr("positions are read from space origin"));
   EXPECT_THAT(nrrd_error(good + "byte skip: -1\n"), HasSubstr("it must be 0"));
   EXPECT_THAT(nrrd_error(type + "dimension: 3\nsizes: 2 1 1\nkinds: vector domain domain\n"
                                 "measurement frame: (0,1) (1,0)\n"),

@@ -183,7 +183,7 @@ TEST_F(JsonFile, TellsOfNamesThatAreNoText) {
   LandmarkFile file = one_shape(points_2d({1, 2}));
   file.shapes[0].name = "poisson \xE9";
   EXPECT_THAT(write_landmark_file("t.json", file),
-              ElementsAre("t.json: bytes in names that are not valid UTF-8 are replaced"));
+              ElementsAre("t.json: bytes in names that are not UTF-8 are replaced"));
   EXPECT_EQ(read_landmarks("t.json").points, points_2d({1, 2}));
 }
 

@@ -61,9 +61,9 @@ TEST(LandmarkPairs, LeaveOutWhatOneSideHasAlone) {
   const LandmarkPairs pairs = pair_landmarks(first, other, notes);
   EXPECT_THAT(pairs.first, ElementsAre(0, 2, 3));
   EXPECT_THAT(pairs.other, ElementsAre(0, 3, 2));
-  EXPECT_THAT(notes,
-              ElementsAre(HasSubstr("a different order"), "a.csv: 1 of 4 landmarks is not in b.csv and is left out: 'chin'",
-                          "b.csv: 2 of 5 landmarks are not in a.csv and are left out: 'brow', 'lip'"));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("a different order"),
+                                 "a.csv: 1 of 4 landmarks is not in b.csv and is left out: 'chin'",
+                                 "b.csv: 2 of 5 landmarks are not in a.csv and are left out: 'brow', 'lip'"));
   const Landmarks filled = in_order_of(first, other, notes);
   EXPECT_EQ(filled.count(), 4);
   EXPECT_TRUE(std::isnan(filled.points(0, 1)));
@@ -94,7 +94,7 @@ TEST(LandmarkPairs, FollowTheOrderWhereNothingElsePairs) {
   }
   Names notes;
   EXPECT_THAT(pair_landmarks(first, labelled("b.csv", {"left", "nose", "right"}), notes).other, ElementsAre(0, 1, 2));
-  EXPECT_THAT(notes, ElementsAre("a.csv and b.csv: the landmark 'nose' is at different places and most other labels "
+  EXPECT_THAT(notes, ElementsAre("a.csv and b.csv: the landmark 'nose' is in different positions and most other labels "
                                  "differ; landmarks are paired by their order"));
 }
 
@@ -104,9 +104,10 @@ TEST(LandmarkPairs, NeedAsManyWhereNothingPairsThem) {
     return error_of([&] { pair_landmarks(labelled("a.csv", {"x", "y", "z"}), other, notes); });
   };
   EXPECT_THAT(error_with(counted_points("b.csv", 4)),
-              HasSubstr("a.csv has 3, b.csv has 4; landmarks need the same ones in both, or labels or numbers"));
-  EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})),
-              HasSubstr("none of their labels are in both, and landmarks pair by these where half of the smaller"));
+              HasSubstr("a.csv has 3, b.csv has 4; both need the same landmarks, or labels or numbers"));
+  EXPECT_THAT(
+      error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})),
+      HasSubstr("none of their labels are in both, and landmarks are paired by these only where half of the smaller"));
   EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "y"})),
               HasSubstr("only 1 of their labels are in both"));
 }

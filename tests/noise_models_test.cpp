@@ -1,4 +1,4 @@
-// Each noise model on small numbers worked out by hand, and what users are told who give a wrong specification.
+// Each noise model on small numbers worked out by hand, and the errors for wrong specifications.
 
 #include <cmath>
 #include <memory>

@@ -147,7 +147,7 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsNoToml) {
   EXPECT_THAT(complaint("run.toml", "= 4\n"), HasSubstr("run.toml:1: '= 4': a name is needed"));
   EXPECT_THAT(complaint("run.json", "{\"steps\": 4,}"), HasSubstr("run.json: parse error at line 1"));
   EXPECT_THAT(complaint("run.json", "[4]"), HasSubstr("run.json: an object"));
-  EXPECT_THAT(complaint("run.json", R"({"steps": null})"), HasSubstr("run.json: steps: a text, number, true, false"));
+  EXPECT_THAT(complaint("run.json", R"({"steps": null})"), HasSubstr("run.json: steps: a string, number, true, false"));
   EXPECT_THAT(complaint("run.ini", "steps = 4\n"), HasSubstr("a .toml or .json file is needed"));
   EXPECT_THAT(complaint("a.csv", "x,y\n0,0\n1,0\n0,1\n", "--config none.toml"), HasSubstr("--config"));
   const ProgramRun missing = run(words("register a.csv b.csv -o out --config none.toml"));

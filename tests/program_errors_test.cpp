@@ -201,7 +201,7 @@ TEST_F(WrongInput, NumbersBelowZeroAreNoOptions) {
   EXPECT_EQ(run(words("info -- -odd.csv")).exit_code, 0);
 }
 
-// What is missing is told, and no error.
+// What is missing is reported and is not an error.
 TEST_F(WrongInput, InfoCountsMissingLandmarks) {
   write("all.csv", "NA,NA\nNA,NA\n");
   EXPECT_THAT(run(words("info nan.csv")).out, HasSubstr("3 landmarks in 2D, x 0 to 0 y 0 to 1, 1 missing\n"));
@@ -216,7 +216,7 @@ TEST_F(WrongInput, ComesWithTheNotesOnItsFiles) {
   const ProgramRun done = run(words("register turns.csv others.csv -o out"));
   EXPECT_EQ(done.exit_code, 2);
   EXPECT_THAT(done.err,
-              AllOf(HasSubstr("note: turns.csv: one column without a header"), HasSubstr("if x and y take turns"),
+              AllOf(HasSubstr("note: turns.csv: one column without a header"), HasSubstr("if it holds x and y in turn"),
                     HasSubstr("landmarks 1 and 5 are at the same position")));
 }
 
@@ -290,7 +290,7 @@ TEST_P(ExtremeNumbers, EndInOrder) {
   if (done.exit_code == 2) {
     expect_one_line(done.err);
     EXPECT_THAT(names_in("out"), IsEmpty());
-    EXPECT_THAT(done.err, Not(HasSubstr("at the same place"))) << "they are not";
+    EXPECT_THAT(done.err, Not(HasSubstr("at the same position"))) << "they are not";
   } else {
     EXPECT_TRUE(read_json("out/registration.json").is_object());
     EXPECT_TRUE(read_json("out/registration.json")["rms"].is_number());

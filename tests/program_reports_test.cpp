@@ -97,9 +97,9 @@ TEST_F(Reports, CompareTellsTheVerdictAndEveryModel) {
   EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"), 3U);  // of evidence, matches, shapes
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
   EXPECT_THAT(page, HasSubstr("--noise ch-sd:beta=1 --lambda 1</code>"));
-  const nlohmann::json told = read_json("out/comparison.json");
+  const nlohmann::json recorded = read_json("out/comparison.json");
   char evidence[32];
-  std::snprintf(evidence, sizeof evidence, ">%.1f<", told["models"][1]["log_evidence"].get<double>());
+  std::snprintf(evidence, sizeof evidence, ">%.1f<", recorded["models"][1]["log_evidence"].get<double>());
   EXPECT_THAT(page, HasSubstr(evidence));
 }
 

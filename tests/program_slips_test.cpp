@@ -1,4 +1,4 @@
-// Slips that users make: each is told, and none makes a wrong result look right.
+// Slips that users make: each is reported, and none makes a wrong result look right.
 
 #include <gmock/gmock.h>
 

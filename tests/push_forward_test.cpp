@@ -34,7 +34,7 @@ DeformedMesh mesh_of(const Image& image, const std::function<Place(float, float)
 
 Place identity(float x, float y) { return {x, y}; }
 
-// A strip of two colours, the right one laid over the left: places x > 1.5 turned over at that edge.
+// A strip of two colours, the right one laid over the left: positions x > 1.5 flipped at that edge.
 const Image kStrip = image_u8(4, 1, 3, {200, 0, 0, 200, 0, 0, 0, 100, 0, 0, 100, 0});
 Place folded(float x, float y) { return {x <= 1.5F ? x : 3 - x, y}; }
 

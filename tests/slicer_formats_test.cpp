@@ -268,10 +268,10 @@ TEST_F(Markups, TellOfAllButTheirOneType) {
     return write_landmark_file("t.mrk.json", file);
   };
   EXPECT_THAT(losses({{"type", "Line"}}), IsEmpty());
-  const auto told = ElementsAre("t.mrk.json: mrk.json cannot hold properties");
-  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Line"}}), told);
-  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Angle"}}), told);
-  EXPECT_THAT(losses({{"type", "Fiducial"}}), told);  // where nothing is read
+  const auto reported = ElementsAre("t.mrk.json: mrk.json cannot hold properties");
+  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Line"}}), reported);
+  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Angle"}}), reported);
+  EXPECT_THAT(losses({{"type", "Fiducial"}}), reported);  // where nothing is read
 }
 
 TEST_F(Markups, HaveWhatTheSchemaAsksFor) {

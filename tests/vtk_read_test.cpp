@@ -152,7 +152,7 @@ TEST_F(VtkFile, SkipsWhatIsNoGeometry) {
             Eigen::Vector2d(1, 2));
 }
 
-// As VTK writes them: the two highest bits of the first byte tell how many bytes have the length.
+// As VTK writes them: the two highest bits of the first byte give the number of bytes of the length.
 std::string binary_string(std::size_t length, int bytes_of_length) {
   const std::string all = bytes<std::uint64_t>({std::uint64_t{length}});
   std::string text = all.substr(static_cast<std::size_t>(8 - bytes_of_length)) + std::string(length, '\n');
@@ -241,8 +241,9 @@ TEST_F(VtkFile, WarnsWhereLinesHaveAnotherOrder) {
   EXPECT_THAT(warnings("LINES 2 8\n3 0 2 4\n3 3 1 3\n"), IsEmpty()) << "each in its order, one backwards";
   EXPECT_THAT(warnings("LINES 1 7\n6 0 1 2 3 4 0\n"), IsEmpty()) << "closed";
   EXPECT_THAT(warnings("POLYGONS 1 4\n3 0 2 1\n"), IsEmpty());
-  EXPECT_THAT(warnings("LINES 1 6\n5 0 2 1 3 4\n"),
-              ElementsAre("t.vtk: the lines connect the points in a different order from that of the file, which is kept"));
+  EXPECT_THAT(
+      warnings("LINES 1 6\n5 0 2 1 3 4\n"),
+      ElementsAre("t.vtk: the lines connect the points in a different order from that of the file, which is kept"));
 }
 
 // ---- what is refused

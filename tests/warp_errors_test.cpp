@@ -63,7 +63,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --method push --background 1,2", "--background is '1,2'");
   refuse("grey.png -o w.png --samples 3", "--samples needs noise");
   refuse("grey.png -o w.png --deviation d.tif", "are of --samples");
-  refuse("grey.png -o w.png --inverse --method push", "needs no --method push");
+  refuse("grey.png -o w.png --inverse --method push", "cannot be combined with --method push");
   refuse("grey.png -o w.png --field f.png", "written as .mha or .nrrd");
   refuse("grey.png -o w.png --folds f.mha", "drawings and masks are written as .png or .tif");
   refuse("grey.png -o w.png --grid g.jpg", "drawings and masks are written as .png or .tif");
@@ -87,7 +87,7 @@ TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
   for (const char* option : {"--jacobian", "--log-jacobian", "--folds", "--grid", "--side-by-side"})
     refuse("grey.png -o w.png --inverse " + std::string(option) + " x.png",
            std::string(option) + " with --inverse needs a map that has an inverse");
-  refuse("grey.png -o w.png --samples 2 --field f.mha", "they have no --samples");
+  refuse("grey.png -o w.png --samples 2 --field f.mha", "they cannot be combined with --samples");
   refuse("colour.png -o w.pgm --samples 2 --deviation d.png", ".pgm does not hold colours");
 }
 

@@ -102,7 +102,7 @@ void WarpArguments::add_to(CLI::App& verb) {
 
   verb.add_option("--samples", samples, "number of samples of the noise, with the fitted momenta; OUT is their mean")
       ->group("Ensembles");
-  verb.add_option("--seed", seed, "of the random numbers")->capture_default_str()->group("Ensembles");
+  verb.add_option("--seed", seed, "seed of the random numbers")->capture_default_str()->group("Ensembles");
   verb.add_option("--deviation", deviation, "standard deviation of each pixel (tif, png)")
       ->type_name("FILE")
       ->group("Ensembles");

@@ -45,8 +45,8 @@ std::vector<FittedNumber> Fitter::numbers(const State& state) const {
   for (Index g = 0; g < count; ++g)
     if (!state.variances.vanishes[g]) free.push_back(g);
   VectorXd log_deviations = deviations(information(free, free));
-  // Where one number may do what another does, the likelihood is flat, and its maximum may be far from the numbers
-  // told.
+  // Where one parameter has the same effect as another, the likelihood is flat, and its maximum may be far from the
+  // true values.
   const VectorXd first_deviations = deviations(state.variances.first_information(free, free));
   log_deviations = first_deviations.array().isNaN().select(first_deviations, log_deviations);
   std::vector<FittedNumber> numbers;

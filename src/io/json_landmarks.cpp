@@ -200,7 +200,7 @@ WrittenLandmarks write_json(const std::string& path, const LandmarkFile& file) {
   if (!file.units.empty()) written.text += ",\n  \"units\": " + json_line(file.units, is_changed);
   if (!file.axes.empty()) written.text += ",\n  \"axes\": " + json_line(file.axes, is_changed);
   written.text += "\n}\n";
-  if (is_changed) written.losses.push_back(path + ": bytes in names that are not valid UTF-8 are replaced");
+  if (is_changed) written.losses.push_back(path + ": bytes in names that are not UTF-8 are replaced");
   return written;
 }
 

@@ -222,7 +222,7 @@ WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file
         (&shape == &file.shapes.front() ? "\n    " : ",\n    ") + markup_text(shape, points, system, is_changed);
   }
   written.text += "\n  ]\n}\n";
-  if (is_changed) written.losses.push_back(path + ": bytes in names that are not valid UTF-8 are replaced");
+  if (is_changed) written.losses.push_back(path + ": bytes in names that are not UTF-8 are replaced");
   return written;
 }
 

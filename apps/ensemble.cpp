@@ -201,7 +201,7 @@ void print_summary(const EnsembleRun& run) {
   }
   const NoiseTraits traits = run.system.noise->traits();
   if (traits.translation_invariant && traits.hamiltonian)
-    fmt::print("momentum   total kept to {:.1e}\n", sums.momentum_error);
+    fmt::print("momentum   total conserved to {:.1e}\n", sums.momentum_error);
 }
 
 // @return whether there is anything to warn of
@@ -261,7 +261,7 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
-  verb->add_flag("--antithetic", arguments->options.antithetic, "paths in pairs with opposite noise (antithetic)");
+  verb->add_flag("--antithetic", arguments->options.antithetic, "paths in pairs with opposite noise");
   add_seed_option(*verb, arguments->options.seed);
   verb->add_option("--bound", arguments->options.momentum_bound, "momentum beyond which a path counts as lost")
       ->capture_default_str();

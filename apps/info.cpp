@@ -65,7 +65,7 @@ void print_info(const std::string& what, const FileInfoOptions& options) {
 }  // namespace
 
 void add_info_verb(CLI::App& program) {
-  CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or what is in a file");
+  CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or the contents of a file");
   auto what = std::make_shared<std::string>();
   auto options = std::make_shared<FileInfoOptions>();
   verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, or a landmark file")->required();

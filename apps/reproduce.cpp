@@ -143,7 +143,8 @@ void add_reproduce_verb(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  pulson reproduce figure3 -o out\n"
       "  pulson reproduce all --quick -o look\n"
-      "Exit codes: 0 done (whether or not the claims hold), 2 bad input, 3 interrupted (what is done is written).");
+      "Exit codes: 0 done (whether or not the claims hold), 2 bad input, 3 interrupted (finished experiments are "
+      "written).");
   verb->callback([arguments, &exit_code] { exit_code = run_reproduce(*arguments); });
 }
 

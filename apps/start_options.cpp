@@ -68,7 +68,7 @@ void StartOptions::add_to(CLI::App& verb) {
       verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json")->type_name("FILE");
   by_q->excludes(by_shape, by_from);
   by_shape->excludes(by_from);
-  CLI::Option* by_p = verb.add_option("--p", p, "momenta, as --q [0]")->type_name("NUMBERS");
+  CLI::Option* by_p = verb.add_option("--p", p, "momenta, in the format of --q [0]")->type_name("NUMBERS");
   verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->type_name("FILE")->excludes(by_p);
   add_read_options(verb, reading);
   verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");

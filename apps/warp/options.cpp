@@ -19,7 +19,8 @@ void WarpArguments::add_to(CLI::App& verb) {
       ->type_name("FILE");
   add_quiet_option(verb);
   verb.add_flag("--inverse", inverse, "map from target to source");
-  only_known(verb.add_option("--labels", labels, "interpolation of the landmarks' own noise: metric or thin-plate")
+  only_known(verb.add_option("--labels", labels,
+                             "interpolation of the displacements by noise between landmarks: metric or thin-plate")
                  ->type_name("NAME")
                  ->capture_default_str(),
              "labels");

@@ -30,7 +30,7 @@ void pair_shapes(CohortShapes& cohort, std::vector<std::string>& notes) {
     else if (!of_target.empty())
       ++others;
   }
-  if (others > 0) first_notes.back() += fmt::format("; {} more shapes likewise", others);
+  if (others > 0) first_notes.back() += fmt::format("; likewise for {} more shapes", others);
   notes.insert(notes.end(), first_notes.begin(), first_notes.end());
 }
 
@@ -40,51 +40,54 @@ std::vector<std::string> usual_noises() { return {"none", "ch-sd", "p-sd:fields=
 
 void CompareArguments::add_to(CLI::App& verb) {
   verb.add_option("SHAPES", shapes,
-                  "SOURCE TARGET [TARGET ...]; or one file of several shapes, which are compared with their mean")
+                  "SOURCE TARGET [TARGET ...]; or one file with several shapes, compared with their mean")
       ->required();
   verb.add_option("--noise", noises,
-                  "a model; numbers that it must have and are left out are fitted [none, ch-sd, "
+                  "a noise model; required parameters that are left out are fitted [none, ch-sd, "
                   "p-sd:fields=grid,count=3, trouve-vialard]")
       ->type_name("SPEC");
   verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean")
       ->type_name("FILE");
   add_read_options(verb, reading);
   verb.add_flag("--merge-coincident", merge_coincident,
-                "take landmarks at the same place in the source as one, at the mean of theirs in each target");
+                "merge landmarks at the same position in the source, and take the mean of theirs in each target");
   output.add_to(verb, "comparison.png and .svg");
   verb.add_option("--sigma", sigma, "digitising error, length units; auto: 1 % of the diameter")
       ->type_name("NUMBER")
       ->capture_default_str();
-  only_known(
-      verb.add_option("--align", align,
-                      "motion that brings each target onto the source, and is left out of the data: none, translation, "
-                      "rigid, similarity, affine; auto: similarity about a mean, else none")
-          ->type_name("NAME")
-          ->capture_default_str(),
-      "alignment", {"auto"});
+  only_known(verb.add_option("--align", align,
+                             "transformation removed from each target: none, translation, rigid, similarity, affine; "
+                             "auto: similarity about a mean, else none")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "alignment", {"auto"});
   verb.add_option("--kernel", options.settings.kernel, "kernel of all models, see pulson info kernels")
       ->type_name("SPEC")
       ->capture_default_str();
-  verb.add_option("--lambda", lambda, "1/variance of the momenta, or fit: in each model")
+  verb.add_option("--lambda", lambda, "inverse variance of the momenta; fit: fitted in each model")
       ->type_name("NUMBER")
       ->capture_default_str();
   verb.add_option("--integrator", options.settings.integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();
-  verb.add_option("--folds", options.folds, "of the predictions of held-out shapes; 0: none")->capture_default_str();
-  verb.add_option("--forward-samples", options.forward_samples, "drawn from each model")->capture_default_str();
+  verb.add_option("--folds", options.folds, "cross-validation folds for predicting held-out shapes; 0: none")
+      ->capture_default_str();
+  verb.add_option("--forward-samples", options.forward_samples,
+                  "shapes drawn from each model to predict held-out shapes")
+      ->capture_default_str();
   verb.add_option("--importance", options.settings.importance_samples,
-                  "samples for each shape that check its evidence; 0: none")
+                  "importance samples per shape, to check its evidence; 0: none")
       ->capture_default_str();
   verb.add_flag("--no-maps", no_maps, "do not measure folded areas");
   verb.add_option("--simulate", simulate,
-                  "draw cohorts from this model instead, and count which model is chosen; numbers left out are "
-                  "fitted to the shapes; all: from each --noise")
+                  "draw cohorts from this model instead and count which model is chosen; parameters left out are "
+                  "fitted to the shapes; all: every --noise")
       ->type_name("SPEC");
   verb.add_option("--true-lambda", true_lambda,
-                  "1/variance of the momenta in the models drawn from [fitted to the shapes]");
+                  "inverse variance of the momenta in the generating models [fitted to the shapes]");
   verb.add_option("--count", count, "cohorts drawn from each model")->capture_default_str();
-  verb.add_option("--cohort-size", cohort_size, "shapes in each cohort drawn [as many as are given, or 20 for one]");
+  verb.add_option("--cohort-size", cohort_size,
+                  "shapes in each cohort drawn [as many as are given, or 20 if one is given]");
   add_seed_option(verb, options.settings.seed);
   time.add_to(verb, "1");
   add_threads_option(verb);
@@ -112,9 +115,10 @@ CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
     pulson::merge_coincident(cohort, merge_coincident, notes);
     return cohort;
   }
-  if (cohort.targets.empty()) throw InputError("there is no target beside the source");
+  if (cohort.targets.empty()) throw InputError("there is no target besides the source");
   if (!cohort.source && cohort.targets.size() < 2)
-    throw InputError("one shape is its own mean; name a source and a target, or a file with several shapes");
+    throw InputError(
+        "a single shape cannot be compared with its mean; give a source and a target, or a file with several shapes");
   cohort.alignment = align != "auto" ? parse_alignment(align)
                      : cohort.source ? AlignmentKind::kNone
                                      : AlignmentKind::kSimilarity;
@@ -138,8 +142,8 @@ CompareOptions CompareArguments::compare_options(const Landmarks& about, std::ve
   asked.settings.sigma = sigma == "auto" ? kUsualSigma * diameter(about.points) : parse_number(sigma, "--sigma");
   if (sigma == "auto")
     notes.push_back(
-        fmt::format("sigma {:.3g}, 1 % of the diameter, is a guess: give --sigma, the error of digitising, "
-                    "which the models are judged by",
+        fmt::format("sigma {:.3g}, 1 % of the diameter, is a guess: give --sigma, the digitising error, on which the "
+                    "ranking depends",
                     asked.settings.sigma));
   return asked;
 }

@@ -51,7 +51,7 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
     name = noise;
     matches = 0;
     progress.show(part, noise);
-    tell_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
+    log_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
   };
   arguments.output.check(kComparisonFiles, kComparisonPictures);
   const Comparison comparison = compare_models(shapes, arguments.noises, options);
@@ -67,7 +67,7 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
   write_report(comparison_report(comparison, notes, seconds, picture_of(arguments.output, kComparisonPictures)),
                arguments.output);
-  tell_notes(notes);
+  print_notes(notes);
   if (arguments.output.prints()) {
     print_comparison(comparison);
     arguments.output.print_written(kComparisonFiles, kComparisonPictures);
@@ -123,7 +123,7 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
   write_report(
       recovery_report(rows, arguments.noises, study, notes, seconds, picture_of(arguments.output, kStudyPictures)),
       arguments.output);
-  tell_notes(notes);
+  print_notes(notes);
   if (arguments.output.prints()) {
     print_recovery(rows, arguments.noises, study);
     arguments.output.print_written(kStudyFiles, kStudyPictures);

@@ -30,7 +30,7 @@ std::string kinds_of(const std::string& noise) {
   return kinds;
 }
 
-// What is short enough to stand below a panel and tells the noises apart.
+// A name short enough for a panel that still distinguishes the noise models.
 std::vector<std::string> short_names(const std::vector<std::string>& noises) {
   std::vector<std::string> kinds;
   std::transform(noises.begin(), noises.end(), std::back_inserter(kinds), kinds_of);
@@ -58,12 +58,12 @@ ChartPanel dots(const Comparison& comparison, ChartPanel panel, Estimate (*value
 }
 
 ChartPanel scores(const Comparison& comparison) {
-  return dots(comparison, {.heading = "Score beside the best, nats", .reference_lines = {{0, ""}}},
+  return dots(comparison, {.heading = "Score relative to the best model (nats)", .reference_lines = {{0, ""}}},
               [](const ComparedModel& model) { return model.difference; });
 }
 
 ChartPanel predictions(const Comparison& comparison) {
-  return dots(comparison, {.heading = "Energy score of held-out shapes (less is better)"},
+  return dots(comparison, {.heading = "Energy score of held-out shapes (lower is better)"},
               [](const ComparedModel& model) {
                 return model.prediction ? Estimate{model.prediction->energy_score, model.prediction->energy_score_error}
                                         : Estimate{std::nan(""), 0};
@@ -72,32 +72,32 @@ ChartPanel predictions(const Comparison& comparison) {
 
 ChartPanel spectrum(const Comparison& comparison) {
   ChartPanel panel{.heading = "Variance of displacements along the kernel's eigenvectors",
-                   .x_label = "eigenvector, smooth to rough",
+                   .x_label = "eigenvector, low to high frequency",
                    .log_y = true};
-  Series seen{.name = "seen", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
+  Series observed{.name = "observed", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.eigenvalues.size()));
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     if (!(comparison.observed.size() > row && comparison.observed[row] > 0)) continue;
-    seen.x.push_back(places[i]);
-    seen.y.push_back(comparison.observed[row]);
-    seen.error.push_back(or_zero(comparison.observed_error[row]));
+    observed.x.push_back(places[i]);
+    observed.y.push_back(comparison.observed[row]);
+    observed.error.push_back(or_zero(comparison.observed_error[row]));
   }
   for (const ComparedModel& model : comparison.models) {
     if (!(model.spectrum.size() > 0 && (model.spectrum.array() > 0).all())) continue;
     panel.series.push_back({.name = name_of(model), .x = places, .y = {model.spectrum.begin(), model.spectrum.end()}});
   }
-  panel.series.push_back(std::move(seen));
+  panel.series.push_back(std::move(observed));
   return panel;
 }
 
-ChartPanel ways(const Comparison& comparison) {
-  ChartPanel panel{.heading = "What the noise moves each landmark, root mean square", .x_label = "landmark"};
+ChartPanel noise_displacements(const Comparison& comparison) {
+  ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)", .x_label = "landmark"};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
   for (const ComparedModel& model : comparison.models)
     panel.series.push_back({.name = name_of(model),
                             .x = places,
-                            .y = {model.noise_way.begin(), model.noise_way.end()},
+                            .y = {model.noise_displacement.begin(), model.noise_displacement.end()},
                             .style = SeriesStyle::kLineAndPoints});
   return panel;
 }
@@ -110,15 +110,15 @@ Chart comparison_chart(const Comparison& comparison) {
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
                               shortened_spec(comparison.settings.kernel), comparison.settings.sigma),
-      .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), ways(comparison)}}};
+      .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), noise_displacements(comparison)}}};
   if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
   return chart;
 }
 
 Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                      const RecoveryOptions& options) {
-  ChartPanel panel{.heading = "Part of the cohorts for which each model is chosen",
-                   .x_label = "model drawn from, in the order asked",
+  ChartPanel panel{.heading = "Fraction of the cohorts for which each model is chosen",
+                   .x_label = "generating model, in the order given",
                    .y_range = std::pair{0.0, 1.0}};
   std::vector<std::string> drawn;
   for (const RecoveryRow& row : rows) drawn.push_back(row.truth.noise);

@@ -6,8 +6,8 @@
 
 namespace pulson {
 
-/// The ranking, and why: scores; displacements along the kernel's eigenvectors, seen and foretold; predictions; and
-/// what the noise moved each landmark.
+/// The ranking, and why: scores; displacements along the kernel's eigenvectors, observed and predicted; predictions;
+/// and what the noise moved each landmark.
 Chart comparison_chart(const Comparison& comparison);
 
 /// How often each model is chosen, by the model that was drawn from.

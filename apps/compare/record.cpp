@@ -76,7 +76,7 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
                           {"coverage_90", prediction->coverage},
                           {"coverage_90_error", prediction->coverage_error}};
   json["spectrum"] = numbers(model.spectrum);
-  json["noise_way"] = numbers(model.noise_way);
+  json["noise_way"] = numbers(model.noise_displacement);
   json["lost_samples"] = model.lost_samples;
   return json;
 }

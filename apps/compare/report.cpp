@@ -19,7 +19,7 @@ std::string sentence(std::string text) {
   return text + ".";
 }
 
-// A cell that is empty where there is no number, so that a column of numbers stays one.
+// A cell that is empty where there is not a number, so that a column of numbers stays one.
 ReportCell cell(double value, const char* format = "{:.3g}") {
   return {std::isnan(value) ? "" : number(value, format)};
 }
@@ -36,9 +36,10 @@ std::string fitted_numbers(const CohortFit& fit) {
 
 ReportTable evidence_table(const Comparison& comparison) {
   ReportTable table{
-      {"noise", "score beside the best", "weight", "log evidence", "sampled", "fitted", "noise's part", "converged"},
+      {"noise", "score relative to the best", "weight", "log evidence", "sampled", "fitted", "noise share",
+       "converged"},
       {},
-      "Evidence. A score is the log evidence less (k/2) log n for k fitted numbers and n coordinates, in nats; "
+      "Evidence. A score is the log evidence minus (k/2) log n for k fitted numbers and n coordinates, in nats; "
       "sampled is the log evidence by importance sampling. Errors are standard errors."};
   for (const std::size_t i : ranked(comparison)) {
     const ComparedModel& model = comparison.models[i];
@@ -55,12 +56,12 @@ ReportTable evidence_table(const Comparison& comparison) {
 }
 
 ReportTable fit_table(const Comparison& comparison) {
-  ReportTable table{{"noise", "rms", "energy", "action", "inversions", "triangles", "folded", "energy score",
-                     "coverage 90 %", "seconds"},
-                    {},
-                    "Matches and predictions. Means over the shapes; inversions, triangles turned over and the part of "
-                    "the plane that is folded say what no flow does. The energy score of held-out shapes: less is "
-                    "better."};
+  ReportTable table{
+      {"noise", "rms", "energy", "action", "inversions", "triangles", "folded", "energy score", "coverage 90 %",
+       "seconds"},
+      {},
+      "Matches and predictions, as means over the shapes. Inversions, flipped triangles and the folded fraction of the "
+      "plane show what no flow can do. The energy score is that of held-out shapes; lower is better."};
   for (const std::size_t i : ranked(comparison)) {
     const ComparedModel& model = comparison.models[i];
     const auto& prediction = model.prediction;
@@ -113,7 +114,7 @@ void add_ends(HtmlReport& report, const std::vector<std::string>& notes, double 
 
 HtmlReport comparison_report(const Comparison& comparison, const std::vector<std::string>& notes, double seconds,
                              const std::filesystem::path& picture) {
-  HtmlReport report{.title = "Which noise do these shapes call for?", .lead = sentence(verdict(comparison))};
+  HtmlReport report{.title = "Which noise model best explains these shapes?", .lead = sentence(verdict(comparison))};
   ReportSection models{"Models", {}};
   models.blocks.emplace_back(ReportParagraph{fmt::format(
       "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
@@ -134,16 +135,17 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
 HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                            const RecoveryOptions& options, const std::vector<std::string>& notes, double seconds,
                            const std::filesystem::path& picture) {
-  HtmlReport report{.title = "Would the right noise be chosen?",
-                    .lead = fmt::format("{} cohorts of {} shapes were drawn from each model and all models fitted to "
-                                        "each: how often each was chosen.",
-                                        options.cohorts, options.shapes)};
-  ReportTable table{{"drawn from", "lambda", "noise's part"},
+  HtmlReport report{
+      .title = "Would the right model be chosen?",
+      .lead =
+          fmt::format("{} cohorts of {} shapes were drawn from each model, and all models were fitted to each cohort.",
+                      options.cohorts, options.shapes)};
+  ReportTable table{{"drawn from", "lambda", "noise share"},
                     {},
-                    fmt::format("Cohorts for which each model was chosen. Kernel {}, sigma {:.4g}, seed {}.",
+                    fmt::format("Number of cohorts for which each model was chosen. Kernel {}, sigma {:.4g}, seed {}.",
                                 shortened_spec(options.settings.kernel), options.settings.sigma, options.seed)};
   for (const std::string& candidate : candidates) table.header.push_back(shortened_spec(candidate));
-  table.header.emplace_back("none could be fitted");
+  table.header.emplace_back("no model could be fitted");
   for (const RecoveryRow& row : rows) {
     std::vector<ReportCell> cells = {
         {shortened_spec(row.truth.noise)}, cell(row.truth.lambda), {number(100 * row.noise_share, "{:.0f} %")}};

@@ -13,11 +13,11 @@
 namespace pulson {
 namespace {
 
-constexpr double kTold = 3;  // nats, and two standard errors: less does not tell two models apart
+constexpr double kDecisive = 3;  // nats, and two standard errors: smaller differences do not separate two models
 
 bool is_behind(const ComparedModel& model) {
   const double error = std::isnan(model.difference.standard_error) ? 0 : model.difference.standard_error;
-  return -model.difference.value > std::max(kTold, 2 * error);
+  return -model.difference.value > std::max(kDecisive, 2 * error);
 }
 
 // fmt counts bytes of UTF-8 for widths where locale is C; the columns here hold "±".
@@ -71,14 +71,14 @@ std::string fitted_text(const FittedNumber& fitted) {
 std::string verdict(const Comparison& comparison) {
   const std::vector<std::size_t> order = ranked(comparison);
   const std::string& best = comparison.models[order.front()].noise;
-  if (order.size() == 1) return fmt::format("one model alone: {}", best);
+  if (order.size() == 1) return fmt::format("only one model: {}", best);
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (!is_behind(comparison.models[order[i]])) equal.push_back(shortened_spec(comparison.models[order[i]].noise));
   if (comparison.models[order.front()].fit.noise == "none")
-    return "the geodesic is enough: no noise explains these shapes better";
-  if (equal.empty()) return fmt::format("these shapes call for {}", shortened_spec(best));
-  return fmt::format("{} is ahead, but these shapes do not tell it from {}", shortened_spec(best),
+    return "the geodesic is enough: no noise model explains these shapes better";
+  if (equal.empty()) return fmt::format("these shapes are best explained by {}", shortened_spec(best));
+  return fmt::format("these shapes favour {}, but do not distinguish it from {}", shortened_spec(best),
                      fmt::join(equal, ", "));
 }
 
@@ -117,7 +117,7 @@ void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std:
                     const RecoveryOptions& options) {
   fmt::print("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
              options.cohorts, options.shapes, shortened_spec(options.settings.kernel), options.settings.sigma);
-  std::vector<std::string> head = {"drawn from", "noise's part"};
+  std::vector<std::string> head = {"drawn from", "noise share"};
   for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));
   print_row(head);
   for (const RecoveryRow& row : rows) {

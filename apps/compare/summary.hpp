@@ -10,7 +10,7 @@ namespace pulson {
 
 void print_comparison(const Comparison& comparison);
 
-/// A line that says which model the shapes call for, or that they do not tell.
+/// One line: which model explains the shapes best, or that they do not decide.
 std::string verdict(const Comparison& comparison);
 
 void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
@@ -23,8 +23,8 @@ std::vector<std::size_t> ranked(const Comparison& comparison);
 std::string number(double value, const char* format = "{:.3g}");
 std::string with_error(const Estimate& estimate, const char* format = "{:.3g}");
 
-/// "beta = 0.24 (± 22 %)"; where it vanishes "beta = 0" and "lambda = ∞", "(undetermined)" where the shapes do not tell
-/// it.
+/// "beta = 0.24 (± 22 %)"; where it vanishes "beta = 0" and "lambda = ∞", "(undetermined)" where the shapes do not
+/// determine it it.
 std::string fitted_text(const FittedNumber& fitted);
 
 }  // namespace pulson

@@ -53,7 +53,7 @@ void convert_axes(const ConvertArguments& arguments, const std::string& input, L
   if (!arguments.from_axes.empty()) file.axes = arguments.from_axes;
   if (arguments.axes.empty()) return;
   if (file.axes != "LPS" && file.axes != "RAS")
-    throw InputError(fmt::format("--axes {}: {} does not say whether its axes are LPS or RAS; say it by --from-axes",
+    throw InputError(fmt::format("--axes {}: {} does not say whether its axes are LPS or RAS; give --from-axes",
                                  arguments.axes, input));
   if (file.axes != arguments.axes)
     change_points(file, [](Points& points) { points.topRows(std::min<Eigen::Index>(2, points.rows())) *= -1; });
@@ -74,7 +74,8 @@ void flip_y(const ConvertArguments& arguments, const std::string& input, Landmar
 void join_property(std::string& ours, const std::string& theirs, const std::string& input, std::string_view what,
                    std::string_view hint) {
   if (!ours.empty() && !theirs.empty() && ours != theirs)
-    throw InputError(fmt::format("{}: its {} are {}, those of the files before {}{}", input, what, theirs, ours, hint));
+    throw InputError(
+        fmt::format("{}: its {} are {}, those of the previous files {}{}", input, what, theirs, ours, hint));
   if (ours.empty()) ours = theirs;
 }
 
@@ -83,10 +84,10 @@ LandmarkFile read_inputs(const ConvertArguments& arguments) {
   LandmarkFile all;
   for (const std::string& input : arguments.inputs) {
     LandmarkFile file = read_addressed_shapes(input, arguments.reading);
-    tell_step(fmt::format("read {}: {}", input, file.format));
+    log_step(fmt::format("read {}: {}", input, file.format));
     convert_axes(arguments, input, file);
     flip_y(arguments, input, file);
-    join_property(all.axes, file.axes, input, "axes", "; --axes turns them into the same");
+    join_property(all.axes, file.axes, input, "axes", "; --axes converts all to the same axes");
     join_property(all.units, file.units, input, "units", "");
     std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all.shapes));
     std::move(file.warnings.begin(), file.warnings.end(), std::back_inserter(all.warnings));
@@ -113,7 +114,7 @@ void find_output(ConvertArguments& arguments) {
   arguments.output = arguments.inputs.back();
   arguments.inputs.pop_back();
   if (may_be_input(arguments.inputs, arguments.output))
-    throw InputError(fmt::format("'{}' exists and may be meant to be read; --out {} replaces it", arguments.output,
+    throw InputError(fmt::format("'{}' exists and may be meant as an input; --out {} replaces it", arguments.output,
                                  arguments.output));
 }
 
@@ -126,7 +127,7 @@ void convert(ConvertArguments arguments) {
   LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
   for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
-  tell_notes(notes);
+  print_notes(notes);
   if (verbosity() != Verbosity::kQuiet)
     fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
                format.name);
@@ -136,27 +137,27 @@ void convert(ConvertArguments arguments) {
 
 void add_convert_verb(CLI::App& program) {
   CLI::App* verb =
-      program.add_subcommand("convert", "Write the landmarks of files in another format, or several in one");
+      program.add_subcommand("convert", "Convert landmark files to another format, or join several into one");
   auto arguments = std::make_shared<ConvertArguments>();
-  verb->add_option(
-          "FILES", arguments->inputs,
-          "IN [IN ...] OUT: landmark files, or shapes of them by FILE#3, FILE#id=NAME, several are joined; and "
-          "the file to write, which may be IN itself")
+  verb->add_option("FILES", arguments->inputs,
+                   "IN [IN ...] OUT: landmark files, or single shapes as FILE#3 or FILE#id=NAME, which are joined; "
+                   "then the file to write, which may be IN itself")
       ->required();
-  verb->add_option("-o,--out", arguments->output, "file to write, or to replace; then all FILES are read")
+  verb->add_option("-o,--out", arguments->output, "file to write or replace; all FILES are then inputs")
       ->type_name("FILE");
   verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]")
       ->type_name("FORMAT");
   verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other")
       ->type_name("NAME");
-  verb->add_option("--from-axes", arguments->from_axes, "LPS or RAS: axes of IN, whatever it says")->type_name("NAME");
+  verb->add_option("--from-axes", arguments->from_axes, "LPS or RAS: axes of IN, overriding what the file says")
+      ->type_name("NAME");
   verb->add_option("--flip-y", arguments->height,
                    "y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up")
       ->type_name("HEIGHT");
   add_read_options(*verb, arguments->reading);
   add_quiet_option(*verb);
   verb->footer(
-      "What OUT cannot hold is told as a note on standard error.\n"
+      "A note on standard error lists what OUT cannot hold.\n"
       "Examples:\n  pulson convert wings.tps wings.json\n  pulson convert a.fcsv b.mrk.json --axes RAS\n"
       "  pulson convert skull_1.fcsv skull_2.fcsv skull_3.fcsv skulls.tps\n"
       "Exit codes: 0 done, 2 bad input.");

@@ -103,8 +103,8 @@ EnsembleOptions ensemble_options(const EnsembleArguments& arguments, const Start
     options.keep = KeepStates::kFinal;
   if (const std::int64_t numbers = options.kept_numbers(start.state) * options.samples; numbers > kMostKept)
     throw InputError(
-        fmt::format("the states to be kept are {} numbers; {} of all paths fit: take fewer --records or --samples",
-                    numbers, kMostKept));
+        fmt::format("the states to keep are {} numbers, and the limit is {}: use fewer --records or --samples", numbers,
+                    kMostKept));
   return options;
 }
 
@@ -113,10 +113,9 @@ void check_outputs(const EnsembleArguments& arguments) {
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
   check_output_file(checkpoint);
   if (fs::exists(checkpoint) && !arguments.resume)
-    throw InputError(
-        fmt::format("'{}' is of an unfinished run: --resume goes on from it; or remove it, or choose "
-                    "another folder",
-                    checkpoint.string()));
+    throw InputError(fmt::format(
+        "'{}' belongs to an unfinished run: continue it with --resume, remove the file, or choose another folder",
+        checkpoint.string()));
   for (const std::string& file : {arguments.save_final, arguments.save_paths})
     if (!file.empty()) check_output_file(file);
 }
@@ -195,25 +194,26 @@ void print_summary(const EnsembleRun& run) {
              sums.paths.no_root, sums.paths.momentum_bound, run.options.momentum_bound, sums.paths.tie);
   if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
     const Estimate crossing = sums.crossing_probability();
-    fmt::print("crossing   {:.4f} ± {:.4f} of the clean paths end in another order; {:.4f} ever had one\n",
-               crossing.value, crossing.standard_error,
-               static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
+    fmt::print(
+        "crossing   {:.4f} ± {:.4f} of the clean paths end in a different order; {:.4f} were in one at some step\n",
+        crossing.value, crossing.standard_error,
+        static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
   }
   const NoiseTraits traits = run.system.noise->traits();
   if (traits.translation_invariant && traits.hamiltonian)
-    fmt::print("momentum   total kept to {:.1e}\n", sums.momentum_error);
+    fmt::print("momentum   total conserved to {:.1e}\n", sums.momentum_error);
 }
 
 // @return whether there is anything to warn of
 bool print_warnings(const EnsembleRun& run) {
   const PathCounts& paths = run.sums.paths;
   if (run.partial())
-    tell_warning(
-        fmt::format("partial: {} of {} paths; --resume goes on from here", run.sums.samples, run.options.samples));
+    print_warning(
+        fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
   if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
-    tell_warning(
-        fmt::format("{} of {} paths are not clean; statistics are over the others, up to each time. A smaller "
-                    "--dt may help",
+    print_warning(
+        fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
+                    "smaller --dt may help",
                     lost, run.sums.samples));
   return run.partial() || paths.no_root + paths.momentum_bound > 0;
 }
@@ -237,12 +237,12 @@ int run_ensemble(const EnsembleArguments& arguments) {
                   0};
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
   if (arguments.resume) ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
-  tell_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
+  log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   sample(ensemble, run, arguments);
-  tell_step(fmt::format("sampled {} paths", run.sums.samples));
+  log_step(fmt::format("sampled {} paths", run.sums.samples));
   write_results(run, arguments);
-  tell_step("wrote the results");
-  tell_notes(start.notes);
+  log_step("wrote the results");
+  print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(run);
     arguments.output.print_written(kEnsembleFiles, kEnsemblePictures);
@@ -263,11 +263,11 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
   verb->add_flag("--antithetic", arguments->options.antithetic, "paths in pairs with opposite noise");
   add_seed_option(*verb, arguments->options.seed);
-  verb->add_option("--bound", arguments->options.momentum_bound, "momenta beyond which a path is lost")
+  verb->add_option("--bound", arguments->options.momentum_bound, "momentum beyond which a path counts as lost")
       ->capture_default_str();
-  verb->add_option("--records", arguments->records, "times at which statistics are taken, evenly spread")
+  verb->add_option("--records", arguments->records, "number of evenly spaced times at which statistics are taken")
       ->capture_default_str();
-  verb->add_option("--densities", arguments->densities, "more times with statistics and histograms")
+  verb->add_option("--densities", arguments->densities, "additional times with statistics and histograms")
       ->type_name("TIMES")
       ->delimiter(',');
   verb->add_option("--save-final", arguments->save_final, "write the final states: .npy, [sample][q,p][landmark][axis]")
@@ -275,8 +275,8 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
   verb->add_option("--save-paths", arguments->save_paths,
                    "write the states at the records: .npy, [sample][record][q,p][landmark][axis]")
       ->type_name("FILE");
-  verb->add_flag("--resume", arguments->resume, "go on from ensemble.partial in the folder");
-  verb->add_option("--stop-after", arguments->stop_after, "stop after so many samples, to be resumed");
+  verb->add_flag("--resume", arguments->resume, "continue from ensemble.partial in the folder");
+  verb->add_option("--stop-after", arguments->stop_after, "stop after this many samples; continue with --resume");
   add_threads_option(*verb);
   arguments->output.add_to(*verb, "ensemble.png and .svg");
   verb->footer(
@@ -284,7 +284,7 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
       "  pulson ensemble --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out\n"
       "  pulson ensemble --shape wings.tps#1 --noise ch-sd:beta=0.1 --samples 10000 -o out\n"
       "  pulson ensemble --from out/registration.json --samples 2000 --save-final ends.npy -o out\n"
-      "Ctrl-C writes what there is, marked partial, and --resume goes on: with the same result to the last bit.\n"
+      "Ctrl-C writes the results so far, marked partial; --resume continues to the same result, bit for bit.\n"
       "Exit codes: 0 done, 2 bad input, 3 partial, or not all paths are clean (results are written).");
   verb->callback([arguments, &exit_code] { exit_code = run_ensemble(*arguments); });
 }

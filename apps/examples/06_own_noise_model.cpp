@@ -1,6 +1,6 @@
 // A noise model of one's own: it moves each group of landmarks as a whole, so that two discs pass through each other
 // rigidly. Written once, for any number type, it is known by its name wherever a noise is specified, and its exact
-// derivatives follow; docs/adding_a_noise_model.md tells what more a model may say.
+// derivatives follow; docs/adding_a_noise_model.md lists what else a model may define.
 //
 //   $ 06_own_noise_model
 //   matched, energy 0.02558, action 0.948 of 4 channels

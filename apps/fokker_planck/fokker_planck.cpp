@@ -45,7 +45,7 @@ Problem problem_of(const FokkerPlanckArguments& arguments) {
   Start start = arguments.start.start();
   const PhaseState& state = start.state;
   if (state.q.rows() != 1 || state.q.cols() != 2)
-    throw InputError(fmt::format("{}: two landmarks on a line are needed, there are {} in {}D", start.shape.source,
+    throw InputError(fmt::format("{}: two landmarks on a line are needed; there are {} in {}D", start.shape.source,
                                  state.q.cols(), state.q.rows()));
   const NoiseModel& noise = *start.system.noise;
   const NoiseTraits traits = noise.traits();
@@ -134,7 +134,7 @@ Chart chart_of(const Problem& problem, const PairCrossing& crossing, const std::
   ChartPanel panel{.heading = "Probability that the order has changed, over time t"};
   panel.series.push_back({.name = "pair equation on a grid", .x = crossing.times, .y = crossing.curve});
   if (!sampled.empty()) {
-    constexpr std::size_t kEvery = 2;  // so that they can be told apart
+    constexpr std::size_t kEvery = 2;  // so that they can be distinguished
     Series points{.name = "Monte Carlo, two standard errors", .x = {}, .y = {}, .style = SeriesStyle::kPoints};
     for (std::size_t i = 0; i < sampled.size(); i += kEvery) {
       points.x.push_back(crossing.times[i]);
@@ -187,10 +187,10 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
     throw InputError(fmt::format("--dt is {}; it must be greater than 0 and at most --time", arguments.dt));
   arguments.output.check(kPairEquationFiles, kPairEquationPictures);
   const PairCrossing crossing = crossing_probability(problem.equation, arguments.options);
-  tell_step(fmt::format("solved the pair equation on {} grids", crossing.grids.size()));
+  log_step(fmt::format("solved the pair equation on {} grids", crossing.grids.size()));
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
   const std::vector<Estimate> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
-  tell_step(fmt::format("sampled {} paths", arguments.samples));
+  log_step(fmt::format("sampled {} paths", arguments.samples));
   write_file_atomically(arguments.output.file("crossing.csv"), crossing_csv(crossing, sampled));
   write_file_atomically(arguments.output.file("densities.csv"), densities_csv(problem));
   if (!arguments.output.no_picture)
@@ -199,7 +199,7 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   const std::string record = record_json(problem, arguments, crossing, sampled);
   write_file_atomically(arguments.output.file("fokker_planck.json"), record);
   arguments.output.write_json(record);
-  tell_notes(problem.start.notes);
+  print_notes(problem.start.notes);
   if (arguments.output.prints()) {
     fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
                crossing.probability, crossing.error, arguments.time, crossing.gap_points, crossing.momentum_lines,
@@ -210,8 +210,8 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
     arguments.output.print_written(kPairEquationFiles, kPairEquationPictures);
   }
   if (crossing.converged) return kDone;
-  tell_warning(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",
-                           crossing.error, arguments.options.tolerance));
+  print_warning(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",
+                            crossing.error, arguments.options.tolerance));
   return kNotConverged;
 }
 
@@ -227,7 +227,7 @@ void add_fokker_planck_verb(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--grids", arguments->options.most_grids, "refine no further than this, at least 2")
       ->capture_default_str();
-  verb->add_option("--samples", arguments->samples, "sample as many paths to compare with")->capture_default_str();
+  verb->add_option("--samples", arguments->samples, "number of sample paths to compare with")->capture_default_str();
   verb->add_option("--dt", arguments->dt, "time step of the paths")->capture_default_str();
   add_seed_option(*verb, arguments->seed);
   add_threads_option(*verb);

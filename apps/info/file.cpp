@@ -14,7 +14,7 @@
 namespace pulson {
 namespace {
 
-/// Sets of landmarks at one place are told by sorting; tolerances, which find_coincident has, do not make sets.
+/// Sets of coincident landmarks are found by sorting; a tolerance, as in find_coincident, would not define sets.
 void count_coincident(const Points& points, ShapeFacts& facts) {
   std::vector<int> order;
   for (int a = 0; a < points.cols(); ++a)
@@ -62,7 +62,7 @@ std::string points_of(const std::vector<Points>& lines) {
   return counted(points, "point");
 }
 
-/// A file and what is told of each of its shapes.
+/// A file and the facts about each of its shapes.
 struct FileFacts {
   explicit FileFacts(LandmarkFile read) : file(std::move(read)) {
     for (const Landmarks& shape : file.shapes) shapes.push_back(shape_facts(shape));
@@ -174,7 +174,7 @@ void print_file_info(const std::string& address, const FileInfoOptions& options)
   const std::size_t count = facts.shapes.size();
   const std::size_t listed = options.all ? count : std::min(kListed, count);
   for (std::size_t i = 0; i < listed; ++i) print_shape(i + 1, facts.file.shapes[i], facts.shapes[i]);
-  if (listed < count) fmt::print("       and {} more, which --all lists\n", count - listed);
+  if (listed < count) fmt::print("       and {} more; --all lists them\n", count - listed);
   if (verbosity() == Verbosity::kQuiet) return;
   for (const std::string& warning : facts.file.warnings) fmt::print("note: {}\n", warning);
 }

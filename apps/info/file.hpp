@@ -10,9 +10,9 @@
 
 namespace pulson {
 
-/// What `pulson info` tells of a shape beside what is in it.
+/// What `pulson info` reports about a shape beyond its contents.
 struct ShapeFacts {
-  std::size_t missing = 0;                              ///< landmarks that miss a coordinate
+  std::size_t missing = 0;                              ///< landmarks that have a missing coordinate
   std::size_t coincident = 0;                           ///< landmarks at the place of an earlier one
   std::optional<std::pair<int, int>> first_coincident;  ///< the first of these and the one before it at its place
   /// The shape or a group of three or more ends where it begins: the last landmark repeats the first. Such are among
@@ -23,7 +23,7 @@ struct ShapeFacts {
 /// In O(N log N).
 ShapeFacts shape_facts(const Landmarks& shape);
 
-/// How `pulson info FILE` reads and tells.
+/// How `pulson info FILE` reads a file and describes it.
 struct FileInfoOptions {
   bool all = false;
   std::string json;

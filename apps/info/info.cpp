@@ -32,7 +32,7 @@ void print_table(const NameTable<Make>& table) {
   }
 }
 
-/// ".csv .tsv", or "-" where the content alone tells the format
+/// ".csv .tsv", or "-" where only the content identifies the format
 std::string list_extensions(const LandmarkFormat& format) {
   std::string list;
   for (const std::string& extension : format.extensions) list += (list.empty() ? "." : " .") + extension;
@@ -65,12 +65,13 @@ void print_info(const std::string& what, const FileInfoOptions& options) {
 }  // namespace
 
 void add_info_verb(CLI::App& program) {
-  CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or what is in a file");
+  CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or the contents of a file");
   auto what = std::make_shared<std::string>();
   auto options = std::make_shared<FileInfoOptions>();
   verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, or a landmark file")->required();
-  verb->add_flag("--all", options->all, "list all shapes of the file, not the first 20 alone");
-  verb->add_option("--json", options->json, "write what is in the file here too; - for standard output, and no text")
+  verb->add_flag("--all", options->all, "list all shapes of the file, not only the first 20");
+  verb->add_option("--json", options->json,
+                   "also write the contents as JSON to this file; -: to standard output, without the text")
       ->type_name("FILE");
   add_quiet_option(*verb);
   add_read_options(*verb, options->reading);

@@ -17,32 +17,32 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
   verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance")
       ->type_name("FILE");
   verb.add_option("--covariances", arguments.covariances,
-                  "csv: for each landmark its variance, those of the axes, or its covariance, instead of sigma^2")
+                  "csv: variance, variances of the axes or covariance of each landmark, instead of sigma^2")
       ->type_name("FILE");
   verb.add_flag("--merge-coincident", options.data.merge_coincident,
-                "take landmarks at the same place in the source as one, with the mean of their targets");
-  only_known(
-      verb.add_option("--data", arguments.data,
-                      "landmarks; or, for outlines without correspondence, varifold, or current: with a direction")
-          ->type_name("NAME")
-          ->capture_default_str(),
-      "data");
+                "merge landmarks at the same position in the source, with the mean of their targets");
+  only_known(verb.add_option("--data", arguments.data,
+                             "landmarks; for outlines without correspondence varifold, or current (oriented)")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "data");
   verb.add_option("--data-width", arguments.data_width, "width of the kernel that compares outlines")
       ->type_name("NUMBER")
       ->capture_default_str();
+  only_known(verb.add_option("--curve-ends", arguments.curve_ends,
+                             "whether outlines are closed, open or auto: closed if the gap is small")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "ends");
   only_known(
-      verb.add_option("--curve-ends", arguments.curve_ends, "outlines are closed, open or auto: where the gap is small")
-          ->type_name("NAME")
-          ->capture_default_str(),
-      "ends");
-  only_known(
-      verb.add_option("--align", arguments.align,
-                      "motion taken out first: none, translation, rigid, similarity, affine; auto: similarity in the "
-                      "plane and in space (of outlines, translation), none on a line")
+      verb.add_option(
+              "--align", arguments.align,
+              "transformation removed first: none, translation, rigid, similarity, affine; auto: similarity in the "
+              "plane and in space (of outlines, translation), none on a line")
           ->type_name("NAME")
           ->capture_default_str(),
       "alignment", {"auto"});
-  verb.add_flag("--reflect", options.reflect, "the motion may turn the shape over");
+  verb.add_flag("--reflect", options.reflect, "allow the alignment to reflect the shape");
 }
 
 void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
@@ -59,23 +59,25 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
                 "standard deviations of momenta and end points, by Laplace's approximation");
   verb.add_flag("--homotopy", arguments.homotopy,
                 "how far from diffeomorphic the pair is: J while beta of the noise is halved ten times");
-  verb.add_option("--fit", arguments.fit,
-                  "parameters of noise and kernel that are fitted first, by the evidence: beta,alpha; also lambda and "
-                  "data-sigma")
+  verb.add_option(
+          "--fit", arguments.fit,
+          "parameters of noise and kernel to fit first, by maximum evidence: beta,alpha; also lambda and data-sigma")
       ->type_name("NAMES")
       ->delimiter(',');
   verb.add_option("--samples", options.samples, "realisations of the noise in mode expected")->capture_default_str();
   add_seed_option(verb, options.seed);
-  verb.add_option("--tolerance", options.minimise.gradient_tolerance, "relative gradient that counts as converged")
+  verb.add_option("--tolerance", options.minimise.gradient_tolerance,
+                  "relative gradient below which a fit counts as converged")
       ->capture_default_str();
-  verb.add_option("--max-iterations", options.minimise.max_iterations, "of the solver")->capture_default_str();
+  verb.add_option("--max-iterations", options.minimise.max_iterations, "maximum number of iterations of the solver")
+      ->capture_default_str();
 }
 
 }  // namespace
 
 void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
-  verb.add_option("TARGET", target, "shape that it should become")->required();
+  verb.add_option("TARGET", target, "shape to match: as SOURCE")->required();
   add_read_options(verb, reading);
   output.add_to(verb, "registration.png and .svg");
   verb.add_option("--kernel", options.kernel,

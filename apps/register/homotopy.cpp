@@ -36,7 +36,7 @@ std::string homotopy_line(const std::vector<HomotopyStep>& steps) {
   const std::string costs = fmt::format("J = {:.4g} at beta = {:.4g}, {:.4g} at beta = {:.4g}", asked.cost.total(),
                                         asked.beta, least->cost.total(), least->beta);
   if (reaches_diffeomorphism(steps)) return costs + ": a diffeomorphism matches these shapes";
-  if (least + 1 != steps.end()) return costs + ", the least that matches";
+  if (least + 1 != steps.end()) return costs + ", the smallest that matches";
   return fmt::format("{}, and grows by {:.2g} % if beta is halved: not diffeomorphic", costs, 100 * least->growth());
 }
 

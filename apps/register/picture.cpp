@@ -189,13 +189,14 @@ bool can_be_drawn(const std::vector<Points>& frames) {
 }
 
 std::string caption(const ReportMotion& motion) {
-  const std::string way = "Landmarks on their way from the source to where they end, with the target as rings. ";
+  const std::string way = "The landmarks moving from the source to their end points, with the target as rings. ";
   switch (motion.source.dimension()) {
     case 1:
-      return way + "Time goes to the right; thin lines are points between the landmarks that go along.";
+      return way + "Time runs to the right; thin lines are points between the landmarks that move with them.";
     case 2:
-      return way + (motion.grid.empty() ? "No grid is drawn."
-                                        : "The grid goes along; noise that parts neighbours may fold it.");
+      return way + (motion.grid.empty()
+                        ? "No grid is drawn."
+                        : "The grid moves with the landmarks; noise that separates neighbours may fold it.");
     default:
       return way + "Drag sideways or up and down, or use the arrow keys, to turn the view.";
   }

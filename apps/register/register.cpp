@@ -90,7 +90,7 @@ Registration register_or_tell(const Landmarks& source, const Landmarks& target, 
   try {
     return register_shapes(source, target, options);
   } catch (const InputError&) {
-    tell_notes(notes);
+    print_notes(notes);
     throw;
   }
 }
@@ -99,8 +99,8 @@ int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
   const Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
   const Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
-  tell_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target,
-                        source.count(), target.count(), source.dimension()));
+  log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target, source.count(),
+                       target.count(), source.dimension()));
   RegistrationOptions options = arguments.registration_options(source);
   Progress progress;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
@@ -113,25 +113,25 @@ int run_register(const RegisterArguments& arguments) {
   const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
   const Registration registration = register_or_tell(source, target, options, notes);
   progress.clear();
-  tell_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
+  log_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
   RegistrationFacts facts{topology_counts(registration), landmark_shares(registration), fitted};
   if (arguments.homotopy) {
     facts.homotopy = follow_homotopy(source, target, options, registration);
     progress.clear();
-    tell_step("followed J(beta)");
+    log_step("followed J(beta)");
   }
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
   write_results(registration, facts, notes, arguments.output);
-  tell_step("wrote the results");
-  tell_notes(notes);
+  log_step("wrote the results");
+  print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.options.kernel);
     if (arguments.homotopy) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
     arguments.output.print_written(files, pictures);
   }
   if (registration.noise == "none" && options.noise != "none")
-    tell_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise));
-  for (const std::string& text : registration_warnings(registration)) tell_warning(text);
+    print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise));
+  for (const std::string& text : registration_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }
 

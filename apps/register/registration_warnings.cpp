@@ -19,7 +19,7 @@ constexpr double kSmallDistance = 1e-4;
 constexpr double kSmallChange = 0.01;
 // A cost, in nats, whose changes matter to nobody.
 constexpr double kNoCost = 1e-6;
-// Of the cost: what more steps hardly mend where errors grow more than a hundredfold.
+// Of the cost: a change that more steps hardly reduce where errors grow more than a hundredfold.
 constexpr double kManySteps = 1;
 constexpr double kLargeAmplification = 100;
 
@@ -49,7 +49,8 @@ std::string accuracy_remedy(const Registration& registration) {
   if (!registration.converged) return {};
   if (registration.amplification.value_or(0) > kLargeAmplification && change_of_cost(registration) > kManySteps)
     return fmt::format(
-        ": errors grow {:.0f}-fold along this path, which trajectory.csv and warp follow; p0 shot elsewhere does not",
+        ": errors grow {:.0f}-fold along this path; trajectory.csv and warp follow it, but p0 shot by another "
+        "integrator does not",
         *registration.amplification);
   if (make_integrator(registration.integrator)->traits().order < 2) return ": try --integrator auto or more --steps";
   return ": try more --steps";
@@ -81,7 +82,7 @@ std::string remedy(const Registration& registration) {
   const std::string noise = "try --noise ch-sd:beta=100%, position noise that lets landmarks pass each other";
   if (registration.source.dimension() == 1 && !may_pass)
     if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
-      return fmt::format("{} another order in the target, which no flow can reach: {}",
+      return fmt::format("{} a different order in the target, which no flow can reach: {}",
                          counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
   if (!registration.matched() && neighbours_part(registration))
     return "neighbouring landmarks do not move together: check that landmarks correspond (if none do: --data "

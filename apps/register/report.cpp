@@ -43,7 +43,7 @@ std::string lead(const Registration& registration, const RegistrationFacts& fact
       "{}: {} landmarks in {}D. Root mean square distance to the target: {} before, {} after.",
       registration.matched() ? "Matched" : "Not matched", registration.source.count(), registration.source.dimension(),
       number(registration.initial_rms(), 3), number(registration.rms(), 3));
-  if (const auto part = noise_part(registration, facts.shares); registration.noise != "none" && part)
+  if (const auto part = noise_fraction(registration, facts.shares); registration.noise != "none" && part)
     text += fmt::format(" The flow accounts for {} of the displacement, the noise for {}.", percent(1 - *part),
                         percent(*part));
   if (facts.counts.order_inversions)
@@ -91,8 +91,7 @@ ReportTable model_table(const Registration& registration) {
     add("aligned",
         fmt::format("{}, scale {}", alignment_name(registration.alignment.kind), number(registration.alignment.scale)));
   add("kernel", registration_system(registration).kernel.spec(4));
-  if (registration.fitted_kernel)
-    add("a left-out landmark is predicted to", number(registration.fitted_kernel->prediction_error));
+  if (registration.fitted_kernel) add("leave-one-out error", number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
   if (registration.data.kind != DataKind::kLandmarks)
@@ -140,7 +139,7 @@ std::string residuals_caption(const Registration& registration, std::size_t list
       "above {} sigma.",
       outliers == 0 ? "none" : fmt::to_string(outliers), kDeviations, kNormalScale, kLeastSigmas);
   if (listed < static_cast<std::size_t>(registration.source.count()))
-    text += fmt::format(" Of {} landmarks the {} furthest off are listed; residuals.csv has all.",
+    text += fmt::format(" Of {} landmarks, the {} with the largest distances are listed; residuals.csv has all.",
                         registration.source.count(), listed);
   return text + " Click a column heading to sort.";
 }

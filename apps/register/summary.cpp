@@ -22,7 +22,7 @@ void print_alignment(const Registration& registration) {
 void print_kernel(const Registration& registration, const std::string& asked) {
   fmt::print("kernel     {}", registration_system(registration).kernel.spec(4));
   if (const auto& fitted = registration.fitted_kernel)
-    fmt::print(", of greatest likelihood; predicts a left-out landmark to {:.3g}{}", fitted->prediction_error,
+    fmt::print(", by maximum likelihood; leave-one-out error {:.3g}{}", fitted->prediction_error,
                registration.alignment.kind == AlignmentKind::kNone
                    ? fmt::format(" (at rest: {:.3g})", fitted->alignment_error)
                    : fmt::format(" (alignment alone: {:.3g})", fitted->alignment_error));
@@ -44,7 +44,7 @@ void print_model(const Registration& registration) {
 }
 
 void print_search(const Registration& registration) {
-  fmt::print("{} {} of {} in {:.2f} s: {} (relative gradient {:.1e})\n",
+  fmt::print("{} {} of solver {} in {:.2f} s: {} (relative gradient {:.1e})\n",
              registration.converged ? "converged " : "STOPPED   ", counted(registration.iterations, "iteration"),
              solver_name(registration.solver), registration.seconds, registration.stop_reason,
              registration.relative_gradient);
@@ -81,7 +81,7 @@ void print_costs(const Registration& registration, const RegistrationFacts& fact
              registration.cost.energy, registration.cost.action, registration.cost.data);
   if (const std::string text = accuracy_text(registration); !text.empty())
     fmt::print("accuracy   an accurate integrator {}\n", text);
-  const auto part = noise_part(registration, facts.shares);
+  const auto part = noise_fraction(registration, facts.shares);
   if (registration.noise != "none" && part)
     fmt::print("moved      {:.0f} % by the flow, {:.0f} % by the noise\n", 100 * (1 - *part), 100 * *part);
   if (facts.counts.order_inversions)

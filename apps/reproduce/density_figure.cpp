@@ -118,19 +118,18 @@ ReportSection fokker_planck(const Laboratory& laboratory) {
   const double chance = 1.95 / std::sqrt(static_cast<double>(laboratory.options().samples));  // level 0.001
   ReportClaims claims;
   const double alone = *std::max_element(distances[0].begin(), distances[0].end());
-  claims.push_back(
-      {"(15): a free pulson's position is normal with mean q̄ + pt and variance β²t, its momentum is kept.",
-       alone < chance ? Verdict::kHolds : Verdict::kDoesNotHold,
-       fmt::format("largest distance of distribution functions {:.4f}; chance makes more than {:.4f} in one "
-                   "of 1000. (The scheme's own variance, β²(t − ¾dt), is used: half of the last increment "
-                   "acts in the step after)",
-                   alone, chance)});
+  claims.push_back({"(15): a free pulson's position is normal with mean q̄ + pt and variance β²t, its momentum is kept.",
+                    alone < chance ? Verdict::kHolds : Verdict::kDoesNotHold,
+                    fmt::format("largest distance of distribution functions {:.4f}; by chance it exceeds {:.4f} once "
+                                "in 1000. (The scheme's own variance, β²(t − ¾dt), is used: half of the last increment "
+                                "acts in the step after)",
+                                alone, chance)});
   const double apart = std::max(distances[1][0], distances[2][0]), met = std::max(distances[1][2], distances[2][2]);
   claims.push_back(
       {"(18) satisfies (16) asymptotically: pulsons far from each other behave like individual particles.",
        apart < chance && met > chance ? Verdict::kHolds : Verdict::kDoesNotHold,
-       fmt::format("distance {:.4f} at t = 0.5, before they meet; {:.3f} at t = 10, after. As a joint law, "
-                   "(18) is a sum where a product is meant; each term is the marginal of one pulson",
+       fmt::format("distance {:.4f} at t = 0.5, before they meet; {:.3f} at t = 10, after. As a joint density, (18) is "
+                   "a sum where a product is meant; each term is the marginal of one pulson",
                    apart, met)});
   section.blocks.emplace_back(std::move(claims));
   section.blocks.emplace_back(ReportParagraph{

@@ -82,7 +82,7 @@ std::string text_of(const Estimate& estimate);
 /// "3e-15"
 std::string text_of(double value);
 
-/// How many standard errors two estimates are apart.
+/// The difference of two estimates in standard errors.
 double standard_errors_apart(const Estimate& a, const Estimate& b);
 
 using RunExperiment = ReportSection (*)(const Laboratory&);

@@ -86,15 +86,14 @@ int run_reproduce(const ReproduceArguments& arguments) {
   check_output_file(options.out / "report.html");
   const double begin = seconds_now();
   const Interrupt interrupt;
-  HtmlReport report{
-      "The experiments of Holm and Tyranowski",
-      fmt::format("Stochastic EPDiff landmark dynamics, sections 3 and 5, computed anew: {} sample paths, "
-                  "dt = {:.3g}, t = {:.3g}, by (20) as printed. Errors are standard errors.{}",
-                  options.samples, options.grid.dt(), options.grid.time,
-                  arguments.quick ? " A quick look: fewer paths than the paper's 50,000." : ""),
-      {},
-      command_of(arguments),
-      version()};
+  HtmlReport report{"The experiments of Holm and Tyranowski",
+                    fmt::format("Stochastic EPDiff landmark dynamics, sections 3 and 5, recomputed: {} sample paths, "
+                                "dt = {:.3g}, t = {:.3g}, by (20) as printed. Errors are standard errors.{}",
+                                options.samples, options.grid.dt(), options.grid.time,
+                                arguments.quick ? " A quick look: fewer paths than the paper's 50,000." : ""),
+                    {},
+                    command_of(arguments),
+                    version()};
   bool interrupted = false;
   for (const Experiment& experiment : chosen_experiments) {
     Progress progress;
@@ -105,14 +104,14 @@ int run_reproduce(const ReproduceArguments& arguments) {
       break;
     }
     progress.clear();
-    tell_step(experiment.name);
+    log_step(experiment.name);
     write_file_atomically(options.out / "report.html", html_report(report));
     if (verbosity() != Verbosity::kQuiet) print_claims(report.sections.back());
   }
   const double seconds = seconds_now() - begin;
   if (interrupted) {
-    tell_warning(fmt::format("interrupted: {} of {} experiments are done and written", report.sections.size(),
-                             chosen_experiments.size()));
+    print_warning(fmt::format("interrupted: {} of {} experiments are done and written", report.sections.size(),
+                              chosen_experiments.size()));
     return kNotConverged;
   }
   if (verbosity() != Verbosity::kQuiet)
@@ -125,7 +124,7 @@ int run_reproduce(const ReproduceArguments& arguments) {
 
 void add_reproduce_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb =
-      program.add_subcommand("reproduce", "Repeat the experiments of the paper, and tell which of its claims hold");
+      program.add_subcommand("reproduce", "Repeat the experiments of the paper and check which of its claims hold");
   auto arguments = std::make_shared<ReproduceArguments>();
   std::string help = "all, or one of:";
   for (const Experiment& experiment : experiments()) help += fmt::format("\n{}: {}", experiment.name, experiment.help);
@@ -133,7 +132,7 @@ void add_reproduce_verb(CLI::App& program, int& exit_code) {
   verb->add_option("-o,--out", arguments->out, "folder for report.html, pictures and csv")
       ->type_name("FOLDER")
       ->required();
-  verb->add_flag("--quick", arguments->quick, "2048 paths and steps of beta of 0.5: a look");
+  verb->add_flag("--quick", arguments->quick, "quick run: 2048 paths, beta in steps of 0.5");
   verb->add_option("--samples", arguments->samples, "paths of each ensemble [50000]");
   verb->add_option("--dt", arguments->dt, "time step [0.02]");
   add_seed_option(*verb, arguments->seed);
@@ -144,7 +143,8 @@ void add_reproduce_verb(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  pulson reproduce figure3 -o out\n"
       "  pulson reproduce all --quick -o look\n"
-      "Exit codes: 0 done (whatever the claims), 2 bad input, 3 interrupted (what is done is written).");
+      "Exit codes: 0 done (whether or not the claims hold), 2 bad input, 3 interrupted (finished experiments are "
+      "written).");
   verb->callback([arguments, &exit_code] { exit_code = run_reproduce(*arguments); });
 }
 

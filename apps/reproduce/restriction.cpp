@@ -107,7 +107,7 @@ void add_claims(ReportClaims& claims, const std::vector<Run>& runs, const Potent
     std::string measured = fmt::format("{} of {} clean paths crossed, {} ever did", crossed, clean, ever);
     if (most_lost > 0)
       measured += fmt::format("; up to {:.2g} % of the paths could not be followed to the end", 100 * most_lost);
-    if (!followed) measured += ", of which nothing is known";
+    if (!followed) measured += ", so it is not known whether they cross";
     claims.push_back({fmt::format("h = {}: {} do not cross, at β = {}{}.", potential.formula, kernel.particle, betas,
                                   potential.of_paper ? "" : " (of the kind of Lemma 1, but not run in the paper)"),
                       verdict, measured});
@@ -125,12 +125,10 @@ ReportSection section54(const Laboratory& laboratory) {
 
   ReportSection section{"Section 5.4: parametric noise, and noise in the momenta alone", {}};
   section.blocks.emplace_back(ReportParagraph{
-      "A step is taken by the root that is connected with dt = 0, which keeps the order of landmarks; where that "
-      "branch "
-      "ends before the step does, the path has no root and is counted so. A solver that takes any root jumps there, "
-      "and "
-      "sees crossings that are not the equation's. Momenta beyond 1e8 count as lost, too: head-on encounters make them "
-      "grow exponentially, and for peakons collisions come in finite time."});
+      "Each step takes the root that is connected with dt = 0, which preserves the order of the landmarks. Where that "
+      "branch ends before the step does, the path has no root and is counted as such; a solver that accepts any root "
+      "jumps there and reports crossings that the equation does not have. Paths with momenta beyond 1e8 also count as "
+      "lost: momenta grow exponentially in head-on encounters, and peakons collide in finite time."});
   laboratory.write_csv("section5.4.csv", csv_of(runs));
   ReportClaims claims;
   for (const Potential& potential : potentials())

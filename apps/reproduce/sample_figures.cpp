@@ -1,4 +1,4 @@
-// Figures 1 and 4: a few sample paths, and what they are said to show.
+// Figures 1 and 4: a few sample paths, and the claims about them.
 
 #include <algorithm>
 #include <cmath>
@@ -130,10 +130,10 @@ ReportSection figure4(const Laboratory& laboratory) {
   };
   const Estimate crossing = sums.crossing_probability();
   ReportClaims claims;
-  claims.push_back(
-      {"The screened potential is translation-invariant, so that the total momentum is preserved exactly.",
-       sums.momentum_error < 1e-10 ? Verdict::kHolds : Verdict::kDoesNotHold,
-       fmt::format("largest change, beside Σ|p(0)|: {:.1e}, over paths with momenta up to 1e8", sums.momentum_error)});
+  claims.push_back({"The screened potential is translation-invariant, so that the total momentum is preserved exactly.",
+                    sums.momentum_error < 1e-10 ? Verdict::kHolds : Verdict::kDoesNotHold,
+                    fmt::format("largest change, relative to Σ|p(0)|: {:.1e}, over paths with momenta up to 1e8",
+                                sums.momentum_error)});
   const auto spread = [](const EnsembleSums& s) { return std::sqrt(s.moments.front().variance()[1]); };
   const bool restricted = spread(sums) < 1e-3 * spread(unscreened) && crossing.value > 4 * crossing.standard_error;
   claims.push_back(

@@ -218,7 +218,7 @@ void print_script(const CLI::App& program, const std::string& shell) {
 }  // namespace
 
 void add_completion_verb(CLI::App& program) {
-  CLI::App* verb = program.add_subcommand("completion", "Print a script that completes words of pulson in a shell");
+  CLI::App* verb = program.add_subcommand("completion", "Print a shell completion script");
   const auto shell = std::make_shared<std::string>();
   verb->add_option("SHELL", *shell, "bash, zsh or fish")->required();
   verb->footer(

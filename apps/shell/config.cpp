@@ -128,11 +128,11 @@ bool is_excluded(const CLI::Option& option) {
 void add_config_options(CLI::App& verb) {
   verb.add_option_function<std::string>(
           "--config", [&verb](const std::string& path) { apply_config(path, verb); },
-          "options from a file .toml or .json, under their long names: steps = 40; those given here win")
+          "read options from a .toml or .json file, by their long names: steps = 40; the command line takes precedence")
       ->type_name("FILE")
       ->configurable(false);
   verb.add_flag_callback(
-          kPrint, [] {}, "print all options as they are now as such a file, and do nothing else")
+          kPrint, [] {}, "print the current options as a configuration file and exit")
       ->configurable(false);
 }
 

@@ -26,7 +26,7 @@ std::string contents_of(const std::string& path) {
 std::string scalar_text(const Json& value, const std::string& place) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_boolean() || value.is_number()) return value.dump();
-  throw InputError(place + ": a text, number, true, false or list of these is needed");
+  throw InputError(place + ": a string, number, true, false or a list of these is needed");
 }
 
 Setting json_setting(const std::string& section, const std::string& key, const Json& value, const std::string& place) {
@@ -70,7 +70,7 @@ ConfigFile read_json_config(const std::string& path, const std::string& text) {
 ConfigFile read_config_file(const std::string& path) {
   const std::string extension = std::filesystem::path(path).extension();
   if (extension != ".toml" && extension != ".json")
-    throw InputError(fmt::format("--config is '{}'; a file .toml or .json is needed", path));
+    throw InputError(fmt::format("--config is '{}'; a .toml or .json file is needed", path));
   const std::string text = contents_of(path);
   return extension == ".json" ? read_json_config(path, text) : read_toml_config(path, text);
 }

@@ -127,9 +127,9 @@ std::shared_ptr<CLI::FormatterBase> help_formatter() { return std::make_shared<H
 
 std::string welcome() {
   return "pulson: stochastic LDDMM landmark registration\n"
-         "  pulson register a.csv b.csv -o out           fit the flow that takes shape a to shape b\n"
+         "  pulson register a.csv b.csv -o out           fit the flow that maps shape a to shape b\n"
          "  pulson warp out/registration.json a.png -o warped.png\n"
-         "                                               and take a picture of a along\n"
+         "                                               and warp a picture of a with it\n"
          "  pulson simulate --q 0,10 --p 4,1 --noise ch-sd:beta=1.5 -o paths\n"
          "                                               draw sample paths of two pulsons on a line\n"
          "All verbs: pulson --help. One of them, with examples: pulson VERB --help\n";

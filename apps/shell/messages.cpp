@@ -19,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 const Clock::time_point kBegin = Clock::now();
 Verbosity chosen = Verbosity::kNormal;
 
-void tell(Style style, std::string_view name, std::string_view text) {
+void print_message(Style style, std::string_view name, std::string_view text) {
   std::fflush(stdout);
   std::string line(text);
   std::replace_if(
@@ -42,20 +42,20 @@ void add_quiet_option(CLI::App& verb) {
 
 void add_verbose_option(CLI::App& verb) {
   CLI::Option* verbose = verb.add_flag_callback(
-      "-v,--verbose", [] { chosen = Verbosity::kVerbose; }, "tell each step and the time, on standard error");
+      "-v,--verbose", [] { chosen = Verbosity::kVerbose; }, "log each step with its time, on standard error");
   if (CLI::Option* quiet = verb.get_option_no_throw("--quiet")) verbose->excludes(quiet);
 }
 
-void tell_error(std::string_view text) { tell(Style::kError, "pulson:", text); }
+void print_error(std::string_view text) { print_message(Style::kError, "pulson:", text); }
 
-void tell_warning(std::string_view text) { tell(Style::kWarning, "warning:", text); }
+void print_warning(std::string_view text) { print_message(Style::kWarning, "warning:", text); }
 
-void tell_note(std::string_view text) {
-  if (chosen != Verbosity::kQuiet) tell(Style::kNote, "note:", text);
+void print_note(std::string_view text) {
+  if (chosen != Verbosity::kQuiet) print_message(Style::kNote, "note:", text);
 }
 
-void tell_notes(const std::vector<std::string>& notes) {
-  for (const std::string& note : without_repeats(notes)) tell_note(note);
+void print_notes(const std::vector<std::string>& notes) {
+  for (const std::string& note : without_repeats(notes)) print_note(note);
 }
 
 std::vector<std::string> without_repeats(const std::vector<std::string>& notes) {
@@ -66,10 +66,10 @@ std::vector<std::string> without_repeats(const std::vector<std::string>& notes) 
   return kept;
 }
 
-void tell_step(std::string_view text) {
+void log_step(std::string_view text) {
   if (chosen != Verbosity::kVerbose) return;
   const double seconds = std::chrono::duration<double>(Clock::now() - kBegin).count();
-  tell(Style::kNote, fmt::format("{:8.3f} s", seconds), text);
+  print_message(Style::kNote, fmt::format("{:8.3f} s", seconds), text);
 }
 
 }  // namespace pulson

@@ -29,9 +29,8 @@ void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
         chosen = true;
         dt.reset();
       },
-      "number of time steps" + (dt ? std::string(", in place of --dt") : fmt::format(" [{}]", steps)));
-  verb.add_option("--dt", dt,
-                  dt ? fmt::format("longest time step [{}]", *dt) : "longest time step, in place of --steps")
+      "number of time steps" + (dt ? std::string(", instead of --dt") : fmt::format(" [{}]", steps)));
+  verb.add_option("--dt", dt, dt ? fmt::format("longest time step [{}]", *dt) : "longest time step, instead of --steps")
       ->excludes(by_steps);
 }
 
@@ -56,7 +55,7 @@ void add_seed_option(CLI::App& verb, std::uint64_t& seed) {
             if (error != std::errc() || end != text.data() + text.size())
               throw InputError(fmt::format("--seed is '{}'; it must be a whole number from 0 to 2^64 - 1", text));
           },
-          "paths are functions of (seed, path number)")
+          "random seed; path m depends only on (seed, m)")
       ->type_name("UINT")
       ->default_str(std::to_string(seed));
 }

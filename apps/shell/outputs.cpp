@@ -10,7 +10,7 @@ namespace pulson {
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& pictures) {
   verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
-  verb.add_option("--json", json, "write the record here too; - for standard output, and nothing else")
+  verb.add_option("--json", json, "also write the record to this file; -: to standard output, and nothing else there")
       ->type_name("FILE");
   verb.add_flag("--no-picture", no_picture, "do not draw " + pictures);
   add_quiet_option(verb);

@@ -26,8 +26,8 @@ namespace {
 
 using AddVerbs = std::function<void(CLI::App&, int&)>;
 
-int complain(const std::string& message, int exit_code) {
-  tell_error(message);
+int report_error(const std::string& message, int exit_code) {
+  print_error(message);
   return exit_code;
 }
 
@@ -67,8 +67,8 @@ void keep_command_line(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) line += ' ' + shell_word(argv[i]);
 }
 
-// The parser's message in words of ours.
-std::string said(const CLI::ParseError& error) {
+// The parser's message in our own wording.
+std::string parse_error_text(const CLI::ParseError& error) {
   std::string text = error.what();
   const auto begins = [&](std::string_view words) { return text.rfind(words, 0) == 0; };
   constexpr std::string_view kNoNumber = "Could not convert: ", kExtra = "The following argument was not expected: ";
@@ -85,8 +85,8 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
   program.formatter(help_formatter());
   program.set_version_flag(
-      "-v,--version", [] { return build_facts(); }, "print the version, and what it was built with");
-  program.get_help_ptr()->description("print this, or with a verb its options and examples");
+      "-v,--version", [] { return build_facts(); }, "print the version and build information");
+  program.get_help_ptr()->description("print this help; after a verb, its options and examples");
   program.require_subcommand(1);
   add_verbs(program, exit_code);
   for (CLI::App* verb : program.get_subcommands({})) add_common_options(*verb);
@@ -106,8 +106,9 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
     return program.exit(success);
   } catch (const CLI::ParseError& error) {
     const bool has_verb = argv[1][0] != '-';
-    return complain(fmt::format("{} (see pulson {}--help)", said(error), has_verb ? argv[1] + std::string(" ") : ""),
-                    kBadInput);
+    return report_error(
+        fmt::format("{} (see pulson {}--help)", parse_error_text(error), has_verb ? argv[1] + std::string(" ") : ""),
+        kBadInput);
   }
 }
 
@@ -118,14 +119,14 @@ int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
     keep_command_line(argc, argv);
     const int exit_code = run(argc, argv, add_verbs);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      return complain("standard output could not be written", kBadInput);
+      return report_error("standard output could not be written", kBadInput);
     return exit_code;
   } catch (const InputError& error) {
-    return complain(error.what(), kBadInput);
+    return report_error(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {
-    return complain("out of memory", kInternalError);
+    return report_error("out of memory", kInternalError);
   } catch (const std::exception& error) {
-    return complain(fmt::format("internal error: {}", error.what()), kInternalError);
+    return report_error(fmt::format("internal error: {}", error.what()), kInternalError);
   }
 }
 

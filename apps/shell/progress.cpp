@@ -84,7 +84,7 @@ void Progress::draw(const std::string& text) {
 void Progress::show(const std::string& text) {
   if (verbosity() == Verbosity::kVerbose) {
     clear();
-    tell_step(text);
+    log_step(text);
   } else if (is_time_to_draw()) {
     draw(text);
   }

@@ -14,7 +14,7 @@
 namespace pulson {
 namespace {
 
-constexpr const char* kGroup = "Reading of landmarks";
+constexpr const char* kGroup = "Reading landmarks";
 constexpr int kFewestCurvePoints = 2;
 constexpr int kMostCurvePoints = 100'000;
 
@@ -25,9 +25,9 @@ void add_column(std::string_view text, ReadOptions& options) {
   const std::string key(text.substr(0, equals));
   if (equals == std::string_view::npos || equals + 1 == text.size())
     throw InputError(
-        fmt::format("--columns: '{}' is not of the kind x=COLUMN; valid: {}", text, fmt::join(kColumnKeys, ", ")));
+        fmt::format("--columns: '{}' is not of the form x=COLUMN; valid: {}", text, fmt::join(kColumnKeys, ", ")));
   if (std::find(kColumnKeys.begin(), kColumnKeys.end(), key) == kColumnKeys.end())
-    throw InputError(fmt::format("--columns: '{}' is nothing that a column holds{}; valid: {}", key,
+    throw InputError(fmt::format("--columns: '{}' is not the name of a kind of column{}; valid: {}", key,
                                  suggestion(key, kColumnKeys), fmt::join(kColumnKeys, ", ")));
   if (!options.columns.try_emplace(key, text.substr(equals + 1)).second)
     throw InputError(fmt::format("--columns: {} is given twice", key));
@@ -46,7 +46,7 @@ void set_format(const std::string& name, ReadOptions& options) {
   std::vector<std::string> names;
   for (const LandmarkFormat& format : landmark_formats()) names.push_back(format.name);
   if (std::find(names.begin(), names.end(), name) == names.end())
-    throw InputError(fmt::format("--format: '{}' is no landmark format{}; valid: {}", name, suggestion(name, names),
+    throw InputError(fmt::format("--format: '{}' is not a landmark format{}; valid: {}", name, suggestion(name, names),
                                  fmt::join(names, ", ")));
   options.format = name;
 }
@@ -78,7 +78,7 @@ void add_read_options(CLI::App& verb, ReadOptions& options) {
             if (d != 2 && d != 3) throw InputError(fmt::format("--dim is {}; it must be 2 or 3", d));
             options.dimension = d;
           },
-          "2 or 3: coordinates of a landmark that take turns in a table of one column")
+          "2 or 3: coordinates per landmark in a table of one column, one below the other")
       ->group(kGroup);
   add_text_option(
       verb, "--landmarks",
@@ -95,7 +95,7 @@ void add_read_options(CLI::App& verb, ReadOptions& options) {
                   fmt::format("--curves is {}; it must be from {} to {}", count, kFewestCurvePoints, kMostCurvePoints));
             options.curve_points = count;
           },
-          "points of each curve and outline that become landmarks, at equal distances along it")
+          "number of landmarks to place on each curve and outline, at equal distances along it")
       ->group(kGroup);
   add_text_option(
       verb, "--scale",

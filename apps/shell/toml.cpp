@@ -141,14 +141,14 @@ class Reader {
     while (!at_end() && std::string_view(" \t\r\n,]#").find(peek()) == std::string_view::npos) word += text_[at_++];
     kind = word == "true" || word == "false" ? Setting::Kind::kWord : Setting::Kind::kNumber;
     if (kind == Setting::Kind::kNumber && !is_toml_number(word))
-      fail(fmt::format("'{}' is no number, true or false; texts stand in quotes, \"…\"", word));
+      fail(fmt::format("'{}' is not a number, true or false; strings need quotes, \"…\"", word));
     word.erase(std::remove(word.begin(), word.end(), '_'), word.end());
     return word;
   }
 
   std::string read_string() {
     const char quote = peek();
-    if (peek(1) == quote && peek(2) == quote) fail("texts of several lines are not used here");
+    if (peek(1) == quote && peek(2) == quote) fail("strings over several lines are not used here");
     ++at_;
     std::string value;
     while (peek() != quote) {
@@ -174,7 +174,7 @@ class Reader {
     const std::size_t digits = name == 'u' ? 4 : name == 'U' ? 8 : 0;
     const std::string hex(text_.substr(std::min(at_, text_.size()), digits));
     if (digits == 0 || hex.size() < digits || hex.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos)
-      fail(fmt::format("\\{} is no escape; a backslash is \\\\, or use '…'", name));
+      fail(fmt::format("\\{} is not an escape; a backslash is \\\\, or use '…'", name));
     constexpr int kHex = 16;
     append_utf8(value, static_cast<std::uint32_t>(std::stoul(hex, nullptr, kHex)));
     at_ += digits;

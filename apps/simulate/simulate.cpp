@@ -114,7 +114,7 @@ void print_summary(const Simulation& simulation) {
   const NoiseTraits traits = simulation.system.noise->traits();
   fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
              kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
-  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total kept to {:.1e}\n", error);
+  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total conserved to {:.1e}\n", error);
   if (simulation.start.q.size() > 6) return;
   for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
     fmt::print("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),
@@ -131,7 +131,7 @@ bool print_warnings(const Simulation& simulation) {
     if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
   }
   if (unclean > 0)
-    tell_warning(
+    print_warning(
         fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first));
   return unclean > 0;
 }
@@ -147,10 +147,10 @@ int run_simulate(const SimulateArguments& arguments) {
   Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
   simulation.seconds = seconds_now() - begin;
-  tell_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
+  log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
   write_results(simulation, arguments);
-  tell_step("wrote the results");
-  tell_notes(start.notes);
+  log_step("wrote the results");
+  print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
     arguments.output.print_written(kSimulationFiles, kSimulationPictures);

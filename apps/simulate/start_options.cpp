@@ -26,7 +26,7 @@ Points parse_points(std::string_view text, std::string_view option) {
   Points points(static_cast<Eigen::Index>(d), static_cast<Eigen::Index>(columns.size()));
   for (std::size_t a = 0; a < columns.size(); ++a) {
     if (columns[a].size() != d)
-      throw InputError(fmt::format("{}: landmark {} has another number of coordinates than the first ({} and {})",
+      throw InputError(fmt::format("{}: landmark {} has a different number of coordinates from the first ({} and {})",
                                    option, a + 1, columns[a].size(), d));
     points.col(static_cast<Eigen::Index>(a)) = Eigen::Map<const Eigen::VectorXd>(columns[a].data(), points.rows());
   }
@@ -47,13 +47,13 @@ ReadOptions of_vectors(const ReadOptions& reading) {
 
 void check_complete(const Landmarks& shape) {
   if (const std::vector<int> incomplete = incomplete_points(shape.points); !incomplete.empty())
-    throw InputError(fmt::format("{}: landmark {} misses a coordinate; a shape without gaps is needed", shape.source,
+    throw InputError(fmt::format("{}: landmark {} has a missing coordinate; a complete shape is needed", shape.source,
                                  shape.describe(incomplete.front())));
 }
 
 void check_distinct(const Landmarks& shape) {
   if (const auto pair = find_coincident(shape.points); pair && shape.count() > 1)
-    throw InputError(fmt::format("{}: landmarks {} and {} are at the same place", shape.source,
+    throw InputError(fmt::format("{}: landmarks {} and {} are at the same position", shape.source,
                                  shape.describe(pair->first), shape.describe(pair->second)));
 }
 
@@ -68,7 +68,7 @@ void StartOptions::add_to(CLI::App& verb) {
       verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json")->type_name("FILE");
   by_q->excludes(by_shape, by_from);
   by_shape->excludes(by_from);
-  CLI::Option* by_p = verb.add_option("--p", p, "momenta, as --q [0]")->type_name("NUMBERS");
+  CLI::Option* by_p = verb.add_option("--p", p, "momenta, in the format of --q [0]")->type_name("NUMBERS");
   verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->type_name("FILE")->excludes(by_p);
   add_read_options(verb, reading);
   verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
@@ -96,7 +96,7 @@ Start StartOptions::start() const {
     start.shape.source = "--q";
     start.default_time = kLongTime;
   } else {
-    throw InputError("a start is needed: --q, --shape or --from");
+    throw InputError("an initial state is needed: --q, --shape or --from");
   }
   check_complete(start.shape);
   check_distinct(start.shape);

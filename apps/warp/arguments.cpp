@@ -95,11 +95,13 @@ void WarpArguments::check() const {
   require_positive("--tolerance", tolerance);
   if (samples < 0) throw InputError(fmt::format("--samples is {}; it must be positive", samples));
   if (samples == 0 && (!deviation.empty() || !fold_probability.empty()))
-    throw InputError("--deviation and --fold-probability are of --samples");
+    throw InputError("--deviation and --fold-probability need --samples");
   if (samples > 0 && (!field.empty() || !holes.empty()))
-    throw InputError("--field and --holes are of one map; they have no --samples");
-  if (inverse && !animate.empty()) throw InputError("--animate shows the way to the target; it has no --inverse");
-  if (!like.empty() && !size.empty()) throw InputError("--like and --size both say how large the result is");
+    throw InputError("--field and --holes describe one map; they cannot be combined with --samples");
+  if (inverse && !animate.empty())
+    throw InputError("--animate shows the motion to the target; it cannot be combined with --inverse");
+  if (!like.empty() && !size.empty())
+    throw InputError("--like and --size both set the size of the result; give one of them");
   for (const std::string& file : {jacobian, log_jacobian, multiplicity, deviation, fold_probability})
     if (!file.empty()) check_numbers_file(file);
   for (const std::string& file : {folds, holes, grid, side_by_side})
@@ -150,7 +152,7 @@ void WarpArguments::check_for_fold() const {
                                    {"--side-by-side", side_by_side}})
     if (!file.empty())
       throw InputError(fmt::format(
-          "{} with --inverse needs a map that has an inverse; here noise moves the landmarks by themselves", name));
+          "{} with --inverse needs a map that has an inverse; here the noise moves landmarks individually", name));
 }
 
 }  // namespace pulson

@@ -70,7 +70,7 @@ struct WarpArguments {
   void check() const;
   /// What is for images alone. @throws InputError
   void check_for_landmarks() const;
-  /// What --inverse cannot tell where the map has no inverse. @throws InputError
+  /// What --inverse cannot compute where the map has no inverse. @throws InputError
   void check_for_fold() const;
 
   WarpMethod warp_method() const;

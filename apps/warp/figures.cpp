@@ -78,7 +78,8 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
              frames != nullptr ? "pixels" : "units",
              frames != nullptr ? fmt::format(", map to {:.1e} pixels", figures.map_error) : "");
   if (figures.ridge > 0)
-    fmt::print("ridge      {:.1e}: landmarks are so close that their noise is not met exactly\n", figures.ridge);
+    fmt::print("ridge      {:.1e}: landmarks are so close that the map reproduces their noise only approximately\n",
+               figures.ridge);
   for (const ColourKey& key : figures.colours) fmt::print("colours    {}: {}\n", key.file, key.meaning);
   fmt::print("seconds    {:.3g}\n", figures.seconds);
 }
@@ -122,7 +123,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
   return json.dump(1) + "\n";
 }
 
-void tell(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
+void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
   if (arguments.json == "-")
     fmt::print("{}", figures_json(figures, arguments, frames));
   else if (!arguments.json.empty())

@@ -30,7 +30,7 @@ struct ColourKey {
   std::string meaning;
 };
 
-/// What is told of a warp.
+/// The figures that a warp reports.
 struct WarpFigures {
   std::string method;  ///< pull, push or points
   std::string reason;  ///< why this one
@@ -50,6 +50,6 @@ struct WarpFigures {
 std::string figures_json(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
 
 /// The summary, unless that was asked to be left out, and the JSON.
-void tell(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
+void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
 
 }  // namespace pulson

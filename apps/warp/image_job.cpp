@@ -77,7 +77,7 @@ WarpedImage pull(const Image& image, const ImageWarp& warp, const WarpFrames& fr
   if (warp.orientation() < 0)
     for (float& jacobian : sampled.jacobians) jacobian = -jacobian;
   const auto [least, most] = std::minmax_element(sampled.jacobians.begin(), sampled.jacobians.end());
-  // Of the map that moves the source. Where its inverse is turned over it has no value, and the sign tells.
+  // Of the map that moves the source. Where the map is flipped its inverse has no value, which the sign shows.
   figures.min_jacobian = arguments.inverse || *least <= 0 ? *least : 1.0 / *most;
   const auto folded = std::count_if(sampled.jacobians.begin(), sampled.jacobians.end(), [](float j) { return j <= 0; });
   const auto all = static_cast<double>(sampled.jacobians.size());
@@ -161,7 +161,7 @@ PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrame
   PushOptions options{parse_interpolation(arguments.interpolation), std::nullopt};
   if (!is_transparent(arguments)) options.fill = fill_of(arguments, image);
   std::vector<float> priority;
-  if (raster.over == Over::kPriority) priority = label_order(image, warp.label_pixels(), frames.label_ranks);
+  if (raster.over == SheetOrder::kPriority) priority = label_order(image, warp.label_pixels(), frames.label_ranks);
   result.pushed = push_forward(image, std::move(mesh), raster, options, std::move(priority));
   return result;
 }
@@ -182,13 +182,14 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFram
   const WarpMethod method = arguments.warp_method();
   const bool invertible = warp.flow().is_diffeomorphic();
   if (arguments.inverse) {
-    if (method == WarpMethod::kPush) throw InputError("--inverse pulls the image back: it needs no --method push");
+    if (method == WarpMethod::kPush)
+      throw InputError("--inverse always pulls the image; it cannot be combined with --method push");
     WarpedImage result = pull(image, warp, frames, arguments);
-    result.figures.reason = "each pixel of the source shows where it goes";
+    result.figures.reason = "each pixel of the source looks up its image under the map";
     return result;
   }
   if (method == WarpMethod::kPull && !invertible)
-    throw InputError("--method pull needs a map that has an inverse; here noise moves the landmarks by themselves");
+    throw InputError("--method pull needs a map that has an inverse; here the noise moves landmarks individually");
   if (method != WarpMethod::kPush && invertible) {
     WarpedImage result = pull(image, warp, frames, arguments);
     if (result.figures.min_jacobian > 0) {
@@ -199,11 +200,11 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFram
       throw InputError("--method pull: the time steps are too long for an inverse; register with more --steps");
   }
   WarpedImage result = push(image, warp, frames, arguments);
-  result.figures.reason = method == WarpMethod::kPush ? "as asked for"
+  result.figures.reason = method == WarpMethod::kPush ? "as requested"
                           : invertible                ? "the time steps are too long for an inverse"
                           : result.figures.folded_fraction > 0
                               ? "the map folds"
-                              : "noise moves the landmarks by themselves, and nothing folds";
+                              : "the noise moves landmarks individually, but nothing folds";
   return result;
 }
 

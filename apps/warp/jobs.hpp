@@ -25,11 +25,11 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFram
 /// numbers
 std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp, const WarpArguments& arguments);
 
-/// Priorities of a mesh's cells for Over::kPriority: the rank of the nearest landmark where one is no further than
-/// landmarks are from each other (the median distance to the nearest other); -1, beneath all, elsewhere.
+/// Priorities of a mesh's cells for SheetOrder::kPriority: the rank of the nearest landmark where one is no further
+/// than landmarks are from each other (the median distance to the nearest other); -1, beneath all, elsewhere.
 std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks);
 
-/// The image pushed forward, with the mesh's folds; for warps of the source. `folded`: parts of each pixel turned over.
+/// The image pushed forward, with the mesh's folds; for warps of the source. `folded`: flipped fraction of each pixel.
 struct PushedMesh {
   PushedImage pushed;
   MeshFolds folds;
@@ -39,7 +39,7 @@ struct PushedMesh {
 PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
                       const WarpArguments& arguments);
 
-/// Landmarks carried along, in any dimension; marks that miss a coordinate stay missing. @throws InputError
+/// Landmarks carried along, in any dimension; marks that have a missing coordinate stay missing. @throws InputError
 WarpFigures warp_points(const MaterialFlow& flow, const Registration& registration, const WarpArguments& arguments);
 
 /// The mean of the warped image over samples of the noise with the fitted momenta, the deviation from it and the

@@ -87,9 +87,10 @@ void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames
   std::vector<Points> landmarks = warp.landmark_paths();
   for (Points& each : landmarks) each = reduced(each, factor);
 
-  const Over over = parse_over(arguments.over);
+  const SheetOrder over = parse_over(arguments.over);
   std::vector<float> priority;
-  if (over == Over::kPriority) priority = label_order(small, reduced(warp.label_pixels(), factor), frames.label_ranks);
+  if (over == SheetOrder::kPriority)
+    priority = label_order(small, reduced(warp.label_pixels(), factor), frames.label_ranks);
   Progress progress;
   Animation animation(arguments.animate, width, height, kFramesPerSecond);
   for (std::size_t k = 0; k < places.size(); ++k) {

@@ -15,10 +15,12 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("-o,--out", out, "the warped image; or landmarks, in the format of its extension")
       ->type_name("FILE")
       ->required();
-  verb.add_option("--json", json, "write the numbers here; - for standard output, and nothing else")->type_name("FILE");
+  verb.add_option("--json", json, "write the numbers to this file; -: to standard output, and nothing else there")
+      ->type_name("FILE");
   add_quiet_option(verb);
-  verb.add_flag("--inverse", inverse, "the other way: what is of the target goes to the source");
-  only_known(verb.add_option("--labels", labels, "interpolation of the landmarks' own noise: metric or thin-plate")
+  verb.add_flag("--inverse", inverse, "map from target to source");
+  only_known(verb.add_option("--labels", labels,
+                             "interpolation of the displacements by noise between landmarks: metric or thin-plate")
                  ->type_name("NAME")
                  ->capture_default_str(),
              "labels");
@@ -34,16 +36,16 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]")
       ->group("Coordinates");
   verb.add_option("--origin", origin,
-                  "x,y of the image's first pixel, with y up of its lower edge, landmark units [0,0]")
+                  "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
       ->type_name("X,Y")
       ->group("Coordinates");
-  verb.add_option("--target-origin", target_origin, "the same of the result [--origin]")
+  verb.add_option("--target-origin", target_origin, "the same for the result [--origin]")
       ->type_name("X,Y")
       ->group("Coordinates");
   // Not bound to the variable: CLI11 would set an optional to false where the flag is not given.
   verb.add_flag_function(
           "--flip-y,!--no-flip-y", [this](std::int64_t count) { flip_y = count > 0; },
-          "y of the landmarks points up [where they are of a tps file]")
+          "y of the landmarks points up [if they come from a tps file]")
       ->group("Coordinates");
 
   only_known(verb.add_option("--method", method, "pull (needs a map that does not fold), push, or auto")
@@ -63,18 +65,18 @@ void WarpArguments::add_to(CLI::App& verb) {
       ->type_name("NAME")
       ->capture_default_str()
       ->group("Picture");
-  verb.add_option("--background", background, "colour r,g,b in place of transparency")
+  verb.add_option("--background", background, "background colour r,g,b instead of transparency")
       ->type_name("R,G,B")
       ->group("Picture");
   verb.add_option("--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8")
       ->capture_default_str()
       ->group("Picture");
-  verb.add_option("--tolerance", tolerance, "error of the map between points where it is computed, pixels")
+  verb.add_option("--tolerance", tolerance, "largest interpolation error of the map, pixels")
       ->capture_default_str()
       ->group("Picture");
 
   verb.add_option("--field", field, "displacement field (mha, nrrd)")->type_name("FILE")->group("More results");
-  verb.add_option("--jacobian", jacobian, "signed Jacobian on the image: colours (png), or numbers (tif, mha, nrrd)")
+  verb.add_option("--jacobian", jacobian, "signed Jacobian on the image, as colours (png) or numbers (tif, mha, nrrd)")
       ->type_name("FILE")
       ->group("More results");
   verb.add_option("--log-jacobian", log_jacobian, "its logarithm to base 2, likewise")
@@ -83,14 +85,14 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("--multiplicity", multiplicity, "how many points of the image land on each pixel, likewise")
       ->type_name("FILE")
       ->group("More results");
-  verb.add_option("--folds", folds, "mask of the image's pixels that are turned over (png)")
+  verb.add_option("--folds", folds, "mask of the image's pixels that are flipped (png)")
       ->type_name("FILE")
       ->group("More results");
   verb.add_option("--holes", holes, "mask of holes in the result (png)")->type_name("FILE")->group("More results");
   verb.add_option("--grid", grid, "the result with the deformed grid and the landmarks' paths (png)")
       ->type_name("FILE")
       ->group("More results");
-  verb.add_option("--side-by-side", side_by_side, "image, result and --like beside each other (png)")
+  verb.add_option("--side-by-side", side_by_side, "image, result and --like side by side (png)")
       ->type_name("FILE")
       ->group("More results");
   verb.add_option("--animate", animate, "the motion (gif, mp4, webp; needs ffmpeg)")
@@ -99,13 +101,13 @@ void WarpArguments::add_to(CLI::App& verb) {
 
   add_read_options(verb, reading);
 
-  verb.add_option("--samples", samples, "so many samples of the noise with the fitted momenta: OUT is their mean")
+  verb.add_option("--samples", samples, "number of samples of the noise, with the fitted momenta; OUT is their mean")
       ->group("Ensembles");
-  verb.add_option("--seed", seed, "of the random numbers")->capture_default_str()->group("Ensembles");
+  verb.add_option("--seed", seed, "seed of the random numbers")->capture_default_str()->group("Ensembles");
   verb.add_option("--deviation", deviation, "standard deviation of each pixel (tif, png)")
       ->type_name("FILE")
       ->group("Ensembles");
-  verb.add_option("--fold-probability", fold_probability, "probability that a pixel of the image is turned over")
+  verb.add_option("--fold-probability", fold_probability, "probability that a pixel of the image is flipped")
       ->type_name("FILE")
       ->group("Ensembles");
   add_threads_option(verb);

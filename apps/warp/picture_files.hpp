@@ -9,7 +9,7 @@
 
 namespace pulson {
 
-/// A picture, and where its pixels are where its file tells.
+/// A picture and, if its file says so, the positions of its pixels.
 struct Picture {
   Image image;
   std::optional<PixelFrame> frame;
@@ -26,7 +26,7 @@ bool keeps_alpha(const std::filesystem::path& path);
 /// @throws InputError
 Picture read_picture(const std::filesystem::path& path);
 
-/// Whether a picture can be written there, as far as can be told. @throws InputError if not
+/// Whether a picture can be written there, as far as can be checked. @throws InputError if not
 void check_picture_file(const std::filesystem::path& path);
 
 /// 8 bits for pixels that are floating-point numbers, from the lowest to the highest; others as they are.

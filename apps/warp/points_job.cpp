@@ -76,7 +76,7 @@ WarpFigures warp_points(const MaterialFlow& flow, const Registration& registrati
     shape.scale.reset();
   }
   for (std::string& loss : write_landmark_file(arguments.out, file)) notes.push_back(std::move(loss));
-  tell_notes(notes);
+  print_notes(notes);
 
   WarpFigures figures;
   figures.method = "points";

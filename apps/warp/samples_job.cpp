@@ -89,7 +89,8 @@ class ImageMoments {
 
 WarpedImage warp_samples(const Image& image, const Registration& registration, const WarpFrames& frames,
                          const WarpArguments& arguments) {
-  if (arguments.inverse) throw InputError("--samples carries the source to the target; it has no --inverse");
+  if (arguments.inverse)
+    throw InputError("--samples maps the source to the target; it cannot be combined with --inverse");
   const StochasticSystem system = registration_system(registration);
   const Points& q0 = registration.source.points;
   const int channels = system.noise->channels(static_cast<int>(q0.rows()), static_cast<int>(q0.cols()));
@@ -136,15 +137,15 @@ WarpedImage warp_samples(const Image& image, const Registration& registration, c
     figures.uncovered_fraction += pushed.pushed.coverage.uncovered_fraction();
     figures.map_error = std::max(figures.map_error, pushed.map_error);
   }
-  if (!moments) throw InputError("no sample has a path; use more --steps when registering, or less noise");
+  if (!moments) throw InputError("no sample could be computed; use more --steps when registering, or less noise");
   moments->mean_to(result.image);
   result.holes.resize(result.multiplicity.size());
   result.figures.folded_fraction /= done;
   result.figures.uncovered_fraction /= done;
   result.figures.method = "push";
-  result.figures.reason =
-      fmt::format("mean over {} samples{}", done,
-                  done < arguments.samples ? fmt::format("; {} had no path", arguments.samples - done) : std::string());
+  result.figures.reason = fmt::format(
+      "mean over {} samples{}", done,
+      done < arguments.samples ? fmt::format("; {} could not be computed", arguments.samples - done) : std::string());
   result.deviations = moments->deviations();
   for (float& each : folded) each /= static_cast<float>(done);
   result.fold_probabilities = std::move(folded);

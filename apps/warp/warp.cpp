@@ -21,7 +21,7 @@ void run_points(const WarpArguments& arguments, const Registration& registration
                           parse_label_kernel(arguments.labels));
   WarpFigures figures = warp_points(flow, registration, arguments);
   figures.seconds = seconds_now() - start;
-  tell(figures, arguments, nullptr);
+  print_figures(figures, arguments, nullptr);
 }
 
 // Landmarks that lie outside the image show that units, origin or y are not those of the image.
@@ -34,9 +34,9 @@ void warn_of_landmarks_outside(const WarpArguments& arguments, const Registratio
   for (const auto pixel : pixels.colwise())
     outside += (pixel.array() < -1).any() || pixel[0] > picture.image.width() || pixel[1] > picture.image.height();
   if (outside > 0)
-    tell_warning(
-        fmt::format("{} of {} landmarks lie outside {}: is it the right image? else see --pixel-size, --origin "
-                    "and --flip-y",
+    print_warning(
+        fmt::format("{} of {} landmarks lie outside {}: check that it is the right image, and see --pixel-size, "
+                    "--origin and --flip-y",
                     outside, pixels.cols(), arguments.input));
 }
 
@@ -51,14 +51,14 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
                                            : ImageWarp(flow, registration.alignment, frames.input, frames.result);
   WarpedImage result = arguments.samples > 0 ? warp_samples(picture.image, registration, frames, arguments)
                                              : warp_image(picture.image, warp, frames, arguments);
-  tell_step("mapped the image");
+  log_step("mapped the image");
   write_picture(arguments.out, result.image, frames.result);
   result.figures.colours = write_more_results(picture.image, result, warp, frames, arguments);
   if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
   if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();
   result.figures.ridge = flow.ridge();
   result.figures.seconds = seconds_now() - start;
-  tell(result.figures, arguments, &frames);
+  print_figures(result.figures, arguments, &frames);
 }
 
 // The record, or that in the folder of a registration.
@@ -81,12 +81,12 @@ void run_warp(const WarpArguments& arguments) {
   else
     arguments.check_for_landmarks();
   const Registration registration = read_registration(record_of(arguments));
-  tell_step(fmt::format("read {}: {} landmarks", arguments.registration, registration.source.count()));
+  log_step(fmt::format("read {}: {} landmarks", arguments.registration, registration.source.count()));
   if (of_image)
     run_image(arguments, registration, start);
   else
     run_points(arguments, registration, start);
-  for (const std::string& text : path_warnings(registration)) tell_warning("of the registration: " + text);
+  for (const std::string& text : path_warnings(registration)) print_warning("of the registration: " + text);
 }
 
 }  // namespace

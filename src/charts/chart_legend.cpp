@@ -60,7 +60,7 @@ void ChartLegend::add(const Series& series) {
                         .colour = series.colour == Series::kByName ? by_name_++ : series.colour});
   Entry& entry = entries_[static_cast<std::size_t>(find(series.name) - entries_.data())];
   if (entry.asked != series.colour)
-    throw InputError(fmt::format("chart: the series named '{}' ask for different colours, {} and {}", series.name,
+    throw InputError(fmt::format("chart: the series named '{}' have different colours, {} and {}", series.name,
                                  entry.asked, series.colour));
   const SeriesStyle style = series.style;
   const bool has_line = style == SeriesStyle::kLine || style == SeriesStyle::kLineAndPoints;

@@ -11,7 +11,7 @@ namespace pulson::picture {
 /// The names of a chart's series, each with its colour and with the kinds of marks that have this colour.
 class ChartLegend {
  public:
-  /// @throws InputError where series of one name ask for different colours.
+  /// @throws InputError where series of one name have different colours.
   explicit ChartLegend(const Chart& chart);
 
   Colour colour_of(const Series& series) const;

@@ -66,7 +66,7 @@ class SeriesMarks {
 
   /// The dots, or the white margins that set them off from what lies below.
   void draw_dots(bool margins) {
-    const bool lone = has_line() && series_.y.size() == 1;  // it would not be seen
+    const bool lone = has_line() && series_.y.size() == 1;  // it would be invisible
     if (series_.style != SeriesStyle::kPoints && series_.style != SeriesStyle::kLineAndPoints && !lone) return;
     const Points all = pixels(centres(), series_.y);
     std::vector<Eigen::Index> within;

@@ -24,9 +24,9 @@ constexpr double kRest = 1e-10;  // change of the mean, of its size
 
 void check_alike(const Landmarks& first, const Landmarks& other) {
   if (first.count() == other.count() && first.dimension() == other.dimension()) return;
-  throw InputError(fmt::format("{} has {} landmarks in {}D, {} has {} in {}D; all shapes of a cohort need as many",
-                               first.source, first.count(), first.dimension(), other.source, other.count(),
-                               other.dimension()));
+  throw InputError(
+      fmt::format("{} has {} landmarks in {}D, {} has {} in {}D; all shapes of a cohort must agree in both",
+                  first.source, first.count(), first.dimension(), other.source, other.count(), other.dimension()));
 }
 
 // About the middle of the landmarks that are complete.
@@ -63,10 +63,10 @@ Points mean_of(const std::vector<Points>& shapes, const Landmarks& first) {
 }  // namespace
 
 Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment) {
-  if (targets.empty()) throw InputError("there is no target; models are compared by one or more");
+  if (targets.empty()) throw InputError("there is no target; a comparison needs at least one");
   if (!incomplete_points(source.points).empty())
     throw InputError(
-        fmt::format("{}: landmark {} misses a coordinate; the shape that the others are compared with "
+        fmt::format("{}: landmark {} has a missing coordinate; the shape that the others are compared with "
                     "must be complete",
                     source.source, source.describe(incomplete_points(source.points).front())));
   Cohort cohort{source, targets, alignment};
@@ -81,7 +81,7 @@ Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& target
 Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind kind) {
   if (shapes.empty()) throw InputError("there are no shapes to take the mean of");
   if (kind == AlignmentKind::kAffine)
-    throw InputError("a mean by affine motions would shrink to a point; use similarity");
+    throw InputError("a mean under affine alignment would shrink to a point; use similarity");
   Landmarks mean = shapes.front();
   mean.name = "mean";
   mean.source = fmt::format("mean of {} shapes", shapes.size());

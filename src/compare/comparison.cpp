@@ -62,7 +62,7 @@ Estimate mean_over(const CohortFit& fit, const Value& value) {
   return {values.mean(), standard_error(values)};
 }
 
-VectorXd noise_way(const CohortFit& fit, Index landmarks) {
+VectorXd noise_displacement(const CohortFit& fit, Index landmarks) {
   VectorXd squares = VectorXd::Zero(landmarks);
   int count = 0;
   for (const ShapeFit& shape : fit.shapes)
@@ -137,16 +137,14 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
     if (!model.fit.converged) notes.push_back(fmt::format("{}: the fit did not converge", model.noise));
     for (const FittedNumber& number : model.fit.fitted) {
       if (number.vanishes && number.name == "lambda")
-        notes.push_back(
-            fmt::format("{}: momenta vanish (lambda is as large as can be): the noise explains these shapes "
-                        "by itself",
-                        model.noise));
+        notes.push_back(fmt::format(
+            "{}: no smooth deformation is detectable (the momenta vanish, lambda is at its upper limit)", model.noise));
       else if (number.vanishes)
-        notes.push_back(fmt::format("{}: {} vanishes, the shapes want none of this noise", model.noise, number.name));
+        notes.push_back(fmt::format("{}: the fit sets this noise to zero ({} vanishes)", model.noise, number.name));
       else if (number.name != "lambda" && std::abs(number.correlation_with_sigma) > kConfounded)
         notes.push_back(
-            fmt::format("{}: {} and sigma say nearly the same (correlation {:.2f}): a sigma that is too "
-                        "small makes this noise, one that is too large hides it",
+            fmt::format("{}: {} and sigma have nearly the same effect (correlation {:.2f}): too small a sigma looks "
+                        "like this noise, too large a sigma hides it",
                         model.noise, number.name, number.correlation_with_sigma));
     }
     if (options.settings.importance_samples == 0) continue;
@@ -159,7 +157,8 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
     else if (const double off = model.sampled_log_evidence.value - model.fit.log_evidence;
              std::abs(off) > 1 + 3 * model.sampled_log_evidence.standard_error)
       notes.push_back(
-          fmt::format("{}: importance sampling gives a log evidence {:+.1f} from Laplace's", model.noise, off));
+          fmt::format("{}: the log evidence by importance sampling differs by {:+.1f} from Laplace's approximation",
+                      model.noise, off));
   }
 }
 
@@ -167,7 +166,7 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
 
 Comparison compare_models(const CohortShapes& shapes, const std::vector<std::string>& noises,
                           const CompareOptions& options) {
-  if (noises.empty()) throw InputError("no noise model is named; models are compared by one or more");
+  if (noises.empty()) throw InputError("no noise model is named; a comparison needs at least one");
   Comparison comparison{shapes.cohort(), options.settings, {}, 0, {}, {}, {}, {}};
   const Points& source = comparison.cohort.source.points;
   comparison.settings.kernel = make_kernel(options.settings.kernel, source).spec();
@@ -189,7 +188,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<std::str
                         options.forward_samples, same.settings.seed);
     model.lost_samples = options.forward_samples - static_cast<int>(samples.cols());
     model.spectrum = spectrum_of(basis, source, samples).first;
-    model.noise_way = noise_way(model.fit, source.cols());
+    model.noise_displacement = noise_displacement(model.fit, source.cols());
     measure_maps(comparison.cohort, same, model);
     if (options.folds > 1 && shapes.targets.size() > 1) model.prediction = cross_validated(shapes, noise, same);
     model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -1,4 +1,4 @@
-// What is told of a fit that has ended.
+// The record of a completed fit.
 
 #include <algorithm>
 #include <cmath>
@@ -17,10 +17,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of logarithms of variances: a standard deviation above 3, a factor of 24, tells nothing.
+// Of logarithms of variances: a standard deviation above 3, a factor of 24, determines nothing.
 constexpr double kLeastInformation = 0.1;
 
-// Standard deviations of numbers of this Fisher information; NaN for those that it does not tell from others.
+// Standard deviations of numbers of this Fisher information; NaN for those that it does not identify.
 VectorXd deviations(const MatrixXd& information) {
   if (information.size() == 0) return {};
   constexpr double kLeastPart = 1e-3;
@@ -45,8 +45,8 @@ std::vector<FittedNumber> Fitter::numbers(const State& state) const {
   for (Index g = 0; g < count; ++g)
     if (!state.variances.vanishes[g]) free.push_back(g);
   VectorXd log_deviations = deviations(information(free, free));
-  // Where one number may do what another does, the likelihood is flat, and its maximum may be far from the numbers
-  // told.
+  // Where one parameter has the same effect as another, the likelihood is flat, and its maximum may be far from the
+  // true values.
   const VectorXd first_deviations = deviations(state.variances.first_information(free, free));
   log_deviations = first_deviations.array().isNaN().select(first_deviations, log_deviations);
   std::vector<FittedNumber> numbers;

@@ -23,15 +23,15 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostFits = 30;
-constexpr double kLeastGain = 0.01;  // nats that a further round would still gain by the linear model
-constexpr double kTrial = 1e-3;      // amplitudes at which scales are found, of the shapes' differences
-constexpr double kUnseen = 1e-12;    // part of the variance of a noise that is left by the alignment
-constexpr double kSilent = 1e-4;     // of the variance of a noise, where the search begins with next to none
-constexpr double kPolishRange = 2;   // of logarithms of variances
-constexpr double kPolishTolerance = 0.1;
-constexpr int kMostPolishEvaluations = 12;
-constexpr int kSilentRounds = 3;
-constexpr int kMostRetreats = 30;
+constexpr double kLeastGain = 0.01;      // nats that a further round would still gain by the linear model
+constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
+constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
+constexpr double kNearlyNoNoise = 1e-4;  // of the variance of a noise, where the search begins nearly without it
+constexpr double kRefineRange = 2;       // of logarithms of variances
+constexpr double kRefineTolerance = 0.1;
+constexpr int kMostRefineEvaluations = 12;
+constexpr int kRoundsWithoutNoise = 3;
+constexpr int kMostBackoffs = 30;
 constexpr double kShapeRange = 30;  // of numbers that are no amplitudes, a factor up and down
 constexpr double kShapeTolerance = 0.01;
 constexpr int kMostShapeEvaluations = 60;
@@ -124,13 +124,13 @@ VectorXd Fitter::drift(const MatchingObjective& objective, const Observation& ob
   change.parameters[parameter] = system.noise->parameters()[parameter] / 2;
   for (Index c = 0; c < path.increments.rows(); ++c)
     if (group_of_channel_[at(c)] == group) change.increments.row(c) = -path.increments.row(c) / 2;
-  return observation.seen * integrator_->tangent(system, path, change).q.reshaped();
+  return observation.projection * integrator_->tangent(system, path, change).q.reshaped();
 }
 
 VarianceData Fitter::variance_data(const MatchingObjective& objective, int target, const Linearised& match) const {
-  const Index n = match.surprise.size();
+  const Index n = match.innovation.size();
   const Index momenta = match.jacobian.cols() - std::ssize(group_of_channel_) * settings_.grid.steps;
-  VarianceData data{match.surprise, MatrixXd::Identity(n, n), {}, {}};
+  VarianceData data{match.innovation, MatrixXd::Identity(n, n), {}, {}};
   const MatrixXd of_momenta = squared(match.jacobian.leftCols(momenta));
   if (lambda_open_)
     data.groups.push_back(of_momenta);
@@ -149,7 +149,8 @@ VarianceData Fitter::variance_data(const MatchingObjective& objective, int targe
   return data;
 }
 
-// Amplitudes such that momenta and every open channel have equal parts in what is seen, linear about rest.
+// Amplitudes such that momenta and every open channel explain equal shares of the observed variance, linearised at
+// rest.
 Fitter::State Fitter::start() const {
   State state;
   state.parameters = noise_.model->parameters();
@@ -161,29 +162,29 @@ Fitter::State Fitter::start() const {
   const MatchingObjective at_rest = objective(state);
   for (const Observation& observation : observations_)
     state.matches.push_back(linearised_at(at_rest, observation, VectorXd::Zero(at_rest.unknowns())));
-  check_seen(at_rest, state);
-  double seen = 0;
+  check_observable(at_rest, state);
+  double excess = 0;
   VectorXd traces = VectorXd::Zero(groups());
   for (std::size_t s = 0; s < state.matches.size(); ++s) {
     const Linearised& match = state.matches[s];
     const VarianceData data = variance_data(at_rest, static_cast<int>(s), match);
-    seen += std::max(match.surprise.squaredNorm(), 2.0 * static_cast<double>(match.surprise.size())) -
-            static_cast<double>(match.surprise.size());
+    excess += std::max(match.innovation.squaredNorm(), 2.0 * static_cast<double>(match.innovation.size())) -
+              static_cast<double>(match.innovation.size());
     for (Index g = 0; g < groups(); ++g) traces[g] += data.groups[at(g)].trace();
   }
-  rescale(state, (seen / static_cast<double>(groups()) / traces.array()).log());
+  rescale(state, (excess / static_cast<double>(groups()) / traces.array()).log());
   return state;
 }
 
-// Noise whose displacements are all taken out by the alignment has no amplitude.
-void Fitter::check_seen(const MatchingObjective& objective, const State& at_rest) const {
+// The amplitude of noise whose displacements the alignment removes is not determined.
+void Fitter::check_observable(const MatchingObjective& objective, const State& at_rest) const {
   const Linearised& match = at_rest.matches.front();
   const MatrixXd whole = objective.endpoint_changes(match.at.path()) / settings_.sigma;
   const Index momenta = objective.basis().unknowns();
   for (Index g = 0; g < std::ssize(amplitudes_); ++g) {
     const double left = columns(match.jacobian, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm();
-    if (left > kUnseen * columns(whole, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm()) continue;
-    throw InputError(fmt::format("noise '{}' moves the shapes only as their alignment ({}) does, which takes it out",
+    if (left > kUnobservable * columns(whole, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm()) continue;
+    throw InputError(fmt::format("noise '{}' moves the shapes only as their alignment ({}) does, which removes it",
                                  noise_.model->spec(), alignment_name(cohort_.alignment)));
   }
 }
@@ -205,7 +206,7 @@ std::vector<VectorXd> Fitter::rescale(State& state, const VectorXd& u) const {
         factors[i] = std::exp(u[first + group] / 2);
     const MatrixXd scaled = match.jacobian * factors.asDiagonal();
     const MatrixXd covariance = squared(scaled) + MatrixXd::Identity(scaled.rows(), scaled.rows());
-    from.emplace_back(scaled.transpose() * covariance.llt().solve(match.surprise));
+    from.emplace_back(scaled.transpose() * covariance.llt().solve(match.innovation));
   }
   return from;
 }
@@ -235,14 +236,14 @@ void Fitter::find_variances(State& state) const {
   state.variances = fit_variances(data, groups());
 }
 
-// Matches and amplitudes in turn, until they rest.
-Fitter::State Fitter::settle(State state, int most_rounds) const {
+// Alternates between matches and amplitudes until they converge.
+Fitter::State Fitter::alternate(State state, int most_rounds) const {
   std::vector<VectorXd> from;
   for (const Linearised& match : state.matches) from.emplace_back(VectorXd::Zero(match.at.z.size()));
   State best;
   VectorXd u = VectorXd::Zero(groups());  // from the state before
   for (state.rounds = 1; state.rounds <= most_rounds; ++state.rounds) {
-    from = match_or_retreat(state, std::move(from), u);
+    from = match_with_backoff(state, std::move(from), u);
     find_variances(state);
     if (state.rounds == 1 || state.log_evidence() > best.log_evidence()) best = state;
     best.rounds = state.rounds;
@@ -261,34 +262,34 @@ Fitter::State Fitter::settle(State state, int most_rounds) const {
   return best;
 }
 
-// Where noise is too strong for the time step: half of the way there, or less of everything at the start.
-std::vector<VectorXd> Fitter::match_or_retreat(State& state, std::vector<VectorXd> from, VectorXd u) const {
+// Where noise is too strong for the time step: halves the step in the amplitudes, or reduces all of them at the start.
+std::vector<VectorXd> Fitter::match_with_backoff(State& state, std::vector<VectorXd> from, VectorXd u) const {
   const bool is_first = u.isZero(0);
   if (is_first) u = VectorXd::Ones(groups());
   for (int count = 0;; ++count) try {
       match(state, from, state.rounds <= 2);
       return from;
     } catch (const InputError&) {
-      if (count == kMostRetreats) throw;
+      if (count == kMostBackoffs) throw;
       if (!is_first) u /= 2;
       rescale(state, -u);
       for (VectorXd& z : from) z.setZero();
     }
 }
 
-// From next to no noise, which is as good as the geodesic alone: where that is better.
-Fitter::State Fitter::or_silent(State best) const {
-  State silent = best;
+// Starts again from almost no noise, which is as good as the geodesic, and keeps the better result.
+Fitter::State Fitter::try_without_noise(State best) const {
+  State without_noise = best;
   VectorXd u = VectorXd::Zero(groups());
-  u.tail(std::ssize(amplitudes_)).setConstant(std::log(kSilent));
-  rescale(silent, u);
-  silent = settle(std::move(silent), kSilentRounds);
-  return silent.log_evidence() > best.log_evidence() ? settle(std::move(silent), kMostFits) : best;
+  u.tail(std::ssize(amplitudes_)).setConstant(std::log(kNearlyNoNoise));
+  rescale(without_noise, u);
+  without_noise = alternate(std::move(without_noise), kRoundsWithoutNoise);
+  return without_noise.log_evidence() > best.log_evidence() ? alternate(std::move(without_noise), kMostFits) : best;
 }
 
-// Where the linear model changes with the numbers, as for noise that is stronger in one place than in another, matches
-// and amplitudes in turn rest near the greatest evidence, not at it.
-Fitter::State Fitter::polish(State best) const {
+// Where the linear model changes with the numbers, as for noise that is stronger in one place than in another,
+// alternating converges near the maximum of the evidence, not at it.
+Fitter::State Fitter::refine(State best) const {
   const State from = best;
   maximise_in_logarithms(
       [&](const VectorXd& x) {
@@ -304,7 +305,7 @@ Fitter::State Fitter::polish(State best) const {
         if (value > best.log_evidence()) best = std::move(tried);
         return value;
       },
-      groups(), kPolishRange, kPolishTolerance, kMostPolishEvaluations, false);
+      groups(), kRefineRange, kRefineTolerance, kMostRefineEvaluations, false);
   best.converged = from.converged;
   find_variances(best);
   return best;
@@ -313,9 +314,9 @@ Fitter::State Fitter::polish(State best) const {
 CohortFit Fitter::run() {
   State state = start();
   if (others_.empty()) {
-    State best = settle(std::move(state), kMostFits);
-    if (!amplitudes_.empty()) best = or_silent(std::move(best));
-    if (!amplitudes_.empty() && noise_.model->traits().compensated) best = polish(std::move(best));
+    State best = alternate(std::move(state), kMostFits);
+    if (!amplitudes_.empty()) best = try_without_noise(std::move(best));
+    if (!amplitudes_.empty() && noise_.model->traits().compensated) best = refine(std::move(best));
     return record(best);
   }
   State best;
@@ -325,7 +326,7 @@ CohortFit Fitter::run() {
         State tried = best.matches.empty() ? state : best;
         tried.parameters(others_) = first.array() * x.array().exp();
         try {
-          tried = settle(std::move(tried), kMostFits);
+          tried = alternate(std::move(tried), kMostFits);
         } catch (const InputError&) {
           if (best.matches.empty()) throw;
           return -std::numeric_limits<double>::infinity();

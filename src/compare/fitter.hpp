@@ -22,7 +22,7 @@ class Fitter {
   CohortFit run();
 
  private:
-  /// The numbers of the model, and the matches there.
+  /// The parameters of the model, and the matches for them.
   struct State {
     double lambda = 1;
     Eigen::VectorXd parameters;  ///< of the noise
@@ -42,13 +42,13 @@ class Fitter {
   State start() const;
   void match(State& state, const std::vector<Eigen::VectorXd>& from, bool with_other_starts) const;
   std::vector<Eigen::VectorXd> rescale(State& state, const Eigen::VectorXd& u) const;
-  std::vector<Eigen::VectorXd> match_or_retreat(State& state, std::vector<Eigen::VectorXd> from,
-                                                Eigen::VectorXd u) const;
+  std::vector<Eigen::VectorXd> match_with_backoff(State& state, std::vector<Eigen::VectorXd> from,
+                                                  Eigen::VectorXd u) const;
   void find_variances(State& state) const;
-  State settle(State state, int most_rounds) const;
-  State or_silent(State best) const;
-  State polish(State best) const;
-  void check_seen(const MatchingObjective& objective, const State& at_rest) const;
+  State alternate(State state, int most_rounds) const;
+  State try_without_noise(State best) const;
+  State refine(State best) const;
+  void check_observable(const MatchingObjective& objective, const State& at_rest) const;
   CohortFit record(const State& state) const;
   std::vector<FittedNumber> numbers(const State& state) const;
   ShapeFit shape_fit(const MatchingObjective& objective, const Linearised& match, int target) const;

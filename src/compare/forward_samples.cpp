@@ -17,13 +17,13 @@ using Eigen::VectorXd;
 ForwardSamples draw_shapes(const MatchingProblem& problem, int count, std::uint64_t seed) {
   const MatchingObjective objective(problem);
   const Index coordinates = problem.source.size();
-  const VectorXd seen = seen_unknowns(objective);
+  const VectorXd observable = observable_unknowns(objective);
   std::vector<std::optional<VectorXd>> ends(static_cast<std::size_t>(count));
   parallel_for(count, [&](int s) {
     // Errors of observation first, so that they are the same for all models; then momenta, then the noise.
     const VectorXd normals =
         standard_normals(seed, static_cast<std::uint64_t>(s), static_cast<int>(coordinates + objective.unknowns()), 1);
-    const VectorXd z = normals.tail(objective.unknowns()).cwiseProduct(seen);
+    const VectorXd z = normals.tail(objective.unknowns()).cwiseProduct(observable);
     try {
       const Trajectory path = problem.integrator->integrate(problem.system, {problem.source, objective.momenta(z)},
                                                             problem.grid, objective.increments(z));

@@ -20,20 +20,20 @@ ImportanceEstimate importance_sample(const MatchingObjective& objective, const O
   MatrixXd covariance = MatrixXd::Identity(n, n);
   covariance.selfadjointView<Eigen::Lower>().rankUpdate(jacobian);
   const Eigen::LLT<MatrixXd> factors(covariance);
-  const VectorXd centre = jacobian.transpose() * factors.solve(match.surprise);  // of the linear model's posterior
-  const VectorXd seen = seen_unknowns(objective);
+  const VectorXd centre = jacobian.transpose() * factors.solve(match.innovation);  // of the linear model's posterior
+  const VectorXd observable = observable_unknowns(objective);
   VectorXd log_weights(samples);
   for (int s = 0; s < samples; ++s) {
     const VectorXd normals =
         standard_normals(seed, static_cast<std::uint64_t>(s), static_cast<int>(n + jacobian.cols()), 1);
-    const VectorXd zeta = normals.tail(jacobian.cols()).cwiseProduct(seen);
+    const VectorXd zeta = normals.tail(jacobian.cols()).cwiseProduct(observable);
     const VectorXd moved = jacobian * zeta + normals.head(n);
     const VectorXd z = centre + zeta - jacobian.transpose() * factors.solve(moved);
     const auto at = objective.evaluate(z);
     log_weights[s] = -std::numeric_limits<double>::infinity();
     if (!at) continue;
     // Of the same prior; the linear model's residual at z is t − Jz.
-    const VectorXd linear = match.surprise - jacobian * z;
+    const VectorXd linear = match.innovation - jacobian * z;
     log_weights[s] = 0.5 * (linear.squaredNorm() - observation.residual(at->path().final().q).squaredNorm());
   }
   const double largest = log_weights.maxCoeff();

@@ -25,13 +25,14 @@ Observation observe(const Cohort& cohort, int target, double sigma) {
   const auto n = std::ssize(observed);
   const MatrixXd motions = motion_directions(cohort.source.points, cohort.alignment, observed);
   if (n <= motions.cols())
-    throw InputError(fmt::format("{}: {} observed coordinates leave nothing beyond its alignment", shape.source, n));
+    throw InputError(fmt::format(
+        "{}: its {} observed coordinates are too few, as the alignment accounts for all of them", shape.source, n));
   MatrixXd basis = MatrixXd::Identity(n, n);
   if (motions.cols() > 0) basis.applyOnTheLeft(Eigen::HouseholderQR<MatrixXd>(motions).householderQ());
   const MatrixXd left = basis.rightCols(n - motions.cols()).transpose() / sigma;
   Observation observation;
-  observation.seen = MatrixXd::Zero(left.rows(), values.size());
-  for (Index i = 0; i < n; ++i) observation.seen.col(observed[static_cast<std::size_t>(i)]) = left.col(i);
+  observation.projection = MatrixXd::Zero(left.rows(), values.size());
+  for (Index i = 0; i < n; ++i) observation.projection.col(observed[static_cast<std::size_t>(i)]) = left.col(i);
   observation.target = left * values(observed);
   observation.log_volume = static_cast<double>(left.rows()) * std::log(std::sqrt(2 * std::numbers::pi) * sigma);
   return observation;
@@ -59,15 +60,15 @@ struct Step {
 // Linearises, and says where the minimum of the linear problem is.
 Step linearise(const MatchingObjective& objective, const Observation& observation, Evaluation at) {
   Linearised here;
-  here.jacobian.noalias() = observation.seen * objective.endpoint_changes(at.path());
-  here.jacobian *= seen_unknowns(objective).asDiagonal();
+  here.jacobian.noalias() = observation.projection * objective.endpoint_changes(at.path());
+  here.jacobian *= observable_unknowns(objective).asDiagonal();
   const VectorXd residual = observation.residual(at.path().final().q);
-  here.surprise = residual + here.jacobian * at.z;
+  here.innovation = residual + here.jacobian * at.z;
   MatrixXd covariance = MatrixXd::Identity(observation.count(), observation.count());
   covariance.selfadjointView<Eigen::Lower>().rankUpdate(here.jacobian);
   const Eigen::LLT<MatrixXd> factors(covariance);
-  const VectorXd weighed = factors.solve(here.surprise);
-  const double least = 0.5 * here.surprise.dot(weighed);
+  const VectorXd weighed = factors.solve(here.innovation);
+  const double least = 0.5 * here.innovation.dot(weighed);
   here.cost = cost_of(at.z, residual);
   here.gain = here.cost - least;
   here.log_evidence = -least - MatrixXd(factors.matrixL()).diagonal().array().log().sum() - observation.log_volume;
@@ -79,14 +80,14 @@ Step linearise(const MatchingObjective& objective, const Observation& observatio
 
 }  // namespace
 
-VectorXd seen_unknowns(const MatchingObjective& objective) {
+VectorXd observable_unknowns(const MatchingObjective& objective) {
   const MatchingProblem& problem = objective.problem();
   const VectorXd eigenvalues = objective.basis().eigenvalues();  // of λK
   const double least = kSeen * std::pow(problem.lambda * problem.sigma / problem.grid.time, 2);
-  VectorXd seen = VectorXd::Ones(objective.unknowns());
+  VectorXd observable = VectorXd::Ones(objective.unknowns());
   for (Index i = 0; i < eigenvalues.size(); ++i)
-    if (eigenvalues[i] < least) seen[i] = 0;
-  return seen;
+    if (eigenvalues[i] < least) observable[i] = 0;
+  return observable;
 }
 
 Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const VectorXd& z) {
@@ -96,7 +97,7 @@ Linearised linearised_at(const MatchingObjective& objective, const Observation& 
 }
 
 Linearised find_match(const MatchingObjective& objective, const Observation& observation, VectorXd z) {
-  z.array() *= seen_unknowns(objective).array();
+  z.array() *= observable_unknowns(objective).array();
   std::optional<Evaluation> at = objective.evaluate(z);
   if (!at) at = objective.evaluate(VectorXd::Zero(z.size()));
   if (!at) throw InputError(kNoPath);

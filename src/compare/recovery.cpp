@@ -36,8 +36,9 @@ std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProble
                                    std::uint64_t seed) {
   const ForwardSamples drawn = draw_shapes(problem, 2 * shapes, seed);
   if (drawn.ends.cols() < shapes)
-    throw InputError(fmt::format("of {} shapes drawn from noise '{}' {} have a path; use more --steps or less noise",
-                                 drawn.drawn, problem.system.noise->spec(), drawn.ends.cols()));
+    throw InputError(
+        fmt::format("of {} shapes drawn from noise '{}', only {} could be computed; use more --steps or less noise",
+                    drawn.drawn, problem.system.noise->spec(), drawn.ends.cols()));
   std::vector<Landmarks> targets(static_cast<std::size_t>(shapes), source);
   for (int s = 0; s < shapes; ++s) {
     Landmarks& target = targets[static_cast<std::size_t>(s)];
@@ -76,7 +77,7 @@ std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vect
   std::vector<MatchingProblem> problems;
   for (const TrueModel& truth : truths) {
     if (!is_complete(truth.noise, source))
-      throw InputError(fmt::format("noise '{}' lacks numbers; shapes are drawn from a complete model", truth.noise));
+      throw InputError(fmt::format("noise '{}' lacks parameters; drawing shapes needs all of them", truth.noise));
     problems.push_back(problem_of(alone, truth, settings));
     RecoveryRow row{truth, std::vector<int>(candidates.size()), 0, 0, 0};
     const double with = mean_square(draw_shapes(problems.back(), kSamples, options.seed).ends, source.points);

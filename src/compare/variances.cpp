@@ -18,7 +18,7 @@ constexpr int kMostStepHalvings = 20;
 constexpr double kLongestStep = 2;   // of a logarithm
 constexpr double kLeastStep = 1e-5;  // step at which the search ends
 constexpr double kNothing = 1e-6;    // variance, of σ², mean over coordinates: no data would show it
-constexpr double kRidge = 1e-9;      // of the information, where numbers cannot be told apart
+constexpr double kRidge = 1e-9;      // added to the information where parameters cannot be distinguished
 
 struct Slope {
   double log_likelihood = 0;
@@ -30,14 +30,14 @@ struct Slope {
 struct ShapeModel {
   ShapeModel(const VarianceData& shape, const VectorXd& u) {
     MatrixXd covariance = shape.fixed;
-    VectorXd surprise = shape.surprise;
+    VectorXd innovation = shape.innovation;
     for (Index g = 0; g < u.size(); ++g) {
       covariance += std::exp(u[g]) * shape.groups[static_cast<std::size_t>(g)];
-      surprise -= (std::exp(u[g]) - 1) * shape.drifts[static_cast<std::size_t>(g)];
+      innovation -= (std::exp(u[g]) - 1) * shape.drifts[static_cast<std::size_t>(g)];
     }
     factors.compute(covariance);
-    weighed = factors.solve(surprise);
-    log_likelihood = -0.5 * surprise.dot(weighed) - factors.matrixLLT().diagonal().array().log().sum();
+    weighed = factors.solve(innovation);
+    log_likelihood = -0.5 * innovation.dot(weighed) - factors.matrixLLT().diagonal().array().log().sum();
   }
 
   Eigen::LLT<MatrixXd> factors;  // of C
@@ -55,26 +55,26 @@ Slope slope(const std::vector<VarianceData>& shapes, const VectorXd& u) {
   const Index groups = u.size();
   Slope all{0, VectorXd::Zero(groups), MatrixXd::Zero(groups + 1, groups + 1)};
   for (const VarianceData& shape : shapes) {
-    const Index n = shape.surprise.size();
+    const Index n = shape.innovation.size();
     const ShapeModel model(shape, u);
     all.log_likelihood += model.log_likelihood;
-    std::vector<MatrixXd> parts;  // C⁻¹ ∂C
-    std::vector<VectorXd> ways;   // −∂t
+    std::vector<MatrixXd> parts;   // C⁻¹ ∂C
+    std::vector<VectorXd> slopes;  // −∂t
     for (Index g = 0; g < groups; ++g) {
       const MatrixXd change = std::exp(u[g]) * shape.groups[static_cast<std::size_t>(g)];
-      ways.emplace_back(std::exp(u[g]) * shape.drifts[static_cast<std::size_t>(g)]);
+      slopes.emplace_back(std::exp(u[g]) * shape.drifts[static_cast<std::size_t>(g)]);
       parts.emplace_back(model.factors.solve(change));
       all.gradient[g] +=
-          0.5 * (model.weighed.dot(change * model.weighed) - parts.back().trace()) + model.weighed.dot(ways.back());
+          0.5 * (model.weighed.dot(change * model.weighed) - parts.back().trace()) + model.weighed.dot(slopes.back());
     }
     parts.emplace_back(model.factors.solve(MatrixXd::Identity(n, n)));
-    ways.emplace_back(VectorXd::Zero(n));
+    slopes.emplace_back(VectorXd::Zero(n));
     for (Index g = 0; g <= groups; ++g)
       for (Index h = 0; h <= g; ++h) {
         const auto a = static_cast<std::size_t>(g);
         const auto b = static_cast<std::size_t>(h);
         all.information(g, h) +=
-            0.5 * parts[a].cwiseProduct(parts[b].transpose()).sum() + ways[a].dot(model.factors.solve(ways[b]));
+            0.5 * parts[a].cwiseProduct(parts[b].transpose()).sum() + slopes[a].dot(model.factors.solve(slopes[b]));
       }
   }
   all.information = MatrixXd(all.information.selfadjointView<Eigen::Lower>());
@@ -88,7 +88,7 @@ VectorXd lower_ends(const std::vector<VarianceData>& shapes, Index groups) {
     Index count = 0;
     for (const VarianceData& shape : shapes) {
       trace += shape.groups[static_cast<std::size_t>(g)].trace();
-      count += shape.surprise.size();
+      count += shape.innovation.size();
     }
     ends[g] = trace > 0 ? std::log(kNothing * static_cast<double>(count) / trace) : 0;  // of nothing there is no less
   }

@@ -6,12 +6,12 @@
 
 namespace pulson {
 
-/// What one shape says of the variances of a linear model: t − Σ_g (e^{u_g} − 1) d_g ~ N(0, I + F + Σ_g e^{u_g} M_g).
+/// The data of one shape on the variances of a linear model: t − Σ_g (e^{u_g} − 1) d_g ~ N(0, I + F + Σ_g e^{u_g} M_g).
 struct VarianceData {
-  Eigen::VectorXd surprise;             ///< t
+  Eigen::VectorXd innovation;           ///< t
   Eigen::MatrixXd fixed;                ///< I + F
   std::vector<Eigen::MatrixXd> groups;  ///< M_g
-  std::vector<Eigen::VectorXd> drifts;  ///< d_g: noise whose strength depends on the place also moves the mean
+  std::vector<Eigen::VectorXd> drifts;  ///< d_g: noise whose strength depends on position also shifts the mean
 };
 
 /// The logarithms u_g of greatest likelihood.
@@ -20,7 +20,7 @@ struct VarianceFit {
   Eigen::MatrixXd information;        ///< Fisher's, of u, and last of log σ², of which everything here is in units
   Eigen::MatrixXd first_information;  ///< the same at u = 0
   double log_likelihood = 0;          ///< but for the constant
-  Eigen::Array<bool, Eigen::Dynamic, 1> vanishes;  ///< e^{u_g} M_g is nothing beside I
+  Eigen::Array<bool, Eigen::Dynamic, 1> vanishes;  ///< e^{u_g} M_g is negligible relative to I
 };
 
 /// By Fisher scoring from u = 0, steps halved until the likelihood rises.

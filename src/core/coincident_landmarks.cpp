@@ -27,16 +27,15 @@ Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vec
 
 std::string merged_note(const Landmarks& shape, int first, int second, const std::string& shapes) {
   const bool closes = first == 0 && second == shape.count() - 1;
-  return fmt::format("{}: landmarks {} and {} are at the same place{}{} and taken as one{}", shape.source,
+  return fmt::format("{}: landmarks {} and {} are at the same position{}{} and are merged{}", shape.source,
                      shape.describe(first), shape.describe(second), shapes.empty() ? "" : " ", shapes,
                      closes ? ": a closed outline" : "");
 }
 
 std::string coincident_error(const Landmarks& shape, int first, int second, const Landmarks& other) {
   return fmt::format(
-      "{}: landmarks {} and {} are at the same place, and apart in {}, where no flow can take them: take them as one "
-      "by "
-      "--merge-coincident, or leave one out of every file",
+      "{}: landmarks {} and {} are at the same position, but apart in {}, which no flow can reach: merge them with "
+      "--merge-coincident, or omit one from every file",
       shape.source, shape.describe(first), shape.describe(second), other.source);
 }
 

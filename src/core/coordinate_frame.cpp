@@ -35,8 +35,8 @@ Landmarks in_frame_of(const Landmarks& frame, const Landmarks& shape, std::vecto
   Landmarks result = shape;
   if (differ(frame.axes, shape.axes) && shape.dimension() >= 2) {
     change_points(result, [](Points& points) { points.topRows(2) *= -1; });
-    notes.push_back(fmt::format("{}: its axes are {}, those of {} {}; converted by the signs of x and y", shape.source,
-                                shape.axes, frame.source, frame.axes));
+    notes.push_back(fmt::format("{}: its axes are {}, those of {} {}; converted by changing the signs of x and y",
+                                shape.source, shape.axes, frame.source, frame.axes));
   }
   if (differ(frame.units, shape.units)) {
     const auto from = metres(shape.units), to = metres(frame.units);

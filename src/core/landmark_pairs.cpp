@@ -54,14 +54,14 @@ std::string of_kind(const Landmarks& shape) { return shape.labels.empty() ? "num
 // @param common landmarks that have the same name in both, none where one has no names
 LandmarkPairs pairs_by_order(const Landmarks& first, const Landmarks& other, std::optional<int> common) {
   if (first.count() != other.count())
-    throw InputError(fmt::format(
-        "the shapes have different numbers of landmarks: {} has {}, {} has {}; {}{}", first.source, first.count(),
-        other.source, other.count(),
-        common ? fmt::format(
-                     "{} of their {} are in both, and landmarks pair by these where half of the smaller shape's are",
-                     *common == 0 ? "none" : fmt::format("only {}", *common), of_kind(first))
-               : "landmarks need the same ones in both, or labels or numbers that say which belong together",
-        first.dimension() > 1 ? " (outlines without correspondence: --data varifold)" : ""));
+    throw InputError(
+        fmt::format("the shapes have different numbers of landmarks: {} has {}, {} has {}; {}{}", first.source,
+                    first.count(), other.source, other.count(),
+                    common ? fmt::format("{} of their {} are in both, and landmarks are paired by these only where "
+                                         "half of the smaller shape's are",
+                                         *common == 0 ? "none" : fmt::format("only {}", *common), of_kind(first))
+                           : "both need the same landmarks, or labels or numbers that say which correspond",
+                    first.dimension() > 1 ? " (outlines without correspondence: --data varifold)" : ""));
   std::vector<int> all(static_cast<std::size_t>(first.count()));
   std::iota(all.begin(), all.end(), 0);
   return {all, all};
@@ -84,11 +84,11 @@ LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std
   const int smaller = std::min(first.count(), other.count());
   if (common < std::min(kFewestCommon, smaller) || common < kLeastCommon * smaller) {
     if (!elsewhere.empty() && first.count() == other.count())
-      notes.push_back(
-          fmt::format("{} and {}: the landmark {} is at different places and most other labels differ; landmarks are "
-                      "paired by their "
-                      "order",
-                      first.source, other.source, elsewhere));
+      notes.push_back(fmt::format(
+          "{} and {}: the landmark {} is in different positions and most other labels differ; landmarks are "
+          "paired by their "
+          "order",
+          first.source, other.source, elsewhere));
     return pairs_by_order(first, other, common);
   }
   std::sort(found.begin(), found.end());
@@ -98,8 +98,9 @@ LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std
     pairs.other.push_back(b);
   }
   if (!std::is_sorted(pairs.other.begin(), pairs.other.end()))
-    notes.push_back(fmt::format("{}: its landmarks are in another order than those of {}; they are paired by their {}",
-                                other.source, first.source, of_kind(first)));
+    notes.push_back(
+        fmt::format("{}: its landmarks are in a different order from those of {}; they are paired by their {}",
+                    other.source, first.source, of_kind(first)));
   note_left_out(first, pairs.first, other, notes);
   note_left_out(other, pairs.other, first, notes);
   return pairs;

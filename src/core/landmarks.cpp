@@ -37,14 +37,14 @@ std::vector<Eigen::Index> complete_columns(const Points& points) {
 
 Points complete_points(const Points& points) { return points(Eigen::all, complete_columns(points)); }
 
-// Along which complete points spread most.
+// The axis with the largest extent of the complete points.
 Eigen::Index longest_axis(const Points& complete) {
   Eigen::Index axis = 0;
   (complete.rowwise().maxCoeff() - complete.rowwise().minCoeff()).maxCoeff(&axis);
   return axis;
 }
 
-// Calls f(a, b), a < b, for all points that are no further apart than `tolerance` times the diameter.
+// Calls f(a, b), a < b, for all points at most `tolerance` times the diameter apart.
 template <class Function>
 void for_each_coincident(const Points& points, double tolerance, const Function& f) {
   const double limit = tolerance * diameter(points);

@@ -169,12 +169,13 @@ Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, st
 std::string Parameters::in_length_units(const ParameterInfo& parameter, const std::string& value,
                                         double diameter) const {
   if (!parameter.is_length)
-    throw InputError(fmt::format("{} is {}; it is no length, so that per cent of a diameter have no meaning for it",
+    throw InputError(fmt::format("{} is {}; it is not a length, so a percentage of the diameter has no meaning for it",
                                  describe(parameter.name), quoted_line(value)));
   const Length length = Length::parse(value, describe(parameter.name));
   if (!(diameter > 0))
-    throw InputError(fmt::format("{} is {}, per cent of a diameter, and there is no shape with two landmarks apart",
-                                 describe(parameter.name), quoted_line(value)));
+    throw InputError(
+        fmt::format("{} is {}, a percentage of the diameter, but there is no shape with two distinct landmarks",
+                    describe(parameter.name), quoted_line(value)));
   return fmt::format("{}", length.in(diameter));
 }
 

@@ -140,7 +140,7 @@ bool is_missing(std::string_view text) {
 }
 
 bool is_number(std::string_view text) {
-  // The first letter tells most words, and exceptions take long where a header names 100,000 columns
+  // The first letter decides for most words, and exceptions take long where a header names 100,000 columns
   if (text.empty() || std::string_view("+-.0123456789iInN").find(text.front()) == std::string_view::npos) return false;
   try {
     parse_number(text, "");

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 constexpr const char* kFfmpeg = "ffmpeg";
 constexpr const char* kNoFfmpeg = "animations need ffmpeg; install the package ffmpeg";
 
-/// What ffmpeg is told for the extension of a file.
+/// The options of ffmpeg for the extension of a file.
 struct Format {
   std::string_view extension;
   std::vector<std::string> arguments;
@@ -70,7 +70,7 @@ void check_numbers(const fs::path& file, int width, int height, double frames_pe
 }
 
 /// The last line of what ffmpeg printed that says what is wrong.
-std::string complaint(std::string_view text) {
+std::string ffmpeg_error(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n";
   while (true) {
     text = text.substr(0, text.find_last_not_of(kBlanks) + 1);
@@ -143,7 +143,7 @@ struct Animation::Encoder {
     input.close();
   }
 
-  /// Whether ffmpeg took them all; errno tells why not.
+  /// Whether ffmpeg took them all; errno says why not.
   bool send(const std::vector<std::uint8_t>& bytes) const {
     for (std::size_t sent = 0; sent < bytes.size();) {
       const ssize_t count = ::send(frames.number(), bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
@@ -156,7 +156,7 @@ struct Animation::Encoder {
   /// Tells ffmpeg that there are no more frames, and waits for it.
   void wait() {
     frames.close();
-    if (!program->wait()) throw InputError("ffmpeg failed: " + complaint(program->printed()));
+    if (!program->wait()) throw InputError("ffmpeg failed: " + ffmpeg_error(program->printed()));
   }
 
   fs::path file, target{}, temporary{};

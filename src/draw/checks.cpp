@@ -28,7 +28,7 @@ void Checks::incomplete_shape(const Landmarks& shape, Eigen::Index rows, const s
   const auto is_missing = shape.points.array().isNaN();
   points(is_missing.select(0, shape.points), rows, what);
   if (shape.count() == 0) refuse(fmt::format("{} has no landmarks", what));
-  if (is_missing.all()) refuse(fmt::format("{} misses all of its coordinates", what));
+  if (is_missing.all()) refuse(fmt::format("{} has no coordinates", what));
   if (!shape.groups.empty() && shape.groups.size() != static_cast<std::size_t>(shape.count()))
     refuse(fmt::format("{} has {} group names for {} landmarks", what, shape.groups.size(), shape.count()));
 }

@@ -126,7 +126,7 @@ bool is_whole(const fs::path& path) {
 
 void require_written(std::string_view program, const fs::path& temporary, const fs::path& file) {
   if (is_whole(temporary)) return;
-  // Programs for pictures do not tell that a disk is full, and leave what they had.
+  // Picture programs do not report a full disk, and leave what they had.
   std::error_code failure;
   constexpr std::uintmax_t kNearlyNothing = 65536;
   if (const fs::space_info space = fs::space(temporary.parent_path(), failure);

@@ -22,7 +22,7 @@ constexpr const char* kNoGnuplot =
     "gnuplot was not found; install it (Debian: gnuplot-nox) or put the folder that holds it on PATH";
 
 /// gnuplot prints the offending line, a caret and then `"/dev/stdin" line N: message`, which is what a user can act on.
-std::string complaint(const std::string& text) {
+std::string gnuplot_error(const std::string& text) {
   const std::string mark = "\"/dev/stdin\" ";
   const std::size_t place = text.find(mark);
   const std::size_t begin = place == std::string::npos ? text.find_first_not_of(" \t\n^") : place + mark.size();
@@ -37,7 +37,7 @@ void run_script(const std::string& script) {
   std::rewind(input.get());
   // -d: without the user's own start-up file. Named as a file, standard input is read three times as fast.
   picture::ChildProcess gnuplot({kGnuplot, "-d", "/dev/stdin"}, fileno(input.get()), kNoGnuplot);
-  if (!gnuplot.wait()) throw InputError("gnuplot failed: " + complaint(gnuplot.printed()));
+  if (!gnuplot.wait()) throw InputError("gnuplot failed: " + gnuplot_error(gnuplot.printed()));
 }
 
 }  // namespace

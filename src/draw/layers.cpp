@@ -19,7 +19,7 @@ constexpr Eigen::Index kMostNumbers = 60;
 }  // namespace
 
 const Colour& group_colour(std::size_t group) {
-  // Blue, raspberry, green, violet: told apart in colour blindness and from the orange target.
+  // Blue, raspberry, green, violet: distinguishable in colour blindness and from the orange target.
   static const std::array<Colour, kGroupColours> kColours = {colour::kSource, "#B03A63", "#2F8F6B", "#7D5BA6"};
   return kColours.at(group % kColours.size());
 }

@@ -25,7 +25,7 @@ struct Marks {
 /// where there is one group, else of their group's.
 void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour);
 
-/// The numbers of the landmarks, from 1, beside their marks, where these are few enough to be told apart.
+/// The numbers of the landmarks, from 1, beside their marks, where they are few enough to be legible.
 void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers = {});
 
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
@@ -49,7 +49,7 @@ void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure);
 
 inline constexpr std::size_t kGroupColours = 4;
 
-/// Told apart in colour blindness; they repeat after `kGroupColours`.
+/// Distinguishable in colour blindness; they repeat after `kGroupColours`.
 const Colour& group_colour(std::size_t group);
 
 /// Colour of landmark a where each has its own: ordered by position at the start.

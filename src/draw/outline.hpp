@@ -24,8 +24,8 @@ struct Figure {
   double spacing;  // of the marked landmarks: median pixels to the nearest other, infinite for one alone
 };
 
-/// Chooses the figure of a shape that is drawn at `scale` pixels per length unit. Landmarks that miss a coordinate are
-/// left out.
+/// Chooses the figure of a shape that is drawn at `scale` pixels per length unit. Landmarks that have a missing
+/// coordinate are left out.
 Figure plan_figure(const Landmarks& shape, double scale);
 
 /// The figure without marks at some of its landmarks; outlines pass from one of their neighbours to the other. Sizes of

@@ -24,7 +24,7 @@ TimePanels line_panels(const PathPicture& picture, bool momenta, std::size_t col
 TimePanels component_panels(const PathPicture& picture);
 
 /// The colour of each landmark: on a line by position at the start. In the plane and in space, where time has that
-/// palette, few landmarks are told apart by the colours of groups.
+/// palette, few landmarks have the colours of groups.
 std::vector<Colour> landmark_colours(const PathPicture& picture);
 
 /// Each landmark in its colour, named by its label or by its number; of many, the scale of colours.

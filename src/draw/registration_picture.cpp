@@ -27,7 +27,7 @@ std::vector<const Points*> addresses(const std::vector<const std::vector<Points>
   return result;
 }
 
-/// The corners of the box around source and target, without points that miss a coordinate.
+/// The corners of the box around source and target, without points that have a missing coordinate.
 Points corners_of_shapes(const RegistrationPicture& picture) {
   const Points& source = picture.source.points;
   const Points& target = picture.target.points;

@@ -99,7 +99,7 @@ void Ensemble::resume(EnsembleSums sums) {
               sums.pair_moments.size() == sums_.pair_moments.size() &&
               static_cast<std::int64_t>(sums.states.size()) == sums.samples * options_.kept_numbers(start_);
   if (fits && sums.samples > 0) fits = records_fit(sums, options_, static_cast<std::size_t>(2 * start_.q.size()));
-  if (!fits) throw InputError("the saved sums are not of this ensemble");
+  if (!fits) throw InputError("the saved sums belong to another ensemble");
   sums_ = std::move(sums);
 }
 

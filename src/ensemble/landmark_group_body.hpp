@@ -23,10 +23,10 @@ namespace pulson {
 namespace HWY_NAMESPACE {
 
 // The state, from the batch and back to it, its noise and its hard steps.
-class LandmarkGroup : public LandmarkLayout {
+class LaneState : public LaneStorage {
  public:
-  LandmarkGroup(const LandmarkModel& model, LandmarkBatch& batch, std::size_t first_lane)
-      : LandmarkLayout(model, batch), batch_(batch), first_lane_(first_lane), normal_lanes_(model.seed) {
+  LaneState(const LandmarkModel& model, LandmarkBatch& batch, std::size_t first_lane)
+      : LaneStorage(model, batch), batch_(batch), first_lane_(first_lane), normal_lanes_(model.seed) {
     for (std::size_t i = 0; i < coordinates_; ++i) {
       for (int v = 0; v < kVectors; ++v) {
         const std::size_t at = InBatch(i, v);

@@ -31,10 +31,10 @@ namespace HWY_NAMESPACE {
 //
 // A lane whose corrections do not halve is hard, and so are those that have turned a pair of landmarks too far.
 template <int d, class Kernel>
-class LandmarkSolver : public LandmarkGroup {
+class LaneStepper : public LaneState {
  public:
-  LandmarkSolver(const LandmarkModel& model, LandmarkBatch& batch, std::size_t first_lane)
-      : LandmarkGroup(model, batch, first_lane), kernel_(model.terms) {}
+  LaneStepper(const LandmarkModel& model, LandmarkBatch& batch, std::size_t first_lane)
+      : LaneState(model, batch, first_lane), kernel_(model.terms) {}
 
   HWY_INLINE void Solve() {
     Guess();
@@ -205,7 +205,7 @@ class LandmarkSolver : public LandmarkGroup {
 template <int d, class Kernel>
 void AdvanceWith(const LandmarkModel& model, LandmarkBatch& batch, std::uint32_t first, std::uint32_t last) {
   for (std::size_t lane = 0; lane < kPathBatch; lane += hn::Lanes(FloatTag())) {
-    LandmarkSolver<d, Kernel> solver(model, batch, lane);
+    LaneStepper<d, Kernel> solver(model, batch, lane);
     for (std::uint32_t step = first; step < last; ++step) {
       if (step == first || step % 4 == 0) solver.DrawBlock(step / 4);
       solver.Begin(step);

@@ -44,9 +44,9 @@ class Largest {
 // As many paths as a vector has floats, in kVectors vectors of doubles. Arrays of doubles hold all coordinates of the
 // first vector, then those of the next, so that sums stream through them; arrays of floats hold the lanes of the first
 // coordinate, then those of the next. Both are in the units of the model.
-class LandmarkLayout {
+class LaneStorage {
  protected:
-  LandmarkLayout(const LandmarkModel& model, LandmarkBatch& batch)
+  LaneStorage(const LandmarkModel& model, LandmarkBatch& batch)
       : model_(model), coordinates_(model.dimension * model.count) {
     const std::size_t array = coordinates_ * Lanes();
     const std::size_t channels = model_.channels * Lanes();

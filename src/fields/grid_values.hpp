@@ -31,7 +31,7 @@ struct GridBytes {
   std::string_view bytes;
   const GridNumberType& type;
   bool is_big_endian;
-  bool is_compressed;  ///< as a zlib or gzip stream, which one the bytes tell
+  bool is_compressed;  ///< as a zlib or gzip stream, which one follows from the bytes
 };
 
 /// All numbers of a grid. @throws InputError that names `path`, before anything is allocated, if the bytes cannot be of

@@ -21,7 +21,7 @@ GridHeader take_meta_header(const std::string& path, std::string_view& text) {
     if (trim(entry).empty()) continue;
     const std::size_t equals = entry.find('=');
     if (equals == std::string_view::npos)
-      fail(path, line, in_quotes(entry) + " stands in the header; 'Key = value' is needed");
+      fail(path, line, in_quotes(entry) + " is in the header; 'Key = value' is needed");
     header.add(line, trim(entry.substr(0, equals)), entry.substr(equals + 1));
     if (header.find({"ElementDataFile"}) != nullptr) break;
   }

@@ -26,7 +26,7 @@ GridHeader take_nrrd_header(const std::string& path, std::string_view& text) {
     const std::size_t colon = entry.find(':');
     if (entry.starts_with('#') || entry.substr(std::min(colon, entry.size())).starts_with(":=")) continue;
     if (colon == std::string_view::npos)
-      fail(path, line, in_quotes(entry) + " stands in the header; 'field: value' is needed");
+      fail(path, line, in_quotes(entry) + " is in the header; 'field: value' is needed");
     header.add(line, entry.substr(0, colon), entry.substr(colon + 1));
   }
 }
@@ -77,7 +77,7 @@ void check_space(const GridHeader& header, int d) {
       header.refuse(*dimension, fmt::format("the grid has {} axes in space", d));
   }
   if (const HeaderEntry* const minima = header.find({"axis mins", "axismins"}))
-    header.refuse(*minima, "places are read from space origin and space directions");
+    header.refuse(*minima, "positions are read from space origin and space directions");
 }
 
 /// `before` the axes of space there are so many others, 0 or 1.
@@ -107,7 +107,8 @@ void check_frame(const GridHeader& header, std::size_t d) {
   const auto columns = vectors(header, *frame, d);
   for (std::size_t k = 0; k < columns.size(); ++k)
     for (std::size_t i = 0; i < columns[k].size(); ++i)
-      if (columns[k][i] != (i == k ? 1 : 0)) header.refuse(*frame, "vectors are read in the identity's frame only");
+      if (columns[k][i] != (i == k ? 1 : 0))
+        header.refuse(*frame, "vectors are read only in the frame of the identity");
 }
 
 GridBytes bytes_of_nrrd(const GridHeader& header, std::string_view text) {

@@ -16,7 +16,7 @@ namespace pulson {
 namespace {
 
 constexpr int kLeastGrids = 2;
-constexpr int kUsualGrids = 3;  // two changes, from which an order is seen
+constexpr int kUsualGrids = 3;  // two changes, which show an order
 constexpr int kMostGrids = 8;
 
 // Node values times steps of the largest grid that is still solved: about ten minutes.

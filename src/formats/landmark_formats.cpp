@@ -68,7 +68,7 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
        R"("image": "a.jpg", "scale": 0.1, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
        R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
-       R"(properties are [["COMMENT", "old"]] where their order matters; also one shape alone, its points alone, )"
+       R"(properties are [["COMMENT", "old"]] where their order matters; also a single shape, its points only, )"
        "a list of such lists, or registration.json as shapes source, target and result",
        io::sniff_json,
        io::read_json,
@@ -194,7 +194,7 @@ const LandmarkFormat& format_named(std::string_view name) {
   const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& row) { return row.name == name; });
   if (found != formats.end()) return *found;
   const std::string near = nearest_name(name, names_of_formats());
-  throw InputError(fmt::format("'{}' is no landmark format{}; valid: {}", name,
+  throw InputError(fmt::format("'{}' is not a landmark format{}; valid: {}", name,
                                near.empty() ? "" : "; did you mean '" + near + "'",
                                fmt::join(names_of_formats(), ", ")));
 }
@@ -217,7 +217,7 @@ const LandmarkFormat& find_format(const std::filesystem::path& path, std::string
   if (!is_unknown) return *by_content;
   if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
   if (is_image(contents)) throw InputError(path.string() + " is an image; landmarks are needed");
-  throw InputError(fmt::format("{} is in none of the landmark formats ({}); it begins with {}", path.string(),
+  throw InputError(fmt::format("{} is not in any of the landmark formats ({}); it begins with {}", path.string(),
                                fmt::join(names_of_formats(), ", "), first_line(contents)));
 }
 
@@ -268,11 +268,12 @@ const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path
     writable.push_back(format.name);
   }
   if (name.empty())
-    throw InputError(fmt::format("{}: the extension '{}' is of no landmark format that can be written ({}); name one",
-                                 path.string(), extension_of(path), fmt::join(writable, ", ")));
+    throw InputError(
+        fmt::format("{}: the extension '{}' is not of a landmark format that can be written ({}); name one",
+                    path.string(), extension_of(path), fmt::join(writable, ", ")));
   const std::string near = nearest_name(name, writable);
-  throw InputError(fmt::format("{}: '{}' is no landmark format that can be written{}; valid: {}", path.string(), name,
-                               near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(writable, ", ")));
+  throw InputError(fmt::format("{}: '{}' is not a landmark format that can be written{}; valid: {}", path.string(),
+                               name, near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(writable, ", ")));
 }
 
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
@@ -300,7 +301,7 @@ LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadO
   }
   if (!options.columns.empty() && format.name != "csv")
     file.warnings.push_back(
-        fmt::format("{}: it is no table but {}; the names of columns are not used", path.string(), format.name));
+        fmt::format("{}: it is not a table but {}; the names of columns are not used", path.string(), format.name));
   if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
   name_shapes(path, file.shapes);
   if (options.negative_is_missing)
@@ -308,7 +309,7 @@ LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadO
   else if (const std::size_t marks = count_missing_marks(file.shapes); marks > 0)
     file.warnings.push_back(fmt::format(
         "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "
-        "--missing negative tells them apart",
+        "--missing negative distinguishes them",
         path.string(), io::counted(marks, "landmark")));
   return file;
 }

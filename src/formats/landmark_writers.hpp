@@ -1,6 +1,6 @@
 #pragma once
 
-// What the writers of landmark formats share: which shapes they refuse, what they tell of the rest, and texts of
+// What the writers of landmark formats share: which shapes they refuse, what they report of the rest, and texts of
 // points.
 
 #include <cstddef>
@@ -31,7 +31,7 @@ struct HeldParts {
   bool axes = false;
 };
 
-// ---- what is told
+// ---- notes
 
 /// "a.tps: tps cannot hold labels"
 std::string cannot_hold(const Target& target, std::string_view what);
@@ -50,7 +50,7 @@ void add_once(std::vector<std::string>& losses, const std::string& line);
 /// differs.
 std::string one_line(std::string text, bool& is_changed);
 
-/// What is told where one_line changed a text.
+/// The note where one_line changed a text.
 std::string cannot_hold_breaks(const Target& target);
 
 // ---- what is refused, by an InputError
@@ -63,7 +63,7 @@ const Landmarks& require_one_shape(const Target& target, const LandmarkFile& fil
 void require_landmarks(const Target& target, const Landmarks& shape);
 void require_plane_or_space(const Target& target, const Landmarks& shape);
 
-/// Refuses landmarks that miss a coordinate.
+/// Refuses landmarks that have a missing coordinate.
 void require_complete(const Target& target, const Landmarks& shape);
 
 // ---- points

@@ -48,7 +48,7 @@ bool give_lines_back(Landmarks& shape) {
 
 std::string taken_as_landmarks(std::size_t shapes) {
   return counted(shapes, "shape") +
-         " without landmarks: the points of curves and outlines are taken as such, a group for each";
+         " without landmarks: the points of curves and outlines are taken as landmarks, one group for each";
 }
 
 namespace {

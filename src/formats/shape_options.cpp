@@ -39,7 +39,7 @@ void scale_points(const Landmarks& shape, Points& points) {
 }
 
 void apply_scale(Landmarks& shape) {
-  if (!shape.scale) throw InputError(shape.source + " has no scale that its coordinates could be multiplied by");
+  if (!shape.scale) throw InputError(shape.source + " has no scale to multiply its coordinates by");
   if (!(*shape.scale > 0))
     throw InputError(fmt::format("{}: its scale is {}; a number greater than 0 is needed", shape.source, *shape.scale));
   scale_points(shape, shape.points);
@@ -119,8 +119,8 @@ class LandmarkList {
     const std::string near = nearest_name(std::string(item), shape_.labels);
     const std::string advice = !near.empty() ? "did you mean '" + near + "'?"
                                : shape_.labels.empty()
-                                   ? "it has no labels, and a number or a range such as 1-20 is right"
-                                   : "a label, a number or a range such as 1-20 is right";
+                                   ? "it has no labels, and a number or a range such as 1-20 is expected"
+                                   : "a label, a number or a range such as 1-20 is expected";
     throw InputError(fmt::format("{} has no landmark {}; {}", shape_.source, in_quotes(item), advice));
   }
 
@@ -178,7 +178,7 @@ void add_points_of_curves(Landmarks& shape, int count) {
 void require_curves(const LandmarkFile& file) {
   const auto has_some = [](const Landmarks& shape) { return !shape.curves.empty() || !shape.outlines.empty(); };
   if (!file.shapes.empty() && std::none_of(file.shapes.begin(), file.shapes.end(), has_some))
-    throw InputError(file.shapes.front().source + " has no curves or outlines that points could be taken of");
+    throw InputError(file.shapes.front().source + " has no curves or outlines to take points from");
 }
 
 void withdraw(LandmarkFile& file, const std::string& path, const std::string& note) {

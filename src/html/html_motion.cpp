@@ -71,7 +71,7 @@ Box box_of(const ReportMotion& motion) {
   Box box{Eigen::VectorXd::Constant(d, infinity), Eigen::VectorXd::Constant(d, -infinity)};
   for (const Points& frame : motion.frames) box.include(frame);
   box.include(motion.target.points);
-  // Where the map folds, the grid may leave the page; the place where it begins is seen.
+  // Where the map folds, the grid may leave the page; the position where it begins is visible.
   if (!motion.grid.empty()) box.include(motion.grid.front());
   const double side = (box.high - box.low).maxCoeff();
   check(std::isfinite(side), "a motion is too large to be shown");

@@ -19,7 +19,7 @@ using html::escaped;
 
 constexpr std::size_t kLongCell = 48;  // bytes, above which the text of a cell may be broken into lines
 
-/// A verdict has its own sign and word, so that colour is not all that tells it from others.
+/// A verdict has its own sign and word, so that it is not distinguished by colour only.
 struct VerdictLook {
   std::string_view style, sign, words;
 };

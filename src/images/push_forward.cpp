@@ -178,7 +178,7 @@ class Pusher {
     places.single = {band.width, band.rows, {}};
     places.single.places.reserve(static_cast<std::size_t>(band.width) * static_cast<std::size_t>(band.rows));
     std::vector<RasterBand> sheets;
-    if (over_ == Over::kAverage)
+    if (over_ == SheetOrder::kAverage)
       for (int n = 0; n < coverage(band).max_multiplicity; ++n) sheets.push_back(raster_.sheet(index, n));
     for (int y = 0; y < band.rows; ++y)
       for (int x = 0; x < band.width; ++x) {
@@ -261,7 +261,7 @@ class Pusher {
   }
 
   Image source_;
-  Over over_;
+  SheetOrder over_;
   PushOptions options_;
   MeshRaster raster_;
   PushedImage result_;

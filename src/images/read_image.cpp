@@ -70,7 +70,7 @@ Image read_image(const std::filesystem::path& path) {
     throw InputError(failure + "it is " + tiff->unreadable + ", which is not read; save it as a png");
   const cv::Mat pixels = images::is_cut_jpeg(bytes) ? cv::Mat() : decode(bytes, failure);
   if (pixels.empty() && has_signature(bytes)) throw InputError(failure + "the image is damaged or cut off");
-  if (pixels.empty()) throw InputError(failure + "it is no image; it must be a png, jpg, tif, bmp, pgm or ppm");
+  if (pixels.empty()) throw InputError(failure + "it is not an image; it must be a png, jpg, tif, bmp, pgm or ppm");
   Image image = from_opencv(pixels, failure);
   if (tiff && tiff->is_premultiplied && image.has_alpha()) images::unpremultiply(image);
   return image;

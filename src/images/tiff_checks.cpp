@@ -58,7 +58,7 @@ class TiffTags {
   std::map<std::size_t, std::size_t> values_;
 };
 
-/// As OpenCV 4.6 was seen to do: 8 bits go through libtiff's RGBA interface, more are taken as they lie in the file.
+/// Observed of OpenCV 4.6: 8 bits go through libtiff's RGBA interface, more are taken as they lie in the file.
 std::string why_unreadable(const TiffTags& tags) {
   const bool is_raw = tags.value(kBits, 1) > 8;
   if (tags.value(kSamples, 1) == 2) return "a tif of two channels (grey and alpha)";

@@ -154,7 +154,7 @@ class NewtonBranch {
     return Eigen::PartialPivLU<Eigen::MatrixXd>(matrix);
   }
   bool accept(const Points& x) {
-    if (!map_.may_follow(x_, x)) return false;
+    if (!map_.on_same_branch(x_, x)) return false;
     x_ = x;
     return true;
   }
@@ -168,10 +168,10 @@ class NewtonBranch {
 }  // namespace
 
 ImplicitRoot solve_implicit(const ImplicitMap& map, const Points& c, RootSearch search) {
-  const Measure measure(map.terms_size());
+  const Measure measure(map.rounding_scale());
   const Iterated fixed =
       iterate(c, measure, map.contraction(), [&](const Points& x) -> Points { return c + map.value(x); });
-  if (fixed.converged && map.may_follow(c, fixed.x)) return {fixed.x, true, false, fixed.contraction};
+  if (fixed.converged && map.on_same_branch(c, fixed.x)) return {fixed.x, true, false, fixed.contraction};
   if (search == RootSearch::kContracting) return {fixed.x, false, false, fixed.contraction};
 
   NewtonBranch branch(map, c, measure);

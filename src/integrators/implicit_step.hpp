@@ -18,13 +18,13 @@ class ImplicitMap {
   /// ∂F/∂x, index column·d + axis.
   virtual Eigen::MatrixXd jacobian(const Points& x) const = 0;
 
-  /// What the terms of F add up to at most, one number for each block: their rounding is that of x.
-  virtual Eigen::VectorXd terms_size() const = 0;
+  /// A bound on the terms of F, one number for each block: it sets the rounding error of x.
+  virtual Eigen::VectorXd rounding_scale() const = 0;
 
-  /// Whether roots at two values of s may be on one branch.
-  virtual bool may_follow(const Points& /*before*/, const Points& /*after*/) const { return true; }
+  /// Whether roots at two values of s can lie on the same branch.
+  virtual bool on_same_branch(const Points& /*before*/, const Points& /*after*/) const { return true; }
 
-  /// The ratio of successive corrections from which on the fixed-point iteration is not trusted.
+  /// The ratio of successive corrections above which the fixed-point iteration is not trusted.
   virtual double contraction() const { return 0.9; }
 };
 
@@ -39,10 +39,10 @@ struct ImplicitRoot {
 /// Solves x = c + F(x) to round-off.
 ///
 /// The fixed-point iteration from x = c is used while each correction is at most `contraction` of the one before, and
-/// its limit is taken if it may follow c. Where it is not, Newton follows the root from s = 0 to 1; a step in s is
-/// accepted if Newton's correction is small beside the predicted move, the determinant of I − sF' is positive and the
-/// roots may follow each other. Where that fails the branch ends (or its end cannot be told from it) and `found` is
-/// false.
+/// its limit is accepted if it is on the same branch as c. Where it is not, Newton follows the root from s = 0 to 1; a
+/// step in s is accepted if Newton's correction is small relative to the predicted move, the determinant of I − sF' is
+/// positive and the roots are on the same branch. Where that fails the branch ends, or cannot be distinguished from its
+/// end, and `found` is false.
 ImplicitRoot solve_implicit(const ImplicitMap& map, const Points& c, RootSearch search);
 
 /// Solves (I − J)x = b, x in blocks as those of ImplicitMap: by the fixed-point iteration while it contracts, else by

@@ -32,7 +32,7 @@ Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseStat
          system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols())));
   if (increments.rows() > 0 && !traits().noise)
     throw InputError(
-        fmt::format("integrator '{}' is for no noise, and the noise is '{}'", name(), system.noise->spec()));
+        fmt::format("integrator '{}' takes no noise, and the noise is '{}'", name(), system.noise->spec()));
   const MatrixXd w = acting(increments);
   Trajectory path;
   path.integrator = name();
@@ -48,7 +48,7 @@ Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseStat
     path.contraction_measured = std::max(path.contraction_measured, outcome.contraction);
     path.continuation_steps += outcome.continued ? 1 : 0;
     path.states.push_back(std::move(outcome.end));
-    if (outcome.inner.size() > 0) path.inner.push_back(std::move(outcome.inner));
+    if (outcome.stage_momenta.size() > 0) path.stage_momenta.push_back(std::move(outcome.stage_momenta));
   }
   return path;
 }

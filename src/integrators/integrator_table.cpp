@@ -21,8 +21,8 @@ const NameTable<MakeIntegrator>& integrator_table() {
         []() -> Made { return std::make_unique<VariationalIntegrator>(true); }},
        {"variational-paper",
         {},
-        "(20) as printed: another equation where noise moves positions and momenta together (p-sd but for constant "
-        "fields, ch-sd-screened), else the same as variational",
+        "(20) as printed: solves a different equation where noise moves positions and momenta together "
+        "(ch-sd-screened, and p-sd except with constant fields), else the same as variational",
         []() -> Made { return std::make_unique<VariationalIntegrator>(false); }},
        {"variational-2",
         {},
@@ -39,9 +39,9 @@ const NameTable<MakeIntegrator>& integrator_table() {
         []() -> Made { return std::make_unique<RungeKuttaIntegrator>(heun_tableau()); }},
        {"rk4",
         {},
-        "classical Runge-Kutta of order 4, for no noise: explicit, not symplectic",
+        "classical Runge-Kutta of order 4, without noise only: explicit, not symplectic",
         []() -> Made { return std::make_unique<RungeKuttaIntegrator>(rk4_tableau()); }},
-       {"stormer-verlet", {}, "for no noise: symplectic, reversible, of order 2", []() -> Made {
+       {"stormer-verlet", {}, "Störmer-Verlet, without noise only: symplectic, reversible, of order 2", []() -> Made {
           return std::make_unique<SymmetricVariationalIntegrator>(false);
         }}});
   return kTable;

@@ -15,7 +15,7 @@ Integrator::StepOutcome MidpointIntegrator::do_step(const StochasticSystem& syst
                                                     const VectorXd& w, RootSearch search) const {
   MidpointStep::Outcome outcome = MidpointStep(system, dt, w).take(start, search);
   return {.end = std::move(outcome.end),
-          .inner = {},
+          .stage_momenta = {},
           .found = outcome.found,
           .continued = outcome.continued,
           .contraction = outcome.contraction};

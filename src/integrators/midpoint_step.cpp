@@ -6,13 +6,13 @@ namespace {
 using Eigen::VectorXd;
 
 // [q p], d×2N.
-Points joined(const PhaseState& z) {
+Points stack(const PhaseState& z) {
   Points x(z.q.rows(), 2 * z.q.cols());
   x << z.q, z.p;
   return x;
 }
 
-PhaseState parted(const Points& x) {
+PhaseState unstack(const Points& x) {
   const Eigen::Index n = x.cols() / 2;
   return {x.leftCols(n), x.rightCols(n)};
 }
@@ -24,17 +24,17 @@ class MidpointMap final : public ImplicitMap {
   MidpointMap(const StochasticSystem& system, const StepField& field, double dt, const Points& momenta)
       : system_(system), field_(field), dt_(dt), momenta_(momenta) {}
 
-  Points value(const Points& m) const override { return 0.5 * joined(field_.value(parted(m))); }
+  Points value(const Points& m) const override { return 0.5 * stack(field_.value(unstack(m))); }
   Eigen::MatrixXd jacobian(const Points& m) const override {
     return matrix_of([&](const Points& x) { return tangent(m, x); }, m.rows(), m.cols());
   }
   Points tangent(const Points& m, const Points& delta) const {
-    return 0.5 * joined(field_.tangent(parted(m), parted(delta)));
+    return 0.5 * stack(field_.tangent(unstack(m), unstack(delta)));
   }
   Points transposed(const Points& m, const Points& mu) const {
-    return 0.5 * joined(field_.transposed(parted(m), parted(mu)));
+    return 0.5 * stack(field_.transposed(unstack(m), unstack(mu)));
   }
-  VectorXd terms_size() const override {
+  VectorXd rounding_scale() const override {
     const double total = momenta_.colwise().norm().sum();
     return Eigen::Vector2d(dt_ * system_.kernel.at_zero() * total, dt_ * system_.kernel.lipschitz() * total * total);
   }
@@ -51,8 +51,8 @@ class MidpointMap final : public ImplicitMap {
 }  // namespace
 
 MidpointStep::Outcome MidpointStep::take(const PhaseState& start, RootSearch search) const {
-  const ImplicitRoot root = solve_implicit(MidpointMap(system_, field_, dt_, start.p), joined(start), search);
-  Outcome outcome{parted(root.x), {}, root.found, root.continued, root.contraction};
+  const ImplicitRoot root = solve_implicit(MidpointMap(system_, field_, dt_, start.p), stack(start), search);
+  Outcome outcome{unstack(root.x), {}, root.found, root.continued, root.contraction};
   // Not 2m − z: total momentum is kept to round-off by adding up forces that cancel.
   outcome.end = start + field_.value(outcome.middle);
   return outcome;
@@ -61,20 +61,20 @@ MidpointStep::Outcome MidpointStep::take(const PhaseState& start, RootSearch sea
 PhaseState MidpointStep::tangent(const PhaseState& middle, const PhaseState& change, const VectorXd& w_change,
                                  const VectorXd& parameters) const {
   const MidpointMap map(system_, field_, dt_, middle.p);
-  const Points m = joined(middle);
+  const Points m = stack(middle);
   const PhaseState forcing = field_.forced(middle, w_change, parameters);
   const Points delta = solve_linear([&](const Points& x) { return map.tangent(m, x); }, [&] { return map.jacobian(m); },
-                                    joined(change + 0.5 * forcing), 2);
-  return 2 * parted(delta) + -1 * change;
+                                    stack(change + 0.5 * forcing), 2);
+  return 2 * unstack(delta) + -1 * change;
 }
 
 PhaseState MidpointStep::adjoint(const PhaseState& middle, const PhaseState& end_bar, VectorXd& w_bar,
                                  VectorXd& parameters_bar) const {
   const MidpointMap map(system_, field_, dt_, middle.p);
-  const Points m = joined(middle);
+  const Points m = stack(middle);
   const PhaseState nu =
-      parted(solve_linear([&](const Points& x) { return map.transposed(m, x); },
-                          [&]() -> Eigen::MatrixXd { return map.jacobian(m).transpose(); }, joined(2 * end_bar), 2));
+      unstack(solve_linear([&](const Points& x) { return map.transposed(m, x); },
+                           [&]() -> Eigen::MatrixXd { return map.jacobian(m).transpose(); }, stack(2 * end_bar), 2));
   field_.add_forced_transposed(middle, 0.5 * nu, w_bar, parameters_bar);
   return nu + -1 * end_bar;
 }

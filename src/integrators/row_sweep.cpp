@@ -121,7 +121,7 @@ void RowSweep::through_midpoint_noise(const PhaseState& middle, const VectorXd& 
   p_bar_ = nu_p - p_bar_;
 }
 
-// ∇h_i·(−ν, μ) for each row and channel i: row by row where fields are constant and so cheap, else all at once.
+// ∇h_i·(−ν, μ) for each row and channel i: row by row where fields are constant and so inexpensive, else all at once.
 void RowSweep::rows_by_noise(const PhaseState& at, const MatrixXd& mu, const MatrixXd& nu,
                              Eigen::Ref<MatrixXd> by_w) const {
   if (by_w.cols() == 0) return;

@@ -51,7 +51,8 @@ ExplicitTableau rk4_tableau() {
 
 Integrator::StepOutcome RungeKuttaIntegrator::do_step(const StochasticSystem& system, const PhaseState& start,
                                                       double dt, const VectorXd& w, RootSearch /*search*/) const {
-  return {.end = combined(tableau_, start, run_stages(tableau_, StepField(system, dt, w), start).slope), .inner = {}};
+  return {.end = combined(tableau_, start, run_stages(tableau_, StepField(system, dt, w), start).slope),
+          .stage_momenta = {}};
 }
 
 PhaseState RungeKuttaIntegrator::do_tangent(const Step& step, const PhaseState& start_change, const VectorXd& w_change,

@@ -28,7 +28,7 @@ class NoisePositionMap final : public ImplicitMap {
         },
         q.rows(), q.cols());
   }
-  VectorXd terms_size() const override { return VectorXd::Zero(1); }
+  VectorXd rounding_scale() const override { return VectorXd::Zero(1); }
   // As of the midpoint rule: nothing else guards against an iteration that jumps to another root.
   double contraction() const override { return 0.5; }
 
@@ -80,14 +80,14 @@ Integrator::StepOutcome SymmetricVariationalIntegrator::do_step(const Stochastic
   const AdjointFlowPart first(system, dt / 2);
   const FlowPart second(system, dt / 2, false);
   ImplicitRoot kick = first.momenta(start, search);
-  if (!kick.found) return {.end = {}, .inner = {}, .found = false};
+  if (!kick.found) return {.end = {}, .stage_momenta = {}, .found = false};
   const Points q = first.positions({start.q, kick.x});
   const NoiseOutcome noise = through_noise(*system.noise, w, {q, kick.x}, search);
-  if (!noise.found) return {.end = {}, .inner = {}, .found = false};
+  if (!noise.found) return {.end = {}, .stage_momenta = {}, .found = false};
   ImplicitRoot drift = second.positions(noise.end, search);
   Points p = second.momenta({drift.x, noise.end.p});
   return {.end = {std::move(drift.x), std::move(p)},
-          .inner = std::move(kick.x),
+          .stage_momenta = std::move(kick.x),
           .found = drift.found,
           .continued = kick.continued || noise.continued || drift.continued,
           .contraction = std::max({kick.contraction, noise.contraction, drift.contraction})};

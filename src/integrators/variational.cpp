@@ -17,11 +17,11 @@ Integrator::StepOutcome VariationalIntegrator::do_step(const StochasticSystem& s
   StepOutcome outcome;
   if (traits.moves_momenta) {
     ImplicitRoot root = solve_implicit(MomentumMap(noise, start.q, w), start.p, search);
-    if (!root.found) return {.end = {}, .inner = {}, .found = false};
-    outcome.inner = std::move(root.x);
+    if (!root.found) return {.end = {}, .stage_momenta = {}, .found = false};
+    outcome.stage_momenta = std::move(root.x);
     outcome.continued = root.continued;
   }
-  const Points& p = traits.moves_momenta ? outcome.inner : start.p;
+  const Points& p = traits.moves_momenta ? outcome.stage_momenta : start.p;
   Points c = start.q;
   if (traits.moves_positions) c += noise.gradient({start.q, p}, w).p;
 

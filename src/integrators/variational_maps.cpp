@@ -36,11 +36,11 @@ MatrixXd PositionMap::jacobian(const Points& q) const {
   return matrix;
 }
 
-Eigen::VectorXd PositionMap::terms_size() const {
+Eigen::VectorXd PositionMap::rounding_scale() const {
   return Eigen::VectorXd::Constant(1, dt_ * system_.kernel.at_zero() * p_.colwise().norm().sum());
 }
 
-bool PositionMap::may_follow(const Points& before, const Points& after) const {
+bool PositionMap::on_same_branch(const Points& before, const Points& after) const {
   const auto none_turned = [&](Index b, Index first, Index count) {
     const auto from = before.middleCols(first, count).colwise() - before.col(b);
     const auto to = after.middleCols(first, count).colwise() - after.col(b);
@@ -78,7 +78,7 @@ MatrixXd KickMap::jacobian(const Points& p) const {
   return matrix;
 }
 
-Eigen::VectorXd KickMap::terms_size() const {
+Eigen::VectorXd KickMap::rounding_scale() const {
   const double total = momenta_.colwise().norm().sum();
   const KernelOperator& kernel = system_.kernel;
   return Eigen::VectorXd::Constant(1, dt_ * total * (kernel.lipschitz() * total + friction() * kernel.at_zero()));

@@ -12,11 +12,11 @@ class PositionMap final : public ImplicitMap {
 
   Points value(const Points& q) const override;
   Eigen::MatrixXd jacobian(const Points& q) const override;
-  Eigen::VectorXd terms_size() const override;
+  Eigen::VectorXd rounding_scale() const override;
   /// No two landmarks, one of them with momentum, may turn about each other by more than a right angle: an iteration
   /// that overshoots can land on a root where two of them have passed each other; on the branch from Δt = 0 they
   /// cannot.
-  bool may_follow(const Points& before, const Points& after) const override;
+  bool on_same_branch(const Points& before, const Points& after) const override;
 
   /// F'(q) δ and F'(q)ᵀ μ.
   Points tangent(const Points& q, const Points& delta) const;
@@ -38,7 +38,7 @@ class KickMap final : public ImplicitMap {
 
   Points value(const Points& p) const override;
   Eigen::MatrixXd jacobian(const Points& p) const override;
-  Eigen::VectorXd terms_size() const override;
+  Eigen::VectorXd rounding_scale() const override;
   double contraction() const override { return 0.5; }
 
   /// F'(p) δ and F'(p)ᵀ μ.
@@ -61,7 +61,7 @@ class MomentumMap final : public ImplicitMap {
 
   Points value(const Points& p) const override { return -noise_.gradient({q_, p}, w_).q; }
   Eigen::MatrixXd jacobian(const Points& p) const override;
-  Eigen::VectorXd terms_size() const override { return Eigen::VectorXd::Zero(1); }
+  Eigen::VectorXd rounding_scale() const override { return Eigen::VectorXd::Zero(1); }
 
  private:
   const NoiseModel& noise_;

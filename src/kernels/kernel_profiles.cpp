@@ -55,11 +55,10 @@ std::span<const ProfileFacts> kernel_profiles() {
                    std::sqrt(2 / e), gaussian},
       ProfileFacts{KernelProfile::kPeakon, "peakon",
                    "exp(-r/alpha): Camassa-Holm's kernel; fields have a kink at each landmark", 1, peakon},
-      ProfileFacts{
-          KernelProfile::kMatern32, "matern32",
-          "(1 + x) exp(-x), x = sqrt(3) r/alpha: Sobolev kernel, fields twice differentiable; for rough motion "
-          "and dense landmarks",
-          std::sqrt(3.0) / e, matern32},
+      ProfileFacts{KernelProfile::kMatern32, "matern32",
+                   "(1 + x) exp(-x), x = sqrt(3) r/alpha: Sobolev kernel, fields twice differentiable; for fine detail "
+                   "and dense landmarks",
+                   std::sqrt(3.0) / e, matern32},
       ProfileFacts{
           KernelProfile::kMatern52, "matern52",
           "(1 + x + x^2/3) exp(-x), x = sqrt(5) r/alpha: Sobolev kernel, fields four times differentiable; for "

@@ -39,7 +39,7 @@ KernelOperator make_kernel(std::string_view spec, const Points& source) {
   for (const auto& [row, parameters] : kernel_table().parse(spec, size)) {
     const double automatic = parameters.is_auto("alpha") ? automatic_alpha(source) : 0;
     if (parameters.is_auto("alpha") && !(automatic > 0))
-      throw InputError("kernel '" + row->name + "': alpha=auto needs at least two landmarks apart; give a number");
+      throw InputError("kernel '" + row->name + "': alpha=auto needs at least two distinct landmarks; give a number");
     terms.push_back(row->make(parameters, automatic));
   }
   return KernelOperator(std::move(terms));

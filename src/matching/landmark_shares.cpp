@@ -85,7 +85,7 @@ LandmarkShares landmark_shares(const Registration& registration) {
   return shares;
 }
 
-std::optional<double> noise_part(const Registration& registration, const LandmarkShares& shares) {
+std::optional<double> noise_fraction(const Registration& registration, const LandmarkShares& shares) {
   const Points way = registration.result - registration.source.points;
   if (shares.noise.size() == 0 || way.isZero(0)) return std::nullopt;
   return shares.noise.cwiseProduct(way).sum() / way.squaredNorm();

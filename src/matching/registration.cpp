@@ -230,7 +230,7 @@ Trajectory mean_path(const std::vector<Trajectory>& paths) {
   Trajectory mean = paths.front();
   const auto count = static_cast<double>(paths.size());
   mean.increments.setZero();
-  mean.inner.clear();
+  mean.stage_momenta.clear();
   for (std::size_t k = 0; k < mean.states.size(); ++k) {
     for (std::size_t s = 1; s < paths.size(); ++s) {
       mean.states[k].q += paths[s].states[k].q;

@@ -132,8 +132,8 @@ NoiseTable::Row ch_sd_screened() {
           {{"beta", "", "amplitude, length per square root of time; 50%: of the diameter", true},
            {"gamma", "", "range: exp(-r^2/gamma), length squared"},
            LandmarkChoice::info()},
-          "h = beta p_a sum_b exp(-|q_a - q_b|^2/gamma): noise in the positions where another outline (of one: another "
-          "landmark) is near; landmarks may pass through each other (section 5.3)",
+          "h = beta p_a sum_b exp(-|q_a - q_b|^2/gamma): noise in the positions near another outline (if there is only "
+          "one, near another landmark); landmarks may pass through each other (section 5.3)",
           [](const Parameters& parameters, const Landmarks& shape) {
             ChSdScreened formula;
             formula.on = LandmarkChoice(parameters);

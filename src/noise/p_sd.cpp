@@ -263,7 +263,7 @@ double grid_spacing(const ScalarFields& fields) {
 double automatic_width(const ScalarFields& fields, const Landmarks& shape) {
   const double spacing = grid_spacing(fields);
   const double width = spacing > 0 ? spacing : shape.count() > 1 ? diameter(shape.points) / 4 : 0;
-  if (!(width > 0)) throw InputError("noise 'p-sd': width=auto needs at least two landmarks apart; give a number");
+  if (!(width > 0)) throw InputError("noise 'p-sd': width=auto needs at least two distinct landmarks; give a number");
   return width;
 }
 
@@ -321,7 +321,7 @@ NoiseTable::Row p_sd() {
            {"center", "none", "fields=bump: coordinates of one or more centres, as in 0/0"},
            {"width", "auto", "of bumps exp(-|x - c|^2/width^2); auto: their spacing, or diameter/4", true},
            {"wavenumber", "1", "fields=cos: cos(wavenumber x) along each axis"}},
-          "h = sum_a p_a.xi(q_a): noise that is a field over space; flows stay diffeomorphic (section 2.2)",
+          "h = sum_a p_a.xi(q_a): noise by fields over space; flows stay diffeomorphic (section 2.2)",
           make_p_sd};
 }
 

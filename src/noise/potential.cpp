@@ -52,16 +52,17 @@ struct Potential : NoiseFormula {
 }  // namespace
 
 NoiseTable::Row potential() {
-  return {"potential",
-          {{"beta", "", "amplitude"},
-           {"gamma", "", "range: exp(-r^2/gamma), length squared"},
-           {"common", "0", "1: one channel that all pairs share"}},
-          "h = beta exp(-|q_a - q_b|^2/gamma) over pairs: noise in the momenta, total momentum is kept (section 5.4)",
-          [](const Parameters& parameters, const Landmarks&) {
-            Potential formula;
-            formula.common = parameters.flag("common");
-            return make_differentiated(formula, {parameters.positive("beta"), parameters.positive("gamma")});
-          }};
+  return {
+      "potential",
+      {{"beta", "", "amplitude"},
+       {"gamma", "", "range: exp(-r^2/gamma), length squared"},
+       {"common", "0", "1: one channel that all pairs share"}},
+      "h = beta exp(-|q_a - q_b|^2/gamma) over pairs: noise in the momenta, total momentum is conserved (section 5.4)",
+      [](const Parameters& parameters, const Landmarks&) {
+        Potential formula;
+        formula.common = parameters.flag("common");
+        return make_differentiated(formula, {parameters.positive("beta"), parameters.positive("gamma")});
+      }};
 }
 
 }  // namespace pulson

@@ -32,7 +32,7 @@ class Reader {
   }
   double number() const { return as<double>("a number"); }
   std::string text() const { return as<std::string>("a text"); }
-  std::vector<std::string> texts() const { return as<std::vector<std::string>>("a list of texts"); }
+  std::vector<std::string> texts() const { return as<std::vector<std::string>>("a list of strings"); }
   int integer() const {
     if (!json_.is_number_integer()) fail({}, "is not a whole number");
     const auto value = json_.get<std::int64_t>();
@@ -123,9 +123,11 @@ Landmarks read_shape(const Reader& reader, Points points) {
   if (reader.has("units")) shape.units = reader.at("units").text();
   const auto count = static_cast<std::size_t>(shape.count());
   if (!shape.numbers.empty() && shape.numbers.size() != count)
-    reader.fail("numbers", "has another length than the shape");
-  if (!shape.labels.empty() && shape.labels.size() != count) reader.fail("labels", "has another length than the shape");
-  if (!shape.groups.empty() && shape.groups.size() != count) reader.fail("groups", "has another length than the shape");
+    reader.fail("numbers", "does not have the length of the shape");
+  if (!shape.labels.empty() && shape.labels.size() != count)
+    reader.fail("labels", "does not have the length of the shape");
+  if (!shape.groups.empty() && shape.groups.size() != count)
+    reader.fail("groups", "does not have the length of the shape");
   return shape;
 }
 
@@ -146,7 +148,7 @@ MatchingCost read_cost(const Reader& cost) {
 
 Points same_size(const Reader& reader, Eigen::Index d, Eigen::Index count) {
   Points points = reader.columns(d);
-  if (points.cols() != count) reader.fail({}, "has another number of landmarks than 'source'");
+  if (points.cols() != count) reader.fail({}, "has a different number of landmarks from 'source'");
   return points;
 }
 
@@ -156,7 +158,7 @@ Alignment read_alignment(const Reader& reader, Eigen::Index d) {
   alignment.linear = reader.at(linear).columns(d).transpose();
   const auto translation = reader.at("translation").as<std::vector<double>>("a list of numbers");
   if (alignment.linear.rows() != d || static_cast<Eigen::Index>(translation.size()) != d)
-    reader.fail(linear, "has another dimension than 'source'");
+    reader.fail(linear, "has a different dimension from 'source'");
   alignment.translation = Eigen::Map<const Eigen::VectorXd>(translation.data(), d);
   return alignment;
 }
@@ -187,7 +189,7 @@ std::vector<PhaseState> read_states(const Reader& reader, const Registration& re
   const std::vector<Reader> positions = reader.at("positions").items(), momenta = reader.at("momenta").items();
   const auto count = static_cast<std::size_t>(registration.grid.steps) + 1;
   if (positions.size() != count || momenta.size() != count)
-    reader.fail({}, "has not the states of each step and the end");
+    reader.fail({}, "lacks the states of each step and of the end");
   const Points& q0 = registration.source.points;
   std::vector<PhaseState> states;
   for (std::size_t k = 0; k < count; ++k)
@@ -240,7 +242,7 @@ Registration read_registration(const std::filesystem::path& path) {
   const bool corresponds = registration.data.kind == DataKind::kLandmarks;
   Points target = reader.at("target").columns_or_null(d);
   if (corresponds && target.cols() != source.cols())
-    reader.fail("target", "has another number of landmarks than 'source'");
+    reader.fail("target", "has a different number of landmarks from 'source'");
   registration.target = read_shape(reader.at("target_shape"), std::move(target));
   registration.source = registration.original;
   registration.source.points = source;
@@ -257,7 +259,7 @@ Registration read_registration(const std::filesystem::path& path) {
   if (reader.has("kernel_fit")) registration.fitted_kernel = read_kernel_fit(reader.at("kernel_fit"), registration);
   registration.increments = reader.at("increments").columns(channels);
   if (registration.grid.steps < 1 || registration.increments.cols() != registration.grid.steps)
-    reader.fail("increments", "has another number of rows than 'steps'");
+    reader.fail("increments", "has a different number of rows from 'steps'");
   if (reader.has("states")) registration.states = read_states(reader.at("states"), registration);
   return registration;
 }

@@ -57,7 +57,7 @@ Json cost_json(const MatchingCost& cost) {
 
 Json shares_json(const Registration& registration, const LandmarkShares& shares) {
   Json json = Json::object();
-  if (const auto part = noise_part(registration, shares)) json["noise_part"] = *part;
+  if (const auto part = noise_fraction(registration, shares)) json["noise_part"] = *part;
   if (shares.flow.size() > 0) json["flow"] = points_json(shares.flow);
   if (shares.noise.size() > 0) json["noise"] = points_json(shares.noise);
   if (shares.energy.size() > 0) json["energy"] = numbers_json(shares.energy);

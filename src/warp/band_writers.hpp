@@ -72,12 +72,12 @@ struct Rank {
 /// Keeps the label of the sheet on top.
 class TopSheetWriter : public BandWriter {
  public:
-  TopSheetWriter(RasterBand& band, Over over) : BandWriter(band), over_(over) {
-    if (over != Over::kFirst) ranks_.resize(band.counts.size());
+  TopSheetWriter(RasterBand& band, SheetOrder over) : BandWriter(band), over_(over) {
+    if (over != SheetOrder::kFirst) ranks_.resize(band.counts.size());
   }
 
   void write(const TriangleSamples& triangle, const LabelMap& label, float priority) {
-    if (over_ == Over::kFirst) {
+    if (over_ == SheetOrder::kFirst) {
       write_samples(triangle, label, [this](std::size_t sample) { return count(sample) == 0; });
       return;
     }
@@ -91,7 +91,7 @@ class TopSheetWriter : public BandWriter {
   }
 
  private:
-  Over over_;
+  SheetOrder over_;
   std::vector<Rank> ranks_;
 };
 

@@ -43,7 +43,7 @@ class Eraser {
   std::vector<bool>& mask_;
   int width_;
   int height_;
-  std::vector<Pixel> reached_;  ///< whose neighbours are still to be seen
+  std::vector<Pixel> reached_;  ///< whose neighbours are still to be visited
 };
 
 }  // namespace

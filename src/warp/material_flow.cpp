@@ -38,8 +38,8 @@ class LabelBlock {
     if (space_ != nullptr) basis_ = space_->basis(labels);
   }
 
-  OwnDisplacements of(const std::vector<Points>& coefficients) const {
-    OwnDisplacements own;
+  LabelDisplacements of(const std::vector<Points>& coefficients) const {
+    LabelDisplacements own;
     for (const Points& row : coefficients) {
       own.places.emplace_back();
       own.gradients.emplace_back();
@@ -119,8 +119,8 @@ void MaterialFlow::check_landmarks(const std::vector<std::vector<Points>>& displ
   parallel_for(path_.grid.steps, [&](int k) {
     const auto i = static_cast<std::size_t>(k);
     const Points& end = path_.states[i + 1].q;
-    PointsOnTheWay points{path_.states[i].q, {}};
-    const bool moved = SpaceMotion(system_, steps_[i], count).forward(points, {displacements[i], {}});
+    Tracers points{path_.states[i].q, {}};
+    const bool moved = SpatialStep(system_, steps_[i], count).forward(points, {displacements[i], {}});
     const double scale = std::max(path_.states[i].q.cwiseAbs().maxCoeff(), end.cwiseAbs().maxCoeff());
     if (!moved || !((points.x - end).cwiseAbs().maxCoeff() <= kSamePlace * scale))
       throw StepError(k, path_.grid, "the map of space has no unique value at some landmark");
@@ -134,9 +134,9 @@ std::vector<Points> MaterialFlow::paths(const Points& labels) const {
   for_blocks(labels.cols(), [&](Index first, Index size) {
     const Points block = labels.middleCols(first, size);
     const LabelBlock own(labels_.get(), block, false);
-    PointsOnTheWay points{block, {}};
+    Tracers points{block, {}};
     for (std::size_t k = 0; k < steps_.size(); ++k) {
-      if (!SpaceMotion(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
+      if (!SpatialStep(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
         throw StepError(static_cast<int>(k), path_.grid, "the map of space has no unique value at some point");
       places[k + 1].middleCols(first, size) = points.x;
     }
@@ -155,9 +155,9 @@ MovedPoints MaterialFlow::moved(const Points& labels, bool with_gradients) const
   for_blocks(labels.cols(), [&](Index first, Index size) {
     const Points block = labels.middleCols(first, size);
     const LabelBlock own(labels_.get(), block, with_gradients);
-    PointsOnTheWay points{block, with_gradients ? identity_columns(d, size) : MatrixXd()};
+    Tracers points{block, with_gradients ? identity_columns(d, size) : MatrixXd()};
     for (std::size_t k = 0; k < steps_.size(); ++k)
-      if (!SpaceMotion(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
+      if (!SpatialStep(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
         throw StepError(static_cast<int>(k), path_.grid, "the map of space has no unique value at some point");
     result.places.middleCols(first, size) = points.x;
     if (with_gradients) result.gradients.middleCols(first, size) = points.gradients;
@@ -167,14 +167,14 @@ MovedPoints MaterialFlow::moved(const Points& labels, bool with_gradients) const
 
 MovedPoints MaterialFlow::inverse(const Points& places) const {
   if (!is_diffeomorphic())
-    throw InputError("the map has no inverse: its noise moves landmarks by themselves, and may fold space");
+    throw InputError("the map has no inverse: its noise moves landmarks individually and may fold space");
   const Index d = places.rows();
   const auto count = static_cast<int>(path_.initial().q.cols());
   MovedPoints result{Points(d, places.cols()), MatrixXd(d * d, places.cols())};
   for_blocks(places.cols(), [&](Index first, Index size) {
-    PointsOnTheWay points{places.middleCols(first, size), identity_columns(d, size)};
+    Tracers points{places.middleCols(first, size), identity_columns(d, size)};
     for (std::size_t k = steps_.size(); k-- > 0;)
-      if (!SpaceMotion(system_, steps_[k], count).backward(points))
+      if (!SpatialStep(system_, steps_[k], count).backward(points))
         throw StepError(static_cast<int>(k), path_.grid, "the map of space cannot be inverted at some point");
     result.places.middleCols(first, size) = points.x;
     result.gradients.middleCols(first, size) = points.gradients;

@@ -33,8 +33,8 @@ void check_output(const RasterOptions& options) {
     throw InputError("rows per band " + std::to_string(options.rows_per_band) + " must not be negative");
 }
 
-void check_priority(std::span<const float> priority, Over over, std::size_t cells) {
-  const std::size_t expected = over == Over::kPriority ? cells : 0;
+void check_priority(std::span<const float> priority, SheetOrder over, std::size_t cells) {
+  const std::size_t expected = over == SheetOrder::kPriority ? cells : 0;
   if (priority.size() != expected)
     throw InputError(std::to_string(priority.size()) + " priorities of cells: " + over_name(over) + " takes " +
                      std::to_string(expected));

@@ -6,21 +6,26 @@
 namespace pulson {
 namespace {
 
-const NameTable<Over>& over_table() {
-  static const NameTable<Over> table(
-      "rule for what is on top",
-      {{"least-stretched", {}, "orientation-preserving first, then the least stretched sheet", Over::kLeastStretched},
-       {"average", {}, "the mean of all sheets", Over::kAverage},
-       {"first", {}, "the first in row-by-row order of the source", Over::kFirst},
-       {"label-order", {}, "by the order of labels of the source, then the least stretched sheet", Over::kPriority}});
+const NameTable<SheetOrder>& over_table() {
+  static const NameTable<SheetOrder> table(
+      "rule for what is on top", {{"least-stretched",
+                                   {},
+                                   "orientation-preserving first, then the least stretched sheet",
+                                   SheetOrder::kLeastStretched},
+                                  {"average", {}, "the mean of all sheets", SheetOrder::kAverage},
+                                  {"first", {}, "the first in row-by-row order of the source", SheetOrder::kFirst},
+                                  {"label-order",
+                                   {},
+                                   "by the order of labels of the source, then the least stretched sheet",
+                                   SheetOrder::kPriority}});
   return table;
 }
 
 }  // namespace
 
-Over parse_over(std::string_view name) { return over_table().find(name).make; }
+SheetOrder parse_over(std::string_view name) { return over_table().find(name).make; }
 
-std::string over_name(Over over) {
+std::string over_name(SheetOrder over) {
   const auto& rows = over_table().rows();
   return std::find_if(rows.begin(), rows.end(), [over](const auto& row) { return row.make == over; })->name;
 }

@@ -42,7 +42,7 @@ bool solve_columns(const MatrixXd& g, const MatrixXd& right, Index d, MatrixXd& 
 
 }  // namespace
 
-SpaceMotion::Field SpaceMotion::field(Index stage, double drift, double noise, const Points& x,
+SpatialStep::Field SpatialStep::field(Index stage, double drift, double noise, const Points& x,
                                       bool with_gradients) const {
   const PhaseState& at = step_.stages[static_cast<std::size_t>(stage)];
   const Index d = x.rows();
@@ -68,7 +68,7 @@ SpaceMotion::Field SpaceMotion::field(Index stage, double drift, double noise, c
 
 // Y = c + drift u(Y) + noise η(Y): all points at once by the fixed-point iteration, which contracts wherever the map is
 // certain to exist, then by Newton's method.
-bool SpaceMotion::solve(Index stage, const Points& c, Points& y) const {
+bool SpatialStep::solve(Index stage, const Points& c, Points& y) const {
   const double drift = step_.drift(stage, stage);
   const double noise = step_.noise(stage, stage);
   const double enough = round_off(c);
@@ -93,7 +93,7 @@ bool SpaceMotion::solve(Index stage, const Points& c, Points& y) const {
   return false;
 }
 
-bool SpaceMotion::forward(PointsOnTheWay& points, const OwnDisplacements& own) const {
+bool SpatialStep::forward(Tracers& points, const LabelDisplacements& own) const {
   const Index d = points.x.rows();
   const Index stages = step_.drift.cols();
   const bool with_gradients = points.with_gradients();
@@ -135,18 +135,18 @@ bool SpaceMotion::forward(PointsOnTheWay& points, const OwnDisplacements& own) c
 }
 
 // Whether X⁺ = X + noise·η_1(X) + drift·u_2(X⁺), as of the variational integrators.
-bool SpaceMotion::ends_in_last_stage() const {
+bool SpatialStep::ends_in_last_stage() const {
   return step_.drift.cols() == 2 && step_.drift.row(2) == step_.drift.row(1) &&
          step_.noise.row(2) == step_.noise.row(1) && step_.drift.row(0).isZero(0) && step_.noise.row(0).isZero(0) &&
          step_.drift(1, 0) == 0 && step_.noise(1, 1) == 0;
 }
 
-bool SpaceMotion::backward(PointsOnTheWay& points) const {
+bool SpatialStep::backward(Tracers& points) const {
   return ends_in_last_stage() ? backward_from_last_stage(points) : backward_by_newton(points);
 }
 
 // The flow is explicit this way; the noise is solved for where it is a field over space.
-bool SpaceMotion::backward_from_last_stage(PointsOnTheWay& points) const {
+bool SpatialStep::backward_from_last_stage(Tracers& points) const {
   const Index d = points.x.rows();
   const MatrixXd identity = MatrixXd::Identity(d, d).reshaped().replicate(1, points.x.cols());
   const Field flow = field(1, step_.drift(1, 1), 0, points.x, points.with_gradients());
@@ -171,14 +171,14 @@ bool SpaceMotion::backward_from_last_stage(PointsOnTheWay& points) const {
   return false;
 }
 
-bool SpaceMotion::backward_by_newton(PointsOnTheWay& points) const {
+bool SpatialStep::backward_by_newton(Tracers& points) const {
   const Index d = points.x.rows();
   const Points goal = points.x;
   const double enough = round_off(goal);
   const MatrixXd identity = MatrixXd::Identity(d, d).reshaped().replicate(1, goal.cols());
   Points x = goal;
   for (int turn = 0; turn < kMaxNewton; ++turn) {
-    PointsOnTheWay moved{x, identity};
+    Tracers moved{x, identity};
     if (!forward(moved, {})) return false;
     // (I − (I − G))⁻¹
     MatrixXd correction;

@@ -9,33 +9,33 @@
 
 namespace pulson {
 
-/// Points on their way, and ∂X/∂x in columns of d×d; without columns: not wanted.
-struct PointsOnTheWay {
+/// Points carried by the flow, and ∂X/∂x in columns of d×d; no columns if gradients are not wanted.
+struct Tracers {
   Points x;
   Eigen::MatrixXd gradients;
 
   bool with_gradients() const { return gradients.cols() > 0; }
 };
 
-/// What moves points beside the fields of a step: by row of its table d×M, and its gradient by the label, d²×M. Rows
-/// may be empty: 0.
-struct OwnDisplacements {
+/// Displacements interpolated in label space, in addition to the fields of a step: by row of its table d×M, and the
+/// gradient by the label, d²×M. Empty rows are 0.
+struct LabelDisplacements {
   std::vector<Points> places;
   std::vector<Eigen::MatrixXd> gradients;
 };
 
 /// One SpaceStep for a system, applied to points.
-class SpaceMotion {
+class SpatialStep {
  public:
   /// @param count of the landmarks
-  SpaceMotion(const StochasticSystem& system, const SpaceStep& step, int count)
+  SpatialStep(const StochasticSystem& system, const SpaceStep& step, int count)
       : system_(system), step_(step), count_(count) {}
 
   /// X to X⁺. False where an implicit stage has no root that is certain to be the right one.
-  bool forward(PointsOnTheWay& points, const OwnDisplacements& own) const;
+  bool forward(Tracers& points, const LabelDisplacements& own) const;
 
-  /// X⁺ to X, without displacements of their own. False where there is no X.
-  bool backward(PointsOnTheWay& points) const;
+  /// X⁺ to X, without label displacements. False where there is no X.
+  bool backward(Tracers& points) const;
 
  private:
   /// drift·u + noise·η at some points, and its gradient.
@@ -46,8 +46,8 @@ class SpaceMotion {
   Field field(Eigen::Index stage, double drift, double noise, const Points& x, bool with_gradients) const;
   bool solve(Eigen::Index stage, const Points& c, Points& y) const;
   bool ends_in_last_stage() const;
-  bool backward_from_last_stage(PointsOnTheWay& points) const;
-  bool backward_by_newton(PointsOnTheWay& points) const;
+  bool backward_from_last_stage(Tracers& points) const;
+  bool backward_by_newton(Tracers& points) const;
 
   const StochasticSystem& system_;
   const SpaceStep& step_;

@@ -82,7 +82,7 @@ TEST_F(ChartErrorsTest, RefusesPanelsThatDisagree) {
   Series other = wave("w");
   other.colour = 2;
   EXPECT_EQ(message_of_failed_write(Chart{.rows = {{{.series = {wave("w"), other}}}}}),
-            "chart: the series named 'w' ask for different colours, -1 and 2");
+            "chart: the series named 'w' have different colours, -1 and 2");
   EXPECT_TRUE(contains(message_of_failed_write(Chart{.rows = {{{.y_range = std::pair(1, 1)}}}}), "y_range is empty"));
   EXPECT_TRUE(
       contains(message_of_failed_write(Chart{.rows = {{{.reference_lines = {{NAN}}}}}}), "a reference line is nan"));

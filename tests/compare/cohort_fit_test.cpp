@@ -63,7 +63,7 @@ TEST(FitCohort, FindsThoseOfNoiseInTheMomentaAndOfFields) {
   EXPECT_LE(std::abs(std::log(beta.value / 0.1)), 3 * beta.log_deviation) << beta.value;
 }
 
-// One shape whose noise may do all that its momenta do: it tells the sum of both, and neither alone.
+// One shape whose noise can explain all that its momenta explain determines only their sum.
 TEST(FitCohort, SaysThatOneShapeDoesNotTellNoiseFromMomenta) {
   Points source(2, 5), target(2, 5);
   source << 0, 1, 0, 2, 1, 0, 0, 1, 1, 1;
@@ -153,7 +153,7 @@ TEST(FitCohort, RefusesNoiseThatTheAlignmentTakesOut) {
   const Landmarks source = oval(6);
   const Cohort cohort = make_cohort(source, drawn_from("none", 7, 4, 6).targets, AlignmentKind::kTranslation);
   EXPECT_THAT(error_of([&] { fit_cohort(cohort, "p-sd:fields=constant", cohort_settings()); }),
-              AllOf(HasSubstr("p-sd"), HasSubstr("as their alignment (translation) does, which takes it out")));
+              AllOf(HasSubstr("p-sd"), HasSubstr("as their alignment (translation) does, which removes it")));
 }
 
 TEST(FitCohort, RefusesWhatIsNoModelOfTheseShapes) {

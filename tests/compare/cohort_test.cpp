@@ -140,7 +140,7 @@ TEST(MakeCohort, Refuses) {
   EXPECT_THAT(made(source, {}), HasSubstr("there is no target"));
   EXPECT_THAT(made(source, {source, oval(5)}), HasSubstr("4 landmarks in 2D, oval.csv has 5 in 2D"));
   EXPECT_THAT(made(source, {named_shape(Points::Zero(3, 4))}), HasSubstr("a.csv has 4 in 3D"));
-  EXPECT_THAT(made(holed, {source}), HasSubstr("oval.csv: landmark 2 misses a coordinate"));
+  EXPECT_THAT(made(holed, {source}), HasSubstr("oval.csv: landmark 2 has a missing coordinate"));
   EXPECT_EQ(made(source, {holed}), "no error");
 }
 
@@ -224,7 +224,7 @@ TEST(CoincidentInACohort, AreOneWhereAllShapesHaveThemSo) {
   merge_coincident(shapes, false, notes);
   EXPECT_EQ(notes,
             (std::vector<std::string>{
-                "a.csv: landmarks 1 and 9 are at the same place in all shapes and taken as one: a closed outline"}));
+                "a.csv: landmarks 1 and 9 are at the same position in all shapes and are merged: a closed outline"}));
   for (const Landmarks& shape : shapes.targets) EXPECT_EQ(shape.count(), 8);
   EXPECT_EQ(shapes.targets[0].points, oval(8).points);
   EXPECT_TRUE(shapes.targets[1].points.allFinite());
@@ -236,7 +236,7 @@ TEST(CoincidentInACohort, AreMergedWhereATargetHasThemApartAndItIsAskedFor) {
   shapes.targets[1].points.col(8) += Eigen::Vector2d(0.1, 0.2);
   std::vector<std::string> notes;
   EXPECT_THAT(error_of([&] { merge_coincident(shapes, false, notes); }),
-              AllOf(HasSubstr("a.csv: landmarks 1 and 9 are at the same place, and apart in c.csv"),
+              AllOf(HasSubstr("a.csv: landmarks 1 and 9 are at the same position, but apart in c.csv"),
                     HasSubstr("--merge-coincident")));
   merge_coincident(shapes, true, notes);
   EXPECT_EQ(notes.size(), 1U);

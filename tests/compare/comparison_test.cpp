@@ -59,7 +59,7 @@ TEST(CompareModels, ReversalsOnALineCallForNoiseInThePositions) {
   EXPECT_TRUE(std::isnan(stochastic.flipped_triangles.value));
   EXPECT_GT(stochastic.folded_fraction.value, 0);
   EXPECT_EQ(comparison.models[0].folded_fraction.value, 0);
-  EXPECT_GT(stochastic.noise_way.minCoeff(), 0.05);
+  EXPECT_GT(stochastic.noise_displacement.minCoeff(), 0.05);
   EXPECT_FALSE(stochastic.prediction.has_value());
 }
 
@@ -72,7 +72,7 @@ TEST(CompareModels, SmoothShapesOnALineDoNot) {
   expect_ranked(comparison);
   EXPECT_EQ(comparison.models[1].order_inversions.value, 0);
   EXPECT_EQ(comparison.models[1].folded_fraction.value, 0);
-  EXPECT_EQ(comparison.models[1].noise_way.norm(), 0);
+  EXPECT_EQ(comparison.models[1].noise_displacement.norm(), 0);
 }
 
 TEST(CompareModels, TheRightModelHasTheSpectrumThatIsSeenAndForetells) {
@@ -81,10 +81,10 @@ TEST(CompareModels, TheRightModelHasTheSpectrumThatIsSeenAndForetells) {
   options.maps = false;
   const Landmarks source = oval(8);
   const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.06", 50, options.settings, 20, 3)};
-  std::vector<std::string> told;
-  options.on_model = [&](int model, const std::string& noise) { told.push_back(std::to_string(model) + noise); };
+  std::vector<std::string> calls;
+  options.on_model = [&](int model, const std::string& noise) { calls.push_back(std::to_string(model) + noise); };
   const Comparison comparison = compare_models(shapes, {"ch-sd", "none"}, options);
-  EXPECT_THAT(told, testing::ElementsAre("0ch-sd", "1none"));
+  EXPECT_THAT(calls, testing::ElementsAre("0ch-sd", "1none"));
   EXPECT_EQ(comparison.best, 0U);
   const ComparedModel& right = comparison.models.front();
   for (Eigen::Index i = 0; i < 8; ++i) {
@@ -174,7 +174,7 @@ TEST(StudyRecovery, Refuses) {
   EXPECT_THAT(error_of([&] {
                 study_recovery(source, {{"ch-sd", 1}}, {"none"}, tiny_study());
               }),
-              HasSubstr("shapes are drawn from a complete model"));
+              HasSubstr("drawing shapes needs all of them"));
   RecoveryOptions none = tiny_study();
   none.cohorts = 0;
   EXPECT_THAT(error_of([&] { study_recovery(source, {{"none", 1}}, {"none"}, none); }), HasSubstr("0 cohorts"));

@@ -84,12 +84,12 @@ TEST(Predict, TheRightModelCoversItsShapesAndOneThatIsTooSureDoesNot) {
   const CohortSettings settings = cohort_settings();
   Cohort held = drawn_cohort(source, "ch-sd:beta=0.1", 50, settings, 60, 1);
   held.targets.front().points.col(3).setConstant(kNaN);
-  const auto foretold = [&](double beta, double lambda) {
+  const auto prediction_of = [&](double beta, double lambda) {
     const MatchingProblem model = model_problem(source, "ch-sd:beta=" + std::to_string(beta), lambda, settings);
     return summary(predict(held, aligned_samples(held, model, 400, 7)));
   };
-  const Prediction right = foretold(0.1, 50);
-  const Prediction too_sure = foretold(0.1 / std::sqrt(10), 500);
+  const Prediction right = prediction_of(0.1, 50);
+  const Prediction too_sure = prediction_of(0.1 / std::sqrt(10), 500);
   EXPECT_NEAR(right.coverage, 0.9, 0.05);  // 60 shapes of 16 coordinates that are correlated: ± 0.015
   EXPECT_LT(too_sure.coverage, 0.6);       // 1.645/√10 deviations: 0.40
   EXPECT_GT(too_sure.energy_score, right.energy_score + 2 * right.energy_score_error);

@@ -22,7 +22,7 @@ double likelihood(const std::vector<VarianceData>& shapes, const VectorXd& u) {
   double sum = 0;
   for (const VarianceData& shape : shapes) {
     MatrixXd c = shape.fixed;
-    VectorXd t = shape.surprise;
+    VectorXd t = shape.innovation;
     for (Index g = 0; g < u.size(); ++g) {
       c += std::exp(u[g]) * shape.groups[static_cast<std::size_t>(g)];
       t -= std::expm1(u[g]) * shape.drifts[static_cast<std::size_t>(g)];
@@ -49,7 +49,7 @@ TEST(FitVariances, OfOneGroupIsTheMeanSquareLessOne) {
   constexpr int kShapes = 8;
   const std::vector<VarianceData> shapes = alike(kCount, kShapes, 3, 1);
   double square = 0;
-  for (const VarianceData& shape : shapes) square += shape.surprise.squaredNorm() / (kCount * kShapes);
+  for (const VarianceData& shape : shapes) square += shape.innovation.squaredNorm() / (kCount * kShapes);
   const VarianceFit fit = fit_variances(shapes, 1);
   const double v = square - 1;
   EXPECT_NEAR(std::exp(fit.u[0]), v, 1e-6 * v);
@@ -64,7 +64,7 @@ TEST(FitVariances, OfOneGroupIsTheMeanSquareLessOne) {
 TEST(FitVariances, AGroupThatIsNotWantedVanishes) {
   const std::vector<VarianceData> shapes = alike(5, 8, 0.5, 2);
   double square = 0;
-  for (const VarianceData& shape : shapes) square += shape.surprise.squaredNorm() / 40;
+  for (const VarianceData& shape : shapes) square += shape.innovation.squaredNorm() / 40;
   ASSERT_LT(square, 1);
   const VarianceFit fit = fit_variances(shapes, 1);
   EXPECT_TRUE(fit.vanishes[0]);

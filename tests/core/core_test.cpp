@@ -205,7 +205,7 @@ TEST(BoundingBox, HoldsAllPoints) {
   EXPECT_EQ(upper, Eigen::Vector2d(5, 3));
 }
 
-// ---- landmarks that miss a coordinate
+// ---- landmarks that have a missing coordinate
 
 const double kNone = std::numeric_limits<double>::quiet_NaN();
 

@@ -49,8 +49,9 @@ TEST(LandmarkPairs, FollowLabels) {
   EXPECT_EQ(paired.points, (Points{{2.0, 3.0, 1.0}, {-2.0, -3.0, -1.0}}));
   EXPECT_EQ(paired.labels, first.labels);
   EXPECT_THAT(paired.groups, ElementsAre("front", "front", "side"));
-  EXPECT_THAT(notes, ElementsAre("b.csv: its landmarks are in another order than those of a.csv; they are paired by "
-                                 "their labels"));
+  EXPECT_THAT(notes,
+              ElementsAre("b.csv: its landmarks are in a different order from those of a.csv; they are paired by "
+                          "their labels"));
 }
 
 TEST(LandmarkPairs, LeaveOutWhatOneSideHasAlone) {
@@ -60,9 +61,9 @@ TEST(LandmarkPairs, LeaveOutWhatOneSideHasAlone) {
   const LandmarkPairs pairs = pair_landmarks(first, other, notes);
   EXPECT_THAT(pairs.first, ElementsAre(0, 2, 3));
   EXPECT_THAT(pairs.other, ElementsAre(0, 3, 2));
-  EXPECT_THAT(notes,
-              ElementsAre(HasSubstr("another order"), "a.csv: 1 of 4 landmarks is not in b.csv and is left out: 'chin'",
-                          "b.csv: 2 of 5 landmarks are not in a.csv and are left out: 'brow', 'lip'"));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("a different order"),
+                                 "a.csv: 1 of 4 landmarks is not in b.csv and is left out: 'chin'",
+                                 "b.csv: 2 of 5 landmarks are not in a.csv and are left out: 'brow', 'lip'"));
   const Landmarks filled = in_order_of(first, other, notes);
   EXPECT_EQ(filled.count(), 4);
   EXPECT_TRUE(std::isnan(filled.points(0, 1)));
@@ -93,7 +94,7 @@ TEST(LandmarkPairs, FollowTheOrderWhereNothingElsePairs) {
   }
   Names notes;
   EXPECT_THAT(pair_landmarks(first, labelled("b.csv", {"left", "nose", "right"}), notes).other, ElementsAre(0, 1, 2));
-  EXPECT_THAT(notes, ElementsAre("a.csv and b.csv: the landmark 'nose' is at different places and most other labels "
+  EXPECT_THAT(notes, ElementsAre("a.csv and b.csv: the landmark 'nose' is in different positions and most other labels "
                                  "differ; landmarks are paired by their order"));
 }
 
@@ -103,9 +104,10 @@ TEST(LandmarkPairs, NeedAsManyWhereNothingPairsThem) {
     return error_of([&] { pair_landmarks(labelled("a.csv", {"x", "y", "z"}), other, notes); });
   };
   EXPECT_THAT(error_with(counted_points("b.csv", 4)),
-              HasSubstr("a.csv has 3, b.csv has 4; landmarks need the same ones in both, or labels or numbers"));
-  EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})),
-              HasSubstr("none of their labels are in both, and landmarks pair by these where half of the smaller"));
+              HasSubstr("a.csv has 3, b.csv has 4; both need the same landmarks, or labels or numbers"));
+  EXPECT_THAT(
+      error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})),
+      HasSubstr("none of their labels are in both, and landmarks are paired by these only where half of the smaller"));
   EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "y"})),
               HasSubstr("only 1 of their labels are in both"));
 }
@@ -127,8 +129,9 @@ TEST(CoordinateFrames, AreThoseOfTheOther) {
   EXPECT_EQ(turned.curves.front(), turned.points);
   EXPECT_EQ(turned.axes, "LPS");
   EXPECT_EQ(turned.units, "mm");
-  EXPECT_THAT(notes, ElementsAre("a.fcsv: its axes are RAS, those of b.fcsv LPS; converted by the signs of x and y",
-                                 "a.fcsv: its unit of length is um, that of b.fcsv mm; converted"));
+  EXPECT_THAT(notes,
+              ElementsAre("a.fcsv: its axes are RAS, those of b.fcsv LPS; converted by changing the signs of x and y",
+                          "a.fcsv: its unit of length is um, that of b.fcsv mm; converted"));
 }
 
 TEST(CoordinateFrames, AreLeftAloneWhereOneIsNotKnown) {
@@ -153,7 +156,7 @@ TEST(CoincidentLandmarks, AreListedAndMerged) {
   EXPECT_TRUE(is_repeated(shape.points, 0, 4));
   EXPECT_FALSE(is_repeated(shape.points, 0, 1));
   EXPECT_EQ(merged_note(shape, 0, 4, "in both shapes"),
-            "a.csv: landmarks 1 and 5 are at the same place in both shapes and taken as one: a closed outline");
+            "a.csv: landmarks 1 and 5 are at the same position in both shapes and are merged: a closed outline");
   const Landmarks one = merged(shape, 1, 3, {3, 1});
   ASSERT_EQ(one.count(), 4);
   EXPECT_EQ(one.points.col(1), Eigen::Vector2d(1, 0.25));

@@ -181,7 +181,7 @@ TEST_F(RegistrationPictureTest, SaysWhatIsWrongWithTheTarget) {
   EXPECT_EQ(refusal_with([](auto& picture) { picture.target.points(0, 1) = 1e305; }),
             "registration picture: point 2 of the target is larger than 1e+300, too large to be drawn");
   EXPECT_EQ(refusal_with([](auto& picture) { picture.target.points.setConstant(kMissing); }),
-            "registration picture: the target misses all of its coordinates");
+            "registration picture: the target has no coordinates");
   EXPECT_EQ(refusal_with([](auto& picture) { picture.target.points = loop(2, 9, 1); }),
             "registration picture: the target has 9 landmarks, the source 8");
   EXPECT_EQ(refusal_with([](auto& picture) {

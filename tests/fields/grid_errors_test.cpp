@@ -72,7 +72,7 @@ TEST_F(WrongGridFields, AreNoFiles) {
   EXPECT_EQ(error_of_reading("x,y\n1,2\n"), "file is neither MetaImage (.mha) nor NRRD (.nrrd); it begins with 'x,y'");
 }
 
-/// Wherever a file ends it is told, whatever is left of it.
+/// A truncated file is reported, wherever it ends.
 TEST_F(WrongGridFields, AreCutOff) {
   for (const bool compressed : {false, true})
     for (const char* const name : {"f.mha", "f.nrrd"}) {
@@ -122,7 +122,7 @@ TEST_F(WrongGridFields, HaveWrongMetaImageHeaders) {
   EXPECT_EQ(
       meta_image_error(good, "ElementDataFile = f.raw\n"),
       "file:5: ElementDataFile is 'f.raw'; numbers in another file are not read; they must be in this one (LOCAL)");
-  EXPECT_EQ(meta_image_error(good, ""), "file:5: '\?\?' stands in the header; 'Key = value' is needed");
+  EXPECT_EQ(meta_image_error(good, ""), "file:5: '\?\?' is in the header; 'Key = value' is needed");
   EXPECT_EQ(error_of_reading("NDims = 2\n" + good), "file: its header has no 'ElementDataFile'");
   EXPECT_EQ(meta_image_error("DimSize = 2\n"), "file:2: DimSize is '2'; 2 numbers are needed");
   EXPECT_EQ(meta_image_error("DimSize = 2 x\n"), "file:2: a number of DimSize is 'x'; a number is needed");
@@ -149,7 +149,7 @@ TEST_F(WrongGridFields, HaveWrongNrrdHeaders) {
   EXPECT_THAT(nrrd_error(good + "datafile: f.raw\n"), HasSubstr("'f.raw'; numbers in another file are not read"));
   EXPECT_EQ(error_of_reading("NRRD0004\ntype: float\n"),
             "file:3: the file ends in its header; an empty line and the numbers are needed");
-  EXPECT_EQ(nrrd_error("what\n"), "file:2: 'what' stands in the header; 'field: value' is needed");
+  EXPECT_EQ(nrrd_error("what\n"), "file:2: 'what' is in the header; 'field: value' is needed");
   EXPECT_EQ(nrrd_error("type: block\nencoding: raw\ndimension: 2\nsizes: 2 1\n"),
             "file:2: type is 'block'; it must be float, double or a whole type such as uint8");
   EXPECT_EQ(nrrd_error("type: uint8\nencoding: text\ndimension: 2\nsizes: 2 1\n"),
@@ -172,11 +172,11 @@ TEST_F(WrongGridFields, HaveWrongNrrdHeaders) {
   EXPECT_THAT(nrrd_error(good + "space directions: (1,0) (0,0)\n"), HasSubstr("a spacing is 0"));
   EXPECT_THAT(nrrd_error(good + "spacings:\n"), HasSubstr("2 numbers are needed"));
   EXPECT_THAT(nrrd_error(good + "space origin: none\n"), HasSubstr("one vector is needed"));
-  EXPECT_THAT(nrrd_error(good + "axis mins: 0 0\n"), HasSubstr("places are read from space origin"));
+  EXPECT_THAT(nrrd_error(good + "axis mins: 0 0\n"), HasSubstr("positions are read from space origin"));
   EXPECT_THAT(nrrd_error(good + "byte skip: -1\n"), HasSubstr("it must be 0"));
   EXPECT_THAT(nrrd_error(type + "dimension: 3\nsizes: 2 1 1\nkinds: vector domain domain\n"
                                 "measurement frame: (0,1) (1,0)\n"),
-              HasSubstr("vectors are read in the identity's frame only"));
+              HasSubstr("vectors are read only in the frame of the identity"));
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ TEST_F(CoordinateRows, MayHaveOneOrThreeAxesGroupsAndNames) {
 
 TEST_F(CoordinateRows, AreRefusedWhereCoordinatesRepeatOrLack) {
   EXPECT_EQ(read_error("axis,landmark,value\nx,1,1\ny,1,2\nx,1,3\n"),
-            "t.csv:4: x of landmark '1' stands on line 2 already");
+            "t.csv:4: x of landmark '1' is already on line 2");
   EXPECT_EQ(read_error("axis,shape,landmark,value\nx,A,1,1\ny,A,1,2\ny,A,2,2\n"),
             "t.csv:4: landmark '2' of specimen 'A' has no line with its x; where that is missing, write NA");
   EXPECT_EQ(read_error("axis,landmark,value\nw,1,1\n"),
@@ -77,7 +77,8 @@ TEST_F(CoordinateRows, AreRefusedWhereCoordinatesRepeatOrLack) {
   EXPECT_EQ(read_error("axis,landmark,value\nx,,1\n"), "t.csv:2: the landmark has no name; each line needs one");
   EXPECT_EQ(read_error("axis,landmark,shape,value\nx,1,,1\n"), "t.csv:2: the specimen is empty; each line needs one");
   EXPECT_EQ(read_error("axis,landmark,value\n"), "t.csv holds a header and no landmarks");
-  EXPECT_EQ(read_error("axis,landmark,value\nx,1\n"), "t.csv:2: 2 columns, but line 1 has 3; all lines need as many");
+  EXPECT_EQ(read_error("axis,landmark,value\nx,1\n"),
+            "t.csv:2: 2 columns, but line 1 has 3; all lines must have the same number");
 }
 
 // ---- a shape per line
@@ -182,7 +183,7 @@ TEST_F(ShapeRows, NeedNoHeaderWhereTheirNumbersAreOfOneDimension) {
   EXPECT_EQ(read("a 1 2 3 4 5 6 7 8 9\n").shapes.front().points.col(2), Eigen::Vector3d(7, 8, 9));
   EXPECT_EQ(read_error("a 1 2 3 4 5 6\n"),
             "t.csv:1: a name and 6 numbers may be 3 landmarks in 2D or 2 in 3D; a header id,x1,y1,... or "
-            "id,x1,y1,z1,... tells which");
+            "id,x1,y1,z1,... says which");
   EXPECT_EQ(read_error("a 1 2 3 4 5\n"), "t.csv:1: a name and 5 numbers, which landmarks in 2D or 3D cannot have");
   EXPECT_EQ(read_error("a 1 2 3 4\nb 1 2\n"),
             "t.csv:1: 'a' is not a number; a table with more than coordinates needs a "
@@ -191,10 +192,9 @@ TEST_F(ShapeRows, NeedNoHeaderWhereTheirNumbersAreOfOneDimension) {
 
 TEST_F(ShapeRows, AreRefusedWhereColumnsDoNotFit) {
   EXPECT_EQ(read_error("id,X1,Y1,X2\nA,1,2,3\n"), "t.csv:1: no column holds y of landmark 2");
-  EXPECT_EQ(read_error("id,X1,Y1,1.X\nA,1,2,3\n"),
-            "t.csv:1: the columns 'X1' and '1.X' mean the same, one of them is needed");
+  EXPECT_EQ(read_error("id,X1,Y1,1.X\nA,1,2,3\n"), "t.csv:1: the columns 'X1' and '1.X' mean the same; give only one");
   EXPECT_EQ(read_error("id,X1,Y1\nA,1,2\nB,1,?!\n"), "t.csv:3: landmark 1 of shape 2: y is '?!'; a number is needed");
-  EXPECT_EQ(read_error("id,X1,Y1\nA,1\n"), "t.csv:2: 2 columns, but line 1 has 3; all lines need as many");
+  EXPECT_EQ(read_error("id,X1,Y1\nA,1\n"), "t.csv:2: 2 columns, but line 1 has 3; all lines must have the same number");
   EXPECT_EQ(read_error("id,X1,Y1\n"), "t.csv holds a header and no landmarks");
   EXPECT_THAT(read_error("id,x1,x2,x3\nA,1,2,3\n"), HasSubstr("t.csv:1: no coordinates in the columns 'id', 'x1',"));
 }
@@ -224,7 +224,7 @@ TEST_F(AxisRows, AreRefusedOutOfOrder) {
   EXPECT_EQ(read_error("A,x,1,3\nA,width,2,4\n"),
             "t.csv:2: column 2 names no axis; it needs x, y or z, as in the first line");
   EXPECT_EQ(read_error("A,x,1,3\nA,y,2,4\nB,x,1,2\n"),
-            "t.csv:3: a shape of 1 axis, but the one of line 1 has 2; all shapes need as many");
+            "t.csv:3: a shape of 1 axis, but the one of line 1 has 2; all shapes must have the same number");
   EXPECT_EQ(read_error("A,x,1,3\nA,y,2,far\n"), "t.csv:2: landmark 2 of shape 1: y is 'far'; a number is needed");
 }
 
@@ -238,7 +238,8 @@ TEST_F(AxisRows, MayDoWithoutNames) {
             "t.csv:1: the first column counts the lines; the table needs a header such as id,x,y,z");
   EXPECT_EQ(read("1,2,3,4\n5,6,7,8\n9,10,11,12\n").shapes.front().points.col(3), Eigen::Vector3d(4, 8, 12));
   EXPECT_EQ(read("1,2,3\n4,5,6\n").shapes.front().points, (Points(3, 2) << 1, 4, 2, 5, 3, 6).finished());
-  EXPECT_EQ(read_error("1,2,3,4\n5,6,7\n"), "t.csv:2: 3 columns, but line 1 has 4; all lines need as many");
+  EXPECT_EQ(read_error("1,2,3,4\n5,6,7\n"),
+            "t.csv:2: 3 columns, but line 1 has 4; all lines must have the same number");
   EXPECT_THAT(read_error("1,2,3,4\n5,6,7,8\n1,2,3,4\n5,6,7,8\n"), HasSubstr("t.csv:1: 4 columns without a header;"));
 }
 
@@ -253,9 +254,9 @@ TEST_F(NamedPoints, NeedNoHeader) {
 }
 
 TEST_F(NamedPoints, AreRefusedWhereTheyAreSomethingElse) {
-  EXPECT_THAT(read_error("tip,1,2\ntip,3,4\n"), HasSubstr("t.csv:2: landmark 'tip' stands on line 1 already;"));
+  EXPECT_THAT(read_error("tip,1,2\ntip,3,4\n"), HasSubstr("t.csv:2: landmark 'tip' is already on line 1;"));
   EXPECT_THAT(read_error("depth,1\nage,2\n"), HasSubstr("t.csv:1: 'depth' is not a number;"));
-  EXPECT_THAT(read_error("tip 1 2\nthe end\n", "t.txt"), HasSubstr("is in none of the landmark formats"));
+  EXPECT_THAT(read_error("tip 1 2\nthe end\n", "t.txt"), HasSubstr("is not in any of the landmark formats"));
 }
 
 // ---- decimal commas

@@ -71,9 +71,10 @@ TEST_F(ColumnNames, MayCountLandmarksBesideTheirLabels) {
 
 TEST_F(ColumnNames, AreRefusedWhereAnotherColumnMayTellShapesApart) {
   const std::string rows = "\nvag,1,2\nvag,3,4\nimp,5,6\nimp,7,8\n";
-  EXPECT_EQ(read_error("species,x,y" + rows),
-            "t.csv:1: the values of the column 'species' repeat in runs: call it 'specimen' if it tells shapes apart, "
-            "'group' if it tells outlines apart, else take it out");
+  EXPECT_EQ(
+      read_error("species,x,y" + rows),
+      "t.csv:1: the values of the column 'species' repeat in runs: call it 'specimen' if it distinguishes shapes, "
+      "'group' if it distinguishes outlines, otherwise remove it");
   EXPECT_EQ(read("species,x,y\nvag,1,2\nvag,3,4\n").shapes.front().count(), 2);
   EXPECT_EQ(read("label,side,x,y\na,l,1,2\nb,l,3,4\nc,r,5,6\nd,r,7,8\n").shapes.front().count(), 4);
 }

@@ -68,8 +68,8 @@ TEST_F(ExcelTables, HaveMarksOfTheirOwnForMissingValues) {
 
 TEST_F(ExcelTables, WithBlankLinesBetweenBlocksAreDoubted) {
   EXPECT_THAT(read("5,2\n3,4\n\n5,6\n7,8\n").warnings,
-              ElementsAre("t.txt: blank lines part the table into 2 blocks of 2 lines, which are read as one shape; a "
-                          "column specimen tells shapes apart"));
+              ElementsAre("t.txt: blank lines split the table into 2 blocks of 2 lines, which are read as one shape; a "
+                          "column specimen distinguishes shapes"));
   EXPECT_THAT(read("5,2\n\n3,4\n\n5,6\n").warnings, IsEmpty());
   EXPECT_THAT(read("label,x,y\na,5,2\nb,3,4\n\nc,5,6\nd,7,8\n").warnings, IsEmpty());
 }
@@ -140,7 +140,8 @@ TEST_F(ProgramTables, OfImageJNameTheImageInEachLine) {
   EXPECT_THAT(file.warnings,
               ElementsAre("t.txt: the values of the column 'Label' repeat in runs; it is read as the specimen"));
   EXPECT_EQ(read(" ,Label,X,Y\n1,a.tif,1,2\n2,a.tif,3,4\n").shapes.front().name, "a.tif");
-  EXPECT_THAT(read_error("label,x,y\nnose,1,2\nnose,3,4\ntail,5,6\n"), HasSubstr("landmark 'nose' stands on line 2"));
+  EXPECT_THAT(read_error("label,x,y\nnose,1,2\nnose,3,4\ntail,5,6\n"),
+              HasSubstr("landmark 'nose' is already on line 2"));
   EXPECT_EQ(read("label,x,y,group\na,1,2,1\nb,3,4,1\na,5,6,2\nb,7,8,2\n").shapes.size(), 1U);
   EXPECT_EQ(read("Slice,X,Y,C-pos,Z-pos\n1,1,2,1,1\n").shapes.front().points, points_2d({1, 2}));
 }

@@ -106,10 +106,9 @@ TEST_F(CsvFile, WarnsWhereItHadToChoose) {
               ElementsAre("w.csv: columns that are not used: 'weight'"));
   EXPECT_THAT(read("w.csv", "5\n7\n6\n").warnings,
               ElementsAre("w.csv: one column without a header, read as 3 landmarks on a line (1D)"));
-  EXPECT_THAT(
-      read("w.csv", "5\n70\n6\n72\n8\n75\n9\n71\n").warnings,
-      ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D); if x and y take turns, "
-                  "--dim 2 reads them so"));
+  EXPECT_THAT(read("w.csv", "5\n70\n6\n72\n8\n75\n9\n71\n").warnings,
+              ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D); if it holds x and y "
+                          "in turn, use --dim 2"));
   EXPECT_THAT(read("w.csv", "1\n2\n4\n5\n7\n6\n9\n8\n").warnings,
               ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D)"));
   EXPECT_THAT(
@@ -131,18 +130,15 @@ TEST_F(CsvFile, RefusesTablesWithoutCoordinates) {
 }
 
 TEST_F(CsvFile, RefusesAmbiguousColumns) {
-  EXPECT_EQ(read_error("t.csv", "x,y,X\n1,2,3\n"),
-            "t.csv:1: the columns 'x' and 'X' mean the same, one of them is needed");
-  EXPECT_EQ(
-      read_error("t.csv", "id,landmark,x,y\n1,2,3,4\n"),
-      "t.csv:1: the columns 'id' and 'landmark' mean the same, one of them is needed; call the one that names the "
-      "specimen 'specimen'");
-  EXPECT_EQ(
-      read_error("t.csv", "landmark,x,y\n1,2,3\n2,4,5\n1,6,7\n"),
-      "t.csv:4: landmark '1' stands on line 2 already; labels must differ within a shape, a column specimen tells "
-      "shapes apart and a column group outlines");
+  EXPECT_EQ(read_error("t.csv", "x,y,X\n1,2,3\n"), "t.csv:1: the columns 'x' and 'X' mean the same; give only one");
+  EXPECT_EQ(read_error("t.csv", "id,landmark,x,y\n1,2,3,4\n"),
+            "t.csv:1: the columns 'id' and 'landmark' mean the same; give only one; call the one that names the "
+            "specimen 'specimen'");
+  EXPECT_EQ(read_error("t.csv", "landmark,x,y\n1,2,3\n2,4,5\n1,6,7\n"),
+            "t.csv:4: landmark '1' is already on line 2; labels must differ within a shape, a column specimen "
+            "distinguishes shapes and a column group distinguishes outlines");
   EXPECT_THAT(read_error("t.csv", "specimen,landmark,x\nA,1,2\nA,1,3\n"),
-              StartsWith("t.csv:3: landmark '1' of specimen 'A' stands on line 2 already;"));
+              StartsWith("t.csv:3: landmark '1' of specimen 'A' is already on line 2;"));
   EXPECT_EQ(read_error("t.csv", "specimen,landmark,x,y\n,1,2,3\nA,2,4,5\n"),
             "t.csv:2: the specimen is empty; each line needs one");
   EXPECT_EQ(read_error("t.csv", "specimen,landmark,x,y\nA,1,2,3\nA,2,2,3\n,3,4,5\n"),
@@ -150,8 +146,10 @@ TEST_F(CsvFile, RefusesAmbiguousColumns) {
 }
 
 TEST_F(CsvFile, RefusesLinesThatDoNotFit) {
-  EXPECT_EQ(read_error("t.csv", "x,y\n1,2\n\n1,2,3\n"), "t.csv:4: 3 columns, but line 1 has 2; all lines need as many");
-  EXPECT_EQ(read_error("t.csv", "1,2\n3\n"), "t.csv:2: 1 column, but line 1 has 2; all lines need as many");
+  EXPECT_EQ(read_error("t.csv", "x,y\n1,2\n\n1,2,3\n"),
+            "t.csv:4: 3 columns, but line 1 has 2; all lines must have the same number");
+  EXPECT_EQ(read_error("t.csv", "1,2\n3\n"),
+            "t.csv:2: 1 column, but line 1 has 2; all lines must have the same number");
   EXPECT_EQ(
       read_error("t.csv", "1,2,3,4\n"),
       "t.csv:1: 4 columns without a header; a table without one has the columns x[,y[,z]], one landmark per line");
@@ -204,7 +202,8 @@ TEST_F(CsvFile, IsRecognisedWithMissingCoordinates) {
   }
   EXPECT_TRUE(have_same_bits(read_one("points.txt", "NA,5\n1,2\n").points, points_2d({kNone, 5, 1, 2})));
   EXPECT_TRUE(have_same_bits(read_one("all.csv", "NA,NA\n").points, points_2d({kNone, kNone})));
-  EXPECT_THAT(read_error("notes.txt", "-\nfirst, a line of text\n"), HasSubstr("is in none of the landmark formats"));
+  EXPECT_THAT(read_error("notes.txt", "-\nfirst, a line of text\n"),
+              HasSubstr("is not in any of the landmark formats"));
 }
 
 }  // namespace

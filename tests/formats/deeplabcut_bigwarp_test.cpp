@@ -62,8 +62,7 @@ TEST_F(DeepLabCut, HoldsPredictionsByFrame) {
   EXPECT_EQ(file.shapes[1].points, points_2d({3, 4}));
   EXPECT_EQ(file.shapes[1].name, "1");
   EXPECT_EQ(file.shapes[1].image, "");
-  EXPECT_THAT(file.warnings,
-              ElementsAre("t.txt: likelihood is not used (1 column); landmarks are read whatever it is"));
+  EXPECT_THAT(file.warnings, ElementsAre("t.txt: likelihood is not used (1 column); all landmarks are read"));
 }
 
 TEST_F(DeepLabCut, MayHaveRowsOfEmptyCells) {
@@ -87,7 +86,7 @@ TEST_F(DeepLabCut, IsRefusedWhereItsHeaderDoesNotFit) {
   EXPECT_EQ(read_error(begin + "coords,x,y\na.png,1,far\n"),
             "t.csv:4: landmark 'tip' of 'a': y is 'far'; a number is needed");
   EXPECT_EQ(read_error(begin + "coords,x,y\na.png,1\n"),
-            "t.csv:4: 2 columns, but line 1 has 3; all lines need as many");
+            "t.csv:4: 2 columns, but line 1 has 3; all lines must have the same number");
   EXPECT_EQ(read_error(begin + "coords,,\na.png,1,2\n"), "t.csv:3: no column holds x");
   const std::string name(201, 'a');
   EXPECT_EQ(read_error("scorer,me,me\nbodyparts," + name + "," + name + "\ncoords,x,y\na.png,1,2\n"),
@@ -125,7 +124,7 @@ TEST_F(BigWarp, KnowsLandmarksByNumberWhereNamesRepeat) {
 TEST_F(BigWarp, IsRefusedWhereLinesDoNotFit) {
   EXPECT_EQ(read_error("a,true,1,2,3,4\nb,yes,5,6,7,8\n"), "t.csv:2: 'yes' in the second column; valid: true, false");
   EXPECT_EQ(read_error("a,true,1,2,3,4\nb,true,5,6,7\n"),
-            "t.csv:2: 5 columns, but line 1 has 6; all lines need as many");
+            "t.csv:2: 5 columns, but line 1 has 6; all lines must have the same number");
   EXPECT_EQ(read_error("a,true,1,2,3,4\nb,true,5,6,far,8\n"),
             "t.csv:2: landmark 'b' of target: x is 'far'; a number is needed");
 }

@@ -79,14 +79,16 @@ TEST_F(DlibFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(error("<image><box><part name='a' x='1' y='2'/>\n<part name='a' x='1' y='2'/></box></image>"),
             "a.xml:8: the part 'a' is in this box twice");
   EXPECT_EQ(error("<image>\n<part name='a' x='1' y='2'/></image>"),
-            "a.xml:8: a <part> outside of all boxes; it belongs between <box> and </box>");
+            "a.xml:8: a <part> outside of all boxes; it must be between <box> and </box>");
   EXPECT_EQ(error("<image><box><part name='a' x=1 y='2'/></box></image>"),
-            "a.xml:7: 'x=1 y='2'/></box></image></images>' in the tag <part>; name='value' is right");
-  EXPECT_EQ(error("<image><box>\n</image>"), "a.xml:8: </image> where </box> is right");
-  EXPECT_EQ(error("<image><box>\n<box/></box></image>"), "a.xml:8: a <box> within another; </box> is right before it");
+            "a.xml:7: 'x=1 y='2'/></box></image></images>' in the tag <part>; name='value' is expected");
+  EXPECT_EQ(error("<image><box>\n</image>"), "a.xml:8: </image> where </box> is expected");
+  EXPECT_EQ(error("<image><box>\n<box/></box></image>"),
+            "a.xml:8: a <box> within another; </box> is expected before it");
   EXPECT_EQ(read_error("a.xml", kHead + "<image>\n"), "a.xml:7: <image> has no end in this file");
   EXPECT_EQ(read_error("a.xml", kHead + "<image"), "a.xml:7: the tag <image> has no '>'");
-  EXPECT_EQ(read_error("a.xml", kHead + "<image <!-- "), "a.xml:7: '<!-- ' in the tag <image>; name='value' is right");
+  EXPECT_EQ(read_error("a.xml", kHead + "<image <!-- "),
+            "a.xml:7: '<!-- ' in the tag <image>; name='value' is expected");
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ std::string sniffed(std::string_view text) {
   return "none";
 }
 
-bool is_told(const std::vector<std::string>& losses, const std::string& part) {
+bool is_reported(const std::vector<std::string>& losses, const std::string& part) {
   return std::any_of(losses.begin(), losses.end(),
                      [&](const std::string& loss) { return loss.find(part) != std::string::npos; });
 }
@@ -63,13 +63,13 @@ void expect_written_and_read(const LandmarkFormat& format, const LandmarkFile& f
   ASSERT_EQ(back.shapes.size(), file.shapes.size());
   for (std::size_t s = 0; s < file.shapes.size(); ++s) {
     Points expected = file.shapes[s].points;
-    if (is_told(written.losses, "get z = 0")) {
+    if (is_reported(written.losses, "get z = 0")) {
       expected.conservativeResize(3, Eigen::NoChange);
       expected.row(2).setZero();
       for (const int missing : incomplete_points(expected)) expected.col(missing).setConstant(std::nan(""));
     }
     EXPECT_TRUE(have_same_bits(back.shapes[s].points, expected));
-    const bool has_labels = !is_told(written.losses, "cannot hold labels");
+    const bool has_labels = !is_reported(written.losses, "cannot hold labels");
     EXPECT_EQ(back.shapes[s].labels, has_labels ? file.shapes[s].labels : std::vector<std::string>());
   }
 }

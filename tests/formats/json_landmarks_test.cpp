@@ -117,7 +117,7 @@ TEST_F(JsonFile, IsRefusedByPlace) {
   EXPECT_EQ(read_error("{\"points\": [[1, 2], [3, \"x\"]]}"), "t.txt: 'points[1]' is not a list of 1, 2 or 3 numbers");
   EXPECT_EQ(read_error("{\"points\": [[1, 2]], \"labels\": [\"a\", \"b\"]}"),
             "t.txt: 'labels' has 2 items for 1 point");
-  EXPECT_EQ(read_error("{\"points\": [[1, 2]], \"labels\": [1]}"), "t.txt: 'labels' has no text as item 1");
+  EXPECT_EQ(read_error("{\"points\": [[1, 2]], \"labels\": [1]}"), "t.txt: 'labels' has no string as item 1");
   EXPECT_EQ(read_error("{\"a\": 1}"),
             "t.txt: the file has none of the keys 'shapes', 'points', or 'source', 'target' and 'result'");
 }
@@ -183,7 +183,7 @@ TEST_F(JsonFile, TellsOfNamesThatAreNoText) {
   LandmarkFile file = one_shape(points_2d({1, 2}));
   file.shapes[0].name = "poisson \xE9";
   EXPECT_THAT(write_landmark_file("t.json", file),
-              ElementsAre("t.json: bytes of names that are not UTF-8 are replaced"));
+              ElementsAre("t.json: bytes in names that are not UTF-8 are replaced"));
   EXPECT_EQ(read_landmarks("t.json").points, points_2d({1, 2}));
 }
 
@@ -222,7 +222,7 @@ TEST_F(JsonFile, OfLabelmeMayHoldOutlinesAlone) {
   const LandmarkFile file = read(labelme(annotation("polygon", "\"cell\"", "[[1, 2], [3, 4], [5, 7]]") + ", " +
                                          annotation("line", "\"axis\"", "[[0, 2], [3, 5]]")));
   EXPECT_THAT(file.warnings, ElementsAre("t.txt: 1 shape without landmarks: the points of curves and outlines are "
-                                         "taken as such, a group for each"));
+                                         "taken as landmarks, one group for each"));
   EXPECT_EQ(file.shapes[0].points, points_2d({0, 2, 3, 5, 1, 2, 3, 4, 5, 7}));
   EXPECT_THAT(file.shapes[0].groups, ElementsAre("curve 1", "curve 1", "outline 1", "outline 1", "outline 1"));
 }

@@ -57,7 +57,7 @@ TEST_F(Address, WarnsOfWhatMayMarkMissingLandmarks) {
   write("a.tps", "LM=3\n-1 -1\n4 5\n-1.0 -1.0\n");
   EXPECT_THAT(warnings("a.tps"),
               ElementsAre("a.tps: 2 landmarks with -1 in each coordinate, often the mark of a missing "
-                          "one, read as a point like any other: --missing negative tells them apart"));
+                          "one, read as a point like any other: --missing negative distinguishes them"));
   EXPECT_TRUE(read_landmark_file("a.tps", {.negative_is_missing = true}).warnings.empty());
   write("b.csv", "0,5\n-1,-1\n0,1\n");
   EXPECT_THAT(warnings("b.csv"), ElementsAre(HasSubstr("1 landmark with -1")));
@@ -121,11 +121,12 @@ TEST_F(Unreadable, IsRefused) {
   EXPECT_EQ(read_error("marks.txt", "\xEF\xBB\xBF\xEF\xBB\xBF"), "marks.txt is empty");
   EXPECT_EQ(read_error("utf16.csv", std::string("x\0,\0y\0", 6)),
             "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
-  EXPECT_EQ(read_error("notes.txt", "Landmark 1 is the tip\n"),
-            "notes.txt is in none of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, menpo, dlib, json, tps, "
-            "ibug, elastix, "
-            "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
-            "'Landmark 1 is the tip'");
+  EXPECT_EQ(
+      read_error("notes.txt", "Landmark 1 is the tip\n"),
+      "notes.txt is not in any of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, menpo, dlib, json, tps, "
+      "ibug, elastix, "
+      "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
+      "'Landmark 1 is the tip'");
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ TEST_F(ReadFormat, MayBeNamed) {
   EXPECT_EQ(read_with({.format = "csv"}, "a.tps", text).points, points_2d({1, 2, 3, 4}));
   EXPECT_EQ(error_with({.format = "tps"}, "a.csv", text), "a.csv:1: '1 2'; a tps file begins with LM= or LM3=");
   EXPECT_THAT(error_with({.format = "tsp"}, "a.csv", text),
-              HasSubstr("'tsp' is no landmark format; did you mean 'tps'; valid: npy, "));
+              HasSubstr("'tsp' is not a landmark format; did you mean 'tps'; valid: npy, "));
 }
 
 // ---- columns
@@ -88,7 +88,7 @@ TEST_F(ReadColumns, AreOfTablesAlone) {
   write("a.tps", "LM=1\n1 2\n");
   const LandmarkFile file = read_landmark_file("a.tps", {.columns = {{"x", "a"}}});
   EXPECT_EQ(file.shapes[0].points, Eigen::Vector2d(1, 2));
-  EXPECT_THAT(file.warnings, ElementsAre("a.tps: it is no table but tps; the names of columns are not used"));
+  EXPECT_THAT(file.warnings, ElementsAre("a.tps: it is not a table but tps; the names of columns are not used"));
 }
 
 TEST_F(ReadInTurn, TakesTheCoordinatesOfOneColumn) {
@@ -129,11 +129,11 @@ TEST_F(ReadLandmarks, AreRefusedWhereTheyAreNotThere) {
   EXPECT_EQ(error("1-20"), "a.csv has no landmark 4; they are numbered from 1 to 3");
   EXPECT_EQ(error("0"), "a.csv has no landmark 0; they are numbered from 1 to 3");
   EXPECT_EQ(error("tipp"), "a.csv has no landmark 'tipp'; did you mean 'tip'?");
-  EXPECT_EQ(error("1,,2"), "a.csv has no landmark ''; a label, a number or a range such as 1-20 is right");
+  EXPECT_EQ(error("1,,2"), "a.csv has no landmark ''; a label, a number or a range such as 1-20 is expected");
   EXPECT_EQ(error("3-1"), "a.csv: the range '3-1' of landmarks ends before it begins");
   EXPECT_EQ(error("1-2,tip"), "a.csv: landmark 'tip' is in the list of landmarks twice");
   EXPECT_EQ(error_with({.landmarks = "a"}, "a.tps", "LM=1\n1 2\n"),
-            "a.tps has no landmark 'a'; it has no labels, and a number or a range such as 1-20 is right");
+            "a.tps has no landmark 'a'; it has no labels, and a number or a range such as 1-20 is expected");
 }
 
 // ---- points of curves
@@ -185,7 +185,7 @@ TEST_F(ReadCurves, AreRefusedWithoutLength) {
   EXPECT_EQ(error_with({.curve_points = 2}, "a.tps", "LM=1\n9 9\nCURVES=1\nPOINTS=1\n0 0\n"),
             "a.tps: curve 1 cannot be resampled: it has no length");
   EXPECT_EQ(error_with({.curve_points = 2}, "a.tps", "LM=1\n9 9\n"),
-            "a.tps has no curves or outlines that points could be taken of");
+            "a.tps has no curves or outlines to take points from");
 }
 
 // ---- scales
@@ -212,7 +212,7 @@ TEST_F(ReadScale, MayHaveAUnit) {
 
 TEST_F(ReadScale, IsNeededOfEachShape) {
   EXPECT_EQ(error_with({.applies_scale = true}, "a.tps", "LM=1\n1 2\nSCALE=2\nLM=1\n1 2\n"),
-            "a.tps#2 has no scale that its coordinates could be multiplied by");
+            "a.tps#2 has no scale to multiply its coordinates by");
   EXPECT_EQ(error_with({.applies_scale = true}, "a.tps", "LM=1\n1 2\nSCALE=-2\n"),
             "a.tps: its scale is -2; a number greater than 0 is needed");
   EXPECT_EQ(error_with({.applies_scale = true}, "a.tps", "LM=1\n1e200 2\nSCALE=1e200\n"),

@@ -41,7 +41,7 @@ class ReadingFiles : public InTemporaryFolder {
   }
 };
 
-/// The same where the content alone tells the format.
+/// The same where only the content identifies the format.
 class ReadingTexts : public ReadingFiles {
  protected:
   static LandmarkFile read(const std::string& text) { return ReadingFiles::read("t.txt", text); }

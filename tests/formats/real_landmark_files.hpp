@@ -24,7 +24,7 @@ struct RealFile {
   std::string first_name{};  ///< empty: the file's stem
   std::string last_name{};
   std::size_t warnings = 0;
-  std::size_t missing = 0;  ///< landmarks of all shapes that miss a coordinate
+  std::size_t missing = 0;  ///< landmarks of all shapes that have a missing coordinate
   bool differ = false;
 };
 

@@ -55,7 +55,7 @@ TEST_F(Fcsv, KnowsNumbersOfAxesAndTheirWords) {
   EXPECT_EQ(voxels.units, "voxels");
   EXPECT_THAT(voxels.warnings, ElementsAre(HasSubstr("indices (IJK)")));
   EXPECT_EQ(read_error(kMagic + "# CoordinateSystem = 7\n" + kRow),
-            "t.txt:2: CoordinateSystem is '7'; RAS, LPS, IJK or 0, 1, 2 is right");
+            "t.txt:2: CoordinateSystem is '7'; RAS, LPS, IJK or 0, 1, 2 is expected");
 }
 
 TEST_F(Fcsv, TakesColumnsInAnyOrder) {
@@ -189,9 +189,9 @@ TEST_F(Markups, HaveTheSchemasDefaults) {
   EXPECT_THAT(file.shapes[0].labels, IsEmpty());
   EXPECT_EQ(file.shapes[0].count(), 1);
   EXPECT_THAT(read(markups(markup(R"("type": "Plane")", kPoint))).warnings,
-              ElementsAre("t.txt: of markup 1, a Plane, the control points alone are read"));
+              ElementsAre("t.txt: of markup 1, a Plane, only the control points are read"));
   EXPECT_THAT(read(markups(markup(R"("type": "ROI")", kPoint))).warnings,
-              ElementsAre("t.txt: of markup 1, an ROI, the control points alone are read"));
+              ElementsAre("t.txt: of markup 1, an ROI, only the control points are read"));
 }
 
 TEST_F(Markups, MissLandmarksThatHaveNoPlace) {
@@ -226,11 +226,11 @@ TEST_F(Markups, AreRefusedByPlace) {
     EXPECT_EQ(read_error(markups(markup("", "{\"position\": " + position + "}"))),
               "t.txt: 'markups[0].controlPoints[0].position' is not a list of 3 numbers");
   EXPECT_EQ(read_error(markups(markup("", R"({"label": []})"))),
-            "t.txt: 'markups[0].controlPoints[0].label' is not a text");
+            "t.txt: 'markups[0].controlPoints[0].label' is not a string");
   EXPECT_EQ(read_error(markups(markup("", R"({"position": [1, 2]})"))),
             "t.txt: 'markups[0].controlPoints[0].position' is not a list of 3 numbers");
   EXPECT_EQ(read_error(markups(markup("\"coordinateSystem\": \"XYZ\"", ""))),
-            "t.txt: 'markups[0].coordinateSystem' is 'XYZ'; LPS or RAS is right");
+            "t.txt: 'markups[0].coordinateSystem' is 'XYZ'; LPS or RAS is expected");
   EXPECT_EQ(read_error(markups(markup("", "") + "," + markup("\"coordinateSystem\": \"RAS\"", ""))),
             "t.txt: 'markups[1]' has the axes 'RAS', the first has 'LPS'; one for all is needed");
   EXPECT_THAT(read_error(markups(kPoint) + "]"), StartsWith("t.txt:2: column "));
@@ -268,10 +268,10 @@ TEST_F(Markups, TellOfAllButTheirOneType) {
     return write_landmark_file("t.mrk.json", file);
   };
   EXPECT_THAT(losses({{"type", "Line"}}), IsEmpty());
-  const auto told = ElementsAre("t.mrk.json: mrk.json cannot hold properties");
-  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Line"}}), told);
-  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Angle"}}), told);
-  EXPECT_THAT(losses({{"type", "Fiducial"}}), told);  // where nothing is read
+  const auto reported = ElementsAre("t.mrk.json: mrk.json cannot hold properties");
+  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Line"}}), reported);
+  EXPECT_THAT(losses({{"type", "Line"}, {"type", "Angle"}}), reported);
+  EXPECT_THAT(losses({{"type", "Fiducial"}}), reported);  // where nothing is read
 }
 
 TEST_F(Markups, HaveWhatTheSchemaAsksFor) {
@@ -279,7 +279,7 @@ TEST_F(Markups, HaveWhatTheSchemaAsksFor) {
   file.shapes[0].groups = {"a", "b"};
   EXPECT_THAT(write_landmark_file("t.mrk.json", file),
               ElementsAre("t.mrk.json: mrk.json cannot hold groups", "t.mrk.json: landmarks in the plane get z = 0",
-                          "t.mrk.json: landmarks that miss a coordinate are written without any"));
+                          "t.mrk.json: landmarks that have a missing coordinate are written without any"));
   const std::string text = contents("t.mrk.json");
   for (const std::string part :
        {"\"@schema\": \"https://raw.githubusercontent.com/slicer/slicer/", "markups-schema-v1.0.3.json#\"",

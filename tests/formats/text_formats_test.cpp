@@ -48,16 +48,16 @@ TEST_F(IbugFile, RefusesWhatDoesNotFit) {
   const auto error_of_text = [](const std::string& text) { return read_error("f.pts", text); };
   EXPECT_EQ(error_of_text("version: 2\nn_points: 1\n{\n1 2\n}\n"), "f.pts:1: version '2' of the format; 1 is read");
   EXPECT_EQ(error_of_text("version: 1\nn_points: x\n{\n1 2\n}\n"),
-            "f.pts:2: 'x' where the number of points, a whole number from 1, is right");
+            "f.pts:2: 'x' where the number of points, a whole number from 1, is expected");
   EXPECT_EQ(error_of_text("version: 1\nn_points: 4000000000\n{\n1 2\n}\n"),
-            "f.pts:5: landmark 2 has 1 coordinate; 2 are right");
+            "f.pts:5: landmark 2 has 1 coordinate; 2 are expected");
   EXPECT_EQ(error_of_text("version: 1\nn_points: 4000000000\n{\n1 2\n"),
-            "f.pts:4: the file ends where landmark 2 of 4000000000 is right");
-  EXPECT_EQ(error_of_text("n_points: 1\n1 2\n}\n"), "f.pts:2: '1 2' where '{' is right");
-  EXPECT_EQ(error_of_text("n_points: 1\n{\n1 2\n3 4\n}\n"), "f.pts:4: '3 4' where '}' is right");
-  EXPECT_EQ(error_of_text("n_points: 1\n{\n1 2\n"), "f.pts:3: the file ends where '}' is right");
+            "f.pts:4: the file ends where landmark 2 of 4000000000 is expected");
+  EXPECT_EQ(error_of_text("n_points: 1\n1 2\n}\n"), "f.pts:2: '1 2' where '{' is expected");
+  EXPECT_EQ(error_of_text("n_points: 1\n{\n1 2\n3 4\n}\n"), "f.pts:4: '3 4' where '}' is expected");
+  EXPECT_EQ(error_of_text("n_points: 1\n{\n1 2\n"), "f.pts:3: the file ends where '}' is expected");
   EXPECT_EQ(error_of_text("n_points: 1\n{\n1 2\n}\n1 2\n"), "f.pts:5: '1 2' after the 1 point announced");
-  EXPECT_EQ(error_of_text("n_points: 1\n{\n1 2 3 4\n}\n"), "f.pts:3: '1 2 3 4' has 4 columns; 2 or 3 are right");
+  EXPECT_EQ(error_of_text("n_points: 1\n{\n1 2 3 4\n}\n"), "f.pts:3: '1 2 3 4' has 4 columns; 2 or 3 are expected");
   EXPECT_EQ(error_of_text("n_points: 1\n{\n1 a\n}\n"), "f.pts:3: landmark 1: y is 'a'; a number is needed");
 }
 
@@ -77,13 +77,13 @@ TEST_F(ElastixFile, TakesPointsAndIndices) {
 }
 
 TEST_F(ElastixFile, RefusesOtherCounts) {
-  EXPECT_EQ(read_error("in.txt", "point\n3\n1 2\n3 4\n"), "in.txt:4: the file ends where landmark 3 of 3 is right");
+  EXPECT_EQ(read_error("in.txt", "point\n3\n1 2\n3 4\n"), "in.txt:4: the file ends where landmark 3 of 3 is expected");
   EXPECT_EQ(read_error("in.txt", "point\n1\n1 2\n3 4\n"), "in.txt:4: '3 4' after the 1 point announced");
   EXPECT_EQ(read_error("in.txt", "point\n4000000000\n1 2\n"),
-            "in.txt:3: the file ends where landmark 2 of 4000000000 is right");
+            "in.txt:3: the file ends where landmark 2 of 4000000000 is expected");
   EXPECT_EQ(read_error("in.txt", "point\n0\n"),
-            "in.txt:2: '0' where the number of points, a whole number from 1, is right");
-  EXPECT_EQ(read_error("in.txt", "point\n2\n1 2\n1 2 3\n"), "in.txt:4: landmark 2 has 3 coordinates; 2 are right");
+            "in.txt:2: '0' where the number of points, a whole number from 1, is expected");
+  EXPECT_EQ(read_error("in.txt", "point\n2\n1 2\n1 2 3\n"), "in.txt:4: landmark 2 has 3 coordinates; 2 are expected");
 }
 
 // ---- transformix
@@ -107,11 +107,11 @@ TEST_F(TransformixFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(read_error("o.txt", "Point 0 ; OutputPoint = [ 1 2 ]\n"),
             "o.txt:1: no InputPoint = [ .. ] in 'Point 0 ; OutputPoint = [ 1 2 ]'");
   EXPECT_EQ(read_error("o.txt", "Point 0 ; InputPoint = 1 2 ; OutputPoint = [ 1 2 ]\n"),
-            "o.txt:1: InputPoint is '1 2'; numbers in brackets are right");
+            "o.txt:1: InputPoint is '1 2'; numbers in brackets are expected");
   EXPECT_EQ(read_error("o.txt", "Point 0 ; InputPoint = [ 1 ] ; OutputPoint = [ 1 2 ]\n"),
-            "o.txt:1: InputPoint has 1 coordinate; 2 or 3 are right");
+            "o.txt:1: InputPoint has 1 coordinate; 2 or 3 are expected");
   EXPECT_EQ(read_error("o.txt", std::string(kMoved) + "Point 2 ; InputPoint = [ 1 2 3 ] ; OutputPoint = [ 1 2 ]\n"),
-            "o.txt:3: landmark 3 of InputPoint has 3 coordinates; 2 are right");
+            "o.txt:3: landmark 3 of InputPoint has 3 coordinates; 2 are expected");
 }
 
 // ---- IDAV
@@ -128,10 +128,10 @@ TEST_F(IdavFile, TakesCodesAndMissingMarks) {
 
 TEST_F(IdavFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(read_error("s.pts", "Version 1.0\n2\nS000 1 2 3\n"),
-            "s.pts:3: the file ends where landmark 2 of 2 is right");
+            "s.pts:3: the file ends where landmark 2 of 2 is expected");
   EXPECT_EQ(read_error("s.pts", "Version 1.0\n1\nS000 1 2 3\nS001 1 2 3\n"),
             "s.pts:4: 'S001 1 2 3' after the 1 landmark announced");
-  EXPECT_EQ(read_error("s.pts", "Version 1.0\n1\nS000 1\n"), "s.pts:3: 'S000 1' has 2 columns; 3 or 4 are right");
+  EXPECT_EQ(read_error("s.pts", "Version 1.0\n1\nS000 1\n"), "s.pts:3: 'S000 1' has 2 columns; 3 or 4 are expected");
   EXPECT_EQ(read_error("s.pts", "Version 1.0\n1\nS000 1 2 x\n"),
             "s.pts:3: landmark 'S000': z is 'x'; a number is needed");
 }
@@ -169,12 +169,13 @@ TEST_F(TextWriter, SaysWhatItCannotHold) {
   EXPECT_EQ(error("ibug"), "out.pts: ibug holds shapes in 2D or 3D; the shape 'skull' is in 1D");
   file.shapes.emplace_back();
   EXPECT_EQ(error("elastix"), "out.pts: elastix holds one shape; there are 2");
-  EXPECT_THAT(error("idav"), HasSubstr("'idav' is no landmark format that can be written"));
+  EXPECT_THAT(error("idav"), HasSubstr("'idav' is not a landmark format that can be written"));
 }
 
 TEST_F(TextWriter, LeavesUnknownFilesToTheError) {
   for (const std::string name : {"notes.pts", "notes.txt"})
-    EXPECT_THAT(read_error(name, "Landmark 1 is the tip\n"), HasSubstr(name + " is in none of the landmark formats"));
+    EXPECT_THAT(read_error(name, "Landmark 1 is the tip\n"),
+                HasSubstr(name + " is not in any of the landmark formats"));
 }
 
 }  // namespace

@@ -67,19 +67,19 @@ TEST_F(NtsFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(read_error("t.nts", "\"latitude etc.\n1 1 4 0\n1 2 3 4\n"),
             "t.nts:2: a matrix of 4 columns without dim=, such as covariates; landmarks need dim=2 or dim=3 here");
   EXPECT_EQ(read_error("t.nts", "1 2 4 0 dim=2\n1 2 3 4\n1 2 3\n"),
-            "t.nts:3: the file ends where number 4 of 4 of row 2 is right");
+            "t.nts:3: the file ends where number 4 of 4 of row 2 is expected");
   EXPECT_EQ(read_error("t.nts", "1 1 4 0 dim=2\n1 2 3 4\n5\n"),
             "t.nts:3: there is more than the 1 by 4 numbers that line 1 announces");
   EXPECT_EQ(read_error("t.nts", "1 1 4 0 dim=2\n1 2 3 x\n"),
             "t.nts:2: landmark 2 of specimen 1: y is 'x'; a number is needed");
   EXPECT_EQ(read_error("t.nts", "1 4000000000L 4000000000 0 dim=2\n1 2\n"),
-            "t.nts:2: the file ends where the label of row 3 of 4000000000 is right");
+            "t.nts:2: the file ends where the label of row 3 of 4000000000 is expected");
   EXPECT_EQ(read_error("t.nts", "1 4000000000 4000000000 0 dim=2\n1 2\n"),
-            "t.nts:2: the file ends where number 3 of 4000000000 of row 1 is right");
+            "t.nts:2: the file ends where number 3 of 4000000000 of row 1 is expected");
   EXPECT_EQ(read_error("t.nts", "1 1 4 0 dim=3\n1 2 3 4\n"), "t.nts:1: 4 columns cannot be landmarks with dim=3");
   EXPECT_EQ(read_error("t.nts", "1 1 8 0 dim=4\n1 2 3 4\n"), "t.nts:1: dim=4; landmarks have 1, 2 or 3 coordinates");
   EXPECT_EQ(read_error("t.nts", "2 1 8 0 dim=4\n1 2 3 4\n"),
-            "t.nts:1: '2 1 8 0 dim=4' where a header such as 1 10 24 0 dim=2 is right");
+            "t.nts:1: '2 1 8 0 dim=4' where a header such as 1 10 24 0 dim=2 is expected");
 }
 
 TEST_F(NtsFile, IsNoTableOfNumbers) {
@@ -123,18 +123,17 @@ TEST_F(MorphologikaFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(read_error("m.txt", counts + "[rawpoints]\n1 2\n3 4\n5 6\n7 8\n9 9\n"),
             "m.txt:12: '9 9' after the 2 individuals of 2 landmarks each that are announced");
   EXPECT_EQ(read_error("m.txt", counts + "[rawpoints]\n1 2\n3 4\n5 6\n7 8 9\n"),
-            "m.txt:11: landmark 2 of individual 2 has 3 coordinates; 2 are right");
+            "m.txt:11: landmark 2 of individual 2 has 3 coordinates; 2 are expected");
   EXPECT_EQ(read_error("m.txt", counts + "[names]\nA\n[rawpoints]\n1 2\n3 4\n5 6\n7 8\n"),
             "m.txt:7: [names] has 1 line for 2 individuals");
   EXPECT_EQ(read_error("m.txt", counts), "m.txt:6: there is no section [rawpoints]");
-  EXPECT_EQ(read_error("m.txt", counts + "[landmarks]\n3\n"),
-            "m.txt:7: the section [landmarks] stands on line 3 already");
+  EXPECT_EQ(read_error("m.txt", counts + "[landmarks]\n3\n"), "m.txt:7: the section [landmarks] is already on line 3");
   EXPECT_EQ(read_error("m.txt", "[individuals]\n4000000000\n[landmarks]\n4000000000\n[dimensions]\n2\n[rawpoints]\n"),
             "m.txt:7: individual 1 of 4000000000 has 0 landmarks; 4000000000 are announced");
   EXPECT_EQ(read_error("m.txt", "[individuals]\nx\n[landmarks]\n1\n[dimensions]\n2\n[rawpoints]\n"),
-            "m.txt:2: 'x' where the number of individuals, a whole number from 1, is right");
+            "m.txt:2: 'x' where the number of individuals, a whole number from 1, is expected");
   EXPECT_EQ(read_error("m.txt", "[individuals]\n1\n[landmarks]\n1\n[dimensions]\n4\n[rawpoints]\n"),
-            "m.txt:5: 4 dimensions; 1, 2 or 3 are right");
+            "m.txt:5: 4 dimensions; 1, 2 or 3 are expected");
 }
 
 // ---- EDMA
@@ -160,15 +159,15 @@ TEST_F(EdmaFile, TakesSpecimens) {
 
 TEST_F(EdmaFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(read_error("a.xyz", "t\nXYZ\n2L 2 2\nA B\n1 2\n3 4\n5 6\n"),
-            "a.xyz:7: the file ends where landmark 2 of 2 of specimen 2 is right");
+            "a.xyz:7: the file ends where landmark 2 of 2 of specimen 2 is expected");
   EXPECT_EQ(read_error("a.xyz", "t\nXYZ\n2L 2 1\nA B\n1 2\n3 4\n5 6\n"),
             "a.xyz:7: '5 6' after the 1 specimen of 2 landmarks announced");
   EXPECT_EQ(read_error("a.xyz", "t\nXYZ\n2L 2 1\nA B C\n1 2\n3 4\n"),
             "a.xyz:4: 3 labels where 2 landmarks are announced");
   EXPECT_EQ(read_error("a.xyz", "t\nXYZ\n4000000000L 2 4000000000\nA B\n"),
-            "a.xyz:4: the file ends where label 3 of 4000000000 is right");
+            "a.xyz:4: the file ends where label 3 of 4000000000 is expected");
   EXPECT_EQ(read_error("a.xyz", "t\nXYZ\n2L 5 1\n"),
-            "a.xyz:3: '2L 5 1' where the landmarks, dimensions and specimens are right, such as 10L 2 5");
+            "a.xyz:3: '2L 5 1' where the landmarks, dimensions and specimens are expected, such as 10L 2 5");
   EXPECT_EQ(read_error("a.xyz", "t\nXYZ\n1L 2 1\nA\n1 x\n"),
             "a.xyz:5: landmark 1 of specimen 1: y is 'x'; a number is needed");
 }
@@ -234,7 +233,7 @@ TEST_F(StereomorphFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(read_error("m.txt", "<shapes type=list>\n</shapes>\n"),
             "m.txt:1: there are no landmarks: neither <landmarks.pixel> nor <landmarks.scaled> has rows");
   EXPECT_EQ(read_error("m.txt", "<shapes type=list>\n" + pixels), "m.txt:1: <shapes> has no end in this file");
-  EXPECT_EQ(read_error("m.txt", "<shapes>\n" + pixels + "</shape>\n"), "m.txt:6: </shape> where </shapes> is right");
+  EXPECT_EQ(read_error("m.txt", "<shapes>\n" + pixels + "</shape>\n"), "m.txt:6: </shape> where </shapes> is expected");
   EXPECT_EQ(read_error("m.txt",
                        "<shapes>\n<landmarks.pixel type=matrix nrow=4000000000 ncol=2>\n1 2\n"
                        "</landmarks.pixel>\n</shapes>\n"),
@@ -244,10 +243,10 @@ TEST_F(StereomorphFile, RefusesWhatDoesNotFit) {
       "m.txt:3: landmark 'tip': y is 'x'; a number is needed");
   EXPECT_EQ(
       read_error("m.txt", "<shapes>\n<landmarks.pixel type=matrix ncol=2>\ntip 1 2\n1\n</landmarks.pixel></shapes>"),
-      "m.txt:4: landmark 2 has 1 coordinate; 2 are right");
+      "m.txt:4: landmark 2 has 1 coordinate; 2 are expected");
   EXPECT_THAT(
       read_error("m.txt", "<shapes>\n<landmarks.pixel type=matrix ncol=4>\n1 2 3 4\n</landmarks.pixel>\n</shapes>"),
-      HasSubstr("m.txt:2: <landmarks.pixel> has 4 columns; 2 or 3 are right"));
+      HasSubstr("m.txt:2: <landmarks.pixel> has 4 columns; 2 or 3 are expected"));
 }
 
 }  // namespace

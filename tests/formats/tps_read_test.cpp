@@ -75,8 +75,9 @@ TEST_F(TpsFile, RefusesTruncatedShapes) {
 }
 
 TEST_F(TpsFile, RefusesLinesThatDoNotFit) {
-  EXPECT_EQ(read_error("t.tps", "LM=1\n1 2\n3 4\nID=A\n"),
-            "t.tps:3: '3 4' after the 1 landmark that shape 1 announces; a keyword such as ID= or LM= is right here");
+  EXPECT_EQ(
+      read_error("t.tps", "LM=1\n1 2\n3 4\nID=A\n"),
+      "t.tps:3: '3 4' after the 1 landmark that shape 1 announces; a keyword such as ID= or LM= is expected here");
   EXPECT_EQ(read_error("t.tps", "LM=1\n1 2 3\n"),
             "t.tps:2: landmark 1 of shape 1 has 3 columns ('1 2 3'); LM= takes 2");
   EXPECT_EQ(read_error("t.tps", "LM3=1\n1 2\n"), "t.tps:2: landmark 1 of shape 1 has 2 columns ('1 2'); LM3= takes 3");
@@ -84,7 +85,7 @@ TEST_F(TpsFile, RefusesLinesThatDoNotFit) {
   EXPECT_EQ(read_error("t.tps", "LM=-1\n"), "t.tps:1: 'LM=-1' needs a whole number, not negative, after '='");
   EXPECT_EQ(read_error("t.tps", "LM=99999999999999999999999\n"),
             "t.tps:1: 'LM=99999999999999999999999' needs a whole number, not negative, after '='");
-  EXPECT_EQ(read_error("t.tps", "ID=A\nLM=1\n1 2\n"), "t.tps:1: 'ID=A' stands before the first LM= or LM3=");
+  EXPECT_EQ(read_error("t.tps", "ID=A\nLM=1\n1 2\n"), "t.tps:1: 'ID=A' is before the first LM= or LM3=");
   EXPECT_EQ(read_error("t.tps", "LM 1\n1 2\n"), "t.tps:1: 'LM 1'; a tps file begins with LM= or LM3=");
 }
 

@@ -72,9 +72,8 @@ TEST_F(TpsCurves, AreTheLandmarksWhereThereAreNoOthers) {
   EXPECT_THAT(shape.curves, IsEmpty());
   EXPECT_THAT(shape.outlines, IsEmpty());
   EXPECT_THAT(file.shapes[1].groups, IsEmpty());
-  EXPECT_THAT(file.warnings,
-              ElementsAre("a.tps: 1 shape without landmarks: the points of curves and outlines are taken "
-                          "as such, a group for each"));
+  EXPECT_THAT(file.warnings, ElementsAre("a.tps: 1 shape without landmarks: the points of curves and outlines are "
+                                         "taken as landmarks, one group for each"));
 }
 
 TEST_F(TpsCurves, AreKeptAsTheyAreWhereTheCountsDiffer) {
@@ -82,16 +81,16 @@ TEST_F(TpsCurves, AreKeptAsTheyAreWhereTheCountsDiffer) {
   ASSERT_EQ(fewer.shapes.size(), 2U);
   EXPECT_EQ(fewer.shapes[0].curves.size(), 1U);
   EXPECT_EQ(fewer.shapes[1].points, Eigen::Vector2d(3, 4));
-  EXPECT_EQ(fewer.warnings.front(),
-            "a.tps:3: shape 1 says 'CURVES=2' but has 1 list of POINTS=; the landmarks are read, and the curves that "
-            "there are");
+  EXPECT_EQ(
+      fewer.warnings.front(),
+      "a.tps:3: shape 1 says 'CURVES=2' but has 1 list of POINTS=; the landmarks and the curves present are read");
   const LandmarkFile more =
       read("a.tps", "LM=1\n1 2\nOUTLINES=1\nPOINTS=1\n7 8\nPOINTS=1\n7 8\nLM=1\n1 2\nPOINTS=1\n7 8\n");
   EXPECT_EQ(more.shapes[0].outlines.size(), 2U);
   EXPECT_EQ(more.shapes[1].curves.size(), 1U);
   EXPECT_EQ(more.warnings.front(),
-            "a.tps:3: shape 1 says 'OUTLINES=1' but has 2 lists of POINTS=; the landmarks are read, and the curves "
-            "that there are (1 more likewise)");
+            "a.tps:3: shape 1 says 'OUTLINES=1' but has 2 lists of POINTS=; the landmarks and the curves present are "
+            "read (1 more likewise)");
 }
 
 TEST_F(TpsCurves, AreRefusedWhereTheCountsOfLandmarksDiffer) {
@@ -114,7 +113,7 @@ TEST_F(TpsWriter, TellsThatCurvesAloneAreReadAsLandmarks) {
   file.shapes[0].points.resize(2, 0);
   file.shapes[1].points = points_2d({5, 6});
   EXPECT_THAT(write_landmark_file("a.tps", file),
-              ElementsAre("a.tps: tps cannot hold curves and outlines apart from landmarks where there are none "
+              ElementsAre("a.tps: tps cannot hold curves and outlines of a shape without landmarks "
                           "(1 of 2 shapes)"));
   EXPECT_EQ(read_landmark_file("a.tps").shapes[0].points, points_2d({1, 2, 3, 4}));
 }

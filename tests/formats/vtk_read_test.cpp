@@ -152,7 +152,7 @@ TEST_F(VtkFile, SkipsWhatIsNoGeometry) {
             Eigen::Vector2d(1, 2));
 }
 
-// As VTK writes them: the two highest bits of the first byte tell how many bytes have the length.
+// As VTK writes them: the two highest bits of the first byte give the number of bytes of the length.
 std::string binary_string(std::size_t length, int bytes_of_length) {
   const std::string all = bytes<std::uint64_t>({std::uint64_t{length}});
   std::string text = all.substr(static_cast<std::size_t>(8 - bytes_of_length)) + std::string(length, '\n');
@@ -241,8 +241,9 @@ TEST_F(VtkFile, WarnsWhereLinesHaveAnotherOrder) {
   EXPECT_THAT(warnings("LINES 2 8\n3 0 2 4\n3 3 1 3\n"), IsEmpty()) << "each in its order, one backwards";
   EXPECT_THAT(warnings("LINES 1 7\n6 0 1 2 3 4 0\n"), IsEmpty()) << "closed";
   EXPECT_THAT(warnings("POLYGONS 1 4\n3 0 2 1\n"), IsEmpty());
-  EXPECT_THAT(warnings("LINES 1 6\n5 0 2 1 3 4\n"),
-              ElementsAre("t.vtk: the lines join the points in another order than that of the file, which is kept"));
+  EXPECT_THAT(
+      warnings("LINES 1 6\n5 0 2 1 3 4\n"),
+      ElementsAre("t.vtk: the lines connect the points in a different order from that of the file, which is kept"));
 }
 
 // ---- what is refused
@@ -253,9 +254,10 @@ TEST_F(VtkFile, RefusesOtherHeaders) {
   EXPECT_EQ(read_error("# vtk DataFile Version nan\n\nASCII\n"),
             "t.vtk:1: version 'nan' of the format; 1.0 to 5.1 are read");
   EXPECT_EQ(read_error("<?xml version=\"1.0\"?>\n"),
-            "t.vtk:1: the file begins with '<?xml version=\"1.0\"?>'; '# vtk DataFile Version' is right");
-  EXPECT_EQ(read_error("# vtk DataFile Version 3.0\ntitle\nASCI\n"), "t.vtk:3: 'ASCI' where ASCII or BINARY is right");
-  EXPECT_EQ(read_error("# vtk DataFile Version 3.0"), "t.vtk:1: '' where ASCII or BINARY is right");
+            "t.vtk:1: the file begins with '<?xml version=\"1.0\"?>'; '# vtk DataFile Version' is expected");
+  EXPECT_EQ(read_error("# vtk DataFile Version 3.0\ntitle\nASCI\n"),
+            "t.vtk:3: 'ASCI' where ASCII or BINARY is expected");
+  EXPECT_EQ(read_error("# vtk DataFile Version 3.0"), "t.vtk:1: '' where ASCII or BINARY is expected");
   EXPECT_EQ(read_error("# vtk DataFile Version 3.0\ntitle\nASCII\nPOINTS 1 float\n"),
             "t.vtk:4: a line DATASET POLYDATA is needed here");
   for (const std::string kind : {"STRUCTURED_GRID", "UNSTRUCTURED_GRID", "STRUCTURED_POINTS"})
@@ -276,7 +278,7 @@ TEST_F(VtkFile, RefusesCutText) {
   EXPECT_EQ(read_error(vtk_header("3.0") + kSquare + "LINES 2 6\n2 0 1\n     2\n"),
             "t.vtk:8: 'LINES 2 6' needs 6 numbers; the file ends after 4");
   EXPECT_THAT(read_error(vtk_header("5.1") + kSquare + "LINES 3 4\nOFFSETS vtktypeint64\n0 2 4\n"),
-              EndsWith("'' where CONNECTIVITY is right"));
+              EndsWith("'' where CONNECTIVITY is expected"));
   EXPECT_EQ(read_error(vtk_header("5.1") + "FIELD FieldData 1\n"), "t.vtk:6: the file ends within FIELD");
 }
 

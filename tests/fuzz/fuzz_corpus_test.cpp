@@ -1,4 +1,4 @@
-// Every file of the fuzzers' corpora once: what they found stays mended, also where there is no clang.
+// Every file of the fuzzers' corpora once: as regression tests, also without clang.
 
 #include <algorithm>
 #include <filesystem>

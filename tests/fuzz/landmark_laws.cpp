@@ -14,7 +14,7 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-bool is_told(const WrittenLandmarks& written, std::string_view part) {
+bool is_reported(const WrittenLandmarks& written, std::string_view part) {
   return std::any_of(written.losses.begin(), written.losses.end(),
                      [&](const std::string& loss) { return loss.find(part) != std::string::npos; });
 }
@@ -39,14 +39,14 @@ void check_points(const Points& points, const std::string& what) {
   require((points.array().isFinite() || points.array().isNaN()).all(), what + " have an infinite coordinate");
 }
 
-/// The points as a format must give them back, after what it told of them.
+/// The points as a format must give them back, except for reported losses.
 Points expected_points(const WrittenLandmarks& written, Points points) {
-  if (is_told(written, "get z = 0") && points.rows() == 2 && points.cols() > 0) {
+  if (is_reported(written, "get z = 0") && points.rows() == 2 && points.cols() > 0) {
     points.conservativeResize(3, Eigen::NoChange);
     points.row(2).setZero();
   }
-  if (is_told(written, "is read back in the plane")) points.conservativeResize(2, Eigen::NoChange);
-  if (is_told(written, "written without any") || is_told(written, "get z = 0"))
+  if (is_reported(written, "is read back in the plane")) points.conservativeResize(2, Eigen::NoChange);
+  if (is_reported(written, "written without any") || is_reported(written, "get z = 0"))
     for (const int missing : incomplete_points(points))
       points.col(missing).setConstant(std::numeric_limits<double>::quiet_NaN());
   return points;
@@ -63,16 +63,17 @@ Strings telling_names(const Strings& names) {
 
 void check_texts(const std::string& format, const WrittenLandmarks& written, const Landmarks& back,
                  const Landmarks& shape) {
-  if (is_told(written, "not UTF-8") || is_told(written, "line breaks")) return;
-  if (!is_told(written, "labels"))
+  if (is_reported(written, "not UTF-8") || is_reported(written, "line breaks")) return;
+  if (!is_reported(written, "labels"))
     require(telling_names(back.labels) == telling_names(shape.labels), format + " changes labels");
-  if (!is_told(written, "group"))
+  if (!is_reported(written, "group"))
     require(telling_names(back.groups) == telling_names(shape.groups), format + " changes groups");
-  if (!is_told(written, "images")) require(back.image == shape.image, format + " changes images");
-  if (!is_told(written, "scales")) require(back.scale == shape.scale, format + " changes scales");
-  if (!is_told(written, "properties")) require(back.properties == shape.properties, format + " changes properties");
+  if (!is_reported(written, "images")) require(back.image == shape.image, format + " changes images");
+  if (!is_reported(written, "scales")) require(back.scale == shape.scale, format + " changes scales");
+  if (!is_reported(written, "properties")) require(back.properties == shape.properties, format + " changes properties");
   const bool is_named_by_file = !shape.source.empty() || shape.name == "f";
-  const bool is_renamed = is_told(written, "names of shapes") || is_told(written, "names that are empty or repeat");
+  const bool is_renamed =
+      is_reported(written, "names of shapes") || is_reported(written, "names that are empty or repeat");
   if (!is_renamed && !shape.name.empty() && !is_named_by_file)
     require(back.name == shape.name, format + " changes names");
 }
@@ -103,10 +104,10 @@ void check_writer(const LandmarkFormat& format, const LandmarkFile& file) {
   const auto back =
       demand("what " + format.name + " writes is not read", [&] { return format.read("f", written->text); });
   std::vector<Landmarks> expected = file.shapes;
-  if (is_told(*written, "shapes without landmarks"))
+  if (is_reported(*written, "shapes without landmarks"))
     std::erase_if(expected, [](const Landmarks& shape) { return shape.count() == 0; });
   require(back.shapes.size() == expected.size(), format.name + " changes the number of shapes");
-  if (is_told(*written, "apart from landmarks"))
+  if (is_reported(*written, "of a shape without landmarks"))
     for (Landmarks& shape : expected) io::take_lines_as_landmarks(shape);
   for (std::size_t s = 0; s < expected.size(); ++s) {
     require(has_same_bits(back.shapes[s].points, expected_points(*written, expected[s].points)),

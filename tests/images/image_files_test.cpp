@@ -179,7 +179,7 @@ TEST_F(ImageFiles, WhatCannotBeReadIsNamed) {
   EXPECT_THAT(read_error("empty.png"), HasSubstr("empty.png is empty"));
   write("text.png", "no image\n");
   EXPECT_EQ(read_error("text.png"),
-            "cannot read 'text.png': it is no image; it must be a png, jpg, tif, bmp, pgm or ppm");
+            "cannot read 'text.png': it is not an image; it must be a png, jpg, tif, bmp, pgm or ppm");
   write("large.pgm", "P5\n2000000 1\n255\nabc");
   EXPECT_EQ(read_error("large.pgm"),
             "cannot read 'large.pgm': the image has more than 2^20 pixels on a side, or more than 2^30");

@@ -34,11 +34,11 @@ DeformedMesh mesh_of(const Image& image, const std::function<Place(float, float)
 
 Place identity(float x, float y) { return {x, y}; }
 
-// A strip of two colours, the right one laid over the left: places x > 1.5 turned over at that edge.
+// A strip of two colours, the right one laid over the left: positions x > 1.5 flipped at that edge.
 const Image kStrip = image_u8(4, 1, 3, {200, 0, 0, 200, 0, 0, 0, 100, 0, 0, 100, 0});
 Place folded(float x, float y) { return {x <= 1.5F ? x : 3 - x, y}; }
 
-PushedImage push_strip(Over over, std::vector<float> priority = {}) {
+PushedImage push_strip(SheetOrder over, std::vector<float> priority = {}) {
   return push_forward(kStrip, mesh_of(kStrip, folded), {.width = 4, .height = 1, .over = over}, {},
                       std::move(priority));
 }
@@ -56,7 +56,7 @@ void expect_same(const Image& found, const Image& right, const std::string& what
 
 TEST(PushForward, IdentityGivesTheSourceBack) {
   for_every_kind(9, 6, [](const Image& image) {
-    for (const Over over : {Over::kLeastStretched, Over::kAverage, Over::kFirst})
+    for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kAverage, SheetOrder::kFirst})
       for (const int supersampling : {1, 2, 3}) {
         const PushedImage same = push_forward(image, mesh_of(image, identity),
                                               {.width = 9, .height = 6, .supersampling = supersampling, .over = over});
@@ -93,15 +93,15 @@ TEST(PushForward, ShiftsAndMirrorsWholePixels) {
 }
 
 TEST(PushForward, LaysTheSheetOnTopThatIsAskedFor) {
-  for (const Over over : {Over::kLeastStretched, Over::kFirst}) {
+  for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kFirst}) {
     const PushedImage pushed = push_strip(over);
     EXPECT_THAT(pushed.multiplicity, ElementsAre(2, 2, 0, 0));
     for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(pushed.image, x, 0), ElementsAre(200, 0, 0)) << over_name(over);
     EXPECT_THAT(pixel(pushed.image, 3, 0), ElementsAre(0, 0, 0));
   }
-  const PushedImage last = push_strip(Over::kPriority, {0, 0, 1, 1});
+  const PushedImage last = push_strip(SheetOrder::kPriority, {0, 0, 1, 1});
   for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(last.image, x, 0), ElementsAre(0, 100, 0));
-  const PushedImage mean = push_strip(Over::kAverage);
+  const PushedImage mean = push_strip(SheetOrder::kAverage);
   for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(mean.image, x, 0), ElementsAre(100, 50, 0));
   EXPECT_EQ(mean.coverage.max_multiplicity, 2);
 }
@@ -111,7 +111,7 @@ TEST(PushForward, AveragesSheetsAtEverySampleAndThenSamples) {
   const Image image = image_u8(2, 1, 1, {0, 200});
   DeformedMesh mesh{3, 2, {{-0.5F, -0.5F}, {0.5F, -0.5F}, {0, -0.5F}, {-0.5F, 0.5F}, {0.5F, 0.5F}, {0, 0.5F}}};
   const PushedImage mean =
-      push_forward(image, mesh, {.width = 1, .height = 1, .supersampling = 4, .over = Over::kAverage},
+      push_forward(image, mesh, {.width = 1, .height = 1, .supersampling = 4, .over = SheetOrder::kAverage},
                    {.interpolation = Interpolation::kNearest});
   EXPECT_EQ(mean.image.at(0, 0, 0), 50);
 }
@@ -171,7 +171,7 @@ TEST(PushForward, IsTheSameForAnyNumberOfThreads) {
   const auto curl = [](float x, float y) -> Place {
     return {30 + 25 * std::sin(x / 7), y + 6 * std::cos(x / 5 + y / 9)};
   };
-  for (const Over over : {Over::kLeastStretched, Over::kAverage, Over::kFirst}) {
+  for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kAverage, SheetOrder::kFirst}) {
     std::vector<PushedImage> results;
     for (const int threads : {1, 3}) {
       set_thread_count(threads);

@@ -287,7 +287,7 @@ TEST(Integrators, RefusesNoiseThatItIsNotFor) {
       problem.path();
       FAIL() << "no error";
     } catch (const InputError& error) {
-      EXPECT_EQ(error.what(), "integrator '" + integrator + "' is for no noise, and the noise is 'ch-sd:beta=0.3'");
+      EXPECT_EQ(error.what(), "integrator '" + integrator + "' takes no noise, and the noise is 'ch-sd:beta=0.3'");
     }
   }
 }

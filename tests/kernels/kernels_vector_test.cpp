@@ -130,8 +130,8 @@ void expect_messages(const std::string& name) {
   refuses(3, ":alpha=nan", ": alpha is 'nan'; it must be finite");
   refuses(3, ":alpha=wide", ": alpha is 'wide'; a number is needed");
   refuses(3, ":weight=0", ": weight is 0; it must be greater than 0");
-  refuses(1, "", ": alpha=auto needs at least two landmarks apart; give a number");
-  refuses(1, ":alpha=auto", ": alpha=auto needs at least two landmarks apart; give a number");
+  refuses(1, "", ": alpha=auto needs at least two distinct landmarks; give a number");
+  refuses(1, ":alpha=auto", ": alpha=auto needs at least two distinct landmarks; give a number");
   const auto unknown = [](const std::string& spec, const std::string& message) {
     EXPECT_THAT([&] { make_kernel(spec, Points()); },
                 ThrowsMessage<InputError>(AllOf(HasSubstr("unknown kernel '" + spec + "'"), HasSubstr(message))));

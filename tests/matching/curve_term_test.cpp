@@ -372,8 +372,9 @@ TEST(CurveErrors, OfTerms) {
   Curve bad = good;
   bad.points(1, 2) = std::nan("");
   EXPECT_EQ(error(good.edges, 6, bad), "a coordinate of the target is not a finite number");
-  EXPECT_EQ(error(good.edges, 6, {Points::Ones(2, 6), good.edges}), "the target is no curve: its edges have no length");
-  EXPECT_EQ(error(good.edges, 6, {circle(6, 0), {}}), "the target is no curve: its edges have no length");
+  EXPECT_EQ(error(good.edges, 6, {Points::Ones(2, 6), good.edges}),
+            "the target is not a curve: its edges have no length");
+  EXPECT_EQ(error(good.edges, 6, {circle(6, 0), {}}), "the target is not a curve: its edges have no length");
   const Curve to_and_fro{circle(2, 0), {{0, 1}, {1, 0}}};
   EXPECT_THAT(error(good.edges, 6, to_and_fro), HasSubstr("the target's edges cancel"));
   EXPECT_EQ(error(good.edges, 6, to_and_fro, 1, 1, CurveMeasure::kVarifold), "no error");

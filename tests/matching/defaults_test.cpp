@@ -98,7 +98,7 @@ TEST(Defaults, KeepWhatIsGiven) {
 
 TEST(Defaults, NeedASize) {
   EXPECT_THAT(error_of([] { register_shapes(shape_of(Points{{1.0}}), shape_of(Points{{2.0}})); }),
-              HasSubstr("no two landmarks apart"));
+              HasSubstr("no two distinct landmarks"));
   RegistrationOptions numbers;
   numbers.kernel = "gaussian:alpha=1";
   numbers.lambda = 1;
@@ -119,9 +119,10 @@ TEST(Lengths, OfSpecificationsAreOfTheShape) {
   const Landmarks shape = shape_of(Points{{0.0, 3.0}, {0.0, 4.0}});
   EXPECT_EQ(make_noise("ch-sd:beta=10%", shape)->spec(), "ch-sd:beta=0.5");
   EXPECT_EQ(make_kernel("peakon:alpha=20%", shape.points).spec(), "peakon:alpha=1");
-  EXPECT_THAT(error_of([&] { make_noise("ch-sd:beta=10%"); }), HasSubstr("beta is '10%', per cent of a diameter"));
+  EXPECT_THAT(error_of([&] { make_noise("ch-sd:beta=10%"); }),
+              HasSubstr("beta is '10%', a percentage of the diameter"));
   EXPECT_THAT(error_of([&] { make_noise("ch-sd-screened:beta=1,gamma=10%", shape); }),
-              HasSubstr("gamma is '10%'; it is no length"));
+              HasSubstr("gamma is '10%'; it is not a length"));
   EXPECT_THAT(error_of([&] { make_noise("ch-sd:beta=x%", shape); }), HasSubstr("beta is 'x'; a number is needed"));
 }
 

@@ -373,14 +373,14 @@ TEST(FitParameters, RefusesWhatItCannotFit) {
   const Small small;
   const RegistrationOptions noisy = options_of("ch-sd:beta=0.3", 0.05, 1);
   EXPECT_EQ(small.error(noisy, {"gamma"}),
-            "'gamma' is no parameter of these models; valid: alpha, weight, beta, data-sigma, lambda");
+            "'gamma' is not a parameter of these models; valid: alpha, weight, beta, data-sigma, lambda");
   EXPECT_THAT(small.error(noisy, {"betta"}), HasSubstr("did you mean 'beta'"));
-  EXPECT_THAT(small.error(noisy, {"sigma"}), HasSubstr("'sigma' is no parameter"));
+  EXPECT_THAT(small.error(noisy, {"sigma"}), HasSubstr("'sigma' is not a parameter"));
   EXPECT_THAT(small.error(options_of("none", 0.05, 1), {"beta"}),
               HasSubstr("valid: alpha, weight, data-sigma, lambda"));
   RegistrationOptions quiet = noisy;
   quiet.mode = MatchingMode::kDeterministic;
-  EXPECT_THAT(small.error(quiet, {"beta"}), HasSubstr("'beta' is no parameter"));
+  EXPECT_THAT(small.error(quiet, {"beta"}), HasSubstr("'beta' is not a parameter"));
   EXPECT_THAT(small.error(options_of("ch-sd:beta=1+p-sd:beta=0.2", 0.05, 1), {"gamma"}),
               HasSubstr("valid: alpha, weight, beta, ch-sd.beta, p-sd.beta, data-sigma, lambda"));
   EXPECT_EQ(small.error(noisy, {"beta", "beta"}), "'beta' is to be fitted twice");

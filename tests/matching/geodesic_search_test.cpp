@@ -82,7 +82,7 @@ TEST(SearchGeodesic, CostsTheSameWhetherFewCarryOrAllAreSearched) {
   const MatchingProblem carried = circle_problem(600, "gaussian:alpha=0.6", 0.004);
   ASSERT_FALSE(find_carriers(dense));
   ASSERT_TRUE(find_carriers(carried));
-  // Twice as many points of half the precision are the same curve, told as well.
+  // Twice as many points of half the precision are the same curve, equally well known.
   const GeodesicSolution of_all = search_geodesic(dense, {}), of_few = search_geodesic(carried, {});
   for (const GeodesicSolution* found : {&of_all, &of_few}) {
     EXPECT_TRUE(found->converged) << found->reason;

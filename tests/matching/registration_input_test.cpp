@@ -42,10 +42,9 @@ TEST(RegistrationErrors, NameShapesThatDoNotFit) {
   const Landmarks good = square("a.csv");
   Landmarks bad = square("b.csv");
   bad.points = Points::Random(2, 3);
-  EXPECT_EQ(
-      registration_error(good, bad),
-      "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; landmarks need the same ones in both, "
-      "or labels or numbers that say which belong together (outlines without correspondence: --data varifold)");
+  EXPECT_EQ(registration_error(good, bad),
+            "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; both need the same landmarks, "
+            "or labels or numbers that say which correspond (outlines without correspondence: --data varifold)");
   bad.points = Points::Random(3, 4);
   EXPECT_EQ(registration_error(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
   bad.points.resize(2, 0);
@@ -84,7 +83,8 @@ TEST(Registrations, DoWithoutWhatIsMissing) {
   const Registration fewer = register_shapes(source, target, options);
   EXPECT_EQ(fewer.source.count(), 3);
   EXPECT_EQ(fewer.target.points.col(1), target.points.col(2));
-  EXPECT_EQ(fewer.notes, (std::vector<std::string>{"a.csv: 1 of 4 landmarks miss a coordinate and are left out: 2"}));
+  EXPECT_EQ(fewer.notes,
+            (std::vector<std::string>{"a.csv: 1 of 4 landmarks have a missing coordinate and are left out: 2"}));
 }
 
 TEST(Registrations, FollowWeights) {
@@ -159,11 +159,11 @@ TEST(RegistrationErrors, NameLandmarksAtOnePlace) {
   Landmarks twice = square("a.csv");
   twice.points.col(2) = twice.points.col(1);
   EXPECT_THAT(registration_error(twice, square("b.csv")),
-              AllOf(HasSubstr("a.csv: landmarks 2 and 3 are at the same place, and apart in b.csv"),
+              AllOf(HasSubstr("a.csv: landmarks 2 and 3 are at the same position, but apart in b.csv"),
                     HasSubstr("--merge-coincident")));
   twice.labels = {"nose", "chin", "left eye", "right eye"};
   EXPECT_THAT(registration_error(twice, square("b.csv")),
-              HasSubstr("landmarks 'chin' and 'left eye' are at the same place"));
+              HasSubstr("landmarks 'chin' and 'left eye' are at the same position"));
   EXPECT_EQ(registration_error(square("b.csv"), twice), "no error") << "a target may have coinciding landmarks";
 }
 
@@ -204,7 +204,7 @@ TEST(Registrations, TakeARepeatedFirstPointForTheEndOfAnOutline) {
   EXPECT_EQ(closed.source.count(), 12);
   EXPECT_EQ(closed.momenta, open.momenta);
   EXPECT_THAT(closed.notes,
-              Contains("a.csv: landmarks 1 and 13 are at the same place in both shapes and taken as one: a closed "
+              Contains("a.csv: landmarks 1 and 13 are at the same position in both shapes and are merged: a closed "
                        "outline"));
   RegistrationOptions curves;
   curves.data.kind = DataKind::kVarifold;
@@ -232,7 +232,7 @@ TEST(Registrations, JoinCurvesWhereTheyMeet) {
   const Registration joined = register_shapes(crossing(0, "a.csv"), crossing(0.5, "b.csv"), options);
   EXPECT_EQ(joined.source.count(), 13);
   EXPECT_TRUE(joined.converged && joined.matched());
-  EXPECT_THAT(joined.notes, Contains("a.csv: landmarks 4 and 11 are at the same place and taken as one"));
+  EXPECT_THAT(joined.notes, Contains("a.csv: landmarks 4 and 11 are at the same position and are merged"));
 }
 
 TEST(Registrations, MergeLandmarksAtOnePlaceWhereAsked) {

@@ -1,4 +1,4 @@
-// Each noise model on small numbers worked out by hand, and what users are told who give a wrong specification.
+// Each noise model on small numbers worked out by hand, and the errors for wrong specifications.
 
 #include <cmath>
 #include <memory>
@@ -337,7 +337,7 @@ TEST(WrongNoise, Grids) {
                  shape_of(random_points(3, 5, 1)));
   expect_refused({{"p-sd:beta=1,fields=grid", "noise 'p-sd': fields=grid needs a shape, whose box it covers"}}, {});
   expect_refused(
-      {{"p-sd:beta=1,fields=grid", "noise 'p-sd': width=auto needs at least two landmarks apart; give a number"}},
+      {{"p-sd:beta=1,fields=grid", "noise 'p-sd': width=auto needs at least two distinct landmarks; give a number"}},
       shape_of(Points::Zero(2, 1)));
 }
 

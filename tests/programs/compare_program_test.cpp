@@ -52,17 +52,18 @@ TEST_F(CompareProgram, WritesARecordOfEveryModel) {
                                   " -o out --sigma 0.05 --noise none --noise ch-sd:beta=1 --lambda 1 --no-picture");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "report.html", "shapes.csv"));
-  EXPECT_THAT(done.out, AllOf(HasSubstr("these shapes call for ch-sd:beta=1"), HasSubstr("wrote      out")));
-  const nlohmann::json told = read_json("out/comparison.json");
-  ASSERT_EQ(told["models"].size(), 2U);
-  for (const auto& model : told["models"])
+  EXPECT_THAT(done.out,
+              AllOf(HasSubstr("these shapes are best explained by ch-sd:beta=1"), HasSubstr("wrote      out")));
+  const nlohmann::json recorded = read_json("out/comparison.json");
+  ASSERT_EQ(recorded["models"].size(), 2U);
+  for (const auto& model : recorded["models"])
     for (const char* key :
          {"noise", "mode", "converged", "rms", "energy", "action", "total", "log_evidence", "order_inversions",
           "flipped_triangles", "folded_fraction", "seconds", "score", "weight", "prediction", "integrator", "fitted"})
       EXPECT_TRUE(model.contains(key)) << key;
-  EXPECT_EQ(told["best"], "ch-sd:beta=1");
-  const auto& geodesic = told["models"][0];
-  const auto& stochastic = told["models"][1];
+  EXPECT_EQ(recorded["best"], "ch-sd:beta=1");
+  const auto& geodesic = recorded["models"][0];
+  const auto& stochastic = recorded["models"][1];
   EXPECT_EQ(geodesic["mode"], "deterministic");
   EXPECT_EQ(stochastic["mode"], "map");
   EXPECT_EQ(geodesic["action"], 0);
@@ -82,14 +83,14 @@ TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"),
               ElementsAre("comparison.json", "comparison.png", "comparison.svg", "report.html", "shapes.csv"));
-  const nlohmann::json told = nlohmann::json::parse(done.out);
-  EXPECT_EQ(told, read_json("out/comparison.json"));
-  EXPECT_EQ(told["targets"].size(), 6U);
-  EXPECT_EQ(told["alignment"], "similarity");
-  EXPECT_EQ(told["coordinates"], 6 * (10 - 4));
-  EXPECT_THAT(told["source"].get<std::string>(), HasSubstr("mean of 6 shapes"));
-  EXPECT_EQ(told["models"][1]["fitted"].size(), 2U);
-  EXPECT_TRUE(told["models"][1]["prediction"]["energy_score"].is_number());
+  const nlohmann::json recorded = nlohmann::json::parse(done.out);
+  EXPECT_EQ(recorded, read_json("out/comparison.json"));
+  EXPECT_EQ(recorded["targets"].size(), 6U);
+  EXPECT_EQ(recorded["alignment"], "similarity");
+  EXPECT_EQ(recorded["coordinates"], 6 * (10 - 4));
+  EXPECT_THAT(recorded["source"].get<std::string>(), HasSubstr("mean of 6 shapes"));
+  EXPECT_EQ(recorded["models"][1]["fitted"].size(), 2U);
+  EXPECT_TRUE(recorded["models"][1]["prediction"]["energy_score"].is_number());
   EXPECT_EQ(count_lines(contents("out/shapes.csv")), 13U);
 }
 
@@ -107,7 +108,7 @@ TEST_F(CompareProgram, TakesTheEndsOfClosedOutlinesAsOne) {
   const ProgramRun done = compare("closed.csv" + options);
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err,
-              HasSubstr("landmarks 1 and 7 are at the same place in all shapes and taken as one: a closed outline"));
+              HasSubstr("landmarks 1 and 7 are at the same position in all shapes and are merged: a closed outline"));
   EXPECT_EQ(read_json("out/comparison.json")["coordinates"], 4 * (12 - 4));
 
   write("a.csv", "0,0\n1,0\n1,1\n0,1\n0,0\n");
@@ -126,14 +127,14 @@ TEST_F(CompareProgram, CountsHowOftenTheRightModelIsChosen) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.out, "");
   EXPECT_THAT(names_in("out"), ElementsAre("recovery.json", "report.html"));
-  const nlohmann::json told = read_json("out/recovery.json");
-  EXPECT_EQ(told["cohorts"], 2);
-  EXPECT_EQ(told["shapes"], 3);
-  ASSERT_EQ(told["models"].size(), 1U);
-  EXPECT_EQ(told["models"][0]["noise"], "ch-sd:beta=0.1");
-  const auto& chosen = told["models"][0]["chosen"];
+  const nlohmann::json recorded = read_json("out/recovery.json");
+  EXPECT_EQ(recorded["cohorts"], 2);
+  EXPECT_EQ(recorded["shapes"], 3);
+  ASSERT_EQ(recorded["models"].size(), 1U);
+  EXPECT_EQ(recorded["models"][0]["noise"], "ch-sd:beta=0.1");
+  const auto& chosen = recorded["models"][0]["chosen"];
   ASSERT_EQ(chosen.size(), 2U);
-  EXPECT_EQ(chosen[0].get<int>() + chosen[1].get<int>() + told["models"][0]["unfit"].get<int>(), 2);
+  EXPECT_EQ(chosen[0].get<int>() + chosen[1].get<int>() + recorded["models"][0]["unfit"].get<int>(), 2);
 }
 
 TEST_F(CompareProgram, Refuses) {
@@ -157,7 +158,7 @@ TEST_F(CompareProgram, Refuses) {
   expect_refused(pair + "--simulate ch-ds", "ch-ds");
   expect_refused(sample("ellipse_source") + ' ' + sample("cs_target") + " -o out --no-picture",
                  "ellipse_source.csv has 40, ");
-  expect_refused("shapes.csv -o out --no-picture", "one shape is its own mean");
+  expect_refused("shapes.csv -o out --no-picture", "a single shape cannot be compared with its mean");
   expect_refused("missing.csv -o out --no-picture", "missing.csv");
   expect_refused(ellipse() + " --no-picture -o file/out", "file");
 }

@@ -1,4 +1,4 @@
-// `pulson convert`, and what `pulson info` tells of files.
+// `pulson convert`, and what `pulson info` reports about files.
 
 #include <string>
 #include <vector>
@@ -73,13 +73,14 @@ TEST_F(ConvertProgram, JoinsFiles) {
   converted("pair.json#2 pair.json -o three.tps");
   EXPECT_EQ(read_landmark_file("three.tps").shapes.size(), 3U);
   expect_refused("convert head.fcsv tail.fcsv both.json --axes RAS",
-                 "'both.json' exists and may be meant to be read; --out both.json replaces it");
+                 "'both.json' exists and may be meant as an input; --out both.json replaces it");
   for (const std::string input : {"pair.json", "pair.json#2", "both.json#2"})
-    expect_refused("convert " + input + " both.json", "'both.json' exists and may be meant to be read");
+    expect_refused("convert " + input + " both.json", "'both.json' exists and may be meant as an input");
   converted("both.json both.json");
   converted("head.fcsv head.fcsv --out both.json");
   expect_refused("convert head.fcsv", "IN [IN ...] OUT");
-  expect_refused("convert head.fcsv tail.fcsv new.json", "tail.fcsv: its axes are LPS, those of the files before RAS");
+  expect_refused("convert head.fcsv tail.fcsv new.json",
+                 "tail.fcsv: its axes are LPS, those of the previous files RAS");
   expect_refused("convert head.fcsv tail.fcsv one.fcsv --axes RAS", "fcsv holds one shape");
 }
 
@@ -177,7 +178,7 @@ TEST_F(ConvertProgram, ListsTwentyShapesOrAll) {
   const std::string some = run(words("info many.json")).out;
   EXPECT_THAT(some, HasSubstr("   20  many#20"));
   EXPECT_THAT(some, Not(HasSubstr("many#21")));
-  EXPECT_THAT(some, HasSubstr("and 3 more, which --all lists\n"));
+  EXPECT_THAT(some, HasSubstr("and 3 more; --all lists them\n"));
   EXPECT_THAT(run(words("info many.json --all")).out, HasSubstr("   23  many#23"));
 }
 

@@ -59,21 +59,21 @@ INSTANTIATE_TEST_SUITE_P(
         WrongEnsemble{"-o out --bound nan", "--bound is nan"},
         WrongEnsemble{"-o out --stop-after 0", "--stop-after is 0; it must be at least 1"},
         WrongEnsemble{"-o out --resume", "there is nothing to resume: 'out/ensemble.partial'"},
-        WrongEnsemble{"-o out --save-paths all.npy --samples 10000000", "the states to be kept are 4040000000 numbers"},
-        WrongEnsemble{"-o out --save-final ends.npy --samples 1000000000", "the states to be kept are"},
+        WrongEnsemble{"-o out --save-paths all.npy --samples 10000000", "the states to keep are 4040000000 numbers"},
+        WrongEnsemble{"-o out --save-final ends.npy --samples 1000000000", "the states to keep are"},
         WrongEnsemble{"-o out --save-final nowhere/ends.npy", "there is no folder 'nowhere'"},
         WrongEnsemble{"-o out --save-paths folder", "'folder'"}, WrongEnsemble{"-o a_file", "'a_file'"},
         WrongEnsemble{"-o /dev/null/out", "'/dev/null/out'"}, WrongEnsemble{"-o out --json folder", "'folder'"},
         WrongEnsemble{"-o out --json nowhere/x.json", "there is no folder 'nowhere'"},
         WrongEnsemble{"-o out --integrator eular", "unknown integrator 'eular'"},
-        WrongEnsemble{"-o out --integrator rk4", "integrator 'rk4' is for no noise"},
+        WrongEnsemble{"-o out --integrator rk4", "integrator 'rk4' takes no noise"},
         WrongEnsemble{"-o out --threads -1", "--threads is -1"}, WrongEnsemble{"-o out --seed x", "--seed is 'x'"},
         WrongEnsemble{"-o out --dt 0", "--dt is 0"}, WrongEnsemble{"-o out --nosuch", "--nosuch"}));
 
 TEST_F(EnsembleErrors, WrongStartsAreRefused) {
   write("five.csv", "x,y\n0,0\n1,0\n1,1\n0,1\n0.5,1.5\n");
-  expect_refused("ensemble -o out", "a start is needed: --q, --shape or --from");
-  expect_refused("ensemble --q 0,0 --kernel gaussian:alpha=1 -o out", "landmarks 1 and 2 are at the same place");
+  expect_refused("ensemble -o out", "an initial state is needed: --q, --shape or --from");
+  expect_refused("ensemble --q 0,0 --kernel gaussian:alpha=1 -o out", "landmarks 1 and 2 are at the same position");
   expect_refused("ensemble --q 0,1 --p 1 -o out", "--p has 1 landmarks in 1D, the positions 2 in 1D");
   expect_refused("ensemble --shape none.csv -o out", "none.csv");
   expect_refused("ensemble --shape five.csv --noise ch-sd:beta=1,on=6 -o out", "on=6");
@@ -130,7 +130,7 @@ TEST_F(EnsembleErrors, AnUnfinishedRunIsKept) {
   const auto before = all_files();
   const ProgramRun refused = run_pair("--time 1 --samples 128 -o out");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, testing::HasSubstr("ensemble.partial' is of an unfinished run"));
+  EXPECT_THAT(refused.err, testing::HasSubstr("ensemble.partial' belongs to an unfinished run"));
   EXPECT_TRUE(changed_since(before).empty());
 }
 

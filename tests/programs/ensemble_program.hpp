@@ -13,7 +13,7 @@ class EnsembleProgram : public Program {
  protected:
   static ProgramRun run_pair(const std::string& options) { return run(words(kPair + options)); }
 
-  /// The record but for the lines that tell of the machine.
+  /// The record but for the lines that describe the machine.
   static std::string record_of(const std::string& folder) {
     std::istringstream stream(contents(folder + "/ensemble.json"));
     std::string text;

@@ -24,7 +24,7 @@ TEST_F(EnsembleProgram, WritesARecordAndTables) {
   EXPECT_THAT(done.out, StartsWith("200 paths of 2 landmarks in 1D to t = 10: 500 steps of 0.02, seed 3\n"));
   EXPECT_THAT(done.out, HasSubstr("\npaths      200 clean, 0 without a root, 0 with momenta beyond 1e+08, 0 ties\n"));
   EXPECT_THAT(done.out, HasSubstr("\ncrossing   "));
-  EXPECT_THAT(done.out, HasSubstr("\nmomentum   total kept to "));
+  EXPECT_THAT(done.out, HasSubstr("\nmomentum   total conserved to "));
   const nlohmann::json record = read_json("out/ensemble.json");
   EXPECT_EQ(record["samples"], 200);
   EXPECT_EQ(record["partial"], false);
@@ -65,7 +65,7 @@ TEST_F(EnsembleProgram, GoesOnToTheSameBits) {
     const ProgramRun part = run_pair(options + stop);
     EXPECT_EQ(part.exit_code, 3);
     EXPECT_THAT(part.out, StartsWith("PARTIAL: "));
-    EXPECT_THAT(part.err, HasSubstr("of 2000 paths; --resume goes on from here"));
+    EXPECT_THAT(part.err, HasSubstr("of 2000 paths; continue with --resume"));
     EXPECT_THAT(names_in("parts"), ElementsAre("densities.csv", "ensemble.json", "ensemble.partial", "means.csv"));
     const nlohmann::json record = read_json("parts/ensemble.json");
     EXPECT_EQ(record["partial"], true);

@@ -110,8 +110,8 @@ TEST_F(CompletingProgram, OffersWhatIsTaken) {
     const std::vector<std::string> offered = in_bash({"register", option, ""});
     EXPECT_THAT(offered, Not(Contains("")));
     for (const std::string& value : offered) {
-      const std::string told = run(joined(usual, {option, value})).err;
-      EXPECT_THAT(told, Not(HasSubstr("unknown"))) << option << ' ' << value;
+      const std::string message = run(joined(usual, {option, value})).err;
+      EXPECT_THAT(message, Not(HasSubstr("unknown"))) << option << ' ' << value;
     }
   }
 }

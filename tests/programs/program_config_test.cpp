@@ -133,9 +133,9 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsWrong) {
 
 TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsNoToml) {
   EXPECT_THAT(complaint("run.toml", "kernel = gaussian\n"),
-              HasSubstr("run.toml:1: 'gaussian' is no number, true or false; texts stand in quotes"));
+              HasSubstr("run.toml:1: 'gaussian' is not a number, true or false; strings need quotes"));
   EXPECT_THAT(complaint("run.toml", "\n\nkernel = \"gaussian\n"), HasSubstr("run.toml:3: the closing \" is missing"));
-  EXPECT_THAT(complaint("run.toml", "kernel = \"a\\qb\"\n"), HasSubstr("run.toml:1: \\q is no escape"));
+  EXPECT_THAT(complaint("run.toml", "kernel = \"a\\qb\"\n"), HasSubstr("run.toml:1: \\q is not an escape"));
   EXPECT_THAT(complaint("run.toml", "steps 4\n"), HasSubstr("run.toml:1: '=' and a value are needed after steps"));
   EXPECT_THAT(complaint("run.toml", "steps = 4 5\n"), HasSubstr("run.toml:1: '5' is left over"));
   EXPECT_THAT(complaint("run.toml", "steps = 4\nsteps = 5\n"), HasSubstr("run.toml:2: steps is there twice"));
@@ -147,8 +147,8 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsNoToml) {
   EXPECT_THAT(complaint("run.toml", "= 4\n"), HasSubstr("run.toml:1: '= 4': a name is needed"));
   EXPECT_THAT(complaint("run.json", "{\"steps\": 4,}"), HasSubstr("run.json: parse error at line 1"));
   EXPECT_THAT(complaint("run.json", "[4]"), HasSubstr("run.json: an object"));
-  EXPECT_THAT(complaint("run.json", R"({"steps": null})"), HasSubstr("run.json: steps: a text, number, true, false"));
-  EXPECT_THAT(complaint("run.ini", "steps = 4\n"), HasSubstr("a file .toml or .json is needed"));
+  EXPECT_THAT(complaint("run.json", R"({"steps": null})"), HasSubstr("run.json: steps: a string, number, true, false"));
+  EXPECT_THAT(complaint("run.ini", "steps = 4\n"), HasSubstr("a .toml or .json file is needed"));
   EXPECT_THAT(complaint("a.csv", "x,y\n0,0\n1,0\n0,1\n", "--config none.toml"), HasSubstr("--config"));
   const ProgramRun missing = run(words("register a.csv b.csv -o out --config none.toml"));
   EXPECT_EQ(missing.exit_code, 2);

@@ -103,11 +103,11 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"HeaderOnly", "register header.csv b.csv -o out", {"header.csv", "no landmarks"}},
     {"UnequalNumbers", "register a.csv two.csv -o out", {"a.csv has 3", "two.csv has 2"}},
     {"OtherDimension", "register a.csv three_d.csv -o out", {"a.csv is 2D", "three_d.csv is 3D"}},
-    {"NanSimulate", "simulate --shape nan.csv -o out", {"nan.csv: landmark 2 misses a coordinate"}},
-    {"NanSimulateName", "simulate --shape nan_names.csv -o out", {"nan_names.csv: landmark 'fin' misses a coordinate"}},
-    {"NanMomenta", "simulate --shape a.csv --momenta nan.csv -o out", {"nan.csv: landmark 2 misses a coordinate"}},
+    {"NanSimulate", "simulate --shape nan.csv -o out", {"nan.csv: landmark 2 has a missing coordinate"}},
+    {"NanSimulateName", "simulate --shape nan_names.csv -o out", {"nan_names.csv: landmark 'fin' has a missing coordinate"}},
+    {"NanMomenta", "simulate --shape a.csv --momenta nan.csv -o out", {"nan.csv: landmark 2 has a missing coordinate"}},
     {"NanEnsemble", "ensemble --shape nan.csv --noise ch-sd:beta=1 --samples 10 -o out",
-     {"nan.csv: landmark 2 misses a coordinate"}},
+     {"nan.csv: landmark 2 has a missing coordinate"}},
     {"Word", "register word.csv b.csv -o out", {"word.csv:3", "'abc'", "a number is needed"}},
     {"Coincident", "register coincident.csv b.csv -o out", {"coincident.csv", "landmarks 2 and 3"}},
     {"CoincidentNames", "register coincident_names.csv b.csv -o out", {"'tail' and 'fin'"}},
@@ -201,7 +201,7 @@ TEST_F(WrongInput, NumbersBelowZeroAreNoOptions) {
   EXPECT_EQ(run(words("info -- -odd.csv")).exit_code, 0);
 }
 
-// What is missing is told, and no error.
+// What is missing is reported and is not an error.
 TEST_F(WrongInput, InfoCountsMissingLandmarks) {
   write("all.csv", "NA,NA\nNA,NA\n");
   EXPECT_THAT(run(words("info nan.csv")).out, HasSubstr("3 landmarks in 2D, x 0 to 0 y 0 to 1, 1 missing\n"));
@@ -216,8 +216,8 @@ TEST_F(WrongInput, ComesWithTheNotesOnItsFiles) {
   const ProgramRun done = run(words("register turns.csv others.csv -o out"));
   EXPECT_EQ(done.exit_code, 2);
   EXPECT_THAT(done.err,
-              AllOf(HasSubstr("note: turns.csv: one column without a header"), HasSubstr("if x and y take turns"),
-                    HasSubstr("landmarks 1 and 5 are at the same place")));
+              AllOf(HasSubstr("note: turns.csv: one column without a header"), HasSubstr("if it holds x and y in turn"),
+                    HasSubstr("landmarks 1 and 5 are at the same position")));
 }
 
 TEST_F(WrongInput, LeavesEarlierResultsAlone) {
@@ -290,7 +290,7 @@ TEST_P(ExtremeNumbers, EndInOrder) {
   if (done.exit_code == 2) {
     expect_one_line(done.err);
     EXPECT_THAT(names_in("out"), IsEmpty());
-    EXPECT_THAT(done.err, Not(HasSubstr("at the same place"))) << "they are not";
+    EXPECT_THAT(done.err, Not(HasSubstr("at the same position"))) << "they are not";
   } else {
     EXPECT_TRUE(read_json("out/registration.json").is_object());
     EXPECT_TRUE(read_json("out/registration.json")["rms"].is_number());

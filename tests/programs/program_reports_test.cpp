@@ -92,14 +92,14 @@ TEST_F(Reports, CompareTellsTheVerdictAndEveryModel) {
                                "--noise", "none", "--noise", "ch-sd:beta=1", "--lambda", "1"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const std::string page = report();
-  EXPECT_THAT(page, HasSubstr("<p class=\"lead\">These shapes call for ch-sd:beta=1.</p>"));
+  EXPECT_THAT(page, HasSubstr("<p class=\"lead\">These shapes are best explained by ch-sd:beta=1.</p>"));
   EXPECT_EQ(rows_of_table(page, "noise"), 2U);
   EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"), 3U);  // of evidence, matches, shapes
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
   EXPECT_THAT(page, HasSubstr("--noise ch-sd:beta=1 --lambda 1</code>"));
-  const nlohmann::json told = read_json("out/comparison.json");
+  const nlohmann::json recorded = read_json("out/comparison.json");
   char evidence[32];
-  std::snprintf(evidence, sizeof evidence, ">%.1f<", told["models"][1]["log_evidence"].get<double>());
+  std::snprintf(evidence, sizeof evidence, ">%.1f<", recorded["models"][1]["log_evidence"].get<double>());
   EXPECT_THAT(page, HasSubstr(evidence));
 }
 

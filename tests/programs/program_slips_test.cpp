@@ -1,4 +1,4 @@
-// Slips that users make: each is told, and none makes a wrong result look right.
+// Slips that users make: each is reported, and none makes a wrong result look right.
 
 #include <gmock/gmock.h>
 
@@ -55,7 +55,7 @@ TEST_F(Slips, NegativesMayStandForMissingLandmarks) {
   EXPECT_THAT(asked.err, HasSubstr("left out: 2"));
   EXPECT_THAT(asked.err, Not(HasSubstr("--missing negative")));
   EXPECT_THAT(run(words("register a.csv b.csv" + common + "plain")).err,
-              HasSubstr("--missing negative tells them apart"));
+              HasSubstr("--missing negative distinguishes them"));
   const ProgramRun compared = run(words(
       "compare b.csv a.csv --noise none --noise ch-sd:beta=0.1 --no-maps --missing negative" + common + "compared"));
   EXPECT_NE(compared.exit_code, 2) << compared.err;
@@ -66,12 +66,12 @@ TEST_F(Slips, LabelsTellWhichLandmarksBelongTogether) {
   write("a.csv", "label,x,y\nnose,0,0\nchin,3,0\near,3,1\nbrow,1,2\njaw,0,4\n");
   write("b.csv", "label,x,y\nnose,0,0\njaw,0,4.1\nbrow,1,2\near,3,1\nchin,3,0\n");
   const ProgramRun done = run(words("register a.csv b.csv -o out --no-picture --sigma 0.1"));
-  EXPECT_THAT(done.err, HasSubstr("note: b.csv: its landmarks are in another order"));
+  EXPECT_THAT(done.err, HasSubstr("note: b.csv: its landmarks are in a different order"));
   EXPECT_THAT(done.err, Not(HasSubstr("mirrored")));
   EXPECT_LE(read_json("out/registration.json")["max_residual"], 0.11);
   const ProgramRun compared =
       run(words("compare a.csv b.csv -o c --no-picture --no-maps --noise none --noise ch-sd:beta=0.1"));
-  EXPECT_THAT(compared.err, HasSubstr("note: b.csv: its landmarks are in another order"));
+  EXPECT_THAT(compared.err, HasSubstr("note: b.csv: its landmarks are in a different order"));
 }
 
 TEST_F(Slips, MirroredShapesAreTold) {

@@ -297,7 +297,7 @@ TEST_F(RegisterProgram, AdvisesByWhatTheNoiseCanDo) {
         .err;
   };
   EXPECT_THAT(warned("swapped.csv", "p-sd:beta=10%", "metamorphosis"),
-              HasSubstr("1 pair of landmarks has another order in the target, which no flow can reach: try --noise "
+              HasSubstr("1 pair of landmarks has a different order in the target, which no flow can reach: try --noise "
                         "ch-sd:beta=100%"));
   EXPECT_THAT(warned("near.csv", "ch-sd:beta=100%", "expected"), HasSubstr("this noise is drawn rather than fitted"));
 }

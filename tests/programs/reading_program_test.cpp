@@ -65,9 +65,9 @@ TEST_F(ReadingProgram, TakesColumnsAndTurns) {
   expect_refused("info he.csv --columns x=he_x,y=he_row",
                  "he.csv:1: no column 'he_x'; the columns are 'id', 'he_col', 'he_row', 'label'");
   expect_refused("info he.csv --columns he_col,he_row",
-                 "--columns: 'he_col' is not of the kind x=COLUMN; valid: x, y, z, name, specimen, group");
+                 "--columns: 'he_col' is not of the form x=COLUMN; valid: x, y, z, name, specimen, group");
   expect_refused("info he.csv --columns nam=label",
-                 "--columns: 'nam' is nothing that a column holds; did you mean 'name'; valid: x, y, z, name, "
+                 "--columns: 'nam' is not the name of a kind of column; did you mean 'name'; valid: x, y, z, name, "
                  "specimen, group");
   expect_refused("info turns.txt --dim 4", "--dim is 4; it must be 2 or 3");
 }
@@ -78,10 +78,11 @@ TEST_F(ReadingProgram, TakesACurveAndAScale) {
   expect_refused("info a.tps --curves 1", "--curves is 1; it must be from 2 to 100000");
   expect_refused("info a.tps --scale 2", "--scale is '2'; it must be apply, or left out");
   expect_refused("info a.tps --landmarks 7", "a.tps has no landmark 7; they are numbered from 1 to 3");
-  expect_refused("info a.tps --format tsp",
-                 "--format: 'tsp' is no landmark format; did you mean 'tps'; valid: npy, vtk, fcsv, mrk.json, labelme, "
-                 "menpo, dlib, json, tps, ibug, elastix, transformix, idav, nts, morphologika, edma, stereomorph, "
-                 "deeplabcut, bigwarp, csv");
+  expect_refused(
+      "info a.tps --format tsp",
+      "--format: 'tsp' is not a landmark format; did you mean 'tps'; valid: npy, vtk, fcsv, mrk.json, labelme, "
+      "menpo, dlib, json, tps, ibug, elastix, transformix, idav, nts, morphologika, edma, stereomorph, "
+      "deeplabcut, bigwarp, csv");
 }
 
 TEST_F(ReadingProgram, HasTheSameOptionsInEveryVerbThatReads) {

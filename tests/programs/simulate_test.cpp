@@ -25,7 +25,7 @@ TEST_F(Simulate, WritesARecordPathsAndPictures) {
   EXPECT_EQ(done.err, "");
   EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "simulation.json"));
   EXPECT_THAT(done.out, HasSubstr("3 paths of 2 landmarks in 1D to t = 2: 100 steps of 0.02, seed 7"));
-  EXPECT_THAT(done.out, HasSubstr("momentum   total kept to"));
+  EXPECT_THAT(done.out, HasSubstr("momentum   total conserved to"));
   const nlohmann::json record = read_json("out/simulation.json");
   EXPECT_EQ(record["kernel"], "gaussian:alpha=1");
   EXPECT_EQ(record["noise"], "ch-sd:beta=1.5,on=2");
@@ -139,15 +139,15 @@ TEST_P(WrongSimulation, IsRefusedInOneLine) {
 INSTANTIATE_TEST_SUITE_P(
     Line, WrongSimulation,
     testing::Values(
-        WrongLine{"-o out", "a start is needed: --q, --shape or --from"},
+        WrongLine{"-o out", "an initial state is needed: --q, --shape or --from"},
         WrongLine{"--q 0,1 --shape q.csv -o out", "--shape"}, WrongLine{"--q 0,1", "--out"},
         WrongLine{"--q 0,x -o out", "--q is 'x'; a number is needed"},
         WrongLine{"--q 0,,1 -o out", "--q is ''; a number is needed"},
-        WrongLine{"--q 0/0,1 -o out", "--q: landmark 2 has another number of coordinates than the first (1 and 2)"},
+        WrongLine{"--q 0/0,1 -o out", "--q: landmark 2 has a different number of coordinates from the first (1 and 2)"},
         WrongLine{"--q 0/0/0/0 -o out", "--q: the first landmark has 4 coordinates; 1, 2 or 3 are needed"},
         WrongLine{"--q 0,nan -o out", "--q: '0,nan' has a number that is not finite"},
-        WrongLine{"--q 0,0 -o out", "--q: landmarks 1 and 2 are at the same place"},
-        WrongLine{"--shape twice.csv -o out", "twice.csv: landmarks 2 and 3 are at the same place"},
+        WrongLine{"--q 0,0 -o out", "--q: landmarks 1 and 2 are at the same position"},
+        WrongLine{"--shape twice.csv -o out", "twice.csv: landmarks 2 and 3 are at the same position"},
         WrongLine{"--shape none.csv -o out", "none.csv"}, WrongLine{"--from none.json -o out", "none.json"},
         WrongLine{"--q 0,1 --p 1 -o out", "--p has 1 landmarks in 1D, the positions 2 in 1D"},
         WrongLine{"--q 0,1 --momenta q.csv -o out", "--momenta has 3 landmarks in 2D, the positions 2 in 1D"},
@@ -159,8 +159,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongLine{"--q 0,1 --noise chsd:beta=1 -o out", "unknown noise 'chsd'; did you mean 'ch-sd'"},
         WrongLine{"--q 0,1 --noise ch-sd:beta=1,on=3 -o out", "on=3 names a landmark beyond the last; the shape has 2"},
         WrongLine{"--q 0,1 --integrator eular -o out", "unknown integrator 'eular'"},
-        WrongLine{"--q 0,1 --integrator rk4 --noise ch-sd:beta=1 -o out", "integrator 'rk4' is for no noise"},
-        WrongLine{"--q 0 -o out", "alpha=auto needs at least two landmarks apart"}));
+        WrongLine{"--q 0,1 --integrator rk4 --noise ch-sd:beta=1 -o out", "integrator 'rk4' takes no noise"},
+        WrongLine{"--q 0 -o out", "alpha=auto needs at least two distinct landmarks"}));
 
 }  // namespace
 }  // namespace pulson

@@ -41,7 +41,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   expect_refused(words("missing.json grey.png -o w.png"), "missing.json: the file cannot be opened");
   expect_refused(words("grey.png grey.png -o w.png"), "grey.png is an image; the registration comes first");
   refuse("missing.png -o w.png", "cannot read 'missing.png'");
-  refuse("word.png -o w.png", "it is no image");
+  refuse("word.png -o w.png", "it is not an image");
   refuse("grey.png -o w.xyz", "no image format has the extension '.xyz'");
   refuse("grey.png -o w", "it has no extension");
   refuse("grey.png -o folder", "it is a folder");
@@ -63,14 +63,14 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --method push --background 1,2", "--background is '1,2'");
   refuse("grey.png -o w.png --samples 3", "--samples needs noise");
   refuse("grey.png -o w.png --deviation d.tif", "are of --samples");
-  refuse("grey.png -o w.png --inverse --method push", "needs no --method push");
+  refuse("grey.png -o w.png --inverse --method push", "cannot be combined with --method push");
   refuse("grey.png -o w.png --field f.png", "written as .mha or .nrrd");
   refuse("grey.png -o w.png --folds f.mha", "drawings and masks are written as .png or .tif");
   refuse("grey.png -o w.png --grid g.jpg", "drawings and masks are written as .png or .tif");
   refuse("grey.png -o w.png --jacobian j.pgm", "numbers are written as .png (colours), .tif, .mha or .nrrd");
   refuse("grey.png -o w.png --animate a.xyz", "a");
   refuse("colour.png -o w.pgm", ".pgm does not hold colours");
-  refuse("a.csv -o w.png", "the extension 'png' is of no landmark format that can be written");
+  refuse("a.csv -o w.png", "the extension 'png' is not of a landmark format that can be written");
   refuse("a.csv -o w.csv --grid g.png", "--grid is for images");
   refuse("a.csv -o w.csv --samples 2", "--samples is for images");
 }
@@ -87,7 +87,7 @@ TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
   for (const char* option : {"--jacobian", "--log-jacobian", "--folds", "--grid", "--side-by-side"})
     refuse("grey.png -o w.png --inverse " + std::string(option) + " x.png",
            std::string(option) + " with --inverse needs a map that has an inverse");
-  refuse("grey.png -o w.png --samples 2 --field f.mha", "they have no --samples");
+  refuse("grey.png -o w.png --samples 2 --field f.mha", "they cannot be combined with --samples");
   refuse("colour.png -o w.pgm --samples 2 --deviation d.png", ".pgm does not hold colours");
 }
 

@@ -1,4 +1,4 @@
-// The verb `warp`: what it writes and tells.
+// The verb `warp`: what it writes and reports.
 
 #include "warp_program.hpp"
 
@@ -33,14 +33,14 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, AllOf(HasSubstr("method     push: the map folds"), HasSubstr("y up (flipped)"),
                               HasSubstr("colours    j.png: blue 0, white 1, red 2, yellow below 0\nseconds")));
-  const nlohmann::json told = read_json("w.json");
-  EXPECT_THAT(told["folded_fraction"].get<double>(), AllOf(Ge(0.1), Le(0.4)));
-  EXPECT_LT(told["min_jacobian"], -1);
-  EXPECT_GE(told["max_multiplicity"], 3);
-  EXPECT_GT(told["uncovered_fraction"], 0);
-  EXPECT_LE(told["landmark_error_max"], 1e-8);
-  EXPECT_LE(told["map_error"], 0.05);
-  EXPECT_GT(told["seconds"], 0);
+  const nlohmann::json recorded = read_json("w.json");
+  EXPECT_THAT(recorded["folded_fraction"].get<double>(), AllOf(Ge(0.1), Le(0.4)));
+  EXPECT_LT(recorded["min_jacobian"], -1);
+  EXPECT_GE(recorded["max_multiplicity"], 3);
+  EXPECT_GT(recorded["uncovered_fraction"], 0);
+  EXPECT_LE(recorded["landmark_error_max"], 1e-8);
+  EXPECT_LE(recorded["map_error"], 0.05);
+  EXPECT_GT(recorded["seconds"], 0);
   const Image warped = read_image("w.png");
   EXPECT_EQ(warped.channels(), 4);
   const Image source = read_image(discs());
@@ -52,13 +52,13 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
     EXPECT_NEAR(warped.at(150, 180, c), right[static_cast<std::size_t>(c)], 20);
   }
   const GridField counts = read_grid_field("m.mha");
-  EXPECT_EQ(*std::max_element(counts.values.begin(), counts.values.end()), told["max_multiplicity"].get<float>());
+  EXPECT_EQ(*std::max_element(counts.values.begin(), counts.values.end()), recorded["max_multiplicity"].get<float>());
   EXPECT_THAT(read_grid_field("f.mha").sizes, ElementsAre(600, 360));
   const Image folds = read_image("folds.png");
   const auto mask = folds.values<std::uint8_t>();
   const double folded =
       static_cast<double>(std::count(mask.begin(), mask.end(), 255)) / static_cast<double>(mask.size());
-  EXPECT_NEAR(folded, told["folded_fraction"], 0.01);
+  EXPECT_NEAR(folded, recorded["folded_fraction"], 0.01);
   EXPECT_EQ(read_image("l.tif").depth(), PixelDepth::kFloat32);
   for (const char* picture : {"j.png", "holes.png", "g.png"}) EXPECT_EQ(read_image(picture).width(), 600) << picture;
   EXPECT_GT(read_image("s.png").width(), 1200);
@@ -72,10 +72,10 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   write_image("ramp.tif", Image(17, 17, 1, std::span<const float>(values)));
   ProgramRun done = warp("ramp.tif", "-o there.tif --border replicate --json -");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  nlohmann::json told = nlohmann::json::parse(done.out);
-  EXPECT_EQ(told["method"], "pull");
-  EXPECT_EQ(told["folded_fraction"], 0);
-  EXPECT_GT(told["min_jacobian"], 0);
+  nlohmann::json recorded = nlohmann::json::parse(done.out);
+  EXPECT_EQ(recorded["method"], "pull");
+  EXPECT_EQ(recorded["folded_fraction"], 0);
+  EXPECT_GT(recorded["min_jacobian"], 0);
   // The landmark (4, 12) is now at (3, 13), and (12, 12) at (13, 12).
   EXPECT_NEAR(read_image("there.tif").at(3, 13, 0), 100 + 5 * 4 - 3 * 12, 0.2);
   EXPECT_NEAR(read_image("there.tif").at(13, 12, 0), 100 + 5 * 12 - 3 * 12, 0.2);
@@ -165,11 +165,11 @@ TEST_F(WarpProgram, MirrorsByTheAlignment) {
   for (const std::string method : {"pull", "push"}) {
     const ProgramRun done = warp("a.png", "-o w.png -q --json w.json --folds f.png --method " + method);
     ASSERT_EQ(done.exit_code, 0) << done.err;
-    const nlohmann::json told = read_json("w.json");
-    EXPECT_EQ(told["method"], method);
-    EXPECT_EQ(told["folded_fraction"], 0);
-    EXPECT_NEAR(told["min_jacobian"], 1, 1e-6);
-    EXPECT_EQ(told["max_multiplicity"], 1);
+    const nlohmann::json recorded = read_json("w.json");
+    EXPECT_EQ(recorded["method"], method);
+    EXPECT_EQ(recorded["folded_fraction"], 0);
+    EXPECT_NEAR(recorded["min_jacobian"], 1, 1e-6);
+    EXPECT_EQ(recorded["max_multiplicity"], 1);
     EXPECT_THAT(read_image("f.png").values<std::uint8_t>(), Each(0));
     for (int x = 1; x < 16; ++x) EXPECT_EQ(pixel(read_image("w.png"), x, 5)[0], pixel(image, 16 - x, 5)[0]);
   }

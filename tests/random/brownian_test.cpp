@@ -49,7 +49,8 @@ TEST(Coarsened, SumsNeighbours) {
   }
 }
 
-// On every time of the coarser grid the two paths are at the same place, and its steps have the variance of a grid's.
+// On every time of the coarser grid the two paths are at the same position, and its steps have the variance of a
+// grid's.
 TEST(Coarsened, IsTheSamePathOnTheCoarserGrid) {
   const TimeGrid fine_grid{.time = 2, .steps = 400};
   const TimeGrid coarse_grid{.time = 2, .steps = 100};

@@ -67,7 +67,7 @@ TEST(Coverage, AddsUpOverBands) {
                                   [](double x, double y) {
                                     return Place{x + 10, y};
                                   }),
-                          {30, 30, 2, Over::kFirst, 4});
+                          {30, 30, 2, SheetOrder::kFirst, 4});
   Coverage sum;
   for (int i = 0; i < raster.bands(); ++i) sum += coverage(raster.band(i));
   EXPECT_EQ(sum.samples, 3600);

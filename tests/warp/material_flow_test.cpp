@@ -129,7 +129,7 @@ TEST_P(MaterialFlowContract, FindsEveryPlaceWhereStepsContract) {
   }
 }
 
-// Noise that swaps two landmarks on a line: the points between them are turned over, and those outside stay in order.
+// Noise that swaps two landmarks on a line: the points between them are flipped, and those outside stay in order.
 TEST(MaterialFlow, TakesPointsBetweenSwappedLandmarksAlong) {
   const StochasticSystem system{make_kernel("gaussian:alpha=0.3", Points()), make_noise("ch-sd:beta=1")};
   const Points q0 = (Points(1, 2) << 0, 1).finished();

@@ -204,7 +204,7 @@ TEST(MeshRaster, CountsAsTheDefinitionDoes) {
     for (const int s : {1, 2, 3}) {
       const double spread = std::array{0.3, 2.0, 30.0}[static_cast<std::size_t>(seed % 3)];
       const DeformedMesh mesh = random_mesh(seed, 8, spread, seed % 2 == 0);
-      const MeshRaster raster(mesh, {14, 9, s, Over::kLeastStretched, 4});
+      const MeshRaster raster(mesh, {14, 9, s, SheetOrder::kLeastStretched, 4});
       const RasterBand band = whole(raster);
       std::vector<int> degree(band.counts.size(), 0);
       for (int n = 0; n < coverage(band).max_multiplicity; ++n) {
@@ -260,7 +260,7 @@ TEST(MeshRaster, SignedCountsAddUpToTheArea) {
   for (int row = 0; row < 60; ++row)
     for (int column = 0; column < 60; ++column)
       area += 0.5 * (triangle_jacobian(mesh, column, row, 0) + triangle_jacobian(mesh, column, row, 1));
-  const MeshRaster raster(mesh, {120, 120, 4, Over::kAverage});
+  const MeshRaster raster(mesh, {120, 120, 4, SheetOrder::kAverage});
   double sum = 0;
   const int sheets = coverage(whole(raster)).max_multiplicity;
   EXPECT_GT(sheets, 2);
@@ -276,11 +276,11 @@ TEST(MeshRaster, SignedCountsAddUpToTheArea) {
 
 TEST(MeshRaster, DoesNotDependOnBandsOrThreads) {
   const DeformedMesh mesh = random_mesh(5, 100, 6, false);
-  const RasterBand expected = whole(MeshRaster(mesh, {100, 100, 2, Over::kLeastStretched, 100}));
+  const RasterBand expected = whole(MeshRaster(mesh, {100, 100, 2, SheetOrder::kLeastStretched, 100}));
   for (const int rows : {0, 1, 7, 33, 1000})
     for (const int threads : {1, 2, 5}) {
       set_thread_count(threads);
-      expect_same(whole(MeshRaster(mesh, {100, 100, 2, Over::kLeastStretched, rows})), expected);
+      expect_same(whole(MeshRaster(mesh, {100, 100, 2, SheetOrder::kLeastStretched, rows})), expected);
     }
   set_thread_count(0);
 }
@@ -349,9 +349,9 @@ TEST(MeshRaster, RefusesWhatHasNoMeaning) {
   EXPECT_EQ(error(mesh, {40000, 3, 8}), "output of 40000 x 3 pixels: with supersampling 8 at most 32768 a side");
   EXPECT_EQ(error({1, 4, {}}, {4, 3}), "mesh of 1 x 4 vertices: at least 2 x 2 are needed");
   EXPECT_EQ(error({2, 3, {{0, 0}}}, {4, 3}), "mesh of 2 x 3 vertices has 1 of them");
-  EXPECT_EQ(error(mesh, {4, 3, 2, Over::kPriority}, {1, 2}), "2 priorities of cells: label-order takes 12");
-  EXPECT_EQ(error(mesh, {4, 3, 2, Over::kFirst}, {1}), "1 priorities of cells: first takes 0");
-  EXPECT_EQ(error(mesh, {4, 3, 2, Over::kPriority}, std::vector<float>(12, kFloatNaN)),
+  EXPECT_EQ(error(mesh, {4, 3, 2, SheetOrder::kPriority}, {1, 2}), "2 priorities of cells: label-order takes 12");
+  EXPECT_EQ(error(mesh, {4, 3, 2, SheetOrder::kFirst}, {1}), "1 priorities of cells: first takes 0");
+  EXPECT_EQ(error(mesh, {4, 3, 2, SheetOrder::kPriority}, std::vector<float>(12, kFloatNaN)),
             "priorities of cells must be numbers");
   const MeshRaster raster(mesh, {4, 3});
   EXPECT_EQ(error_of([&] { raster.sheet(0, 255); }), "sheet 255 is not between 0 and 254");

@@ -32,14 +32,14 @@ const Map kMirror = [](double x, double y) { return Place{9 - x, y}; };
 const Map kSmallMirror = [](double x, double y) { return Place{9 - 0.5 * x, 0.5 * y + 2}; };
 
 // Whether the second patch is on top of the first, at pixel (6, 4).
-bool second_on_top(const DeformedMesh& mesh, Over over, std::vector<float> priority = {}) {
+bool second_on_top(const DeformedMesh& mesh, SheetOrder over, std::vector<float> priority = {}) {
   const RasterBand band = whole(MeshRaster(mesh, {20, 20, 1, over}, std::move(priority)));
   EXPECT_EQ(count_at(band, 6, 4), 2);
   return label_at(band, 6, 4)[0] > kSecondPatch - 1;
 }
 
-TEST(Over, LeastStretchedPrefersOrientationThenStretchThenTheFirst) {
-  for (const Over over : {Over::kLeastStretched, Over::kAverage}) {
+TEST(SheetOrder, LeastStretchedPrefersOrientationThenStretchThenTheFirst) {
+  for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kAverage}) {
     EXPECT_FALSE(second_on_top(patches(kSame, kTwice), over));
     EXPECT_TRUE(second_on_top(patches(kTwice, kSame), over));
     EXPECT_FALSE(second_on_top(patches(kTwice, kMirror), over));
@@ -49,12 +49,12 @@ TEST(Over, LeastStretchedPrefersOrientationThenStretchThenTheFirst) {
   }
 }
 
-TEST(Over, FirstIsTheFirst) {
-  EXPECT_FALSE(second_on_top(patches(kTwice, kSame), Over::kFirst));
-  EXPECT_FALSE(second_on_top(patches(kMirror, kSame), Over::kFirst));
+TEST(SheetOrder, FirstIsTheFirst) {
+  EXPECT_FALSE(second_on_top(patches(kTwice, kSame), SheetOrder::kFirst));
+  EXPECT_FALSE(second_on_top(patches(kMirror, kSame), SheetOrder::kFirst));
 }
 
-TEST(Over, PriorityGoesBeforeStretch) {
+TEST(SheetOrder, PriorityGoesBeforeStretch) {
   const DeformedMesh mesh = patches(kSame, kTwice);
   const auto priority = [&](float second) {
     std::vector<float> values;
@@ -62,14 +62,15 @@ TEST(Over, PriorityGoesBeforeStretch) {
       values.push_back(cell % mesh.cell_columns() < kSecondPatch ? 1 : second);
     return values;
   };
-  EXPECT_FALSE(second_on_top(mesh, Over::kPriority, priority(-1)));
-  EXPECT_FALSE(second_on_top(mesh, Over::kPriority, priority(1)));
-  EXPECT_TRUE(second_on_top(mesh, Over::kPriority, priority(2)));
-  EXPECT_TRUE(second_on_top(patches(kTwice, kSame), Over::kPriority, priority(1)));
+  EXPECT_FALSE(second_on_top(mesh, SheetOrder::kPriority, priority(-1)));
+  EXPECT_FALSE(second_on_top(mesh, SheetOrder::kPriority, priority(1)));
+  EXPECT_TRUE(second_on_top(mesh, SheetOrder::kPriority, priority(2)));
+  EXPECT_TRUE(second_on_top(patches(kTwice, kSame), SheetOrder::kPriority, priority(1)));
 }
 
-TEST(Over, HasNames) {
-  for (const Over over : {Over::kLeastStretched, Over::kAverage, Over::kFirst, Over::kPriority})
+TEST(SheetOrder, HasNames) {
+  for (const SheetOrder over :
+       {SheetOrder::kLeastStretched, SheetOrder::kAverage, SheetOrder::kFirst, SheetOrder::kPriority})
     EXPECT_EQ(parse_over(over_name(over)), over);
   const std::string error = error_of([] { parse_over("frist"); });
   EXPECT_NE(error.find("valid: least-stretched, average, first, label-order"), std::string::npos) << error;
@@ -82,7 +83,7 @@ TEST(MeshRaster, HandsOutEverySheet) {
                                   [](double x, double y) {
                                     return Place{std::abs(x - 19.5), y};
                                   }),
-                          {15, 40, 2, Over::kAverage});
+                          {15, 40, 2, SheetOrder::kAverage});
   const std::array<RasterBand, 3> sheets = {whole_sheet(raster, 0), whole_sheet(raster, 1), whole_sheet(raster, 2)};
   for_each_sample(sheets[0], [&](std::size_t i, double x, double y) {
     const auto expect_label = [&](std::size_t n, double label, int reversed) {
@@ -103,7 +104,7 @@ TEST(MeshRaster, CountsSaturate) {
                                   [](double x, double y) {
                                     return Place{std::fmod(x + 0.5, 2) * 4 - 0.5, y};
                                   }),
-                          {4, 4, 1, Over::kFirst});
+                          {4, 4, 1, SheetOrder::kFirst});
   EXPECT_EQ(coverage(whole(raster)).max_multiplicity, 255);
   EXPECT_FALSE(std::isnan(label_at(whole_sheet(raster, 254), 1, 1)[0]));
 }

@@ -1,4 +1,4 @@
-// The triangles that tell where a map folds.
+// The triangles that show where a map folds.
 
 #include <algorithm>
 #include <array>

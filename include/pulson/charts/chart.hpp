@@ -16,8 +16,8 @@ enum class SeriesStyle {
   kBars,           ///< a bar around each x, from zero (on a logarithmic axis, from the bottom); several stand abreast
 };
 
-/// Values of one kind over x, n of them. Series of one name, in whatever panels, share a colour and an entry of the
-/// legend. One without values is an entry of the legend alone; one without a name has none.
+/// Values of one kind over x, n of them. Series of the same name share a colour and an entry of the
+/// legend. A series without values only has a legend entry; one without a name has none.
 struct Series {
   static constexpr int kByName = -1;  ///< names take the colours 0, 1, 2, … as they first appear; no name: colour 0
   static constexpr int kInk = -2;     ///< the colour of text, for what others are compared with
@@ -28,7 +28,7 @@ struct Series {
   std::vector<double> error = {};  ///< n, at least 0, drawn as bars from y − error to y + error; may be empty
   std::vector<double> low = {}, high = {};  ///< n each, the borders of a band, low ≤ high; may be empty
   SeriesStyle style = SeriesStyle::kLine;
-  int colour = kByName;  ///< 0 to 4, told apart in colour blindness; further ones repeat them
+  int colour = kByName;  ///< 0 to 4, distinguishable in colour blindness; further ones repeat them
   bool dashed = false;   ///< the line of kLine and kLineAndPoints
 };
 
@@ -41,7 +41,7 @@ struct ReferenceLine {
 struct ChartPanel {
   std::string heading = {};         ///< above the panel, as are all texts one line or empty
   std::string x_label = {};         ///< below it
-  std::string y_label = {};         ///< between heading and panel, for text is not turned
+  std::string y_label = {};         ///< between heading and panel, because text is never rotated
   std::vector<Series> series = {};  ///< later ones above earlier ones, but all bands and areas below all lines
   std::optional<std::pair<double, double>> y_range = {};  ///< to show, with a small margin; what is beyond is cut off
   std::vector<ReferenceLine> reference_lines = {};
@@ -62,7 +62,7 @@ struct Chart {
 /// Draws the chart as a PNG 1600 pixels wide and an SVG of the same layout, with one legend of all panels below.
 ///
 /// Long lines are thinned by `simplify_lines`, which keeps the SVG below 2 MB as long as there are no more than some
-/// ten thousand dots, bars and bins. Series are told apart by name in the legend, so few names read best; a fixed
+/// ten thousand dots, bars and bins. Series are identified by name in the legend, so few names read best; a fixed
 /// `y_range` of a row that shares its range holds for all of it.
 ///
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, on what a logarithmic

@@ -10,7 +10,7 @@
 
 namespace pulson {
 
-/// What all models of a comparison share.
+/// The settings that all models of a comparison share.
 struct CohortSettings {
   std::string kernel = "gaussian:alpha=auto";
   TimeGrid grid{};
@@ -23,14 +23,15 @@ struct CohortSettings {
   std::function<void()> on_match{};
 };
 
-/// A number of a model that was fitted.
+/// A fitted parameter of a model.
 struct FittedNumber {
-  std::string name;          ///< `lambda`, `beta`, …
-  double value = 0;          ///< where it vanishes, so small, of λ so large, that no data would show it
-  double log_deviation = 0;  ///< standard deviation of its logarithm; NaN where it vanishes or the data do not tell it
-  bool vanishes = false;     ///< the greatest evidence is at amplitude 0, of λ at infinity
-  /// Correlation with the logarithm of σ, were σ fitted too and all other numbers known, from Fisher's information: ±1
-  /// where the data cannot tell the two apart. NaN where it vanishes.
+  std::string name;  ///< `lambda`, `beta`, …
+  double value = 0;  ///< if it vanishes, too small (λ: too large) to be detected in any data
+  double log_deviation =
+      0;  ///< standard deviation of its logarithm; NaN where it vanishes or is not determined by the data
+  bool vanishes = false;  ///< the evidence is greatest at amplitude 0, or at λ = ∞
+  /// Correlation with the logarithm of σ if σ were fitted too and all other parameters known, from Fisher's
+  /// information: ±1 where the data cannot distinguish the two. NaN where it vanishes.
   double correlation_with_sigma = 0;
 };
 
@@ -44,7 +45,7 @@ struct ShapeFit {
   double rms = 0;              ///< root mean square distance of q(T) to the target, a landmark
   double log_evidence = 0;
   /// The same by importance sampling from Laplace's approximation, with the variance of that logarithm and the
-  /// effective number of samples; NaN and 0 where none were asked for.
+  /// effective number of samples; NaN and 0 if none were drawn.
   double sampled_log_evidence = 0;
   double sampled_variance = 0;
   double effective_samples = 0;
@@ -63,11 +64,11 @@ struct CohortFit {
   int coordinates = 0;      ///< the same of n
   int rounds = 0;
   bool converged = false;
-  /// Part of the variance of the end points, linear about the matches, that the noise has: tr Σ_noise/(tr Σ_noise + tr
-  /// Σ_momenta).
+  /// Fraction of the variance of the end points, linearised about the matches, due to the noise: tr Σ_noise/(tr Σ_noise
+  /// + tr Σ_momenta).
   double noise_share = 0;
 
-  /// Schwarz's criterion, halved and with its sign turned: log_evidence − (k/2) log n for k fitted numbers.
+  /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers.
   double score() const;
 };
 
@@ -76,25 +77,26 @@ struct CohortFit {
 ///     y = q(T) + N(0, σ²),   p0 ~ N(0, (λK(q0))⁻¹),   ΔW ~ N(0, Δt),
 ///
 /// observed but for the motions that the alignment took out (motion_directions()), whose amplitudes have a flat prior.
-/// Numbers that the specification of the noise must have and has not, as `beta` of `ch-sd`, are fitted, and λ unless it
-/// is given, so as to maximise the sum of the shapes' log-evidences by Laplace's approximation. For one shape, with the
-/// match z* in whitened unknowns, r its residual over σ and J the derivative of q(T) over σ, both in the n coordinates
-/// observed,
+/// Required parameters that the specification of the noise leaves out, such as `beta` of `ch-sd`, are fitted, and so is
+/// λ unless it is given, to maximise the sum of the shapes' log-evidences by Laplace's approximation. For one shape,
+/// with the match z* in whitened unknowns, r its residual over σ and J the derivative of q(T) over σ, both in the n
+/// coordinates observed,
 ///
 ///     t = r + Jz*,  C = I + JJᵀ,   log p(y) ≈ −½ tᵀC⁻¹t − ½ log det C − n log(√(2π) σ),
 ///
 /// which is the evidence of the model linear about z*, and equal to log_evidence() where z* is the minimum of all
 /// unknowns. In terms of variances v_g of momenta and channels C = I + Σ_g v_g M_g, so that for matches held fixed the
-/// v_g of greatest evidence are found by Fisher scoring at no further path; matches and v_g are found in turn, until
-/// they rest (M. Lindstrom and D. Bates 1990). Numbers that are no amplitudes (`gamma`) are searched for around that.
-/// @param noise a specification, numbers that are to be fitted left out; "none" is the geodesic
-/// @throws InputError where an option is wrong or a number that must be fitted has no start
+/// v_g of greatest evidence are found by Fisher scoring at no further path; matches and v_g are updated in
+/// turn until they converge (M. Lindstrom and D. Bates 1990). Parameters other than amplitudes (`gamma`) are fitted by
+/// an outer search.
+/// @param noise a specification without the parameters to be fitted; "none" is the geodesic
+/// @throws InputError where an option is wrong or a parameter to be fitted has no initial value
 CohortFit fit_cohort(const Cohort& cohort, const std::string& noise, const CohortSettings& settings);
 
-/// Whether the specification of a noise lacks no number that it must have.
+/// Whether the specification of a noise model has all required parameters.
 bool is_complete(const std::string& noise, const Landmarks& shape);
 
-/// The problem of one target of the cohort with the numbers of a fit.
+/// The matching problem of one target of the cohort with the fitted parameters.
 MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings, int target);
 
 }  // namespace pulson

@@ -11,7 +11,7 @@
 
 namespace pulson {
 
-/// Shapes as they were given, and what they are compared with.
+/// The shapes as given, and the source that they are compared with.
 struct CohortShapes {
   std::optional<Landmarks> source{};  ///< none: their Procrustes mean
   std::vector<Landmarks> targets;
@@ -21,10 +21,10 @@ struct CohortShapes {
   Cohort cohort(const std::vector<int>& chosen = {}) const;
 };
 
-/// Takes landmarks at one place in the source as one where they are so in every target, too, such as the first and
-/// last point of a closed outline; without a source, those at one place in all shapes. A note is added for each.
-/// @param merge whether landmarks that a target has apart become one as well, at the mean of both
-/// @throws InputError where a target has such landmarks apart and `merge` is false
+/// Merges landmarks that are at the same position in the source and in every target, such as the first and last point
+/// of a closed outline; without a source, those at the same position in all shapes. A note is added for each.
+/// @param merge whether to merge landmarks that differ in a target as well, at the mean of both
+/// @throws InputError where such landmarks differ in a target and `merge` is false
 void merge_coincident(CohortShapes& shapes, bool merge, std::vector<std::string>& notes);
 
 struct CompareOptions {
@@ -42,25 +42,26 @@ struct ComparedModel {
   CohortFit fit;
   Estimate energy, action, total, rms;  ///< mean of a shape
   Estimate sampled_log_evidence;        ///< by importance sampling, of all shapes; its Monte Carlo error
-  double effective_part = 0;            ///< the least effective part of these samples over the shapes
+  double effective_part = 0;            ///< smallest effective fraction of these samples over the shapes
   std::optional<Prediction> prediction{};
   Estimate order_inversions, flipped_triangles, folded_fraction;  ///< mean of a shape; NaN where not asked or defined
   double score = 0;                                               ///< CohortFit::score()
-  Estimate difference;        ///< of the score from that of the best; its standard error is that of a sum over shapes
-  double weight = 0;          ///< e^score over the sum of all models'
-  Eigen::VectorXd spectrum;   ///< N: variance of a coordinate of the displacements along each eigenvector, predicted
-  Eigen::VectorXd noise_way;  ///< N: root mean square over the shapes of what the noise moved each landmark
-  int lost_samples = 0;       ///< forward samples without a path
+  Estimate difference;       ///< of the score from that of the best; its standard error is that of a sum over shapes
+  double weight = 0;         ///< e^score over the sum of all models'
+  Eigen::VectorXd spectrum;  ///< N: variance of a coordinate of the displacements along each eigenvector, predicted
+  Eigen::VectorXd
+      noise_displacement;  ///< N: displacement of each landmark by the noise, root mean square over the shapes
+  int lost_samples = 0;    ///< forward samples without a path
   double seconds = 0;
 };
 
-/// Which noise do these shapes call for?
+/// Which noise model best explains these shapes?
 struct Comparison {
   Cohort cohort;
   CohortSettings settings;            ///< its kernel is a number
-  std::vector<ComparedModel> models;  ///< in the order of the question
+  std::vector<ComparedModel> models;  ///< in the order given
   std::size_t best = 0;               ///< of greatest score
-  Eigen::VectorXd eigenvalues;        ///< N: of K(q0), falling
+  Eigen::VectorXd eigenvalues;        ///< N: of K(q0), in descending order
   /// N: mean square over shapes and axes of the displacements y − q0 along each eigenvector, and its standard error; of
   /// the complete shapes.
   Eigen::VectorXd observed, observed_error;

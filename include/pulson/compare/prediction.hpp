@@ -7,10 +7,10 @@
 
 namespace pulson {
 
-/// How well a model foretells one shape.
+/// How well a model predicts one shape.
 struct ShapePrediction {
-  double energy_score = 0;  ///< length units a landmark, see energy_score(); less is better
-  double coverage = 0;      ///< part of the coordinates within their central 90 % of the samples
+  double energy_score = 0;  ///< length units per landmark, see energy_score(); lower is better
+  double coverage = 0;      ///< fraction of the coordinates within the central 90 % of the samples
 };
 
 /// Of held-out shapes.
@@ -20,15 +20,15 @@ struct Prediction {
   std::vector<ShapePrediction> shapes;
 };
 
-/// The energy score of samples X_i for what came, y (T. Gneiting, A. Raftery 2007, (21)), unbiased:
+/// The energy score of samples X_i for the outcome y (T. Gneiting, A. Raftery 2007, (21)), unbiased:
 ///
 ///     (1/M) Σ_i |X_i − y| − 1/(2M(M−1)) Σ_ij |X_i − X_j|
 ///
-/// over the coordinates that y has. Zero only for a law that is sure of y.
+/// over the observed coordinates of y. Zero only for the distribution concentrated at y.
 /// @param samples n×M @param outcome n, NaN where unknown @throws InputError for fewer than two samples
 double energy_score(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outcome);
 
-/// The part of the known coordinates of an outcome within the central `part` of the samples: at least as high as
+/// The fraction of the known coordinates of an outcome within the central `part` of the samples: at least as high as
 /// quantile (1 − part)/2 and at most as high as (1 + part)/2, by linear interpolation.
 double coverage(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outcome, double part);
 

@@ -25,19 +25,19 @@ struct RecoveryOptions {
   std::function<void(int done, int all)> on_cohort{};
 };
 
-/// What became of the cohorts of one model.
+/// How the cohorts drawn from one model were classified.
 struct RecoveryRow {
   TrueModel truth;
   std::vector<int> chosen;  ///< how often each candidate had the greatest score
-  int unfit = 0;            ///< cohorts that no candidate could be fitted to
-  /// Part of the variance of the displacements from the source that the noise has: 1 − that without it over that with
-  /// it, by 1000 forward samples.
+  int unfit = 0;            ///< cohorts to which no candidate could be fitted
+  /// Fraction of the variance of the displacements from the source due to the noise: 1 − variance without noise over
+  /// variance with noise, from 1000 forward samples.
   double noise_share = 0;
   double displacement = 0;  ///< root mean square of a coordinate of the displacements, length units
 };
 
-/// Draws cohorts from each of some models and fits all candidates to each: how often would the right one be chosen,
-/// with so many shapes? The candidates' numbers that are left open are fitted each time.
+/// Draws cohorts from several models and fits all candidates to each: how often would the right one be chosen with this
+/// sample size? Parameters that a candidate leaves open are fitted each time.
 /// @throws InputError where a model is incomplete or draws no shapes
 std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
                                         const std::vector<std::string>& candidates, const RecoveryOptions& options);

@@ -8,7 +8,7 @@
 
 namespace pulson {
 
-/// Which global motion is taken out before the flow begins.
+/// Which global transformation is removed before the flow begins.
 enum class AlignmentKind { kNone, kTranslation, kRigid, kSimilarity, kAffine };
 
 /// x ↦ scale · linear · x + translation.

@@ -11,8 +11,8 @@ namespace pulson {
 /// folder, no permission, full disk); the temporary is removed.
 void write_file_atomically(const std::filesystem::path& path, std::string_view contents);
 
-/// Whether write_file_atomically could write to `path` as far as can be told without writing: its folder is there and
-/// it is no folder itself. For use before a long computation. @throws InputError if not
+/// Whether write_file_atomically could write to `path` as far as can be checked without writing: its folder exists and
+/// it is not a folder itself. For use before a long computation. @throws InputError if not
 void check_output_file(const std::filesystem::path& path);
 
 /// Makes the folder `path`, and those above it, unless it is there. @throws InputError if that fails, if `path` is

@@ -4,9 +4,9 @@
 
 namespace pulson {
 
-/// How Eigen allocates its matrices, which -mavx, -march=native and -fsanitize=address change. Declared for every way
-/// and defined for pulson's own alone: a program that would free in one way what pulson allocated in another is not
-/// linked. Compile it with the same of these options.
+/// How Eigen allocates its matrices, which -mavx, -march=native and -fsanitize=address change. Declared for every
+/// layout but defined only for the one pulson was compiled with: a program that would free memory differently from how
+/// pulson allocated it does not link. Compile it with the same of these options.
 template <int alignment, bool by_malloc>
 int eigen_layout();
 

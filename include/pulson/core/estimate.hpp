@@ -2,7 +2,7 @@
 
 namespace pulson {
 
-/// A number with its standard error; NaN where there is none, as of a mean of one.
+/// A number with its standard error; NaN if there is none, as for a mean of one.
 struct Estimate {
   double value = 0;
   double standard_error = 0;

@@ -42,13 +42,13 @@ struct Landmarks {
   std::string describe(int index) const;
 };
 
-/// Indices of the landmarks of each group, in order of first appearance; one list of all where there are no groups.
+/// Indices of the landmarks of each group, in order of first appearance; one list of all if there are no groups.
 std::vector<std::vector<int>> landmarks_by_group(const Landmarks& shape);
 
-/// Indices of the points that miss a coordinate (it is NaN), in their order.
+/// Indices of the points that have a missing coordinate (it is NaN), in their order.
 std::vector<int> incomplete_points(const Points& points);
 
-// The measures below leave out the points that miss a coordinate, as if they were not there.
+// The measures below leave out the points that have a missing coordinate, as if they were not there.
 
 /// The largest distance between two of the points; 0 for fewer than two.
 double diameter(const Points& points);
@@ -61,7 +61,7 @@ double median_distance(const Points& points);
 /// fewer than two points.
 double median_nearest_distance(const Points& points);
 
-/// The first pair of landmarks (a < b) at the same place, that is no further apart than `tolerance` times the diameter.
+/// The first pair of landmarks (a < b) at the same position, that is at most `tolerance` times the diameter apart.
 /// The indices count all points.
 std::optional<std::pair<int, int>> find_coincident(const Points& points, double tolerance = 1e-12);
 

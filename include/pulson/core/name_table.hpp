@@ -50,7 +50,7 @@ class Parameters {
  public:
   /// @param diameter of the shape that per cent refer to; 0: there is none
   /// @throws InputError if `spec` has a key that `info` does not list, or lacks one that has no default; or if a
-  /// value is in per cent and its parameter is no length, or there is no shape.
+  /// value is in per cent and its parameter is not a length, or there is no shape.
   Parameters(const Spec& spec, std::span<const ParameterInfo> info, std::string_view what, double diameter = 0);
 
   const std::string& text(const std::string& key) const;

@@ -10,7 +10,7 @@ void set_thread_count(int count);
 int thread_count();
 
 /// Runs task(0) … task(count−1), each once, on up to thread_count() threads, and returns when all are done. Tasks are
-/// independent pieces of a fixed partition, so a result that each task writes to its own place has the same bits for
+/// independent pieces of a fixed partition, so a result that each task writes to its own location has the same bits for
 /// any number of threads. Called from inside a task it runs serially. The first exception of a task is rethrown.
 void parallel_for(int count, const std::function<void(int)>& task);
 

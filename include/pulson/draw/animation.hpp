@@ -10,7 +10,7 @@ namespace pulson {
 /// Frames that the program ffmpeg, a child process, makes a GIF, an MP4 (H.264) or a WebP of, by the extension of
 /// the file. It is written under a temporary name in its own folder and renamed by finish(); without that, or after a
 /// failure, the destructor ends ffmpeg and leaves nothing behind. An object is for one thread; several may be open at
-/// once. After finish() or an error from ffmpeg nothing may be called any more.
+/// once. After finish() or an error from ffmpeg no other function may be called.
 class Animation {
  public:
   /// Starts ffmpeg. Sizes are in pixels; an MP4 of an odd one gets a black column or row more, and a GIF's frames

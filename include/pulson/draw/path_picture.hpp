@@ -22,9 +22,9 @@ struct PathPicture {
 /// landmarks.
 ///
 /// d = 1: positions over time above momenta over time, one colour for each landmark. Two or three paths of several
-/// landmarks stand side by side, so that it can be seen which of their curves belong together; more are overlaid.
+/// landmarks are drawn side by side, to show which curves belong to one path; more are overlaid.
 /// d = 2: the first path over the start shape, coloured by time, and beside it the ends of all paths; where there is
-/// one path alone, the start with its momenta as arrows. d = 3: the projections xy, xz and yz of the first path and of
+/// only one path, the start with its momenta as arrows. d = 3: the projections xy, xz and yz of the first path and of
 /// all ends. Lengths keep one scale on all axes. Where d > 1 and N ≤ 4, each component of the momenta over time stands
 /// below.
 ///

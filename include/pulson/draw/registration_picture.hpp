@@ -32,7 +32,7 @@ enum class OutlineKind { kNone, kOpen, kClosed };
 /// With g the gaps |x_{i+1} − x_i|, m their median and n the median over all points of the distance to the nearest
 /// other point: a curve has at least 12 points, max g ≤ 3m (it never jumps) and m ≤ 2n (neighbours in order are
 /// neighbours in space, which scattered points are not), and does not cross itself in the plane; it is closed if also
-/// |x_1 − x_N| ≤ 3m. Points on a line, d = 1, are no curve. points: d×N. O(N²).
+/// |x_1 − x_N| ≤ 3m. Points on a line, d = 1, are not a curve. points: d×N. O(N²).
 OutlineKind outline_kind(const Points& points);
 
 /// Draws a registration: source, target, result, the paths of the landmarks and the deformed grid, as a PNG about 1600
@@ -40,15 +40,15 @@ OutlineKind outline_kind(const Points& points);
 ///
 /// d = 2: the source with the undeformed grid beside the result with the deformed one; paths are coloured by time.
 /// d = 1: position over time, one colour for each landmark. d = 3: the projections xy, xz and yz.
-/// Groups that are curves by `outline_kind` are outlined; where their landmarks lie too close for marks, the line alone
+/// Groups that are curves by `outline_kind` are outlined; where their landmarks lie too close for marks, only the line
 /// is drawn, and some of the paths. A target that corresponds has the source's groups and outlines, and short lines
-/// join it to the result; one that does not has its own, and no such lines. Landmarks that miss a coordinate in the
-/// target are not drawn there: an outline joins their neighbours. Lengths keep one scale on all axes (but for d = 1,
-/// where one axis is time).
+/// join it to the result; one that does not has its own, and no such lines. Landmarks that have a missing coordinate in
+/// the target are not drawn there: an outline joins their neighbours. Lengths keep one scale on all axes (but for d =
+/// 1, where one axis is time).
 ///
-/// @throws InputError on a value that is not finite, but for what the target misses, on sizes that disagree, where a
-/// folder does not exist and where gnuplot is missing or fails; neither file is then written. Takes some tenths of a
-/// second; safe to call from several threads.
+/// @throws InputError on a value that is not finite, except for missing coordinates of the target, on sizes that
+/// disagree, where a folder does not exist and where gnuplot is missing or fails; neither file is then written. Takes
+/// some tenths of a second; safe to call from several threads.
 void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
                                 const std::filesystem::path& svg);
 

@@ -30,7 +30,7 @@ class EffectiveHamiltonian {
   /// ∂H_tot/∂q, d×N: what the momenta lose per time.
   Points force(const PhaseState& state) const;
 
-  /// The change of the velocity along a change δq, d×N, of the positions alone.
+  /// The change of the velocity along a change δq, d×N, of the positions only.
   Points velocity_change(const PhaseState& state, const Points& dq) const;
 
   /// The change of the force along a change of the state.

@@ -16,7 +16,7 @@ Points hamiltonian_q(const KernelOperator& kernel, const Points& q, const Points
 
 /// κ = Δt Lip(K) max_{a≠b} (|p_a − p_b| + 2 Σ_{c≠a,b} |p_c|): the implicit step q⁺ = c + Δt K(q⁺)p is a contraction in
 /// the gaps between landmarks where κ < 1, so it has one root, which keeps the order of landmarks on a line. For two
-/// landmarks this is Δt |p₁ − p₂| Lip(K). Where κ ≥ 1 nothing is said: the bound is far from sharp for many landmarks.
+/// landmarks this is Δt |p₁ − p₂| Lip(K). Nothing follows from κ ≥ 1: the bound is far from sharp for many landmarks.
 /// O(N²) without exponentials.
 double contraction_bound(const KernelOperator& kernel, const Points& p, double dt);
 

@@ -62,11 +62,11 @@ class NoiseModel {
   /// ∇²G along a change of the state.
   virtual PhaseState compensation_hessian(const PhaseState& state, const PhaseState& change) const = 0;
 
-  /// The share of h_w,p that is a field over space, Σ_i w_i ξ_i(x), d×M; zero for models that know landmarks alone. The
-  /// C increments are those of a shape of `count` landmarks.
+  /// The share of h_w,p that is a field over space, Σ_i w_i ξ_i(x), d×M; zero for models that act on landmarks only.
+  /// The C increments are those of a shape of `count` landmarks.
   virtual Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const = 0;
 
-  /// The change of that field along a change of the places, d×M.
+  /// The change of that field along a change of x, d×M.
   virtual Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int count,
                                       const Points& change) const = 0;
 

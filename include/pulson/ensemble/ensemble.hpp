@@ -27,7 +27,7 @@ struct EnsembleOptions {
   std::int64_t kept_numbers(const PhaseState& start) const;
 };
 
-/// `most` or fewer steps of a grid, evenly spread, with the first (0) and the last.
+/// `most` or fewer steps of a grid, evenly spaced, including the first (0) and the last.
 std::vector<int> spread_steps(const TimeGrid& grid, int most);
 
 class BlockSums;
@@ -42,7 +42,7 @@ class Ensemble {
            EnsembleOptions options);
   ~Ensemble();
 
-  /// Goes on from sums that an equal ensemble had reached. @throws InputError if they cannot be from one
+  /// Continues from the sums of an equal ensemble. @throws InputError if they cannot be from one
   void resume(EnsembleSums sums);
 
   /// Samples the next blocks of paths, on all threads.

@@ -50,7 +50,7 @@ struct Histogram {
   }
   double width() const { return (high - low) / static_cast<double>(counts.size()); }
   std::int64_t total() const;
-  /// The x below which a part `probability` of the samples lies, linear within bins and
+  /// The x below which the fraction `probability` of the samples lies, linear within bins and
   /// not beyond the smallest and the largest sample. NaN where there are none.
   double quantile(double probability) const;
   /// The density between the quantiles `tail` and 1 − tail, bins joined so that there are at most `most` bars.
@@ -58,7 +58,7 @@ struct Histogram {
 };
 
 /// How many paths ended how. A path is counted where it first fits: with momenta beyond the bound, without a root, with
-/// two landmarks at exactly the same place at the end, clean.
+/// two landmarks at exactly the same position at the end, clean.
 struct PathCounts {
   std::int64_t clean = 0;
   std::int64_t no_root = 0;
@@ -90,7 +90,7 @@ struct EnsembleSums {
   /// [path][record][coordinate] of all records or the last, NaN where a path is not clean so far; or empty.
   std::vector<double> states;
 
-  /// The part of the clean paths whose landmarks, on a line, are in another order at the end than at the start. With
+  /// The fraction of the clean paths whose landmarks, on a line, end in a different order from the start. With
   /// antithetic pairs the error is that of the pairs' means.
   Estimate crossing_probability() const;
   /// Standard errors of the mean at a record.

@@ -24,11 +24,11 @@ struct SamplePath {
   PathStatus status = PathStatus::kClean;
   std::string reason;          ///< why it ended early; empty for a clean path
   double largest_momentum{};   ///< max |p_a| over landmarks and time
-  double momentum_error{};     ///< max over time of the change of total momentum, beside Σ|p_a(0)| (or 1 at rest)
+  double momentum_error{};     ///< max over time of the change of total momentum, relative to Σ|p_a(0)| (or 1 at rest)
   double contraction_bound{};  ///< largest κ of its steps; from sample_paths() alone, as Monte Carlo has no use for it
 };
 
-inline constexpr double kMomentumBound = 1e8;  ///< beyond it a path counts as lost, unless said otherwise
+inline constexpr double kMomentumBound = 1e8;  ///< by default, a path with a larger momentum counts as lost
 
 /// The path of these increments, as far as it can be followed.
 SamplePath sample_path(const StochasticSystem& system, const Integrator& integrator, const PhaseState& start,

@@ -9,8 +9,8 @@ namespace pulson {
 
 /// Numbers on a regular grid, an image or a field of displacements. Grid point (i, j[, k]) lies at
 ///   x = origin + direction · diag(spacing) · (i, j[, k]),
-/// and the displacements are vectors in the space of x, in its length units, whatever the direction of the grid. ITK
-/// and what is built on it (3D Slicer, SimpleITK, ANTs) apply them as out(x) = image(x + field(x)): a field that
+/// and the displacements are vectors in the space of x, in its length units, regardless of the direction of the grid.
+/// ITK and what is built on it (3D Slicer, SimpleITK, ANTs) apply them as out(x) = image(x + field(x)): a field that
 /// carries an image from source to target holds source_from_target(x) − x at each x of the target.
 struct GridField {
   std::vector<int> sizes;          ///< along each axis; d = 2 or 3 of them
@@ -22,7 +22,7 @@ struct GridField {
 };
 
 /// Writes MetaImage (`.mha`) or NRRD (`.nrrd`), by the extension, little-endian floats in one file, with zlib or raw,
-/// by write_file_atomically. Coordinates are written as they are: nothing is turned over or scaled, and headers call
+/// by write_file_atomically. Coordinates are written as they are: nothing is flipped or scaled, and headers call
 /// those in 3D left-posterior-superior, as ITK's do, since that is what ITK and 3D Slicer take them for.
 /// @throws InputError if the extension is another one, the field's parts disagree, or the file cannot be written
 void write_grid_field(const std::filesystem::path& path, const GridField& field, bool compressed = true);

@@ -17,7 +17,7 @@ struct NormalLaw {
   double cdf(double x) const;
 };
 
-/// One pulson alone on the line, or far from all others: dq = K(0)p dt + β dW, dp = 0, from h = βp.
+/// A single pulson on the line, or one far from all others: dq = K(0)p dt + β dW, dp = 0, from h = βp.
 struct FreePulson {
   double q = 0;
   double p = 0;
@@ -34,8 +34,8 @@ NormalLaw position_law(const FreePulson& pulson, double time);
 /// there is no step
 NormalLaw position_law_of_scheme(const FreePulson& pulson, const TimeGrid& grid);
 
-/// The marginals of q₁ and q₂ that the two terms of (18) stand for. As a function, (18) is their sum; the joint density
-/// of two pulsons far apart is their product. @throws InputError as position_law
+/// The marginals of q₁ and q₂ given by the two terms of (18). As a function, (18) is their sum; the joint density
+/// of two distant pulsons is their product. @throws InputError as position_law
 std::array<NormalLaw, 2> pair_marginals(const FreePulson& first, const FreePulson& second, double time);
 
 /// The gap q₂ − q₁ of two pulsons that stay far apart, with independent noises: NormalLaw::cdf(0) is then the

@@ -37,7 +37,7 @@ struct PairCrossing {
   double error = 0;
 
   /// log₂ of the ratio of the last two changes: near 2 where the grids resolve the solution; 0 if the change grew or
-  /// turned, or there were only two grids.
+  /// changed sign, or there were only two grids.
   double order = 0;
 
   bool converged = false;  ///< error ≤ tolerance
@@ -54,12 +54,12 @@ struct PairCrossing {
   double seconds = 0;  ///< time taken by all grids
 };
 
-/// P(q₂(t) < q₁(t)) for q₁(0) < q₂(0) (or with both signs turned) for all t up to T, without sampling: the backward
+/// P(q₂(t) < q₁(t)) for q₁(0) < q₂(0) (or with both signs reversed) for all t up to T, without sampling: the backward
 /// Kolmogorov equation of the pair on a grid in (r, y).
 ///
 /// K is any kernel, kinks included; momenta are both positive or both negative. For β = 0 the answer is 0, as landmarks
 /// of the deterministic equation cannot pass each other. For small β the error stays below the tolerance as the
-/// probability vanishes, but is a growing part of it: of 0.02 a few percent, of 0.0005 a third (three grids).
+/// probability vanishes, but is a growing fraction of it: of 0.02 a few percent, of 0.0005 a third (three grids).
 ///
 /// Cost: three grids take 0.1 to 1 s for the paper's problems, in proportion to T P sup|K'| and eight times more for
 /// each further grid. One problem is solved on one thread; the result does not depend on the number of threads.

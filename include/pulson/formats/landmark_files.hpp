@@ -29,7 +29,7 @@ struct WrittenLandmarks {
 /// One row of the table of formats. A new format is one file that defines `sniff` and `read`, and one row.
 struct LandmarkFormat {
   std::string name;
-  std::vector<std::string> extensions;  ///< lower case, without the dot; none where the content alone tells
+  std::vector<std::string> extensions;  ///< lower case, without the dot; none where only the content identifies it
   std::string help;
   /// Whether a file that holds `text` is of this format.
   bool (*sniff)(std::string_view text);
@@ -51,7 +51,7 @@ const std::vector<LandmarkFormat>& landmark_formats();
 /// @throws InputError where none can be written
 const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path, std::string_view name = {});
 
-/// How a landmark file is to be understood where it does not say itself.
+/// How to interpret a landmark file where the file does not say.
 struct ReadOptions {
   /// A landmark with a negative coordinate is a missing one: all its coordinates are NaN.
   bool negative_is_missing = false;
@@ -60,7 +60,7 @@ struct ReadOptions {
   /// The names of columns of a table: `x`, `y`, `z`, `name` (of landmarks), `specimen`, `group` → as the table has it;
   /// those left out are recognised. Files of other formats are read as without.
   std::map<std::string, std::string> columns{};
-  /// The number of coordinates that take turns in tables of one column; 0: each is a landmark on the line.
+  /// The number of coordinates per landmark in tables of one column; 0: each number is a landmark on the line.
   int dimension = 0;
   /// The landmarks that are wanted, in this order: numbers in the file (from 1), ranges of them, labels, with commas
   /// between: `1-20,25,tip`; empty: all.

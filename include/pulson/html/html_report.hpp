@@ -10,7 +10,7 @@
 
 namespace pulson {
 
-/// What became of a claim.
+/// The verdict on a claim.
 enum class Verdict { kHolds, kDoesNotHold, kNotTested };
 
 struct ReportParagraph {
@@ -19,8 +19,8 @@ struct ReportParagraph {
 
 /// A picture that the page contains as a whole.
 struct ReportPicture {
-  std::filesystem::path file;  ///< SVG or PNG, told apart by its contents
-  std::string caption = {};    ///< may be empty; it is also what a reader hears who does not see the picture
+  std::filesystem::path file;  ///< SVG or PNG, recognised by its contents
+  std::string caption = {};    ///< may be empty; screen readers read it in place of the picture
 };
 
 struct ReportCell {
@@ -29,14 +29,14 @@ struct ReportCell {
   bool outlier = false;                 ///< shown as a mark before the text
 };
 
-/// A table that can be sorted by a click on a head; numbers are sorted as numbers.
+/// A table that sorts by a click on a column heading; numbers sort as numbers.
 struct ReportTable {
   std::vector<std::string> header;
   std::vector<std::vector<ReportCell>> rows;  ///< each as long as the header
   std::string caption = {};                   ///< may be empty
 };
 
-/// One claim, what became of it, and what was measured.
+/// One claim, the verdict, and what was measured.
 struct ReportClaim {
   std::string claim;
   Verdict verdict;
@@ -46,7 +46,7 @@ struct ReportClaim {
 using ReportClaims = std::vector<ReportClaim>;
 
 /// Landmarks that move, with a slider for the time: in 1D position over time, in 2D the plane with a grid, in 3D a view
-/// that is turned by dragging or by the arrow keys. d = 1, 2 or 3; N landmarks; F frames.
+/// that is rotated by dragging or with the arrow keys. d = 1, 2 or 3; N landmarks; F frames.
 struct ReportMotion {
   Landmarks source;                ///< d×N; its groups have a colour each, those that are curves (outline_kind) a line
   Landmarks target = {};           ///< d×M, may miss coordinates (NaN); none: no points
@@ -75,7 +75,7 @@ struct HtmlReport {
   std::string version = {};  ///< of the program, may be empty
 };
 
-/// The report as one HTML5 page that needs nothing beside itself: style, script and pictures are within it. It follows
+/// The report as one HTML5 page that needs no other files: style, script and pictures are within it. It follows
 /// the reader's choice of light or dark and fits narrow screens.
 ///
 /// @throws InputError where a picture cannot be read or is neither SVG nor PNG, on a table whose rows differ in length

@@ -22,7 +22,7 @@ struct LineStyle {
 /// The image, as of to_rgba8, with lines laid over it. Where they cross a half-transparent colour does not add up.
 /// @param lines each 2×N, one vertex a column, x to the right and y downwards in pixels with pixel centres at integers,
 /// drawn to 1/256 pixel; a vertex that is not finite, or farther than a million pixels off, interrupts the line. One
-/// vertex alone is a dot as wide as the line; a closed line repeats its first vertex.
+/// single vertex is a dot as wide as the line; a closed line repeats its first vertex.
 Image blend_lines(const Image& image, const std::vector<Points>& lines, const LineStyle& style);
 
 /// The image, as of to_rgba8, with filled discs laid over it. @param centres 2×N as for blend_lines; centres that are

@@ -10,7 +10,7 @@
 
 namespace pulson {
 
-/// What one number of a pixel is, and the value that stands for full brightness or full opacity: 255, 65535 or 1.
+/// The type of a pixel's channels, and the value of full brightness or full opacity: 255, 65535 or 1.
 enum class PixelDepth : std::uint8_t { kUint8, kUint16, kFloat32 };
 
 /// Bytes of one number.

@@ -33,7 +33,7 @@ class ImageWarp {
   ImageWarp(const MaterialFlow& flow, Alignment alignment, const PixelFrame& source, const PixelFrame& target);
 
   MovedPoints forward(const Points& pixels) const;
-  /// @throws InputError where the flow is no diffeomorphism
+  /// @throws InputError where the flow is not a diffeomorphism
   MovedPoints backward(const Points& pixels) const;
   /// Places at every time of the flow, in pixels of the target.
   std::vector<Points> paths(const Points& pixels) const;
@@ -43,7 +43,7 @@ class ImageWarp {
   const PixelFrame& target() const { return target_; }
   /// In pixels.
   double landmark_error() const;
-  /// −1 where the alignment and the frames mirror the plane, so that a negative Jacobian is no fold; else 1.
+  /// −1 where the alignment and the frames mirror the plane, so that a negative Jacobian is not a fold; else 1.
   int orientation() const;
 
   /// The landmarks' labels in pixels of the source, and their paths in pixels of the target.

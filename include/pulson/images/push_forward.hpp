@@ -24,9 +24,9 @@ struct PushedImage {
 };
 
 /// The picture carried along by a map that may fold: the deformed mesh of its pixels, in the order of sheets that the
-/// options ask for. A pixel whose samples lie on one sheet and see about one pixel of the source shows the place of
-/// their mean, as a pull-back would, so that nothing is blurred; else it is the mean of its samples: at edges of
-/// sheets, at holes, and where the map shrinks.
+/// options ask for. A pixel whose samples lie on one sheet and cover about one pixel of the source shows the source at
+/// their mean position, as a pull-back would, so that nothing is blurred; else it is the mean of its samples: at edges
+/// of sheets, at holes, and where the map shrinks.
 /// @param mesh of the source's pixel corners, (width+1)×(height+1) vertices
 /// @param priority see MeshRaster
 /// @throws InputError where the mesh does not fit the source, and as MeshRaster

@@ -14,8 +14,8 @@ namespace pulson {
 /// nearest. Cubic and lanczos overshoot at edges.
 enum class Interpolation : std::uint8_t { kNearest, kLinear, kCubic, kLanczos };
 
-/// What is beyond the edge, here of abcd: a fill value; aaa|abcd|ddd; cba|abcd|dcb; or nothing: alpha 0, and the result
-/// has an alpha channel whether or not the source has.
+/// The values beyond the edge, here of abcd: a fill value; aaa|abcd|ddd; cba|abcd|dcb; or nothing: alpha 0, and the
+/// result has an alpha channel whether or not the source has.
 enum class Border : std::uint8_t { kConstant, kReplicate, kReflect, kTransparent };
 
 /// Names and help of each: nearest, linear, cubic, lanczos; constant, replicate, reflect, transparent.
@@ -26,8 +26,8 @@ const NameTable<Border>& border_table();
 Interpolation parse_interpolation(std::string_view name);
 Border parse_border(std::string_view name);
 
-/// For each pixel of a result, row by row, the place in the source that it shows: the inverse of the map that moves the
-/// picture.
+/// For each pixel of a result, row by row, the position in the source that it shows: the inverse of the map that moves
+/// the picture.
 struct PixelMap {
   int width = 0;
   int height = 0;

@@ -12,7 +12,7 @@
 
 namespace pulson {
 
-/// No unique solution of a step could be had, or the state left the range of numbers. The message names the step, its
+/// A step has no unique solution, or the state left the range of numbers. The message names the step, its
 /// size and the remedy.
 class StepError : public InputError {
  public:
@@ -24,22 +24,22 @@ class StepError : public InputError {
   int step_;
 };
 
-/// The states of one sample path at the times of its grid, and what the steps met.
+/// The states of one sample path at the times of its grid, and diagnostics of the steps.
 struct Trajectory {
   std::string integrator;  ///< its name
   TimeGrid grid;
-  Eigen::MatrixXd increments;       ///< ΔW, C×K
-  std::vector<PhaseState> states;   ///< K+1 adapted states (q, p̂)
-  std::vector<Points> inner;        ///< K momenta inside the steps where they differ from p̂, else empty
-  double contraction_measured = 0;  ///< largest ratio of successive corrections in the steps' fixed-point iterations
+  Eigen::MatrixXd increments;         ///< ΔW, C×K
+  std::vector<PhaseState> states;     ///< K+1 adapted states (q, p̂)
+  std::vector<Points> stage_momenta;  ///< K momenta inside the steps where they differ from p̂, else empty
+  double contraction_measured = 0;    ///< largest ratio of successive corrections in the steps' fixed-point iterations
   int continuation_steps = 0;  ///< steps whose root was followed from Δt = 0 because the iteration did not contract
 
   const PhaseState& initial() const { return states.front(); }
   const PhaseState& final() const { return states.back(); }
-  /// The momenta that carry the positions through step k: p of (20), p' of `variational-2`.
+  /// The momenta that move the positions in step k: p of (20), p' of `variational-2`.
   const Points& step_momenta(int k) const {
     const auto i = static_cast<std::size_t>(k);
-    return inner.empty() ? states[i].p : inner[i];
+    return stage_momenta.empty() ? states[i].p : stage_momenta[i];
   }
 };
 
@@ -71,13 +71,14 @@ struct EndpointJacobian {
 /// How far an implicit step goes to find its root.
 enum class RootSearch {
   kThorough,     ///< the root is followed from Δt = 0 where the fixed-point iteration does not contract
-  kContracting,  ///< only steps whose iteration contracts are taken: cheap, and well away from where the root ends
+  kContracting,  ///< only steps whose iteration contracts are taken: inexpensive, and well away from the end of the
+                 ///< branch
 };
 
 /// What documentation and tests need to know of an integrator.
 struct IntegratorTraits {
   bool symplectic = true;
-  bool reversible = false;  ///< without noise: turning the momenta leads back to the start
+  bool reversible = false;  ///< without noise: reversing the momenta leads back to the start
   bool noise = true;        ///< else it refuses noise
   int order = 1;            ///< without noise
 };
@@ -117,7 +118,7 @@ class Integrator {
  protected:
   struct StepOutcome {
     PhaseState end;
-    Points inner;  ///< momenta inside the step where they differ from p̂
+    Points stage_momenta;  ///< momenta inside the step where they differ from p̂
     bool found = true;
     bool continued = false;
     double contraction = 0;

@@ -11,7 +11,7 @@ namespace pulson {
 /// Symplectic for frozen increments; converges to the Stratonovich equation (11), with strong order 1 for one channel
 /// or additive noise and ½ else, weak order 1, order 2 without noise, and then reversible. m is the root that is
 /// continuously connected to Δt = 0 and ΔW = 0. (Milstein, Repin, Tretyakov, SIAM J. Numer. Anal. 39, 2002, who
-/// truncate ΔW so that m always exists; here a step whose m cannot be had is an error.)
+/// truncate ΔW so that m always exists; here a step without such an m is an error.)
 class MidpointIntegrator final : public Integrator {
  public:
   std::string name() const override { return "midpoint"; }

@@ -11,7 +11,7 @@ namespace pulson {
 ///     (q'',p'') = the flow of h_w over time 1 from (q',p')
 ///     q⁺ = q'' + h H_p(q⁺,p''),     p⁺ = p'' − h H_q(q⁺,p'') − λh H_p(q⁺,p'')   implicit in q⁺
 ///
-/// The flow of h_w is exact where ∇h_w is constant, or depends on q alone and moves only momenta; else it is the
+/// The flow of h_w is exact where ∇h_w is constant, or depends only on q and moves only momenta; else it is the
 /// implicit midpoint rule. Each part is canonical for frozen increments, so the step is symplectic in (q, p) (but for
 /// friction λ, which Langevin's noise has) and exact in the total momentum. It converges to the Stratonovich equation
 /// (11) without compensation.
@@ -34,8 +34,8 @@ class SymmetricVariationalIntegrator final : public Integrator {
   /// Cost O(K (dN)³), memory O((dN)² + dN·CK).
   EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const override;
 
-  /// Landmarks without momentum and without a change of it are carried along: of M others, cost
-  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), where noise leaves the momenta alone; else a tangent for each.
+  /// Landmarks without momentum and without a change of it are passive: for M others, cost
+  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), if noise does not move the momenta; else a tangent for each.
   Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                    const Eigen::MatrixXd& momentum_changes) const override;
 
@@ -49,7 +49,7 @@ class SymmetricVariationalIntegrator final : public Integrator {
 
  private:
   /// Where the derivatives of the three parts are taken: (q, p'), the midpoint of the noise (empty without noise) and
-  /// (q⁺, p''). `Trajectory::inner` holds p'; the noise is solved for again.
+  /// (q⁺, p''). `Trajectory::stage_momenta` holds p'; the noise is solved for again.
   struct Parts {
     PhaseState first;
     PhaseState noise;

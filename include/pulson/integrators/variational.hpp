@@ -22,8 +22,8 @@ namespace pulson {
 /// order 1, order 1 without noise.
 ///
 /// The roots p and q⁺ are those continuously connected to w = 0 and Δt = 0. On that branch landmarks never meet in a
-/// step of the flow alone (G = 0), as two equal columns of q⁺ would need two equal columns of the right-hand side, so
-/// order on a line changes by the noise only, whatever Δt.
+/// step of the flow only (G = 0), as two equal columns of q⁺ would need two equal columns of the right-hand side, so
+/// order on a line changes only by the noise, for any Δt.
 class VariationalIntegrator final : public Integrator {
  public:
   explicit VariationalIntegrator(bool compensated) : compensated_(compensated) {}
@@ -34,8 +34,8 @@ class VariationalIntegrator final : public Integrator {
   /// Cost O(K (dN)³), memory O((dN)² + dN·CK).
   EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const override;
 
-  /// Landmarks without momentum and without a change of it are carried along: of M others, cost
-  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), where noise leaves the momenta alone; else a tangent for each.
+  /// Landmarks without momentum and without a change of it are passive: for M others, cost
+  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), if noise does not move the momenta; else a tangent for each.
   Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                    const Eigen::MatrixXd& momentum_changes) const override;
 

@@ -33,12 +33,12 @@ struct RadialJet {
   double second = 0;
 };
 
-/// The kernel sums that everything else stands on, for K(z) = Σ_terms w k(|z|/α) in d = 1, 2, 3 dimensions.
+/// The kernel sums on which everything else is built, for K(z) = Σ_terms w k(|z|/α) in d = 1, 2, 3 dimensions.
 ///
 /// Points, momenta and displacements are d×N. Sums over pairs are vectorised over targets with run-time dispatch (SSE4,
 /// AVX2, AVX-512), each target's sum taken over the sources in their order: the result does not depend on the number of
 /// lanes beyond rounding, as products are fused where the target can, nor on the number of threads at all. Sources
-/// whose momentum is zero cost nothing. Cost O(NM); O(N) memory unless said. All methods are thread-safe.
+/// whose momentum is zero cost nothing. Cost O(NM); O(N) memory unless stated. All methods are thread-safe.
 class KernelOperator {
  public:
   /// @throws InputError if there is no term, a width is not within 1e-70 to 1e70 or a weight not finite and positive.
@@ -94,8 +94,8 @@ using MakeKernelTerm = std::function<KernelTerm(const Parameters&, double automa
 /// Kernels by name; see `pulson info kernels`.
 const NameTable<MakeKernelTerm>& kernel_table();
 
-/// The width that `alpha=auto` stands for: half the median distance between two landmarks of the source, but at most
-/// twice the median distance to a nearest neighbour. So momenta move parts of the shape rather than single points or
+/// The width chosen by `alpha=auto`: half the median distance between two landmarks of the source, but at most
+/// twice the median distance to a nearest neighbour. So momenta move regions of the shape rather than single points or
 /// the whole, and the kernel matrix of a densely sampled outline stays regular (the gaussian's condition grows like
 /// exp((πα/2s)²), s the spacing; a Matérn kernel's like (α/s)^(2ν + 1)).
 double automatic_alpha(const Points& source);

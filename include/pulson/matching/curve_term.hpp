@@ -27,9 +27,9 @@ std::string curve_ends_name(CurveEnds ends);
 /// @throws InputError on the line, and for a group of fewer than two landmarks
 Curve make_curve(const Landmarks& shape, CurveEnds ends);
 
-/// How edges with the vectors s and t are compared. A current sees in which direction a curve is run through: reversing
+/// How edges with the vectors s and t are compared. A current depends on the orientation of a curve: reversing
 /// the order of the landmarks turns it into its negative, which costs more than no curve at all, and branches that run
-/// to and fro cancel. A varifold sees neither.
+/// to and fro cancel. A varifold ignores orientation.
 enum class CurveMeasure {
   kCurrent,   ///< g(s,t) = s·t
   kVarifold,  ///< g(s,t) = (s·t)²/(|s||t|), 0 where s or t is 0
@@ -42,7 +42,7 @@ double automatic_data_width(const Curve& target);
 struct CurveTermOptions {
   CurveMeasure measure = CurveMeasure::kVarifold;
   double sigma = 0.01;  ///< standard deviation of the observation, length units
-  double width = 0;     ///< w, length units: features much smaller than it are not seen; see automatic_data_width()
+  double width = 0;     ///< w, length units: smaller features are ignored; see automatic_data_width()
 };
 
 /// Holds a curve with vertices q near a target curve y, with no correspondence of points: in a Hilbert space of

@@ -7,7 +7,7 @@
 
 namespace pulson {
 
-/// What is known of the model before its width and weight are fitted.
+/// What is given before the width and weight of the model are fitted.
 struct DisplacementOptions {
   KernelProfile profile = KernelProfile::kMatern32;
   AlignmentKind alignment = AlignmentKind::kNone;  ///< that was taken out of the displacements, and has a flat prior
@@ -36,10 +36,11 @@ struct DisplacementModel {
 ///     −½ [log det V + log det ZᵀV⁻¹Z + rᵀPr],   V = K/λ + σ²I,   P = V⁻¹ − V⁻¹Z(ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹
 ///
 /// over widths of 0.1 to 0.4 diameters of q0 in steps of a fifth. Narrower kernels, which dense outlines would take,
-/// move each landmark by itself and leave what lies between where it is. The prediction errors are those of universal
+/// move landmarks individually and leave the space between them in place. The prediction errors are those of universal
 /// kriging, exact without refitting b and f: |(P_aa)⁻¹(Pr)_a| for landmark a.
 ///
-/// Landmarks that miss a coordinate in either shape are left out; of more than 128 landmarks every few are taken.
+/// Landmarks that have a missing coordinate in either shape are left out; of more than 128 landmarks every few are
+/// taken.
 /// @param source d×N, after the alignment @param target d×N
 /// @return none where there are fewer than four coordinates more than directions of the alignment
 /// Cost O(n³) for n ≤ 128 landmarks, some 20 times.

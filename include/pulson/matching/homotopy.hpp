@@ -15,7 +15,7 @@ struct HomotopyStep {
   bool converged = false;
   int iterations = 0;
 
-  /// By what part J would grow if β were halved, to first order: dJ/d ln β = −2·action.
+  /// The fraction by which J would grow if β were halved, to first order: dJ/d ln β = −2·action.
   double growth() const;
 };
 

@@ -6,23 +6,23 @@
 
 namespace pulson {
 
-/// What each landmark took part in: of its way and of the cost.
+/// The contribution of flow and noise to each landmark's displacement, and its share of the cost.
 struct LandmarkShares {
-  /// d×N: the way of the flow alone, from the same momenta without the noise; empty where its steps have no root.
+  /// d×N: displacement by the flow of the same momenta without noise; empty where its steps have no root.
   Points flow;
-  /// d×N: what the noise changes at the end, q(T) − q0 − flow; empty with it.
+  /// d×N: displacement by the noise, q(T) − q0 − flow; empty where `flow` is.
   Points noise;
   Eigen::VectorXd energy;  ///< N, (λ/2) p_a·v_a: the energy is their sum
   /// N, ½ Σ_k |ΔW_k|²/Δt over the channels that move this landmark; empty where a channel moves several, or there is no
   /// action.
   Eigen::VectorXd action;
-  Eigen::VectorXd data;  ///< N, the landmark's part of D; empty for curves
+  Eigen::VectorXd data;  ///< N, the landmark's share of D; empty for curves
 };
 
 LandmarkShares landmark_shares(const Registration& registration);
 
-/// The part of all landmarks' ways that the noise does: Σ_a noise_a·(q_a(T) − q_a(0)) / Σ_a |q_a(T) − q_a(0)|²; none
-/// without ways.
-std::optional<double> noise_part(const Registration& registration, const LandmarkShares& shares);
+/// The fraction of the displacement due to the noise: Σ_a noise_a·(q_a(T) − q_a(0)) / Σ_a |q_a(T) − q_a(0)|²; none if
+/// nothing moves.
+std::optional<double> noise_fraction(const Registration& registration, const LandmarkShares& shares);
 
 }  // namespace pulson

@@ -38,8 +38,8 @@ class MomentumBasis {
   /// The eigenvalue of λK of each unknown's direction; infinite beyond 1200 pivots, where there are no directions.
   Eigen::VectorXd eigenvalues() const;
 
-  /// How rough each unknown is: the largest eigenvalue of K over that of its direction; 1 beyond 1200 pivots, where
-  /// there are no directions.
+  /// The spatial frequency of each unknown: the largest eigenvalue of K over that of its direction; 1 beyond 1200
+  /// pivots, where there are no directions.
   Eigen::VectorXd roughness() const;
 
  private:

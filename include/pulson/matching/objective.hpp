@@ -75,16 +75,16 @@ class MatchingObjective {
 
   Eigen::Index unknowns() const { return basis_.unknowns() + controls(); }
 
-  /// How rough each unknown is: MomentumBasis::roughness() for momenta, 1 for controls. The path is the less linear in
-  /// a direction the rougher it is.
+  /// The spatial frequency of each unknown: MomentumBasis::roughness() for momenta, 1 for controls. The path is the
+  /// less linear in a direction the rougher it is.
   Eigen::VectorXd roughness() const;
 
   /// 1 for unknowns that a search should move, 0 for others: momenta in directions whose eigenvalue of λK is below 1e-3
   /// of λσ²/T², as that of all landmarks would be, which the data do not see; and, where noise that moves landmarks is
-  /// fitted, those whose directions are rough (an eigenvalue below 1e-2 of the largest) and belong to the noise: with B
+  /// fitted, those of high frequency (an eigenvalue below 1e-2 of the largest) and belong to the noise: with B
   /// its map from increments to displacements, v = Kp and unit z, T|v|² < 0.1 |Bᵀv|²/|v|², so that of a small misfit
   /// the momenta would explain less than a tenth. Their energy counts at t = 0 only, where they nearly cancel: noise
-  /// that moves such landmarks apart would set free a flow that J has not paid for.
+  /// that separates such landmarks would set free a flow that J has not paid for.
   Eigen::VectorXd resolved() const;
 
   /// Empty where a step of a path does not contract: such z are out of bounds, since near the end of a root tiny

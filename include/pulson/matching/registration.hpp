@@ -43,9 +43,9 @@ struct DataOptions {
   CurveEnds ends = CurveEnds::kAuto;           ///< of curves
   Eigen::VectorXd weights{};                   ///< of landmarks; empty: all 1
   std::vector<Eigen::MatrixXd> covariances{};  ///< of landmarks, instead of σ²I
-  /// Whether landmarks at one place in the source that are apart in the target become one, whose target is the mean of
-  /// theirs; else they are refused. Those at one place in both shapes always become one, and so do points of curves at
-  /// one place in the source.
+  /// Whether to merge landmarks at the same position in the source that differ in the target; their target is the mean
+  /// of theirs; else they are refused. Those at one place in both shapes always become one, and so do points of curves
+  /// at one place in the source.
   bool merge_coincident = false;
 };
 
@@ -100,7 +100,7 @@ struct Registration {
   Alignment alignment;  ///< moved the original source to `source`
   std::optional<DisplacementModel> fitted_kernel;  ///< where the kernel was fitted to the landmarks
   Landmarks source;                                ///< q0: the source after alignment, where the flow begins
-  Landmarks original;  ///< the source as it was given, but for landmarks that miss a coordinate
+  Landmarks original;  ///< the source as it was given, but for landmarks that have a missing coordinate
   Landmarks target;
   Points result;               ///< q(T), d×N; in mode `expected` its mean
   Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one
@@ -141,7 +141,7 @@ struct Registration {
 };
 
 /// Fits momenta, and the noise where the mode says so, so that `source` flows to `target`. Landmarks of the source that
-/// miss a coordinate (NaN) are left out; coordinates that the target misses drop out of the data.
+/// have a missing coordinate (NaN) are left out; coordinates that the target misses drop out of the data.
 /// @throws InputError where the shapes do not fit together or an option is wrong
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options = {});
 

@@ -39,7 +39,7 @@ struct NoiseFormula {
                          MatrixOf<T>& /*field*/) const {}
   template <class T>
   void add_spatial_compensation(const MatrixOf<T>& /*x*/, const VectorOf<T>& /*theta*/, MatrixOf<T>& /*field*/) const {}
-  /// The place in θ of the friction λ, or −1 where there is none.
+  /// The index in θ of the friction λ, or −1 where there is none.
   static int friction_index() { return -1; }
 };
 

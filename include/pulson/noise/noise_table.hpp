@@ -16,7 +16,7 @@ using NoiseTable = NameTable<MakeNoise>;
 /// Noise models by name; see `pulson info noises` and docs/adding_a_noise_model.md.
 const NoiseTable& noise_table();
 
-/// Lists a model of your own: from then on its name stands wherever a noise is specified, in registrations, comparisons
+/// Adds a model of your own: from then on its name works wherever a noise is specified, in registrations, comparisons
 /// and the records that are read. Before other threads use the table. @throws InputError if the name is taken
 void add_noise(NoiseTable::Row row);
 

@@ -7,7 +7,7 @@
 
 namespace pulson {
 
-/// Standard normal numbers as a pure function of (seed, path, step, channel): nothing is remembered between calls, so
+/// Standard normal numbers as a pure function of (seed, path, step, channel): no state is kept between calls, so
 /// order, batches and threads change no bit.
 ///
 /// Philox4x32-10 (J. Salmon, M. Moraes, R. Dror, D. Shaw, "Parallel random numbers: as easy as 1, 2, 3", 2011) with the

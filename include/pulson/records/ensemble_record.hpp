@@ -35,8 +35,8 @@ std::string ensemble_means_csv(const EnsembleRun& run);
 /// histograms that are to be written.
 std::string ensemble_densities_csv(const EnsembleRun& run);
 
-/// The sums of an unfinished ensemble, exact, as a binary text (CBOR) that belongs to this run alone: to others with
-/// another seed, noise, start, … it cannot be read.
+/// The sums of an unfinished ensemble, exact, as a binary text (CBOR) that belongs to this run only: a run with
+/// a different seed, noise or initial state cannot read it.
 std::string ensemble_checkpoint(const EnsembleRun& run);
 
 /// What ensemble_checkpoint wrote. @throws InputError if it is damaged or of another run; `name` is the file's

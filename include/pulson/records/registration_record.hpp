@@ -10,13 +10,13 @@
 
 namespace pulson {
 
-/// Counts that tell how far the result is from a diffeomorphic image of the source; none where they have no meaning.
+/// Counts that measure how far the result is from a diffeomorphic image of the source; none where undefined.
 struct TopologyCounts {
   std::optional<int> order_inversions;   ///< d = 1: pairs of landmarks that changed order
-  std::optional<int> flipped_triangles;  ///< d = 2: triangles of the source's Delaunay triangulation that turned over
+  std::optional<int> flipped_triangles;  ///< d = 2: flipped triangles of the source's Delaunay triangulation
 };
 
-/// What can be told of a registration besides.
+/// Additional facts about a registration.
 struct RegistrationFacts {
   TopologyCounts counts{};
   LandmarkShares shares{};

@@ -19,7 +19,7 @@ struct Simulation {
 };
 
 /// The record of a simulation as JSON: what it takes to repeat it, and for each path its status, the adapted state
-/// (q, p̂) at its end as [landmark][axis], and what its steps met.
+/// (q, p̂) at its end as [landmark][axis], and diagnostics of its steps.
 std::string simulation_json(const Simulation& simulation);
 
 /// csv of all paths: `sample,step,time,landmark,q_x,…,p_x,…`, every `every`-th step and the last; samples and landmarks

@@ -23,7 +23,7 @@ Coverage coverage(const RasterBand& band);
 /// The pixels of a band none of whose samples is covered, row by row.
 std::vector<bool> uncovered_pixels(const RasterBand& band);
 
-/// The pixels of `mask` that no path of its pixels, from neighbour to neighbour of the four, connects to the border:
+/// The pixels of `mask` that are not 4-connected to the border within the mask:
 /// the holes, where `mask` is what is uncovered. @param mask width·height, row by row @throws InputError if it is not
 /// so
 std::vector<bool> enclosed(const std::vector<bool>& mask, int width, int height);

@@ -7,13 +7,13 @@
 
 namespace pulson {
 
-/// The corners of an image's pixels and where a map takes them. Places are in pixel coordinates: x to the right, y
+/// The corners of an image's pixels and their images under a map. Positions are in pixel coordinates: x to the right, y
 /// down, pixel centres at integers.
 struct DeformedMesh {
   int columns = 0;  ///< of vertices: the width of the image + 1
   int rows = 0;     ///< of vertices: its height + 1
-  /// Where vertex (c, r), whose label is its place (c − 0.5, r − 0.5) in the source, goes; row by row. Cells with a
-  /// vertex that is not finite are left out.
+  /// Where vertex (c, r), whose label is its position (c − 0.5, r − 0.5) in the source, is mapped; row by row. Cells
+  /// with a vertex that is not finite are left out.
   std::vector<std::array<float, 2>> vertices;
 
   const std::array<float, 2>& at(int column, int row) const {
@@ -35,7 +35,7 @@ inline constexpr std::array<std::array<std::array<int, 2>, 3>, 2> kCellTriangles
 /// Signed Jacobian, output area over source area, of a triangle (0 or 1) of a cell; NaN where a vertex is not finite.
 double triangle_jacobian(const DeformedMesh& mesh, int column, int row, std::size_t triangle);
 
-/// Where a mesh is turned over.
+/// Where a mesh is flipped.
 struct MeshFolds {
   double folded_fraction = 0;  ///< of the area of the source that is not left out
   std::int64_t reversed_triangles = 0;

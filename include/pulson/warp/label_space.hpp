@@ -8,7 +8,7 @@
 
 namespace pulson {
 
-/// By what the displacements of landmarks are interpolated between their labels, see LabelSpace.
+/// The basis that interpolates the displacements of landmarks between their labels, see LabelSpace.
 enum class LabelKernel {
   kMetric,     ///< the kernel of the flow: far from all landmarks nothing moves
   kThinPlate,  ///< |r|³, r² log r, −r in 1, 2, 3 dimensions and affine functions, which it reproduces
@@ -35,7 +35,7 @@ class LabelSpace {
   /// Of the interpolant in the basis, d×B. @param displacements δ, d×N
   virtual Points coefficients(const Points& displacements) const = 0;
 
-  /// The basis at places x, B×M: the interpolant is coefficients times this. @param x d×M
+  /// The basis at positions x, B×M: the interpolant is coefficients times this. @param x d×M
   virtual Eigen::MatrixXd basis(const Points& x) const = 0;
 
   /// The gradient of the interpolant with given coefficients: column m is d×d, column-major.

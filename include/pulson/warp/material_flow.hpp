@@ -8,7 +8,7 @@
 
 namespace pulson {
 
-/// Where points went, and the gradient of the map there.
+/// Images of points under the map, and the gradient of the map there.
 struct MovedPoints {
   Points places;              ///< d×M
   Eigen::MatrixXd gradients;  ///< column m: ∂X(T)/∂x at x_m, d×d in column-major order
@@ -17,15 +17,15 @@ struct MovedPoints {
   Eigen::VectorXd jacobians() const;
 };
 
-/// The motion of every point of space under a landmark path. A step moves the point with label x (its place at t = 0)
-/// by the same stages as the landmarks, see SpaceStep; of the variational integrators
+/// The motion of every point of space under a landmark path. A step moves the point with label x (its position at t =
+/// 0) by the same stages as the landmarks, see SpaceStep; of the variational integrators
 ///
 ///     X⁺ = X + Δt (Σ_b K(X⁺ − q_b⁺) p_b + η(X⁺)) + Σ_i ξ_i(X) w_i + Σ_a c_a(x) δ_a,   X(0) = x
 ///
 /// where ξ_i are the fields of noise over space and η what compensates them (P-SD); δ_a is what other noise moved
-/// landmark a in this step, and c_a the cardinal functions of interpolation in label space: each object takes its
-/// interior along, so two of them pass through each other cleanly. The map is a diffeomorphism where all δ = 0, and may
-/// fold else. Methods run on all threads.
+/// landmark a in this step, and c_a the cardinal functions of interpolation in label space: each object moves with
+/// its interior, so two of them pass through each other cleanly. The map is a diffeomorphism where all δ = 0, otherwise
+/// it may fold. Methods run on all threads.
 class MaterialFlow {
  public:
   /// @throws StepError where a step is too long for the space between the landmarks
@@ -47,8 +47,8 @@ class MaterialFlow {
   /// Whether nothing is interpolated in label space.
   bool is_diffeomorphic() const { return labels_ == nullptr; }
 
-  /// The labels of the points that end at given places: every step solved backwards, to round-off. @throws InputError
-  /// where the map is no diffeomorphism; StepError where a step has no inverse
+  /// The labels of the points that end at given positions: every step solved backwards, to round-off. @throws
+  /// InputError where the map is not a diffeomorphism; StepError where a step has no inverse
   MovedPoints inverse(const Points& places) const;
 
   /// The largest distance of a landmark, moved as a point of space, from its own end: round-off but for the ridge.
@@ -66,8 +66,8 @@ class MaterialFlow {
   Trajectory path_;
   std::vector<SpaceStep> steps_;
   std::unique_ptr<const LabelSpace> labels_;  ///< none where no landmark is moved by noise of its own
-  /// By step and row of its table: what moves the landmarks alone, as coefficients in label space, d×B; empty where
-  /// none.
+  /// By step and row of its table: displacements of the landmarks only, as coefficients in label space, d×B; empty
+  /// where none.
   std::vector<std::vector<Points>> label_coefficients_;
 };
 

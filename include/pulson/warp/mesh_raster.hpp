@@ -11,7 +11,7 @@
 namespace pulson {
 
 /// Which sheet is on top where several cover a sample.
-enum class Over {
+enum class SheetOrder {
   kLeastStretched,  ///< orientation-preserving before reversing, then the smallest largest singular value of the
                     ///< triangle's affine map, then the first
   kAverage,         ///< all sheets, by MeshRaster::sheet; MeshRaster::band has the least stretched
@@ -20,14 +20,14 @@ enum class Over {
 };
 
 /// @throws InputError that lists the valid names: least-stretched, average, first, label-order
-Over parse_over(std::string_view name);
-std::string over_name(Over over);
+SheetOrder parse_over(std::string_view name);
+std::string over_name(SheetOrder over);
 
 struct RasterOptions {
   int width = 0;  ///< of the output, in pixels
   int height = 0;
   int supersampling = 2;  ///< S, 1 to 8: S×S samples per pixel at offsets (i + 0.5)/S − 0.5
-  Over over = Over::kLeastStretched;
+  SheetOrder over = SheetOrder::kLeastStretched;
   int rows_per_band = 0;  ///< pixel rows of a band; 0 for bands of about 2^18 samples
 };
 
@@ -40,11 +40,11 @@ struct RasterBand {
   int supersampling = 1;
   std::vector<std::array<float, 2>> labels;  ///< place in the source, in pixel coordinates; NaN where there is none
   std::vector<std::uint8_t> counts;          ///< triangles that cover the sample: its preimages; 255 stands for more
-  std::vector<std::uint8_t> reversed;        ///< 1 where the sheet of `labels` is turned over, else 0
+  std::vector<std::uint8_t> reversed;        ///< 1 where the sheet of `labels` is flipped, else 0
 };
 
 /// The push-forward of an image's pixel mesh through a map that may fold: for every sample of the output, in how many
-/// sheets it is covered and the place in the source of the sheet on top.
+/// sheets it is covered and the source position of the top sheet.
 ///
 /// Vertices are snapped to 1/1024 of the samples' distance, after which coverage is exact integer arithmetic. A sample
 /// on an edge counts as one slightly to its right, and on a horizontal edge as one slightly below it: so in a sheet it
@@ -58,9 +58,9 @@ struct RasterBand {
 /// threads.
 class MeshRaster {
  public:
-  /// @param priority one per cell, row by row, for Over::kPriority alone
+  /// @param priority one per cell, row by row, for SheetOrder::kPriority only
   /// @throws InputError for sizes or a supersampling out of range (an output of more than 2^18 samples in a row or
-  /// column is), for a mesh as DeformedMesh::check, for priorities that are missing, not asked for or NaN
+  /// column is), for a mesh as DeformedMesh::check, for priorities that are missing, superfluous or NaN
   MeshRaster(DeformedMesh mesh, const RasterOptions& options, std::vector<float> priority = {});
 
   const DeformedMesh& mesh() const { return mesh_; }

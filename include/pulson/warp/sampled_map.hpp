@@ -15,7 +15,7 @@ struct SampledPlane {
   double first = 0;  ///< 0 for the centres of pixels, −0.5 for their corners
 };
 
-/// Where a map takes the nodes of a plane, NaN where it has no value.
+/// The images of the nodes of a plane under a map, NaN where it has no value.
 struct SampledMap {
   int columns = 0;
   int rows = 0;
@@ -26,7 +26,7 @@ struct SampledMap {
   double exact_fraction = 0;  ///< points evaluated exactly over nodes
 };
 
-/// The exact map: places of 2×M points, and their gradients. It is called from one thread at a time, with many points.
+/// The exact map: images of 2×M points, and their gradients. It is called from one thread at a time, with many points.
 using PlaneMap = std::function<MovedPoints(const Points&)>;
 
 /// Places of all nodes, by interpolation between exact ones wherever that is good enough.

@@ -141,7 +141,7 @@ class NpyReader {
   std::vector<std::size_t> read_shape() const {
     std::string_view text = value_of("shape");
     const std::size_t end = text.find(')');
-    if (!text.starts_with('(') || end == std::string_view::npos) fail("'shape' in the header is no tuple");
+    if (!text.starts_with('(') || end == std::string_view::npos) fail("'shape' in the header is not a tuple");
     text = text.substr(1, end - 1);
     std::vector<std::size_t> shape;
     while (!trim(text).empty()) {

@@ -53,8 +53,8 @@ const NamedAxes* find_named_axes(const CsvRecord& header, std::vector<std::size_
 void require_one(const std::string& path, const CsvRecord& header, const std::vector<RankedColumn>& columns) {
   if (columns.size() < 2 || columns[0].rank != columns[1].rank) return;
   fail(path, header.line,
-       fmt::format("the columns {} and {} mean the same, one of them is needed",
-                   in_quotes(header.fields[columns[0].column]), in_quotes(header.fields[columns[1].column])));
+       fmt::format("the columns {} and {} mean the same; give only one", in_quotes(header.fields[columns[0].column]),
+                   in_quotes(header.fields[columns[1].column])));
 }
 
 /// The units of x, which those of the other axes have to be.

@@ -92,7 +92,7 @@ CsvColumns columns_of_header(const std::string& path, const std::vector<CsvRecor
 
 /// Chooses the columns that name landmarks and specimens: by their names and, where those may mean either, by whether
 /// their values repeat in runs. @throws InputError if two mean the same, or if a column that is not used looks as if it
-/// told shapes apart.
+/// distinguished shapes.
 void choose_names(const std::string& path, const std::vector<CsvRecord>& records, CsvColumns& columns);
 
 /// Whether the values of a column are 0, 1, 2, ... or 1, 2, 3, ... from record `begin` on.

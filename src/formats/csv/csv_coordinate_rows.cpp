@@ -85,7 +85,7 @@ class CoordinateGatherer {
     GatheredLandmark& landmark = landmarks_[place->second];
     if (landmark.lines[axis] != 0)
       fail(path_, record.line,
-           fmt::format("{} of {} stands on line {} already", "xyz"[axis], describe(landmark), landmark.lines[axis]));
+           fmt::format("{} of {} is already on line {}", "xyz"[axis], describe(landmark), landmark.lines[axis]));
     landmark.lines[axis] = record.line;
     const std::string shape = columns_.specimen ? "specimen " + in_quotes(name_) : "";
     landmark.values[axis] =

@@ -31,7 +31,7 @@ const NamedRole& role_named(const std::string& key) {
   const auto* const found =
       std::find_if(kRoles.begin(), kRoles.end(), [&](const NamedRole& role) { return role.key == key; });
   if (found != kRoles.end()) return *found;
-  throw InputError(fmt::format("'{}' is nothing that a column holds; valid: x, y, z, name, specimen, group", key));
+  throw InputError(fmt::format("'{}' is not the name of a kind of column; valid: x, y, z, name, specimen, group", key));
 }
 
 std::string list_columns(const CsvRecord& header) {

@@ -27,8 +27,8 @@ void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>
   for (const CsvRecord& record : records)
     if (record.fields.size() != first.fields.size())
       fail(path, record.line,
-           fmt::format("{}, but line {} has {}; all lines need as many", counted(record.fields.size(), "column"),
-                       first.line, first.fields.size()));
+           fmt::format("{}, but line {} has {}; all lines must have the same number",
+                       counted(record.fields.size(), "column"), first.line, first.fields.size()));
 }
 
 std::vector<std::string> unused_columns(const std::string& path, const std::vector<std::string>& names) {

@@ -84,7 +84,7 @@ class TableNames {
     const bool is_counter = records_.size() > kFirstRow + 1 && counts_lines(records_, other.column, kFirstRow);
     if (other.rank != best.rank && (!columns_.specimen.empty() || other.rank == kIndexRank || is_counter)) return;
     fail(path_, header().line,
-         fmt::format("the columns {} and {} mean the same, one of them is needed; call the one that names the specimen "
+         fmt::format("the columns {} and {} mean the same; give only one; call the one that names the specimen "
                      "'specimen'",
                      quoted(std::min(best.column, other.column)), quoted(std::max(best.column, other.column))));
   }
@@ -140,8 +140,8 @@ class TableNames {
       const Runs runs = runs_of(i);
       if (runs.name_parts() && runs.count > 1 && runs.shortest > 1)
         fail(path_, header().line,
-             fmt::format("the values of the column {} repeat in runs: call it 'specimen' if it tells shapes apart, "
-                         "'group' if it tells outlines apart, else take it out",
+             fmt::format("the values of the column {} repeat in runs: call it 'specimen' if it distinguishes shapes, "
+                         "'group' if it distinguishes outlines, otherwise remove it",
                          quoted(i)));
     }
   }

@@ -98,7 +98,7 @@ class NamedAxisReader {
     for (const AxisRows& rows : shapes_)
       if (rows.dimension != first.dimension)
         fail(path_, rows.line,
-             fmt::format("a shape of {}, but the one of line {} has {}; all shapes need as many",
+             fmt::format("a shape of {}, but the one of line {} has {}; all shapes must have the same number",
                          rows.dimension == 1 ? "1 axis" : fmt::format("{} axes", rows.dimension), first.line,
                          first.dimension));
   }
@@ -153,7 +153,7 @@ std::size_t find_dimension(const std::string& path, const CsvRecord& first) {
   if (count % 6 == 0)
     fail(path, first.line,
          fmt::format("a name and {} numbers may be {} landmarks in 2D or {} in 3D; a header id,x1,y1,... or "
-                     "id,x1,y1,z1,... tells which",
+                     "id,x1,y1,z1,... says which",
                      count, count / 2, count / 3));
   if (count % 2 != 0 && count % 3 != 0)
     fail(path, first.line, fmt::format("a name and {} numbers, which landmarks in 2D or 3D cannot have", count));

@@ -76,8 +76,8 @@ class ShapeBuilder {
     const auto [other, is_new] = line_of_label_.try_emplace({group, label}, record.line);
     if (is_new) return;
     fail(path_, record.line,
-         fmt::format("landmark {}{} stands on line {} already; labels must differ within a shape, a column specimen "
-                     "tells shapes apart and a column group outlines",
+         fmt::format("landmark {}{} is already on line {}; labels must differ within a shape, a column specimen "
+                     "distinguishes shapes and a column group distinguishes outlines",
                      in_quotes(label), !columns_.specimen.empty() ? " of specimen " + in_quotes(name_) : "",
                      other->second));
   }
@@ -171,7 +171,7 @@ std::vector<std::string> doubts_without_header(const std::string& path, const La
     std::string doubt = fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
                                     counted(static_cast<std::size_t>(shape.count()), "landmark"));
     if (const std::optional<int> axes = axes_in_turn(shape.points))
-      doubt += fmt::format("; if x{} take turns, --dim {} reads them so", *axes == 2 ? " and y" : ", y and z", *axes);
+      doubt += fmt::format("; if it holds x{} in turn, use --dim {}", *axes == 2 ? " and y" : ", y and z", *axes);
     return {doubt};
   }
   if (looks_like_index(shape.points))
@@ -198,8 +198,8 @@ std::vector<std::string> doubts_of_order(const std::string& path, const std::vec
   std::vector<std::string> doubts;
   if (const std::size_t blocks = count_blocks(records); blocks > 1)
     doubts.push_back(
-        fmt::format("{}: blank lines part the table into {} blocks of {} lines, which are read as one "
-                    "shape; a column specimen tells shapes apart",
+        fmt::format("{}: blank lines split the table into {} blocks of {} lines, which are read as one "
+                    "shape; a column specimen distinguishes shapes",
                     path, blocks, records.size() / blocks));
   for (std::size_t i = has_header ? 1 : 0; i < records.size(); ++i)
     if (records[i].follows_empty_row)
@@ -209,7 +209,7 @@ std::vector<std::string> doubts_of_order(const std::string& path, const std::vec
   return doubts;
 }
 
-/// Whether the first line tells that the table has a landmark on each.
+/// Whether the first line shows that the table has one landmark per line.
 bool begins_with_points(const std::vector<CsvRecord>& first) {
   if (is_header(first.front())) return names_coordinates(first.front());
   return !holds_only_marks(first.front()) && holds_numbers(first.front());

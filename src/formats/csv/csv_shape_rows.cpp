@@ -116,7 +116,8 @@ bool finds_named_landmarks(const CsvRecord& header) {
 }
 
 /// The columns that name the shapes: `specimen`, else `id` and its like, else `file` or `frame`, else a first one
-/// without a name. Names that repeat are followed by those that tell more, as SLEAP has `track` and `frame_idx`.
+/// without a name. Names that repeat are followed by further columns that distinguish them, as SLEAP has `track` and
+/// `frame_idx`.
 std::vector<std::size_t> find_name_columns(const std::vector<CsvRecord>& records) {
   const CsvRecord& header = records.front();
   std::vector<RankedColumn> candidates = find_columns(header, ColumnRole::kSpecimen);
@@ -167,7 +168,7 @@ class ShapeColumnFinder {
     std::optional<std::size_t>& column = landmark_of(*name).columns[name->axis];
     if (column)
       fail(path_, header_.line,
-           fmt::format("the columns {} and {} mean the same, one of them is needed", in_quotes(header_.fields[*column]),
+           fmt::format("the columns {} and {} mean the same; give only one", in_quotes(header_.fields[*column]),
                        in_quotes(field)));
     column = i;
     columns_.dimension = std::max(columns_.dimension, name->axis + 1);

@@ -50,7 +50,7 @@ std::vector<std::pair<std::string, std::string>> read_properties(const JsonValue
   }
   for (const JsonValue& pair : properties.items()) {
     const std::vector<std::string> texts = pair.texts();
-    if (texts.size() != 2) pair.fail("is not a pair of texts");
+    if (texts.size() != 2) pair.fail("is not a pair of strings");
     all.emplace_back(texts[0], texts[1]);
   }
   return all;
@@ -200,7 +200,7 @@ WrittenLandmarks write_json(const std::string& path, const LandmarkFile& file) {
   if (!file.units.empty()) written.text += ",\n  \"units\": " + json_line(file.units, is_changed);
   if (!file.axes.empty()) written.text += ",\n  \"axes\": " + json_line(file.axes, is_changed);
   written.text += "\n}\n";
-  if (is_changed) written.losses.push_back(path + ": bytes of names that are not UTF-8 are replaced");
+  if (is_changed) written.losses.push_back(path + ": bytes in names that are not UTF-8 are replaced");
   return written;
 }
 

@@ -92,7 +92,7 @@ JsonValue JsonValue::at(const std::string& key) const {
 }
 
 std::string JsonValue::text() const {
-  if (!value_->is_string()) fail("is not a text");
+  if (!value_->is_string()) fail("is not a string");
   return value_->get<std::string>();
 }
 
@@ -103,9 +103,9 @@ double JsonValue::number() const {
 
 std::vector<std::string> JsonValue::texts() const {
   std::vector<std::string> all;
-  if (!value_->is_array()) fail("is not a list of texts");
+  if (!value_->is_array()) fail("is not a list of strings");
   for (const Json& item : *value_) {
-    if (!item.is_string()) fail(fmt::format("has no text as item {}", all.size() + 1));
+    if (!item.is_string()) fail(fmt::format("has no string as item {}", all.size() + 1));
     all.push_back(item.get<std::string>());
   }
   return all;

@@ -91,7 +91,7 @@ class FcsvReader {
                                ": the coordinates are indices (IJK) of an image's voxels, with no unit of length");
     } else {
       fail(path_, line.number,
-           fmt::format("CoordinateSystem is {}; RAS, LPS, IJK or 0, 1, 2 is right", in_quotes(value)));
+           fmt::format("CoordinateSystem is {}; RAS, LPS, IJK or 0, 1, 2 is expected", in_quotes(value)));
     }
   }
 

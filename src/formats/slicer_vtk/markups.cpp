@@ -32,7 +32,7 @@ std::string read_axes(const JsonValue& markup) {
   const std::string text = json.value().is_number_integer() ? json.value().dump() : json.text();
   if (text == "LPS" || text == "1") return "LPS";
   if (text == "RAS" || text == "0") return "RAS";
-  json.fail(fmt::format("is {}; LPS or RAS is right", in_quotes(text)));
+  json.fail(fmt::format("is {}; LPS or RAS is expected", in_quotes(text)));
 }
 
 /// `mm`, or the code, its scheme and its meaning.
@@ -188,7 +188,7 @@ LandmarkFile read_markups(const std::string& path, std::string_view text) {
     require_same(markup, "units", file.units, read_units(markup));
     const std::string type = shape.properties.empty() ? "" : shape.properties[0].second;
     if (type == "ROI" || type == "Plane")
-      file.warnings.push_back(fmt::format("{}: of markup {}, {} {}, the control points alone are read", path,
+      file.warnings.push_back(fmt::format("{}: of markup {}, {} {}, only the control points are read", path,
                                           file.shapes.size(), type == "ROI" ? "an" : "a", type));
   }
   return file;
@@ -217,12 +217,12 @@ WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file
   for (const Landmarks& shape : file.shapes) {
     const Points points = points_in_space(target, shape, written.losses);
     if (misses_some_only(shape))
-      add_once(written.losses, path + ": landmarks that miss a coordinate are written without any");
+      add_once(written.losses, path + ": landmarks that have a missing coordinate are written without any");
     written.text +=
         (&shape == &file.shapes.front() ? "\n    " : ",\n    ") + markup_text(shape, points, system, is_changed);
   }
   written.text += "\n  ]\n}\n";
-  if (is_changed) written.losses.push_back(path + ": bytes of names that are not UTF-8 are replaced");
+  if (is_changed) written.losses.push_back(path + ": bytes in names that are not UTF-8 are replaced");
   return written;
 }
 

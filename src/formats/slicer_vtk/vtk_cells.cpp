@@ -33,7 +33,7 @@ void take_counted(VtkCursor& cursor, VtkCells& cells, std::size_t count, std::si
 std::vector<VtkId> take_named(VtkCursor& cursor, std::string_view name, std::size_t count) {
   const std::string_view word = cursor.take_word();
   const VtkPlace place = cursor.place();
-  if (to_lower(word) != to_lower(name)) cursor.fail_here(fmt::format("{} where {} is right", in_quotes(word), name));
+  if (to_lower(word) != to_lower(name)) cursor.fail_here(fmt::format("{} where {} is expected", in_quotes(word), name));
   const VtkType& type = take_vtk_type(cursor, name);
   return take_vtk_ids(cursor, {place, fmt::format("{} {}", name, type.name)}, type, count);
 }

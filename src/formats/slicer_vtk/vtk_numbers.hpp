@@ -1,6 +1,6 @@
 #pragma once
 
-// Blocks of numbers in VTK legacy files, as text or as big-endian bytes, and the way to them.
+// Blocks of numbers in VTK legacy files, as text or as big-endian bytes, and how to find them.
 
 #include <cstdint>
 #include <string>

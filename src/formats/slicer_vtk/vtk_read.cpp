@@ -46,7 +46,7 @@ class VtkReader {
   void read_header() {
     const std::string_view first = cursor_.take_line();
     if (!first.starts_with(kVtkMagic))
-      cursor_.fail_here(fmt::format("the file begins with {}; {} is right", in_quotes(first), in_quotes(kVtkMagic)));
+      cursor_.fail_here(fmt::format("the file begins with {}; {} is expected", in_quotes(first), in_quotes(kVtkMagic)));
     const std::string_view version = trim(first.substr(kVtkMagic.size()));
     const double number = is_number(version) ? parse_number(version, "") : 0;
     if (!(number >= 1 && number < 5.2))
@@ -55,7 +55,7 @@ class VtkReader {
     const std::string_view encoding = trim(cursor_.take_line());
     const bool is_binary = to_lower(encoding) == "binary";
     if (!is_binary && to_lower(encoding) != "ascii")
-      cursor_.fail_here(in_quotes(encoding) + " where ASCII or BINARY is right");
+      cursor_.fail_here(in_quotes(encoding) + " where ASCII or BINARY is expected");
     if (to_lower(cursor_.take_word()) != "dataset") cursor_.fail_here("a line DATASET POLYDATA is needed here");
     const std::string_view kind = cursor_.take_word();
     if (to_lower(kind) != "polydata")
@@ -176,7 +176,7 @@ class VtkReader {
     const std::vector<std::size_t> pieces = vtk_pieces(sections_, count());
     if (!vtk_lines_follow_points(sections_, pieces))
       warnings.push_back(cursor_.path() +
-                         ": the lines join the points in another order than that of the file, which is kept");
+                         ": the lines connect the points in a different order from that of the file, which is kept");
     std::vector<std::string> names;
     if (std::adjacent_find(pieces.begin(), pieces.end(), std::not_equal_to<>()) == pieces.end()) return names;
     names.reserve(pieces.size());

@@ -68,7 +68,7 @@ class BigWarpReader {
     }
   }
 
-  /// BigWarp counts names anew after landmarks are deleted, so that they may repeat; then they tell none apart.
+  /// BigWarp counts names anew after landmarks are deleted, so that they may repeat; then they identify nothing.
   std::vector<std::string> find_labels() {
     std::vector<std::string> labels;
     std::set<std::string> seen;

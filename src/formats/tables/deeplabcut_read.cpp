@@ -60,7 +60,7 @@ class DeepLabCutReader {
     for (const CsvRecord* record = header_.coordinates + 1; record != end; ++record) read_shape(*record);
     if (file_.shapes.empty()) throw InputError(path_ + " holds a header and no landmarks");
     if (likelihoods_ > 0)
-      file_.warnings.push_back(fmt::format("{}: likelihood is not used ({}); landmarks are read whatever it is", path_,
+      file_.warnings.push_back(fmt::format("{}: likelihood is not used ({}); all landmarks are read", path_,
                                            counted(likelihoods_, "column")));
     return std::move(file_);
   }

@@ -127,7 +127,7 @@ class Tags {
     if (left_.empty()) fail(path_, line_, fmt::format("the tag <{}> has no '>'", as_one_line(tag.name)));
     const std::string_view shown = left_.substr(0, std::min(left_.find_first_of("\r\n"), left_.size()));
     fail(path_, line_,
-         fmt::format("{} in the tag <{}>; name='value' is right", in_quotes(shown), as_one_line(tag.name)));
+         fmt::format("{} in the tag <{}>; name='value' is expected", in_quotes(shown), as_one_line(tag.name)));
   }
 
   const std::string& path_;
@@ -190,7 +190,7 @@ class DlibReader {
       image_ = file == tag.attributes.end() ? std::string() : file->second;
       first_of_image_ = file_.shapes.size();
     } else if (tag.name == "box") {
-      if (box_) fail(path_, tag.line, "a <box> within another; </box> is right before it");
+      if (box_) fail(path_, tag.line, "a <box> within another; </box> is expected before it");
       box_.emplace();
       properties_.clear();
       keep_frame(tag);
@@ -203,7 +203,7 @@ class DlibReader {
   void end(const Tag& tag) {
     if (open_.empty() || open_.back().name != tag.name)
       fail(path_, tag.line,
-           fmt::format("</{}> where {} is right", as_one_line(tag.name),
+           fmt::format("</{}> where {} is expected", as_one_line(tag.name),
                        open_.empty() ? "nothing" : "</" + as_one_line(open_.back().name) + ">"));
     open_.pop_back();
     if (tag.name == "label" && box_ && !tags_.text().empty()) properties_.emplace_back("label", tags_.text());
@@ -218,7 +218,7 @@ class DlibReader {
   }
 
   void add_part(const Tag& tag) {
-    if (!box_) fail(path_, tag.line, "a <part> outside of all boxes; it belongs between <box> and </box>");
+    if (!box_) fail(path_, tag.line, "a <part> outside of all boxes; it must be between <box> and </box>");
     const auto name = tag.attributes.find("name");
     const std::string label = name == tag.attributes.end() ? std::string() : name->second;
     if (!label.empty() && !labels_.insert(label).second)

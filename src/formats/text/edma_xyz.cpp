@@ -86,13 +86,13 @@ LandmarkFile read_edma(const std::string& path, std::string_view text) {
   if (!is_mark(line.text)) {
     title = line.text;
     line = lines.take("XYZ");
-    if (!is_mark(line.text)) fail(path, line.number, in_quotes(line.text) + " where XYZ is right");
+    if (!is_mark(line.text)) fail(path, line.number, in_quotes(line.text) + " where XYZ is expected");
   }
   line = lines.take("a header such as 10L 2 5");
   const std::optional<EdmaHeader> header = parse_header(line.text);
   if (!header)
     fail(path, line.number,
-         in_quotes(line.text) + " where the landmarks, dimensions and specimens are right, such as 10L 2 5");
+         in_quotes(line.text) + " where the landmarks, dimensions and specimens are expected, such as 10L 2 5");
   std::vector<std::string> labels;
   if (header->has_labels) labels = take_labels(lines, header->landmarks);
   LandmarkFile file;

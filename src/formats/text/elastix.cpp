@@ -28,7 +28,7 @@ bool sniff_elastix(std::string_view text) {
 LandmarkFile read_elastix(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
   const TextLine kind = lines.take("point or index");
-  if (!is_kind(kind.text)) fail(path, kind.number, in_quotes(kind.text) + " where point or index is right");
+  if (!is_kind(kind.text)) fail(path, kind.number, in_quotes(kind.text) + " where point or index is expected");
   const TextLine announcement = lines.take("the number of points");
   const std::size_t count = require_count(path, announcement, announcement.text, "the number of points");
   LandmarkFile file;
@@ -64,7 +64,7 @@ std::vector<std::string_view> field(const std::string& path, const TextLine& lin
     if (equals == std::string_view::npos || to_lower(trim(part.substr(0, equals))) != to_lower(name)) continue;
     const std::string_view value = trim(part.substr(equals + 1));
     if (!value.starts_with('[') || !value.ends_with(']'))
-      fail(path, line.number, fmt::format("{} is {}; numbers in brackets are right", name, in_quotes(value)));
+      fail(path, line.number, fmt::format("{} is {}; numbers in brackets are expected", name, in_quotes(value)));
     return split_words(value.substr(1, value.size() - 2));
   }
   fail(path, line.number, fmt::format("no {} = [ .. ] in {}", name, in_quotes(line.text)));
@@ -84,7 +84,7 @@ LandmarkFile read_transformix(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
   const std::size_t d = field(path, lines.peek(), "InputPoint").size();
   if (d != 2 && d != 3)
-    fail(path, lines.peek().number, fmt::format("InputPoint has {}; 2 or 3 are right", counted(d, "coordinate")));
+    fail(path, lines.peek().number, fmt::format("InputPoint has {}; 2 or 3 are expected", counted(d, "coordinate")));
   PointList input(d);
   PointList output(d);
   for (std::size_t i = 1; !lines.at_end(); ++i) {

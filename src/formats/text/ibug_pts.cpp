@@ -24,14 +24,14 @@ std::size_t take_point_count(TextLines& lines) {
     line = lines.take("n_points:");
   }
   const auto count = value_of(line.text, "n_points");
-  if (!count) fail(lines.path(), line.number, in_quotes(line.text) + " where n_points: is right");
+  if (!count) fail(lines.path(), line.number, in_quotes(line.text) + " where n_points: is expected");
   return require_count(lines.path(), line, *count, "the number of points");
 }
 
 void take_brace(TextLines& lines, std::string_view brace) {
   const TextLine line = lines.take(in_quotes(brace));
   if (line.text != brace)
-    fail(lines.path(), line.number, fmt::format("{} where {} is right", in_quotes(line.text), in_quotes(brace)));
+    fail(lines.path(), line.number, fmt::format("{} where {} is expected", in_quotes(line.text), in_quotes(brace)));
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ bool sniff_idav(std::string_view text) {
 LandmarkFile read_idav(const std::string& path, std::string_view text) {
   TextLines lines(path, text);
   const TextLine version = lines.take("Version 1.0");
-  if (!is_version(version.text)) fail(path, version.number, in_quotes(version.text) + " where Version 1.0 is right");
+  if (!is_version(version.text)) fail(path, version.number, in_quotes(version.text) + " where Version 1.0 is expected");
   const TextLine announcement = lines.take("the number of landmarks");
   const std::size_t count = require_count(path, announcement, announcement.text, "the number of landmarks");
   PointList list(dimension_of_next(lines, 1), kIdavMissing);

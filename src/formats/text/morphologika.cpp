@@ -40,7 +40,7 @@ class MorphologikaReader {
     landmarks_ = count_in("landmarks");
     dimension_ = count_in("dimensions");
     if (dimension_ > 3)
-      fail(path_, find("dimensions").head.number, fmt::format("{} dimensions; 1, 2 or 3 are right", dimension_));
+      fail(path_, find("dimensions").head.number, fmt::format("{} dimensions; 1, 2 or 3 are expected", dimension_));
     read_points();
     read_names();
     read_labels();
@@ -53,11 +53,11 @@ class MorphologikaReader {
     while (!lines_.at_end()) {
       const TextLine head = lines_.take("a section");
       const std::string name = section_of(head.text);
-      if (name.empty()) fail(path_, head.number, in_quotes(head.text) + " where a section such as [names] is right");
+      if (name.empty()) fail(path_, head.number, in_quotes(head.text) + " where a section such as [names] is expected");
       const auto [section, is_new] = sections_.try_emplace(name, Section{head, {}});
       if (!is_new)
         fail(path_, head.number,
-             fmt::format("the section [{}] stands on line {} already", as_one_line(name), section->second.head.number));
+             fmt::format("the section [{}] is already on line {}", as_one_line(name), section->second.head.number));
       while (!lines_.at_end() && section_of(lines_.peek().text).empty())
         section->second.lines.push_back(lines_.take("a line"));
     }

@@ -43,7 +43,7 @@ std::optional<NtsSide> parse_side(std::string_view word, std::string_view places
   return side;
 }
 
-/// Takes `dim=d` off the end of `text`. @return nothing where that is no number
+/// Takes `dim=d` off the end of `text`. @return nothing where that is not a number
 std::optional<std::size_t> take_dimension(std::string_view& text) {
   const std::size_t begin = to_lower(text).find("dim");
   const std::size_t equals = text.find('=', begin);
@@ -143,7 +143,7 @@ class NtsReader {
     while (is_nts_comment(lines_.peek().text)) lines_.take("");
     const TextLine line = lines_.take("a header such as 1 10 24 0 dim=2");
     const std::optional<NtsHeader> header = parse_header(line);
-    if (!header) fail(path_, line.number, in_quotes(line.text) + " where a header such as 1 10 24 0 dim=2 is right");
+    if (!header) fail(path_, line.number, in_quotes(line.text) + " where a header such as 1 10 24 0 dim=2 is expected");
     header_ = *header;
     dimension_ = header_.dimension ? *header_.dimension : dimension_of_columns();
     if (dimension_ < 1 || dimension_ > 3)

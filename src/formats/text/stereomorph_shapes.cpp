@@ -71,7 +71,7 @@ class Elements {
   std::string_view read_part(std::size_t number, std::string_view rest) {
     if (!rest.starts_with('<')) {
       const std::string_view row = trim(rest.substr(0, rest.find("</")));
-      if (open_.empty()) fail(lines_.path(), number, in_quotes(row) + " stands outside of all elements");
+      if (open_.empty()) fail(lines_.path(), number, in_quotes(row) + " is outside of all elements");
       open_.back().rows.push_back({number, row});
       return rest.substr(std::min(rest.find("</"), rest.size()));
     }
@@ -92,7 +92,7 @@ class Elements {
     const std::string_view name = trim(tag.substr(1));
     if (open_.empty() || open_.back().name != name)
       fail(lines_.path(), number,
-           fmt::format("</{}> where {} is right", as_one_line(name),
+           fmt::format("</{}> where {} is expected", as_one_line(name),
                        open_.empty() ? "nothing" : "</" + as_one_line(open_.back().name) + ">"));
     closed_.push_back(std::move(open_.back()));
     open_.pop_back();
@@ -119,7 +119,7 @@ std::size_t dimension_of(const std::string& path, const Element& element) {
   const std::optional<std::string> announced = attribute_of(element, "ncol");
   const std::size_t d = announced ? parse_count(*announced).value_or(0) : columns;
   if (d != 2 && d != 3)
-    fail(path, element.line, fmt::format("<{}> has {} columns; 2 or 3 are right", as_one_line(element.name), d));
+    fail(path, element.line, fmt::format("<{}> has {} columns; 2 or 3 are expected", as_one_line(element.name), d));
   return d;
 }
 

@@ -19,7 +19,7 @@ TextLine TextLines::peek() const {
 }
 
 TextLine TextLines::take(std::string_view wanted) {
-  if (at_end()) fail(path_, peek().number, fmt::format("the file ends where {} is right", wanted));
+  if (at_end()) fail(path_, peek().number, fmt::format("the file ends where {} is expected", wanted));
   return lines_[next_++];
 }
 
@@ -49,14 +49,14 @@ std::optional<std::size_t> parse_count(std::string_view text) {
 std::size_t require_count(const std::string& path, const TextLine& line, std::string_view text, std::string_view what) {
   const std::optional<std::size_t> count = parse_count(text);
   if (!count || *count == 0)
-    fail(path, line.number, fmt::format("{} where {}, a whole number from 1, is right", in_quotes(text), what));
+    fail(path, line.number, fmt::format("{} where {}, a whole number from 1, is expected", in_quotes(text), what));
   return *count;
 }
 
 void PointList::add(std::span<const std::string_view> words, CoordinatePlace place) {
   if (words.size() != dimension_)
     fail(place.path, place.line,
-         fmt::format("landmark {}{} has {}; {} are right", place.landmark,
+         fmt::format("landmark {}{} has {}; {} are expected", place.landmark,
                      place.shape.empty() ? "" : " of " + place.shape, counted(words.size(), "coordinate"), dimension_));
   for (place.axis = 0; place.axis < dimension_; ++place.axis) {
     const double value = parse_coordinate(with_decimal_point(words[place.axis]), place);
@@ -83,7 +83,7 @@ std::size_t dimension_of_next(const TextLines& lines, std::size_t others) {
   const std::size_t words = split_words(line.text).size();
   if (words != others + 2 && words != others + 3)
     fail(lines.path(), line.number,
-         fmt::format("{} has {}; {} or {} are right", in_quotes(line.text), counted(words, "column"), others + 2,
+         fmt::format("{} has {}; {} or {} are expected", in_quotes(line.text), counted(words, "column"), others + 2,
                      others + 3));
   return words - others;
 }

@@ -26,7 +26,7 @@ class TextLines {
   /// The next line, or at the end an empty one with the number of the last.
   TextLine peek() const;
 
-  /// @throws InputError at the end, which says that `wanted` is right there
+  /// @throws InputError at the end, which says that `wanted` was expected there
   TextLine take(std::string_view wanted);
 
   /// @throws InputError unless the file ends here, after `what` that it announces

@@ -73,7 +73,7 @@ class TpsReader {
     if (!entry) fail_without_keyword();
     if (is_shape_key(entry->key)) return read_shape(*entry);
     if (file_.shapes.empty())
-      fail(path_, line().number, in_quotes(trim(line().text)) + " stands before the first LM= or LM3=");
+      fail(path_, line().number, in_quotes(trim(line().text)) + " is before the first LM= or LM3=");
     if (entry->key == "points") return read_line_points(*entry);
     read_property(*entry);
     ++next_;
@@ -199,14 +199,14 @@ class TpsReader {
     const std::string found = in_quotes(trim(line().text));
     if (file_.shapes.empty()) fail(path_, line().number, found + "; a tps file begins with LM= or LM3=");
     fail(path_, line().number,
-         fmt::format("{} after the {} that shape {} announces; a keyword such as ID= or LM= is right here", found,
+         fmt::format("{} after the {} that shape {} announces; a keyword such as ID= or LM= is expected here", found,
                      counted(static_cast<std::size_t>(file_.shapes.back().count()), "landmark"), file_.shapes.size()));
   }
 
   void note_unused() {
     const auto warn = [this](const std::string& message) { file_.warnings.push_back(path_ + ": " + message); };
     if (uncounted_ > 0)
-      file_.warnings.push_back(first_uncounted_ + "; the landmarks are read, and the curves that there are" +
+      file_.warnings.push_back(first_uncounted_ + "; the landmarks and the curves present are read" +
                                (uncounted_ > 1 ? fmt::format(" ({} more likewise)", uncounted_ - 1) : ""));
     for (const std::string& note : {note_of_scales(file_.shapes), note_of_curves(file_.shapes)})
       if (!note.empty()) warn(note);

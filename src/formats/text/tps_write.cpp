@@ -30,7 +30,7 @@ class TpsWriter {
       written_.losses.push_back(
           cannot_hold(target_, "properties whose names are empty, hold '=', or are keywords or comments of tps"));
     if (shapes_of_lines_ > 0)
-      written_.losses.push_back(cannot_hold(target_, "curves and outlines apart from landmarks where there are none",
+      written_.losses.push_back(cannot_hold(target_, "curves and outlines of a shape without landmarks",
                                             shapes_of_lines_, file_.shapes.size()));
     return std::move(written_);
   }

@@ -97,7 +97,11 @@ function(pulson_library folder)
     add_library(pulson_${folder} STATIC ${ARG_SOURCES})
   endif()
   add_library(pulson::${folder} ALIAS pulson_${folder})
-  target_include_directories(pulson_${folder} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>)
+  # Headers of src/ that folders share, "core/temporary_file.hpp", are named from there.
+  target_include_directories(
+    pulson_${folder}
+    PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_compile_features(pulson_${folder} PUBLIC cxx_std_20)
   set_target_properties(pulson_${folder} PROPERTIES EXPORT_NAME ${folder})
   target_link_libraries(

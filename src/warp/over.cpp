@@ -1,28 +1,19 @@
-#include <algorithm>
-
 #include "pulson/core/name_table.hpp"
 #include "pulson/warp/mesh_raster.hpp"
 
 namespace pulson {
 namespace {
 
-const NameTable<Over>& over_table() {
-  static const NameTable<Over> table(
-      "rule for what is on top",
-      {{"least-stretched", {}, "orientation-preserving first, then the least stretched sheet", Over::kLeastStretched},
-       {"average", {}, "the mean of all sheets", Over::kAverage},
-       {"first", {}, "the first in row-by-row order of the source", Over::kFirst},
-       {"label-order", {}, "by the order of labels of the source, then the least stretched sheet", Over::kPriority}});
-  return table;
-}
+constexpr EnumNames<Over, 4> kRules = {"rule for what is on top",
+                                       {{{"least-stretched", Over::kLeastStretched},
+                                         {"average", Over::kAverage},
+                                         {"first", Over::kFirst},
+                                         {"label-order", Over::kPriority}}}};
 
 }  // namespace
 
-Over parse_over(std::string_view name) { return over_table().find(name).make; }
+Over parse_over(std::string_view name) { return kRules.parse(name); }
 
-std::string over_name(Over over) {
-  const auto& rows = over_table().rows();
-  return std::find_if(rows.begin(), rows.end(), [over](const auto& row) { return row.make == over; })->name;
-}
+std::string over_name(Over over) { return kRules.name(over); }
 
 }  // namespace pulson

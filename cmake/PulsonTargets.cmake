@@ -98,6 +98,7 @@ function(pulson_library folder)
     add_library(pulson_${folder} STATIC ${ARG_SOURCES})
   endif()
   add_library(pulson::${folder} ALIAS pulson_${folder})
+  # Headers of src/ that folders share, "core/temporary_file.hpp", are named from there.
   target_include_directories(
     pulson_${folder}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>

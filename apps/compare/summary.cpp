@@ -9,6 +9,7 @@
 
 #include "pulson/core/name_table.hpp"
 #include "shell/messages.hpp"
+#include "shell/terminal.hpp"
 
 namespace pulson {
 namespace {
@@ -22,8 +23,7 @@ bool is_behind(const ComparedModel& model) {
 
 // fmt counts bytes of UTF-8 for widths where locale is C; the columns here hold "±".
 std::string padded(const std::string& text, std::size_t width) {
-  std::size_t letters = 0;
-  for (const char c : text) letters += (static_cast<unsigned char>(c) & 0xC0U) != 0x80U ? 1 : 0;
+  const std::size_t letters = columns(text);
   return text + std::string(width > letters ? width - letters : 1, ' ');
 }
 

@@ -32,9 +32,7 @@ std::vector<Experiment> chosen(const std::string& name) {
     if (experiment.name == name) return {experiment};
   std::vector<std::string> names = {"all"};
   for (const Experiment& experiment : experiments()) names.push_back(experiment.name);
-  const std::string near = nearest_name(name, names);
-  throw InputError(fmt::format("unknown experiment '{}'{}; valid: {}", name,
-                               near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(names, ", ")));
+  throw InputError(fmt::format("unknown experiment '{}'{}", name, advice_on_name(name, names)));
 }
 
 ExperimentOptions experiment_options(const ReproduceArguments& arguments) {

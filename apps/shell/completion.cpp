@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "known_values.hpp"
-#include "misspelt.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"
@@ -210,9 +210,7 @@ void print_script(const CLI::App& program, const std::string& shell) {
   if (shell == "bash") return fmt::print("{}", bash_completion(verbs));
   if (shell == "zsh") return fmt::print("{}", zsh_completion(verbs));
   if (shell == "fish") return fmt::print("{}", fish_completion(verbs));
-  const std::vector<std::string> shells = values_of("SHELL");
-  throw InputError(
-      fmt::format("unknown shell '{}'{}; valid: {}", shell, suggestion(shell, shells), fmt::join(shells, ", ")));
+  throw InputError(fmt::format("unknown shell '{}'{}", shell, advice_on_name(shell, values_of("SHELL"))));
 }
 
 }  // namespace

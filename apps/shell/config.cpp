@@ -10,6 +10,7 @@
 #include "config_file.hpp"
 #include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "toml.hpp"
 
@@ -98,8 +99,7 @@ void apply_config(const std::string& path, CLI::App& verb) {
   const ConfigFile file = read_config_file(path);
   for (const auto& [section, place] : file.sections)
     if (std::find(kVerbs.begin(), kVerbs.end(), section) == kVerbs.end())
-      throw InputError(fmt::format("{}: unknown verb '{}'{}; valid: {}", place, section, suggestion(section, kVerbs),
-                                   fmt::join(kVerbs, ", ")));
+      throw InputError(fmt::format("{}: unknown verb '{}'{}", place, section, advice_on_name(section, kVerbs)));
   apply(verb, file, verb.get_name());
   apply(verb, file, "");
 }

@@ -22,8 +22,8 @@ struct ConfigFile {
   std::vector<std::pair<std::string, std::string>> sections;
 };
 
-/// Reads .toml or .json, by the extension. Of TOML what options need: keys, strings, numbers, true, false, lists of
-/// these, tables one level deep, comments. @throws InputError that names file and line
+/// Reads .toml or .json, by the extension: strings, numbers, true, false and lists of these, in tables one level deep.
+/// @throws InputError that names file and line
 ConfigFile read_config_file(const std::string& path);
 
 }  // namespace pulson

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
@@ -49,8 +49,7 @@ CLI::Option* only_known(CLI::Option* option, const std::string& what, const std:
   valid.insert(valid.end(), known.begin(), known.end());
   return option->check([what, valid](const std::string& text) {
     if (std::find(valid.begin(), valid.end(), text) == valid.end())
-      throw InputError(
-          fmt::format("unknown {} '{}'{}; valid: {}", what, text, suggestion(text, valid), fmt::join(valid, ", ")));
+      throw InputError(fmt::format("unknown {} '{}'{}", what, text, advice_on_name(text, valid)));
     return std::string();
   });
 }

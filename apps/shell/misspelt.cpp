@@ -77,8 +77,7 @@ void check_names(const CLI::App& program, const std::vector<std::string>& argume
   }
   const std::vector<std::string> verbs = verb_names(program);
   if (!contains(verbs, first))
-    throw InputError(
-        fmt::format("unknown verb '{}'{}; valid: {}", first, suggestion(first, verbs), fmt::join(verbs, ", ")));
+    throw InputError(fmt::format("unknown verb '{}'{}", first, advice_on_name(first, verbs)));
   check_options(*program.get_subcommand(first), arguments);
 }
 

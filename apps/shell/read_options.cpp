@@ -10,6 +10,7 @@
 
 #include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson {
 namespace {
@@ -27,8 +28,8 @@ void add_column(std::string_view text, ReadOptions& options) {
     throw InputError(
         fmt::format("--columns: '{}' is not of the form x=COLUMN; valid: {}", text, fmt::join(kColumnKeys, ", ")));
   if (std::find(kColumnKeys.begin(), kColumnKeys.end(), key) == kColumnKeys.end())
-    throw InputError(fmt::format("--columns: '{}' is not the name of a kind of column{}; valid: {}", key,
-                                 suggestion(key, kColumnKeys), fmt::join(kColumnKeys, ", ")));
+    throw InputError(fmt::format("--columns: '{}' is not the name of a kind of column{}", key,
+                                 advice_on_name(key, kColumnKeys)));
   if (!options.columns.try_emplace(key, text.substr(equals + 1)).second)
     throw InputError(fmt::format("--columns: {} is given twice", key));
 }
@@ -46,8 +47,7 @@ void set_format(const std::string& name, ReadOptions& options) {
   std::vector<std::string> names;
   for (const LandmarkFormat& format : landmark_formats()) names.push_back(format.name);
   if (std::find(names.begin(), names.end(), name) == names.end())
-    throw InputError(fmt::format("--format: '{}' is not a landmark format{}; valid: {}", name, suggestion(name, names),
-                                 fmt::join(names, ", ")));
+    throw InputError(fmt::format("--format: '{}' is not a landmark format{}", name, advice_on_name(name, names)));
   options.format = name;
 }
 

@@ -6,10 +6,10 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "pulson/core/utf8.hpp"
+
 namespace pulson {
 namespace {
-
-bool starts_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }
 
 bool shows_colours(int descriptor) {
   const char* const forbidden = std::getenv("NO_COLOR");
@@ -46,13 +46,13 @@ std::string painted(Style style, std::string_view text, int descriptor) {
 }
 
 std::size_t columns(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), starts_character));
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), begins_character));
 }
 
 std::string first_columns(std::string_view text, std::size_t count) {
   std::size_t end = 0;
   for (std::size_t seen = 0; end < text.size(); ++end)
-    if (starts_character(text[end]) && seen++ == count) break;
+    if (begins_character(text[end]) && seen++ == count) break;
   return std::string(text.substr(0, end));
 }
 

@@ -1,214 +1,106 @@
-// The part of TOML that options need. CLI11's own reader cuts "file.tps#1" at the #, knows no escapes and takes
-// "alpha=1,weight=2" for a list.
-
 #include "toml.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <cstdint>
-#include <regex>
-#include <set>
+#include <sstream>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
 namespace {
 
-bool is_bare(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_'; }
-
-void append_utf8(std::string& text, std::uint32_t code) {
-  const auto byte = [&](std::uint32_t value) { text += static_cast<char>(value); };
-  if (code < 0x80) return byte(code);
-  if (code < 0x800) {
-    byte(0xC0U | code >> 6U);
-  } else {
-    if (code < 0x10000) {
-      byte(0xE0U | code >> 12U);
-    } else {
-      byte(0xF0U | code >> 18U);
-      byte(0x80U | (code >> 12U & 0x3FU));
-    }
-    byte(0x80U | (code >> 6U & 0x3FU));
-  }
-  byte(0x80U | (code & 0x3FU));
+/// "Error while parsing …" as our messages begin.
+std::string lower_case_begin(std::string_view message) {
+  std::string text(message);
+  if (text.starts_with('E')) text.front() = 'e';
+  return text;
 }
 
-class Reader {
- public:
-  Reader(std::string path, std::string_view text) : path_(std::move(path)), text_(text) {}
+std::string place_of(const std::string& path, const toml::source_region& source) {
+  return fmt::format("{}:{}", path, source.begin.line);
+}
 
-  ConfigFile read() {
-    if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;
-    for (skip_lines(); !at_end(); skip_lines()) {
-      if (peek() == '[')
-        read_section();
-      else
-        read_setting();
-      end_line();
-    }
-    return std::move(config_);
+/// As the program writes its defaults, so that what --print-config printed comes back as it was: 1e+08.
+std::string text_of(double number) {
+  const std::string text = fmt::format("{:g}", number);
+  return std::stod(text) == number ? text : fmt::to_string(number);
+}
+
+/// The kind of a string, number, true or false, and its text as the command line takes it.
+std::pair<Setting::Kind, std::string> scalar(const toml::node& node, const std::string& place) {
+  if (const auto* text = node.as_string()) return {Setting::Kind::kText, text->get()};
+  if (const auto* flag = node.as_boolean()) return {Setting::Kind::kWord, flag->get() ? "true" : "false"};
+  if (const auto* whole = node.as_integer()) return {Setting::Kind::kNumber, fmt::to_string(whole->get())};
+  if (const auto* real = node.as_floating_point()) return {Setting::Kind::kNumber, text_of(real->get())};
+  throw InputError(place + ": a string, number, true, false or list of these is needed");
+}
+
+Setting setting_of(const std::string& section, const toml::key& key, const toml::node& value, const std::string& path) {
+  Setting setting{section, std::string(key.str()), {}, Setting::Kind::kList, place_of(path, key.source())};
+  if (const toml::array* list = value.as_array()) {
+    for (const toml::node& item : *list) setting.values.push_back(scalar(item, setting.place).second);
+  } else {
+    setting.values.resize(1);
+    std::tie(setting.kind, setting.values[0]) = scalar(value, setting.place);
   }
+  return setting;
+}
 
- private:
-  bool at_end() const { return at_ >= text_.size(); }
-  char peek(std::size_t ahead = 0) const { return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0'; }
-  std::string place() const { return fmt::format("{}:{}", path_, line_); }
-  [[noreturn]] void fail(const std::string& message) const { throw InputError(place() + ": " + message); }
-
-  void skip_blanks() {
-    while (peek() == ' ' || peek() == '\t' || (peek() == '\r' && peek(1) == '\n')) ++at_;
-    if (peek() == '#')
-      while (!at_end() && peek() != '\n') ++at_;
-  }
-
-  /// Blanks, comments and ends of lines.
-  void skip_lines() {
-    for (skip_blanks(); peek() == '\n' && !at_end(); skip_blanks()) {
-      ++at_;
-      ++line_;
-    }
-  }
-
-  void end_line() {
-    skip_blanks();
-    if (!at_end() && peek() != '\n') fail(fmt::format("'{}' is left over after the value", rest_of_line()));
-  }
-
-  std::string rest_of_line() const {
-    return std::string(text_.substr(at_, std::min(text_.find_first_of("\r\n", at_), text_.size()) - at_));
-  }
-
-  std::string read_key() {
-    if (peek() == '"' || peek() == '\'') return read_string();
-    std::string key;
-    while (is_bare(peek())) key += text_[at_++];
-    if (key.empty()) fail(fmt::format("'{}': a name is needed, as in steps = 40", rest_of_line()));
-    return key;
-  }
-
-  void read_section() {
-    ++at_;
-    if (peek() == '[') fail("lists of tables [[…]] are not used here; [register] is");
-    skip_blanks();
-    section_ = read_key();
-    skip_blanks();
-    if (peek() != ']') fail(fmt::format("']' is needed after [{}", section_));
-    ++at_;
-    const auto same = [&](const auto& each) { return each.first == section_; };
-    if (std::any_of(config_.sections.begin(), config_.sections.end(), same))
-      fail(fmt::format("the section [{}] is there twice", section_));
-    config_.sections.emplace_back(section_, place());
-  }
-
-  void read_setting() {
-    Setting setting{section_, read_key(), {}, Setting::Kind::kText, place()};
-    skip_blanks();
-    if (peek() != '=') fail(fmt::format("'=' and a value are needed after {}", setting.key));
-    ++at_;
-    skip_blanks();
-    if (!seen_.emplace(section_, setting.key).second) fail(fmt::format("{} is there twice", setting.key));
-    if (peek() == '[')
-      read_list(setting);
-    else
-      setting.values = {read_scalar(setting.kind)};
-    config_.settings.push_back(std::move(setting));
-  }
-
-  void read_list(Setting& setting) {
-    setting.kind = Setting::Kind::kList;
-    Setting::Kind kind{};
-    ++at_;
-    for (skip_lines(); peek() != ']'; skip_lines()) {
-      setting.values.push_back(read_scalar(kind));
-      skip_lines();
-      if (peek() == ',')
-        ++at_;
-      else if (peek() != ']')
-        fail(fmt::format("',' or ']' is needed in the list of {}", setting.key));
-    }
-    ++at_;
-  }
-
-  std::string read_scalar(Setting::Kind& kind) {
-    if (peek() == '"' || peek() == '\'') {
-      kind = Setting::Kind::kText;
-      return read_string();
-    }
-    std::string word;
-    while (!at_end() && std::string_view(" \t\r\n,]#").find(peek()) == std::string_view::npos) word += text_[at_++];
-    kind = word == "true" || word == "false" ? Setting::Kind::kWord : Setting::Kind::kNumber;
-    if (kind == Setting::Kind::kNumber && !is_toml_number(word))
-      fail(fmt::format("'{}' is not a number, true or false; strings need quotes, \"…\"", word));
-    word.erase(std::remove(word.begin(), word.end(), '_'), word.end());
-    return word;
-  }
-
-  std::string read_string() {
-    const char quote = peek();
-    if (peek(1) == quote && peek(2) == quote) fail("strings over several lines are not used here");
-    ++at_;
-    std::string value;
-    while (peek() != quote) {
-      if (at_end() || peek() == '\n') fail(fmt::format("the closing {} is missing", quote));
-      if (quote == '"' && peek() == '\\')
-        read_escape(value);
-      else
-        value += text_[at_++];
-    }
-    ++at_;
-    return value;
-  }
-
-  void read_escape(std::string& value) {
-    constexpr std::string_view kNames = "btnfre\"\\";
-    constexpr std::string_view kMeant = "\b\t\n\f\r\x1b\"\\";
-    const char name = peek(1);
-    at_ += 2;
-    if (const std::size_t known = kNames.find(name); known != std::string_view::npos && name != '\0') {
-      value += kMeant[known];
-      return;
-    }
-    const std::size_t digits = name == 'u' ? 4 : name == 'U' ? 8 : 0;
-    const std::string hex(text_.substr(std::min(at_, text_.size()), digits));
-    if (digits == 0 || hex.size() < digits || hex.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos)
-      fail(fmt::format("\\{} is not an escape; a backslash is \\\\, or use '…'", name));
-    constexpr int kHex = 16;
-    append_utf8(value, static_cast<std::uint32_t>(std::stoul(hex, nullptr, kHex)));
-    at_ += digits;
-  }
-
-  std::string path_;
-  std::string_view text_;
-  std::size_t at_ = 0;
-  int line_ = 1;
-  std::string section_;
-  std::set<std::pair<std::string, std::string>> seen_;
-  ConfigFile config_;
-};
+/// The entries of a table in the order of the file; the library sorts them by their names.
+std::vector<std::pair<const toml::key*, const toml::node*>> entries_of(const toml::table& table) {
+  std::vector<std::pair<const toml::key*, const toml::node*>> entries;
+  for (auto entry = table.cbegin(); entry != table.cend(); ++entry) entries.emplace_back(&entry->first, &entry->second);
+  const auto place = [](const auto& entry) {
+    const toml::source_position begin = entry.first->source().begin;
+    return std::pair(begin.line, begin.column);
+  };
+  std::sort(entries.begin(), entries.end(), [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  return entries;
+}
 
 }  // namespace
 
-ConfigFile read_toml_config(const std::string& path, std::string_view text) { return Reader(path, text).read(); }
+ConfigFile read_toml_config(const std::string& path, std::string_view text) {
+  toml::table file;
+  try {
+    file = toml::parse(text, path);
+  } catch (const toml::parse_error& error) {
+    // The most frequent slip is a text without quotes, which the library takes for a value of an unknown type.
+    const bool is_bare = error.description().find("value type") != std::string_view::npos;
+    throw InputError(fmt::format("{}: {}{}", place_of(path, error.source()), lower_case_begin(error.description()),
+                                 is_bare ? "; strings need quotes, \"…\"" : ""));
+  }
+  ConfigFile config;
+  for (const auto& [key, value] : entries_of(file)) {
+    const toml::table* section = value->as_table();
+    if (section == nullptr) {
+      config.settings.push_back(setting_of("", *key, *value, path));
+      continue;
+    }
+    const std::string name(key->str());
+    config.sections.emplace_back(name, place_of(path, key->source()));
+    for (const auto& [inner, inner_value] : entries_of(*section))
+      config.settings.push_back(setting_of(name, *inner, *inner_value, path));
+  }
+  return config;
+}
 
 std::string toml_string(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\')
-      quoted += std::string("\\") + c;
-    else if (static_cast<unsigned char>(c) < ' ' || c == '\x7f')
-      quoted += fmt::format("\\u{:04x}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    else
-      quoted += c;
-  }
-  return quoted + '"';
+  std::ostringstream stream;
+  stream << toml::toml_formatter(toml::value<std::string>(text), toml::format_flags::allow_unicode_strings);
+  return stream.str();
 }
 
 bool is_toml_number(const std::string& text) {
-  static const std::regex kNumber(R"([+-]?(inf|nan|\d(_?\d)*(\.\d(_?\d)*)?([eE][+-]?\d(_?\d)*)?))");
-  return std::regex_match(text, kNumber);
+  try {
+    return toml::parse("x = " + text)["x"].is_number();
+  } catch (const toml::parse_error&) {
+    return false;
+  }
 }
 
 }  // namespace pulson

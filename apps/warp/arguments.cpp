@@ -10,6 +10,7 @@
 #include "picture_files.hpp"
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/core/number_checks.hpp"
 #include "pulson/draw/animation.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -52,10 +53,9 @@ void check_numbers_file(const std::string& file) {
 }  // namespace
 
 WarpMethod WarpArguments::warp_method() const {
-  if (method == "auto") return WarpMethod::kAuto;
-  if (method == "pull") return WarpMethod::kPull;
-  if (method == "push") return WarpMethod::kPush;
-  throw InputError(fmt::format("unknown method '{}'; valid: auto, pull, push", method));
+  constexpr EnumNames<WarpMethod, 3> kMethods = {
+      "method", {{{"auto", WarpMethod::kAuto}, {"pull", WarpMethod::kPull}, {"push", WarpMethod::kPush}}}};
+  return kMethods.parse(method);
 }
 
 std::optional<std::pair<int, int>> WarpArguments::canvas() const {

@@ -1,6 +1,5 @@
 #include "pulson/core/alignment.hpp"
 
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -11,6 +10,7 @@
 
 #include "landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson {
 namespace {
@@ -19,12 +19,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array<std::pair<std::string_view, AlignmentKind>, 5> kAlignmentNames = {
-    {{"none", AlignmentKind::kNone},
-     {"translation", AlignmentKind::kTranslation},
-     {"rigid", AlignmentKind::kRigid},
-     {"similarity", AlignmentKind::kSimilarity},
-     {"affine", AlignmentKind::kAffine}}};
+constexpr EnumNames<AlignmentKind, 5> kAlignmentNames = {"alignment",
+                                                         {{{"none", AlignmentKind::kNone},
+                                                           {"translation", AlignmentKind::kTranslation},
+                                                           {"rigid", AlignmentKind::kRigid},
+                                                           {"similarity", AlignmentKind::kSimilarity},
+                                                           {"affine", AlignmentKind::kAffine}}}};
 
 // What is below this part of the size of its terms is their rounding.
 constexpr double kRounding = 1e-12;
@@ -119,20 +119,9 @@ Points turned(const Points& points, Index first, Index second) {
 
 Points Alignment::apply(const Points& x) const { return (scale * linear * x).colwise() + translation; }
 
-AlignmentKind parse_alignment(std::string_view name) {
-  std::string valid;
-  for (const auto& [known, kind] : kAlignmentNames) {
-    if (known == name) return kind;
-    valid += (valid.empty() ? "" : ", ") + std::string(known);
-  }
-  throw InputError("unknown alignment '" + std::string(name) + "'; valid: " + valid);
-}
+AlignmentKind parse_alignment(std::string_view name) { return kAlignmentNames.parse(name); }
 
-std::string alignment_name(AlignmentKind kind) {
-  for (const auto& [name, known] : kAlignmentNames)
-    if (known == kind) return std::string(name);
-  return {};
-}
+std::string alignment_name(AlignmentKind kind) { return kAlignmentNames.name(kind); }
 
 Alignment align(const Points& source, const Points& target, AlignmentKind kind, const AlignmentOptions& options) {
   const Index d = source.rows();

@@ -1,7 +1,6 @@
 #include "pulson/core/atomic_file.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/temporary_file.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -22,60 +22,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
-  throw InputError("cannot write '" + path.string() + "': " + reason);
-}
-
-std::string last_error() { return std::generic_category().message(errno); }
-
-/// A file that is removed again unless `keep` is called.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const fs::path& target) {
-    static std::atomic<unsigned> serial{0};
-    path_ = target;
-    path_ += ".part-" + std::to_string(::getpid()) + "-" + std::to_string(serial++);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    std::error_code ignored;
-    if (!is_kept_) fs::remove(path_, ignored);
-  }
-
-  const fs::path& path() const { return path_; }
-  void keep() { is_kept_ = true; }
-
- private:
-  fs::path path_;
-  bool is_kept_ = false;
-};
-
 /// Writes `contents` to `to`; messages name `path`.
 void write_all(const fs::path& to, std::string_view contents, const fs::path& path) {
   std::FILE* const file = std::fopen(to.c_str(), "wb");
-  if (file == nullptr) fail(path, last_error());
+  if (file == nullptr) fail_to_write(path, last_error());
   const bool is_written =
       std::fwrite(contents.data(), 1, contents.size(), file) == contents.size() && std::fflush(file) == 0;
   const std::string reason = is_written ? "" : last_error();
   const bool is_closed = std::fclose(file) == 0;
-  if (!is_written) fail(path, reason);
-  if (!is_closed) fail(path, last_error());
-}
-
-void require_folder(const fs::path& path) {
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) fail(path, "there is no folder '" + folder.string() + "'");
+  if (!is_written) fail_to_write(path, reason);
+  if (!is_closed) fail_to_write(path, last_error());
 }
 
 }  // namespace
 
-void check_output_file(const fs::path& path) {
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) fail(path, "it is a folder; a file is needed");
-  require_folder(path);
-}
+void check_output_file(const fs::path& path) { require_file_path(path); }
 
 void write_file_atomically(const fs::path& path, std::string_view contents) {
   check_output_file(path);
@@ -83,11 +44,9 @@ void write_file_atomically(const fs::path& path, std::string_view contents) {
   const fs::file_status status = fs::status(path, error);
   if (fs::exists(status) && !fs::is_regular_file(status)) return write_all(path, contents, path);
   const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
-  TemporaryFile temporary(target);
+  TemporaryFile temporary(target, path);
   write_all(temporary.path(), contents, path);
-  fs::rename(temporary.path(), target, error);
-  if (error) fail(path, error.message());
-  temporary.keep();
+  temporary.put_in_place();
 }
 
 namespace {
@@ -154,7 +113,7 @@ std::string describe_holder(const fs::path& lock) {
 FolderLock::FolderLock(const fs::path& folder) : path_(folder / ".pulson.lock") {
   for (;;) {
     const int descriptor = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (descriptor < 0) fail(path_, last_error());
+    if (descriptor < 0) fail_to_write(path_, last_error());
     const bool is_held = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
     if (!is_held && errno == EWOULDBLOCK) {
       ::close(descriptor);
@@ -184,7 +143,7 @@ StagedFiles::StagedFiles(const fs::path& folder)
   std::error_code error;
   fs::remove_all(staged_, error);  // of an earlier process of this number
   fs::create_directory(staged_, error);
-  if (error) fail(staged_, error.message());
+  if (error) fail_to_write(staged_, error.message());
 }
 
 StagedFiles::~StagedFiles() {
@@ -210,7 +169,7 @@ void StagedFiles::commit() {
   for (const fs::path& file : moved) {
     std::error_code error;
     fs::rename(file, folder_ / file.filename(), error);
-    if (error) fail(folder_ / file.filename(), error.message());
+    if (error) fail_to_write(folder_ / file.filename(), error.message());
   }
 }
 

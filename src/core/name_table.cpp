@@ -143,6 +143,13 @@ std::string nearest_name(std::string_view name, std::span<const std::string> val
   return best;
 }
 
+std::string advice_on_name(std::string_view name, std::span<const std::string> valid) {
+  const std::string near = nearest_name(name, valid);
+  std::string advice = near.empty() ? "; valid: " : "; did you mean '" + near + "'; valid: ";
+  for (std::size_t i = 0; i < valid.size(); ++i) advice += (i > 0 ? ", " : "") + valid[i];
+  return advice;
+}
+
 Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, std::string_view what, double diameter)
     : what_(what) {
   std::vector<std::string> names;

@@ -25,7 +25,7 @@ std::size_t utf8_length(std::string_view text, std::size_t i) {
                                            : 0;
   if (i + length > text.size()) return 0;
   for (std::size_t j = i + 1; j < i + length; ++j)
-    if ((byte(j) & 0xC0) != 0x80) return 0;
+    if (begins_character(text[j])) return 0;
   return length > 2 && is_forbidden(lead, byte(i + 1)) ? 0 : length;
 }
 

@@ -113,15 +113,11 @@ struct Animation::Encoder {
       : file(std::move(named)), frame_bytes(bytes_of_frame), frames(ends[0]), input(ends[1]) {}
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
-  ~Encoder() {
-    program.reset();  // before its file goes
-    std::error_code ignored;
-    if (!temporary.empty()) fs::remove(temporary, ignored);
-  }
+  ~Encoder() = default;
 
   void start(const Format& format, int width, int height, double frames_per_second) {
-    target = picture::absolute_target(file);
-    temporary = picture::create_temporary(target, file);
+    require_file_path(file);
+    temporary.emplace(fs::absolute(file), file);
     std::vector<std::string> arguments = {kFfmpeg,
                                           "-nostdin",
                                           "-loglevel",
@@ -138,7 +134,7 @@ struct Animation::Encoder {
                                           "-i",
                                           "pipe:0"};
     arguments.insert(arguments.end(), format.arguments.begin(), format.arguments.end());
-    arguments.push_back(temporary.string());
+    arguments.push_back(temporary->path().string());
     program.emplace(std::move(arguments), input.number(), kNoFfmpeg);
     input.close();
   }
@@ -159,10 +155,11 @@ struct Animation::Encoder {
     if (!program->wait()) throw InputError("ffmpeg failed: " + ffmpeg_error(program->printed()));
   }
 
-  fs::path file, target{}, temporary{};
+  fs::path file;
+  std::optional<TemporaryFile> temporary{};
   std::size_t frame_bytes;
   Descriptor frames, input;
-  std::optional<picture::ChildProcess> program{};
+  std::optional<picture::ChildProcess> program{};  // after the file, so that it ends before that goes
   bool has_frames = false;
 };
 
@@ -194,9 +191,8 @@ void Animation::finish() {
   const std::unique_ptr<Encoder> encoder = std::move(encoder_);  // ended in any case
   if (!encoder->has_frames) throw InputError(fmt::format("animation '{}': it has no frames", encoder->file.string()));
   encoder->wait();
-  picture::require_written(kFfmpeg, encoder->temporary, encoder->file);
-  picture::put_in_place(encoder->temporary, encoder->target);
-  encoder->temporary.clear();
+  picture::require_written(kFfmpeg, *encoder->temporary);
+  encoder->temporary->put_in_place();
 }
 
 bool Animation::available() { return picture::is_on_path(kFfmpeg); }

@@ -1,28 +1,19 @@
 #include "canvas.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
 
 #include <fmt/format.h>
 
+#include "core/colours.hpp"
+#include "pulson/core/utf8.hpp"
 #include "pulson/draw/gnuplot.hpp"
 
 namespace pulson::picture {
 namespace {
 
-// viridis at s = 0, 1/8, …, 1: red, green, blue.
-constexpr std::array<std::array<double, 3>, 9> kViridis{{{68, 1, 84},
-                                                         {71, 45, 123},
-                                                         {59, 82, 139},
-                                                         {44, 114, 142},
-                                                         {33, 145, 140},
-                                                         {40, 174, 128},
-                                                         {94, 201, 98},
-                                                         {173, 220, 48},
-                                                         {253, 231, 37}}};
 constexpr double kViridisEnd = 0.8;
 constexpr std::string_view kNarrow = " fijlrtI.,:;'|()[]-";
 constexpr std::string_view kWide = "mwMW@%=+<>";
@@ -34,7 +25,7 @@ constexpr double kPointsPerPixel = 0.75;  // pngcairo counts text in points, the
 
 /// Width of one byte's letter in font sizes, DejaVu Sans; 0 for the later bytes of a letter.
 double letter_width(char c) {
-  if ((static_cast<unsigned char>(c) & 0xC0) == 0x80) return 0;
+  if (!begins_character(c)) return 0;
   return kNarrow.find(c) != std::string_view::npos ? 0.37 : kWide.find(c) != std::string_view::npos ? 0.92 : 0.63;
 }
 
@@ -62,13 +53,8 @@ std::string terminal(std::string_view name, double text_scale, double width, dou
 }  // namespace
 
 Colour time_colour(double s) {
-  const double place = std::clamp(s, 0.0, 1.0) * kViridisEnd * (kViridis.size() - 1);
-  const auto i = std::min(static_cast<std::size_t>(place), kViridis.size() - 2);
-  const double w = place - static_cast<double>(i);
-  const auto mix = [&](std::size_t c) {
-    return static_cast<int>(std::lround((1 - w) * kViridis[i][c] + w * kViridis[i + 1][c]));
-  };
-  return fmt::format("#{:02X}{:02X}{:02X}", mix(0), mix(1), mix(2));
+  const auto [red, green, blue] = colour_at(kViridis, std::clamp(s, 0.0, 1.0) * kViridisEnd);
+  return fmt::format("#{:02X}{:02X}{:02X}", red, green, blue);
 }
 
 Colour faded(const Colour& opaque, double transparency) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
@@ -84,25 +83,6 @@ std::string ChildProcess::printed() const {
   return text;
 }
 
-fs::path absolute_target(const fs::path& file) {
-  fs::path absolute = fs::absolute(file);
-  std::error_code ignored;
-  if (absolute.filename().empty() || fs::is_directory(absolute, ignored))
-    throw InputError(fmt::format("cannot write '{}': it is not the name of a file", file.string()));
-  if (!fs::is_directory(absolute.parent_path(), ignored))
-    throw InputError(fmt::format("cannot write '{}': its folder does not exist", file.string()));
-  return absolute;
-}
-
-fs::path create_temporary(const fs::path& target, const fs::path& file) {
-  static std::atomic<unsigned> counter{0};
-  fs::path temporary = target.parent_path() / fmt::format(".{}.{}-{}.part{}", target.stem().string(), getpid(),
-                                                          counter++, target.extension().string());
-  if (const File created(std::fopen(temporary.c_str(), "wbx"), &std::fclose); !created)
-    throw InputError(fmt::format("cannot write '{}': {}", file.string(), std::strerror(errno)));
-  return temporary;
-}
-
 namespace {
 
 /// The last bytes of a file, fewer where it is shorter.
@@ -124,21 +104,15 @@ bool is_whole(const fs::path& path) {
 
 }  // namespace
 
-void require_written(std::string_view program, const fs::path& temporary, const fs::path& file) {
-  if (is_whole(temporary)) return;
+void require_written(std::string_view program, const TemporaryFile& file) {
+  if (is_whole(file.path())) return;
   // Picture programs do not report a full disk, and leave what they had.
   std::error_code failure;
   constexpr std::uintmax_t kNearlyNothing = 65536;
-  if (const fs::space_info space = fs::space(temporary.parent_path(), failure);
+  if (const fs::space_info space = fs::space(file.path().parent_path(), failure);
       !failure && space.available < kNearlyNothing)
-    throw InputError(fmt::format("cannot write '{}': {}", file.string(), std::strerror(ENOSPC)));
-  throw InputError(fmt::format("{} did not write '{}'", program, file.string()));
-}
-
-void put_in_place(const fs::path& temporary, const fs::path& file) {
-  std::error_code failure;
-  fs::rename(temporary, file, failure);
-  if (failure) throw InputError(fmt::format("cannot write '{}': {}", file.string(), failure.message()));
+    fail_to_write(file.named(), std::strerror(ENOSPC));
+  throw InputError(fmt::format("{} did not write '{}'", program, file.named().string()));
 }
 
 }  // namespace pulson::picture

@@ -1,16 +1,16 @@
 #pragma once
 
-// What the programs that draw for us, gnuplot and ffmpeg, have in common: how they run and how their files get in
-// place.
+// What the programs that draw for us, gnuplot and ffmpeg, have in common: how they run and what they must leave.
 
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <sys/types.h>
+
+#include "core/temporary_file.hpp"
 
 namespace pulson::picture {
 
@@ -47,18 +47,7 @@ class ChildProcess {
   pid_t child_ = 0;  // 0 once it was waited for
 };
 
-/// The file as an absolute name. @throws InputError unless it can be the name of a file in a folder that is there
-std::filesystem::path absolute_target(const std::filesystem::path& file);
-
-/// An empty file with a hidden name next to `target`, so that the rename stays within one file system; the ending stays
-/// too. `file` is what messages call it. @throws InputError if it cannot be written there
-std::filesystem::path create_temporary(const std::filesystem::path& target, const std::filesystem::path& file);
-
-/// @throws InputError if `program` left the temporary file empty, or a picture without its end
-void require_written(std::string_view program, const std::filesystem::path& temporary,
-                     const std::filesystem::path& file);
-
-/// Renames the temporary file. @throws InputError
-void put_in_place(const std::filesystem::path& temporary, const std::filesystem::path& file);
+/// @throws InputError if `program` left the file empty, or a picture without its end
+void require_written(std::string_view program, const TemporaryFile& file);
 
 }  // namespace pulson::picture

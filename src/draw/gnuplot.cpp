@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -42,10 +41,8 @@ void run_script(const std::string& script) {
 
 }  // namespace
 
-Gnuplot::~Gnuplot() {
-  std::error_code ignored;
-  for (const auto& [temporary, file] : outputs_) fs::remove(temporary, ignored);
-}
+Gnuplot::Gnuplot() = default;
+Gnuplot::~Gnuplot() = default;
 
 void Gnuplot::command(std::string_view text) {
   script_ += text;
@@ -61,13 +58,13 @@ std::string Gnuplot::add_block(std::string_view rows) {
 
 void Gnuplot::set_output(const fs::path& file) {
   // An absolute name cannot begin with '|' or '~', which gnuplot would take for a command or a home folder.
-  const fs::path absolute = picture::absolute_target(file);
+  require_file_path(file);
+  const fs::path absolute = fs::absolute(file);
   const std::string name = absolute.string();
   if (std::any_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }))
     throw InputError(fmt::format("cannot write '{}': the name holds a control character", file.string()));
 
-  const fs::path temporary = picture::create_temporary(absolute, file);
-  outputs_.emplace_back(temporary, absolute);
+  const fs::path& temporary = outputs_.emplace_back(absolute, file).path();
   std::string doubled;
   for (const char c : temporary.string()) doubled += c == '\'' ? "''" : std::string(1, c);
   command("set output '" + doubled + "'");
@@ -76,8 +73,8 @@ void Gnuplot::set_output(const fs::path& file) {
 void Gnuplot::run() {
   command("unset output");
   run_script(script_);
-  for (const auto& [temporary, file] : outputs_) picture::require_written(kGnuplot, temporary, file);
-  for (const auto& [temporary, file] : outputs_) picture::put_in_place(temporary, file);
+  for (const TemporaryFile& output : outputs_) picture::require_written(kGnuplot, output);
+  for (TemporaryFile& output : outputs_) output.put_in_place();
 }
 
 bool Gnuplot::is_installed() { return picture::is_on_path(kGnuplot); }

@@ -193,10 +193,7 @@ const LandmarkFormat& format_named(std::string_view name) {
   const auto& formats = landmark_formats();
   const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& row) { return row.name == name; });
   if (found != formats.end()) return *found;
-  const std::string near = nearest_name(name, names_of_formats());
-  throw InputError(fmt::format("'{}' is not a landmark format{}; valid: {}", name,
-                               near.empty() ? "" : "; did you mean '" + near + "'",
-                               fmt::join(names_of_formats(), ", ")));
+  throw InputError(fmt::format("'{}' is not a landmark format{}", name, advice_on_name(name, names_of_formats())));
 }
 
 bool is_table(const LandmarkFormat& format) {
@@ -271,9 +268,8 @@ const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path
     throw InputError(
         fmt::format("{}: the extension '{}' is not of a landmark format that can be written ({}); name one",
                     path.string(), extension_of(path), fmt::join(writable, ", ")));
-  const std::string near = nearest_name(name, writable);
-  throw InputError(fmt::format("{}: '{}' is not a landmark format that can be written{}; valid: {}", path.string(),
-                               name, near.empty() ? "" : "; did you mean '" + near + "'", fmt::join(writable, ", ")));
+  throw InputError(fmt::format("{}: '{}' is not a landmark format that can be written{}", path.string(), name,
+                               advice_on_name(name, writable)));
 }
 
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,

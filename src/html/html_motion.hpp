@@ -6,7 +6,7 @@
 
 namespace pulson::html {
 
-/// The motion as a figure: a canvas, a slider, and the numbers as JSON, which player_script() draws. Places are whole
+/// The motion as a figure: a canvas, a slider, and the numbers as JSON, which page/motion.js draws. Places are whole
 /// numbers of units of a hundred thousandth of the box that holds all. @throws InputError where sizes disagree or a
 /// number is not finite
 std::string motion(const ReportMotion& motion);

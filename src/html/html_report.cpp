@@ -8,8 +8,7 @@
 
 #include "html_embed.hpp"
 #include "html_motion.hpp"
-#include "html_player.hpp"
-#include "html_style.hpp"
+#include "page.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -132,6 +131,11 @@ std::string footer(const HtmlReport& report) {
   return text + "</div>\n</footer>\n";
 }
 
+/// What every page contains, and with it what motions need.
+std::string embedded(std::string_view always, std::string_view of_motions, bool moves) {
+  return fmt::format("\n{}{}{}", always, moves ? "\n" : "", moves ? of_motions : "");
+}
+
 }  // namespace
 
 std::string html_report(const HtmlReport& report) {
@@ -139,8 +143,8 @@ std::string html_report(const HtmlReport& report) {
   std::string page = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{}</title>\n<style>{}{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
-      escaped(report.title), html::style(), moves ? html::player_style() : "", escaped(report.title));
+      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
+      escaped(report.title), embedded(page::report_css, page::motion_css, moves), escaped(report.title));
   if (!report.lead.empty()) page += "<p class=\"lead\">" + escaped(report.lead) + "</p>\n";
   for (const ReportSection& section : report.sections) {
     page += "<section>\n";
@@ -150,7 +154,7 @@ std::string html_report(const HtmlReport& report) {
   }
   page += "</main>\n" + footer(report);
   return page +
-         fmt::format("<script>{}{}</script>\n</body>\n</html>\n", html::script(), moves ? html::player_script() : "");
+         fmt::format("<script>{}</script>\n</body>\n</html>\n", embedded(page::report_js, page::motion_js, moves));
 }
 
 }  // namespace pulson

@@ -3,33 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <string>
 
+#include "core/colours.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
 namespace {
-
-using Rgb = std::array<std::uint8_t, 3>;
-
-/// Every seventeenth of the 256 published colours.
-constexpr std::array<Rgb, 16> kViridis{{{0x44, 0x01, 0x54},
-                                        {0x48, 0x1A, 0x6C},
-                                        {0x47, 0x2F, 0x7D},
-                                        {0x41, 0x44, 0x87},
-                                        {0x39, 0x56, 0x8C},
-                                        {0x31, 0x68, 0x8E},
-                                        {0x2A, 0x78, 0x8E},
-                                        {0x23, 0x88, 0x8E},
-                                        {0x1F, 0x98, 0x8B},
-                                        {0x22, 0xA8, 0x84},
-                                        {0x35, 0xB7, 0x79},
-                                        {0x54, 0xC5, 0x68},
-                                        {0x7A, 0xD1, 0x51},
-                                        {0xA5, 0xDB, 0x36},
-                                        {0xD2, 0xE2, 0x1B},
-                                        {0xFD, 0xE7, 0x25}}};
 
 /// The eleven colours of RdBu from blue to red, the middle one made white.
 constexpr std::array<Rgb, 11> kBlueWhiteRed{{{0x05, 0x30, 0x61},
@@ -46,17 +26,6 @@ constexpr std::array<Rgb, 11> kBlueWhiteRed{{{0x05, 0x30, 0x61},
 
 /// Next to dark blue it stands out to the colour-blind too.
 constexpr Rgb kMark{0xF0, 0xE4, 0x42};
-
-/// The colour at `place` in [0, 1] of equally spaced control points.
-Rgb colour_at(std::span<const Rgb> points, double place) {
-  const double position = std::clamp(place, 0.0, 1.0) * static_cast<double>(points.size() - 1);
-  const std::size_t left = std::min(static_cast<std::size_t>(position), points.size() - 2);
-  const double share = position - static_cast<double>(left);
-  Rgb colour;
-  for (std::size_t c = 0; c < colour.size(); ++c)
-    colour[c] = static_cast<std::uint8_t>(std::lround((1 - share) * points[left][c] + share * points[left + 1][c]));
-  return colour;
-}
 
 template <class ColourOf>
 Image coloured(const std::vector<float>& values, int width, int height, const ColourOf& colour_of) {

@@ -30,47 +30,6 @@ void for_blocks(Index count, Index size, const std::function<void(Index first, I
   });
 }
 
-// ΔtK, ΔtA and ΔtH_qq of the landmarks that move; K is M×M, the others have index axis·M + a.
-struct StepMatrices {
-  MatrixXd gram;
-  MatrixXd tangent;
-  MatrixXd hessian;
-};
-
-template <int d>
-StepMatrices step_matrices(const KernelOperator& kernel, const Points& q, const Points& p, double dt) {
-  using Vector = Eigen::Matrix<double, d, 1>;
-  using Block = Eigen::Matrix<double, d, d>;
-  const Index m = q.cols();
-  StepMatrices step{MatrixXd(m, m), MatrixXd::Zero(d * m, d * m), MatrixXd::Zero(d * m, d * m)};
-  const auto add = [&](MatrixXd& matrix, Index a, Index b, const Block& block) {
-    for (int j = 0; j < d; ++j)
-      for (int i = 0; i < d; ++i) matrix(i * m + a, j * m + b) += block(i, j);
-  };
-  for (Index b = 0; b < m; ++b) {
-    step.gram(b, b) = dt * kernel.at_zero();
-    for (Index a = 0; a < b; ++a) {
-      const Vector z = q.col(a) - q.col(b);
-      const RadialJet k = kernel.jet(z.squaredNorm());
-      step.gram(a, b) = step.gram(b, a) = dt * k.value;
-      const Vector slope = dt * k.first * z;
-      const Block of_b = Vector(p.col(b)) * slope.transpose();  // p_b ∇K(q_a − q_b)
-      const Block of_a = -Vector(p.col(a)) * slope.transpose();
-      add(step.tangent, a, a, of_b);
-      add(step.tangent, a, b, -of_b);
-      add(step.tangent, b, b, of_a);
-      add(step.tangent, b, a, -of_a);
-      const Block bend =
-          dt * Vector(p.col(a)).dot(Vector(p.col(b))) * (k.first * Block::Identity() + k.second * z * z.transpose());
-      add(step.hessian, a, a, bend);
-      add(step.hessian, b, b, bend);
-      add(step.hessian, a, b, -bend);
-      add(step.hessian, b, a, -bend);
-    }
-  }
-  return step;
-}
-
 template <int d>
 class ChangesSweep {
  public:
@@ -84,7 +43,7 @@ class ChangesSweep {
 
   void advance(const FlowSegment& segment) {
     const Moving at{segment.q(Eigen::all, moving_), segment.p(Eigen::all, moving_)};
-    const StepMatrices step = step_matrices<d>(kernel_, at.q, at.p, segment.dt);
+    const StepMatrices step = kernel_.step_matrices(at.q, at.p, segment.dt, CoordinateOrder::kByAxis);
     if (segment.adjoint)
       advance_by_adjoint(segment, at, step);
     else

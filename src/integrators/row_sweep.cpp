@@ -56,9 +56,8 @@ RowSweep::RowSweep(const StochasticSystem& system, double dt, bool compensates, 
       p_bar_(MatrixXd::Zero(d * n, d * n)) {}
 
 void RowSweep::through_flow(const Points& q, const Points& p) {
-  MatrixXd tangent = dt_ * system_.kernel.tangent_matrix(q, p);
-  MatrixXd hessian = dt_ * system_.kernel.hessian_matrix(q, p);
-  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel, q);
+  auto [gram, tangent, hessian] = system_.kernel.step_matrices(q, p, dt_);
+  const MatrixXd velocity = velocity_matrix(gram, d_);
   MatrixXd of_friction;
   if (!traits_.hamiltonian) {  // friction acts on K(q)p alone, and not on what compensates
     q_bar_.noalias() -= noise_.friction() * tangent.transpose() * p_bar_;
@@ -92,9 +91,8 @@ void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen:
 }
 
 void RowSweep::through_adjoint_flow(const Points& q, const Points& p) {
-  MatrixXd tangent = dt_ * system_.kernel.tangent_matrix(q, p);
-  MatrixXd hessian = dt_ * system_.kernel.hessian_matrix(q, p);
-  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel, q);
+  auto [gram, tangent, hessian] = system_.kernel.step_matrices(q, p, dt_);
+  const MatrixXd velocity = velocity_matrix(gram, d_);
   MatrixXd implicit = one_ + tangent;
   if (!traits_.hamiltonian) {
     implicit += noise_.friction() * velocity;

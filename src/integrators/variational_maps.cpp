@@ -24,7 +24,7 @@ Points PositionMap::transposed(const Points& q, const Points& mu) const {
 }
 
 MatrixXd PositionMap::jacobian(const Points& q) const {
-  MatrixXd matrix = dt_ * system_.kernel.tangent_matrix(q, p_);
+  MatrixXd matrix = system_.kernel.step_matrices(q, p_, dt_).tangent;
   if (compensates_) {
     const Points zero = Points::Zero(q.rows(), q.cols());
     matrix += dt_ * matrix_of(
@@ -73,8 +73,9 @@ Points KickMap::transposed(const Points& p, const Points& mu) const {
 }
 
 MatrixXd KickMap::jacobian(const Points& p) const {
-  MatrixXd matrix = -dt_ * system_.kernel.tangent_matrix(q_, p).transpose();
-  if (friction() > 0) matrix -= dt_ * friction() * velocity_matrix(system_.kernel, q_);
+  const StepMatrices step = system_.kernel.step_matrices(q_, p, dt_);
+  MatrixXd matrix = -step.tangent.transpose();
+  if (friction() > 0) matrix -= friction() * velocity_matrix(step.gram, q_.rows());
   return matrix;
 }
 
@@ -93,13 +94,11 @@ MatrixXd MomentumMap::jacobian(const Points& p) const {
       p.rows(), p.cols());
 }
 
-MatrixXd velocity_matrix(const KernelOperator& kernel, const Points& q) {
-  const Index d = q.rows();
-  const MatrixXd gram = kernel.gram(q, q);
-  MatrixXd matrix = MatrixXd::Zero(d * q.cols(), d * q.cols());
-  for (Index axis = 0; axis < d; ++axis)
-    for (Index b = 0; b < q.cols(); ++b)
-      for (Index a = 0; a < q.cols(); ++a) matrix(a * d + axis, b * d + axis) = gram(a, b);
+MatrixXd velocity_matrix(const MatrixXd& gram, Index dimension) {
+  MatrixXd matrix = MatrixXd::Zero(dimension * gram.rows(), dimension * gram.cols());
+  for (Index b = 0; b < gram.cols(); ++b)
+    for (Index a = 0; a < gram.rows(); ++a)
+      matrix.block(a * dimension, b * dimension, dimension, dimension).diagonal().setConstant(gram(a, b));
   return matrix;
 }
 

@@ -69,7 +69,7 @@ class MomentumMap final : public ImplicitMap {
   const Eigen::VectorXd& w_;
 };
 
-/// K ⊗ I as a dN×dN matrix.
-Eigen::MatrixXd velocity_matrix(const KernelOperator& kernel, const Points& q);
+/// K ⊗ I as a dN×dN matrix. @param gram K
+Eigen::MatrixXd velocity_matrix(const Eigen::MatrixXd& gram, Eigen::Index dimension);
 
 }  // namespace pulson

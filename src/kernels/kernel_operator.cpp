@@ -131,41 +131,41 @@ void add_self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Point
 
 Indices all_columns(const Points& points) { return complement({}, points.cols()); }
 
-// A dN×dN matrix whose off-diagonal d×d blocks are −block(a, b), and each diagonal one the sum of its row's.
-template <int d, class Block>
-Eigen::MatrixXd difference_matrix(const Points& q, const Block& block) {
+template <int d>
+StepMatrices step_matrices_in(const KernelOperator& kernel, const Points& q, const Points& p, double dt,
+                              CoordinateOrder order) {
+  using Vector = Eigen::Matrix<double, d, 1>;
+  using Block = Eigen::Matrix<double, d, d>;
   const Eigen::Index n = q.cols();
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(d * n, d * n);
+  const Eigen::Index by_landmark = order == CoordinateOrder::kByLandmark ? d : 1;
+  const Eigen::Index by_axis = order == CoordinateOrder::kByLandmark ? 1 : n;
+  StepMatrices step{Eigen::MatrixXd(n, n), Eigen::MatrixXd::Zero(d * n, d * n), Eigen::MatrixXd::Zero(d * n, d * n)};
+  const auto add = [&](Eigen::MatrixXd& matrix, Eigen::Index a, Eigen::Index b, const Block& block) {
+    for (int j = 0; j < d; ++j)
+      for (int i = 0; i < d; ++i) matrix(a * by_landmark + i * by_axis, b * by_landmark + j * by_axis) += block(i, j);
+  };
   for (Eigen::Index b = 0; b < n; ++b) {
-    for (Eigen::Index a = 0; a < n; ++a) {
-      if (a == b) continue;
-      const Eigen::Matrix<double, d, 1> z = q.col(a) - q.col(b);
-      const Eigen::Matrix<double, d, d> pair = block(a, b, z);
-      matrix.template block<d, d>(a * d, b * d) = -pair;
-      matrix.template block<d, d>(a * d, a * d) += pair;
+    step.gram(b, b) = dt * kernel.at_zero();
+    for (Eigen::Index a = 0; a < b; ++a) {
+      const Vector z = q.col(a) - q.col(b);
+      const RadialJet k = kernel.jet(z.squaredNorm());
+      step.gram(a, b) = step.gram(b, a) = dt * k.value;
+      const Vector slope = dt * k.first * z;
+      const Block of_b = Vector(p.col(b)) * slope.transpose();  // p_b ∇K(q_a − q_b)
+      const Block of_a = -Vector(p.col(a)) * slope.transpose();
+      add(step.tangent, a, a, of_b);
+      add(step.tangent, a, b, -of_b);
+      add(step.tangent, b, b, of_a);
+      add(step.tangent, b, a, -of_a);
+      const Block bend =
+          dt * Vector(p.col(a)).dot(Vector(p.col(b))) * (k.first * Block::Identity() + k.second * z * z.transpose());
+      add(step.hessian, a, a, bend);
+      add(step.hessian, b, b, bend);
+      add(step.hessian, a, b, -bend);
+      add(step.hessian, b, a, -bend);
     }
   }
-  return matrix;
-}
-
-// p_b ∇Kᵀ
-template <int d>
-Eigen::MatrixXd tangent_matrix_in(const KernelOperator& kernel, const Points& q, const Points& p) {
-  using Vector = Eigen::Matrix<double, d, 1>;
-  return difference_matrix<d>(q, [&](Eigen::Index, Eigen::Index b, const Vector& z) -> Eigen::Matrix<double, d, d> {
-    return Vector(p.col(b)) * (kernel.jet(z.squaredNorm()).first * z).transpose();
-  });
-}
-
-// (p_a·p_b) ∇²K
-template <int d>
-Eigen::MatrixXd hessian_matrix_in(const KernelOperator& kernel, const Points& q, const Points& p) {
-  using Vector = Eigen::Matrix<double, d, 1>;
-  using Matrix = Eigen::Matrix<double, d, d>;
-  return difference_matrix<d>(q, [&](Eigen::Index a, Eigen::Index b, const Vector& z) -> Matrix {
-    const RadialJet k = kernel.jet(z.squaredNorm());
-    return Vector(p.col(a)).dot(Vector(p.col(b))) * (k.first * Matrix::Identity() + k.second * z * z.transpose());
-  });
+  return step;
 }
 
 }  // namespace
@@ -261,14 +261,9 @@ Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {
   return matrix;
 }
 
-Eigen::MatrixXd KernelOperator::tangent_matrix(const Points& q, const Points& p) const {
-  if (q.rows() == 1) return tangent_matrix_in<1>(*this, q, p);
-  return q.rows() == 2 ? tangent_matrix_in<2>(*this, q, p) : tangent_matrix_in<3>(*this, q, p);
-}
-
-Eigen::MatrixXd KernelOperator::hessian_matrix(const Points& q, const Points& p) const {
-  if (q.rows() == 1) return hessian_matrix_in<1>(*this, q, p);
-  return q.rows() == 2 ? hessian_matrix_in<2>(*this, q, p) : hessian_matrix_in<3>(*this, q, p);
+StepMatrices KernelOperator::step_matrices(const Points& q, const Points& p, double dt, CoordinateOrder order) const {
+  if (q.rows() == 1) return step_matrices_in<1>(*this, q, p, dt, order);
+  return q.rows() == 2 ? step_matrices_in<2>(*this, q, p, dt, order) : step_matrices_in<3>(*this, q, p, dt, order);
 }
 
 }  // namespace pulson

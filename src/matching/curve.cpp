@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <array>
 
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/matching/curve_term.hpp"
 
 namespace pulson {
@@ -11,8 +11,8 @@ namespace {
 
 using Joined = std::vector<std::pair<int, int>>;
 
-constexpr std::array<std::pair<std::string_view, CurveEnds>, 3> kEndsNames = {
-    {{"auto", CurveEnds::kAuto}, {"closed", CurveEnds::kClosed}, {"open", CurveEnds::kOpen}}};
+constexpr EnumNames<CurveEnds, 3> kEndsNames = {
+    "ends", {{{"auto", CurveEnds::kAuto}, {"closed", CurveEnds::kClosed}, {"open", CurveEnds::kOpen}}}};
 
 constexpr double kLargestGap = 2;   // of an outline that is closed, in median lengths of its other edges
 constexpr double kWidthPart = 0.1;  // of the diameter
@@ -38,17 +38,9 @@ bool is_closed(const Points& points, const std::vector<int>& group, const Joined
 
 }  // namespace
 
-CurveEnds parse_curve_ends(std::string_view name) {
-  for (const auto& [known, ends] : kEndsNames)
-    if (known == name) return ends;
-  throw InputError(fmt::format("unknown ends '{}'; valid: auto, closed, open", name));
-}
+CurveEnds parse_curve_ends(std::string_view name) { return kEndsNames.parse(name); }
 
-std::string curve_ends_name(CurveEnds ends) {
-  for (const auto& [name, known] : kEndsNames)
-    if (known == ends) return std::string(name);
-  return {};
-}
+std::string curve_ends_name(CurveEnds ends) { return kEndsNames.name(ends); }
 
 Curve make_curve(const Landmarks& shape, CurveEnds ends) {
   if (shape.dimension() < 2)

@@ -1,9 +1,9 @@
 #include "pulson/matching/minimise.hpp"
 
-#include <array>
 #include <utility>
 
 #include "geodesic_search.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "solvers.hpp"
 
@@ -14,10 +14,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::array<std::pair<std::string_view, Solver>, 4> kSolverNames = {{{"auto", Solver::kAuto},
-                                                                              {"paths", Solver::kPaths},
-                                                                              {"gauss-newton", Solver::kGaussNewton},
-                                                                              {"lbfgs", Solver::kLbfgs}}};
+constexpr EnumNames<Solver, 4> kSolverNames = {"solver",
+                                               {{{"auto", Solver::kAuto},
+                                                 {"paths", Solver::kPaths},
+                                                 {"gauss-newton", Solver::kGaussNewton},
+                                                 {"lbfgs", Solver::kLbfgs}}}};
 
 // Beyond these a Jacobian costs more than the iterations it saves: its columns, and with fitted noise its rows.
 constexpr Index kMostColumns = 1200;
@@ -63,20 +64,9 @@ VectorXd path_start(const MatchingObjective& objective, const MinimiseOptions& o
 
 }  // namespace
 
-Solver parse_solver(std::string_view name) {
-  std::string valid;
-  for (const auto& [known, solver] : kSolverNames) {
-    if (known == name) return solver;
-    valid += (valid.empty() ? "" : ", ") + std::string(known);
-  }
-  throw InputError("unknown solver '" + std::string(name) + "'; valid: " + valid);
-}
+Solver parse_solver(std::string_view name) { return kSolverNames.parse(name); }
 
-std::string solver_name(Solver solver) {
-  for (const auto& [name, known] : kSolverNames)
-    if (known == solver) return std::string(name);
-  return {};
-}
+std::string solver_name(Solver solver) { return kSolverNames.name(solver); }
 
 double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
   const double size = gradient.norm();

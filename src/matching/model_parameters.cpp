@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson {
 namespace {
@@ -61,9 +62,7 @@ std::vector<Index> ModelParameters::places(const std::string& name) const {
       if (std::find(valid.begin(), valid.end(), way) == valid.end()) valid.push_back(way);
   }
   if (!places.empty()) return places;
-  const std::string near = nearest_name(name, valid);
-  throw InputError(fmt::format("'{}' is no parameter of these models{}; valid: {}", name,
-                               near.empty() ? "" : fmt::format("; did you mean '{}'", near), fmt::join(valid, ", ")));
+  throw InputError(fmt::format("'{}' is no parameter of these models{}", name, advice_on_name(name, valid)));
 }
 
 RegistrationOptions ModelParameters::options(const VectorXd& values) const {

@@ -1,6 +1,5 @@
 #include "pulson/matching/registration.hpp"
 
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "accuracy.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
@@ -20,33 +20,15 @@ namespace {
 // A shot whose data cost no more than this part of J less or more follows the path.
 constexpr double kFollows = 1e-3;
 
-template <class Value, std::size_t n>
-using Names = std::array<std::pair<std::string_view, Value>, n>;
-
-constexpr Names<MatchingMode, 5> kModes = {{{"deterministic", MatchingMode::kDeterministic},
-                                            {"metamorphosis", MatchingMode::kMetamorphosis},
-                                            {"map", MatchingMode::kMap},
-                                            {"pathwise", MatchingMode::kPathwise},
-                                            {"expected", MatchingMode::kExpected}}};
-constexpr Names<DataKind, 3> kDataKinds = {
-    {{"landmarks", DataKind::kLandmarks}, {"varifold", DataKind::kVarifold}, {"current", DataKind::kCurrent}}};
-
-template <class Value, std::size_t n>
-Value parsed(const Names<Value, n>& names, std::string_view what, std::string_view name) {
-  std::string valid;
-  for (const auto& [known, value] : names) {
-    if (known == name) return value;
-    valid += (valid.empty() ? "" : ", ") + std::string(known);
-  }
-  throw InputError(fmt::format("unknown {} '{}'; valid: {}", what, name, valid));
-}
-
-template <class Value, std::size_t n>
-std::string name_of(const Names<Value, n>& names, Value value) {
-  for (const auto& [name, known] : names)
-    if (known == value) return std::string(name);
-  return {};
-}
+constexpr EnumNames<MatchingMode, 5> kModes = {"mode",
+                                               {{{"deterministic", MatchingMode::kDeterministic},
+                                                 {"metamorphosis", MatchingMode::kMetamorphosis},
+                                                 {"map", MatchingMode::kMap},
+                                                 {"pathwise", MatchingMode::kPathwise},
+                                                 {"expected", MatchingMode::kExpected}}}};
+constexpr EnumNames<DataKind, 3> kDataKinds = {
+    "data",
+    {{{"landmarks", DataKind::kLandmarks}, {"varifold", DataKind::kVarifold}, {"current", DataKind::kCurrent}}}};
 
 Points mean_end(const std::vector<Trajectory>& paths) {
   Points mean = paths.front().final().q;
@@ -244,13 +226,13 @@ Trajectory mean_path(const std::vector<Trajectory>& paths) {
 
 }  // namespace
 
-MatchingMode parse_mode(std::string_view name) { return parsed(kModes, "mode", name); }
+MatchingMode parse_mode(std::string_view name) { return kModes.parse(name); }
 
-std::string mode_name(MatchingMode mode) { return name_of(kModes, mode); }
+std::string mode_name(MatchingMode mode) { return kModes.name(mode); }
 
-DataKind parse_data_kind(std::string_view name) { return parsed(kDataKinds, "data", name); }
+DataKind parse_data_kind(std::string_view name) { return kDataKinds.parse(name); }
 
-std::string data_kind_name(DataKind kind) { return name_of(kDataKinds, kind); }
+std::string data_kind_name(DataKind kind) { return kDataKinds.name(kind); }
 
 Eigen::VectorXd Registration::distances() const { return distances_in(*this, result); }
 

@@ -275,11 +275,8 @@ void check_kind(const Parameters& parameters) {
   const std::string& kind = parameters.text("fields");
   std::vector<std::string> kinds;
   for (const auto& entry : kKinds) kinds.push_back(entry.first);
-  if (!kKinds.contains(kind)) {
-    const std::string near = nearest_name(kind, kinds);
-    throw InputError(fmt::format("noise 'p-sd': fields is '{}'{}; valid: {}", kind,
-                                 near.empty() ? "" : fmt::format("; did you mean '{}'", near), fmt::join(kinds, ", ")));
-  }
+  if (!kKinds.contains(kind))
+    throw InputError(fmt::format("noise 'p-sd': fields is '{}'{}", kind, advice_on_name(kind, kinds)));
   for (const ParameterInfo& parameter : p_sd().parameters) {
     const std::vector<std::string>& read = kKinds.at(kind);
     if (parameter.name == "beta" || parameter.name == "fields" ||

@@ -7,6 +7,21 @@
 namespace pulson {
 namespace {
 
+// A sum of one term, from zero, where the whole sum is asked for: each term is rounded by itself.
+template <class T>
+MatrixOf<T>* zero_beside(const MatrixOf<T>* whole, MatrixOf<T>& part) {
+  if (!whole) return nullptr;
+  part = MatrixOf<T>::Constant(whole->rows(), whole->cols(), T(0));
+  return &part;
+}
+template <class T>
+StateOf<T>* zero_beside(const StateOf<T>* whole, StateOf<T>& part) {
+  if (!whole) return nullptr;
+  zero_beside(&whole->q, part.q);
+  zero_beside(&whole->p, part.p);
+  return &part;
+}
+
 class SumOfNoises final : public NoiseModel {
  public:
   explicit SumOfNoises(std::vector<std::shared_ptr<const NoiseModel>> terms) : terms_(std::move(terms)) {}
@@ -41,57 +56,6 @@ class SumOfNoises final : public NoiseModel {
     for (const auto& term : terms_) term->check(dimension, count);
   }
 
-  Eigen::VectorXd potentials(const PhaseState& state) const override {
-    return joined(state, [&](const NoiseModel& term) { return term.potentials(state); });
-  }
-  Eigen::VectorXd contract(const PhaseState& state, const PhaseState& with) const override {
-    return joined(state, [&](const NoiseModel& term) { return term.contract(state, with); });
-  }
-  PhaseState gradient(const PhaseState& state, const Eigen::VectorXd& w) const override {
-    return added(state, w,
-                 [&](const NoiseModel& term, const Eigen::VectorXd& w_term) { return term.gradient(state, w_term); });
-  }
-  PhaseState hessian(const PhaseState& state, const Eigen::VectorXd& w, const PhaseState& change) const override {
-    return added(state, w, [&](const NoiseModel& term, const Eigen::VectorXd& w_term) {
-      return term.hessian(state, w_term, change);
-    });
-  }
-  // Channels of different terms share none, so their G add.
-  PhaseState compensation_gradient(const PhaseState& state) const override {
-    return added(state, [&](const NoiseModel& term) { return term.compensation_gradient(state); });
-  }
-  PhaseState compensation_hessian(const PhaseState& state, const PhaseState& change) const override {
-    return added(state, [&](const NoiseModel& term) { return term.compensation_hessian(state, change); });
-  }
-
-  Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const override {
-    return added_fields(x, w, count, [&](const NoiseModel& term, const Eigen::VectorXd& w_term) {
-      return term.spatial_noise(x, w_term, count);
-    });
-  }
-  Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int count,
-                              const Points& change) const override {
-    return added_fields(x, w, count, [&](const NoiseModel& term, const Eigen::VectorXd& w_term) {
-      return term.spatial_noise_change(x, w_term, count, change);
-    });
-  }
-  Points spatial_compensation(const Points& x) const override {
-    Points field = Points::Zero(x.rows(), x.cols());
-    for (const auto& term : terms_) field += term->spatial_compensation(x);
-    return field;
-  }
-  Points spatial_compensation_change(const Points& x, const Points& change) const override {
-    Points field = Points::Zero(x.rows(), x.cols());
-    for (const auto& term : terms_) field += term->spatial_compensation_change(x, change);
-    return field;
-  }
-
-  double friction() const override {
-    double sum = 0;
-    for (const auto& term : terms_) sum += term->friction();
-    return sum;
-  }
-
   // `ch-sd.beta`, and `ch-sd#2.beta` of the second term with that name.
   std::vector<std::string> parameter_names() const override {
     std::vector<std::string> names;
@@ -100,115 +64,62 @@ class SumOfNoises final : public NoiseModel {
       const std::string spec = term->spec();
       std::string owner = spec.substr(0, spec.find(':'));
       if (const int number = ++met[owner]; number > 1) owner.append("#").append(std::to_string(number));
-      owner += '.';
-      for (const std::string& name : term->parameter_names()) names.push_back(owner + name);
+      for (const std::string& name : term->parameter_names()) names.push_back(owner + "." + name);
     }
     return names;
   }
   Eigen::VectorXd parameters() const override {
-    Eigen::VectorXd all(parameter_count());
-    for_each_with_parameters([&](const NoiseModel& term, Eigen::Index first, Eigen::Index size) {
-      all.segment(first, size) = term.parameters();
-    });
+    Eigen::VectorXd all;
+    for (const auto& term : terms_) {
+      const Eigen::VectorXd theta = term->parameters();
+      all.conservativeResize(all.size() + theta.size());
+      all.tail(theta.size()) = theta;
+    }
     return all;
   }
   std::shared_ptr<const NoiseModel> with_parameters(const Eigen::VectorXd& parameters) const override {
-    if (parameters.size() != parameter_count())
+    if (parameters.size() != this->parameters().size())
       throw std::logic_error("a sum of noise models has the parameters of all its terms");
     std::vector<std::shared_ptr<const NoiseModel>> terms;
-    for_each_with_parameters([&](const NoiseModel& term, Eigen::Index first, Eigen::Index size) {
-      terms.push_back(term.with_parameters(parameters.segment(first, size)));
-    });
-    return std::make_shared<SumOfNoises>(std::move(terms));
-  }
-  PhaseState gradient_by_parameters(const PhaseState& state, const Eigen::VectorXd& w,
-                                    const Eigen::VectorXd& change) const override {
-    Eigen::Index parameter = 0;
-    return added(state, w, [&](const NoiseModel& term, const Eigen::VectorXd& w_term) {
-      const Eigen::Index size = term.parameters().size();
-      parameter += size;
-      return term.gradient_by_parameters(state, w_term, change.segment(parameter - size, size));
-    });
-  }
-  PhaseState compensation_by_parameters(const PhaseState& state, const Eigen::VectorXd& change) const override {
-    Eigen::Index parameter = 0;
-    return added(state, [&](const NoiseModel& term) {
-      const Eigen::Index size = term.parameters().size();
-      parameter += size;
-      return term.compensation_by_parameters(state, change.segment(parameter - size, size));
-    });
-  }
-  double friction_by_parameters(const Eigen::VectorXd& change) const override {
-    double sum = 0;
-    for_each_with_parameters([&](const NoiseModel& term, Eigen::Index first, Eigen::Index size) {
-      sum += term.friction_by_parameters(change.segment(first, size));
-    });
-    return sum;
-  }
-
- private:
-  static Eigen::Index channels_of(const NoiseModel& term, const PhaseState& state) {
-    return term.channels(static_cast<int>(state.q.rows()), static_cast<int>(state.q.cols()));
-  }
-  Eigen::Index parameter_count() const {
-    Eigen::Index sum = 0;
-    for (const auto& term : terms_) sum += term->parameters().size();
-    return sum;
-  }
-
-  template <class Visit>
-  void for_each_with_parameters(const Visit& visit) const {
     Eigen::Index first = 0;
     for (const auto& term : terms_) {
       const Eigen::Index size = term->parameters().size();
-      visit(*term, first, size);
+      terms.push_back(term->with_parameters(parameters.segment(first, size)));
       first += size;
     }
+    return std::make_shared<SumOfNoises>(std::move(terms));
   }
 
-  template <class Part>
-  Points added_fields(const Points& x, const Eigen::VectorXd& w, int count, const Part& part) const {
-    Points field = Points::Zero(x.rows(), x.cols());
-    Eigen::Index channel = 0;
-    for (const auto& term : terms_) {
-      const Eigen::Index size = term->channels(static_cast<int>(x.rows()), count);
-      field += part(*term, Eigen::VectorXd(w.segment(channel, size)));
-      channel += size;
-    }
-    return field;
-  }
+  void add_to(const NoiseSums<double>& sums) const override { add(sums); }
+  void add_to(const NoiseSums<Dual>& sums) const override { add(sums); }
 
-  template <class Part>
-  Eigen::VectorXd joined(const PhaseState& state, const Part& part) const {
-    Eigen::VectorXd all(channels(static_cast<int>(state.q.rows()), static_cast<int>(state.q.cols())));
-    Eigen::Index channel = 0;
+ private:
+  // Channels of different terms share none, so their G add. Each term has its share of θ, of w and of the potentials.
+  template <class T>
+  void add(const NoiseSums<T>& to) const {
+    Eigen::Index parameter = 0, channel = 0;
     for (const auto& term : terms_) {
-      const Eigen::Index size = channels_of(*term, state);
-      all.segment(channel, size) = part(*term);
+      const VectorOf<T> theta = to.theta.segment(parameter, term->parameters().size());
+      const Eigen::Index size = to.count > 0 ? term->channels(static_cast<int>(to.at.q.rows()), to.count) : 0;
+      NoiseSums<T> share{.at = to.at, .theta = theta, .count = to.count, .friction = to.friction};
+      if (to.w.size() > 0) share.w = to.w.segment(channel, size);
+      VectorOf<T> potentials = VectorOf<T>::Constant(size, T(0));
+      StateOf<T> gradient, compensation;
+      MatrixOf<T> noise, drift;
+      if (to.potentials) share.potentials = &potentials;
+      share.gradient = zero_beside(to.gradient, gradient);
+      share.compensation = zero_beside(to.compensation, compensation);
+      share.space_noise = zero_beside(to.space_noise, noise);
+      share.space_compensation = zero_beside(to.space_compensation, drift);
+      term->add_to(share);
+      if (to.potentials) to.potentials->segment(channel, size) += potentials;
+      if (to.gradient) *to.gradient += gradient;
+      if (to.compensation) *to.compensation += compensation;
+      if (to.space_noise) *to.space_noise += noise;
+      if (to.space_compensation) *to.space_compensation += drift;
+      parameter += theta.size();
       channel += size;
     }
-    return all;
-  }
-
-  template <class Part>
-  PhaseState added(const PhaseState& state, const Part& part) const {
-    const Points zero = Points::Zero(state.q.rows(), state.q.cols());
-    PhaseState sum{zero, zero};
-    for (const auto& term : terms_) {
-      const PhaseState one = part(*term);
-      sum.q += one.q;
-      sum.p += one.p;
-    }
-    return sum;
-  }
-  template <class Part>
-  PhaseState added(const PhaseState& state, const Eigen::VectorXd& w, const Part& part) const {
-    Eigen::Index channel = 0;
-    return added(state, [&](const NoiseModel& term) {
-      const Eigen::Index size = channels_of(term, state);
-      channel += size;
-      return part(term, Eigen::VectorXd(w.segment(channel - size, size)));
-    });
   }
 
   std::vector<std::shared_ptr<const NoiseModel>> terms_;

@@ -1,6 +1,5 @@
 #include "pulson/warp/label_space.hpp"
 
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -9,6 +8,7 @@
 #include <Eigen/QR>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson {
 namespace {
@@ -19,8 +19,8 @@ using Eigen::VectorXd;
 
 constexpr double kMostCondition = 1e12;
 
-constexpr std::array<std::pair<std::string_view, LabelKernel>, 2> kNames = {
-    {{"metric", LabelKernel::kMetric}, {"thin-plate", LabelKernel::kThinPlate}}};
+constexpr EnumNames<LabelKernel, 2> kNames = {
+    "interpolation", {{{"metric", LabelKernel::kMetric}, {"thin-plate", LabelKernel::kThinPlate}}}};
 
 // |largest| / |smallest| eigenvalue of a symmetric matrix, and the largest.
 std::pair<double, double> condition(const MatrixXd& matrix) {
@@ -142,17 +142,9 @@ class ThinPlateLabels final : public LabelSpace {
 
 }  // namespace
 
-LabelKernel parse_label_kernel(std::string_view name) {
-  for (const auto& [known, kernel] : kNames)
-    if (known == name) return kernel;
-  throw InputError("unknown interpolation '" + std::string(name) + "'; valid: metric, thin-plate");
-}
+LabelKernel parse_label_kernel(std::string_view name) { return kNames.parse(name); }
 
-std::string label_kernel_name(LabelKernel kernel) {
-  for (const auto& [name, known] : kNames)
-    if (known == kernel) return std::string(name);
-  return {};
-}
+std::string label_kernel_name(LabelKernel kernel) { return kNames.name(kernel); }
 
 std::unique_ptr<const LabelSpace> LabelSpace::make(LabelKernel kernel, const KernelOperator& metric,
                                                    const Points& labels) {

@@ -117,7 +117,7 @@ TEST_F(AnimationTest, RefusesWhatCannotBeWritten) {
             "animation 'a.gif': its size is 32 × 0; both must be 1 or greater");
   EXPECT_EQ(error_of([] { Animation("a.gif", 32, 32, 0); }),
             "animation 'a.gif': it has 0 frames per second; more than 0 are needed");
-  EXPECT_EQ(error_of([] { Animation("no/a.gif", 32, 32, 10); }), "cannot write 'no/a.gif': its folder does not exist");
+  EXPECT_EQ(error_of([] { Animation("no/a.gif", 32, 32, 10); }), "cannot write 'no/a.gif': there is no folder 'no'");
   EXPECT_EQ(files(), std::set<std::string>{"bin"});
 }
 

@@ -126,7 +126,7 @@ struct LongSteps {
     double largest = 0;
     for (int k = 0; k < path.grid.steps; ++k) {
       const Points& q = path.states[static_cast<std::size_t>(k) + 1].q;
-      const MatrixXd step = path.grid.dt() * problem.system.kernel.tangent_matrix(q, path.step_momenta(k));
+      const MatrixXd step = problem.system.kernel.step_matrices(q, path.step_momenta(k), path.grid.dt()).tangent;
       largest = std::max(largest, spectral_radius(step));
     }
     return largest;

@@ -160,10 +160,10 @@ class Oracle {
   // ∇G
   template <class T>
   State<T> compensation_gradient(const State<T>& state) const {
-    using Dual = ceres::Jet<T, 1>;
+    using Jet = ceres::Jet<T, 1>;
     const std::vector<T> x = joined(state);
     return each(state,
-                [&](std::size_t m) { return noise_.compensation(moved(x, unit(x.size(), m)), theta<Dual>()).v[0]; });
+                [&](std::size_t m) { return noise_.compensation(moved(x, unit(x.size(), m)), theta<Jet>()).v[0]; });
   }
 
   // Δt J∇H + J∇h_w − λΔt H_p.

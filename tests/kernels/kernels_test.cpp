@@ -95,8 +95,16 @@ TEST_P(KernelContract, MatricesEqualTheProducts) {
     const Points q = random_points(d_, count, 1);
     const Points p = random_points(d_, count, 2);
     const Points delta = random_points(d_, count, 3);
-    const Eigen::MatrixXd tangent = kernel_.tangent_matrix(q, p);
-    const Eigen::MatrixXd hessian = kernel_.hessian_matrix(q, p);
+    const auto [gram, tangent, hessian] = kernel_.step_matrices(q, p, 1);
+    const StepMatrices by_axis = kernel_.step_matrices(q, p, 0.25, CoordinateOrder::kByAxis);
+    EXPECT_LE((gram - kernel_.gram(q, q)).norm(), 1e-14 * gram.norm()) << count;
+    EXPECT_EQ(by_axis.gram, 0.25 * gram) << count;
+    for (Eigen::Index i = 0; i < q.size(); ++i)
+      for (Eigen::Index j = 0; j < q.size(); ++j) {
+        const Eigen::Index row = i % d_ * count + i / d_, column = j % d_ * count + j / d_;
+        EXPECT_EQ(by_axis.tangent(row, column), 0.25 * tangent(i, j)) << count;
+        EXPECT_EQ(by_axis.hessian(row, column), 0.25 * hessian(i, j)) << count;
+      }
     const Eigen::VectorXd tangent_product = kernel_.apply_tangent(q, p, delta).reshaped();
     const Eigen::VectorXd hessian_product = kernel_.hessian(q, p, delta).reshaped();
     EXPECT_LE((tangent * delta.reshaped() - tangent_product).norm(), 1e-13 * tangent.norm()) << count;
@@ -117,13 +125,14 @@ TEST_P(KernelContract, ScalarsEqualVectorsAtEveryDistance) {
       EXPECT_LE((actual - expected).norm(), 1e-12 * size + 1e-280) << r << "\n" << actual << "\n\n" << expected;
     };
     const RadialJet k = kernel_.jet(q.col(1).squaredNorm());
+    const StepMatrices step = kernel_.step_matrices(q, p, 1);
     const Points velocities = p * kernel_.gram(q, q);
     expect_near(kernel_.apply(q, q, p), velocities, velocities.norm());
-    const Points tangent = (kernel_.tangent_matrix(q, p) * delta.reshaped()).reshaped(d_, 2);
+    const Points tangent = (step.tangent * delta.reshaped()).reshaped(d_, 2);
     expect_near(kernel_.apply_tangent(q, p, delta), tangent, tangent.norm());
     const Points gradient = 2 * p.col(0).dot(p.col(1)) * k.first * (q.col(0) - q.col(1));
     expect_near(kernel_.gradient(q, p, p).col(0), gradient, gradient.norm());
-    const Points hessian = (kernel_.hessian_matrix(q, p) * delta.reshaped()).reshaped(d_, 2);
+    const Points hessian = (step.hessian * delta.reshaped()).reshaped(d_, 2);
     expect_near(kernel_.hessian(q, p, delta), hessian,
                 dots * (std::abs(k.first) + std::abs(k.second) * r * r) * delta.norm());
   }
@@ -141,8 +150,8 @@ TEST_P(KernelContract, HugeDistancesGiveNumbers) {
     EXPECT_TRUE(kernel_.gradient(q, p, p).allFinite()) << r;
     EXPECT_TRUE(kernel_.hessian(q, p, random_points(d_, 2, 2)).allFinite()) << r;
     EXPECT_NEAR(kernel_.gram(q.col(0), q.col(1)).value(), 0, 1e-300) << r;
-    EXPECT_EQ(kernel_.tangent_matrix(q, p), Eigen::MatrixXd::Zero(2 * d_, 2 * d_)) << r;
-    EXPECT_EQ(kernel_.hessian_matrix(q, p), Eigen::MatrixXd::Zero(2 * d_, 2 * d_)) << r;
+    EXPECT_EQ(kernel_.step_matrices(q, p, 1).tangent, Eigen::MatrixXd::Zero(2 * d_, 2 * d_)) << r;
+    EXPECT_EQ(kernel_.step_matrices(q, p, 1).hessian, Eigen::MatrixXd::Zero(2 * d_, 2 * d_)) << r;
   }
 }
 

@@ -99,37 +99,19 @@ class FieldsOfAxes final : public NoiseModel {
   int channels(int, int) const override { return static_cast<int>(fields_.cols()); }
   NoiseTraits traits() const override { return {.moves_positions = true, .linear = true}; }
   void check(int, int) const override {}
-  VectorXd potentials(const PhaseState& state) const override { return fields_.transpose() * state.p.reshaped(); }
-  PhaseState gradient(const PhaseState& state, const VectorXd& w) const override {
-    return {none(state), (fields_ * w).reshaped(state.q.rows(), state.q.cols())};
-  }
-  PhaseState hessian(const PhaseState& state, const VectorXd&, const PhaseState&) const override {
-    return {none(state), none(state)};
-  }
-  VectorXd contract(const PhaseState&, const PhaseState& with) const override {
-    return fields_.transpose() * with.p.reshaped();
-  }
-  PhaseState compensation_gradient(const PhaseState& state) const override { return {none(state), none(state)}; }
-  PhaseState compensation_hessian(const PhaseState& state, const PhaseState&) const override {
-    return {none(state), none(state)};
-  }
-  Points spatial_noise(const Points& x, const VectorXd&, int) const override { return 0 * x; }
-  Points spatial_noise_change(const Points& x, const VectorXd&, int, const Points&) const override { return 0 * x; }
-  Points spatial_compensation(const Points& x) const override { return 0 * x; }
-  Points spatial_compensation_change(const Points& x, const Points&) const override { return 0 * x; }
   std::vector<std::string> parameter_names() const override { return {}; }
   VectorXd parameters() const override { return {}; }
   std::shared_ptr<const NoiseModel> with_parameters(const VectorXd&) const override { return nullptr; }
-  PhaseState gradient_by_parameters(const PhaseState& state, const VectorXd&, const VectorXd&) const override {
-    return {none(state), none(state)};
-  }
-  PhaseState compensation_by_parameters(const PhaseState& state, const VectorXd&) const override {
-    return {none(state), none(state)};
-  }
-  double friction_by_parameters(const VectorXd&) const override { return 0; }
+  void add_to(const NoiseSums<double>& sums) const override { add(sums); }
+  void add_to(const NoiseSums<Dual>& sums) const override { add(sums); }
 
  private:
-  static Points none(const PhaseState& state) { return Points::Zero(state.q.rows(), state.q.cols()); }
+  template <class T>
+  void add(const NoiseSums<T>& to) const {
+    const MatrixOf<T> fields = fields_.template cast<T>();
+    if (to.potentials) *to.potentials += fields.transpose().lazyProduct(to.at.p.reshaped());
+    if (to.gradient) to.gradient->p.reshaped() += fields.lazyProduct(to.w.template cast<T>());
+  }
 
   MatrixXd fields_;
 };

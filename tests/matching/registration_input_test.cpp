@@ -296,7 +296,7 @@ TEST(RegistrationErrors, NameNumbersOutOfRange) {
 
 TEST(RegistrationErrors, NameWhatIsUnknown) {
   EXPECT_EQ(error_of([] { parse_mode("mapp"); }),
-            "unknown mode 'mapp'; valid: deterministic, metamorphosis, map, pathwise, expected");
+            "unknown mode 'mapp'; did you mean 'map'; valid: deterministic, metamorphosis, map, pathwise, expected");
   EXPECT_EQ(error_of([] { parse_alignment("projective"); }),
             "unknown alignment 'projective'; valid: none, translation, rigid, similarity, affine");
   EXPECT_EQ(error_of([] { parse_solver("adam"); }), "unknown solver 'adam'; valid: auto, paths, gauss-newton, lbfgs");

@@ -7,6 +7,7 @@
 namespace pulson {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -133,18 +134,19 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsWrong) {
 
 TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsNoToml) {
   EXPECT_THAT(complaint("run.toml", "kernel = gaussian\n"),
-              HasSubstr("run.toml:1: 'gaussian' is not a number, true or false; strings need quotes"));
-  EXPECT_THAT(complaint("run.toml", "\n\nkernel = \"gaussian\n"), HasSubstr("run.toml:3: the closing \" is missing"));
-  EXPECT_THAT(complaint("run.toml", "kernel = \"a\\qb\"\n"), HasSubstr("run.toml:1: \\q is not an escape"));
-  EXPECT_THAT(complaint("run.toml", "steps 4\n"), HasSubstr("run.toml:1: '=' and a value are needed after steps"));
-  EXPECT_THAT(complaint("run.toml", "steps = 4 5\n"), HasSubstr("run.toml:1: '5' is left over"));
-  EXPECT_THAT(complaint("run.toml", "steps = 4\nsteps = 5\n"), HasSubstr("run.toml:2: steps is there twice"));
-  EXPECT_THAT(complaint("run.toml", "fit = [\"beta\"\n"),
-              HasSubstr("run.toml:2: ',' or ']' is needed in the list of fit"));
-  EXPECT_THAT(complaint("run.toml", "fit = [\"beta\",\n"), HasSubstr("run.toml:2: "));
-  EXPECT_THAT(complaint("run.toml", "[register\n"), HasSubstr("run.toml:1: ']' is needed"));
-  EXPECT_THAT(complaint("run.toml", "[[register]]\n"), HasSubstr("run.toml:1: lists of tables"));
-  EXPECT_THAT(complaint("run.toml", "= 4\n"), HasSubstr("run.toml:1: '= 4': a name is needed"));
+              AllOf(HasSubstr("run.toml:1: error while parsing value"), HasSubstr("strings need quotes")));
+  EXPECT_THAT(complaint("run.toml", "\n\nkernel = \"gaussian\n"), HasSubstr("run.toml:3: error while parsing string"));
+  EXPECT_THAT(complaint("run.toml", "kernel = \"a\\qb\"\n"), HasSubstr("run.toml:1: error while parsing string"));
+  EXPECT_THAT(complaint("run.toml", "steps 4\n"), HasSubstr("run.toml:1: error while parsing key-value pair"));
+  EXPECT_THAT(complaint("run.toml", "steps = 4 5\n"), HasSubstr("run.toml:1: error while parsing key-value pair"));
+  EXPECT_THAT(complaint("run.toml", "steps = 4\nsteps = 5\n"), HasSubstr("run.toml:2: error while parsing key-value"));
+  EXPECT_THAT(complaint("run.toml", "fit = [\"beta\"\n"), HasSubstr("run.toml:1: error while parsing array"));
+  EXPECT_THAT(complaint("run.toml", "[register\n"), HasSubstr("run.toml:1: error while parsing table header"));
+  EXPECT_THAT(complaint("run.toml", "[a]\n[a]\n"), HasSubstr("run.toml:2: error while parsing table header"));
+  EXPECT_THAT(complaint("run.toml", "= 4\n"), HasSubstr("run.toml:1: error while parsing"));
+  EXPECT_THAT(complaint("run.toml", "kernel = \"\xFF\"\n"), HasSubstr("run.toml:1: "));
+  for (const char* not_used : {"[[register]]\n", "[register.more]\n", "steps = 2020-01-02\n", "fit = [[\"beta\"]]\n"})
+    EXPECT_THAT(complaint("run.toml", not_used), HasSubstr("run.toml:1: a string, number, true, false or list of these"));
   EXPECT_THAT(complaint("run.json", "{\"steps\": 4,}"), HasSubstr("run.json: parse error at line 1"));
   EXPECT_THAT(complaint("run.json", "[4]"), HasSubstr("run.json: an object"));
   EXPECT_THAT(complaint("run.json", R"({"steps": null})"), HasSubstr("run.json: steps: a string, number, true, false"));

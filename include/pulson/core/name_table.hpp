@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <map>
 #include <span>
@@ -44,6 +45,33 @@ std::string shortened_spec(std::string_view spec);
 
 /// The entry of `valid` nearest to `name` by edit distance, or an empty string where none is near.
 std::string nearest_name(std::string_view name, std::span<const std::string> valid);
+
+/// The end of a message on a name that is unknown: "; did you mean 'first'; valid: average, first", without the first
+/// half where no name is near.
+std::string advice_on_name(std::string_view name, std::span<const std::string> valid);
+
+/// The names of an enum's n values, both ways. `what` they name ("solver") is for messages.
+template <class Value, std::size_t n>
+struct EnumNames {
+  std::string_view what;
+  std::array<std::pair<std::string_view, Value>, n> names;
+
+  /// @throws InputError that lists the names
+  Value parse(std::string_view name) const {
+    std::vector<std::string> valid;
+    for (const auto& [known, value] : names) {
+      if (known == name) return value;
+      valid.emplace_back(known);
+    }
+    throw InputError("unknown " + std::string(what) + " " + quoted_line(name) + advice_on_name(name, valid));
+  }
+
+  std::string name(Value value) const {
+    for (const auto& [known, other] : names)
+      if (other == value) return std::string(known);
+    return {};
+  }
+};
 
 /// The values of one row's parameters, defaults filled in; every getter names the parameter in its errors.
 class Parameters {
@@ -99,7 +127,7 @@ class NameTable {
       if (row.name == name) return row;
       names.push_back(row.name);
     }
-    throw InputError(unknown_name_message(what_, name, names));
+    throw InputError("unknown " + what_ + " " + quoted_line(name) + advice_on_name(name, names));
   }
 
   /// Adds a row. References to rows end here. @throws InputError if the name is taken
@@ -120,15 +148,6 @@ class NameTable {
   }
 
  private:
-  static std::string unknown_name_message(const std::string& what, std::string_view name,
-                                          const std::vector<std::string>& names) {
-    std::string message = "unknown " + what + " " + quoted_line(name);
-    if (const std::string near = nearest_name(name, names); !near.empty()) message += "; did you mean '" + near + "'";
-    message += "; valid: ";
-    for (std::size_t i = 0; i < names.size(); ++i) message += (i > 0 ? ", " : "") + names[i];
-    return message;
-  }
-
   std::string what_;
   std::vector<Row> rows_;
 };

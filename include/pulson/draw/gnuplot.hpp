@@ -3,17 +3,18 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace pulson {
+
+class TemporaryFile;
 
 /// One run of gnuplot in a child process: a script with its inline data, and the files that it writes. Every file is
 /// drawn under a temporary name in its own folder and renamed once gnuplot has succeeded, so that a failure leaves
 /// nothing behind and never harms an older file of that name. An object is for one thread; several may run at once.
 class Gnuplot {
  public:
-  Gnuplot() = default;
+  Gnuplot();
 
   /// Whether there is a gnuplot in the folders of PATH.
   static bool is_installed();
@@ -42,7 +43,7 @@ class Gnuplot {
  private:
   std::string script_;
   int blocks_ = 0;
-  std::vector<std::pair<std::filesystem::path, std::filesystem::path>> outputs_;  // {temporary, final}
+  std::vector<TemporaryFile> outputs_;
 };
 
 }  // namespace pulson

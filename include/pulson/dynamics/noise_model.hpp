@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pulson/core/dual.hpp"
 #include "pulson/core/phase_state.hpp"
 
 namespace pulson {
@@ -21,6 +22,41 @@ struct NoiseTraits {
   bool linear = false;  ///< every h_i is linear in p: h_i(q, 0) = 0
 };
 
+template <class T>
+using MatrixOf = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
+template <class T>
+using VectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+
+/// (q, p), or derivatives by them, in a scalar T: double or Dual.
+template <class T>
+struct StateOf {
+  MatrixOf<T> q;
+  MatrixOf<T> p;
+
+  StateOf& operator+=(const StateOf& other) {
+    q += other.q;
+    p += other.p;
+    return *this;
+  }
+};
+
+/// What a noise model is asked for, in a scalar T: numbers, or Duals, whose changes are derivatives along a direction.
+/// It adds to each sum that there is.
+template <class T>
+struct NoiseSums {
+  const StateOf<T>& at;      ///< d×N; of sums over space q is the places x, d×M
+  const VectorOf<T>& theta;  ///< θ
+  Eigen::VectorXd w = {};    ///< C increments, for those sums that have h_w
+  int count = 0;             ///< N
+
+  VectorOf<T>* potentials = nullptr;          ///< h_i, C numbers
+  StateOf<T>* gradient = nullptr;             ///< ∇h_w
+  StateOf<T>* compensation = nullptr;         ///< ∇G
+  MatrixOf<T>* space_noise = nullptr;         ///< the share of h_w,p that is a field over space, at the places, d×M
+  MatrixOf<T>* space_compensation = nullptr;  ///< the same share of G_p
+  T* friction = nullptr;                      ///< λ
+};
+
 /// A noise model of the stochastic Hamiltonian system (11): channels i = 1..C, each a potential h_i(q,p), affine in p,
 /// that drives
 ///
@@ -29,6 +65,9 @@ struct NoiseTraits {
 /// with friction λ = 0 for all but Langevin's. Integrators use a model through increments w (C numbers) and the
 /// potential h_w = Σ_i w_i h_i; G = ¼ Σ_i h_i,q·h_i,p is what the compensated integrator adds to H. Pairs (q part, p
 /// part) of derivatives are PhaseStates, d×N each. All methods are const and thread-safe.
+///
+/// A model says what it is, and adds potentials and gradients to sums; all derivatives follow from these. Most are made
+/// of a formula, see DifferentiatedNoise.
 class NoiseModel {
  public:
   virtual ~NoiseModel() = default;
@@ -44,39 +83,6 @@ class NoiseModel {
   /// @throws InputError if the model cannot act on N landmarks in R^d, as where `on=9` meets eight landmarks.
   virtual void check(int dimension, int count) const = 0;
 
-  /// h_i, C numbers.
-  virtual Eigen::VectorXd potentials(const PhaseState& state) const = 0;
-
-  /// ∇h_w = (h_w,q, h_w,p).
-  virtual PhaseState gradient(const PhaseState& state, const Eigen::VectorXd& w) const = 0;
-
-  /// ∇²h_w along a change of the state.
-  virtual PhaseState hessian(const PhaseState& state, const Eigen::VectorXd& w, const PhaseState& change) const = 0;
-
-  /// ∇h_i·with, C numbers: the transpose of `gradient` in w.
-  virtual Eigen::VectorXd contract(const PhaseState& state, const PhaseState& with) const = 0;
-
-  /// ∇G.
-  virtual PhaseState compensation_gradient(const PhaseState& state) const = 0;
-
-  /// ∇²G along a change of the state.
-  virtual PhaseState compensation_hessian(const PhaseState& state, const PhaseState& change) const = 0;
-
-  /// The share of h_w,p that is a field over space, Σ_i w_i ξ_i(x), d×M; zero for models that act on landmarks only.
-  /// The C increments are those of a shape of `count` landmarks.
-  virtual Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const = 0;
-
-  /// The change of that field along a change of x, d×M.
-  virtual Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int count,
-                                      const Points& change) const = 0;
-
-  /// The same share of G_p, d×M.
-  virtual Points spatial_compensation(const Points& x) const = 0;
-  virtual Points spatial_compensation_change(const Points& x, const Points& change) const = 0;
-
-  /// λ of the friction −λ H_p in dp.
-  virtual double friction() const { return 0; }
-
   /// Names of the parameters θ that may be fitted: `beta`, `gamma`, `width`, …
   virtual std::vector<std::string> parameter_names() const = 0;
 
@@ -86,15 +92,51 @@ class NoiseModel {
   /// The same model with other parameters. @throws InputError if one is out of its range
   virtual std::shared_ptr<const NoiseModel> with_parameters(const Eigen::VectorXd& parameters) const = 0;
 
+  /// Adds to the sums that there are, at any θ.
+  virtual void add_to(const NoiseSums<double>& sums) const = 0;
+  virtual void add_to(const NoiseSums<Dual>& sums) const = 0;
+
+  /// h_i, C numbers.
+  Eigen::VectorXd potentials(const PhaseState& state) const;
+
+  /// ∇h_w = (h_w,q, h_w,p).
+  PhaseState gradient(const PhaseState& state, const Eigen::VectorXd& w) const;
+
+  /// ∇²h_w along a change of the state.
+  PhaseState hessian(const PhaseState& state, const Eigen::VectorXd& w, const PhaseState& change) const;
+
+  /// ∇h_i·with, C numbers: the transpose of `gradient` in w.
+  Eigen::VectorXd contract(const PhaseState& state, const PhaseState& with) const;
+
+  /// ∇G.
+  PhaseState compensation_gradient(const PhaseState& state) const;
+
+  /// ∇²G along a change of the state.
+  PhaseState compensation_hessian(const PhaseState& state, const PhaseState& change) const;
+
+  /// The share of h_w,p that is a field over space, Σ_i w_i ξ_i(x), d×M; zero for models that know landmarks alone. The
+  /// C increments are those of a shape of `count` landmarks.
+  Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const;
+
+  /// The change of that field along a change of the places, d×M.
+  Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int count, const Points& change) const;
+
+  /// The same share of G_p, d×M.
+  Points spatial_compensation(const Points& x) const;
+  Points spatial_compensation_change(const Points& x, const Points& change) const;
+
+  /// λ of the friction −λ H_p in dp.
+  double friction() const;
+
   /// ∂(∇h_w)/∂θ along a change of θ.
-  virtual PhaseState gradient_by_parameters(const PhaseState& state, const Eigen::VectorXd& w,
-                                            const Eigen::VectorXd& change) const = 0;
+  PhaseState gradient_by_parameters(const PhaseState& state, const Eigen::VectorXd& w,
+                                    const Eigen::VectorXd& change) const;
 
   /// ∂(∇G)/∂θ along a change of θ.
-  virtual PhaseState compensation_by_parameters(const PhaseState& state, const Eigen::VectorXd& change) const = 0;
+  PhaseState compensation_by_parameters(const PhaseState& state, const Eigen::VectorXd& change) const;
 
   /// ∂λ/∂θ of the friction along a change of θ.
-  virtual double friction_by_parameters(const Eigen::VectorXd& change) const = 0;
+  double friction_by_parameters(const Eigen::VectorXd& change) const;
 };
 
 }  // namespace pulson

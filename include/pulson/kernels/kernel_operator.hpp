@@ -33,6 +33,19 @@ struct RadialJet {
   double second = 0;
 };
 
+/// The order of the dN coordinates of N landmarks in a dense matrix.
+enum class CoordinateOrder {
+  kByLandmark,  ///< index a·d + axis
+  kByAxis,      ///< index axis·N + a
+};
+
+/// ΔtK, N×N, and ΔtA and ΔtH_qq, dN×dN, for direct solves; see KernelOperator.
+struct StepMatrices {
+  Eigen::MatrixXd gram;
+  Eigen::MatrixXd tangent;
+  Eigen::MatrixXd hessian;
+};
+
 /// The kernel sums on which everything else is built, for K(z) = Σ_terms w k(|z|/α) in d = 1, 2, 3 dimensions.
 ///
 /// Points, momenta and displacements are d×N. Sums over pairs are vectorised over targets with run-time dispatch (SSE4,
@@ -79,11 +92,9 @@ class KernelOperator {
   /// K(x_i − y_j), M×N.
   Eigen::MatrixXd gram(const Points& x, const Points& y) const;
 
-  /// A as a dN×dN matrix (index a·d + axis), for direct solves. O((dN)²) memory.
-  Eigen::MatrixXd tangent_matrix(const Points& q, const Points& p) const;
-
-  /// H_qq as a dN×dN matrix (index a·d + axis). O((dN)²) memory.
-  Eigen::MatrixXd hessian_matrix(const Points& q, const Points& p) const;
+  /// The matrices of a time step, from one pass over the pairs. O((dN)²) memory.
+  StepMatrices step_matrices(const Points& q, const Points& p, double dt,
+                             CoordinateOrder order = CoordinateOrder::kByLandmark) const;
 
  private:
   std::vector<KernelTerm> terms_;

@@ -1,9 +1,3 @@
-#include "html_player.hpp"
-
-namespace pulson::html {
-
-std::string_view player_script() {
-  return R"js(
 // Landmarks that move. Places are whole numbers of units in a box; the view turns them into pixels.
 const ticksOf = (low, high, most) => {
   const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
@@ -266,7 +260,3 @@ class Motion {
   }
 }
 for (const figure of document.querySelectorAll("figure.motion")) new Motion(figure);
-)js";
-}
-
-}  // namespace pulson::html

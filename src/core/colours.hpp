@@ -1,0 +1,36 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace pulson {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// The published colours of viridis (Smith, van der Walt and Firing, 2015) at 0, 1/8, …, 1.
+inline constexpr std::array<Rgb, 9> kViridis{{{68, 1, 84},
+                                              {71, 45, 123},
+                                              {59, 82, 139},
+                                              {44, 114, 142},
+                                              {33, 145, 140},
+                                              {40, 174, 128},
+                                              {94, 201, 98},
+                                              {173, 220, 48},
+                                              {253, 231, 37}}};
+
+/// The colour at `place` in [0, 1] of equally spaced control points.
+inline Rgb colour_at(std::span<const Rgb> points, double place) {
+  const double position = std::clamp(place, 0.0, 1.0) * static_cast<double>(points.size() - 1);
+  const std::size_t left = std::min(static_cast<std::size_t>(position), points.size() - 2);
+  const double share = position - static_cast<double>(left);
+  Rgb colour;
+  for (std::size_t c = 0; c < colour.size(); ++c)
+    colour[c] = static_cast<std::uint8_t>(std::lround((1 - share) * points[left][c] + share * points[left + 1][c]));
+  return colour;
+}
+
+}  // namespace pulson

@@ -1,0 +1,127 @@
+#include "pulson/dynamics/noise_model.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::VectorXd;
+
+template <class T, class Derived>
+MatrixOf<T> zeros_like(const Eigen::MatrixBase<Derived>& x) {
+  return MatrixOf<T>::Constant(x.rows(), x.cols(), T(0));
+}
+
+// At rest, or with a change.
+VectorOf<Dual> dual(const VectorXd& x) { return x.cast<Dual>(); }
+MatrixOf<Dual> dual(const Points& x) { return x.cast<Dual>(); }
+MatrixOf<Dual> dual(const Points& x, const Points& change) {
+  return x.binaryExpr(change, [](double value, double by) { return Dual(value, by); });
+}
+StateOf<Dual> dual(const PhaseState& x) { return {dual(x.q), dual(x.p)}; }
+StateOf<Dual> dual(const PhaseState& x, const PhaseState& change) { return {dual(x.q, change.q), dual(x.p, change.p)}; }
+
+PhaseState result(StateOf<double>&& x) { return {std::move(x.q), std::move(x.p)}; }
+Points result(Points&& x) { return std::move(x); }
+Points result(const MatrixOf<Dual>& x) {
+  return x.unaryExpr([](const Dual& entry) { return entry.change; });
+}
+PhaseState result(const StateOf<Dual>& x) { return {result(x.q), result(x.p)}; }
+
+// The sum that `member` points to, of a model with these arguments, from zero.
+template <class T>
+auto sum_of(const NoiseModel& noise, NoiseSums<T> sums, StateOf<T>* NoiseSums<T>::*member) {
+  StateOf<T> sum{zeros_like<T>(sums.at.q), zeros_like<T>(sums.at.q)};
+  sums.*member = &sum;
+  noise.add_to(sums);
+  return result(std::move(sum));
+}
+template <class T>
+auto sum_of(const NoiseModel& noise, NoiseSums<T> sums, MatrixOf<T>* NoiseSums<T>::*member) {
+  MatrixOf<T> sum = zeros_like<T>(sums.at.q);
+  sums.*member = &sum;
+  noise.add_to(sums);
+  return result(std::move(sum));
+}
+template <class T>
+VectorOf<T> potentials_of(const NoiseModel& noise, NoiseSums<T> sums) {
+  VectorOf<T> sum = VectorOf<T>::Constant(noise.channels(static_cast<int>(sums.at.q.rows()), sums.count), T(0));
+  sums.potentials = &sum;
+  noise.add_to(sums);
+  return sum;
+}
+template <class T>
+T friction_of(const NoiseModel& noise, const VectorOf<T>& theta) {
+  T sum(0);
+  noise.add_to(NoiseSums<T>{.at = {}, .theta = theta, .friction = &sum});
+  return sum;
+}
+
+int count_of(const PhaseState& state) { return static_cast<int>(state.q.cols()); }
+
+}  // namespace
+
+VectorXd NoiseModel::potentials(const PhaseState& state) const {
+  return potentials_of<double>(*this, {.at = {state.q, state.p}, .theta = parameters(), .count = count_of(state)});
+}
+
+VectorXd NoiseModel::contract(const PhaseState& state, const PhaseState& with) const {
+  return potentials_of<Dual>(*this, {.at = dual(state, with), .theta = dual(parameters()), .count = count_of(state)})
+      .unaryExpr([](const Dual& x) { return x.change; });
+}
+
+PhaseState NoiseModel::gradient(const PhaseState& state, const VectorXd& w) const {
+  return sum_of<double>(*this, {.at = {state.q, state.p}, .theta = parameters(), .w = w, .count = count_of(state)},
+                        &NoiseSums<double>::gradient);
+}
+
+PhaseState NoiseModel::hessian(const PhaseState& state, const VectorXd& w, const PhaseState& change) const {
+  return sum_of<Dual>(*this, {.at = dual(state, change), .theta = dual(parameters()), .w = w, .count = count_of(state)},
+                      &NoiseSums<Dual>::gradient);
+}
+
+PhaseState NoiseModel::gradient_by_parameters(const PhaseState& state, const VectorXd& w,
+                                              const VectorXd& change) const {
+  return sum_of<Dual>(*this, {.at = dual(state), .theta = dual(parameters(), change), .w = w, .count = count_of(state)},
+                      &NoiseSums<Dual>::gradient);
+}
+
+PhaseState NoiseModel::compensation_gradient(const PhaseState& state) const {
+  return sum_of<double>(*this, {.at = {state.q, state.p}, .theta = parameters(), .count = count_of(state)},
+                        &NoiseSums<double>::compensation);
+}
+
+PhaseState NoiseModel::compensation_hessian(const PhaseState& state, const PhaseState& change) const {
+  return sum_of<Dual>(*this, {.at = dual(state, change), .theta = dual(parameters()), .count = count_of(state)},
+                      &NoiseSums<Dual>::compensation);
+}
+
+PhaseState NoiseModel::compensation_by_parameters(const PhaseState& state, const VectorXd& change) const {
+  return sum_of<Dual>(*this, {.at = dual(state), .theta = dual(parameters(), change), .count = count_of(state)},
+                      &NoiseSums<Dual>::compensation);
+}
+
+Points NoiseModel::spatial_noise(const Points& x, const VectorXd& w, int count) const {
+  return sum_of<double>(*this, {.at = {x, {}}, .theta = parameters(), .w = w, .count = count},
+                        &NoiseSums<double>::space_noise);
+}
+
+Points NoiseModel::spatial_noise_change(const Points& x, const VectorXd& w, int count, const Points& change) const {
+  return sum_of<Dual>(*this, {.at = {dual(x, change), {}}, .theta = dual(parameters()), .w = w, .count = count},
+                      &NoiseSums<Dual>::space_noise);
+}
+
+Points NoiseModel::spatial_compensation(const Points& x) const {
+  return sum_of<double>(*this, {.at = {x, {}}, .theta = parameters()}, &NoiseSums<double>::space_compensation);
+}
+
+Points NoiseModel::spatial_compensation_change(const Points& x, const Points& change) const {
+  return sum_of<Dual>(*this, {.at = {dual(x, change), {}}, .theta = dual(parameters())},
+                      &NoiseSums<Dual>::space_compensation);
+}
+
+double NoiseModel::friction() const { return friction_of<double>(*this, parameters()); }
+
+double NoiseModel::friction_by_parameters(const VectorXd& change) const {
+  return friction_of<Dual>(*this, dual(parameters(), change)).change;
+}
+
+}  // namespace pulson

@@ -1,0 +1,27 @@
+"use strict";
+// Numbers sort as numbers, by the one that a cell begins with ("1.2e-3 ± 4e-5", "2·10⁻³"); texts follow them. A mark
+// stands before the text, which is thus the last child.
+const raised = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+const exponentOf = text => text.replace(/⁻/g, "-").replace(/[⁰-⁹¹²³]/g, digit => raised.indexOf(digit));
+const valueOf = cell => {
+  const text = (cell.lastChild ?? cell).textContent.trim();
+  const plain = text.replace(/−/g, "-").replace(/(?:(\d)[·×])?\b10(⁻?[⁰-⁹¹²³]+)/g,
+    (all, digit, exponent) => (digit ?? 1) + "e" + exponentOf(exponent));
+  const match = /^[<>≤≥≈~=]?\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?![\w.])/i.exec(plain);
+  return { number: match ? parseFloat(match[1]) : Infinity, text };
+};
+for (const head of document.querySelectorAll("th")) {
+  head.querySelector("button").addEventListener("click", () => {
+    const descending = head.getAttribute("aria-sort") === "ascending";
+    for (const other of head.parentNode.children) other.removeAttribute("aria-sort");
+    head.setAttribute("aria-sort", descending ? "descending" : "ascending");
+    const body = head.closest("table").tBodies[0];
+    const rows = Array.from(body.rows, row => ({ row, value: valueOf(row.cells[head.cellIndex]) }));
+    rows.sort((a, b) => {
+      const order = a.value.number === b.value.number ? a.value.text.localeCompare(b.value.text, "en", { numeric: true })
+                                                      : a.value.number < b.value.number ? -1 : 1;
+      return descending ? -order : order;
+    });
+    body.append(...rows.map(({ row }) => row));
+  });
+}

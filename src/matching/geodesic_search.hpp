@@ -11,8 +11,9 @@ namespace pulson {
 struct GeodesicSolution {
   Points momenta;  ///< p0, d×N
   std::string integrator;
-  TimeGrid grid;                   ///< of the shot
-  std::vector<PhaseState> states;  ///< of the path, K + 1, where it is one of `midpoint` that all landmarks were searched for
+  TimeGrid grid;  ///< of the shot
+  std::vector<PhaseState>
+      states;  ///< of the path, K + 1, where it is one of `midpoint` that all landmarks were searched for
   bool converged = false;
   std::string reason;
   int iterations = 0;

@@ -14,9 +14,9 @@ enum class Finish {
 /// What a search over paths found.
 struct PathSolution {
   DiscretePath path;
-  StepFields fields;           ///< of the path: where another search may begin
-  Points momenta;              ///< p0, d×N
-  Eigen::MatrixXd increments;  ///< u Δt, C×K
+  StepFields fields;               ///< of the path: where another search may begin
+  Points momenta;                  ///< p0, d×N
+  Eigen::MatrixXd increments;      ///< u Δt, C×K
   std::vector<PhaseState> states;  ///< K + 1, at the nodes
   MatchingCost cost;
   bool converged = false;

@@ -291,7 +291,7 @@ Fitter::State Fitter::try_without_noise(State best) const {
 // alternating converges near the maximum of the evidence, not at it.
 Fitter::State Fitter::refine(State best) const {
   const State from = best;
-  maximise_in_logarithms(
+  maximise_over_logs(
       [&](const VectorXd& x) {
         if (x.isZero(0)) return from.log_evidence();
         State tried = from;
@@ -321,7 +321,7 @@ CohortFit Fitter::run() {
   }
   State best;
   const VectorXd first = state.parameters(others_);
-  const LogMaximum maximum = maximise_in_logarithms(
+  const LogMaximum maximum = maximise_over_logs(
       [&](const VectorXd& x) {
         State tried = best.matches.empty() ? state : best;
         tried.parameters(others_) = first.array() * x.array().exp();

@@ -33,8 +33,9 @@ class Carriers {
   Eigen::MatrixXd root_;       ///< U, M×M, upper triangle: UᵀU = Wᵀ diag(precision) W
 };
 
-/// The landmarks that carry the others in a problem without noise: those that a MomentumBasis takes and others spread
-/// between them. Empty where these are most of all, or where the data of a landmark tell one axis better than another.
+/// The landmarks that carry the others in a problem without noise: those that a MomentumBasis takes and others
+/// distributed between them. Empty where these are most of all, or where a landmark is observed more precisely along
+/// one axis.
 std::optional<Carriers> find_carriers(const MatchingProblem& problem);
 
 }  // namespace pulson

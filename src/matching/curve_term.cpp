@@ -196,7 +196,7 @@ void check(const Joined& source_edges, int source_vertices, const Curve& target,
   check_edges(target.edges, target.points.cols(), "target");
   if (std::none_of(target.edges.begin(), target.edges.end(),
                    [&](const auto& edge) { return target.points.col(edge.first) != target.points.col(edge.second); }))
-    throw InputError("the target is no curve: its edges have no length");
+    throw InputError("the target is not a curve: its edges have no length");
   require_positive("sigma", options.sigma);
   require_positive("data width", options.width);
 }

@@ -5,7 +5,7 @@
 namespace pulson {
 
 Eigen::VectorXd DataTerm::residual(const Points& /*q*/) const {
-  throw std::logic_error("this data term is no sum of squares");
+  throw std::logic_error("this data term is not a sum of squares");
 }
 
 }  // namespace pulson

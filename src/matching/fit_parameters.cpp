@@ -58,9 +58,8 @@ class Fit {
   }
 
   FittedParameters run() {
-    const LogMaximum maximum =
-        maximise_in_logarithms([&](const VectorXd& x) { return evidence(x); }, std::ssize(places_), std::log(kRange),
-                               fit_.tolerance, fit_.max_evaluations);
+    const LogMaximum maximum = maximise_over_logs([&](const VectorXd& x) { return evidence(x); }, std::ssize(places_),
+                                                  std::log(kRange), fit_.tolerance, fit_.max_evaluations);
     return result(maximum);
   }
 
@@ -105,7 +104,7 @@ class Fit {
     return {evidence.sum(), static_cast<int>(std::count(converged.begin(), converged.end(), 0))};
   }
 
-  // −∞ where it fails, but at the start, where that is the user's to mend.
+  // −∞ where it fails, but at the start, where it is for the user to correct.
   double evidence(const VectorXd& x) {
     double value = -std::numeric_limits<double>::infinity();
     try {
@@ -115,7 +114,7 @@ class Fit {
       if (evaluations_ == 0) throw;
     }
     if (evaluations_ == 0 && !std::isfinite(value))
-      throw InputError("the evidence at the start is no finite number; other start values are needed");
+      throw InputError("the evidence is not finite initially; give other initial values");
     ++evaluations_;
     if (fit_.on_evaluation) fit_.on_evaluation(evaluations_, values(x), value);
     return value;
@@ -131,13 +130,13 @@ class Fit {
     const auto add = [&](const std::string& text) { fitted.note += (fitted.note.empty() ? "" : "; ") + text; };
     for (Index i = 0; i < maximum.x.size(); ++i)
       if (maximum.at_bound[i])
-        add(fmt::format("{} is at the end of the search, {} times {} than at the start",
+        add(fmt::format("{} is at the limit of the search range, {} times {} than initially",
                         fit_.names[static_cast<std::size_t>(i)], kRange, maximum.x[i] > 0 ? "larger" : "smaller"));
     if (!maximum.converged)
       add(fmt::format("the search ended after {} evaluations, before its tolerance was reached", maximum.evaluations));
     if (unfinished > 0) add(fmt::format("{} of {} matches did not converge", unfinished, targets_.size()));
     const bool lost = (maximum.deviations.array().isNaN() && !maximum.at_bound).any();
-    if (lost) add("the evidence is not curved like a maximum there: the data do not tell all these parameters apart");
+    if (lost) add("the evidence has no strict maximum there: the data do not determine all of these parameters");
     return fitted;
   }
 

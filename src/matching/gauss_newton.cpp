@@ -37,7 +37,10 @@ struct Damping {
 class NewtonSearch {
  public:
   NewtonSearch(const MatchingObjective& objective, const MinimiseOptions& options, MatchingObjective::Evaluation start)
-      : objective_(objective), options_(options), roughness_(objective.roughness()), resolved_(objective.resolved()) {
+      : objective_(objective),
+        options_(options),
+        frequency_(objective.frequency()),
+        active_unknowns_(objective.active_unknowns()) {
     summary_.solver = Solver::kGaussNewton;
     summary_.solution = std::move(start);
     summary_.evaluations = 1;
@@ -67,8 +70,8 @@ class NewtonSearch {
 
   void linearise() {
     linear_ = objective_.linearise(at());
-    linear_.jacobian *= resolved_.asDiagonal();
-    model_.emplace(linear_, roughness_);
+    linear_.jacobian *= active_unknowns_.asDiagonal();
+    model_.emplace(linear_, frequency_);
     const VectorXd gradient = at().z + linear_.jacobian.transpose() * linear_.residual;
     const double decrement = -gradient.dot(model_->step(at().z));
     const double cost = total(at());
@@ -106,7 +109,7 @@ class NewtonSearch {
         return true;
       }
     }
-    summary_.reason = out_of_bounds ? "the next step leaves what the time step can resolve"
+    summary_.reason = out_of_bounds ? "the time step is too coarse: use more steps"
                                     : "no step lowers the cost by more than round-off";
     return false;
   }
@@ -128,8 +131,8 @@ class NewtonSearch {
 
   const MatchingObjective& objective_;
   const MinimiseOptions& options_;
-  VectorXd roughness_;
-  VectorXd resolved_;
+  VectorXd frequency_;
+  VectorXd active_unknowns_;
   MinimiseSummary summary_;
   Damping damping_;
   MatchingObjective::Linearisation linear_;

@@ -39,10 +39,10 @@ class GeodesicSearch {
 
   GeodesicSolution run() {
     const PathSolution first = first_path();
-    if (const auto settled = settle(first, "rk4")) return solution(*settled, "rk4");
+    if (const auto converged = alternate(first, "rk4")) return solution(*converged, "rk4");
     grid_ = problem_.grid;
     if (!carriers_) return solution(first, "midpoint");
-    if (const auto settled = settle(first, "midpoint")) return solution(*settled, "midpoint");
+    if (const auto converged = alternate(first, "midpoint")) return solution(*converged, "midpoint");
     PathSolution unsettled = first;
     unsettled.converged = false;
     if (first.converged) unsettled.reason = "momenta shoot their landmarks elsewhere than the path leads";
@@ -60,7 +60,7 @@ class GeodesicSearch {
   PathSolution first_path() {
     if (!carriers_) return search(problem_, nullptr);
     const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
-    PathSolution path = search(thinned(problem_, few), nullptr);
+    PathSolution path = search(subsampled(problem_, few), nullptr);
     path.fields.own.clear();  // of those few
     Points p = Points::Zero(problem_.source.rows(), problem_.source.cols());
     p(Eigen::all, few) = path.momenta;
@@ -87,7 +87,7 @@ class GeodesicSearch {
   }
 
   // Empty where the shot amplifies errors so much that rounds do not come closer.
-  std::optional<PathSolution> settle(PathSolution path, const std::string& name) {
+  std::optional<PathSolution> alternate(PathSolution path, const std::string& name) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     std::array before{kFar, kFar, kFar};  // the last rounds
     while (path.converged) {

@@ -86,9 +86,9 @@ LandmarkShares landmark_shares(const Registration& registration) {
 }
 
 std::optional<double> noise_fraction(const Registration& registration, const LandmarkShares& shares) {
-  const Points way = registration.result - registration.source.points;
-  if (shares.noise.size() == 0 || way.isZero(0)) return std::nullopt;
-  return shares.noise.cwiseProduct(way).sum() / way.squaredNorm();
+  const Points displacement = registration.result - registration.source.points;
+  if (shares.noise.size() == 0 || displacement.isZero(0)) return std::nullopt;
+  return shares.noise.cwiseProduct(displacement).sum() / displacement.squaredNorm();
 }
 
 }  // namespace pulson

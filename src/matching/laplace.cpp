@@ -50,8 +50,8 @@ LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingO
   const Index d = problem.source.rows();
   const Index unknowns = objective.unknowns();
   const MatchingObjective::Linearisation linear = objective.linearise(minimum);
-  const VectorXd roughness = objective.roughness();
-  const QuadraticModel model(linear, roughness);
+  const VectorXd frequency = objective.frequency();
+  const QuadraticModel model(linear, frequency);
   const MatrixXd momenta = objective.basis().changes();
   const LandmarkTerm* data = problem.data->landmarks();
   return {deviations(model, momenta, unknowns, d), deviations(model, velocities(problem, momenta), unknowns, d),
@@ -65,8 +65,8 @@ double log_evidence(const MatchingObjective& objective, const MatchingObjective:
     throw InputError(
         "the evidence needs landmarks as data: the cost of a curve is not the logarithm of a normalised density");
   const MatchingObjective::Linearisation linear = objective.linearise(minimum);
-  const VectorXd roughness = objective.roughness();
-  return evidence(*data, minimum, linear, QuadraticModel(linear, roughness));
+  const VectorXd frequency = objective.frequency();
+  return evidence(*data, minimum, linear, QuadraticModel(linear, frequency));
 }
 
 }  // namespace pulson

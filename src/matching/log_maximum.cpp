@@ -123,8 +123,8 @@ class BobyqaSearch {
 
 }  // namespace
 
-LogMaximum maximise_in_logarithms(const std::function<double(const VectorXd&)>& f, Index size, double bound,
-                                  double tolerance, int max_evaluations, bool with_deviations) {
+LogMaximum maximise_over_logs(const std::function<double(const VectorXd&)>& f, Index size, double bound,
+                              double tolerance, int max_evaluations, bool with_deviations) {
   BobyqaSearch search(f, size);
   search.run(bound, tolerance, max_evaluations);
   return with_deviations ? search.with_deviations() : search.maximum();

@@ -85,7 +85,7 @@ MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptio
             .evaluations = 1,
             .solution = std::move(start)};
   MinimiseSummary counts;
-  const VectorXd on_path = path_start(objective, options, counts).cwiseProduct(objective.resolved());
+  const VectorXd on_path = path_start(objective, options, counts).cwiseProduct(objective.active_unknowns());
   if (std::optional<Evaluation> path = objective.evaluate(on_path); path && path->cost.total() < start.cost.total())
     start = std::move(*path);
   MinimiseSummary summary = dense ? minimise_gauss_newton(objective, options, std::move(start))

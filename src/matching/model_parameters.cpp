@@ -58,11 +58,11 @@ std::vector<Index> ModelParameters::places(const std::string& name) const {
   for (Index i = 0; i < values_.size(); ++i) {
     const std::string& full = names_[static_cast<std::size_t>(i)];
     if (full == name || after_dot(full) == name) places.push_back(i);
-    for (const std::string& way : {after_dot(full), full})
-      if (std::find(valid.begin(), valid.end(), way) == valid.end()) valid.push_back(way);
+    for (const std::string& spelling : {after_dot(full), full})
+      if (std::find(valid.begin(), valid.end(), spelling) == valid.end()) valid.push_back(spelling);
   }
   if (!places.empty()) return places;
-  throw InputError(fmt::format("'{}' is no parameter of these models{}", name, advice_on_name(name, valid)));
+  throw InputError(fmt::format("'{}' is not a parameter of these models{}", name, advice_on_name(name, valid)));
 }
 
 RegistrationOptions ModelParameters::options(const VectorXd& values) const {

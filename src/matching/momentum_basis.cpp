@@ -128,7 +128,7 @@ VectorXd MomentumBasis::eigenvalues() const {
   return eigenvalues_.transpose().replicate(dimension_, 1).reshaped();
 }
 
-VectorXd MomentumBasis::roughness() const {
+VectorXd MomentumBasis::frequency() const {
   if (eigenvalues_.size() == 0) return VectorXd::Ones(unknowns());
   return eigenvalues_[rank() - 1] * eigenvalues().cwiseInverse();
 }

@@ -21,10 +21,10 @@ constexpr double kUsefulPart = 1e-3;
 constexpr double kMostLeftOut = 1e-6;
 // So few landmarks all have momenta.
 constexpr Index kAllLandmarks = 250;
-// See MatchingObjective::resolved().
+// See MatchingObjective::active_unknowns().
 constexpr double kSeen = 1e-3;
 constexpr double kShareOfMomentum = 0.1;
-constexpr double kRoughPart = 1e-2;
+constexpr double kHighFrequencyPart = 1e-2;
 
 }  // namespace
 
@@ -45,7 +45,7 @@ void check(const MatchingProblem& problem) {
 void require_distinct(const Points& source) {
   if (const auto pair = find_coincident(source))
     throw InputError(
-        fmt::format("source landmarks {} and {} are at the same place", pair->first + 1, pair->second + 1));
+        fmt::format("source landmarks {} and {} are at the same position", pair->first + 1, pair->second + 1));
 }
 
 namespace {
@@ -66,7 +66,7 @@ MomentumBasis make_basis(const MatchingProblem& problem) {
 
 }  // namespace
 
-MatchingProblem thinned(const MatchingProblem& problem, const std::vector<Index>& landmarks) {
+MatchingProblem subsampled(const MatchingProblem& problem, const std::vector<Index>& landmarks) {
   const double weight = static_cast<double>(problem.source.cols()) / static_cast<double>(landmarks.size());
   MatchingProblem few = problem;
   few.source = problem.source(Eigen::all, landmarks);
@@ -85,10 +85,10 @@ Index MatchingObjective::controls() const {
   return problem_.realisations.empty() ? static_cast<Index>(channels_) * problem_.grid.steps : 0;
 }
 
-VectorXd MatchingObjective::roughness() const {
-  VectorXd roughness(unknowns());
-  roughness << basis_.roughness(), VectorXd::Ones(controls());
-  return roughness;
+VectorXd MatchingObjective::frequency() const {
+  VectorXd frequency(unknowns());
+  frequency << basis_.frequency(), VectorXd::Ones(controls());
+  return frequency;
 }
 
 VectorXd MatchingObjective::white(const Points& p, const MatrixXd& dw) const {
@@ -145,26 +145,26 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
   return gradient;
 }
 
-VectorXd MatchingObjective::resolved() const {
-  VectorXd resolved = VectorXd::Ones(unknowns());
+VectorXd MatchingObjective::active_unknowns() const {
+  VectorXd active_unknowns = VectorXd::Ones(unknowns());
   const auto pivots = static_cast<double>(basis_.rank());
   const double least = kSeen * std::pow(problem_.lambda * problem_.sigma / problem_.grid.time, 2) * pivots /
                        static_cast<double>(problem_.source.cols());
   const VectorXd eigenvalues = basis_.eigenvalues();
-  const VectorXd roughness = basis_.roughness();
+  const VectorXd frequency = basis_.frequency();
   const NoiseModel& noise = *problem_.system.noise;
   const bool controlled = controls() > 0 && noise.traits().moves_positions;
   const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
   for (Index i = 0; i < basis_.unknowns(); ++i) {
-    if (eigenvalues[i] < least) resolved[i] = 0;
-    if (!controlled || resolved[i] == 0 || roughness[i] * kRoughPart < 1) continue;
+    if (eigenvalues[i] < least) active_unknowns[i] = 0;
+    if (!controlled || active_unknowns[i] == 0 || frequency[i] * kHighFrequencyPart < 1) continue;
     const Points momenta = basis_.momenta(VectorXd::Unit(basis_.unknowns(), i));
     const Points velocity = problem_.system.kernel.apply(problem_.source, problem_.source, momenta);
     const double variance =
         noise.contract({problem_.source, rest}, {rest, velocity}).squaredNorm() / velocity.squaredNorm();
-    if (problem_.grid.time * velocity.squaredNorm() < kShareOfMomentum * variance) resolved[i] = 0;
+    if (problem_.grid.time * velocity.squaredNorm() < kShareOfMomentum * variance) active_unknowns[i] = 0;
   }
-  return resolved;
+  return active_unknowns;
 }
 
 MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path) const {

@@ -29,7 +29,7 @@ double pairing(const NodeCovector& covector, const PathDirection& direction);
 class PathModel {
  public:
   /// @param path must outlive the model
-  /// @param weight w, 1/(λs²): s is the softness of the data
+  /// @param weight w, 1/(λs²): s is the sigma_inflation of the data
   PathModel(const EffectiveHamiltonian& system, const DataTerm& data, const DiscretePath& path, double weight);
 
   /// ∂F: at node j, p_{j−1} − ½Δt f_{j−1} − (p_j + ½Δt f_j), f the force. It vanishes where the path obeys the midpoint

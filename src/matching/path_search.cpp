@@ -28,7 +28,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// The first softness, of the root mean square residual in deviations, and how it comes down.
+// The first sigma_inflation, of the root mean square residual in deviations, and how it comes down.
 constexpr double kFirstPart = 0.2;
 constexpr double kSoftnessRatio = 4;
 constexpr double kStageGradient = 0.1;  // relative, where it comes down
@@ -404,9 +404,9 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
                           Finish finish) {
   check(problem);
   if (!problem.system.noise->traits().moves_positions) require_distinct(problem.source);
-  if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_thinned(problem))
+  if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_subsampled(problem))
     return PathSearch(problem, options).run(start, finish);
-  MatchingProblem few = thinned(problem, representatives(problem, kFewLandmarks));
+  MatchingProblem few = subsampled(problem, representatives(problem, kFewLandmarks));
   PathSolution coarse = PathSearch(few, options).run(nullptr, finish);
   // What the noise did to those few is nothing to the others.
   const int channels =

@@ -7,8 +7,8 @@ namespace pulson {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-QuadraticModel::QuadraticModel(const MatchingObjective::Linearisation& at, const VectorXd& roughness)
-    : at_(at), roughness_(roughness) {
+QuadraticModel::QuadraticModel(const MatchingObjective::Linearisation& at, const VectorXd& frequency)
+    : at_(at), frequency_(frequency) {
   if (!in_data_space()) {
     normal_ = MatrixXd::Zero(at.jacobian.cols(), at.jacobian.cols());
     normal_.selfadjointView<Eigen::Lower>().rankUpdate(at.jacobian.transpose());
@@ -17,7 +17,7 @@ QuadraticModel::QuadraticModel(const MatchingObjective::Linearisation& at, const
 }
 
 void QuadraticModel::set_damping(double mu) {
-  c_ = (1 + mu * roughness_.array()).inverse();
+  c_ = (1 + mu * frequency_.array()).inverse();
   if (in_data_space()) {
     MatrixXd s = at_.jacobian * c_.asDiagonal() * at_.jacobian.transpose();
     s.diagonal().array() += 1;

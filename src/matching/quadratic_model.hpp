@@ -11,8 +11,8 @@ namespace pulson {
 /// and S = I + JCJᵀ, B⁻¹ = C − CJᵀS⁻¹JC.
 class QuadraticModel {
  public:
-  /// Holds references: `at` and `roughness` must outlive it.
-  QuadraticModel(const MatchingObjective::Linearisation& at, const Eigen::VectorXd& roughness);
+  /// Holds references: `at` and `frequency` must outlive it.
+  QuadraticModel(const MatchingObjective::Linearisation& at, const Eigen::VectorXd& frequency);
 
   void set_damping(double mu);
 
@@ -38,7 +38,7 @@ class QuadraticModel {
   Eigen::VectorXd pull(const Eigen::VectorXd& r) const;
 
   const MatchingObjective::Linearisation& at_;
-  const Eigen::VectorXd& roughness_;
+  const Eigen::VectorXd& frequency_;
   Eigen::MatrixXd normal_;  ///< JᵀJ, in the space of the unknowns
   Eigen::VectorXd c_;
   Eigen::LLT<Eigen::MatrixXd> factors_;

@@ -76,7 +76,7 @@ void leave_out_missing(MatchingShapes& shapes) {
   std::vector<int> present, missing;
   for (int a = 0; a < shapes.source.count(); ++a) (is_missing(shapes.source, a) ? missing : present).push_back(a);
   if (missing.empty()) return;
-  shapes.notes.push_back(fmt::format("{}: {} of {} landmarks miss a coordinate and are left out: {}",
+  shapes.notes.push_back(fmt::format("{}: {} of {} landmarks have a missing coordinate and are left out: {}",
                                      shapes.source.source, missing.size(), shapes.source.count(),
                                      listed(shapes.source, missing)));
   shapes.source = selected(shapes.source, present);
@@ -114,7 +114,8 @@ void merge_into_first(MatchingShapes& shapes, int first, int second, Eigen::Vect
 
 // A closed outline repeats its first point at its end, lines meet, and some landmarks have two names; other landmarks
 // that are at one place no flow parts, but noise may.
-void merge_coincident(MatchingShapes& shapes, const std::function<bool(const Landmarks& source, int, int)>& may_part) {
+void merge_coincident(MatchingShapes& shapes,
+                      const std::function<bool(const Landmarks& source, int, int)>& may_separate) {
   const bool curves = shapes.data.kind != DataKind::kLandmarks;
   Eigen::VectorXd weight = shapes.data.weights;
   if (weight.size() == 0) weight.setOnes(shapes.source.count());
@@ -122,7 +123,7 @@ void merge_coincident(MatchingShapes& shapes, const std::function<bool(const Lan
     const auto [first, second] = *pair;
     const bool in_both = !curves && is_repeated(shapes.target.points, first, second);
     const bool refused = !curves && !in_both && !shapes.data.merge_coincident;
-    if (refused && may_part && may_part(shapes.source, first, second)) return;
+    if (refused && may_separate && may_separate(shapes.source, first, second)) return;
     if (refused) throw InputError(coincident_error(shapes.source, first, second, shapes.target));
     shapes.notes.push_back(merged_note(shapes.source, first, second, in_both ? "in both shapes" : ""));
     merge_into_first(shapes, first, second, weight);
@@ -135,11 +136,11 @@ void check_observed(MatchingShapes& shapes) {
     if (is_missing(shapes.target, a)) missing.push_back(a);
   if (missing.empty()) return;
   if (shapes.data.kind != DataKind::kLandmarks)
-    throw InputError(fmt::format("{}: landmark {} misses a coordinate; a curve needs all", shapes.target.source,
+    throw InputError(fmt::format("{}: landmark {} has a missing coordinate; a curve needs all", shapes.target.source,
                                  shapes.target.describe(missing.front())));
-  shapes.notes.push_back(fmt::format("{}: {} of {} landmarks miss a coordinate, which drops out of the data: {}",
-                                     shapes.target.source, missing.size(), shapes.target.count(),
-                                     listed(shapes.target, missing)));
+  shapes.notes.push_back(
+      fmt::format("{}: {} of {} landmarks have a missing coordinate, which drops out of the data: {}",
+                  shapes.target.source, missing.size(), shapes.target.count(), listed(shapes.target, missing)));
 }
 
 void check_sizes(const Landmarks& source, const DataOptions& data) {
@@ -155,7 +156,7 @@ void check_sizes(const Landmarks& source, const DataOptions& data) {
 }  // namespace
 
 MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data,
-                               const std::function<bool(const Landmarks& source, int, int)>& may_part) {
+                               const std::function<bool(const Landmarks& source, int, int)>& may_separate) {
   for (const Landmarks* shape : {&source, &target}) check_coordinates(*shape);
   check_together(source, target);
   check_sizes(source, data);
@@ -165,7 +166,7 @@ MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target,
   if (data.kind == DataKind::kLandmarks) select_pairs(shapes);
   leave_out_missing(shapes);
   if (data.kind != DataKind::kLandmarks) shapes.source_edges = make_curve(shapes.source, data.ends).edges;
-  merge_coincident(shapes, may_part);
+  merge_coincident(shapes, may_separate);
   check_observed(shapes);
   return shapes;
 }

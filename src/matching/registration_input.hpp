@@ -17,12 +17,12 @@ struct MatchingShapes {
   std::vector<std::pair<int, int>> source_edges{};
 };
 
-/// Pairs landmarks by their labels where these tell, as paired_by_labels does, and leaves out those of the source that
-/// miss a coordinate, with their targets, weights and covariances.
-/// Landmarks at one place in the source become one: for curves always, else where the target has them so, too, or as
-/// `data` asks. @param may_part tells whether two that are at one place in this source may come apart; by default not
+/// Pairs landmarks by their labels where these identify them, as paired_by_labels does, and leaves out those of the
+/// source that miss a coordinate, with their targets, weights and covariances. Landmarks at one place in the source
+/// become one: for curves always, else where the target has them so, too, or as `data` asks. @param may_separate
+/// whether two landmarks at the same position in this source may separate; by default not
 /// @throws InputError where the shapes cannot be matched
 MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data,
-                               const std::function<bool(const Landmarks& source, int, int)>& may_part = {});
+                               const std::function<bool(const Landmarks& source, int, int)>& may_separate = {});
 
 }  // namespace pulson

@@ -53,7 +53,7 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
 
 // Whether noise takes two landmarks apart that are at one place, along each axis: in metamorphosis, where it moves one
 // otherwise than the other.
-bool may_part(const Landmarks& source, int first, int second, const RegistrationOptions& options) {
+bool may_separate(const Landmarks& source, int first, int second, const RegistrationOptions& options) {
   const std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, source);
   const int d = source.dimension(), channels = noise->channels(d, source.count());
   if (channels == 0 || options.mode.value_or(usual_mode(options, *noise, true)) != MatchingMode::kMetamorphosis ||
@@ -136,8 +136,8 @@ void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& opt
   const double as_it_is = apart(false), turned_over = apart(true);
   if (turned_over > kMuchCloser * as_it_is || as_it_is < kNearlyAlike * diameter(target)) return;
   shapes.notes.push_back(
-      fmt::format("the shapes look mirrored: aligned they are {:.3g} apart, and {:.3g} if one is turned over; does y "
-                  "point up in one file and down in the other (pulson convert --flip-y)? else --reflect",
+      fmt::format("the shapes look mirrored: aligned they are {:.3g} apart, and {:.3g} if one is reflected; if y "
+                  "points up in one file and down in the other use pulson convert --flip-y, else --reflect",
                   as_it_is, turned_over));
 }
 
@@ -167,7 +167,8 @@ struct Scales {
 double length_scale(const Points& q0) {
   const double size = diameter(q0);
   if (!(size > 0))
-    throw InputError("the source has no two landmarks apart, and so no size: kernel, lambda and sigma must be numbers");
+    throw InputError(
+        "the source has no two distinct landmarks, and so no size: kernel, lambda and sigma must be numbers");
   return size;
 }
 
@@ -202,7 +203,7 @@ Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const 
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   MatchingShapes shapes = matching_shapes(
       source, target, options.data,
-      [&](const Landmarks& shape, int first, int second) { return may_part(shape, first, second, options); });
+      [&](const Landmarks& shape, int first, int second) { return may_separate(shape, first, second, options); });
   if (shapes.data.kind == DataKind::kLandmarks) note_mirrored_shapes(shapes, options);
   Alignment alignment = find_alignment(shapes, options);
   Landmarks aligned = shapes.source;

@@ -27,7 +27,7 @@ std::vector<Index> representatives(const MatchingProblem& problem, Index count) 
   return chosen;
 }
 
-bool can_be_thinned(const MatchingProblem& problem) {
+bool can_be_subsampled(const MatchingProblem& problem) {
   if (problem.data->landmarks() == nullptr) return false;
   const auto d = static_cast<int>(problem.source.rows()), n = static_cast<int>(problem.source.cols());
   const NoiseModel& noise = *problem.system.noise;

@@ -63,7 +63,7 @@ TEST_P(Objective, WhiteningIsUndone) {
   EXPECT_LE((objective_.increments(at_.z) - problem_.increments).norm(), 1e-14);
   const VectorXd again = objective_.white(objective_.momenta(direction_), objective_.increments(direction_));
   EXPECT_LE((again - direction_).norm(), 1e-12 * direction_.norm());
-  EXPECT_EQ(objective_.roughness().size(), objective_.unknowns());
+  EXPECT_EQ(objective_.frequency().size(), objective_.unknowns());
 }
 
 TEST_P(Objective, GradientIsThatOfTheCost) {

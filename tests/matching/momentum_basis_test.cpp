@@ -173,12 +173,12 @@ TEST_P(Basis, ChangesAreTheColumnsOfMomenta) {
 
 TEST_P(Basis, EigenvaluesAreThoseOfTheKernelAtThePivots) {
   const VectorXd eigenvalues = basis_.eigenvalues();
-  const VectorXd roughness = basis_.roughness();
+  const VectorXd frequency = basis_.frequency();
   ASSERT_EQ(eigenvalues.size(), basis_.unknowns());
-  ASSERT_EQ(roughness.size(), basis_.unknowns());
+  ASSERT_EQ(frequency.size(), basis_.unknowns());
   if (basis_.rank() > 1200) {
     EXPECT_TRUE((eigenvalues.array() == kInfinity).all());
-    EXPECT_TRUE((roughness.array() == 1).all());
+    EXPECT_TRUE((frequency.array() == 1).all());
     return;
   }
   const MatrixXd gram = kLambda * case_.gram()(basis_.pivots(), basis_.pivots());
@@ -187,7 +187,7 @@ TEST_P(Basis, EigenvaluesAreThoseOfTheKernelAtThePivots) {
     const double quotient = (direction * gram).cwiseProduct(direction).sum() / direction.squaredNorm();
     EXPECT_NEAR(eigenvalues[i], quotient, 1e-13 * gram.trace() + 1e-9 * quotient);
     EXPECT_LE((direction * gram - eigenvalues[i] * direction).norm(), 1e-12 * gram.norm() * direction.norm());
-    EXPECT_NEAR(roughness[i], eigenvalues.maxCoeff() / eigenvalues[i], 1e-12 * roughness[i]);
+    EXPECT_NEAR(frequency[i], eigenvalues.maxCoeff() / eigenvalues[i], 1e-12 * frequency[i]);
   }
 }
 
@@ -212,7 +212,7 @@ TEST(Thinned, StandsForAllLandmarks) {
                                 ring(2, 8),
                                 std::make_shared<LandmarkTerm>(observed),
                                 0.1};
-  const MatchingProblem part = thinned(problem, few);
+  const MatchingProblem part = subsampled(problem, few);
   EXPECT_EQ(part.source, problem.source(Eigen::all, few));
   EXPECT_DOUBLE_EQ(part.sigma, 0.1 / std::sqrt(2));
   const LandmarkTerm& all_data = *problem.data->landmarks();

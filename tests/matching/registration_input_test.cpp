@@ -179,12 +179,12 @@ TEST(Registrations, PartLandmarksAtOnePlaceByNoise) {
   EXPECT_EQ(replay(parted).final().q, parted.result);
   for (const char* noise : {"none", "p-sd:beta=100%", "ch-sd:beta=100%,on=1", "trouve-vialard:sigma=100%"}) {
     options.noise = noise;
-    EXPECT_THAT(error_of([&] { register_shapes(twice, square("b.csv"), options); }), HasSubstr("at the same place"))
+    EXPECT_THAT(error_of([&] { register_shapes(twice, square("b.csv"), options); }), HasSubstr("at the same position"))
         << noise;
   }
   options.noise = "ch-sd:beta=100%";
   options.mode = MatchingMode::kMap;
-  EXPECT_THAT(error_of([&] { register_shapes(twice, square("b.csv"), options); }), HasSubstr("at the same place"));
+  EXPECT_THAT(error_of([&] { register_shapes(twice, square("b.csv"), options); }), HasSubstr("at the same position"));
 }
 
 Landmarks ring(int count, double width, const std::string& source, bool repeats_first) {
@@ -290,8 +290,8 @@ TEST(RegistrationErrors, NameNumbersOutOfRange) {
   options.kernel = "gaussian:alpha=1";
   options.lambda.reset();
   EXPECT_EQ(registration_error(one, one, options),
-            "the source has no two landmarks apart, and so no size: kernel, lambda and sigma must be numbers");
-  EXPECT_THAT(registration_error(one, one), HasSubstr("alpha=auto needs at least two landmarks apart"));
+            "the source has no two distinct landmarks, and so no size: kernel, lambda and sigma must be numbers");
+  EXPECT_THAT(registration_error(one, one), HasSubstr("alpha=auto needs at least two distinct landmarks"));
 }
 
 TEST(RegistrationErrors, NameWhatIsUnknown) {

@@ -62,7 +62,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --method push --supersampling 9", "supersampling 9");
   refuse("grey.png -o w.png --method push --background 1,2", "--background is '1,2'");
   refuse("grey.png -o w.png --samples 3", "--samples needs noise");
-  refuse("grey.png -o w.png --deviation d.tif", "are of --samples");
+  refuse("grey.png -o w.png --deviation d.tif", "need --samples");
   refuse("grey.png -o w.png --inverse --method push", "cannot be combined with --method push");
   refuse("grey.png -o w.png --field f.png", "written as .mha or .nrrd");
   refuse("grey.png -o w.png --folds f.mha", "drawings and masks are written as .png or .tif");

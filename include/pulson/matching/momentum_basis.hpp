@@ -40,7 +40,7 @@ class MomentumBasis {
 
   /// The spatial frequency of each unknown: the largest eigenvalue of K over that of its direction; 1 beyond 1200
   /// pivots, where there are no directions.
-  Eigen::VectorXd roughness() const;
+  Eigen::VectorXd frequency() const;
 
  private:
   Points scatter(const Points& at_pivots) const;

@@ -45,7 +45,7 @@ struct MatchingCost {
 /// The problem of n of its N landmarks, which stand for all of them: each weighs N/n times as much.
 /// @param problem one whose data are landmarks
 /// @throws InputError if of these nothing is observed
-MatchingProblem thinned(const MatchingProblem& problem, const std::vector<Eigen::Index>& landmarks);
+MatchingProblem subsampled(const MatchingProblem& problem, const std::vector<Eigen::Index>& landmarks);
 
 /// J in whitened unknowns z = (z0, zW): p0 = VD^{-½}z0 with λK(q0) = VDVᵀ at the landmarks of a MomentumBasis, ΔW = √Δt
 /// zW, so that J = ½|z|² + D. Landmarks are left without a momentum of their own where those of others do what it could
@@ -75,9 +75,9 @@ class MatchingObjective {
 
   Eigen::Index unknowns() const { return basis_.unknowns() + controls(); }
 
-  /// The spatial frequency of each unknown: MomentumBasis::roughness() for momenta, 1 for controls. The path is the
+  /// The spatial frequency of each unknown: MomentumBasis::frequency() for momenta, 1 for controls. The path is the
   /// less linear in a direction the rougher it is.
-  Eigen::VectorXd roughness() const;
+  Eigen::VectorXd frequency() const;
 
   /// 1 for unknowns that a search should move, 0 for others: momenta in directions whose eigenvalue of λK is below 1e-3
   /// of λσ²/T², as that of all landmarks would be, which the data do not see; and, where noise that moves landmarks is
@@ -85,7 +85,7 @@ class MatchingObjective {
   /// its map from increments to displacements, v = Kp and unit z, T|v|² < 0.1 |Bᵀv|²/|v|², so that of a small misfit
   /// the momenta would explain less than a tenth. Their energy counts at t = 0 only, where they nearly cancel: noise
   /// that separates such landmarks would set free a flow that J has not paid for.
-  Eigen::VectorXd resolved() const;
+  Eigen::VectorXd active_unknowns() const;
 
   /// Empty where a step of a path does not contract: such z are out of bounds, since near the end of a root tiny
   /// controls would move landmarks far.

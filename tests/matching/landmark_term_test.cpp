@@ -13,8 +13,8 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "numbers.hpp"
+#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {

@@ -53,7 +53,7 @@ Setting setting_of(const std::string& section, const toml::key& key, const toml:
 /// The entries of a table in the order of the file; the library sorts them by their names.
 std::vector<std::pair<const toml::key*, const toml::node*>> entries_of(const toml::table& table) {
   std::vector<std::pair<const toml::key*, const toml::node*>> entries;
-  for (auto entry = table.cbegin(); entry != table.cend(); ++entry) entries.emplace_back(&entry->first, &entry->second);
+  for (const auto& [key, value] : table) entries.emplace_back(&key, &value);
   const auto place = [](const auto& entry) {
     const toml::source_position begin = entry.first->source().begin;
     return std::pair(begin.line, begin.column);

@@ -64,7 +64,8 @@ class SumOfNoises final : public NoiseModel {
       const std::string spec = term->spec();
       std::string owner = spec.substr(0, spec.find(':'));
       if (const int number = ++met[owner]; number > 1) owner.append("#").append(std::to_string(number));
-      for (const std::string& name : term->parameter_names()) names.push_back(owner + "." + name);
+      owner += '.';
+      for (const std::string& name : term->parameter_names()) names.push_back(owner + name);
     }
     return names;
   }

@@ -41,7 +41,7 @@ class GeodesicSearch {
     const PathSolution first = first_path();
     if (const auto converged = alternate(first, "rk4")) return solution(*converged, "rk4");
     grid_ = problem_.grid;
-    if (!carriers_) return solution(first, "midpoint");
+    if (!carriers_) return solution(search(problem_, &first.fields, Finish::kRoundOff), "midpoint");
     if (const auto converged = alternate(first, "midpoint")) return solution(*converged, "midpoint");
     PathSolution unsettled = first;
     unsettled.converged = false;
@@ -50,7 +50,7 @@ class GeodesicSearch {
   }
 
  private:
-  PathSolution search(const MatchingProblem& problem, const StepFields* start, Finish finish = Finish::kMinimum) {
+  PathSolution search(const MatchingProblem& problem, const StepFields* start, Finish finish = Finish::kNoSaddle) {
     PathSolution found = search_paths(problem, options_, start, finish);
     iterations_ += found.iterations;
     evaluations_ += found.evaluations;
@@ -104,7 +104,7 @@ class GeodesicSearch {
       const double apart = std::abs(problem_.data->value(*end) - path.cost.data);
       if (!(apart < 0.5 * before[2])) break;
       before = before[0] == kFar ? std::array{apart, apart, apart} : std::array{apart, before[0], before[1]};
-      path = search(corrected(path.path.end(), *end), &path.fields, Finish::kNearMinimum);
+      path = search(corrected(path.path.end(), *end), &path.fields, Finish::kShootable);
     }
     return std::nullopt;
   }

@@ -43,6 +43,9 @@ constexpr int kMostProducts = 40;
 // Iterations below the tolerance: Newton's squares the gradient, so that round-off comes first; where the data have but
 // a Gauss–Newton model, these.
 constexpr int kMostPolish = 10;
+// Of the tolerance, the relative gradient at which a shot of p0 follows the path well: a shot amplifies what is left of
+// it by up to the ratio of the distances to σ.
+constexpr double kShootable = 1e-2;
 constexpr const char* kFlat = "the gradient vanishes";
 // Twice as many landmarks begin at what is found for these.
 constexpr Index kFewLandmarks = 150;
@@ -62,6 +65,7 @@ class PathSearch {
       : problem_(problem), options_(options), system_(problem.system, problem.lambda) {}
 
   PathSolution run(const StepFields* start, Finish finish) {
+    finish_ = finish;
     const double at_rest = problem_.data->value(problem_.source);
     const bool warm = begin(start);
     const double data = problem_.data->value(path_.end());
@@ -76,7 +80,7 @@ class PathSearch {
       disturb();
     }
     while (!finished()) {
-      const bool may_be_saddle = is_flat() && flat_ == 1 && saddles_ < kMostSaddles && finish == Finish::kMinimum;
+      const bool may_be_saddle = is_flat() && flat_ == 1 && saddles_ < kMostSaddles && finish_ != Finish::kShootable;
       if (!(may_be_saddle && leave_saddle()) && !advance()) break;
       ++iterations_;
     }
@@ -129,6 +133,12 @@ class PathSearch {
 
   bool is_flat() const { return softness_ == 1 && relative_ <= options_.gradient_tolerance; }
 
+  // For shots, once it was looked for negative curvature.
+  bool is_enough() const {
+    return relative_ <= kShootable * options_.gradient_tolerance && finish_ != Finish::kRoundOff &&
+           (finish_ == Finish::kShootable || flat_ > 1);
+  }
+
   void stop(bool converged, std::string reason) {
     converged_ = converged;
     reason_ = std::move(reason);
@@ -153,7 +163,7 @@ class PathSearch {
       }
       if (problem_.lambda * total < kNoCost)
         stop(true, "the cost vanishes");
-      else if (is_flat() && ++flat_ > kMostPolish)
+      else if (is_flat() && (++flat_ > kMostPolish || is_enough()))
         stop(true, kFlat);
       else if (iterations_ >= options_.max_iterations)
         stop(is_flat(), "the limit of iterations was reached");
@@ -380,6 +390,7 @@ class PathSearch {
 
   const MatchingProblem& problem_;
   const MinimiseOptions& options_;
+  Finish finish_ = Finish::kRoundOff;
   EffectiveHamiltonian system_;
   DiscretePath path_;
   double softness_ = 1;

@@ -7,8 +7,9 @@ namespace pulson {
 
 /// Where a search ends.
 enum class Finish {
-  kNearMinimum,  ///< where round-off does not let the gradient vanish more
-  kMinimum       ///< and negative curvature is looked for
+  kShootable,  ///< where a shot of p0 follows the path, within much less than σ
+  kNoSaddle,   ///< and there is no negative curvature
+  kRoundOff    ///< and the gradient vanishes as far as round-off lets it
 };
 
 /// What a search over paths found.
@@ -29,8 +30,8 @@ struct PathSolution {
 /// Minimises λ∫H dt + ½∫Σ u_i² dt + D(q(T)) over paths in midpoint steps and controls u of the noise, whose potentials
 /// are linear in p or none: see path_search.cpp. `realisations` of the problem and its integrator play no part.
 /// @param start fields to begin with; else landmarks at rest
-/// @param finish kNearMinimum if `start` is from the minimum of nearly the same problem
+/// @param finish kShootable if `start` is from the minimum of nearly the same problem
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options,
-                          const StepFields* start = nullptr, Finish finish = Finish::kMinimum);
+                          const StepFields* start = nullptr, Finish finish = Finish::kRoundOff);
 
 }  // namespace pulson

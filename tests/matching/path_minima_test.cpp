@@ -78,7 +78,7 @@ TEST(PathMinima, LeaveTheSaddlesThatMinimaOnALineAre) {
     const PathSolution leaves = match.search(&start);
     EXPECT_NEAR(leaves.cost.total(), best, 1e-6 * best);
     EXPECT_LE(leaves.iterations, 60);
-    const PathSolution stays = search_paths(match.problem(), {}, &start, Finish::kNearMinimum);
+    const PathSolution stays = search_paths(match.problem(), {}, &start, Finish::kShootable);
     EXPECT_NEAR(stays.cost.total(), on_line.cost.total(), 1e-9 * on_line.cost.total());
   }
 }

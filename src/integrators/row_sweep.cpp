@@ -56,8 +56,10 @@ RowSweep::RowSweep(const StochasticSystem& system, double dt, bool compensates, 
       p_bar_(MatrixXd::Zero(d * n, d * n)) {}
 
 void RowSweep::through_flow(const Points& q, const Points& p) {
-  auto [gram, tangent, hessian] = system_.kernel.step_matrices(q, p, dt_);
-  const MatrixXd velocity = velocity_matrix(gram, d_);
+  const StepMatrices per_time = system_.kernel.step_matrices(q, p, 1);
+  MatrixXd tangent = dt_ * per_time.tangent;
+  MatrixXd hessian = dt_ * per_time.hessian;
+  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel.gram(q, q), d_);
   MatrixXd of_friction;
   if (!traits_.hamiltonian) {  // friction acts on K(q)p alone, and not on what compensates
     q_bar_.noalias() -= noise_.friction() * tangent.transpose() * p_bar_;
@@ -91,8 +93,10 @@ void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen:
 }
 
 void RowSweep::through_adjoint_flow(const Points& q, const Points& p) {
-  auto [gram, tangent, hessian] = system_.kernel.step_matrices(q, p, dt_);
-  const MatrixXd velocity = velocity_matrix(gram, d_);
+  const StepMatrices per_time = system_.kernel.step_matrices(q, p, 1);
+  MatrixXd tangent = dt_ * per_time.tangent;
+  MatrixXd hessian = dt_ * per_time.hessian;
+  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel.gram(q, q), d_);
   MatrixXd implicit = one_ + tangent;
   if (!traits_.hamiltonian) {
     implicit += noise_.friction() * velocity;

@@ -24,7 +24,7 @@ Points PositionMap::transposed(const Points& q, const Points& mu) const {
 }
 
 MatrixXd PositionMap::jacobian(const Points& q) const {
-  MatrixXd matrix = system_.kernel.step_matrices(q, p_, dt_).tangent;
+  MatrixXd matrix = dt_ * system_.kernel.step_matrices(q, p_, 1).tangent;
   if (compensates_) {
     const Points zero = Points::Zero(q.rows(), q.cols());
     matrix += dt_ * matrix_of(
@@ -73,9 +73,8 @@ Points KickMap::transposed(const Points& p, const Points& mu) const {
 }
 
 MatrixXd KickMap::jacobian(const Points& p) const {
-  const StepMatrices step = system_.kernel.step_matrices(q_, p, dt_);
-  MatrixXd matrix = -step.tangent.transpose();
-  if (friction() > 0) matrix -= friction() * velocity_matrix(step.gram, q_.rows());
+  MatrixXd matrix = -dt_ * system_.kernel.step_matrices(q_, p, 1).tangent.transpose();
+  if (friction() > 0) matrix -= dt_ * friction() * velocity_matrix(system_.kernel.gram(q_, q_), q_.rows());
   return matrix;
 }
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes matching problems with many landmarks: NAME_source.csv and NAME_target.csv, columns x, y without header.
+"""Writes matching problems with many landmarks: NAME_source.csv and NAME_target.csv.
 
 outline: circle of radius 1 to an ellipse with a bump; grid: a square grid over a side of 2 moved by a smooth
-deformation. D, the diameter of the source, is 2 and 2.83.
+deformation; sphere: unit sphere to one with three bumps, in 3D. D, the diameter of the source, is 2, 2.83 and 2.
 
 Usage: benchmarks/many_landmarks.py FOLDER [COUNT]   (COUNT landmarks each, the grid's rounded to a square; 10000)
 """
@@ -34,10 +34,24 @@ def grid(count):
     return source, target
 
 
+def sphere(count):
+    """(source, target): points spread evenly over a sphere; the target has a radius of 1 + 0.2 r³cos 3φ + 0.1 z."""
+    source, target = [], []
+    for i in range(count):
+        z, angle = 1 - (2 * i + 1) / count, math.pi * (3 - math.sqrt(5)) * i
+        across = math.sqrt(1 - z * z)
+        point = (across * math.cos(angle), across * math.sin(angle), z)
+        radius = 1 + 0.2 * across ** 3 * math.cos(3 * math.atan2(point[1], point[0])) + 0.1 * z
+        source.append(point)
+        target.append(tuple(radius * x for x in point))
+    return source, target
+
+
 def write_problem(folder, name, shapes):
     for role, points in zip(('source', 'target'), shapes):
-        rows = [f'{x:.12g},{y:.12g}\n' for x, y in points]
-        (folder / f'{name}_{role}.csv').write_text(''.join(rows))
+        rows = [','.join(f'{x:.12g}' for x in point) + '\n' for point in points]
+        header = ','.join('xyz'[: len(points[0])]) + '\n'
+        (folder / f'{name}_{role}.csv').write_text(header + ''.join(rows))
 
 
 def main():
@@ -46,6 +60,7 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     write_problem(folder, 'outline', outline(count))
     write_problem(folder, 'grid', grid(count))
+    write_problem(folder, 'sphere', sphere(count))
 
 
 if __name__ == '__main__':

@@ -15,8 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
+#include "path_curvature.hpp"
 #include "path_model.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/random/brownian.hpp"
@@ -28,9 +27,9 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-// The first sigma_inflation, of the root mean square residual in deviations, and how it comes down.
+// σ is inflated at first: by this part of the root mean square residual over σ; then the inflation is divided.
 constexpr double kFirstPart = 0.2;
-constexpr double kSoftnessRatio = 4;
+constexpr double kInflationRatio = 4;
 constexpr double kStageGradient = 0.1;  // relative, where it comes down
 // Below this part of the cost its differences are round-off.
 constexpr double kRoundOff = 1e-14;
@@ -45,15 +44,13 @@ constexpr int kMostProducts = 40;
 constexpr int kMostPolish = 10;
 // Of the tolerance, the relative gradient at which a shot of p0 follows the path well: a shot amplifies what is left of
 // it by up to the ratio of the distances to σ.
-constexpr double kShootable = 1e-2;
+constexpr double kShootableGradient = 1e-2;
 constexpr const char* kFlat = "the gradient vanishes";
 // Twice as many landmarks begin at what is found for these.
 constexpr Index kFewLandmarks = 150;
 // How far the start is disturbed, in parts of the diameter. Symmetric paths may end at saddles, which are left, but
 // also where no step of the midpoint rule has a root any more: two discs that change places without noise.
 constexpr double kDisturbance = 1e-3;
-// The chance to overlook a direction of negative curvature.
-constexpr double kOverlooked = 1e-2;
 // Saddles that are left, one after the other.
 constexpr int kMostSaddles = 5;
 // A cost, in nats, that no data would show: what equal shapes have by round-off.
@@ -74,9 +71,9 @@ class PathSearch {
       stop(true, "the shapes are equal");
       return solution();
     }
-    first_softness_ = std::max(1.0, kFirstPart * std::sqrt(2 * at_rest / static_cast<double>(problem_.source.cols())));
+    first_inflation_ = std::max(1.0, kFirstPart * std::sqrt(2 * at_rest / static_cast<double>(problem_.source.cols())));
     if (!warm) {
-      softness_ = first_softness_;
+      sigma_inflation_ = first_inflation_;
       disturb();
     }
     while (!finished()) {
@@ -88,7 +85,7 @@ class PathSearch {
   }
 
  private:
-  double weight() const { return 1 / (problem_.lambda * softness_ * softness_); }
+  double weight() const { return 1 / (problem_.lambda * sigma_inflation_ * sigma_inflation_); }
   double cost(const DiscretePath& path) const { return path.energy + weight() * problem_.data->value(path.end()); }
 
   std::optional<DiscretePath> follow(const StepFields& fields, const std::vector<Points>& guess) {
@@ -131,11 +128,11 @@ class PathSearch {
     if (std::optional<DiscretePath> path = follow(fields, path_.nodes)) path_ = std::move(*path);
   }
 
-  bool is_flat() const { return softness_ == 1 && relative_ <= options_.gradient_tolerance; }
+  bool is_flat() const { return sigma_inflation_ == 1 && relative_ <= options_.gradient_tolerance; }
 
   // For shots, once it was looked for negative curvature.
   bool is_enough() const {
-    return relative_ <= kShootable * options_.gradient_tolerance && finish_ != Finish::kRoundOff &&
+    return relative_ <= kShootableGradient * options_.gradient_tolerance && finish_ != Finish::kRoundOff &&
            (finish_ == Finish::kShootable || flat_ > 1);
   }
 
@@ -156,8 +153,8 @@ class PathSearch {
       relative_ = total > 0 ? std::sqrt(slope_ / (2 * total)) : 0;
       if (slope < 0) relative_ = 1;  // by round-off: the model is not positive
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
-      if (softness_ > 1 && relative_ < kStageGradient) {
-        softness_ = std::max(1.0, softness_ / kSoftnessRatio);
+      if (sigma_inflation_ > 1 && relative_ < kStageGradient) {
+        sigma_inflation_ = std::max(1.0, sigma_inflation_ / kInflationRatio);
         radius_ = -1;
         continue;
       }
@@ -241,74 +238,10 @@ class PathSearch {
     return measured(std::move(nodes));
   }
 
-  struct Curvature {
-    double least = 0;         ///< μ, the least of the Hessian H in the norm of M
-    double round_off = 0;     ///< of it
-    PathDirection direction;  ///< of μ, of norm 1; where it is below 0
-
-    bool is_negative() const { return least < -round_off; }
-  };
-
-  // Lanczos' method for Hx = μMx from a start by chance. In exact arithmetic the projection of H is tridiagonal, and
-  // beside its diagonal are the norms of what was left of the products: what differs is round-off.
-  Curvature least_curvature() const {
-    const auto nodes = gradient_.size();
-    std::vector<PathDirection> basis;
-    std::vector<NodeCovector> images;  // M times these
-    MatrixXd projected = MatrixXd::Zero(kMostProducts, kMostProducts);
-    Curvature found;
-    NodeCovector image = covector_by_chance();
-    for (Index k = 0; k < kMostProducts; ++k) {
-      basis.push_back(model_->solve(image));
-      const double norm = std::sqrt(pairing(image, basis.back()));
-      if (!(norm > 0)) break;
-      basis.back().scale(1 / norm);
-      for (Points& x : image) x /= norm;
-      images.push_back(std::move(image));
-      image = model_->hessian(basis.back());
-      for (const bool again : {false, true})
-        for (std::size_t i = 0; i < basis.size(); ++i) {
-          const double part = pairing(image, basis[i]);
-          if (!again) projected(static_cast<Index>(i), k) = part;
-          for (std::size_t j = 0; j < nodes; ++j) image[j] -= part * images[i][j];
-        }
-      for (Index i = 0; i < k; ++i)
-        found.round_off = std::max(found.round_off, std::abs(projected(i, k) - (i + 1 == k ? norm : 0)));
-      const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
-          MatrixXd(projected.topLeftCorner(k + 1, k + 1).selfadjointView<Eigen::Upper>()));
-      found.least = eigen.eigenvalues()[0];
-      if (found.is_negative()) {
-        found.direction = std::move(basis.front());
-        found.direction.scale(eigen.eigenvectors()(0, 0));
-        for (Index i = 1; i <= k; ++i)
-          found.direction.add(eigen.eigenvectors()(i, 0), basis[static_cast<std::size_t>(i)]);
-        break;
-      }
-      if (chance_of_less_than_zero(k + 1, found.least / eigen.eigenvalues()[k]) < kOverlooked) break;
-    }
-    return found;
-  }
-
-  NodeCovector covector_by_chance() const {
-    const Points& q0 = problem_.source;
-    const int steps = problem_.grid.steps;
-    const MatrixXd chance = brownian_increments(options_.seed, 0, static_cast<int>(q0.size()), {1, steps});
-    NodeCovector covector{Points::Zero(q0.rows(), q0.cols())};
-    for (Index k = 0; k < steps; ++k) covector.emplace_back(chance.col(k).reshaped(q0.rows(), q0.cols()));
-    return covector;
-  }
-
-  // That Lanczos' method has found no eigenvalue below `part` of the largest after k steps, but there is one below 0
-  // (Kuczyński & Woźniakowski 1992, theorem 4.2).
-  double chance_of_less_than_zero(Index k, double part) const {
-    const auto unknowns = static_cast<double>(problem_.source.size() * problem_.grid.steps);
-    return 1.648 * std::sqrt(unknowns) * std::exp(-static_cast<double>(2 * k - 1) * std::sqrt(std::max(0.0, part)));
-  }
-
   // The gradient vanishes at saddles, too: whether this was one, and is left. What follows may be far, and firm data
   // leave but a narrow bent valley: they are held softly again.
   bool leave_saddle() {
-    Curvature curvature = least_curvature();
+    Curvature curvature = least_curvature(*model_, problem_.source, problem_.grid.steps, options_.seed);
     if (!curvature.is_negative()) return false;
     if (pairing(gradient_, curvature.direction) > 0) curvature.direction.scale(-1);
     const double before = cost(path_);
@@ -320,7 +253,7 @@ class PathSearch {
       std::optional<DiscretePath> trial = moved(std::move(direction), kPoorGain * gain);
       if (!trial || before - cost(*trial) < kPoorGain * gain) continue;
       path_ = std::move(*trial);
-      softness_ = first_softness_;
+      sigma_inflation_ = first_inflation_;
       radius_ = -1;
       ++saddles_;
       flat_ = 0;
@@ -393,8 +326,8 @@ class PathSearch {
   Finish finish_ = Finish::kRoundOff;
   EffectiveHamiltonian system_;
   DiscretePath path_;
-  double softness_ = 1;
-  double first_softness_ = 1;
+  double sigma_inflation_ = 1;
+  double first_inflation_ = 1;
   double radius_ = -1;  ///< of the trust region, in the norm of the model; below 0: that of the full step
   double relative_ = 1;
   double slope_ = 0;

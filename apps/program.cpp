@@ -19,6 +19,7 @@
 #include "messages.hpp"
 #include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
@@ -114,6 +115,7 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
 }  // namespace
 
 int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
+  const SerialBlas serial;  // verbs share out the threads themselves
   try {
     keep_command_line(argc, argv);
     const int exit_code = run(argc, argv, add_verbs);

@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
@@ -73,6 +74,7 @@ Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& target
 }
 
 Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind kind) {
+  const SerialBlas serial;
   if (shapes.empty()) throw InputError("there are no shapes to take the mean of");
   if (kind == AlignmentKind::kAffine)
     throw InputError("a mean by affine motions would shrink to a point; use similarity");

@@ -5,6 +5,7 @@
 #include "amplitudes.hpp"
 #include "fitter.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 
 namespace pulson {
@@ -14,6 +15,7 @@ double CohortFit::score() const {
 }
 
 CohortFit fit_cohort(const Cohort& cohort, const std::string& noise, const CohortSettings& settings) {
+  const SerialBlas serial;
   return Fitter(cohort, make_open_noise(noise, cohort.source), settings).run();
 }
 

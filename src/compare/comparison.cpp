@@ -10,6 +10,7 @@
 
 #include "map_facts.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "statistics.hpp"
 
 namespace pulson {
@@ -167,6 +168,7 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
 
 Comparison compare_models(const CohortShapes& shapes, const std::vector<std::string>& noises,
                           const CompareOptions& options) {
+  const SerialBlas serial;
   if (noises.empty()) throw InputError("no noise model is named; models are compared by one or more");
   Comparison comparison{shapes.cohort(), options.settings, {}, 0, {}, {}, {}, {}};
   const Points& source = comparison.cohort.source.points;

@@ -66,6 +66,7 @@ int choose(const Cohort& cohort, const std::vector<std::string>& candidates, con
 
 std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
                                         const std::vector<std::string>& candidates, const RecoveryOptions& options) {
+  const SerialBlas serial;
   if (options.cohorts < 1 || options.shapes < 1)
     throw InputError(
         fmt::format("{} cohorts of {} shapes; there must be one of each at least", options.cohorts, options.shapes));

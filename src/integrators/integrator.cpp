@@ -27,6 +27,7 @@ double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {
 
 Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
                                  const MatrixXd& increments, RootSearch search) const {
+  const SerialBlas serial;
   assert(increments.cols() == grid.steps);
   assert(increments.rows() ==
          system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols())));
@@ -60,6 +61,7 @@ Integrator::Step Integrator::step_of(const StochasticSystem& system, const Traje
 }
 
 PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory& path, const PathChange& change) const {
+  const SerialBlas serial;
   const MatrixXd w = acting(path.increments);
   const MatrixXd dw = acting(change.increments);
   PhaseState delta = change.initial;
@@ -69,6 +71,7 @@ PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory&
 }
 
 std::vector<SpaceStep> Integrator::space_steps(const StochasticSystem& system, const Trajectory& path) const {
+  const SerialBlas serial;
   const MatrixXd w = acting(path.increments);
   std::vector<SpaceStep> steps;
   for (int k = 0; k < path.grid.steps; ++k) {
@@ -80,6 +83,7 @@ std::vector<SpaceStep> Integrator::space_steps(const StochasticSystem& system, c
 
 PathGradient Integrator::adjoint(const StochasticSystem& system, const Trajectory& path,
                                  const PhaseState& final_bar) const {
+  const SerialBlas serial;
   const MatrixXd w = acting(path.increments);
   MatrixXd w_bar(w.rows(), w.cols());
   PathGradient gradient;

@@ -6,6 +6,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "pulson/core/parallel.hpp"
+
 namespace pulson {
 namespace {
 
@@ -133,6 +135,7 @@ MatrixXd for_each_axis(const MatrixXd& matrix, Index d) {
 
 std::optional<DisplacementModel> fit_displacements(const Points& source, const Points& target,
                                                    const DisplacementOptions& options) {
+  const SerialBlas serial;
   const std::vector<Index> used = used_landmarks(source, target);
   const double size = diameter(source);
   const auto n = static_cast<Index>(used.size());

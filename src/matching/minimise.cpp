@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "geodesic_search.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "solvers.hpp"
 
@@ -86,6 +87,7 @@ double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
 }
 
 MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptions& options) {
+  const SerialBlas serial;
   Evaluation start = at_rest(objective);
   const bool dense = is_dense(objective, options.solver);
   if (start.cost.total() < kNegligibleCost)

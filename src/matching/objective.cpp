@@ -106,6 +106,7 @@ MatrixXd MatchingObjective::increments(const VectorXd& z) const {
 }
 
 std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const VectorXd& z) const {
+  const SerialBlas serial;
   const PhaseState start{problem_.source, momenta(z)};
   const std::vector<MatrixXd> fitted =
       problem_.realisations.empty() ? std::vector<MatrixXd>{increments(z)} : std::vector<MatrixXd>{};
@@ -129,6 +130,7 @@ std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const V
 }
 
 VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
+  const SerialBlas serial;
   std::vector<PathGradient> bars(at.paths.size());
   const Points zero = Points::Zero(problem_.source.rows(), problem_.source.cols());
   parallel_for(static_cast<int>(bars.size()), [&](int i) {
@@ -178,6 +180,7 @@ MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path) const {
 }
 
 MatchingObjective::Linearisation MatchingObjective::linearise(const Evaluation& at) const {
+  const SerialBlas serial;
   const double part = 1 / std::sqrt(static_cast<double>(at.paths.size()));
   std::vector<DataTerm::Linearisation> ends;
   Index rows = 0;

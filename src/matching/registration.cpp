@@ -10,6 +10,7 @@
 #include "accuracy.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
@@ -275,6 +276,7 @@ double Registration::max_residual() const {
 bool Registration::matched() const { return rms() <= std::max(3 * sigma, initial_rms() / 20); }
 
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+  const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
   const RegistrationProblem problem = make_problem(source, target, options);
   const MatchingProblem& matching = problem.matching;
@@ -301,6 +303,7 @@ StochasticSystem registration_system(const Registration& registration) {
 }
 
 Trajectory replay(const Registration& registration) {
+  const SerialBlas serial;
   const StochasticSystem system = registration_system(registration);
   const auto integrator = make_integrator(registration.integrator);
   if (!registration.states.empty())

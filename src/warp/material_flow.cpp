@@ -70,6 +70,7 @@ MaterialFlow::MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel
     : system_(std::move(system)),
       path_(std::move(path)),
       steps_(make_integrator(path_.integrator)->space_steps(system_, path_)) {
+  const SerialBlas serial;
   const std::vector<std::vector<Points>> displacements = landmark_displacements();
   check_landmarks(displacements);
   double largest = 0;

@@ -12,7 +12,6 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/images/image_files.hpp"
 #include "pulson/io/atomic_file.hpp"
-#include "silence.hpp"
 
 namespace pulson {
 namespace {
@@ -96,7 +95,6 @@ void write_image(const std::filesystem::path& path, const Image& image) {
   std::vector<unsigned char> bytes;
   bool is_encoded = false;
   try {
-    const images::SilentStderr silence;
     is_encoded =
         cv::imencode(format.extensions.front(), for_opencv(image), bytes, {cv::IMWRITE_TIFF_COMPRESSION, kLzw});
   } catch (const cv::Exception&) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "messages.hpp"
+#include "option_words.hpp"
 #include "pulson/io/atomic_file.hpp"
 #include "shape_facts.hpp"
 
@@ -30,6 +31,7 @@ std::string points_of(const std::vector<Points>& lines) {
 /// A file and what is told of each of its shapes.
 struct FileFacts {
   explicit FileFacts(LandmarkFile read) : file(std::move(read)) {
+    file.warnings = in_option_words(std::move(file.warnings));
     for (const Landmarks& shape : file.shapes) shapes.push_back(shape_facts(shape));
   }
 

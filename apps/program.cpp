@@ -122,7 +122,7 @@ int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
       return complain("standard output could not be written", kBadInput);
     return exit_code;
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     return complain(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {
     return complain("out of memory", kInternalError);

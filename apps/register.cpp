@@ -89,7 +89,7 @@ Registration register_or_tell(const Landmarks& source, const Landmarks& target, 
                               const std::vector<std::string>& notes) {
   try {
     return register_shapes(source, target, options);
-  } catch (const InputError&) {
+  } catch (const Error&) {
     tell_notes(notes);
     throw;
   }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "option_words.hpp"
 #include "program.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
@@ -175,7 +176,7 @@ ReportSection remarks(const Registration& registration, const std::vector<std::s
   ReportSection section{"Remarks", {}};
   for (const std::string& text : registration_warnings(registration))
     section.blocks.emplace_back(ReportParagraph{"Warning: " + text});
-  for (const std::string& text : notes) section.blocks.emplace_back(ReportParagraph{"Note: " + text});
+  for (const std::string& text : notes) section.blocks.emplace_back(ReportParagraph{"Note: " + in_option_words(text)});
   return section;
 }
 

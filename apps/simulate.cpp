@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "messages.hpp"
+#include "option_words.hpp"
 #include "options.hpp"
 #include "outputs.hpp"
 #include "progress.hpp"
@@ -146,6 +147,7 @@ int run_simulate(const SimulateArguments& arguments) {
   arguments.output.check(kSimulationFiles, kSimulationPictures);
   Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
+  for (SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   tell_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
   write_results(simulation, arguments);

@@ -109,7 +109,7 @@ TEST_F(CsvFile, WarnsWhereItHadToChoose) {
   EXPECT_THAT(
       read("w.csv", "5\n70\n6\n72\n8\n75\n9\n71\n").warnings,
       ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D); if x and y take turns, "
-                  "--dim 2 reads them so"));
+                  "`dimension = 2` reads them so"));
   EXPECT_THAT(read("w.csv", "1\n2\n4\n5\n7\n6\n9\n8\n").warnings,
               ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D)"));
   EXPECT_THAT(

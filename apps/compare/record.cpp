@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "option_words.hpp"
 #include "pulson/core/version.hpp"
 
 namespace pulson {
@@ -99,7 +100,7 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
             {"eigenvalues", numbers(comparison.eigenvalues)},
             {"observed_spectrum", numbers(comparison.observed)},
             {"observed_spectrum_error", numbers(comparison.observed_error)},
-            {"notes", comparison.notes},
+            {"notes", in_option_words(comparison.notes)},
             {"seconds", seconds},
             {"version", version()}};
   for (const ComparedModel& model : comparison.models) json["models"].push_back(model_json(model, comparison.settings));

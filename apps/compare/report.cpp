@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "messages.hpp"
+#include "option_words.hpp"
 #include "program.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
@@ -103,7 +104,7 @@ ReportTable shape_table(const Comparison& comparison) {
 
 void add_ends(HtmlReport& report, const std::vector<std::string>& notes, double seconds) {
   ReportSection remarks{"Remarks", {}};
-  for (const std::string& note : notes) remarks.blocks.emplace_back(ReportParagraph{"Note: " + note});
+  for (const std::string& note : notes) remarks.blocks.emplace_back(ReportParagraph{"Note: " + in_option_words(note)});
   if (!notes.empty()) report.sections.push_back(std::move(remarks));
   report.command = command_line();
   report.version = fmt::format("pulson {}, {:.1f} s", version(), seconds);

@@ -268,7 +268,7 @@ std::vector<VectorXd> Fitter::match_or_retreat(State& state, std::vector<VectorX
   for (int count = 0;; ++count) try {
       match(state, from, state.rounds <= 2);
       return from;
-    } catch (const InputError&) {
+    } catch (const Error&) {
       if (count == kMostRetreats) throw;
       if (!is_first) u /= 2;
       rescale(state, -u);
@@ -297,7 +297,7 @@ Fitter::State Fitter::polish(State best) const {
         const std::vector<VectorXd> z = rescale(tried, x);
         try {
           match(tried, z, false);
-        } catch (const InputError&) {
+        } catch (const Error&) {
           return -std::numeric_limits<double>::infinity();
         }
         const double value = tried.log_evidence();
@@ -326,7 +326,7 @@ CohortFit Fitter::run() {
         tried.parameters(others_) = first.array() * x.array().exp();
         try {
           tried = settle(std::move(tried), kMostFits);
-        } catch (const InputError&) {
+        } catch (const Error&) {
           if (best.matches.empty()) throw;
           return -std::numeric_limits<double>::infinity();
         }

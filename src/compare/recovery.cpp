@@ -36,8 +36,9 @@ std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProble
                                    std::uint64_t seed) {
   const ForwardSamples drawn = draw_shapes(problem, 2 * shapes, seed);
   if (drawn.ends.cols() < shapes)
-    throw InputError(fmt::format("of {} shapes drawn from noise '{}' {} have a path; use more --steps or less noise",
-                                 drawn.drawn, problem.system.noise->spec(), drawn.ends.cols()));
+    throw NumericalError(
+        fmt::format("of {} shapes drawn from noise '{}' {} have a path; use more `grid.steps` or less noise",
+                    drawn.drawn, problem.system.noise->spec(), drawn.ends.cols()));
   std::vector<Landmarks> targets(static_cast<std::size_t>(shapes), source);
   for (int s = 0; s < shapes; ++s) {
     Landmarks& target = targets[static_cast<std::size_t>(s)];
@@ -56,7 +57,7 @@ int choose(const Cohort& cohort, const std::vector<std::string>& candidates, con
       if (found <= score) continue;
       score = found;
       best = static_cast<int>(i);
-    } catch (const InputError&) {
+    } catch (const Error&) {
       // a model that these shapes cannot have
     }
   return best;

@@ -35,8 +35,7 @@ std::string merged_note(const Landmarks& shape, int first, int second, const std
 std::string coincident_error(const Landmarks& shape, int first, int second, const Landmarks& other) {
   return fmt::format(
       "{}: landmarks {} and {} are at the same place, and apart in {}, where no flow can take them: take them as one "
-      "by "
-      "--merge-coincident, or leave one out of every file",
+      "by `merge_coincident`, or leave one out of every file",
       shape.source, shape.describe(first), shape.describe(second), other.source);
 }
 

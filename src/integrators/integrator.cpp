@@ -14,8 +14,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 StepError::StepError(int step, const TimeGrid& grid, const std::string& reason)
-    : InputError(fmt::format("step {} of {} (dt = {:.4g}): {}; use more steps, as in --steps {}", step + 1, grid.steps,
-                             grid.dt(), reason, 2 * grid.steps)),
+    : NumericalError(fmt::format("step {} of {} (dt = {:.4g}): {}; use more steps, as in `grid.steps = {}`", step + 1,
+                                 grid.steps, grid.dt(), reason, 2 * grid.steps)),
       step_(step) {}
 
 double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {

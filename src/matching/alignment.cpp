@@ -102,7 +102,7 @@ MatrixXd affine_fit(const WeighedShape& x, const WeighedShape& y, bool reflect) 
   const double determinant = fitted.determinant();
   if (determinant < 0 && !reflect)
     throw InputError(fmt::format(
-        "the affine fit has determinant {:.4g}, not a positive one: it mirrors the shape; --reflect allows that",
+        "the affine fit has determinant {:.4g}, not a positive one: it mirrors the shape; `reflect` allows that",
         determinant));
   return fitted;
 }

@@ -111,11 +111,11 @@ class Fit {
     try {
       const double sum = matches(options(x)).log_evidence;
       if (std::isfinite(sum)) value = sum;
-    } catch (const InputError&) {
+    } catch (const Error&) {
       if (evaluations_ == 0) throw;
     }
     if (evaluations_ == 0 && !std::isfinite(value))
-      throw InputError("the evidence at the start is no finite number; other start values are needed");
+      throw NumericalError("the evidence at the start is no finite number; other start values are needed");
     ++evaluations_;
     if (fit_.on_evaluation) fit_.on_evaluation(evaluations_, values(x), value);
     return value;

@@ -36,11 +36,12 @@ bool is_dense(const MatchingObjective& objective, Solver solver) {
 Evaluation at_rest(const MatchingObjective& objective) {
   if (std::optional<Evaluation> rest = objective.evaluate(VectorXd::Zero(objective.unknowns())))
     return std::move(*rest);
-  throw InputError(objective.problem().system.noise->traits().compensated
-                       ? "landmarks at rest have no path: either the noise is too strong for the time step (use more "
-                         "--steps or a smaller amplitude), or the distances to the target, divided by sigma, leave the "
-                         "range of numbers"
-                       : "the distances to the target, divided by sigma, leave the range of numbers");
+  throw NumericalError(
+      objective.problem().system.noise->traits().compensated
+          ? "landmarks at rest have no path: either the noise is too strong for the time step (use more "
+            "`grid.steps` or a smaller amplitude), or the distances to the target, divided by sigma, leave the "
+            "range of numbers"
+          : "the distances to the target, divided by sigma, leave the range of numbers");
 }
 
 // The unknowns of the best path: of the geodesic where no noise is fitted.

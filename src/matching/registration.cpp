@@ -87,7 +87,7 @@ void record_accuracy(const MatchingProblem& problem, const Trajectory& path, Reg
   registration.step_error = step_error(problem, registration);
   if (!registration.step_error)
     registration.notes.emplace_back(
-        "an accurate integrator cannot follow the momenta, which grow beyond all bounds; try more --steps");
+        "an accurate integrator cannot follow the momenta, which grow beyond all bounds; try more `grid.steps`");
   registration.amplification = amplification(problem.system, path);
 }
 
@@ -119,7 +119,7 @@ LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Regist
   const MatchingObjective objective(problem);
   if (const auto at = objective.evaluate(objective.white(registration.momenta, registration.increments)))
     return laplace(objective, *at);
-  throw InputError("the uncertainty needs smaller time steps; use more --steps");
+  throw NumericalError("the uncertainty needs smaller time steps; use more `grid.steps`");
 }
 
 // λ∫H dt by the midpoint rule, or by H(q0, p0) where that is more accurate.

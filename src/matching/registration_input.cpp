@@ -149,7 +149,7 @@ void check_sizes(const Landmarks& source, const DataOptions& data) {
   if (!data.covariances.empty() && data.covariances.size() != count)
     throw InputError(fmt::format("there are {} covariances for {} landmarks", data.covariances.size(), count));
   if (data.kind != DataKind::kLandmarks && (data.weights.size() > 0 || !data.covariances.empty()))
-    throw InputError("weights and covariances are for --data landmarks: curves have no corresponding points");
+    throw InputError("weights and covariances are for `data.kind = landmarks`: curves have no corresponding points");
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
   const MatchingMode mode = options.mode.value_or(usual_mode(options, noise, noisy));
   if (mode != MatchingMode::kDeterministic && !noisy)
     throw InputError(
-        fmt::format("mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1", mode_name(mode),
+        fmt::format("mode {} {} the noise, and there is none; give one, as in `noise = ch-sd:beta=1`", mode_name(mode),
                     mode == MatchingMode::kMap || mode == MatchingMode::kMetamorphosis ? "fits" : "draws"));
   if (mode == MatchingMode::kMetamorphosis && !noise.traits().linear)
     throw InputError(
@@ -137,7 +137,7 @@ void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& opt
   if (turned_over > kMuchCloser * as_it_is || as_it_is < kNearlyAlike * diameter(target)) return;
   shapes.notes.push_back(
       fmt::format("the shapes look mirrored: aligned they are {:.3g} apart, and {:.3g} if one is turned over; does y "
-                  "point up in one file and down in the other (pulson convert --flip-y)? else --reflect",
+                  "point up in one file and down in the other (`points.row(1) *= -1`)? else `reflect`",
                   as_it_is, turned_over));
 }
 

@@ -17,4 +17,11 @@ void require_positive(std::string_view what, double value) {
     throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
 }
 
+void require_size(std::string_view what, Eigen::Index rows, Eigen::Index columns, Eigen::Index needed_rows,
+                  Eigen::Index needed_columns) {
+  if (rows != needed_rows || columns != needed_columns)
+    throw InputError(
+        fmt::format("{}: a matrix of {} x {}; {} x {} is needed", what, rows, columns, needed_rows, needed_columns));
+}
+
 }  // namespace pulson

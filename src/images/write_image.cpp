@@ -87,7 +87,7 @@ cv::Mat for_opencv(const Image& image) {
 void check_image_extension(const std::filesystem::path& path) { find_format(path); }
 
 void write_image(const std::filesystem::path& path, const Image& image) {
-  assert(!image.empty());
+  if (image.empty()) throw InputError(failure_of(path) + "there is no image");
   const Format& format = find_format(path);
   if (!format.holds(image)) fail_to_hold(path, format, image);
   // LZW named, not left to OpenCV: without a name it writes float colours in the lossy LogLuv.

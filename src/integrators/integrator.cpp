@@ -1,10 +1,10 @@
 #include "pulson/integrators/integrator.hpp"
 
 #include <algorithm>
-#include <cassert>
 
 #include <fmt/core.h>
 
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {
@@ -18,6 +18,15 @@ StepError::StepError(int step, const TimeGrid& grid, const std::string& reason)
                                  grid.steps, grid.dt(), reason, 2 * grid.steps)),
       step_(step) {}
 
+namespace {
+
+void check_state(std::string_view what, const PhaseState& state, const Points& like) {
+  require_size(what, state.q, like.rows(), like.cols());
+  require_size(what, state.p, like.rows(), like.cols());
+}
+
+}  // namespace
+
 double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {
   double largest = 0;
   for (int k = 0; k < path.grid.steps; ++k)
@@ -28,9 +37,9 @@ double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {
 Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
                                  const MatrixXd& increments, RootSearch search) const {
   const SerialBlas serial;
-  assert(increments.cols() == grid.steps);
-  assert(increments.rows() ==
-         system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols())));
+  check_state("the state at the start", initial, initial.q);
+  const int channels = system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols()));
+  require_size("the increments of the noise", increments, channels, grid.steps);
   if (increments.rows() > 0 && !traits().noise)
     throw InputError(
         fmt::format("integrator '{}' is for no noise, and the noise is '{}'", name(), system.noise->spec()));
@@ -62,6 +71,8 @@ Integrator::Step Integrator::step_of(const StochasticSystem& system, const Traje
 
 PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory& path, const PathChange& change) const {
   const SerialBlas serial;
+  check_state("the change of the start", change.initial, path.initial().q);
+  require_size("the change of the increments", change.increments, path.increments.rows(), path.increments.cols());
   const MatrixXd w = acting(path.increments);
   const MatrixXd dw = acting(change.increments);
   PhaseState delta = change.initial;
@@ -84,6 +95,7 @@ std::vector<SpaceStep> Integrator::space_steps(const StochasticSystem& system, c
 PathGradient Integrator::adjoint(const StochasticSystem& system, const Trajectory& path,
                                  const PhaseState& final_bar) const {
   const SerialBlas serial;
+  check_state("the derivative by the end", final_bar, path.final().q);
   const MatrixXd w = acting(path.increments);
   MatrixXd w_bar(w.rows(), w.cols());
   PathGradient gradient;
@@ -117,6 +129,7 @@ EndpointJacobian Integrator::endpoint_jacobian(const StochasticSystem& system, c
 MatrixXd Integrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                       const MatrixXd& momentum_changes) const {
   const Points& q = path.final().q;
+  require_size("the changes of the momenta", momentum_changes, q.size(), momentum_changes.cols());
   MatrixXd changes(q.size(), momentum_changes.cols());
   parallel_for(static_cast<int>(momentum_changes.cols()), [&](int column) {
     const PhaseState start{Points::Zero(q.rows(), q.cols()), momentum_changes.col(column).reshaped(q.rows(), q.cols())};

@@ -11,6 +11,7 @@
 
 #include "landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {
@@ -117,7 +118,10 @@ Points turned(const Points& points, Index first, Index second) {
 
 }  // namespace
 
-Points Alignment::apply(const Points& x) const { return (scale * linear * x).colwise() + translation; }
+Points Alignment::apply(const Points& x) const {
+  require_size("the points of an alignment", x, linear.cols(), x.cols());
+  return (scale * linear * x).colwise() + translation;
+}
 
 AlignmentKind parse_alignment(std::string_view name) {
   std::string valid;
@@ -137,6 +141,7 @@ std::string alignment_name(AlignmentKind kind) {
 Alignment align(const Points& source, const Points& target, AlignmentKind kind, const AlignmentOptions& options) {
   const Index d = source.rows();
   Alignment motion{kind, 1, MatrixXd::Identity(d, d), VectorXd::Zero(d)};
+  require_size("the target of an alignment", target, d, source.cols());
   if (kind == AlignmentKind::kNone) return motion;
   const VectorXd weights = landmark_weights(options.weights, source.cols());
   const std::vector<Index> usable = usable_landmarks(source, target, weights);

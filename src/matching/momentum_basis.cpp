@@ -10,6 +10,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {
@@ -99,12 +100,14 @@ Points MomentumBasis::scatter(const Points& at_pivots) const {
 }
 
 Points MomentumBasis::momenta(const VectorXd& z0) const {
+  require_size("the unknowns of the momenta", z0, unknowns(), 1);
   const auto z = z0.reshaped(dimension_, rank());
   if (eigen_root_.size() > 0) return scatter(z * eigen_root_.transpose());
   return scatter(factor_.triangularView<Eigen::Lower>().transpose().solve(MatrixXd(z.transpose())).transpose());
 }
 
 VectorXd MomentumBasis::pull_back(const Points& p_bar) const {
+  require_size("the derivative by the momenta", p_bar, q0_.rows(), q0_.cols());
   const Points at_pivots = p_bar(Eigen::all, pivots_);
   if (eigen_root_.size() > 0) return (at_pivots * eigen_root_).reshaped();
   return factor_.triangularView<Eigen::Lower>().solve(MatrixXd(at_pivots.transpose())).transpose().reshaped();
@@ -112,6 +115,7 @@ VectorXd MomentumBasis::pull_back(const Points& p_bar) const {
 
 // With p = Wz, WWᵀ = (λK)⁻¹: z = WᵀλKp.
 VectorXd MomentumBasis::white(const Points& p) const {
+  require_size("the momenta", p, q0_.rows(), q0_.cols());
   Points velocity = Points::Zero(dimension_, q0_.cols());
   velocity(Eigen::all, pivots_) = lambda_ * kernel_.apply(q0_(Eigen::all, pivots_), q0_, p);
   return pull_back(velocity);

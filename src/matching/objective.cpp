@@ -39,7 +39,10 @@ void check(const MatchingProblem& problem) {
         problem.source.rows() != target.rows() || problem.source.cols() != target.cols())
       throw InputError(fmt::format("the source has {} landmarks in {}D, the target {} in {}D", problem.source.cols(),
                                    problem.source.rows(), target.cols(), target.rows()));
-  problem.system.noise->check(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
+  const auto d = static_cast<int>(problem.source.rows()), n = static_cast<int>(problem.source.cols());
+  problem.system.noise->check(d, n);
+  for (const MatrixXd& realisation : problem.realisations)
+    require_size("a realisation of the noise", realisation, problem.system.noise->channels(d, n), problem.grid.steps);
 }
 
 void require_distinct(const Points& source) {
@@ -92,15 +95,20 @@ VectorXd MatchingObjective::roughness() const {
 }
 
 VectorXd MatchingObjective::white(const Points& p, const MatrixXd& dw) const {
+  if (controls() > 0) require_size("the increments of the noise", dw, channels_, problem_.grid.steps);
   VectorXd z(unknowns());
   z.head(basis_.unknowns()) = basis_.white(p);
   if (controls() > 0) z.tail(controls()) = dw.reshaped() / std::sqrt(problem_.grid.dt());
   return z;
 }
 
-Points MatchingObjective::momenta(const VectorXd& z) const { return basis_.momenta(z.head(basis_.unknowns())); }
+Points MatchingObjective::momenta(const VectorXd& z) const {
+  require_size("the unknowns", z, unknowns(), 1);
+  return basis_.momenta(z.head(basis_.unknowns()));
+}
 
 MatrixXd MatchingObjective::increments(const VectorXd& z) const {
+  require_size("the unknowns", z, unknowns(), 1);
   const Index channels = controls() > 0 ? channels_ : 0;
   return std::sqrt(problem_.grid.dt()) * z.tail(controls()).reshaped(channels, problem_.grid.steps);
 }

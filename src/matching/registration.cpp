@@ -10,6 +10,7 @@
 #include "accuracy.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -320,6 +321,8 @@ Trajectory replay(const Registration& registration) {
 }
 
 int order_inversions(const Points& before, const Points& after) {
+  require_size("landmarks on a line", before, 1, before.cols());
+  require_size("landmarks on a line", after, 1, before.cols());
   int count = 0;
   for (Eigen::Index b = 1; b < before.cols(); ++b)
     for (Eigen::Index a = 0; a < b; ++a)

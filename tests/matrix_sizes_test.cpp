@@ -90,17 +90,17 @@ TEST(MatrixSizes, OfPaths) {
 TEST(MatrixSizes, OfMatching) {
   expect_refused([&] { align(kSquare, kTriangle, AlignmentKind::kRigid); }, "2 x 3", "2 x 4");
   expect_refused([&] { align(kSquare, kSquare, AlignmentKind::kNone).apply(kLine); }, "1 x 4", "2 x 4");
-  expect_refused([&] { fit_displacements(kSquare, kTriangle, {}); }, "2 x 3", "2 x 4");
+  expect_refused([&] { fit_displacements(kSquare, kTriangle, {.sigma = 0.1}); }, "2 x 3", "2 x 4");
   expect_refused([&] { distances(kSquare, kTriangle); }, "2 x 3", "2 x 4");
   expect_refused([&] { order_inversions(kSquare, kSquare); }, "2 x 4", "1 x 4");
-  const LandmarkTerm term({.target = kSquare});
+  const LandmarkTerm term({.target = kSquare, .sigma = 0.1});
   expect_refused([&] { term.value(kTriangle); }, "2 x 3", "2 x 4");
   expect_refused([&] { term.gradient(kTriangle); }, "2 x 3", "2 x 4");
   expect_refused([&] { term.linearise(kSquare, MatrixXd::Zero(6, 1)); }, "6 x 1", "8 x 1");
   expect_refused([&] { term.moved(kTriangle); }, "2 x 3", "2 x 4");
 
   MatchingProblem problem{
-      noisy_system(), make_integrator("variational-2"), {1, 5}, kSquare, std::make_shared<LandmarkTerm>(term)};
+      noisy_system(), make_integrator("variational-2"), {1, 5}, kSquare, std::make_shared<LandmarkTerm>(term), 0.1, 1};
   const MatchingObjective objective(problem);
   const MatrixXd increments = MatrixXd::Zero(8, 5);
   expect_refused([&] { objective.evaluate(VectorXd::Zero(7)); }, "7 x 1", "48 x 1");

@@ -23,7 +23,7 @@ constexpr double kCovarianceRounding = 1e-13;
 void check(const LandmarkObservations& observed) {
   const Index d = observed.target.rows();
   const auto n = static_cast<std::size_t>(observed.target.cols());
-  require_positive("sigma", observed.sigma);
+  if (observed.covariances.empty()) require_positive("sigma", observed.sigma);
   if (!observed.covariances.empty() && observed.covariances.size() != n)
     throw InputError(fmt::format("there are {} covariances for {} landmarks", observed.covariances.size(), n));
   for (std::size_t a = 0; a < observed.covariances.size(); ++a) {

@@ -41,8 +41,9 @@ double automatic_data_width(const Curve& target);
 
 struct CurveTermOptions {
   CurveMeasure measure = CurveMeasure::kVarifold;
-  double sigma = 0.01;  ///< standard deviation of the observation, length units
-  double width = 0;     ///< w, length units: features much smaller than it are not seen; see automatic_data_width()
+  double sigma = 0;  ///< standard deviation of the observation, length units: must be given
+  double width =
+      0;  ///< w, length units, must be given: features much smaller than it are not seen; see automatic_data_width()
 };
 
 /// Holds a curve with vertices q near a target curve y, with no correspondence of points: in a Hilbert space of

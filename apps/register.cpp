@@ -80,7 +80,7 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
   options.noise = fitted.noise;
   options.sigma = fitted.sigma;
   options.lambda = fitted.lambda;
-  if (!options.mode && options.noise != "none") options.mode = MatchingMode::kMap;  // that of the evidence
+  if (!options.mode && options.noise.spec() != "none") options.mode = MatchingMode::kMap;  // that of the evidence
   return fitted;
 }
 
@@ -125,12 +125,12 @@ int run_register(const RegisterArguments& arguments) {
   tell_step("wrote the results");
   tell_notes(notes);
   if (arguments.output.prints()) {
-    print_registration(registration, facts, arguments.options.kernel);
+    print_registration(registration, facts, arguments.kernel);
     if (arguments.homotopy) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
     arguments.output.print_written(files, pictures);
   }
-  if (registration.noise == "none" && options.noise != "none")
-    tell_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise));
+  if (registration.noise == "none" && options.noise.spec() != "none")
+    tell_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
   for (const std::string& text : registration_warnings(registration)) tell_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }

@@ -90,8 +90,8 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
   Json json{{"source", comparison.cohort.source.source},
             {"targets", shape_names(comparison.cohort.targets)},
             {"alignment", alignment_name(comparison.cohort.alignment)},
-            {"kernel", comparison.settings.kernel},
-            {"sigma", comparison.settings.sigma},
+            {"kernel", comparison.settings.kernel.spec()},
+            {"sigma", comparison.settings.sigma.in(0)},
             {"time", comparison.settings.grid.time},
             {"steps", comparison.settings.grid.steps},
             {"coordinates", comparison.models.front().fit.coordinates},
@@ -129,8 +129,8 @@ std::string shapes_csv(const Comparison& comparison) {
 
 std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                           const RecoveryOptions& options, double seconds) {
-  Json json{{"kernel", options.settings.kernel},
-            {"sigma", options.settings.sigma},
+  Json json{{"kernel", options.settings.kernel.spec()},
+            {"sigma", options.settings.sigma.in(0)},
             {"alignment", alignment_name(options.alignment)},
             {"cohorts", options.cohorts},
             {"shapes", options.shapes},
@@ -140,7 +140,7 @@ std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vecto
             {"seconds", seconds},
             {"version", version()}};
   for (const RecoveryRow& row : rows)
-    json["models"].push_back({{"noise", row.truth.noise},
+    json["models"].push_back({{"noise", row.truth.noise.spec()},
                               {"lambda", row.truth.lambda},
                               {"noise_share", row.noise_share},
                               {"displacement", row.displacement},

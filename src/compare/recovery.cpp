@@ -20,8 +20,9 @@ constexpr int kSamples = 1000;  // for the share of the noise
 
 MatchingProblem problem_of(const Cohort& cohort, const TrueModel& truth, const CohortSettings& settings) {
   CohortFit fit;
-  fit.kernel = settings.kernel;
-  fit.noise = truth.noise;
+  fit.kernel = settings.kernel.spec();
+  fit.noise = truth.noise.spec();
+  if (truth.noise.is_own()) fit.own_noise = truth.noise.make(cohort.source);
   fit.lambda = truth.lambda;
   return shape_problem(cohort, fit, settings, 0);
 }
@@ -49,7 +50,7 @@ std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProble
 }
 
 // The candidate of greatest score; -1 where none can be fitted.
-int choose(const Cohort& cohort, const std::vector<std::string>& candidates, const CohortSettings& settings) {
+int choose(const Cohort& cohort, const std::vector<NoiseChoice>& candidates, const CohortSettings& settings) {
   int best = -1;
   double score = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i) try {
@@ -66,19 +67,20 @@ int choose(const Cohort& cohort, const std::vector<std::string>& candidates, con
 }  // namespace
 
 std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
-                                        const std::vector<std::string>& candidates, const RecoveryOptions& options) {
+                                        const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options) {
   const SerialBlas serial;
   if (options.cohorts < 1 || options.shapes < 1)
     throw InputError(
         fmt::format("{} cohorts of {} shapes; there must be one of each at least", options.cohorts, options.shapes));
   const Cohort alone = make_cohort(source, {source}, AlignmentKind::kNone);
   CohortSettings settings = options.settings;
-  settings.kernel = make_kernel(settings.kernel, source.points).spec();
+  settings.kernel = settings.kernel.make(source.points).spec();
   std::vector<RecoveryRow> rows;
   std::vector<MatchingProblem> problems;
   for (const TrueModel& truth : truths) {
     if (!is_complete(truth.noise, source))
-      throw InputError(fmt::format("noise '{}' lacks numbers; shapes are drawn from a complete model", truth.noise));
+      throw InputError(
+          fmt::format("noise '{}' lacks numbers; shapes are drawn from a complete model", truth.noise.spec()));
     problems.push_back(problem_of(alone, truth, settings));
     RecoveryRow row{truth, std::vector<int>(candidates.size()), 0, 0, 0};
     const double with = mean_square(draw_shapes(problems.back(), kSamples, options.seed).ends, source.points);

@@ -126,7 +126,7 @@ class Fit {
     const int unfinished = matches(best).unfinished;
     FittedParameters fitted{fit_.names,         values(maximum.x),   maximum.deviations,
                             maximum.value,      maximum.evaluations, maximum.converged && unfinished == 0,
-                            best.kernel,        best.noise,          best.sigma.in(0),
+                            best.kernel.spec(), best.noise.spec(),   best.sigma.in(0),
                             best.lambda.value()};
     const auto add = [&](const std::string& text) { fitted.note += (fitted.note.empty() ? "" : "; ") + text; };
     for (Index i = 0; i < maximum.x.size(); ++i)

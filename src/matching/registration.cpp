@@ -67,6 +67,8 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
                     Registration& registration) {
   registration.kernel = problem.matching.system.kernel.spec();
   registration.noise = problem.matching.system.noise->spec();
+  if (options.noise.is_own() && problem.mode != MatchingMode::kDeterministic)
+    registration.own_noise = problem.matching.system.noise;
   registration.mode = problem.mode;
   registration.integrator = problem.matching.integrator->name();
   registration.grid = options.grid;
@@ -300,7 +302,7 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
 
 StochasticSystem registration_system(const Registration& registration) {
   return {make_kernel(registration.kernel, registration.source.points),
-          make_noise(registration.noise, registration.source)};
+          registration.own_noise ? registration.own_noise : make_noise(registration.noise, registration.source)};
 }
 
 Trajectory replay(const Registration& registration) {

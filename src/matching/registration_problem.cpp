@@ -54,7 +54,7 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
 // Whether noise takes two landmarks apart that are at one place, along each axis: in metamorphosis, where it moves one
 // otherwise than the other.
 bool may_part(const Landmarks& source, int first, int second, const RegistrationOptions& options) {
-  const std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, source);
+  const std::shared_ptr<const NoiseModel> noise = options.noise.make(source);
   const int d = source.dimension(), channels = noise->channels(d, source.count());
   if (channels == 0 || options.mode.value_or(usual_mode(options, *noise, true)) != MatchingMode::kMetamorphosis ||
       !noise->traits().linear)
@@ -173,12 +173,12 @@ double length_scale(const Points& q0) {
 
 Scales choose_scales(const MatchingShapes& shapes, const Points& q0, const RegistrationOptions& options,
                      AlignmentKind alignment) {
-  const bool is_auto = options.kernel == "auto";
+  const bool is_auto = options.kernel.spec() == "auto";
   const double size = is_auto || options.sigma.is_relative() || !options.lambda ? length_scale(q0) : 0;
   const double sigma = options.sigma.in(size);
   require_positive("sigma", sigma);
   const double lambda = options.lambda.value_or(1 / (size * size));
-  if (!is_auto) return {make_kernel(options.kernel, q0), lambda, sigma, std::nullopt};
+  if (!is_auto) return {options.kernel.make(q0), lambda, sigma, std::nullopt};
   DisplacementOptions model;
   model.alignment = alignment;
   model.sigma = sigma;
@@ -210,7 +210,7 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
 
   const Points& q0 = aligned.points;
   Scales scales = choose_scales(shapes, q0, options, alignment.kind);
-  std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, aligned);
+  std::shared_ptr<const NoiseModel> noise = options.noise.make(aligned);
   noise->check(aligned.dimension(), aligned.count());
   const bool noisy = noise->channels(aligned.dimension(), aligned.count()) > 0;
   const MatchingMode mode = choose_mode(options, *noise, noisy);

@@ -1,21 +1,25 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "pulson/compare/cohort.hpp"
+#include "pulson/core/length.hpp"
 #include "pulson/matching/objective.hpp"
+#include "pulson/noise/noise_table.hpp"
 
 namespace pulson {
 
 /// What all models of a comparison share.
 struct CohortSettings {
-  std::string kernel = "gaussian:alpha=auto";
+  KernelChoice kernel = "gaussian:alpha=auto";
   TimeGrid grid{};
   std::string integrator = "variational";
-  double sigma = 0.01;             ///< standard deviation of an observed coordinate, length units
+  Length sigma =
+      Length::percent(1);  ///< standard deviation of an observed coordinate, or per cent of the source's diameter
   std::optional<double> lambda{};  ///< weight of the energy, 1/variance of the momenta; none: fitted
   int importance_samples = 200;    ///< for each shape, with which the evidence is checked
   std::uint64_t seed = 1;          ///< of these
@@ -56,6 +60,8 @@ struct ShapeFit {
 struct CohortFit {
   std::string kernel;
   std::string noise;  ///< specification with the fitted numbers
+  /// The noise with these, where it is not one that make_noise() makes of `noise`; else null.
+  std::shared_ptr<const NoiseModel> own_noise{};
   double lambda = 0;
   std::vector<FittedNumber> fitted;
   std::vector<ShapeFit> shapes;
@@ -87,12 +93,13 @@ struct CohortFit {
 /// unknowns. In terms of variances v_g of momenta and channels C = I + Σ_g v_g M_g, so that for matches held fixed the
 /// v_g of greatest evidence are found by Fisher scoring at no further path; matches and v_g are found in turn, until
 /// they rest (M. Lindstrom and D. Bates 1990). Numbers that are no amplitudes (`gamma`) are searched for around that.
-/// @param noise a specification, numbers that are to be fitted left out; "none" is the geodesic
+/// @param noise a specification, numbers that are to be fitted left out, or a model, whose numbers are all kept; "none"
+/// is the geodesic
 /// @throws InputError where an option is wrong or a number that must be fitted has no start
-CohortFit fit_cohort(const Cohort& cohort, const std::string& noise, const CohortSettings& settings);
+CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings);
 
 /// Whether the specification of a noise lacks no number that it must have.
-bool is_complete(const std::string& noise, const Landmarks& shape);
+bool is_complete(const NoiseChoice& noise, const Landmarks& shape);
 
 /// The problem of one target of the cohort with the numbers of a fit.
 MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings, int target);

@@ -348,9 +348,11 @@ TEST_F(LibraryMessages, NameSettingsAndNoOptionsOfTheCommandLine) {
   ASSERT_NE(known, "");
   static const std::regex kOption("(^|[^-a-z(]|[^r][(])--[a-z]{2}");
   static const std::regex kSetting("`([^`]*?)( = [^`]*)?`");
+  const std::string described = "landmarks of menpo: ";  // of a format, whose own words are in backticks
   int settings = 0;
   for (const auto& [file, text] : library_literals()) {
     EXPECT_FALSE(std::regex_search(text, kOption)) << file << ": " << text;
+    if (text.starts_with(described)) continue;
     for (std::sregex_iterator at(text.begin(), text.end(), kSetting), end; at != end; ++at, ++settings)
       EXPECT_TRUE(known.find('"' + (*at)[1].str() + '"') != std::string::npos ||
                   known.find('"' + (*at)[1].str() + (*at)[2].str() + '"') != std::string::npos)

@@ -322,7 +322,9 @@ TEST(RegistrationErrors, ObjectiveRefusesWhatDoesNotFit) {
                          make_integrator("variational"),
                          {},
                          source,
-                         std::make_shared<LandmarkTerm>(LandmarkObservations{target})});
+                         std::make_shared<LandmarkTerm>(LandmarkObservations{target, 0.01}),
+                         0.01,
+                         1});
     });
   };
   EXPECT_EQ(error(q, q), "no error");

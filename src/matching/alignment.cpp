@@ -12,6 +12,7 @@
 #include "landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
@@ -139,6 +140,7 @@ std::string alignment_name(AlignmentKind kind) {
 }
 
 Alignment align(const Points& source, const Points& target, AlignmentKind kind, const AlignmentOptions& options) {
+  const SerialBlas serial;
   const Index d = source.rows();
   Alignment motion{kind, 1, MatrixXd::Identity(d, d), VectorXd::Zero(d)};
   require_size("the target of an alignment", target, d, source.cols());

@@ -59,6 +59,7 @@ VectorXd path_start(const MatchingObjective& objective, const MinimiseOptions& o
     return unknowns(found, found.increments);
   }
   problem.system.noise = make_noise("none");
+  problem.realisations.clear();
   if (problem.data->landmarks() == nullptr) return unknowns(search_paths(problem, options), still);
   return unknowns(search_geodesic(problem, options), still);
 }

@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
@@ -200,6 +201,7 @@ Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const 
 }
 
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+  const SerialBlas serial;
   MatchingShapes shapes = matching_shapes(
       source, target, options.data,
       [&](const Landmarks& shape, int first, int second) { return may_part(shape, first, second, options); });

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "known_values.hpp"
-#include "pulson/core/name_table.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/kernels/kernel_operator.hpp"

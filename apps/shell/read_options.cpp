@@ -28,8 +28,8 @@ void add_column(std::string_view text, ReadOptions& options) {
     throw InputError(
         fmt::format("--columns: '{}' is not of the form x=COLUMN; valid: {}", text, fmt::join(kColumnKeys, ", ")));
   if (std::find(kColumnKeys.begin(), kColumnKeys.end(), key) == kColumnKeys.end())
-    throw InputError(fmt::format("--columns: '{}' is not the name of a kind of column{}", key,
-                                 advice_on_name(key, kColumnKeys)));
+    throw InputError(
+        fmt::format("--columns: '{}' is not the name of a kind of column{}", key, advice_on_name(key, kColumnKeys)));
   if (!options.columns.try_emplace(key, text.substr(equals + 1)).second)
     throw InputError(fmt::format("--columns: {} is given twice", key));
 }

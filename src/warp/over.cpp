@@ -5,10 +5,10 @@ namespace pulson {
 namespace {
 
 constexpr EnumNames<SheetOrder, 4> kRules = {"rule for what is on top",
-                                       {{{"least-stretched", SheetOrder::kLeastStretched},
-                                         {"average", SheetOrder::kAverage},
-                                         {"first", SheetOrder::kFirst},
-                                         {"label-order", SheetOrder::kPriority}}}};
+                                             {{{"least-stretched", SheetOrder::kLeastStretched},
+                                               {"average", SheetOrder::kAverage},
+                                               {"first", SheetOrder::kFirst},
+                                               {"label-order", SheetOrder::kPriority}}}};
 
 }  // namespace
 

@@ -146,7 +146,8 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsNoToml) {
   EXPECT_THAT(complaint("run.toml", "= 4\n"), HasSubstr("run.toml:1: error while parsing"));
   EXPECT_THAT(complaint("run.toml", "kernel = \"\xFF\"\n"), HasSubstr("run.toml:1: "));
   for (const char* not_used : {"[[register]]\n", "[register.more]\n", "steps = 2020-01-02\n", "fit = [[\"beta\"]]\n"})
-    EXPECT_THAT(complaint("run.toml", not_used), HasSubstr("run.toml:1: a string, number, true, false or list of these"));
+    EXPECT_THAT(complaint("run.toml", not_used),
+                HasSubstr("run.toml:1: a string, number, true, false or list of these"));
   EXPECT_THAT(complaint("run.json", "{\"steps\": 4,}"), HasSubstr("run.json: parse error at line 1"));
   EXPECT_THAT(complaint("run.json", "[4]"), HasSubstr("run.json: an object"));
   EXPECT_THAT(complaint("run.json", R"({"steps": null})"), HasSubstr("run.json: steps: a string, number, true, false"));

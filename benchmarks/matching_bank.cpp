@@ -286,11 +286,12 @@ void print_row(const BankProblem& problem, const Result& result, const Best* bes
   fmt::print("| {} | {} ", problem.name, problem.mode.empty() ? "default" : problem.mode);
   if (has_registration(of)) {
     fmt::print("| {} | {} | {} | {} | {:.5g} | {} | {:.4g} | {:.4g} | {:.4g} | {:.3g} | {} | {} | {:.2f} | {} ",
-               of.count, of.dimension, problem.options.noise, problem.options.grid.steps, of.cost.total(), known,
+               of.count, of.dimension, problem.options.noise.spec(), problem.options.grid.steps, of.cost.total(), known,
                of.cost.energy, of.cost.action, of.cost.data, of.rms_in_sigma, of.iterations, of.evaluations, of.seconds,
                of.converged ? "yes" : "no");
   } else {
-    fmt::print("| | | {} | {} | | {} | | | | | | | | ", problem.options.noise, problem.options.grid.steps, known);
+    fmt::print("| | | {} | {} | | {} | | | | | | | | ", problem.options.noise.spec(), problem.options.grid.steps,
+               known);
   }
   if (of.status == Status::kChecked)
     fmt::print("| {:.1e} | {:.5g} | {} | {} ", of.shot.end_error, of.shot.cost, number("{:.0e}", of.shot.step_error),
@@ -332,7 +333,7 @@ struct Summary {
 
 // Whether it is solved in its own mode.
 bool is_compared(const BankProblem& problem, const Settings& settings) {
-  return settings.noise_mode.empty() || problem.options.noise == "none";
+  return settings.noise_mode.empty() || problem.options.noise.spec() == "none";
 }
 
 std::vector<BankProblem> chosen_problems(const Settings& settings) {

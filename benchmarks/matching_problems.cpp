@@ -128,7 +128,7 @@ RegistrationOptions fixed(double alpha, double sigma, const std::string& noise =
 std::string ch_sd(double beta) { return fmt::format("ch-sd:beta={}", beta); }
 
 BankProblem problem(std::string name, RegistrationOptions options, Shapes shapes) {
-  const std::string mode = options.noise == "none" ? "deterministic" : "metamorphosis";
+  const std::string mode = options.noise.spec() == "none" ? "deterministic" : "metamorphosis";
   return {std::move(name), mode, std::move(options), std::move(shapes)};
 }
 

@@ -15,6 +15,10 @@ target_compile_options(
             $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # false alarms of g++ 12 on std::string (its bug 105651)
             $<$<BOOL:${PULSON_WARNINGS_AS_ERRORS}>:-Werror>)
 
+# Eigen's products of matrices by BLAS, in all of our code or in none: the linker keeps one of several equal names. It is
+# no property of our targets, so what a program that links them compiles stays as it is; see docs/library.md.
+target_compile_definitions(pulson_options INTERFACE EIGEN_USE_BLAS)
+
 # SSSE3 alone is of few machines, and a fifth of the compile time of vector code. In all of our code or in none.
 target_compile_definitions(pulson_options INTERFACE HWY_DISABLED_TARGETS=HWY_SSSE3)
 
@@ -56,7 +60,6 @@ function(pulson_precompile target kind)
     file(WRITE ${PROJECT_BINARY_DIR}/headers_${kind}.cpp "")
     add_library(pulson_headers_${kind} OBJECT ${PROJECT_BINARY_DIR}/headers_${kind}.cpp)
     target_link_libraries(pulson_headers_${kind} PRIVATE pulson_options Eigen3::Eigen Threads::Threads ${packages_${kind}})
-    target_compile_definitions(pulson_headers_${kind} PRIVATE EIGEN_USE_BLAS)
     target_compile_options(pulson_headers_${kind} PRIVATE ${PULSON_OPTIONS_${kind}})
     target_precompile_headers(pulson_headers_${kind} PRIVATE ${ARGN})
   endif()

@@ -61,7 +61,7 @@ void CompareArguments::add_to(CLI::App& verb) {
                  ->type_name("NAME")
                  ->capture_default_str(),
              "alignment", {"auto"});
-  verb.add_option("--kernel", options.settings.kernel, "kernel of all models, see pulson info kernels")
+  verb.add_option("--kernel", kernel, "kernel of all models, see pulson info kernels")
       ->type_name("SPEC")
       ->capture_default_str();
   verb.add_option("--lambda", lambda, "inverse variance of the momenta; fit: fitted in each model")
@@ -136,7 +136,7 @@ CompareOptions CompareArguments::compare_options(const Landmarks& about, std::ve
   if (true_lambda && !(*true_lambda > 0))
     throw InputError(fmt::format("--true-lambda is {}; it must be greater than 0", *true_lambda));
   asked.settings.grid = time.grid();
-  asked.settings.kernel = make_kernel(asked.settings.kernel, about.points).spec();
+  asked.settings.kernel = make_kernel(kernel, about.points).spec();
   asked.maps = !no_maps;
   if (lambda != "fit") asked.settings.lambda = parse_number(lambda, "--lambda");
   asked.settings.sigma = sigma == "auto" ? kUsualSigma * diameter(about.points) : parse_number(sigma, "--sigma");
@@ -144,7 +144,7 @@ CompareOptions CompareArguments::compare_options(const Landmarks& about, std::ve
     notes.push_back(
         fmt::format("sigma {:.3g}, 1 % of the diameter, is a guess: give --sigma, the digitising error, on which the "
                     "ranking depends",
-                    asked.settings.sigma));
+                    asked.settings.sigma.in(0)));
   return asked;
 }
 

@@ -20,6 +20,7 @@ struct CompareArguments {
   std::vector<std::string> noises;
   std::optional<std::string> source;
   ReadOptions reading;
+  std::string kernel = "gaussian:alpha=auto";
   std::string align = "auto";
   std::string sigma = "auto";
   std::string lambda = "fit";

@@ -33,6 +33,8 @@ void write_report(const HtmlReport& report, const OutputOptions& output) {
   write_file_atomically(output.file("report.html"), html_report(report));
 }
 
+std::vector<NoiseChoice> choices(const std::vector<std::string>& noises) { return {noises.begin(), noises.end()}; }
+
 int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes, CompareOptions options,
                    std::vector<std::string> notes) {
   const double start = seconds_now();
@@ -54,7 +56,7 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
     log_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
   };
   arguments.output.check(kComparisonFiles, kComparisonPictures);
-  const Comparison comparison = compare_models(shapes, arguments.noises, options);
+  const Comparison comparison = compare_models(shapes, choices(arguments.noises), options);
   progress.clear();
   const double seconds = seconds_now() - start;
   const std::string record = comparison_json(comparison, seconds);
@@ -111,7 +113,7 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
   };
   arguments.output.check(kStudyFiles, kStudyPictures);
   const auto rows =
-      study_recovery(cohort.source, true_models(arguments, cohort, options.settings), arguments.noises, study);
+      study_recovery(cohort.source, true_models(arguments, cohort, options.settings), choices(arguments.noises), study);
   progress.clear();
   const double seconds = seconds_now() - start;
   const std::string record = recovery_json(rows, arguments.noises, study, seconds);

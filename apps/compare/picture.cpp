@@ -109,7 +109,7 @@ Chart comparison_chart(const Comparison& comparison) {
       .title = verdict(comparison),
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
-                              shortened_spec(comparison.settings.kernel), comparison.settings.sigma),
+                              shortened_spec(comparison.settings.kernel.spec()), comparison.settings.sigma.in(0)),
       .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), noise_displacements(comparison)}}};
   if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
   return chart;
@@ -121,7 +121,7 @@ Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std
                    .x_label = "generating model, in the order given",
                    .y_range = std::pair{0.0, 1.0}};
   std::vector<std::string> drawn;
-  for (const RecoveryRow& row : rows) drawn.push_back(row.truth.noise);
+  for (const RecoveryRow& row : rows) drawn.push_back(row.truth.noise.spec());
   panel.x_names = short_names(drawn);
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     Series series{.name = shortened_spec(candidates[c]), .x = {}, .y = {}, .style = SeriesStyle::kBars};
@@ -135,7 +135,7 @@ Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std
   }
   return {.title = "Which model is chosen?",
           .subtitle = fmt::format("{} cohorts of {} shapes, {}, sigma {:.3g}", options.cohorts, options.shapes,
-                                  shortened_spec(options.settings.kernel), options.settings.sigma),
+                                  shortened_spec(options.settings.kernel.spec()), options.settings.sigma.in(0)),
           .rows = {{panel}}};
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pulson/core/version.hpp"
+#include "shell/option_words.hpp"
 
 namespace pulson {
 namespace {
@@ -89,8 +90,8 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
   Json json{{"source", comparison.cohort.source.source},
             {"targets", shape_names(comparison.cohort.targets)},
             {"alignment", alignment_name(comparison.cohort.alignment)},
-            {"kernel", comparison.settings.kernel},
-            {"sigma", comparison.settings.sigma},
+            {"kernel", comparison.settings.kernel.spec()},
+            {"sigma", comparison.settings.sigma.in(0)},
             {"time", comparison.settings.grid.time},
             {"steps", comparison.settings.grid.steps},
             {"coordinates", comparison.models.front().fit.coordinates},
@@ -99,7 +100,7 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
             {"eigenvalues", numbers(comparison.eigenvalues)},
             {"observed_spectrum", numbers(comparison.observed)},
             {"observed_spectrum_error", numbers(comparison.observed_error)},
-            {"notes", comparison.notes},
+            {"notes", in_option_words(comparison.notes)},
             {"seconds", seconds},
             {"version", version()}};
   for (const ComparedModel& model : comparison.models) json["models"].push_back(model_json(model, comparison.settings));
@@ -128,8 +129,8 @@ std::string shapes_csv(const Comparison& comparison) {
 
 std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                           const RecoveryOptions& options, double seconds) {
-  Json json{{"kernel", options.settings.kernel},
-            {"sigma", options.settings.sigma},
+  Json json{{"kernel", options.settings.kernel.spec()},
+            {"sigma", options.settings.sigma.in(0)},
             {"alignment", alignment_name(options.alignment)},
             {"cohorts", options.cohorts},
             {"shapes", options.shapes},
@@ -139,7 +140,7 @@ std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vecto
             {"seconds", seconds},
             {"version", version()}};
   for (const RecoveryRow& row : rows)
-    json["models"].push_back({{"noise", row.truth.noise},
+    json["models"].push_back({{"noise", row.truth.noise.spec()},
                               {"lambda", row.truth.lambda},
                               {"noise_share", row.noise_share},
                               {"displacement", row.displacement},

@@ -8,6 +8,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "shell/messages.hpp"
+#include "shell/option_words.hpp"
 #include "shell/program.hpp"
 #include "summary.hpp"
 
@@ -104,7 +105,7 @@ ReportTable shape_table(const Comparison& comparison) {
 
 void add_ends(HtmlReport& report, const std::vector<std::string>& notes, double seconds) {
   ReportSection remarks{"Remarks", {}};
-  for (const std::string& note : notes) remarks.blocks.emplace_back(ReportParagraph{"Note: " + note});
+  for (const std::string& note : notes) remarks.blocks.emplace_back(ReportParagraph{"Note: " + in_option_words(note)});
   if (!notes.empty()) report.sections.push_back(std::move(remarks));
   report.command = command_line();
   report.version = fmt::format("pulson {}, {:.1f} s", version(), seconds);
@@ -120,8 +121,8 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
       "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
       counted(comparison.cohort.targets.size(), "shape"), counted(comparison.cohort.source.count(), "landmark"),
       comparison.cohort.source.dimension(), comparison.cohort.source.source,
-      alignment_name(comparison.cohort.alignment), shortened_spec(comparison.settings.kernel),
-      comparison.settings.grid.steps, comparison.settings.sigma)});
+      alignment_name(comparison.cohort.alignment), shortened_spec(comparison.settings.kernel.spec()),
+      comparison.settings.grid.steps, comparison.settings.sigma.in(0))});
   models.blocks.emplace_back(evidence_table(comparison));
   if (!picture.empty())
     models.blocks.emplace_back(ReportPicture{picture, "The same as comparison.png and comparison.svg."});
@@ -140,15 +141,16 @@ HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vect
       .lead =
           fmt::format("{} cohorts of {} shapes were drawn from each model, and all models were fitted to each cohort.",
                       options.cohorts, options.shapes)};
-  ReportTable table{{"drawn from", "lambda", "noise share"},
-                    {},
-                    fmt::format("Number of cohorts for which each model was chosen. Kernel {}, sigma {:.4g}, seed {}.",
-                                shortened_spec(options.settings.kernel), options.settings.sigma, options.seed)};
+  ReportTable table{
+      {"drawn from", "lambda", "noise share"},
+      {},
+      fmt::format("Number of cohorts for which each model was chosen. Kernel {}, sigma {:.4g}, seed {}.",
+                  shortened_spec(options.settings.kernel.spec()), options.settings.sigma.in(0), options.seed)};
   for (const std::string& candidate : candidates) table.header.push_back(shortened_spec(candidate));
   table.header.emplace_back("no model could be fitted");
   for (const RecoveryRow& row : rows) {
     std::vector<ReportCell> cells = {
-        {shortened_spec(row.truth.noise)}, cell(row.truth.lambda), {number(100 * row.noise_share, "{:.0f} %")}};
+        {shortened_spec(row.truth.noise.spec())}, cell(row.truth.lambda), {number(100 * row.noise_share, "{:.0f} %")}};
     for (const int chosen : row.chosen) cells.push_back({std::to_string(chosen)});
     cells.push_back({std::to_string(row.unfit)});
     table.rows.push_back(std::move(cells));

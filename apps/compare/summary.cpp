@@ -86,8 +86,8 @@ void print_comparison(const Comparison& comparison) {
   fmt::print("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
              counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
-  fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", shortened_spec(comparison.settings.kernel),
-             comparison.settings.grid.steps, comparison.settings.sigma);
+  fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", shortened_spec(comparison.settings.kernel.spec()),
+             comparison.settings.grid.steps, comparison.settings.sigma.in(0));
   print_row({"noise", "score", "weight", "log evidence", "sampled", "rms", "energy", "action"});
   const std::vector<std::size_t> order = ranked(comparison);
   for (const std::size_t i : order) {
@@ -116,12 +116,14 @@ void print_comparison(const Comparison& comparison) {
 void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                     const RecoveryOptions& options) {
   fmt::print("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
-             options.cohorts, options.shapes, shortened_spec(options.settings.kernel), options.settings.sigma);
+             options.cohorts, options.shapes, shortened_spec(options.settings.kernel.spec()),
+             options.settings.sigma.in(0));
   std::vector<std::string> head = {"drawn from", "noise share"};
   for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));
   print_row(head);
   for (const RecoveryRow& row : rows) {
-    std::vector<std::string> cells = {shortened_spec(row.truth.noise), number(100 * row.noise_share, "{:.0f} %")};
+    std::vector<std::string> cells = {shortened_spec(row.truth.noise.spec()),
+                                      number(100 * row.noise_share, "{:.0f} %")};
     for (const int chosen : row.chosen) cells.push_back(std::to_string(chosen));
     print_row(cells);
   }

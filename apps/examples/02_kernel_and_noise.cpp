@@ -28,7 +28,7 @@ int main(int argc, char** argv) try {
   std::cout.precision(4);
   compare_noises(pulson::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/swap_source.csv"),
                  pulson::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/swap_target.csv"));
-} catch (const pulson::InputError& error) {
+} catch (const pulson::Error& error) {
   std::cerr << "error: " << error.what() << '\n';
   return 2;
 }

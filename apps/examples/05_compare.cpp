@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   const pulson::Landmarks oval = pulson::read_landmarks(argc > 1 ? argv[1] : "sample_shapes/oval.csv");
   pulson::CompareOptions options;
   options.settings.kernel = "gaussian:alpha=0.5";
+  options.settings.sigma = 0.01;  // of digitising, in the unit of the shapes
   // Only what ranks the models: no check of the evidence by sampling, no predictions, no maps of space.
   options.settings.importance_samples = 0;
   options.folds = 0;

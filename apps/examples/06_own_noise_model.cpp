@@ -1,6 +1,6 @@
 // A noise model of one's own: it moves each group of landmarks as a whole, so that two discs pass through each other
-// rigidly. Written once, for any number type, it is known by its name wherever a noise is specified, and its exact
-// derivatives follow; docs/adding_a_noise_model.md lists what else a model may define.
+// rigidly. Its formula is written once, for any number type, and its exact derivatives follow; options take the model.
+// docs/adding_a_noise_model.md lists what else a model may define, and how it gets a name.
 //
 //   $ 06_own_noise_model
 //   matched, energy 0.02558, action 0.948 of 4 channels
@@ -42,30 +42,20 @@ struct GroupShift : pulson::NoiseFormula {
   }
 };
 
-pulson::NoiseTable::Row group_shift() {
-  return {"group-shift",
-          {{"beta", "", "amplitude, length per square root of time"}},
-          "moves each group of landmarks as a whole; groups may pass through each other",
-          [](const pulson::Parameters& parameters, const pulson::Landmarks& shape) {
-            GroupShift formula;
-            formula.groups = pulson::landmarks_by_group(shape);
-            return pulson::make_differentiated(formula, {parameters.positive("beta")});
-          }};
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  pulson::add_noise(group_shift());
+  const pulson::Landmarks source = pulson::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/discs_source.csv");
+  const pulson::Landmarks target = pulson::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/discs_target.csv");
+  GroupShift group_shift;
+  group_shift.groups = pulson::landmarks_by_group(source);
 
   pulson::RegistrationOptions options;
   options.kernel = "gaussian:alpha=0.4";
-  options.noise = "group-shift:beta=2";
+  options.noise = pulson::make_differentiated(group_shift, {2});  // beta
   options.lambda = 1;
   options.align = pulson::AlignmentKind::kNone;  // a half turn would change the places of the discs, too
-  const pulson::Registration registration =
-      pulson::register_shapes(pulson::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/discs_source.csv"),
-                              pulson::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/discs_target.csv"), options);
+  const pulson::Registration registration = pulson::register_shapes(source, target, options);
   std::cout.precision(4);
   std::cout << (registration.matched() ? "matched" : "not matched") << ", energy " << registration.cost.energy
             << ", action " << registration.cost.action << " of " << registration.increments.rows() << " channels\n";

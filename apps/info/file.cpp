@@ -10,6 +10,7 @@
 
 #include "pulson/core/atomic_file.hpp"
 #include "shell/messages.hpp"
+#include "shell/option_words.hpp"
 
 namespace pulson {
 namespace {
@@ -65,6 +66,7 @@ std::string points_of(const std::vector<Points>& lines) {
 /// A file and the facts about each of its shapes.
 struct FileFacts {
   explicit FileFacts(LandmarkFile read) : file(std::move(read)) {
+    file.warnings = in_option_words(std::move(file.warnings));
     for (const Landmarks& shape : file.shapes) shapes.push_back(shape_facts(shape));
   }
 

@@ -80,13 +80,11 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("TARGET", target, "shape to match: as SOURCE")->required();
   add_read_options(verb, reading);
   output.add_to(verb, "registration.png and .svg");
-  verb.add_option("--kernel", options.kernel,
+  verb.add_option("--kernel", kernel,
                   "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")
       ->capture_default_str();
-  verb.add_option("--noise", options.noise, "noise model, see pulson info noises")
-      ->type_name("SPEC")
-      ->capture_default_str();
+  verb.add_option("--noise", noise, "noise model, see pulson info noises")->type_name("SPEC")->capture_default_str();
   only_known(verb.add_option("--mode", mode,
                              "deterministic: no noise; metamorphosis: the least expensive path under noise [for ch-sd, "
                              "ch-sd-screened, p-sd]; map: the most probable one [for other noise]; pathwise: for one "
@@ -106,6 +104,8 @@ void RegisterArguments::add_to(CLI::App& verb) {
 
 RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {
   RegistrationOptions asked = options;
+  asked.kernel = kernel;
+  asked.noise = noise;
   asked.grid = time.grid();
   asked.more_steps = !time.chosen && !time.dt;
   if (mode) asked.mode = parse_mode(*mode);

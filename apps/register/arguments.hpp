@@ -18,6 +18,8 @@ struct RegisterArguments {
   OutputOptions output;
   RegistrationOptions options;
   TimeOptions time;
+  std::string kernel = "auto";
+  std::string noise = "none";
   std::optional<std::string> mode;
   std::string sigma = "0.5%";
   std::string lambda = "auto";

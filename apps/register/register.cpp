@@ -80,7 +80,7 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
   options.noise = fitted.noise;
   options.sigma = fitted.sigma;
   options.lambda = fitted.lambda;
-  if (!options.mode && options.noise != "none") options.mode = MatchingMode::kMap;  // that of the evidence
+  if (!options.mode && options.noise.spec() != "none") options.mode = MatchingMode::kMap;  // that of the evidence
   return fitted;
 }
 
@@ -89,7 +89,7 @@ Registration register_or_tell(const Landmarks& source, const Landmarks& target, 
                               const std::vector<std::string>& notes) {
   try {
     return register_shapes(source, target, options);
-  } catch (const InputError&) {
+  } catch (const Error&) {
     print_notes(notes);
     throw;
   }
@@ -125,12 +125,12 @@ int run_register(const RegisterArguments& arguments) {
   log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {
-    print_registration(registration, facts, arguments.options.kernel);
+    print_registration(registration, facts, arguments.kernel);
     if (arguments.homotopy) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
     arguments.output.print_written(files, pictures);
   }
-  if (registration.noise == "none" && options.noise != "none")
-    print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise));
+  if (registration.noise == "none" && options.noise.spec() != "none")
+    print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
   for (const std::string& text : registration_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }

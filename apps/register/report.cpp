@@ -10,6 +10,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "registration_warnings.hpp"
+#include "shell/option_words.hpp"
 #include "shell/program.hpp"
 
 namespace pulson {
@@ -173,7 +174,7 @@ ReportSection remarks(const Registration& registration, const std::vector<std::s
   ReportSection section{"Remarks", {}};
   for (const std::string& text : registration_warnings(registration))
     section.blocks.emplace_back(ReportParagraph{"Warning: " + text});
-  for (const std::string& text : notes) section.blocks.emplace_back(ReportParagraph{"Note: " + text});
+  for (const std::string& text : notes) section.blocks.emplace_back(ReportParagraph{"Note: " + in_option_words(text)});
   return section;
 }
 

@@ -9,6 +9,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include "option_words.hpp"
 #include "terminal.hpp"
 
 namespace pulson {
@@ -21,7 +22,7 @@ Verbosity chosen = Verbosity::kNormal;
 
 void print_message(Style style, std::string_view name, std::string_view text) {
   std::fflush(stdout);
-  std::string line(text);
+  std::string line = in_option_words(text);
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   fmt::print(stderr, "{} {}\n", painted(style, name, STDERR_FILENO), line);

@@ -19,6 +19,7 @@
 #include "messages.hpp"
 #include "misspelt.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
@@ -115,13 +116,14 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
 }  // namespace
 
 int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
+  const SerialBlas serial;  // verbs share out the threads themselves
   try {
     keep_command_line(argc, argv);
     const int exit_code = run(argc, argv, add_verbs);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
       return report_error("standard output could not be written", kBadInput);
     return exit_code;
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     return report_error(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {
     return report_error("out of memory", kInternalError);

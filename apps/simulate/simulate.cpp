@@ -6,6 +6,7 @@
 #include "pulson/draw/path_picture.hpp"
 #include "pulson/records/simulation_record.hpp"
 #include "shell/messages.hpp"
+#include "shell/option_words.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 #include "shell/progress.hpp"
@@ -146,6 +147,7 @@ int run_simulate(const SimulateArguments& arguments) {
   arguments.output.check(kSimulationFiles, kSimulationPictures);
   Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
+  for (SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
   write_results(simulation, arguments);

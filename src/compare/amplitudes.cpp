@@ -26,20 +26,22 @@ std::string text_of(const Spec& spec) {
 
 }  // namespace
 
-OpenNoise make_open_noise(const std::string& text, const Landmarks& shape) {
+OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape) {
+  if (choice.model()) return {choice.model(), {}, true};
   OpenNoise noise;
+  noise.is_own = choice.is_own();
   std::string complete;
   Index before = 0;  // parameters of the terms before
-  for (Spec spec : parse_spec_sum(text, "noise")) {
+  for (Spec spec : parse_spec_sum(choice.spec(), "noise")) {
     std::vector<std::string> open;
-    for (const ParameterInfo& info : noise_table().find(spec.name).parameters)
+    for (const ParameterInfo& info : choice.table().find(spec.name).parameters)
       if (is_open(spec, info)) {
         open.push_back(info.name);
         spec.values[info.name] = "1";
       }
     const std::string term = text_of(spec);
     complete += (complete.empty() ? "" : "+") + term;
-    const std::vector<std::string> names = make_noise(term, shape)->parameter_names();
+    const std::vector<std::string> names = make_noise(term, shape, choice.table())->parameter_names();
     for (const std::string& name : open) {
       const auto place = std::find(names.begin(), names.end(), name);
       if (place == names.end())
@@ -48,7 +50,7 @@ OpenNoise make_open_noise(const std::string& text, const Landmarks& shape) {
     }
     before += std::ssize(names);
   }
-  noise.model = make_noise(complete, shape);
+  noise.model = make_noise(complete, shape, choice.table());
   return noise;
 }
 

@@ -11,11 +11,12 @@ namespace pulson {
 struct OpenNoise {
   std::shared_ptr<const NoiseModel> model;  ///< the open numbers at 1
   std::vector<Eigen::Index> open;           ///< which of NoiseModel::parameters() they are
+  bool is_own = false;                      ///< NoiseChoice::is_own()
 };
 
-/// The model of a specification in which required numbers may be left out, as `ch-sd`: these are open. @throws
-/// InputError as make_noise() does
-OpenNoise make_open_noise(const std::string& spec, const Landmarks& shape);
+/// The model of a specification in which required numbers may be left out, as `ch-sd`: these are open; a model
+/// that is given as such has none. @throws InputError as make_noise() does
+OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape);
 
 /// For each channel the number of the model that is its amplitude, so that its field is proportional to it; −1 where
 /// there is none.

@@ -11,6 +11,7 @@
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/coincident_landmarks.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
@@ -79,6 +80,7 @@ Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& target
 }
 
 Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind kind) {
+  const SerialBlas serial;
   if (shapes.empty()) throw InputError("there are no shapes to take the mean of");
   if (kind == AlignmentKind::kAffine)
     throw InputError("a mean under affine alignment would shrink to a point; use similarity");

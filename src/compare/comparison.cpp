@@ -10,6 +10,7 @@
 
 #include "map_facts.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "statistics.hpp"
 
 namespace pulson {
@@ -28,8 +29,8 @@ struct KernelBasis {
   MatrixXd vectors;
 };
 
-KernelBasis kernel_basis(const std::string& kernel, const Points& source) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(make_kernel(kernel, source).gram(source, source));
+KernelBasis kernel_basis(const KernelChoice& kernel, const Points& source) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(kernel.make(source).gram(source, source));
   return {solver.eigenvalues().reverse(), solver.eigenvectors().rowwise().reverse()};
 }
 
@@ -91,7 +92,7 @@ void sum_up(ComparedModel& model, int importance_samples) {
   model.score = fit.score();
 }
 
-Prediction cross_validated(const CohortShapes& shapes, const std::string& noise, const CompareOptions& options) {
+Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise, const CompareOptions& options) {
   const auto count = static_cast<int>(shapes.targets.size());
   const int folds = std::min(options.folds, count);
   std::vector<ShapePrediction> predictions(shapes.targets.size());
@@ -164,23 +165,25 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
 
 }  // namespace
 
-Comparison compare_models(const CohortShapes& shapes, const std::vector<std::string>& noises,
+Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseChoice>& noises,
                           const CompareOptions& options) {
+  const SerialBlas serial;
   if (noises.empty()) throw InputError("no noise model is named; a comparison needs at least one");
   Comparison comparison{shapes.cohort(), options.settings, {}, 0, {}, {}, {}, {}};
   const Points& source = comparison.cohort.source.points;
-  comparison.settings.kernel = make_kernel(options.settings.kernel, source).spec();
+  comparison.settings.kernel = options.settings.kernel.make(source).spec();
+  comparison.settings.sigma = options.settings.sigma.in(diameter(source));
   CompareOptions same = options;
   same.settings = comparison.settings;
   const KernelBasis basis = kernel_basis(comparison.settings.kernel, source);
   comparison.eigenvalues = basis.eigenvalues;
   std::tie(comparison.observed, comparison.observed_error) =
       spectrum_of(basis, source, complete_targets(comparison.cohort));
-  for (const std::string& noise : noises) {
-    if (options.on_model) options.on_model(static_cast<int>(comparison.models.size()), noise);
+  for (const NoiseChoice& noise : noises) {
+    if (options.on_model) options.on_model(static_cast<int>(comparison.models.size()), noise.spec());
     const auto start = std::chrono::steady_clock::now();
     ComparedModel model;
-    model.noise = noise;
+    model.noise = noise.spec();
     model.fit = fit_cohort(comparison.cohort, noise, same.settings);
     sum_up(model, same.settings.importance_samples);
     const MatrixXd samples =

@@ -78,7 +78,7 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
   fit.cost = {match.at.cost.energy, match.at.cost.action, 0.5 * residual.squaredNorm()};
   const Landmarks& shape = cohort_.targets[at(target)];
   const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));
-  fit.rms = settings_.sigma * residual.norm() / std::sqrt(std::max(landmarks, 1.0));
+  fit.rms = sigma_ * residual.norm() / std::sqrt(std::max(landmarks, 1.0));
   fit.log_evidence = match.log_evidence;
   const ImportanceEstimate sampled =
       settings_.importance_samples > 0
@@ -106,6 +106,7 @@ CohortFit Fitter::record(const State& state) const {
   CohortFit fit;
   fit.kernel = kernel_.spec();
   fit.noise = objective.problem().system.noise->spec();
+  if (noise_.is_own) fit.own_noise = objective.problem().system.noise;
   fit.lambda = state.lambda;
   fit.fitted = numbers(state);
   fit.log_evidence = state.log_evidence();

@@ -73,11 +73,12 @@ double Fitter::State::log_evidence() const {
 Fitter::Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings)
     : cohort_(cohort),
       settings_(settings),
-      kernel_(make_kernel(settings.kernel, cohort.source.points)),
+      sigma_(settings.sigma.in(diameter(cohort.source.points))),
+      kernel_(settings.kernel.make(cohort.source.points)),
       integrator_(make_integrator(settings.integrator)),
       noise_(std::move(noise)),
       lambda_open_(!settings.lambda) {
-  require_positive("sigma", settings.sigma);
+  require_positive("sigma", sigma_);
   if (cohort.targets.empty()) throw InputError("there is no shape to fit a model to");
   const Points& source = cohort.source.points;
   noise_.model->check(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
@@ -92,21 +93,19 @@ Fitter::Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& sett
       }
     (is_amplitude ? amplitudes_ : others_).push_back(open);
   }
-  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s)
-    observations_.push_back(observe(cohort, s, settings.sigma));
+  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s) observations_.push_back(observe(cohort, s, sigma_));
 }
 
 MatchingProblem Fitter::problem(const State& state, int target) const {
-  return {
-      {kernel_,
-       noise_.model->parameters().size() == 0 ? noise_.model : noise_.model->with_parameters(state.parameters)},
-      integrator_,
-      settings_.grid,
-      cohort_.source.points,
-      std::make_shared<LandmarkTerm>(LandmarkObservations{cohort_.targets[at(target)].points, settings_.sigma, {}, {}}),
-      settings_.sigma,
-      state.lambda,
-      {}};
+  return {{kernel_,
+           noise_.model->parameters().size() == 0 ? noise_.model : noise_.model->with_parameters(state.parameters)},
+          integrator_,
+          settings_.grid,
+          cohort_.source.points,
+          std::make_shared<LandmarkTerm>(LandmarkObservations{cohort_.targets[at(target)].points, sigma_, {}, {}}),
+          sigma_,
+          state.lambda,
+          {}};
 }
 
 MatchingObjective Fitter::objective(const State& state) const { return MatchingObjective(problem(state, 0)); }
@@ -154,7 +153,7 @@ VarianceData Fitter::variance_data(const MatchingObjective& objective, int targe
 Fitter::State Fitter::start() const {
   State state;
   state.parameters = noise_.model->parameters();
-  const double size = difference(observations_, cohort_.source.points, settings_.sigma);
+  const double size = difference(observations_, cohort_.source.points, sigma_);
   for (const Index i : amplitudes_) state.parameters[i] = kTrial * size;
   for (const Index i : others_) state.parameters[i] = std::pow(kernel_.terms().front().alpha, 2);
   const double largest = std::max(size, diameter(cohort_.source.points));
@@ -179,7 +178,7 @@ Fitter::State Fitter::start() const {
 // The amplitude of noise whose displacements the alignment removes is not determined.
 void Fitter::check_observable(const MatchingObjective& objective, const State& at_rest) const {
   const Linearised& match = at_rest.matches.front();
-  const MatrixXd whole = objective.endpoint_changes(match.at.path()) / settings_.sigma;
+  const MatrixXd whole = objective.endpoint_changes(match.at.path()) / sigma_;
   const Index momenta = objective.basis().unknowns();
   for (Index g = 0; g < std::ssize(amplitudes_); ++g) {
     const double left = columns(match.jacobian, momenta, group_of_channel_, static_cast<int>(g)).squaredNorm();
@@ -269,7 +268,7 @@ std::vector<VectorXd> Fitter::match_with_backoff(State& state, std::vector<Vecto
   for (int count = 0;; ++count) try {
       match(state, from, state.rounds <= 2);
       return from;
-    } catch (const InputError&) {
+    } catch (const Error&) {
       if (count == kMostBackoffs) throw;
       if (!is_first) u /= 2;
       rescale(state, -u);
@@ -298,7 +297,7 @@ Fitter::State Fitter::refine(State best) const {
         const std::vector<VectorXd> z = rescale(tried, x);
         try {
           match(tried, z, false);
-        } catch (const InputError&) {
+        } catch (const Error&) {
           return -std::numeric_limits<double>::infinity();
         }
         const double value = tried.log_evidence();
@@ -327,7 +326,7 @@ CohortFit Fitter::run() {
         tried.parameters(others_) = first.array() * x.array().exp();
         try {
           tried = alternate(std::move(tried), kMostFits);
-        } catch (const InputError&) {
+        } catch (const Error&) {
           if (best.matches.empty()) throw;
           return -std::numeric_limits<double>::infinity();
         }

@@ -55,6 +55,7 @@ class Fitter {
 
   const Cohort& cohort_;
   const CohortSettings& settings_;
+  double sigma_;  ///< of the settings, length units
   KernelOperator kernel_;
   std::shared_ptr<const Integrator> integrator_;
   OpenNoise noise_;

@@ -15,6 +15,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 ForwardSamples draw_shapes(const MatchingProblem& problem, int count, std::uint64_t seed) {
+  const SerialBlas serial;
   const MatchingObjective objective(problem);
   const Index coordinates = problem.source.size();
   const VectorXd observable = observable_unknowns(objective);

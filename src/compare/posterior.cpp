@@ -46,7 +46,7 @@ constexpr int kMostSteps = 60;
 constexpr int kMostHalvings = 12;
 constexpr double kSmallGain = 1e-3;  // nats, which the evidence of the linear model already counts
 constexpr const char* kNoPath =
-    "landmarks at rest have no path: the noise is too strong for the time step; use more --steps";
+    "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`";
 
 constexpr double kSeen = 1e-3;  // variance of a place, of σ²
 
@@ -92,7 +92,7 @@ VectorXd observable_unknowns(const MatchingObjective& objective) {
 
 Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const VectorXd& z) {
   std::optional<Evaluation> at = objective.evaluate(z);
-  if (!at) throw InputError(kNoPath);
+  if (!at) throw NumericalError(kNoPath);
   return linearise(objective, observation, std::move(*at)).from;
 }
 
@@ -100,7 +100,7 @@ Linearised find_match(const MatchingObjective& objective, const Observation& obs
   z.array() *= observable_unknowns(objective).array();
   std::optional<Evaluation> at = objective.evaluate(z);
   if (!at) at = objective.evaluate(VectorXd::Zero(z.size()));
-  if (!at) throw InputError(kNoPath);
+  if (!at) throw NumericalError(kNoPath);
   Step step = linearise(objective, observation, std::move(*at));
   for (int count = 0; count < kMostSteps && !step.from.converged; ++count) {
     const VectorXd way = step.z - step.from.at.z;

@@ -6,6 +6,7 @@
 
 #include "pulson/compare/forward_samples.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "statistics.hpp"
 
@@ -35,6 +36,7 @@ double quantile(const std::vector<double>& sorted, double part) {
 }  // namespace
 
 double energy_score(const MatrixXd& samples, const VectorXd& outcome) {
+  require_size("the samples of an outcome", samples, outcome.size(), samples.cols());
   if (samples.cols() < 2) throw InputError("the energy score needs at least two samples");
   const std::vector<Index> places = known(outcome);
   const MatrixXd x = samples(places, Eigen::all);
@@ -45,6 +47,7 @@ double energy_score(const MatrixXd& samples, const VectorXd& outcome) {
 }
 
 double coverage(const MatrixXd& samples, const VectorXd& outcome, double part) {
+  require_size("the samples of an outcome", samples, outcome.size(), samples.cols());
   const std::vector<Index> places = known(outcome);
   int within = 0;
   for (const Index i : places) {

@@ -20,8 +20,9 @@ constexpr int kSamples = 1000;  // for the share of the noise
 
 MatchingProblem problem_of(const Cohort& cohort, const TrueModel& truth, const CohortSettings& settings) {
   CohortFit fit;
-  fit.kernel = settings.kernel;
-  fit.noise = truth.noise;
+  fit.kernel = settings.kernel.spec();
+  fit.noise = truth.noise.spec();
+  if (truth.noise.is_own()) fit.own_noise = truth.noise.make(cohort.source);
   fit.lambda = truth.lambda;
   return shape_problem(cohort, fit, settings, 0);
 }
@@ -36,9 +37,9 @@ std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProble
                                    std::uint64_t seed) {
   const ForwardSamples drawn = draw_shapes(problem, 2 * shapes, seed);
   if (drawn.ends.cols() < shapes)
-    throw InputError(
-        fmt::format("of {} shapes drawn from noise '{}', only {} could be computed; use more --steps or less noise",
-                    drawn.drawn, problem.system.noise->spec(), drawn.ends.cols()));
+    throw NumericalError(fmt::format(
+        "of {} shapes drawn from noise '{}', only {} could be computed; use more `grid.steps` or less noise",
+        drawn.drawn, problem.system.noise->spec(), drawn.ends.cols()));
   std::vector<Landmarks> targets(static_cast<std::size_t>(shapes), source);
   for (int s = 0; s < shapes; ++s) {
     Landmarks& target = targets[static_cast<std::size_t>(s)];
@@ -49,7 +50,7 @@ std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProble
 }
 
 // The candidate of greatest score; -1 where none can be fitted.
-int choose(const Cohort& cohort, const std::vector<std::string>& candidates, const CohortSettings& settings) {
+int choose(const Cohort& cohort, const std::vector<NoiseChoice>& candidates, const CohortSettings& settings) {
   int best = -1;
   double score = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i) try {
@@ -57,7 +58,7 @@ int choose(const Cohort& cohort, const std::vector<std::string>& candidates, con
       if (found <= score) continue;
       score = found;
       best = static_cast<int>(i);
-    } catch (const InputError&) {
+    } catch (const Error&) {
       // a model that these shapes cannot have
     }
   return best;
@@ -66,18 +67,20 @@ int choose(const Cohort& cohort, const std::vector<std::string>& candidates, con
 }  // namespace
 
 std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
-                                        const std::vector<std::string>& candidates, const RecoveryOptions& options) {
+                                        const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options) {
+  const SerialBlas serial;
   if (options.cohorts < 1 || options.shapes < 1)
     throw InputError(
         fmt::format("{} cohorts of {} shapes; there must be one of each at least", options.cohorts, options.shapes));
   const Cohort alone = make_cohort(source, {source}, AlignmentKind::kNone);
   CohortSettings settings = options.settings;
-  settings.kernel = make_kernel(settings.kernel, source.points).spec();
+  settings.kernel = settings.kernel.make(source.points).spec();
   std::vector<RecoveryRow> rows;
   std::vector<MatchingProblem> problems;
   for (const TrueModel& truth : truths) {
     if (!is_complete(truth.noise, source))
-      throw InputError(fmt::format("noise '{}' lacks parameters; drawing shapes needs all of them", truth.noise));
+      throw InputError(
+          fmt::format("noise '{}' lacks parameters; drawing shapes needs all of them", truth.noise.spec()));
     problems.push_back(problem_of(alone, truth, settings));
     RecoveryRow row{truth, std::vector<int>(candidates.size()), 0, 0, 0};
     const double with = mean_square(draw_shapes(problems.back(), kSamples, options.seed).ends, source.points);

@@ -11,6 +11,8 @@
 #include "landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
@@ -102,7 +104,7 @@ MatrixXd affine_fit(const WeighedShape& x, const WeighedShape& y, bool reflect) 
   const double determinant = fitted.determinant();
   if (determinant < 0 && !reflect)
     throw InputError(fmt::format(
-        "the affine fit has determinant {:.4g}, not a positive one: it mirrors the shape; --reflect allows that",
+        "the affine fit has determinant {:.4g}, not a positive one: it mirrors the shape; `reflect` allows that",
         determinant));
   return fitted;
 }
@@ -117,15 +119,20 @@ Points turned(const Points& points, Index first, Index second) {
 
 }  // namespace
 
-Points Alignment::apply(const Points& x) const { return (scale * linear * x).colwise() + translation; }
+Points Alignment::apply(const Points& x) const {
+  require_size("the points of an alignment", x, linear.cols(), x.cols());
+  return (scale * linear * x).colwise() + translation;
+}
 
 AlignmentKind parse_alignment(std::string_view name) { return kAlignmentNames.parse(name); }
 
 std::string alignment_name(AlignmentKind kind) { return kAlignmentNames.name(kind); }
 
 Alignment align(const Points& source, const Points& target, AlignmentKind kind, const AlignmentOptions& options) {
+  const SerialBlas serial;
   const Index d = source.rows();
   Alignment motion{kind, 1, MatrixXd::Identity(d, d), VectorXd::Zero(d)};
+  require_size("the target of an alignment", target, d, source.cols());
   if (kind == AlignmentKind::kNone) return motion;
   const VectorXd weights = landmark_weights(options.weights, source.cols());
   const std::vector<Index> usable = usable_landmarks(source, target, weights);

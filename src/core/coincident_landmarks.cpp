@@ -35,7 +35,7 @@ std::string merged_note(const Landmarks& shape, int first, int second, const std
 std::string coincident_error(const Landmarks& shape, int first, int second, const Landmarks& other) {
   return fmt::format(
       "{}: landmarks {} and {} are at the same position, but apart in {}, which no flow can reach: merge them with "
-      "--merge-coincident, or omit one from every file",
+      "`merge_coincident`, or omit one from every file",
       shape.source, shape.describe(first), shape.describe(second), other.source);
 }
 

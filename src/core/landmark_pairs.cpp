@@ -61,7 +61,7 @@ LandmarkPairs pairs_by_order(const Landmarks& first, const Landmarks& other, std
                                          "half of the smaller shape's are",
                                          *common == 0 ? "none" : fmt::format("only {}", *common), of_kind(first))
                            : "both need the same landmarks, or labels or numbers that say which correspond",
-                    first.dimension() > 1 ? " (outlines without correspondence: --data varifold)" : ""));
+                    first.dimension() > 1 ? " (outlines without correspondence: `data.kind = varifold`)" : ""));
   std::vector<int> all(static_cast<std::size_t>(first.count()));
   std::iota(all.begin(), all.end(), 0);
   return {all, all};

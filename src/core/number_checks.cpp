@@ -34,4 +34,11 @@ bool is_covariance(const MatrixXd& r) {
   return (root.matrixLLT().diagonal().array().square() > kCovarianceRounding * r.diagonal().array()).all();
 }
 
+void require_size(std::string_view what, Eigen::Index rows, Eigen::Index columns, Eigen::Index needed_rows,
+                  Eigen::Index needed_columns) {
+  if (rows != needed_rows || columns != needed_columns)
+    throw InputError(
+        fmt::format("{}: a matrix of {} x {}; {} x {} is needed", what, rows, columns, needed_rows, needed_columns));
+}
+
 }  // namespace pulson

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 
 #include <cblas.h>
 #include <oneapi/tbb/blocked_range.h>
@@ -15,8 +16,10 @@ namespace {
 std::atomic<int> requested_threads{0};
 thread_local bool inside_task = false;
 
-// Threads are ours to share out: products of matrices inside a task run on its own.
-[[maybe_unused]] const bool kBlasIsSerial = (openblas_set_num_threads(1), true);
+// Of SerialBlas.
+std::mutex blas_mutex;
+int blas_holders = 0;
+int blas_threads_before = 1;
 
 // The cores that the process may run on, or fewer where a user of the library limits TBB.
 int available_threads() {
@@ -33,7 +36,24 @@ int thread_count() {
   return requested > 0 ? std::min(requested, available_threads()) : available_threads();
 }
 
+// A task needs no count of its own: parallel_for() holds one until all tasks are done.
+SerialBlas::SerialBlas() : counted_(!inside_task) {
+  if (!counted_) return;
+  const std::lock_guard lock(blas_mutex);
+  if (blas_holders++ > 0) return;
+  blas_threads_before = openblas_get_num_threads();
+  if (blas_threads_before != 1) openblas_set_num_threads(1);
+}
+
+SerialBlas::~SerialBlas() {
+  if (!counted_) return;
+  const std::lock_guard lock(blas_mutex);
+  if (--blas_holders > 0) return;
+  if (blas_threads_before != 1) openblas_set_num_threads(blas_threads_before);
+}
+
 void parallel_for(int count, const std::function<void(int)>& task) {
+  const SerialBlas serial;
   const int threads = inside_task ? 1 : std::min(thread_count(), count);
   if (threads <= 1) {
     for (int i = 0; i < count; ++i) task(i);

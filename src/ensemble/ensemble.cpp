@@ -7,6 +7,7 @@
 #include <fmt/core.h>
 
 #include "block_sums.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {
@@ -79,6 +80,7 @@ Ensemble::Ensemble(const StochasticSystem& system, const std::string& integrator
                    EnsembleOptions options)
     : start_(start), options_(std::move(options)) {
   check(options_);
+  require_size("the momenta at the start", start.p, start.q.rows(), start.q.cols());
   if (options_.records.empty() || options_.records.back() != options_.grid.steps)
     options_.records.push_back(options_.grid.steps);
   sampler_ =

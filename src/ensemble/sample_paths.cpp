@@ -4,6 +4,7 @@
 
 #include <fmt/core.h>
 
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/random/brownian.hpp"
 
@@ -69,6 +70,7 @@ std::vector<SamplePath> sample_paths(const StochasticSystem& system, const Integ
                                      const PhaseState& start, const SamplePathsOptions& options) {
   const auto d = static_cast<int>(start.q.rows());
   const auto n = static_cast<int>(start.q.cols());
+  require_size("the momenta at the start", start.p, d, n);
   system.noise->check(d, n);
   const int channels = system.noise->channels(d, n);
   std::vector<SamplePath> samples(static_cast<std::size_t>(options.samples));

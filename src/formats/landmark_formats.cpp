@@ -305,7 +305,7 @@ LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadO
   else if (const std::size_t marks = count_missing_marks(file.shapes); marks > 0)
     file.warnings.push_back(fmt::format(
         "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "
-        "--missing negative distinguishes them",
+        "`negative_is_missing` distinguishes them",
         path.string(), io::counted(marks, "landmark")));
   return file;
 }

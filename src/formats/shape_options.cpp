@@ -220,8 +220,9 @@ std::string note_of_scales(const std::vector<Landmarks>& shapes) {
   std::size_t scales = 0;
   for (const Landmarks& shape : shapes) scales += shape.scale ? 1 : 0;
   if (scales == 0) return {};
-  return fmt::format("SCALE is recorded ({} of {}) and not applied to the coordinates; --scale apply multiplies by it",
-                     scales, counted(shapes.size(), "shape"));
+  return fmt::format(
+      "SCALE is recorded ({} of {}) and not applied to the coordinates; `applies_scale` multiplies by it", scales,
+      counted(shapes.size(), "shape"));
 }
 
 std::string note_of_curves(const std::vector<Landmarks>& shapes) {
@@ -234,7 +235,7 @@ std::string note_of_curves(const std::vector<Landmarks>& shapes) {
     points += count_points(shape.curves) + count_points(shape.outlines);
   }
   if (curves + outlines == 0) return {};
-  return fmt::format("{} and {} ({}) are kept and not used as landmarks; --curves N takes N points of each",
+  return fmt::format("{} and {} ({}) are kept and not used as landmarks; `curve_points = N` takes N points of each",
                      counted(curves, "curve"), counted(outlines, "outline"), counted(points, "point"));
 }
 

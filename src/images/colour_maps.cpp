@@ -30,7 +30,9 @@ constexpr Rgb kMark{0xF0, 0xE4, 0x42};
 template <class ColourOf>
 Image coloured(const std::vector<float>& values, int width, int height, const ColourOf& colour_of) {
   Image image(width, height, 4, PixelDepth::kUint8);
-  assert(values.size() == image.pixel_count());
+  if (values.size() != image.pixel_count())
+    throw InputError("image of " + std::to_string(width) + " x " + std::to_string(height) + " pixels: there are " +
+                     std::to_string(values.size()) + " numbers");
   auto pixel = image.values<std::uint8_t>().begin();
   for (const float value : values) {
     if (!std::isnan(value)) {

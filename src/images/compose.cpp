@@ -43,7 +43,7 @@ Image to_rgba8(const Image& image) {
 }
 
 Image side_by_side(const std::vector<Image>& images, int gap) {
-  assert(!images.empty() && gap >= 0);
+  if (images.empty() || gap < 0) throw InputError("images side by side: one or more, with a gap of 0 pixels or more");
   const auto is_lower = [](const Image& a, const Image& b) { return a.height() < b.height(); };
   const int height = std::max_element(images.begin(), images.end(), is_lower)->height();
   std::vector<Image> panels;

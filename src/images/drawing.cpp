@@ -1,10 +1,13 @@
 #include "pulson/images/drawing.hpp"
 
 #include <cmath>
+#include <string>
 
 #include <opencv2/imgproc.hpp>
 
 #include "mats.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/images/compose.hpp"
 
 namespace pulson {
@@ -62,17 +65,19 @@ cv::Mat empty_cover(const Image& image) { return cv::Mat::zeros(image.height(), 
 }  // namespace
 
 Image blend_lines(const Image& image, const std::vector<Points>& lines, const LineStyle& style) {
-  assert(style.thickness >= 1);
+  if (style.thickness < 1)
+    throw InputError("line " + std::to_string(style.thickness) + " pixels thick; 1 is the least");
   cv::Mat cover = empty_cover(image);
   for (const Points& line : lines) {
-    assert(line.rows() == 2);
+    require_size("a line of a drawing", line, 2, line.cols());
     cv::polylines(cover, runs_of(line), false, 255, style.thickness, line_type(style.antialias), kFractionBits);
   }
   return blended(to_rgba8(image), cover, style.colour);
 }
 
 Image blend_dots(const Image& image, const Points& centres, double radius, const Colour& colour, bool antialias) {
-  assert(centres.rows() == 2 && radius >= 0);
+  require_size("the centres of dots", centres, 2, centres.cols());
+  if (!(radius >= 0)) throw InputError("dots of radius " + std::to_string(radius) + "; it must not be negative");
   cv::Mat cover = empty_cover(image);
   for (Eigen::Index i = 0; i < centres.cols(); ++i)
     if (is_drawn(centres, i))

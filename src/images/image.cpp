@@ -1,6 +1,9 @@
 #include "pulson/images/image.hpp"
 
 #include <algorithm>
+#include <string>
+
+#include "pulson/core/errors.hpp"
 
 namespace pulson {
 
@@ -21,12 +24,16 @@ std::string describe(PixelDepth depth) {
 
 Image::Image(int width, int height, int channels, PixelDepth depth)
     : width_(width), height_(height), channels_(channels), depth_(depth) {
-  assert(width > 0 && height > 0 && channels >= 1 && channels <= 4);
+  if (width <= 0 || height <= 0 || channels < 1 || channels > 4)
+    throw InputError("image of " + std::to_string(width) + " x " + std::to_string(height) + " pixels of " +
+                     std::to_string(channels) + " channels: sizes must be positive, and channels 1 to 4");
   bytes_.resize(pixel_count() * static_cast<std::size_t>(channels) * byte_count(depth));
 }
 
 void Image::copy_from(std::span<const std::byte> bytes) {
-  assert(bytes.size() == bytes_.size());
+  if (bytes.size() != bytes_.size())
+    throw InputError("image of " + std::to_string(width_) + " x " + std::to_string(height_) + " pixels: there are " +
+                     std::to_string(bytes.size()) + " bytes for its " + std::to_string(bytes_.size()));
   std::copy(bytes.begin(), bytes.end(), bytes_.begin());
 }
 

@@ -12,7 +12,6 @@
 #include "mats.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/images/image_files.hpp"
-#include "silence.hpp"
 
 namespace pulson {
 namespace {
@@ -32,7 +31,6 @@ bool has_signature(std::string_view bytes) {
 cv::Mat decode(std::string& bytes, const std::string& failure) {
   const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
   try {
-    const images::SilentStderr silence;
     return cv::imdecode(view, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& error) {
     if (error.err.find("CV_IO_MAX_IMAGE") != std::string::npos)

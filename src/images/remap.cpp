@@ -98,8 +98,11 @@ Interpolation parse_interpolation(std::string_view name) { return interpolation_
 Border parse_border(std::string_view name) { return border_table().find(name).make; }
 
 Image remap(const Image& source, const PixelMap& map, const RemapOptions& options) {
-  assert(!source.empty() && map.width > 0 && map.height > 0);
-  assert(map.places.size() == static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height));
+  if (source.empty()) throw InputError("there is no image to be warped");
+  if (map.width <= 0 || map.height <= 0 ||
+      map.places.size() != static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height))
+    throw InputError("warped image of " + std::to_string(map.width) + " x " + std::to_string(map.height) +
+                     " pixels: there are places for " + std::to_string(map.places.size()));
   check_size(source.width(), source.height(), "the image");
   check_size(map.width, map.height, "the warped image");
   if (options.border == Border::kTransparent)

@@ -12,7 +12,6 @@
 #include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/images/image_files.hpp"
-#include "silence.hpp"
 
 namespace pulson {
 namespace {
@@ -88,7 +87,7 @@ cv::Mat for_opencv(const Image& image) {
 void check_image_extension(const std::filesystem::path& path) { find_format(path); }
 
 void write_image(const std::filesystem::path& path, const Image& image) {
-  assert(!image.empty());
+  if (image.empty()) throw InputError(failure_of(path) + "there is no image");
   const Format& format = find_format(path);
   if (!format.holds(image)) fail_to_hold(path, format, image);
   // LZW named, not left to OpenCV: without a name it writes float colours in the lossy LogLuv.
@@ -96,7 +95,6 @@ void write_image(const std::filesystem::path& path, const Image& image) {
   std::vector<unsigned char> bytes;
   bool is_encoded = false;
   try {
-    const images::SilentStderr silence;
     is_encoded =
         cv::imencode(format.extensions.front(), for_opencv(image), bytes, {cv::IMWRITE_TIFF_COMPRESSION, kLzw});
   } catch (const cv::Exception&) {

@@ -1,10 +1,10 @@
 #include "pulson/integrators/integrator.hpp"
 
 #include <algorithm>
-#include <cassert>
 
 #include <fmt/core.h>
 
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {
@@ -14,9 +14,18 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 StepError::StepError(int step, const TimeGrid& grid, const std::string& reason)
-    : InputError(fmt::format("step {} of {} (dt = {:.4g}): {}; use more steps, as in --steps {}", step + 1, grid.steps,
-                             grid.dt(), reason, 2 * grid.steps)),
+    : NumericalError(fmt::format("step {} of {} (dt = {:.4g}): {}; use more steps, as in `grid.steps = {}`", step + 1,
+                                 grid.steps, grid.dt(), reason, 2 * grid.steps)),
       step_(step) {}
+
+namespace {
+
+void check_state(std::string_view what, const PhaseState& state, const Points& like) {
+  require_size(what, state.q, like.rows(), like.cols());
+  require_size(what, state.p, like.rows(), like.cols());
+}
+
+}  // namespace
 
 double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {
   double largest = 0;
@@ -27,9 +36,10 @@ double contraction_bound(const KernelOperator& kernel, const Trajectory& path) {
 
 Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseState& initial, const TimeGrid& grid,
                                  const MatrixXd& increments, RootSearch search) const {
-  assert(increments.cols() == grid.steps);
-  assert(increments.rows() ==
-         system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols())));
+  const SerialBlas serial;
+  check_state("the state at the start", initial, initial.q);
+  const int channels = system.noise->channels(static_cast<int>(initial.q.rows()), static_cast<int>(initial.q.cols()));
+  require_size("the increments of the noise", increments, channels, grid.steps);
   if (increments.rows() > 0 && !traits().noise)
     throw InputError(
         fmt::format("integrator '{}' takes no noise, and the noise is '{}'", name(), system.noise->spec()));
@@ -60,6 +70,9 @@ Integrator::Step Integrator::step_of(const StochasticSystem& system, const Traje
 }
 
 PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory& path, const PathChange& change) const {
+  const SerialBlas serial;
+  check_state("the change of the start", change.initial, path.initial().q);
+  require_size("the change of the increments", change.increments, path.increments.rows(), path.increments.cols());
   const MatrixXd w = acting(path.increments);
   const MatrixXd dw = acting(change.increments);
   PhaseState delta = change.initial;
@@ -69,6 +82,7 @@ PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory&
 }
 
 std::vector<SpaceStep> Integrator::space_steps(const StochasticSystem& system, const Trajectory& path) const {
+  const SerialBlas serial;
   const MatrixXd w = acting(path.increments);
   std::vector<SpaceStep> steps;
   for (int k = 0; k < path.grid.steps; ++k) {
@@ -80,6 +94,8 @@ std::vector<SpaceStep> Integrator::space_steps(const StochasticSystem& system, c
 
 PathGradient Integrator::adjoint(const StochasticSystem& system, const Trajectory& path,
                                  const PhaseState& final_bar) const {
+  const SerialBlas serial;
+  check_state("the derivative by the end", final_bar, path.final().q);
   const MatrixXd w = acting(path.increments);
   MatrixXd w_bar(w.rows(), w.cols());
   PathGradient gradient;
@@ -113,6 +129,7 @@ EndpointJacobian Integrator::endpoint_jacobian(const StochasticSystem& system, c
 MatrixXd Integrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                       const MatrixXd& momentum_changes) const {
   const Points& q = path.final().q;
+  require_size("the changes of the momenta", momentum_changes, q.size(), momentum_changes.cols());
   MatrixXd changes(q.size(), momentum_changes.cols());
   parallel_for(static_cast<int>(momentum_changes.cols()), [&](int column) {
     const PhaseState start{Points::Zero(q.rows(), q.cols()), momentum_changes.col(column).reshaped(q.rows(), q.cols())};

@@ -5,6 +5,7 @@
 #include "changes_sweep.hpp"
 #include "flow_parts.hpp"
 #include "midpoint_step.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "row_sweep.hpp"
 #include "variational_maps.hpp"
 
@@ -162,6 +163,7 @@ MatrixXd SymmetricVariationalIntegrator::endpoint_changes(const StochasticSystem
                                                           const MatrixXd& momentum_changes) const {
   if (!changes_need_no_noise(system.noise->traits()))
     return Integrator::endpoint_changes(system, path, momentum_changes);
+  require_size("the changes of the momenta", momentum_changes, path.initial().p.size(), momentum_changes.cols());
   std::vector<FlowSegment> segments;
   for (int k = 0; k < path.grid.steps; ++k) {
     const auto i = static_cast<std::size_t>(k);

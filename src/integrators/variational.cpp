@@ -2,6 +2,7 @@
 
 #include "changes_sweep.hpp"
 #include "flow_parts.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "row_sweep.hpp"
 #include "variational_maps.hpp"
 
@@ -139,6 +140,7 @@ MatrixXd VariationalIntegrator::endpoint_changes(const StochasticSystem& system,
                                                  const MatrixXd& momentum_changes) const {
   if (!changes_need_no_noise(system.noise->traits()))
     return Integrator::endpoint_changes(system, path, momentum_changes);
+  require_size("the changes of the momenta", momentum_changes, path.initial().p.size(), momentum_changes.cols());
   std::vector<FlowSegment> segments;
   for (int k = 0; k < path.grid.steps; ++k)
     segments.push_back({path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k), path.grid.dt(), false});

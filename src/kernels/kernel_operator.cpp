@@ -1,13 +1,13 @@
 #include "pulson/kernels/kernel_operator.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include <fmt/core.h>
 
 #include "kernel_profiles.hpp"
 #include "pair_sums.hpp"
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {
@@ -62,7 +62,6 @@ void run(PairSumArguments& arguments, const std::vector<KernelTerm>& terms) {
 // `rows` numbers a target.
 CoordinateRows pair_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& x, const Points* u,
                         const Points* v, const Points& y, const Points& a, const Points* b, Eigen::Index rows) {
-  assert(x.rows() == y.rows() && a.cols() == y.cols());
   const Points none(x.rows(), 0);
   const CoordinateRows x_rows(x), u_rows(u ? *u : none), v_rows(v ? *v : none);
   const CoordinateRows y_rows(y), a_rows(a), b_rows(b ? *b : none);
@@ -168,6 +167,19 @@ StepMatrices step_matrices_in(const KernelOperator& kernel, const Points& q, con
   return step;
 }
 
+// That targets and sources are points of one space, and that each source has a vector.
+void check_sources(const Points& x, const Points& y, const Points& p) {
+  if (x.rows() < 1 || x.rows() > 3) throw InputError(fmt::format("points are in {}D; 1D to 3D are known", x.rows()));
+  require_size("the sources of a kernel sum", y, x.rows(), y.cols());
+  require_size("the vectors at the sources of a kernel sum", p, y.rows(), y.cols());
+}
+
+// That two sets of vectors belong to the points q.
+void check_vectors(const Points& q, const Points& p, const Points& other) {
+  check_sources(q, q, p);
+  require_size("the vectors at the points of a kernel sum", other, q.rows(), q.cols());
+}
+
 }  // namespace
 
 KernelOperator::KernelOperator(std::vector<KernelTerm> terms) : terms_(std::move(terms)) {
@@ -203,11 +215,13 @@ RadialJet KernelOperator::jet(double squared_distance) const {
 }
 
 Points KernelOperator::apply(const Points& x, const Points& y, const Points& p) const {
+  check_sources(x, y, p);
   return field_sum(PairSum::kApply, terms_, x, y, p, x.rows()).points(0, x.rows(), x.cols());
 }
 
 Points KernelOperator::apply_with_jacobian(const Points& x, const Points& y, const Points& p,
                                            Eigen::MatrixXd& jacobian) const {
+  check_sources(x, y, p);
   const Eigen::Index d = x.rows();
   const CoordinateRows sums = field_sum(PairSum::kApplyJacobian, terms_, x, y, p, d + d * d);
   jacobian = sums.points(d, d * d, x.cols());
@@ -215,6 +229,7 @@ Points KernelOperator::apply_with_jacobian(const Points& x, const Points& y, con
 }
 
 Points KernelOperator::apply_tangent(const Points& q, const Points& p, const Points& delta) const {
+  check_vectors(q, p, delta);
   Points sum = Points::Zero(q.rows(), q.cols());
   add_self_sum(PairSum::kTangent, terms_, q, delta, delta, p, delta, all_columns(q), nonzero_columns(p), sum);
   return sum;
@@ -222,6 +237,7 @@ Points KernelOperator::apply_tangent(const Points& q, const Points& p, const Poi
 
 // Landmarks without momentum act on those with momentum alone, through a.
 Points KernelOperator::gradient(const Points& q, const Points& a, const Points& p) const {
+  check_vectors(q, p, a);
   Points sum = Points::Zero(q.rows(), q.cols());
   const Indices moving = nonzero_columns(p);
   add_self_sum(PairSum::kGradient, terms_, q, a, p, a, p, all_columns(q), moving, sum);
@@ -231,6 +247,7 @@ Points KernelOperator::gradient(const Points& q, const Points& a, const Points& 
 }
 
 Points KernelOperator::hessian(const Points& q, const Points& p, const Points& delta) const {
+  check_vectors(q, p, delta);
   Points sum = Points::Zero(q.rows(), q.cols());
   const Indices moving = nonzero_columns(p);
   add_self_sum(PairSum::kHessian, terms_, q, delta, p, p, delta, moving, moving, sum);
@@ -238,6 +255,7 @@ Points KernelOperator::hessian(const Points& q, const Points& p, const Points& d
 }
 
 Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {
+  check_sources(x, y, y);
   const CoordinateRows targets(x), sources(y);
   CoordinateRows unit(sources.stride(), x.rows());  // the first coordinate of all sources is 1
   std::fill_n(unit.data(), sources.stride(), 1.0);
@@ -262,6 +280,7 @@ Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {
 }
 
 StepMatrices KernelOperator::step_matrices(const Points& q, const Points& p, double dt, CoordinateOrder order) const {
+  check_sources(q, q, p);
   if (q.rows() == 1) return step_matrices_in<1>(*this, q, p, dt, order);
   return q.rows() == 2 ? step_matrices_in<2>(*this, q, p, dt, order) : step_matrices_in<3>(*this, q, p, dt, order);
 }

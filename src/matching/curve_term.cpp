@@ -9,6 +9,7 @@
 
 #include "pulson/core/errors.hpp"
 #include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
@@ -245,6 +246,7 @@ Points CurveTerm::gradient(const Points& q) const {
 }
 
 DataTerm::Linearisation CurveTerm::linearise(const Points& q, const MatrixXd& changes) const {
+  const SerialBlas serial;
   check_shape(q);
   MatrixXd g = dispatch(q.rows(), options_.measure, [&]<int d, class Product>() {
     return metric<Product>(edges_of<d>(q, edges_, options_.width), edges_, options_.width, count_);

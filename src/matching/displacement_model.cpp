@@ -6,6 +6,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
+
 namespace pulson {
 namespace {
 
@@ -133,6 +136,9 @@ MatrixXd for_each_axis(const MatrixXd& matrix, Index d) {
 
 std::optional<DisplacementModel> fit_displacements(const Points& source, const Points& target,
                                                    const DisplacementOptions& options) {
+  const SerialBlas serial;
+  require_positive("sigma", options.sigma);
+  require_size("the target of displacements", target, source.rows(), source.cols());
   const std::vector<Index> used = used_landmarks(source, target);
   const double size = diameter(source);
   const auto n = static_cast<Index>(used.size());

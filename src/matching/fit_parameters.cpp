@@ -110,11 +110,11 @@ class Fit {
     try {
       const double sum = matches(options(x)).log_evidence;
       if (std::isfinite(sum)) value = sum;
-    } catch (const InputError&) {
+    } catch (const Error&) {
       if (evaluations_ == 0) throw;
     }
     if (evaluations_ == 0 && !std::isfinite(value))
-      throw InputError("the evidence is not finite initially; give other initial values");
+      throw NumericalError("the evidence is not finite initially; give other initial values");
     ++evaluations_;
     if (fit_.on_evaluation) fit_.on_evaluation(evaluations_, values(x), value);
     return value;
@@ -125,7 +125,7 @@ class Fit {
     const int unfinished = matches(best).unfinished;
     FittedParameters fitted{fit_.names,         values(maximum.x),   maximum.deviations,
                             maximum.value,      maximum.evaluations, maximum.converged && unfinished == 0,
-                            best.kernel,        best.noise,          best.sigma.in(0),
+                            best.kernel.spec(), best.noise.spec(),   best.sigma.in(0),
                             best.lambda.value()};
     const auto add = [&](const std::string& text) { fitted.note += (fitted.note.empty() ? "" : "; ") + text; };
     for (Index i = 0; i < maximum.x.size(); ++i)

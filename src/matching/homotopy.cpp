@@ -10,6 +10,7 @@
 #include "model_parameters.hpp"
 #include "path_search.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
@@ -43,6 +44,7 @@ void require_homotopy(const Landmarks& source, const Landmarks& target, const Re
 
 std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmarks& target,
                                           const RegistrationOptions& options, const Registration& registration) {
+  const SerialBlas serial;
   const ModelParameters models(metamorphosis(source, target, options), options);
   const std::vector<Eigen::Index> amplitudes = models.places("beta");
   MinimiseOptions how = options.minimise;

@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 void check(const LandmarkObservations& observed) {
   const Index d = observed.target.rows();
   const auto n = static_cast<std::size_t>(observed.target.cols());
-  require_positive("sigma", observed.sigma);
+  if (observed.covariances.empty()) require_positive("sigma", observed.sigma);
   if (!observed.covariances.empty() && observed.covariances.size() != n)
     throw InputError(fmt::format("there are {} covariances for {} landmarks", observed.covariances.size(), n));
   for (std::size_t a = 0; a < observed.covariances.size(); ++a) {
@@ -95,12 +95,16 @@ LandmarkTerm LandmarkTerm::part(const std::vector<Index>& landmarks, double weig
 }
 
 LandmarkTerm LandmarkTerm::moved(const Points& shift) const {
+  require_size("the shift of the target", shift, observations_.target.rows(), observations_.target.cols());
   LandmarkObservations there = observations_;
   there.target += shift;
   return LandmarkTerm(there);
 }
 
-VectorXd LandmarkTerm::residual(const Points& q) const { return whitening_ * (q.reshaped() - target_); }
+VectorXd LandmarkTerm::residual(const Points& q) const {
+  require_size("the landmarks that are compared with the target", q, dimension_, target_.size() / dimension_);
+  return whitening_ * (q.reshaped() - target_);
+}
 
 double LandmarkTerm::value(const Points& q) const { return 0.5 * residual(q).squaredNorm(); }
 
@@ -110,11 +114,13 @@ Points LandmarkTerm::gradient(const Points& q) const {
 }
 
 DataTerm::Linearisation LandmarkTerm::linearise(const Points& q, const MatrixXd& changes) const {
+  require_size("the changes of the landmarks", changes, q.size(), changes.cols());
   if (scale_) return {residual(q), *scale_ * changes};
   return {residual(q), whitening_ * changes};
 }
 
 VectorXd distances(const Points& q, const Points& target) {
+  require_size("the target", target, q.rows(), q.cols());
   VectorXd distances(q.cols());
   for (Index a = 0; a < q.cols(); ++a) {
     const std::vector<Index> axes = observed_axes(target, a);

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "quadratic_model.hpp"
 
@@ -46,6 +47,7 @@ Points deviations(const QuadraticModel& model, const MatrixXd& changes, Index un
 }  // namespace
 
 LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum) {
+  const SerialBlas serial;
   const MatchingProblem& problem = objective.problem();
   const Index d = problem.source.rows();
   const Index unknowns = objective.unknowns();
@@ -60,6 +62,7 @@ LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingO
 }
 
 double log_evidence(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum) {
+  const SerialBlas serial;
   const LandmarkTerm* data = objective.problem().data->landmarks();
   if (data == nullptr)
     throw InputError(

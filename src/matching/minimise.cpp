@@ -4,6 +4,7 @@
 
 #include "geodesic_search.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "solvers.hpp"
 
@@ -36,11 +37,12 @@ bool is_dense(const MatchingObjective& objective, Solver solver) {
 Evaluation at_rest(const MatchingObjective& objective) {
   if (std::optional<Evaluation> rest = objective.evaluate(VectorXd::Zero(objective.unknowns())))
     return std::move(*rest);
-  throw InputError(objective.problem().system.noise->traits().compensated
-                       ? "landmarks at rest have no path: either the noise is too strong for the time step (use more "
-                         "--steps or a smaller amplitude), or the distances to the target, divided by sigma, leave the "
-                         "range of numbers"
-                       : "the distances to the target, divided by sigma, leave the range of numbers");
+  throw NumericalError(
+      objective.problem().system.noise->traits().compensated
+          ? "landmarks at rest have no path: either the noise is too strong for the time step (use more "
+            "`grid.steps` or a smaller amplitude), or the distances to the target, divided by sigma, leave the "
+            "range of numbers"
+          : "the distances to the target, divided by sigma, leave the range of numbers");
 }
 
 // The unknowns of the best path: of the geodesic where no noise is fitted.
@@ -58,6 +60,7 @@ VectorXd path_start(const MatchingObjective& objective, const MinimiseOptions& o
     return unknowns(found, found.increments);
   }
   problem.system.noise = make_noise("none");
+  problem.realisations.clear();
   if (problem.data->landmarks() == nullptr) return unknowns(search_paths(problem, options), still);
   return unknowns(search_geodesic(problem, options), still);
 }
@@ -76,6 +79,7 @@ double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
 }
 
 MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptions& options) {
+  const SerialBlas serial;
   Evaluation start = at_rest(objective);
   const bool dense = is_dense(objective, options.solver);
   if (start.cost.total() < kNegligibleCost)

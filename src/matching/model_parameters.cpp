@@ -75,8 +75,8 @@ RegistrationOptions ModelParameters::options(const VectorXd& values) const {
     next += kOfKernelTerm;
   }
   const Index of_noise = noise_->parameters().size();
-  options.kernel = KernelOperator(std::move(terms)).spec();
-  options.noise = noise_->with_parameters(values.segment(next, of_noise))->spec();
+  options.kernel = KernelOperator(std::move(terms));
+  options.noise = options_.noise.of(noise_->with_parameters(values.segment(next, of_noise)));
   options.sigma = values[next + of_noise];
   options.lambda = values[next + of_noise + 1];
   return options;

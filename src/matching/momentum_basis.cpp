@@ -10,6 +10,8 @@
 #include <Eigen/Eigenvalues>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
@@ -80,6 +82,7 @@ Factorisation factor(const KernelOperator& kernel, const Points& q, double toler
 
 MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance)
     : kernel_(kernel), q0_(q0), lambda_(lambda), dimension_(q0.rows()) {
+  const SerialBlas serial;
   Factorisation result = factor(kernel, q0, tolerance);
   pivots_ = std::move(result.pivots);
   left_over_ = result.left_over;
@@ -99,12 +102,16 @@ Points MomentumBasis::scatter(const Points& at_pivots) const {
 }
 
 Points MomentumBasis::momenta(const VectorXd& z0) const {
+  const SerialBlas serial;
+  require_size("the unknowns of the momenta", z0, unknowns(), 1);
   const auto z = z0.reshaped(dimension_, rank());
   if (eigen_root_.size() > 0) return scatter(z * eigen_root_.transpose());
   return scatter(factor_.triangularView<Eigen::Lower>().transpose().solve(MatrixXd(z.transpose())).transpose());
 }
 
 VectorXd MomentumBasis::pull_back(const Points& p_bar) const {
+  const SerialBlas serial;
+  require_size("the derivative by the momenta", p_bar, q0_.rows(), q0_.cols());
   const Points at_pivots = p_bar(Eigen::all, pivots_);
   if (eigen_root_.size() > 0) return (at_pivots * eigen_root_).reshaped();
   return factor_.triangularView<Eigen::Lower>().solve(MatrixXd(at_pivots.transpose())).transpose().reshaped();
@@ -112,12 +119,14 @@ VectorXd MomentumBasis::pull_back(const Points& p_bar) const {
 
 // With p = Wz, WWᵀ = (λK)⁻¹: z = WᵀλKp.
 VectorXd MomentumBasis::white(const Points& p) const {
+  require_size("the momenta", p, q0_.rows(), q0_.cols());
   Points velocity = Points::Zero(dimension_, q0_.cols());
   velocity(Eigen::all, pivots_) = lambda_ * kernel_.apply(q0_(Eigen::all, pivots_), q0_, p);
   return pull_back(velocity);
 }
 
 MatrixXd MomentumBasis::changes() const {
+  const SerialBlas serial;
   MatrixXd changes(dimension_ * q0_.cols(), unknowns());
   for (Index i = 0; i < changes.cols(); ++i) changes.col(i) = momenta(VectorXd::Unit(unknowns(), i)).reshaped();
   return changes;

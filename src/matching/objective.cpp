@@ -39,7 +39,10 @@ void check(const MatchingProblem& problem) {
         problem.source.rows() != target.rows() || problem.source.cols() != target.cols())
       throw InputError(fmt::format("the source has {} landmarks in {}D, the target {} in {}D", problem.source.cols(),
                                    problem.source.rows(), target.cols(), target.rows()));
-  problem.system.noise->check(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
+  const auto d = static_cast<int>(problem.source.rows()), n = static_cast<int>(problem.source.cols());
+  problem.system.noise->check(d, n);
+  for (const MatrixXd& realisation : problem.realisations)
+    require_size("a realisation of the noise", realisation, problem.system.noise->channels(d, n), problem.grid.steps);
 }
 
 void require_distinct(const Points& source) {
@@ -92,20 +95,26 @@ VectorXd MatchingObjective::frequency() const {
 }
 
 VectorXd MatchingObjective::white(const Points& p, const MatrixXd& dw) const {
+  if (controls() > 0) require_size("the increments of the noise", dw, channels_, problem_.grid.steps);
   VectorXd z(unknowns());
   z.head(basis_.unknowns()) = basis_.white(p);
   if (controls() > 0) z.tail(controls()) = dw.reshaped() / std::sqrt(problem_.grid.dt());
   return z;
 }
 
-Points MatchingObjective::momenta(const VectorXd& z) const { return basis_.momenta(z.head(basis_.unknowns())); }
+Points MatchingObjective::momenta(const VectorXd& z) const {
+  require_size("the unknowns", z, unknowns(), 1);
+  return basis_.momenta(z.head(basis_.unknowns()));
+}
 
 MatrixXd MatchingObjective::increments(const VectorXd& z) const {
+  require_size("the unknowns", z, unknowns(), 1);
   const Index channels = controls() > 0 ? channels_ : 0;
   return std::sqrt(problem_.grid.dt()) * z.tail(controls()).reshaped(channels, problem_.grid.steps);
 }
 
 std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const VectorXd& z) const {
+  const SerialBlas serial;
   const PhaseState start{problem_.source, momenta(z)};
   const std::vector<MatrixXd> fitted =
       problem_.realisations.empty() ? std::vector<MatrixXd>{increments(z)} : std::vector<MatrixXd>{};
@@ -129,6 +138,7 @@ std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const V
 }
 
 VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
+  const SerialBlas serial;
   std::vector<PathGradient> bars(at.paths.size());
   const Points zero = Points::Zero(problem_.source.rows(), problem_.source.cols());
   parallel_for(static_cast<int>(bars.size()), [&](int i) {
@@ -178,6 +188,7 @@ MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path) const {
 }
 
 MatchingObjective::Linearisation MatchingObjective::linearise(const Evaluation& at) const {
+  const SerialBlas serial;
   const double part = 1 / std::sqrt(static_cast<double>(at.paths.size()));
   std::vector<DataTerm::Linearisation> ends;
   Index rows = 0;

@@ -107,7 +107,7 @@ class PathSearch {
     const std::vector<Points> rest(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
     std::optional<DiscretePath> path = along(system_, problem_.grid, rest);
     if (!path || !std::isfinite(cost(*path)))
-      throw InputError("the distances to the target, divided by sigma, leave the range of numbers");
+      throw NumericalError("the distances to the target, divided by sigma, leave the range of numbers");
     path_ = std::move(*path);
     if (start == nullptr) return false;
     path = follow(*start, rest);

@@ -10,6 +10,8 @@
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
@@ -47,6 +49,8 @@ void record_problem(const RegistrationProblem& problem, const RegistrationOption
                     Registration& registration) {
   registration.kernel = problem.matching.system.kernel.spec();
   registration.noise = problem.matching.system.noise->spec();
+  if (options.noise.is_own() && problem.mode != MatchingMode::kDeterministic)
+    registration.own_noise = problem.matching.system.noise;
   registration.mode = problem.mode;
   registration.integrator = problem.matching.integrator->name();
   registration.grid = options.grid;
@@ -68,7 +72,7 @@ void record_accuracy(const MatchingProblem& problem, const Trajectory& path, Reg
   registration.step_error = step_error(problem, registration);
   if (!registration.step_error)
     registration.notes.emplace_back(
-        "an accurate integrator cannot follow the momenta, which grow beyond all bounds; try more --steps");
+        "an accurate integrator cannot follow the momenta, which grow beyond all bounds; try more `grid.steps`");
   registration.amplification = amplification(problem.system, path);
 }
 
@@ -100,7 +104,7 @@ LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Regist
   const MatchingObjective objective(problem);
   if (const auto at = objective.evaluate(objective.white(registration.momenta, registration.increments)))
     return laplace(objective, *at);
-  throw InputError("the uncertainty needs smaller time steps; use more --steps");
+  throw NumericalError("the uncertainty needs smaller time steps; use more `grid.steps`");
 }
 
 // λ∫H dt by the midpoint rule, or by H(q0, p0) where that is more accurate.
@@ -257,6 +261,7 @@ double Registration::max_residual() const {
 bool Registration::matched() const { return rms() <= std::max(3 * sigma, initial_rms() / 20); }
 
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+  const SerialBlas serial;
   const auto start = std::chrono::steady_clock::now();
   const RegistrationProblem problem = make_problem(source, target, options);
   const MatchingProblem& matching = problem.matching;
@@ -279,10 +284,11 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
 
 StochasticSystem registration_system(const Registration& registration) {
   return {make_kernel(registration.kernel, registration.source.points),
-          make_noise(registration.noise, registration.source)};
+          registration.own_noise ? registration.own_noise : make_noise(registration.noise, registration.source)};
 }
 
 Trajectory replay(const Registration& registration) {
+  const SerialBlas serial;
   const StochasticSystem system = registration_system(registration);
   const auto integrator = make_integrator(registration.integrator);
   if (!registration.states.empty())
@@ -299,6 +305,8 @@ Trajectory replay(const Registration& registration) {
 }
 
 int order_inversions(const Points& before, const Points& after) {
+  require_size("landmarks on a line", before, 1, before.cols());
+  require_size("landmarks on a line", after, 1, before.cols());
   int count = 0;
   for (Eigen::Index b = 1; b < before.cols(); ++b)
     for (Eigen::Index a = 0; a < b; ++a)

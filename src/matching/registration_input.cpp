@@ -23,6 +23,13 @@ void check_coordinates(const Landmarks& shape) {
   if (shape.dimension() < 1 || shape.dimension() > 3)
     throw InputError(
         fmt::format("{}: landmarks in {} dimensions; 1, 2 or 3 are supported", shape.source, shape.dimension()));
+  const auto check_list = [&](const char* what, std::size_t size) {
+    if (size != 0 && size != static_cast<std::size_t>(shape.count()))
+      throw InputError(fmt::format("{}: there are {} {} for {} landmarks", shape.source, size, what, shape.count()));
+  };
+  check_list("labels", shape.labels.size());
+  check_list("groups", shape.groups.size());
+  check_list("numbers", shape.numbers.size());
   for (int a = 0; a < shape.count(); ++a)
     if (shape.points.col(a).array().isInf().any())
       throw InputError(
@@ -150,7 +157,7 @@ void check_sizes(const Landmarks& source, const DataOptions& data) {
   if (!data.covariances.empty() && data.covariances.size() != count)
     throw InputError(fmt::format("there are {} covariances for {} landmarks", data.covariances.size(), count));
   if (data.kind != DataKind::kLandmarks && (data.weights.size() > 0 || !data.covariances.empty()))
-    throw InputError("weights and covariances are for --data landmarks: curves have no corresponding points");
+    throw InputError("weights and covariances are for `data.kind = landmarks`: curves have no corresponding points");
 }
 
 }  // namespace

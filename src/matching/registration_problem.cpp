@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "pulson/core/number_checks.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
@@ -34,7 +35,7 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
   const MatchingMode mode = options.mode.value_or(usual_mode(options, noise, noisy));
   if (mode != MatchingMode::kDeterministic && !noisy)
     throw InputError(
-        fmt::format("mode {} {} the noise, and there is none; give one, as in --noise ch-sd:beta=1", mode_name(mode),
+        fmt::format("mode {} {} the noise, and there is none; give one, as in `noise = ch-sd:beta=1`", mode_name(mode),
                     mode == MatchingMode::kMap || mode == MatchingMode::kMetamorphosis ? "fits" : "draws"));
   if (mode == MatchingMode::kMetamorphosis && !noise.traits().linear)
     throw InputError(
@@ -54,7 +55,7 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
 // Whether noise takes two landmarks apart that are at one place, along each axis: in metamorphosis, where it moves one
 // otherwise than the other.
 bool may_separate(const Landmarks& source, int first, int second, const RegistrationOptions& options) {
-  const std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, source);
+  const std::shared_ptr<const NoiseModel> noise = options.noise.make(source);
   const int d = source.dimension(), channels = noise->channels(d, source.count());
   if (channels == 0 || options.mode.value_or(usual_mode(options, *noise, true)) != MatchingMode::kMetamorphosis ||
       !noise->traits().linear)
@@ -137,7 +138,7 @@ void note_mirrored_shapes(MatchingShapes& shapes, const RegistrationOptions& opt
   if (turned_over > kMuchCloser * as_it_is || as_it_is < kNearlyAlike * diameter(target)) return;
   shapes.notes.push_back(
       fmt::format("the shapes look mirrored: aligned they are {:.3g} apart, and {:.3g} if one is reflected; if y "
-                  "points up in one file and down in the other use pulson convert --flip-y, else --reflect",
+                  "points up in one file and down in the other use `points.row(1) *= -1`, else `reflect`",
                   as_it_is, turned_over));
 }
 
@@ -174,12 +175,12 @@ double length_scale(const Points& q0) {
 
 Scales choose_scales(const MatchingShapes& shapes, const Points& q0, const RegistrationOptions& options,
                      AlignmentKind alignment) {
-  const bool is_auto = options.kernel == "auto";
+  const bool is_auto = options.kernel.spec() == "auto";
   const double size = is_auto || options.sigma.is_relative() || !options.lambda ? length_scale(q0) : 0;
   const double sigma = options.sigma.in(size);
   require_positive("sigma", sigma);
   const double lambda = options.lambda.value_or(1 / (size * size));
-  if (!is_auto) return {make_kernel(options.kernel, q0), lambda, sigma, std::nullopt};
+  if (!is_auto) return {options.kernel.make(q0), lambda, sigma, std::nullopt};
   DisplacementOptions model;
   model.alignment = alignment;
   model.sigma = sigma;
@@ -201,6 +202,7 @@ Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const 
 }
 
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
+  const SerialBlas serial;
   MatchingShapes shapes = matching_shapes(
       source, target, options.data,
       [&](const Landmarks& shape, int first, int second) { return may_separate(shape, first, second, options); });
@@ -211,7 +213,7 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
 
   const Points& q0 = aligned.points;
   Scales scales = choose_scales(shapes, q0, options, alignment.kind);
-  std::shared_ptr<const NoiseModel> noise = make_noise(options.noise, aligned);
+  std::shared_ptr<const NoiseModel> noise = options.noise.make(aligned);
   noise->check(aligned.dimension(), aligned.count());
   const bool noisy = noise->channels(aligned.dimension(), aligned.count()) > 0;
   const MatchingMode mode = choose_mode(options, *noise, noisy);

@@ -5,12 +5,6 @@
 namespace pulson {
 namespace {
 
-NoiseTable& table() {
-  static NoiseTable rows("noise",
-                         {no_noise(), ch_sd(), ch_sd_screened(), p_sd(), trouve_vialard(), potential(), langevin()});
-  return rows;
-}
-
 void check_no_term_is_empty(std::string_view spec) {
   if (spec.empty()) throw InputError("the noise is empty; no noise is 'none'");
   if (spec.front() == '+' || spec.back() == '+' || spec.find("++") != std::string_view::npos)
@@ -20,16 +14,31 @@ void check_no_term_is_empty(std::string_view spec) {
 
 }  // namespace
 
-const NoiseTable& noise_table() { return table(); }
+const NoiseTable& noise_table() {
+  static const NoiseTable rows(
+      "noise", {no_noise(), ch_sd(), ch_sd_screened(), p_sd(), trouve_vialard(), potential(), langevin()});
+  return rows;
+}
 
-void add_noise(NoiseTable::Row row) { table().add(std::move(row)); }
-
-std::shared_ptr<const NoiseModel> make_noise(std::string_view spec, const Landmarks& shape) {
+std::shared_ptr<const NoiseModel> make_noise(std::string_view spec, const Landmarks& shape, const NoiseTable& table) {
   check_no_term_is_empty(spec);
   std::vector<std::shared_ptr<const NoiseModel>> terms;
   const double size = spec.find('%') == std::string_view::npos ? 0 : diameter(shape.points);
-  for (const auto& [row, parameters] : noise_table().parse(spec, size)) terms.push_back(row->make(parameters, shape));
+  for (const auto& [row, parameters] : table.parse(spec, size)) terms.push_back(row->make(parameters, shape));
   return terms.size() == 1 ? terms.front() : sum_of_noises(std::move(terms));
+}
+
+NoiseChoice::NoiseChoice(std::shared_ptr<const NoiseModel> model) : model_(std::move(model)) {
+  if (!model_) throw InputError("the noise is no model; no noise is 'none'");
+  spec_ = model_->spec();
+}
+
+std::shared_ptr<const NoiseModel> NoiseChoice::make(const Landmarks& shape) const {
+  return model_ ? model_ : make_noise(spec_, shape, table());
+}
+
+NoiseChoice NoiseChoice::of(std::shared_ptr<const NoiseModel> model) const {
+  return model_ ? NoiseChoice(std::move(model)) : NoiseChoice(model->spec(), own_);
 }
 
 }  // namespace pulson

@@ -3,12 +3,17 @@
 #include <cassert>
 #include <limits>
 
+#include <fmt/core.h>
+
 #include "normal_batch.hpp"
+#include "pulson/core/errors.hpp"
 
 namespace pulson {
 
 Eigen::MatrixXd standard_normals(std::uint64_t seed, std::uint64_t path, int channels, int steps) {
-  assert(channels >= 0 && steps >= 0);
+  if (channels < 0 || steps < 0)
+    throw InputError(
+        fmt::format("normal numbers of {} channels in {} steps; neither may be negative", channels, steps));
   Eigen::MatrixXd normals(channels, steps);
   NormalBatch batch;
   batch.over = NormalBatch::Over::kChannels;

@@ -229,7 +229,7 @@ void read_outcome(const Reader& reader, Registration& registration) {
 
 }  // namespace
 
-Registration read_registration(const std::filesystem::path& path) {
+Registration read_registration(const std::filesystem::path& path, const NoiseTable* own) {
   const Json json = parse_file(path);
   const Reader reader(json, path.string());
   Registration registration;
@@ -252,7 +252,8 @@ Registration read_registration(const std::filesystem::path& path) {
   registration.momenta = same_size(reader.at("momenta"), d, source.cols());
   reader.at("kernel").parsed([&](const std::string& spec) { return make_kernel(spec, source).at_zero(); });
   const int channels = reader.at("noise").parsed([&](const std::string& spec) {
-    const auto noise = make_noise(spec, registration.source);
+    const auto noise = make_noise(spec, registration.source, own ? *own : noise_table());
+    if (own) registration.own_noise = noise;
     noise->check(static_cast<int>(d), static_cast<int>(source.cols()));
     return noise->channels(static_cast<int>(d), static_cast<int>(source.cols()));
   });

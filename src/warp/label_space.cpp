@@ -9,6 +9,7 @@
 
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {
@@ -42,6 +43,7 @@ class MetricLabels final : public LabelSpace {
   }
 
   Points coefficients(const Points& displacements) const override {
+    require_size("the displacements of landmarks", displacements, labels_.rows(), labels_.cols());
     return factors_.solve(displacements.transpose()).transpose();
   }
   MatrixXd basis(const Points& x) const override { return metric_.gram(labels_, x); }
@@ -73,12 +75,14 @@ class ThinPlateLabels final : public LabelSpace {
   }
 
   Points coefficients(const Points& displacements) const override {
+    require_size("the displacements of landmarks", displacements, labels_.rows(), labels_.cols());
     MatrixXd values = MatrixXd::Zero(factors_.rows(), displacements.rows());
     values.topRows(displacements.cols()) = displacements.transpose();
     return factors_.solve(values).transpose();
   }
 
   MatrixXd basis(const Points& x) const override {
+    require_size("the points of an interpolation", x, labels_.rows(), x.cols());
     MatrixXd basis(factors_.rows(), x.cols());
     basis << radial(x).transpose(), polynomials(x).transpose();
     return basis;

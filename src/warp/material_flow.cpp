@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "space_motion.hpp"
 
@@ -70,6 +71,7 @@ MaterialFlow::MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel
     : system_(std::move(system)),
       path_(std::move(path)),
       steps_(make_integrator(path_.integrator)->space_steps(system_, path_)) {
+  const SerialBlas serial;
   const std::vector<std::vector<Points>> displacements = landmark_displacements();
   check_landmarks(displacements);
   double largest = 0;
@@ -128,6 +130,7 @@ void MaterialFlow::check_landmarks(const std::vector<std::vector<Points>>& displ
 }
 
 std::vector<Points> MaterialFlow::paths(const Points& labels) const {
+  require_size("the labels of points", labels, dimension(), labels.cols());
   const auto count = static_cast<int>(path_.initial().q.cols());
   std::vector<Points> places(steps_.size() + 1, Points(labels.rows(), labels.cols()));
   places.front() = labels;
@@ -149,6 +152,7 @@ Points MaterialFlow::end(const Points& labels) const { return moved(labels, fals
 MovedPoints MaterialFlow::end_with_gradients(const Points& labels) const { return moved(labels, true); }
 
 MovedPoints MaterialFlow::moved(const Points& labels, bool with_gradients) const {
+  require_size("the labels of points", labels, dimension(), labels.cols());
   const Index d = labels.rows();
   const auto count = static_cast<int>(path_.initial().q.cols());
   MovedPoints result{Points(d, labels.cols()), MatrixXd(d * d, with_gradients ? labels.cols() : 0)};
@@ -168,6 +172,7 @@ MovedPoints MaterialFlow::moved(const Points& labels, bool with_gradients) const
 MovedPoints MaterialFlow::inverse(const Points& places) const {
   if (!is_diffeomorphic())
     throw InputError("the map has no inverse: its noise moves landmarks individually and may fold space");
+  require_size("the places of points", places, dimension(), places.cols());
   const Index d = places.rows();
   const auto count = static_cast<int>(path_.initial().q.cols());
   MovedPoints result{Points(d, places.cols()), MatrixXd(d * d, places.cols())};

@@ -7,6 +7,8 @@
 
 #include <libqhull_r/qhull_ra.h>
 
+#include "pulson/core/number_checks.hpp"
+
 namespace pulson {
 namespace {
 
@@ -68,6 +70,7 @@ class DelaunayHull {
 }  // namespace
 
 std::vector<std::array<int, 3>> delaunay_triangles(const Points& points) {
+  require_size("the points of a triangulation", points, 2, points.cols());
   std::vector<std::array<int, 3>> triangles;
   if (points.cols() < 3) return triangles;
   for (std::array<int, 3> triangle : DelaunayHull(points).triangles()) {
@@ -79,6 +82,7 @@ std::vector<std::array<int, 3>> delaunay_triangles(const Points& points) {
 }
 
 int flipped_triangles(const Points& before, const Points& after) {
+  require_size("the points of a triangulation", after, 2, before.cols());
   int count = 0;
   for (const std::array<int, 3>& triangle : delaunay_triangles(before))
     count += twice_area(after, triangle) < 0 ? 1 : 0;

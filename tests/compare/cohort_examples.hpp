@@ -30,6 +30,7 @@ inline Landmarks oval(int count) {
 inline CohortSettings cohort_settings() {
   CohortSettings settings;
   settings.kernel = "gaussian:alpha=0.5";
+  settings.sigma = 0.01;
   settings.grid = {1, 5};
   settings.importance_samples = 0;
   return settings;
@@ -39,7 +40,7 @@ inline CohortSettings cohort_settings() {
 inline MatchingProblem model_problem(const Landmarks& source, const std::string& noise, double lambda,
                                      const CohortSettings& settings) {
   CohortFit fit;
-  fit.kernel = settings.kernel;
+  fit.kernel = settings.kernel.spec();
   fit.noise = noise;
   fit.lambda = lambda;
   return shape_problem({source, {source}}, fit, settings, 0);

@@ -193,7 +193,7 @@ TEST(FitCohort, DoesNotDependOnTheUnit) {
     other_unit.source.points *= factor;
     for (Landmarks& target : other_unit.targets) target.points *= factor;
     CohortSettings settings = cohort_settings();
-    settings.sigma *= factor;
+    settings.sigma = settings.sigma.in(0) * factor;
     settings.kernel = "gaussian:alpha=" + std::to_string(0.5 * factor);
     for (const char* noise : {"none", "ch-sd", "trouve-vialard"}) {
       const CohortFit fit = fit_cohort(cohort, noise, cohort_settings());

@@ -237,7 +237,7 @@ TEST(CoincidentInACohort, AreMergedWhereATargetHasThemApartAndItIsAskedFor) {
   std::vector<std::string> notes;
   EXPECT_THAT(error_of([&] { merge_coincident(shapes, false, notes); }),
               AllOf(HasSubstr("a.csv: landmarks 1 and 9 are at the same position, but apart in c.csv"),
-                    HasSubstr("--merge-coincident")));
+                    HasSubstr("`merge_coincident`")));
   merge_coincident(shapes, true, notes);
   EXPECT_EQ(notes.size(), 1U);
   EXPECT_EQ(shapes.source->points, oval(8).points);

@@ -125,7 +125,7 @@ TEST(CompareModels, AboutTheMeanOfShapesThatLieAnyhow) {
     shapes.targets[s].points = (shapes.targets[s].points * (1 + 0.1 * static_cast<double>(s))).array() + 1;
   const Comparison comparison = compare_models(shapes, {"none"}, options);
   EXPECT_THAT(comparison.cohort.source.source, HasSubstr("mean of 6 shapes"));
-  EXPECT_THAT(comparison.settings.kernel, testing::Not(HasSubstr("auto")));
+  EXPECT_THAT(comparison.settings.kernel.spec(), testing::Not(HasSubstr("auto")));
   EXPECT_EQ(comparison.models.front().fit.coordinates, 6 * (12 - 4));
   EXPECT_TRUE(comparison.models.front().prediction.has_value());
 }

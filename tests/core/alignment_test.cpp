@@ -185,7 +185,7 @@ TEST(Alignment, ReflectsOnlyWhenAskedAndWhenThatFitsBetter) {
     expect_same(align(source, motion.apply(source), kind, {{}, true}), motion);
     if (kind == AlignmentKind::kAffine)
       EXPECT_THAT(affine_error(source, mirror.apply(source)),
-                  AllOf(HasSubstr("determinant -"), HasSubstr("--reflect")));
+                  AllOf(HasSubstr("determinant -"), HasSubstr("`reflect`")));
     else
       EXPECT_NEAR(align(source, mirror.apply(source), kind).linear.determinant(), 1, 1e-14);
   });

@@ -1,6 +1,8 @@
 // Products of matrices from several threads at once: a BLAS that was built for one thread alone, such as Debian's
 // serial OpenBLAS, shares its work space between them and gives wrong numbers.
 
+#include <cstdlib>
+#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Core>
@@ -81,9 +83,54 @@ TEST(MatrixProducts, AreSumsOfProducts) {
     }
 }
 
-TEST(MatrixProducts, AreOfABlasForManyThreadsThatUsesOneItself) {
-  EXPECT_NE(openblas_get_parallel(), OPENBLAS_SEQUENTIAL);
-  EXPECT_EQ(openblas_get_num_threads(), 1);
+TEST(MatrixProducts, AreOfABlasForManyThreads) { EXPECT_NE(openblas_get_parallel(), OPENBLAS_SEQUENTIAL); }
+
+class BlasThreads : public testing::Test {
+ protected:
+  void SetUp() override {
+    static const int kAtStart = openblas_get_num_threads();
+    at_start_ = kAtStart;
+    openblas_set_num_threads(2);
+  }
+  void TearDown() override {
+    openblas_set_num_threads(at_start_);
+    set_thread_count(0);
+  }
+  int at_start_ = 0;
+};
+
+// The library has been loaded and no test has run: as many as OpenBLAS takes by itself.
+TEST_F(BlasThreads, AreThoseOfTheHostWhenTheLibraryIsLoaded) {
+  if (openblas_get_num_procs() == 1 || std::getenv("OPENBLAS_NUM_THREADS") != nullptr)
+    GTEST_SKIP() << "one thread is what the host asks for";
+  EXPECT_GT(at_start_, 1);
+}
+
+TEST_F(BlasThreads, AreOneInsideOfTasksAndThenWhatTheyWere) {
+  for (const int threads : {1, 3}) {
+    set_thread_count(threads);
+    std::vector<int> inside(7, 0);
+    parallel_for(7, [&](int i) { inside[static_cast<std::size_t>(i)] = openblas_get_num_threads(); });
+    EXPECT_EQ(inside, std::vector<int>(7, 1)) << threads;
+    EXPECT_EQ(openblas_get_num_threads(), 2) << threads;
+  }
+}
+
+TEST_F(BlasThreads, AreRestoredByTheLastOfSeveralGuards) {
+  {
+    const SerialBlas outer;
+    {
+      const SerialBlas inner;
+      EXPECT_EQ(openblas_get_num_threads(), 1);
+    }
+    EXPECT_EQ(openblas_get_num_threads(), 1);
+  }
+  EXPECT_EQ(openblas_get_num_threads(), 2);
+}
+
+TEST_F(BlasThreads, AreRestoredWhereATaskThrows) {
+  EXPECT_THROW(parallel_for(3, [](int) { throw std::runtime_error("no"); }), std::runtime_error);
+  EXPECT_EQ(openblas_get_num_threads(), 2);
 }
 
 }  // namespace

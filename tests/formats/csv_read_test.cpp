@@ -108,7 +108,7 @@ TEST_F(CsvFile, WarnsWhereItHadToChoose) {
               ElementsAre("w.csv: one column without a header, read as 3 landmarks on a line (1D)"));
   EXPECT_THAT(read("w.csv", "5\n70\n6\n72\n8\n75\n9\n71\n").warnings,
               ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D); if it holds x and y "
-                          "in turn, use --dim 2"));
+                          "in turn, use `dimension = 2`"));
   EXPECT_THAT(read("w.csv", "1\n2\n4\n5\n7\n6\n9\n8\n").warnings,
               ElementsAre("w.csv: one column without a header, read as 8 landmarks on a line (1D)"));
   EXPECT_THAT(

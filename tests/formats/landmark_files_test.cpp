@@ -57,7 +57,7 @@ TEST_F(Address, WarnsOfWhatMayMarkMissingLandmarks) {
   write("a.tps", "LM=3\n-1 -1\n4 5\n-1.0 -1.0\n");
   EXPECT_THAT(warnings("a.tps"),
               ElementsAre("a.tps: 2 landmarks with -1 in each coordinate, often the mark of a missing "
-                          "one, read as a point like any other: --missing negative distinguishes them"));
+                          "one, read as a point like any other: `negative_is_missing` distinguishes them"));
   EXPECT_TRUE(read_landmark_file("a.tps", {.negative_is_missing = true}).warnings.empty());
   write("b.csv", "0,5\n-1,-1\n0,1\n");
   EXPECT_THAT(warnings("b.csv"), ElementsAre(HasSubstr("1 landmark with -1")));

@@ -197,7 +197,7 @@ TEST_F(ReadScale, MultipliesCoordinates) {
   EXPECT_EQ(file.shapes[0].curves[0], Eigen::Vector2d(3, 4));
   EXPECT_FALSE(file.shapes[0].scale);
   EXPECT_THAT(file.warnings, ElementsAre("a.tps: 1 curve and 0 outlines (1 point) are kept and not used as landmarks; "
-                                         "--curves N takes N points of each"));
+                                         "`curve_points = N` takes N points of each"));
 }
 
 TEST_F(ReadScale, MayHaveAUnit) {

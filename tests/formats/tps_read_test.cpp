@@ -56,11 +56,12 @@ TEST_F(TpsFile, WarnsOncePerFileOfWhatIsNotUsed) {
       read("set.tps", "LM=1\n1 2\n" + curves + "SCALE=0.5\nLM=1\n3 4\nSCALE=0.5\nLM=1\n5 6\n" + curves);
   ASSERT_EQ(file.shapes.size(), 3U);
   EXPECT_EQ(file.shapes[0].points, Eigen::Vector2d(1, 2));
-  EXPECT_THAT(file.warnings,
-              ElementsAre("set.tps: SCALE is recorded (2 of 3 shapes) and not applied to the coordinates; --scale "
-                          "apply multiplies by it",
-                          "set.tps: 4 curves and 2 outlines (8 points) are kept and not used as landmarks; --curves N "
-                          "takes N points of each"));
+  EXPECT_THAT(
+      file.warnings,
+      ElementsAre("set.tps: SCALE is recorded (2 of 3 shapes) and not applied to the coordinates; `applies_scale` "
+                  "multiplies by it",
+                  "set.tps: 4 curves and 2 outlines (8 points) are kept and not used as landmarks; `curve_points = N` "
+                  "takes N points of each"));
 }
 
 TEST_F(TpsFile, RefusesTruncatedShapes) {

@@ -35,9 +35,10 @@ TEST_F(TpsFields, AreKept) {
               ElementsAre(Pair("Comment", "x=1"), Pair("VARIABLES", "Area=25.750"), Pair("SEX", "f")));
   EXPECT_EQ(file.shapes[1].scale, std::nullopt);
   EXPECT_THAT(file.shapes[1].properties, IsEmpty());
-  EXPECT_THAT(file.warnings,
-              ElementsAre("a.tps: SCALE is recorded (1 of 2 shapes) and not applied to the coordinates; --scale apply "
-                          "multiplies by it"));
+  EXPECT_THAT(
+      file.warnings,
+      ElementsAre("a.tps: SCALE is recorded (1 of 2 shapes) and not applied to the coordinates; `applies_scale` "
+                  "multiplies by it"));
 }
 
 TEST_F(TpsFields, MayHaveDecimalCommas) {
@@ -59,8 +60,9 @@ TEST_F(TpsCurves, AreKept) {
   EXPECT_EQ(shape.outlines[0], Eigen::Vector3d(9, 9, 9));
   EXPECT_THAT(
       file.warnings,
-      ElementsAre("a.tps: 2 curves and 1 outline (4 points) are kept and not used as landmarks; --curves N takes N "
-                  "points of each"));
+      ElementsAre(
+          "a.tps: 2 curves and 1 outline (4 points) are kept and not used as landmarks; `curve_points = N` takes N "
+          "points of each"));
 }
 
 TEST_F(TpsCurves, AreTheLandmarksWhereThereAreNoOthers) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -266,6 +267,8 @@ TEST(Integrators, SeparatingPairFollowsItsBranchOrSaysThatItEnds) {
   EXPECT_GT(ends, 0);
 }
 
+static_assert(std::is_base_of_v<NumericalError, StepError> && !std::is_base_of_v<InputError, StepError>);
+
 TEST(Integrators, StepErrorNamesStepSizeAndRemedy) {
   Problem pair = pair_on_a_line({"variational", "none", "gaussian:alpha=1"}, 0.1, -50);
   pair.grid = {3, 3};
@@ -275,8 +278,9 @@ TEST(Integrators, StepErrorNamesStepSizeAndRemedy) {
     FAIL() << "no error";
   } catch (const StepError& error) {
     EXPECT_EQ(error.step(), 0);
-    EXPECT_STREQ(error.what(),
-                 "step 1 of 3 (dt = 1): its implicit equation has no unique solution; use more steps, as in --steps 6");
+    EXPECT_STREQ(
+        error.what(),
+        "step 1 of 3 (dt = 1): its implicit equation has no unique solution; use more steps, as in `grid.steps = 6`");
   }
 }
 

@@ -146,7 +146,7 @@ TEST(DisplacementModel, RecoversWhatItWasDrawnFrom) {
 TEST(DisplacementModel, NeedsMoreCoordinatesThanDirections) {
   const Points triangle{{0.0, 1.0, 0.3}, {0.0, 0.1, 0.9}};
   EXPECT_FALSE(fit_displacements(triangle, 2 * triangle, options_of(0.01)));
-  EXPECT_FALSE(fit_displacements(Points{{0.0, 1.0}}, Points{{1.0, 0.0}}, {}));
+  EXPECT_FALSE(fit_displacements(Points{{0.0, 1.0}}, Points{{1.0, 0.0}}, options_of(0.01)));
   const Points missing{{0.0, 1.0, 0.3, std::nan("")}, {0.0, 0.1, 0.9, 1.0}};
   EXPECT_FALSE(fit_displacements(triangle, triangle, options_of(0.01)));
   EXPECT_FALSE(fit_displacements(missing, missing, options_of(0.01)));

@@ -70,7 +70,7 @@ struct GaussianTargets {
   }
 
   double log_density(double beta) const {
-    const MatrixXd kernel = make_kernel(options.kernel, source.points).gram(source.points, source.points);
+    const MatrixXd kernel = options.kernel.make(source.points).gram(source.points, source.points);
     const double variance =
         beta * beta * options.grid.dt() * (options.grid.steps - 0.75) + std::pow(options.sigma.in(0), 2);
     const MatrixXd covariance = kernel / kLambda + variance * MatrixXd::Identity(4, 4);
@@ -142,7 +142,7 @@ TEST(FitParameters, FindsTheMaximumThatAScanFinds) {
 
 // Targets from the model itself: p0 ~ N(0, (λK)⁻¹), ΔW ~ N(0, Δt), y ~ N(q(T), σ²).
 std::vector<Landmarks> drawn_targets(const Landmarks& source, const RegistrationOptions& options, int count) {
-  const StochasticSystem system{make_kernel(options.kernel, source.points), make_noise(options.noise)};
+  const StochasticSystem system{options.kernel.make(source.points), options.noise.make(source)};
   const MatrixXd precision = options.lambda.value() * system.kernel.gram(source.points, source.points);
   const MatrixXd root = precision.llt().matrixL();
   const int d = source.dimension(), n = source.count(), steps = options.grid.steps;
@@ -160,7 +160,7 @@ std::vector<Landmarks> drawn_targets(const Landmarks& source, const Registration
 
 // √(1/I) of log β of the model with its flow taken as linear: I = ½ Σ tr(Σ⁻¹ ∂Σ/∂log β)² over targets and axes.
 double expected_deviation(const Landmarks& source, const RegistrationOptions& options, double beta, int count) {
-  const MatrixXd kernel = make_kernel(options.kernel, source.points).gram(source.points, source.points);
+  const MatrixXd kernel = options.kernel.make(source.points).gram(source.points, source.points);
   const double of_noise = beta * beta * options.grid.dt() * (options.grid.steps - 0.75);
   const MatrixXd one = MatrixXd::Identity(source.count(), source.count());
   const MatrixXd covariance =

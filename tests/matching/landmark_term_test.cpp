@@ -201,6 +201,7 @@ TEST(LandmarkTermErrors, NameWhatIsWrong) {
   const auto error_with = [](const std::function<void(LandmarkObservations&)>& change) {
     LandmarkObservations observed;
     observed.target = Numbers(1).landmarks(2, 4);
+    observed.sigma = 0.01;
     change(observed);
     return error_of([&] { LandmarkTerm{observed}; });
   };

@@ -350,7 +350,8 @@ TEST(LaplaceApproximation, CurvesHaveDeviationsButNoEvidence) {
        {1, 5},
        q0,
        std::make_shared<CurveTerm>(target.edges, 4, target, CurveTermOptions{CurveMeasure::kVarifold, 0.05, 0.5}),
-       0.05});
+       0.05,
+       1});
   const auto minimum = minimum_of(objective);
   const LaplaceApproximation found = laplace(objective, minimum);
   EXPECT_TRUE(std::isnan(found.log_evidence));

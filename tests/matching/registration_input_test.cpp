@@ -44,7 +44,7 @@ TEST(RegistrationErrors, NameShapesThatDoNotFit) {
   bad.points = Points::Random(2, 3);
   EXPECT_EQ(registration_error(good, bad),
             "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; both need the same landmarks, "
-            "or labels or numbers that say which correspond (outlines without correspondence: --data varifold)");
+            "or labels or numbers that say which correspond (outlines without correspondence: `data.kind = varifold`)");
   bad.points = Points::Random(3, 4);
   EXPECT_EQ(registration_error(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
   bad.points.resize(2, 0);
@@ -160,7 +160,7 @@ TEST(RegistrationErrors, NameLandmarksAtOnePlace) {
   twice.points.col(2) = twice.points.col(1);
   EXPECT_THAT(registration_error(twice, square("b.csv")),
               AllOf(HasSubstr("a.csv: landmarks 2 and 3 are at the same position, but apart in b.csv"),
-                    HasSubstr("--merge-coincident")));
+                    HasSubstr("`merge_coincident`")));
   twice.labels = {"nose", "chin", "left eye", "right eye"};
   EXPECT_THAT(registration_error(twice, square("b.csv")),
               HasSubstr("landmarks 'chin' and 'left eye' are at the same position"));
@@ -309,7 +309,7 @@ TEST(RegistrationErrors, NameWhatIsUnknown) {
   EXPECT_EQ(error_with([](auto& options) { options.noise = "ch-sd:beta=1,on=5"; }),
             "noise 'ch-sd:beta=1,on=5': on=5 names a landmark beyond the last; the shape has 4");
   EXPECT_EQ(error_with([](auto& options) { options.mode = MatchingMode::kMap; }),
-            "mode map fits the noise, and there is none; give one, as in --noise ch-sd:beta=1");
+            "mode map fits the noise, and there is none; give one, as in `noise = ch-sd:beta=1`");
 }
 
 TEST(RegistrationErrors, ObjectiveRefusesWhatDoesNotFit) {
@@ -322,7 +322,9 @@ TEST(RegistrationErrors, ObjectiveRefusesWhatDoesNotFit) {
                          make_integrator("variational"),
                          {},
                          source,
-                         std::make_shared<LandmarkTerm>(LandmarkObservations{target})});
+                         std::make_shared<LandmarkTerm>(LandmarkObservations{target, 0.01}),
+                         0.01,
+                         1});
     });
   };
   EXPECT_EQ(error(q, q), "no error");

@@ -430,14 +430,25 @@ TEST(HamiltonianDefect, SeesMissingCrossTerms) {
   }
 }
 
-// ---- models of others
+// ---- your own models
 
-TEST(AddNoise, MakesAModelKnownByItsName) {
-  NoiseTable::Row row = linear();
-  row.name = "linear-of-mine";
-  add_noise(row);
-  EXPECT_EQ(make_noise("linear-of-mine:beta=0.25+ch-sd:beta=2")->spec(), "linear:beta=0.25+ch-sd:beta=2");
-  EXPECT_THAT([&] { add_noise(row); }, ThrowsMessage<InputError>("there is a noise 'linear-of-mine' already"));
+TEST(OwnNoise, IsKnownByTheTableThatHasIt) {
+  const auto own = std::make_shared<const NoiseTable>(noise_table().with(linear()));
+  const std::string spec = "linear:beta=0.25+ch-sd:beta=2";
+  EXPECT_EQ(make_noise(spec, {}, *own)->spec(), spec);
+  EXPECT_EQ(NoiseChoice(spec, own).make({})->spec(), spec);
+  EXPECT_THROW(make_noise(spec), InputError);
+  EXPECT_THAT([&] { own->with(linear()); }, ThrowsMessage<InputError>("there is a noise 'linear' already"));
+}
+
+TEST(OwnNoise, MayBeChosenAsAModel) {
+  const std::shared_ptr<const NoiseModel> model = make("linear:beta=0.25", {});
+  const NoiseChoice choice(model);
+  EXPECT_EQ(choice.make({}), model);
+  EXPECT_EQ(choice.spec(), "linear:beta=0.25");
+  EXPECT_TRUE(choice.is_own());
+  EXPECT_FALSE(NoiseChoice("ch-sd:beta=2").is_own());
+  EXPECT_THROW(NoiseChoice(std::shared_ptr<const NoiseModel>()), InputError);
 }
 
 // ---- the documentation

@@ -4,6 +4,10 @@
 
 #include <pulson/pulson.hpp>
 
+#ifdef EIGEN_USE_BLAS
+#error "pulson's targets must not change how their users' own Eigen code is compiled"
+#endif
+
 int main() {
   pulson::Landmarks source;
   source.points = pulson::Points{{-0.5, 0.5}};

@@ -1,6 +1,8 @@
 // Wrong input and options: exit code 2, one line that says what is wrong and what would be right, and nothing written.
 
 #include <ostream>
+#include <regex>
+#include <utility>
 
 #include <gmock/gmock.h>
 
@@ -101,7 +103,7 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"FolderAsTarget", "register a.csv folder -o out", {"'folder'", "a file is needed"}},
     {"EmptyFile", "register empty.csv b.csv -o out", {"empty.csv is empty"}},
     {"HeaderOnly", "register header.csv b.csv -o out", {"header.csv", "no landmarks"}},
-    {"UnequalNumbers", "register a.csv two.csv -o out", {"a.csv has 3", "two.csv has 2"}},
+    {"UnequalNumbers", "register a.csv two.csv -o out", {"a.csv has 3", "two.csv has 2", "(outlines without correspondence: --data varifold)"}},
     {"OtherDimension", "register a.csv three_d.csv -o out", {"a.csv is 2D", "three_d.csv is 3D"}},
     {"NanSimulate", "simulate --shape nan.csv -o out", {"nan.csv: landmark 2 has a missing coordinate"}},
     {"NanSimulateName", "simulate --shape nan_names.csv -o out", {"nan_names.csv: landmark 'fin' has a missing coordinate"}},
@@ -109,7 +111,7 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"NanEnsemble", "ensemble --shape nan.csv --noise ch-sd:beta=1 --samples 10 -o out",
      {"nan.csv: landmark 2 has a missing coordinate"}},
     {"Word", "register word.csv b.csv -o out", {"word.csv:3", "'abc'", "a number is needed"}},
-    {"Coincident", "register coincident.csv b.csv -o out", {"coincident.csv", "landmarks 2 and 3"}},
+    {"Coincident", "register coincident.csv b.csv -o out", {"coincident.csv", "landmarks 2 and 3", "merge them with --merge-coincident, or"}},
     {"CoincidentNames", "register coincident_names.csv b.csv -o out", {"'tail' and 'fin'"}},
     {"NoiseBeyondTheLast", "register two.csv two.csv -o out --noise ch-sd:beta=1,on=9", {"on=9", "2"}},
     {"SeveralShapes", "register many.tps b.csv -o out", {"2 shapes", "many.tps#1", "many.tps#id=ann"}},
@@ -142,7 +144,7 @@ const std::vector<WrongCommand> kWrongOptions = {
     {"OnTwice", "--noise ch-sd:beta=1,on=2/2", {"on is '2/2'", "twice"}},
     {"Mode", "--mode foo", {"unknown mode 'foo'", "deterministic, metamorphosis, map"}},
     {"ModeWithoutValue", "--mode=", {"--mode"}},
-    {"ModeWithoutNoise", "--mode map", {"mode map", "--noise"}},
+    {"ModeWithoutNoise", "--mode map", {"mode map", "as in --noise ch-sd:beta=1"}},
     {"Align", "--align foo", {"unknown alignment 'foo'", "none, translation, rigid, similarity"}},
     {"Solver", "--solver foo", {"unknown solver 'foo'", "gauss-newton", "lbfgs", "auto"}},
     {"Integrator", "--integrator foo", {"unknown integrator 'foo'", "variational"}},
@@ -317,6 +319,47 @@ INSTANTIATE_TEST_SUITE_P(Extreme, ExtremeNumbers, testing::Values(
     WrongCommand{"NothingToDo", "register a.csv a.csv", {}},
     WrongCommand{"ManyThreads", "register a.csv b.csv --threads 1000000", {}}), kName);
 // clang-format on
+
+// ---- the library's messages
+
+class LibraryMessages : public InTemporaryFolder {
+ protected:
+  // All string literals of the library, by file.
+  static std::vector<std::pair<std::string, std::string>> library_literals() {
+    std::vector<std::pair<std::string, std::string>> literals;
+    static const std::regex kLiteral(R"re("((?:[^"\\\n]|\\.)*)")re");
+    for (const char* folder : {"include", "src"})
+      for (const auto& entry : fs::recursive_directory_iterator(fs::path(PULSON_SOURCE_DIR) / folder)) {
+        const std::string extension = entry.path().extension().string();
+        if (extension != ".cpp" && extension != ".hpp") continue;
+        const std::string text = contents(entry.path().string());
+        for (std::sregex_iterator at(text.begin(), text.end(), kLiteral), end; at != end; ++at)
+          literals.emplace_back(entry.path().filename().string(), (*at)[1].str());
+      }
+    return literals;
+  }
+};
+
+// Host programs have no such options; ours puts them in place of the settings that the library names.
+TEST_F(LibraryMessages, NameSettingsAndNoOptionsOfTheCommandLine) {
+  std::string known;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(PULSON_SOURCE_DIR) / "apps"))
+    if (entry.path().filename() == "option_words.cpp") known = contents(entry.path().string());
+  ASSERT_NE(known, "");
+  static const std::regex kOption("(^|[^-a-z(]|[^r][(])--[a-z]{2}");
+  static const std::regex kSetting("`([^`]*?)( = [^`]*)?`");
+  const std::string described = "landmarks of menpo: ";  // of a format, whose own words are in backticks
+  int settings = 0;
+  for (const auto& [file, text] : library_literals()) {
+    EXPECT_FALSE(std::regex_search(text, kOption)) << file << ": " << text;
+    if (text.starts_with(described)) continue;
+    for (std::sregex_iterator at(text.begin(), text.end(), kSetting), end; at != end; ++at, ++settings)
+      EXPECT_TRUE(known.find('"' + (*at)[1].str() + '"') != std::string::npos ||
+                  known.find('"' + (*at)[1].str() + (*at)[2].str() + '"') != std::string::npos)
+          << file << ": " << text;
+  }
+  EXPECT_GT(settings, 10);
+}
 
 }  // namespace
 }  // namespace pulson

@@ -78,7 +78,10 @@ TEST_F(Slips, MirroredShapesAreTold) {
   write("up.csv", "0,0\n3,0\n3,1\n1,2\n0,4\n");
   write("down.csv", "0,0\n3,0\n3,-1\n1,-2\n0,-4\n");
   const Arguments common = words("-o out --no-picture --sigma 0.1");
-  EXPECT_THAT(run(joined(words("register up.csv down.csv"), common)).err, HasSubstr("note: the shapes look mirrored"));
+  using testing::AllOf;
+  EXPECT_THAT(
+      run(joined(words("register up.csv down.csv"), common)).err,
+      AllOf(HasSubstr("note: the shapes look mirrored"), HasSubstr("use pulson convert --flip-y, else --reflect\n")));
   EXPECT_THAT(run(joined(words("register up.csv down.csv --align rigid --reflect"), common)).err,
               Not(HasSubstr("mirrored")));
   EXPECT_THAT(run(joined(words("register up.csv up.csv"), common)).err, Not(HasSubstr("mirrored")));

@@ -75,6 +75,20 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("a.csv -o w.csv --samples 2", "--samples is for images");
 }
 
+// The libraries for images have lines of their own to print about such files.
+TEST_F(WarpRefuses, ImagesThatAreCutOffInOneLine) {
+  register_squares();
+  for (const std::string name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
+    write_image(name, uneven_image(32, 32, 3, PixelDepth::kUint8));
+    const std::string whole = contents(name);
+    for (const double share : {0.3, 0.9}) {
+      write(name, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+      expect_refused({"out/registration.json", name, "-o", "w.png"},
+                     "cannot read '" + name + "': the image is damaged or cut off");
+    }
+  }
+}
+
 TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
   register_squares("ch-sd:beta=1");
   write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));

@@ -1,21 +1,25 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "pulson/compare/cohort.hpp"
+#include "pulson/core/length.hpp"
 #include "pulson/matching/objective.hpp"
+#include "pulson/noise/noise_table.hpp"
 
 namespace pulson {
 
 /// The settings that all models of a comparison share.
 struct CohortSettings {
-  std::string kernel = "gaussian:alpha=auto";
+  KernelChoice kernel = "gaussian:alpha=auto";
   TimeGrid grid{};
   std::string integrator = "variational";
-  double sigma = 0.01;             ///< standard deviation of an observed coordinate, length units
+  Length sigma =
+      Length::percent(1);  ///< standard deviation of an observed coordinate, or per cent of the source's diameter
   std::optional<double> lambda{};  ///< weight of the energy, 1/variance of the momenta; none: fitted
   int importance_samples = 200;    ///< for each shape, with which the evidence is checked
   std::uint64_t seed = 1;          ///< of these
@@ -57,6 +61,8 @@ struct ShapeFit {
 struct CohortFit {
   std::string kernel;
   std::string noise;  ///< specification with the fitted numbers
+  /// The noise with these, where it is not one that make_noise() makes of `noise`; else null.
+  std::shared_ptr<const NoiseModel> own_noise{};
   double lambda = 0;
   std::vector<FittedNumber> fitted;
   std::vector<ShapeFit> shapes;
@@ -89,12 +95,13 @@ struct CohortFit {
 /// v_g of greatest evidence are found by Fisher scoring at no further path; matches and v_g are updated in
 /// turn until they converge (M. Lindstrom and D. Bates 1990). Parameters other than amplitudes (`gamma`) are fitted by
 /// an outer search.
-/// @param noise a specification without the parameters to be fitted; "none" is the geodesic
+/// @param noise a specification without the parameters to be fitted, or a model, whose parameters are all kept; "none"
+/// is the geodesic
 /// @throws InputError where an option is wrong or a parameter to be fitted has no initial value
-CohortFit fit_cohort(const Cohort& cohort, const std::string& noise, const CohortSettings& settings);
+CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings);
 
 /// Whether the specification of a noise model has all required parameters.
-bool is_complete(const std::string& noise, const Landmarks& shape);
+bool is_complete(const NoiseChoice& noise, const Landmarks& shape);
 
 /// The matching problem of one target of the cohort with the fitted parameters.
 MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings, int target);

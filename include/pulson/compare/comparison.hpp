@@ -58,7 +58,7 @@ struct ComparedModel {
 /// Which noise model best explains these shapes?
 struct Comparison {
   Cohort cohort;
-  CohortSettings settings;            ///< its kernel is a number
+  CohortSettings settings;            ///< its kernel and σ are numbers
   std::vector<ComparedModel> models;  ///< in the order given
   std::size_t best = 0;               ///< of greatest score
   Eigen::VectorXd eigenvalues;        ///< N: of K(q0), in descending order
@@ -72,7 +72,7 @@ struct Comparison {
 /// less (k/2) log n for k fitted numbers and n coordinates. The scores predict held-out shapes by models that were
 /// fitted to the others (k-fold; the mean shape is of the others, too).
 /// @throws InputError where a model cannot be fitted; the message names it
-Comparison compare_models(const CohortShapes& shapes, const std::vector<std::string>& noises,
+Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseChoice>& noises,
                           const CompareOptions& options = {});
 
 }  // namespace pulson

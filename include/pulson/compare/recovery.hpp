@@ -11,8 +11,8 @@ namespace pulson {
 
 /// A model that shapes are drawn from.
 struct TrueModel {
-  std::string noise;  ///< complete
-  double lambda = 1;
+  NoiseChoice noise = "none";  ///< complete
+  double lambda = 0;           ///< 1/variance of the momenta: must be given
 };
 
 struct RecoveryOptions {
@@ -40,6 +40,6 @@ struct RecoveryRow {
 /// sample size? Parameters that a candidate leaves open are fitted each time.
 /// @throws InputError where a model is incomplete or draws no shapes
 std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
-                                        const std::vector<std::string>& candidates, const RecoveryOptions& options);
+                                        const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options);
 
 }  // namespace pulson

@@ -130,11 +130,13 @@ class NameTable {
     throw InputError("unknown " + what_ + " " + quoted_line(name) + advice_on_name(name, names));
   }
 
-  /// Adds a row. References to rows end here. @throws InputError if the name is taken
-  void add(Row row) {
+  /// A copy with one more row. @throws InputError if the name is taken
+  NameTable with(Row row) const {
     for (const Row& other : rows_)
       if (other.name == row.name) throw InputError("there is a " + what_ + " '" + row.name + "' already");
-    rows_.push_back(std::move(row));
+    NameTable copy = *this;
+    copy.rows_.push_back(std::move(row));
+    return copy;
   }
 
   /// Each term of a sum with its row and parameters, in order. @param diameter what per cent refer to, see Parameters

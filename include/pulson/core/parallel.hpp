@@ -14,4 +14,19 @@ int thread_count();
 /// any number of threads. Called from inside a task it runs serially. The first exception of a task is rethrown.
 void parallel_for(int count, const std::function<void(int)>& task);
 
+/// While one lives, BLAS computes on the thread that calls it: threads are pulson's to share out, and products of
+/// matrices have the same bits whatever number of threads BLAS was given. parallel_for() and the long computations of
+/// the library hold one. BLAS keeps that number for the whole process, so the last one to go restores what the first
+/// one found. Thread-safe.
+class SerialBlas {
+ public:
+  SerialBlas();
+  ~SerialBlas();
+  SerialBlas(const SerialBlas&) = delete;
+  SerialBlas& operator=(const SerialBlas&) = delete;
+
+ private:
+  bool counted_;
+};
+
 }  // namespace pulson

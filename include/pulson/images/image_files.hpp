@@ -12,8 +12,8 @@ namespace pulson {
 /// with alpha four channels, fewer than 8 bits become 8, and alpha is straight also where a tif multiplied it in. The
 /// orientation in a jpg's EXIF data is not applied, so the pixels are where landmarks were placed on them.
 /// @throws InputError if the file is missing, a folder, not an image, truncated, larger than OpenCV takes (2^20 on a
-/// side, 2^30 pixels) or of pixels that Image cannot hold (64-bit, signed). For as long as the file is decoded nothing
-/// is written to stderr, by any thread: the libraries under OpenCV would print their own lines there.
+/// side, 2^30 pixels) or of pixels that Image cannot hold (64-bit, signed). The libraries under OpenCV may print
+/// lines of their own about damaged files to stderr.
 Image read_image(const std::filesystem::path& path);
 
 /// Writes an image in the format of the extension: .png (8 or 16 bits, alpha), .tif or .tiff (also float; alpha), .jpg

@@ -14,7 +14,7 @@ namespace pulson {
 
 /// A step has no unique solution, or the state left the range of numbers. The message names the step, its
 /// size and the remedy.
-class StepError : public InputError {
+class StepError : public NumericalError {
  public:
   StepError(int step, const TimeGrid& grid, const std::string& reason);
 

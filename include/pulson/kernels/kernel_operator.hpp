@@ -1,8 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
@@ -114,6 +116,25 @@ double automatic_alpha(const Points& source);
 /// The kernel of a specification such as `gaussian:alpha=0.4+peakon:alpha=0.1,weight=0.5`; `source` serves alpha=auto.
 /// @throws InputError
 KernelOperator make_kernel(std::string_view spec, const Points& source = {});
+
+/// A kernel as options take it: a specification or the kernel itself.
+class KernelChoice {
+ public:
+  // NOLINTBEGIN(google-explicit-constructor): either is a kernel
+  KernelChoice(const char* spec) : spec_(spec) {}
+  KernelChoice(std::string spec) : spec_(std::move(spec)) {}
+  KernelChoice(KernelOperator kernel) : spec_(kernel.spec()), kernel_(std::move(kernel)) {}
+  // NOLINTEND(google-explicit-constructor)
+
+  /// As it was given; of a kernel its own.
+  const std::string& spec() const { return spec_; }
+  /// @param source serves alpha=auto @throws InputError as make_kernel()
+  KernelOperator make(const Points& source) const { return kernel_ ? *kernel_ : make_kernel(spec_, source); }
+
+ private:
+  std::string spec_;
+  std::optional<KernelOperator> kernel_;
+};
 
 /// Name of the vector instruction set that the kernel sums use on this machine: "AVX3", "AVX2", "SSE4", …
 std::string vector_target();

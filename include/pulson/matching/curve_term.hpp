@@ -41,8 +41,8 @@ double automatic_data_width(const Curve& target);
 
 struct CurveTermOptions {
   CurveMeasure measure = CurveMeasure::kVarifold;
-  double sigma = 0.01;  ///< standard deviation of the observation, length units
-  double width = 0;     ///< w, length units: smaller features are ignored; see automatic_data_width()
+  double sigma = 0;  ///< standard deviation of the observation, length units: must be given
+  double width = 0;  ///< w, length units, must be given: smaller features are ignored; see automatic_data_width()
 };
 
 /// Holds a curve with vertices q near a target curve y, with no correspondence of points: in a Hilbert space of

@@ -11,8 +11,8 @@ namespace pulson {
 struct DisplacementOptions {
   KernelProfile profile = KernelProfile::kMatern32;
   AlignmentKind alignment = AlignmentKind::kNone;  ///< that was taken out of the displacements, and has a flat prior
-  double sigma = 0.01;                             ///< standard deviation of an observed coordinate, length units
-  std::optional<double> lambda{};                  ///< none: fitted
+  double sigma = 0;                ///< standard deviation of an observed coordinate, length units; must be given
+  std::optional<double> lambda{};  ///< none: fitted
 };
 
 /// A kernel and the weight of the energy, fitted to one pair of shapes.

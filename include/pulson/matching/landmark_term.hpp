@@ -11,9 +11,9 @@ namespace pulson {
 
 /// Where landmarks were observed, and how well.
 struct LandmarkObservations {
-  Points target;                               ///< y, d×N; a NaN is a coordinate that was not observed
-  double sigma = 0.01;                         ///< standard deviation of a coordinate, length units
-  Eigen::VectorXd weights{};                   ///< w, N numbers; empty: all 1; a landmark of weight 0 is left out
+  Points target;              ///< y, d×N; a NaN is a coordinate that was not observed
+  double sigma = 0;           ///< standard deviation of a coordinate, length units; must be given without covariances
+  Eigen::VectorXd weights{};  ///< w, N numbers; empty: all 1; a landmark of weight 0 is left out
   std::vector<Eigen::MatrixXd> covariances{};  ///< R, N matrices d×d, length units squared; empty: σ²I
 };
 

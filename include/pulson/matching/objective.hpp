@@ -23,8 +23,8 @@ struct MatchingProblem {
   TimeGrid grid;
   Points source;  ///< q0, d×N
   std::shared_ptr<const DataTerm> data;
-  double sigma = 0.01;                          ///< what the data can resolve, length units: see MatchingObjective
-  double lambda = 1;                            ///< weight of the energy
+  double sigma = 0;   ///< what the data can resolve, length units: see MatchingObjective; must be given
+  double lambda = 0;  ///< weight of the energy; must be given
   std::vector<Eigen::MatrixXd> realisations{};  ///< frozen ΔW, C×K each; empty: the increments are fitted
 };
 

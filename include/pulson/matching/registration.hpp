@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -10,6 +11,7 @@
 #include "pulson/matching/displacement_model.hpp"
 #include "pulson/matching/laplace.hpp"
 #include "pulson/matching/minimise.hpp"
+#include "pulson/noise/noise_table.hpp"
 
 namespace pulson {
 
@@ -49,12 +51,12 @@ struct DataOptions {
   bool merge_coincident = false;
 };
 
-/// Everything that defines a registration, as specifications. No default depends on the unit of length.
+/// Everything that defines a registration. No default depends on the unit of length.
 struct RegistrationOptions {
   /// `auto`: `matern32` with a width, and where none is given a weight λ, of greatest likelihood: fit_displacements();
   /// of one diameter for few landmarks, which cannot show one, and of a quarter for curves
-  std::string kernel = "auto";
-  std::string noise = "none";
+  KernelChoice kernel = "auto";
+  NoiseChoice noise = "none";
   /// Default: without noise `deterministic`; `metamorphosis` where its potentials are linear in p, unless
   /// `uncertainty` is asked for; else `map`.
   std::optional<MatchingMode> mode{};
@@ -89,6 +91,8 @@ struct DiscretisationError {
 struct Registration {
   std::string kernel;
   std::string noise;
+  /// The model, where it is not one that make_noise() makes of `noise`: of the options' own; no part of the record.
+  std::shared_ptr<const NoiseModel> own_noise{};
   MatchingMode mode = MatchingMode::kDeterministic;
   std::string integrator;
   TimeGrid grid;

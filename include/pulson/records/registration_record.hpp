@@ -29,8 +29,9 @@ struct RegistrationFacts {
 /// after alignment.
 std::string registration_json(const Registration& registration, const RegistrationFacts& facts);
 
-/// Reads what registration_json wrote. @throws InputError that names the file, the key and what would be right
-Registration read_registration(const std::filesystem::path& path);
+/// Reads what registration_json wrote. @param own the noise models, where the record's is one of your own
+/// @throws InputError that names the file, the key and what would be right
+Registration read_registration(const std::filesystem::path& path, const NoiseTable* own = nullptr);
 
 /// `residuals.csv`: one row per landmark with result and distance; for landmark data also with target and residual; and
 /// with what there is of its shares. A number that is not there, as of a target that was not observed, is NA.

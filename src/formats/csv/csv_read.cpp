@@ -171,7 +171,8 @@ std::vector<std::string> doubts_without_header(const std::string& path, const La
     std::string doubt = fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
                                     counted(static_cast<std::size_t>(shape.count()), "landmark"));
     if (const std::optional<int> axes = axes_in_turn(shape.points))
-      doubt += fmt::format("; if it holds x{} in turn, use --dim {}", *axes == 2 ? " and y" : ", y and z", *axes);
+      doubt +=
+          fmt::format("; if it holds x{} in turn, use `dimension = {}`", *axes == 2 ? " and y" : ", y and z", *axes);
     return {doubt};
   }
   if (looks_like_index(shape.points))

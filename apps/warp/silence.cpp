@@ -5,7 +5,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-namespace pulson::images {
+namespace pulson {
 namespace {
 
 std::mutex& only_one() {
@@ -31,4 +31,4 @@ SilentStderr::~SilentStderr() {
   ::close(before_);
 }
 
-}  // namespace pulson::images
+}  // namespace pulson

@@ -2,10 +2,10 @@
 
 #include <mutex>
 
-namespace pulson::images {
+namespace pulson {
 
-/// While it lives, nothing that any thread writes to stderr arrives. libpng, libjpeg and OpenCV's readers print lines
-/// on damaged files there, to which the program adds its own one line. One at a time: a second waits for the first.
+/// While one lives, nothing that any thread writes to stderr arrives: libpng, libjpeg and OpenCV's readers print lines
+/// about damaged files there, and the program prints one line of its own. One at a time: a second waits for the first.
 class SilentStderr {
  public:
   SilentStderr();
@@ -18,4 +18,4 @@ class SilentStderr {
   int before_;  ///< a copy of stderr's descriptor, or -1 where it could not be replaced
 };
 
-}  // namespace pulson::images
+}  // namespace pulson

@@ -142,7 +142,7 @@ const std::vector<WrongCommand> kWrongOptions = {
     {"BetaZero", "--noise ch-sd:beta=0", {"beta is 0", "greater than 0"}},
     {"OnZero", "--noise ch-sd:beta=1,on=0", {"on is '0'", "from 1"}},
     {"OnTwice", "--noise ch-sd:beta=1,on=2/2", {"on is '2/2'", "twice"}},
-    {"Mode", "--mode foo", {"unknown mode 'foo'", "deterministic, map"}},
+    {"Mode", "--mode foo", {"unknown mode 'foo'", "deterministic, metamorphosis, map"}},
     {"ModeWithoutValue", "--mode=", {"--mode"}},
     {"ModeWithoutNoise", "--mode map", {"mode map", "as in --noise ch-sd:beta=1"}},
     {"Align", "--align foo", {"unknown alignment 'foo'", "none, translation, rigid, similarity"}},
@@ -233,7 +233,7 @@ TEST_F(WrongInput, OddTextStaysOneLine) {
   expect_refused(joined(register_ab("--kernel"), {"x\ny"}), {"holds a control character"});
   expect_refused({"register", "", "b.csv", "-o", "out"}, {"''"});
   expect_refused(joined(register_ab("--kernel"), {""}), {"kernel ''"});
-  expect_refused(joined(register_ab("--mode"), {""}), {"deterministic, map"});
+  expect_refused(joined(register_ab("--mode"), {""}), {"deterministic, metamorphosis, map"});
   expect_refused({"register", "a.csv", "b.csv", "-o", ""}, {"''"});
 }
 

@@ -228,6 +228,13 @@ TEST_F(WrongInput, LeavesEarlierResultsAlone) {
   expect_refused(words("register coincident.csv b.csv -o out"), {"landmarks 2 and 3"});
 }
 
+// What the numbers did is told like wrong input, in the words of the command line.
+TEST_F(WrongInput, NumericalFailuresAreOneLine) {
+  const std::string strong = " --noise p-sd:beta=1000,fields=cos --steps 2 --no-picture -q";
+  expect_refused(words("register a.csv b.csv -o out --mode pathwise" + strong),
+                 {"landmarks at rest have no path", "(use more --steps or a smaller amplitude)"});
+}
+
 TEST_F(WrongInput, OddTextStaysOneLine) {
   expect_refused({"register", "no\nsuch\rfile.csv", "b.csv", "-o", "out"}, {"cannot read"});
   expect_refused(joined(register_ab("--kernel"), {"x\ny"}), {"holds a control character"});

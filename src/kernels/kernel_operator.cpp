@@ -136,12 +136,13 @@ StepMatrices step_matrices_in(const KernelOperator& kernel, const Points& q, con
   using Vector = Eigen::Matrix<double, d, 1>;
   using Block = Eigen::Matrix<double, d, d>;
   const Eigen::Index n = q.cols();
-  const Eigen::Index by_landmark = order == CoordinateOrder::kByLandmark ? d : 1;
-  const Eigen::Index by_axis = order == CoordinateOrder::kByLandmark ? 1 : n;
+  const auto place = [&](Eigen::Index a, int axis) {
+    return order == CoordinateOrder::kByLandmark ? a * d + axis : axis * n + a;
+  };
   StepMatrices step{Eigen::MatrixXd(n, n), Eigen::MatrixXd::Zero(d * n, d * n), Eigen::MatrixXd::Zero(d * n, d * n)};
   const auto add = [&](Eigen::MatrixXd& matrix, Eigen::Index a, Eigen::Index b, const Block& block) {
     for (int j = 0; j < d; ++j)
-      for (int i = 0; i < d; ++i) matrix(a * by_landmark + i * by_axis, b * by_landmark + j * by_axis) += block(i, j);
+      for (int i = 0; i < d; ++i) matrix(place(a, i), place(b, j)) += block(i, j);
   };
   for (Eigen::Index b = 0; b < n; ++b) {
     step.gram(b, b) = dt * kernel.at_zero();

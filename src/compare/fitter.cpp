@@ -10,6 +10,7 @@
 
 #include "core/number_checks.hpp"
 #include "matching/log_maximum.hpp"
+#include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"

@@ -1,4 +1,4 @@
-#include "pulson/matching/momentum_basis.hpp"
+#include "matching/momentum_basis.hpp"
 
 #include <algorithm>
 #include <cmath>

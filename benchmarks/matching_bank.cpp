@@ -30,8 +30,8 @@
 #include <unistd.h>
 
 #include "accurate_shot.hpp"
+#include "core/atomic_file.hpp"
 #include "matching_problems.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace {

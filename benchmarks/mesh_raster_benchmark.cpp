@@ -11,8 +11,8 @@
 #include <benchmark/benchmark.h>
 
 #include "pulson/core/parallel.hpp"
-#include "pulson/warp/coverage.hpp"
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/coverage.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace {
 

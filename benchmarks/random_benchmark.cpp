@@ -11,7 +11,7 @@
 #include <hwy/highway.h>
 #include <hwy/targets.h>
 
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace {
 

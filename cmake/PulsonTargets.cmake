@@ -88,13 +88,14 @@ function(pulson_take_prebuilt folder)
                      COMMAND ${CMAKE_COMMAND} -E copy ${prebuilt} $<TARGET_FILE:pulson_${folder}>)
 endfunction()
 
-# pulson_library(<folder> SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>] [EXPORT <set>])
+# pulson_library(<folder> [PROGRAMS_ONLY] SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>] [EXPORT <set>])
 # makes the static library pulson_<folder> with the alias pulson::<folder>, which an installed package has too. PUBLIC:
 # what its headers include; PRIVATE: what its .cpp files alone use. Headers of other packages count as system headers.
 # Private headers of other folders are named from src/: "core/text.hpp".
+# PROGRAMS_ONLY: it has no public headers and is not installed.
 # EXPORT: the package's list of targets that it belongs to [pulsonTargets].
 function(pulson_library folder)
-  cmake_parse_arguments(ARG "" "EXPORT" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAMS_ONLY" "EXPORT" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   if(PULSON_PREBUILT AND NOT folder IN_LIST PULSON_PREBUILT_EXCEPT)
     pulson_take_prebuilt(${folder})
   else()
@@ -120,7 +121,9 @@ function(pulson_library folder)
   if(NOT ARG_EXPORT)
     set(ARG_EXPORT pulsonTargets)
   endif()
-  pulson_install(pulson_${folder} ${ARG_EXPORT})
+  if(NOT ARG_PROGRAMS_ONLY)
+    pulson_install(pulson_${folder} ${ARG_EXPORT})
+  endif()
 endfunction()
 
 # pulson_install(<library> <export set>)

@@ -5,9 +5,9 @@
 
 #include <fmt/core.h>
 
-#include "pulson/core/coordinate_frame.hpp"
+#include "core/coordinate_frame.hpp"
+#include "core/landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/landmark_pairs.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/known_values.hpp"
 

@@ -7,8 +7,8 @@
 #include <fmt/core.h>
 
 #include "arguments.hpp"
+#include "core/atomic_file.hpp"
 #include "picture.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "record.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"

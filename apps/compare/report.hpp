@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "html/html_report.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/compare/recovery.hpp"
-#include "pulson/html/html_report.hpp"
 
 namespace pulson {
 

@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"

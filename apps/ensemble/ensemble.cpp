@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "core/atomic_file.hpp"
 #include "picture.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/formats/npy.hpp"
 #include "pulson/records/ensemble_record.hpp"

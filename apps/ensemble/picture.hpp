@@ -1,6 +1,6 @@
 #pragma once
 
-#include "pulson/charts/chart.hpp"
+#include "charts/chart.hpp"
 #include "pulson/records/ensemble_record.hpp"
 
 namespace pulson {

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "pulson/charts/chart.hpp"
-#include "pulson/core/atomic_file.hpp"
+#include "charts/chart.hpp"
+#include "core/atomic_file.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/densities.hpp"

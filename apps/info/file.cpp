@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "shell/messages.hpp"
 #include "shell/option_words.hpp"
 

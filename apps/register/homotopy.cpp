@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "pulson/charts/chart.hpp"
+#include "charts/chart.hpp"
 
 namespace pulson {
 namespace {

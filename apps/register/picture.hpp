@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "html/html_report.hpp"
 #include "pulson/draw/registration_picture.hpp"
-#include "pulson/html/html_report.hpp"
 #include "pulson/matching/registration.hpp"
 
 namespace pulson {

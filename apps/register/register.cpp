@@ -5,9 +5,9 @@
 #include <fmt/core.h>
 
 #include "arguments.hpp"
+#include "core/atomic_file.hpp"
 #include "homotopy.hpp"
 #include "picture.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/records/registration_record.hpp"

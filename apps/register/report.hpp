@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pulson/html/html_report.hpp"
+#include "html/html_report.hpp"
 #include "pulson/records/registration_record.hpp"
 
 namespace pulson {

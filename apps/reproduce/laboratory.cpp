@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"

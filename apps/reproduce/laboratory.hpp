@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "pulson/charts/chart.hpp"
+#include "charts/chart.hpp"
+#include "html/html_report.hpp"
 #include "pulson/ensemble/ensemble.hpp"
-#include "pulson/html/html_report.hpp"
 #include "shell/progress.hpp"
 
 namespace pulson {

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "core/atomic_file.hpp"
+#include "draw/gnuplot.hpp"
 #include "laboratory.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
-#include "pulson/draw/gnuplot.hpp"
 #include "shell/interrupt.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"

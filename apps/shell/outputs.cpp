@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
+#include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/draw/gnuplot.hpp"
 
 namespace pulson {
 

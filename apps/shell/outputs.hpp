@@ -7,8 +7,8 @@
 
 #include <CLI/App.hpp>
 
+#include "core/atomic_file.hpp"
 #include "messages.hpp"
-#include "pulson/core/atomic_file.hpp"
 
 namespace pulson {
 

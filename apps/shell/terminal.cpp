@@ -6,7 +6,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "pulson/core/utf8.hpp"
+#include "core/utf8.hpp"
 
 namespace pulson {
 namespace {

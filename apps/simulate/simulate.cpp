@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "pulson/draw/path_picture.hpp"
 #include "pulson/records/simulation_record.hpp"
 #include "shell/messages.hpp"

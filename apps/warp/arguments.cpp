@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "core/atomic_file.hpp"
+#include "core/number_checks.hpp"
+#include "draw/animation.hpp"
 #include "picture_files.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/number_checks.hpp"
-#include "pulson/draw/animation.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {

@@ -9,7 +9,7 @@
 
 #include <CLI/App.hpp>
 
-#include "pulson/images/push_forward.hpp"
+#include "images/push_forward.hpp"
 #include "pulson/warp/label_space.hpp"
 #include "shell/read_options.hpp"
 

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "draw/animation.hpp"
+#include "images/compose.hpp"
 #include "pictures.hpp"
-#include "pulson/draw/animation.hpp"
-#include "pulson/images/compose.hpp"
 #include "shell/progress.hpp"
 
 namespace pulson {

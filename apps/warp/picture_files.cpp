@@ -8,7 +8,7 @@
 #include <string>
 #include <type_traits>
 
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/fields/grid_fields.hpp"
 #include "pulson/images/image_files.hpp"

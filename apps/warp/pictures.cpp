@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "pulson/images/colour_maps.hpp"
-#include "pulson/images/compose.hpp"
-#include "pulson/images/drawing.hpp"
+#include "images/colour_maps.hpp"
+#include "images/compose.hpp"
+#include "images/drawing.hpp"
 
 namespace pulson {
 namespace {

@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "core/coordinate_frame.hpp"
 #include "jobs.hpp"
-#include "pulson/core/coordinate_frame.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 

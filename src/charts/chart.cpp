@@ -1,4 +1,4 @@
-#include "pulson/charts/chart.hpp"
+#include "charts/chart.hpp"
 
 #include <algorithm>
 #include <string_view>

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "charts/chart.hpp"
 #include "draw/layout.hpp"
-#include "pulson/charts/chart.hpp"
 
 namespace pulson::picture {
 

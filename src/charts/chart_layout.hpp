@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "chart_axis.hpp"
+#include "charts/chart.hpp"
 #include "draw/canvas.hpp"
 #include "draw/layout.hpp"
-#include "pulson/charts/chart.hpp"
 
 namespace pulson::picture {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "charts/chart.hpp"
 #include "draw/canvas.hpp"
-#include "pulson/charts/chart.hpp"
 
 namespace pulson::picture {
 

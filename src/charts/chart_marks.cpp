@@ -4,7 +4,7 @@
 #include "chart_axis.hpp"
 #include "chart_layout.hpp"
 #include "chart_strokes.hpp"
-#include "pulson/draw/thinning.hpp"
+#include "draw/thinning.hpp"
 
 namespace pulson::picture {
 namespace {

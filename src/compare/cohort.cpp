@@ -8,8 +8,8 @@
 
 #include <fmt/core.h>
 
+#include "core/coincident_landmarks.hpp"
 #include "pulson/compare/comparison.hpp"
-#include "pulson/core/coincident_landmarks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 

@@ -8,11 +8,12 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
+#include "core/number_checks.hpp"
+#include "matching/log_maximum.hpp"
+#include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
-#include "pulson/matching/log_maximum.hpp"
 #include "pulson/matching/minimise.hpp"
 
 namespace pulson {

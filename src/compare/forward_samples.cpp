@@ -1,4 +1,4 @@
-#include "pulson/compare/forward_samples.hpp"
+#include "compare/forward_samples.hpp"
 
 #include <cmath>
 #include <optional>
@@ -7,7 +7,7 @@
 #include "posterior.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 

@@ -8,6 +8,7 @@
 #include <Eigen/QR>
 #include <fmt/core.h>
 
+#include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "pulson/compare/forward_samples.hpp"
+#include "compare/forward_samples.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "statistics.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <fmt/core.h>
 
-#include "pulson/compare/forward_samples.hpp"
+#include "compare/forward_samples.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 

@@ -8,10 +8,10 @@
 #include <Eigen/SVD>
 #include <fmt/core.h>
 
+#include "core/number_checks.hpp"
 #include "landmark_weights.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

@@ -1,4 +1,4 @@
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 
 #include <algorithm>
 #include <cerrno>

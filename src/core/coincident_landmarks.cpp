@@ -1,8 +1,8 @@
-#include "pulson/core/coincident_landmarks.hpp"
+#include "core/coincident_landmarks.hpp"
 
 #include <fmt/core.h>
 
-#include "pulson/core/landmark_pairs.hpp"
+#include "core/landmark_pairs.hpp"
 
 namespace pulson {
 

@@ -1,4 +1,4 @@
-#include "pulson/core/coordinate_frame.hpp"
+#include "core/coordinate_frame.hpp"
 
 #include <array>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "pulson/core/landmark_pairs.hpp"
+#include "core/landmark_pairs.hpp"
 
 #include <algorithm>
 #include <limits>

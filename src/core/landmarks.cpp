@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "pulson/core/coincident_landmarks.hpp"
+#include "core/coincident_landmarks.hpp"
 #include "pulson/core/name_table.hpp"
 
 namespace pulson {

@@ -1,4 +1,4 @@
-#include "pulson/draw/animation.hpp"
+#include "draw/animation.hpp"
 
 #include <algorithm>
 #include <array>

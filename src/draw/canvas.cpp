@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "core/colours.hpp"
-#include "pulson/core/utf8.hpp"
-#include "pulson/draw/gnuplot.hpp"
+#include "core/utf8.hpp"
+#include "draw/gnuplot.hpp"
 
 namespace pulson::picture {
 namespace {

@@ -1,4 +1,4 @@
-#include "pulson/draw/gnuplot.hpp"
+#include "draw/gnuplot.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "child_process.hpp"
+#include "core/utf8.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/utf8.hpp"
 
 namespace pulson {
 namespace {

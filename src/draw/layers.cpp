@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "pulson/draw/thinning.hpp"
+#include "draw/thinning.hpp"
 
 namespace pulson::picture {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "draw/thinning.hpp"
 #include "layers.hpp"
 #include "layout.hpp"
-#include "pulson/draw/thinning.hpp"
 
 namespace pulson::picture {
 namespace {

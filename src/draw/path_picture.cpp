@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include "checks.hpp"
+#include "draw/thinning.hpp"
 #include "layers.hpp"
 #include "layout.hpp"
 #include "legend.hpp"
 #include "path_panels.hpp"
-#include "pulson/draw/thinning.hpp"
 
 namespace pulson::picture {
 namespace {

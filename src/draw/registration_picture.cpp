@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 
 #include "checks.hpp"
+#include "draw/thinning.hpp"
 #include "layers.hpp"
 #include "layout.hpp"
 #include "legend.hpp"
-#include "pulson/draw/thinning.hpp"
 #include "time_panels.hpp"
 
 namespace pulson::picture {

@@ -1,4 +1,4 @@
-#include "pulson/draw/thinning.hpp"
+#include "draw/thinning.hpp"
 
 #include <algorithm>
 #include <cmath>

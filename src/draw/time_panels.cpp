@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "draw/thinning.hpp"
 #include "layout.hpp"
-#include "pulson/draw/thinning.hpp"
 
 namespace pulson::picture {
 namespace {

@@ -1,4 +1,4 @@
-#include "pulson/dynamics/effective_hamiltonian.hpp"
+#include "dynamics/effective_hamiltonian.hpp"
 
 #include <utility>
 

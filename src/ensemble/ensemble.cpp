@@ -7,7 +7,7 @@
 #include <fmt/core.h>
 
 #include "block_sums.hpp"
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

@@ -3,8 +3,8 @@
 #include <limits>
 #include <numeric>
 
+#include "integrators/variational.hpp"
 #include "landmark_lanes.hpp"
-#include "pulson/integrators/variational.hpp"
 
 namespace pulson {
 namespace {

@@ -7,10 +7,10 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "grid_formats.hpp"
 #include "grid_values.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
 
 namespace pulson {
 namespace {

@@ -7,8 +7,8 @@
 #include <fmt/core.h>
 
 #include "backward_equation.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "scaled_pair.hpp"
 

@@ -5,8 +5,8 @@
 
 #include <fmt/core.h>
 
+#include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {

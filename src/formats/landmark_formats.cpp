@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
+#include "core/atomic_file.hpp"
 #include "core/text.hpp"
+#include "core/utf8.hpp"
 #include "formats.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/utf8.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shape_options.hpp"
 

@@ -12,10 +12,10 @@
 
 #include <fmt/format.h>
 
+#include "core/landmark_pairs.hpp"
 #include "core/text.hpp"
 #include "formats/text/text_lines.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/landmark_pairs.hpp"
 #include "pulson/core/name_table.hpp"
 #include "shape_lines.hpp"
 

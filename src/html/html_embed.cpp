@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "core/utf8.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/utf8.hpp"
 
 namespace pulson::html {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "pulson/html/html_report.hpp"
+#include "html/html_report.hpp"
 
 namespace pulson::html {
 

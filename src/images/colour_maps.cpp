@@ -1,4 +1,4 @@
-#include "pulson/images/colour_maps.hpp"
+#include "images/colour_maps.hpp"
 
 #include <algorithm>
 #include <array>

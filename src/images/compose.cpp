@@ -1,4 +1,4 @@
-#include "pulson/images/compose.hpp"
+#include "images/compose.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,14 @@
-#include "pulson/images/drawing.hpp"
+#include "images/drawing.hpp"
 
 #include <cmath>
 #include <string>
 
 #include <opencv2/imgproc.hpp>
 
+#include "core/number_checks.hpp"
+#include "images/compose.hpp"
 #include "mats.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
-#include "pulson/images/compose.hpp"
 
 namespace pulson {
 namespace {

@@ -1,4 +1,4 @@
-#include "pulson/images/push_forward.hpp"
+#include "images/push_forward.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,9 +7,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "channels.hpp"
+#include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "mats.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/images/image_files.hpp"
 

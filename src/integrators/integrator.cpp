@@ -4,7 +4,7 @@
 
 #include <fmt/core.h>
 
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

@@ -1,7 +1,7 @@
-#include "pulson/integrators/midpoint.hpp"
-#include "pulson/integrators/runge_kutta.hpp"
-#include "pulson/integrators/symmetric_variational.hpp"
-#include "pulson/integrators/variational.hpp"
+#include "integrators/midpoint.hpp"
+#include "integrators/runge_kutta.hpp"
+#include "integrators/symmetric_variational.hpp"
+#include "integrators/variational.hpp"
 
 namespace pulson {
 namespace {

@@ -1,4 +1,4 @@
-#include "pulson/integrators/midpoint.hpp"
+#include "integrators/midpoint.hpp"
 
 #include "midpoint_step.hpp"
 

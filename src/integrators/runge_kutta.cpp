@@ -1,4 +1,4 @@
-#include "pulson/integrators/runge_kutta.hpp"
+#include "integrators/runge_kutta.hpp"
 
 #include "step_field.hpp"
 

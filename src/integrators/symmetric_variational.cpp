@@ -1,11 +1,11 @@
-#include "pulson/integrators/symmetric_variational.hpp"
+#include "integrators/symmetric_variational.hpp"
 
 #include <algorithm>
 
 #include "changes_sweep.hpp"
+#include "core/number_checks.hpp"
 #include "flow_parts.hpp"
 #include "midpoint_step.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "row_sweep.hpp"
 #include "variational_maps.hpp"
 

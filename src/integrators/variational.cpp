@@ -1,8 +1,8 @@
-#include "pulson/integrators/variational.hpp"
+#include "integrators/variational.hpp"
 
 #include "changes_sweep.hpp"
+#include "core/number_checks.hpp"
 #include "flow_parts.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "row_sweep.hpp"
 #include "variational_maps.hpp"
 

@@ -5,9 +5,9 @@
 
 #include <fmt/core.h>
 
+#include "core/number_checks.hpp"
 #include "kernel_profiles.hpp"
 #include "pair_sums.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

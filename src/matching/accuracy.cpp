@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pulson/integrators/runge_kutta.hpp"
-#include "pulson/random/normals.hpp"
+#include "integrators/runge_kutta.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include "cometric.hpp"
+#include "matching/momentum_basis.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "representatives.hpp"
 

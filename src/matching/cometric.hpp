@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Sparse>
 
-#include "pulson/dynamics/effective_hamiltonian.hpp"
+#include "dynamics/effective_hamiltonian.hpp"
 
 namespace pulson {
 

@@ -7,8 +7,8 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
+#include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

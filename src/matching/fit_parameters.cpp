@@ -6,11 +6,11 @@
 
 #include <fmt/core.h>
 
+#include "matching/log_maximum.hpp"
 #include "model_parameters.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/laplace.hpp"
-#include "pulson/matching/log_maximum.hpp"
 
 namespace pulson {
 namespace {

@@ -8,8 +8,8 @@
 #include <fmt/core.h>
 
 #include "core/landmark_weights.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {

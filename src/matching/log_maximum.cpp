@@ -1,4 +1,4 @@
-#include "pulson/matching/log_maximum.hpp"
+#include "matching/log_maximum.hpp"
 
 #include <algorithm>
 #include <cmath>

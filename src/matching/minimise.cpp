@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "geodesic_search.hpp"
+#include "matching/momentum_basis.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/noise/noise_table.hpp"

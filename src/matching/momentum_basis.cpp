@@ -1,4 +1,4 @@
-#include "pulson/matching/momentum_basis.hpp"
+#include "matching/momentum_basis.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

@@ -5,7 +5,8 @@
 
 #include <fmt/core.h>
 
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
+#include "matching/momentum_basis.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 
@@ -82,7 +83,9 @@ MatchingObjective::MatchingObjective(MatchingProblem problem)
     : problem_(checked(std::move(problem))),
       channels_(problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
                                                 static_cast<int>(problem_.source.cols()))),
-      basis_(make_basis(problem_)) {}
+      basis_(std::make_shared<const MomentumBasis>(make_basis(problem_))) {}
+
+Index MatchingObjective::unknowns() const { return basis_->unknowns() + controls(); }
 
 Index MatchingObjective::controls() const {
   return problem_.realisations.empty() ? static_cast<Index>(channels_) * problem_.grid.steps : 0;
@@ -90,21 +93,21 @@ Index MatchingObjective::controls() const {
 
 VectorXd MatchingObjective::frequency() const {
   VectorXd frequency(unknowns());
-  frequency << basis_.frequency(), VectorXd::Ones(controls());
+  frequency << basis_->frequency(), VectorXd::Ones(controls());
   return frequency;
 }
 
 VectorXd MatchingObjective::white(const Points& p, const MatrixXd& dw) const {
   if (controls() > 0) require_size("the increments of the noise", dw, channels_, problem_.grid.steps);
   VectorXd z(unknowns());
-  z.head(basis_.unknowns()) = basis_.white(p);
+  z.head(basis_->unknowns()) = basis_->white(p);
   if (controls() > 0) z.tail(controls()) = dw.reshaped() / std::sqrt(problem_.grid.dt());
   return z;
 }
 
 Points MatchingObjective::momenta(const VectorXd& z) const {
   require_size("the unknowns", z, unknowns(), 1);
-  return basis_.momenta(z.head(basis_.unknowns()));
+  return basis_->momenta(z.head(basis_->unknowns()));
 }
 
 MatrixXd MatchingObjective::increments(const VectorXd& z) const {
@@ -129,7 +132,7 @@ std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const V
   } catch (const StepError&) {
     return std::nullopt;
   }
-  at.cost.energy = 0.5 * z.head(basis_.unknowns()).squaredNorm();
+  at.cost.energy = 0.5 * z.head(basis_->unknowns()).squaredNorm();
   at.cost.action = 0.5 * z.tail(controls()).squaredNorm();
   for (const Trajectory& path : at.paths) at.cost.data += problem_.data->value(path.final().q);
   at.cost.data /= static_cast<double>(at.paths.size());
@@ -149,7 +152,7 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
   Points p_bar = zero;
   for (const PathGradient& bar : bars) p_bar += bar.p0_bar;
   VectorXd gradient(unknowns());
-  gradient.head(basis_.unknowns()) = basis_.pull_back(p_bar) / static_cast<double>(bars.size());
+  gradient.head(basis_->unknowns()) = basis_->pull_back(p_bar) / static_cast<double>(bars.size());
   if (controls() > 0)
     gradient.tail(controls()) = std::sqrt(problem_.grid.dt()) * bars.front().increments_bar.reshaped();
   return gradient;
@@ -157,18 +160,18 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
 
 VectorXd MatchingObjective::active_unknowns() const {
   VectorXd active_unknowns = VectorXd::Ones(unknowns());
-  const auto pivots = static_cast<double>(basis_.rank());
+  const auto pivots = static_cast<double>(basis_->rank());
   const double least = kSeen * std::pow(problem_.lambda * problem_.sigma / problem_.grid.time, 2) * pivots /
                        static_cast<double>(problem_.source.cols());
-  const VectorXd eigenvalues = basis_.eigenvalues();
-  const VectorXd frequency = basis_.frequency();
+  const VectorXd eigenvalues = basis_->eigenvalues();
+  const VectorXd frequency = basis_->frequency();
   const NoiseModel& noise = *problem_.system.noise;
   const bool controlled = controls() > 0 && noise.traits().moves_positions;
   const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
-  for (Index i = 0; i < basis_.unknowns(); ++i) {
+  for (Index i = 0; i < basis_->unknowns(); ++i) {
     if (eigenvalues[i] < least) active_unknowns[i] = 0;
     if (!controlled || active_unknowns[i] == 0 || frequency[i] * kHighFrequencyPart < 1) continue;
-    const Points momenta = basis_.momenta(VectorXd::Unit(basis_.unknowns(), i));
+    const Points momenta = basis_->momenta(VectorXd::Unit(basis_->unknowns(), i));
     const Points velocity = problem_.system.kernel.apply(problem_.source, problem_.source, momenta);
     const double variance =
         noise.contract({problem_.source, rest}, {rest, velocity}).squaredNorm() / velocity.squaredNorm();
@@ -178,7 +181,7 @@ VectorXd MatchingObjective::active_unknowns() const {
 }
 
 MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path) const {
-  const MatrixXd basis = basis_.changes();
+  const MatrixXd basis = basis_->changes();
   if (controls() == 0) return problem_.integrator->endpoint_changes(problem_.system, path, basis);
   const EndpointJacobian end = problem_.integrator->endpoint_jacobian(problem_.system, path);
   MatrixXd changes(end.momenta.rows(), unknowns());

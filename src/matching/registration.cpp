@@ -7,10 +7,10 @@
 #include <fmt/core.h>
 
 #include "accuracy.hpp"
+#include "core/number_checks.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"

@@ -4,10 +4,10 @@
 
 #include <fmt/core.h>
 
-#include "pulson/core/coincident_landmarks.hpp"
-#include "pulson/core/coordinate_frame.hpp"
+#include "core/coincident_landmarks.hpp"
+#include "core/coordinate_frame.hpp"
+#include "core/landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/landmark_pairs.hpp"
 
 namespace pulson {
 namespace {

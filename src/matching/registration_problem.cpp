@@ -5,7 +5,7 @@
 #include <Eigen/QR>
 #include <fmt/core.h>
 
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/noise/noise_table.hpp"

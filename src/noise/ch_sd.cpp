@@ -1,8 +1,8 @@
 #include <fmt/core.h>
 
 #include "models.hpp"
+#include "noise/landmark_choice.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
-#include "pulson/noise/landmark_choice.hpp"
 
 namespace pulson {
 namespace {

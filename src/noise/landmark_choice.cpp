@@ -1,4 +1,4 @@
-#include "pulson/noise/landmark_choice.hpp"
+#include "noise/landmark_choice.hpp"
 
 #include <fmt/core.h>
 

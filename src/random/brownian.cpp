@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "pulson/core/errors.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 

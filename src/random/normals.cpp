@@ -1,4 +1,4 @@
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 #include <cassert>
 #include <limits>

@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "pulson/warp/mesh_raster.hpp"
 #include "triangle_samples.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 

@@ -1,4 +1,4 @@
-#include "pulson/warp/coverage.hpp"
+#include "warp/coverage.hpp"
 
 #include <algorithm>
 #include <cstddef>

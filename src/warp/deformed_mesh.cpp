@@ -1,4 +1,4 @@
-#include "pulson/warp/deformed_mesh.hpp"
+#include "warp/deformed_mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

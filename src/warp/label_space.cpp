@@ -7,9 +7,9 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {

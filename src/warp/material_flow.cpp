@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "space_motion.hpp"
 

@@ -1,4 +1,4 @@
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/mesh_raster.hpp"
 
 #include <algorithm>
 #include <cmath>

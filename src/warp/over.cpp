@@ -1,5 +1,5 @@
 #include "pulson/core/name_table.hpp"
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <libqhull_r/qhull_ra.h>
 
-#include "pulson/core/number_checks.hpp"
+#include "core/number_checks.hpp"
 
 namespace pulson {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "pulson/charts/chart.hpp"
+#include "charts/chart.hpp"
 
 namespace pulson {
 

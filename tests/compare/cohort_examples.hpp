@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "compare/forward_samples.hpp"
 #include "pulson/compare/cohort_fit.hpp"
-#include "pulson/compare/forward_samples.hpp"
 
 namespace pulson {
 

@@ -15,7 +15,7 @@
 #include "pulson/matching/laplace.hpp"
 #include "pulson/matching/minimise.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

@@ -14,9 +14,9 @@
 #include "pulson/matching/objective.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "pulson/random/normals.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "pulson/warp/triangulation.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

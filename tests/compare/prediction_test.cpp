@@ -10,7 +10,7 @@
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

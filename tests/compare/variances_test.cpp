@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

@@ -1,13 +1,13 @@
-#include "pulson/core/landmark_pairs.hpp"
+#include "core/landmark_pairs.hpp"
 
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/coincident_landmarks.hpp"
+#include "core/coordinate_frame.hpp"
 #include "error_of.hpp"
-#include "pulson/core/coincident_landmarks.hpp"
-#include "pulson/core/coordinate_frame.hpp"
 
 namespace pulson {
 namespace {

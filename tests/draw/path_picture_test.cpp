@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "draw/thinning.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/draw/thinning.hpp"
 
 namespace pulson {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include "draw/gnuplot.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/draw/gnuplot.hpp"
 #include "pulson/draw/registration_picture.hpp"
 
 namespace pulson {

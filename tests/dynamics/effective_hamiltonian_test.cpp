@@ -1,7 +1,7 @@
 // The Hamiltonian of metamorphosis and its derivatives against automatic differentiation of its definition, for every
 // noise whose potentials are linear in the momenta.
 
-#include "pulson/dynamics/effective_hamiltonian.hpp"
+#include "dynamics/effective_hamiltonian.hpp"
 
 #include <string>
 #include <tuple>

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pulson/core/utf8.hpp"
+#include "core/utf8.hpp"
 #include "reading_files.hpp"
 
 namespace pulson {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "error_of.hpp"
+#include "html/html_report.hpp"
 #include "picture_files.hpp"
-#include "pulson/html/html_report.hpp"
 
 namespace pulson {
 namespace {

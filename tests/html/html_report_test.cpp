@@ -1,4 +1,4 @@
-#include "pulson/html/html_report.hpp"
+#include "html/html_report.hpp"
 
 #include <gtest/gtest.h>
 

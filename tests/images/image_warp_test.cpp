@@ -15,9 +15,9 @@
 
 #include "error_of.hpp"
 #include "image_examples.hpp"
+#include "images/push_forward.hpp"
 #include "kernel_definition.hpp"
 #include "plain_options.hpp"
-#include "pulson/images/push_forward.hpp"
 #include "pulson/matching/registration.hpp"
 
 namespace pulson {

@@ -8,9 +8,9 @@
 
 #include "error_of.hpp"
 #include "image_examples.hpp"
-#include "pulson/images/colour_maps.hpp"
-#include "pulson/images/compose.hpp"
-#include "pulson/images/drawing.hpp"
+#include "images/colour_maps.hpp"
+#include "images/compose.hpp"
+#include "images/drawing.hpp"
 
 namespace pulson {
 namespace {

@@ -14,7 +14,7 @@
 #include "pulson/images/image_warp.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 namespace {

@@ -1,6 +1,6 @@
 // Pictures carried along by meshes that may fold.
 
-#include "pulson/images/push_forward.hpp"
+#include "images/push_forward.hpp"
 
 #include <array>
 #include <cmath>

@@ -15,12 +15,12 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "matching/log_maximum.hpp"
 #include "plain_options.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/laplace.hpp"
-#include "pulson/matching/log_maximum.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 #include "registration_problem.hpp"
 #include "shape.hpp"
 

@@ -12,9 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
+#include "core/number_checks.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
-#include "pulson/core/number_checks.hpp"
 
 namespace pulson {
 namespace {

@@ -16,7 +16,7 @@
 #include "pulson/matching/curve_term.hpp"
 #include "pulson/matching/landmark_term.hpp"
 #include "pulson/matching/minimise.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

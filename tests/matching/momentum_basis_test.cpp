@@ -1,6 +1,6 @@
 // MomentumBasis against dense matrices of the kernel's definition.
 
-#include "pulson/matching/momentum_basis.hpp"
+#include "matching/momentum_basis.hpp"
 
 #include <algorithm>
 #include <cmath>

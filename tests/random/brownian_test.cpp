@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "pulson/core/errors.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 namespace {

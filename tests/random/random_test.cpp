@@ -76,7 +76,7 @@ HWY_AFTER_NAMESPACE();
 #include <hwy/targets.h>
 
 #include "forced_target.hpp"
-#include "pulson/random/normals.hpp"
+#include "random/normals.hpp"
 
 namespace pulson {
 

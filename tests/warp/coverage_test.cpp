@@ -1,6 +1,6 @@
 // Folds of a mesh, holes in what it covers, and sums over bands.
 
-#include "pulson/warp/coverage.hpp"
+#include "warp/coverage.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 #include "error_of.hpp"
 #include "mesh_raster_examples.hpp"
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 namespace {

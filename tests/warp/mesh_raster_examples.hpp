@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "pulson/core/parallel.hpp"
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 

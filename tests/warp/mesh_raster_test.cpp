@@ -1,6 +1,6 @@
 // The push-forward of a pixel mesh: what covers each sample, and how often.
 
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/mesh_raster.hpp"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 #include "error_of.hpp"
 #include "mesh_raster_examples.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/warp/coverage.hpp"
+#include "warp/coverage.hpp"
 
 namespace pulson {
 namespace {

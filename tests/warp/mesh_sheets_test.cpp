@@ -11,8 +11,8 @@
 
 #include "error_of.hpp"
 #include "mesh_raster_examples.hpp"
-#include "pulson/warp/coverage.hpp"
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/coverage.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 namespace {

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/data_term.hpp"
-#include "pulson/matching/momentum_basis.hpp"
 
 namespace pulson {
+
+class MomentumBasis;
 
 /// What is matched, and what a match costs:
 ///
@@ -71,9 +73,9 @@ class MatchingObjective {
   };
 
   const MatchingProblem& problem() const { return problem_; }
-  const MomentumBasis& basis() const { return basis_; }
+  const MomentumBasis& basis() const { return *basis_; }
 
-  Eigen::Index unknowns() const { return basis_.unknowns() + controls(); }
+  Eigen::Index unknowns() const;
 
   /// The spatial frequency of each unknown: MomentumBasis::frequency() for momenta, 1 for controls. The path is the
   /// less linear in a direction the rougher it is.
@@ -114,7 +116,7 @@ class MatchingObjective {
 
   MatchingProblem problem_;
   int channels_;
-  MomentumBasis basis_;
+  std::shared_ptr<const MomentumBasis> basis_;
 };
 
 }  // namespace pulson

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "pulson/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 
 namespace pulson {
 

@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "formats/formats.hpp"
 #include "formats/landmark_writers.hpp"
-#include "pulson/core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 

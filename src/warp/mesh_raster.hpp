@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pulson/warp/deformed_mesh.hpp"
+#include "warp/deformed_mesh.hpp"
 
 namespace pulson {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pulson/images/remap.hpp"
-#include "pulson/warp/coverage.hpp"
+#include "warp/coverage.hpp"
 
 namespace pulson {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pulson/warp/mesh_raster.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 

@@ -4,7 +4,7 @@
 //   $ 03_warp_points
 //   (-0.5, 0) goes to (-0.482, 0.0469), Jacobian 0.869
 //   (0, 0.2) goes to (0.0366, 0.381), Jacobian 2.83
-//   (0.5, 0) goes to (0.395, -0.00886), Jacobian 0.914
+//   (0.5, 0) goes to (0.395, -0.00888), Jacobian 0.914
 //   and back
 
 #include <iostream>

@@ -110,6 +110,7 @@ RegistrationOptions RegisterArguments::registration_options(const Landmarks& sha
   asked.more_steps = !time.chosen && !time.dt;
   if (mode) asked.mode = parse_mode(*mode);
   asked.sigma = Length::parse(sigma, "--sigma");
+  if (!(asked.sigma.in(1) > 0)) throw InputError(fmt::format("--sigma is {}; it must be greater than 0", sigma));
   if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
   if (align != "auto") asked.align = parse_alignment(align);
   asked.minimise.solver = parse_solver(solver);

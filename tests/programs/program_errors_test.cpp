@@ -158,6 +158,7 @@ const std::vector<WrongCommand> kWrongOptions = {
     {"DtTiny", "--dt 1e-12", {"--dt is 1e-12", "steps"}},
     {"SigmaZero", "--sigma 0", {"sigma is 0", "greater than 0"}},
     {"SigmaNan", "--sigma nan", {"sigma is nan"}},
+    {"SigmaNegative", "--sigma=-1%", {"--sigma is -1%", "greater than 0"}},
     {"LambdaNegative", "--lambda -1", {"lambda is -1", "greater than 0"}},
     {"LambdaWord", "--lambda heavy", {"--lambda is 'heavy'", "a number is needed"}},
     {"LambdaInfinite", "--lambda inf", {"lambda is inf", "finite"}},

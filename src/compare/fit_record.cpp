@@ -20,6 +20,9 @@ using Eigen::VectorXd;
 // Of logarithms of variances: a standard deviation above 3, a factor of 24, determines nothing.
 constexpr double kLeastInformation = 0.1;
 
+// Variance of the end points, in units of σ², below which neither momenta nor noise show.
+constexpr double kDetectable = 1e-6;
+
 // Standard deviations of numbers of this Fisher information; NaN for those that it does not identify.
 VectorXd deviations(const MatrixXd& information) {
   if (information.size() == 0) return {};
@@ -124,7 +127,8 @@ CohortFit Fitter::record(const State& state) const {
     of_momenta += match.jacobian.leftCols(momenta).squaredNorm();
     of_noise += match.jacobian.rightCols(match.jacobian.cols() - momenta).squaredNorm();
   }
-  fit.noise_share = of_noise / (of_noise + of_momenta);
+  const bool is_detectable = of_noise + of_momenta > kDetectable * fit.coordinates;
+  fit.noise_share = is_detectable ? of_noise / (of_noise + of_momenta) : 0;
   return fit;
 }
 

@@ -80,6 +80,15 @@ TEST(FitCohort, SaysThatOneShapeDoesNotTellNoiseFromMomenta) {
 }
 
 // λ is held where it is given, so that β alone is fitted.
+// λ → ∞ and β → 0 leave no variance to take a fraction of.
+TEST(FitCohort, HasNoShareOfNoiseInShapesThatVaryLessThanSigma) {
+  CohortSettings wide = cohort_settings();
+  wide.sigma = 0.5;
+  const Cohort cohort = drawn_from("none", 3, 4, 6);
+  for (const char* noise : {"none", "ch-sd", "trouve-vialard"})
+    EXPECT_EQ(fit_cohort(cohort, noise, wide).noise_share, 0) << noise;
+}
+
 TEST(FitCohort, HoldsTheEnergyWhereItIsGiven) {
   CohortSettings settings = cohort_settings();
   settings.lambda = kLambda;

@@ -71,7 +71,7 @@ struct CohortFit {
   int rounds = 0;
   bool converged = false;
   /// Fraction of the variance of the end points, linearised about the matches, due to the noise: tr Σ_noise/(tr Σ_noise
-  /// + tr Σ_momenta).
+  /// + tr Σ_momenta); 0 where the sum is below a millionth of σ² per coordinate, and nothing but σ is detectable.
   double noise_share = 0;
 
   /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers.

@@ -111,8 +111,8 @@ void add_material(const Registration& registration, const Trajectory& path, Regi
 }  // namespace
 
 std::string short_name(const Landmarks& shape) {
-  const bool tells = shape.name.find_first_not_of("0123456789") != std::string::npos;
-  return tells ? shape.name : std::filesystem::path(shape.source).filename().string();
+  const bool is_descriptive = shape.name.find_first_not_of("0123456789") != std::string::npos;
+  return is_descriptive ? shape.name : std::filesystem::path(shape.source).filename().string();
 }
 
 RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path) {

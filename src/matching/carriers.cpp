@@ -23,21 +23,21 @@ constexpr Index kLeastCarriers = 150;
 // fewer landmarks all carry themselves where most would have to.
 constexpr Index kMostCoordinates = 3000;
 
-// c + ½|U(q − m)ᵀ|², the same U for each axis.
+// c + ½|U(q − m)ᵀ|², the same U for each axis, the root of a form.
 class QuadraticTerm final : public DataTerm {
  public:
-  QuadraticTerm(const MatrixXd& root, Points centre, double least)
-      : root_(root), centre_(std::move(centre)), least_(least) {}
+  QuadraticTerm(const QuadraticForm& form, Points centre, double least)
+      : form_(form), centre_(std::move(centre)), least_(least) {}
 
   double value(const Points& q) const override { return least_ + 0.5 * whitened(q - centre_).squaredNorm(); }
 
-  Points gradient(const Points& q) const override { return whitened(q - centre_).transpose() * root_; }
+  Points gradient(const Points& q) const override { return whitened(q - centre_).transpose() * form_.root; }
 
   Linearisation linearise(const Points& q, const MatrixXd& changes) const override {
     const Index d = q.rows(), m = q.cols();
     Linearisation at{residual(q), MatrixXd::Zero(q.size() + 1, changes.cols())};
     for (Index axis = 0; axis < d; ++axis)
-      at.changes.middleRows(axis * m, m) = root_ * MatrixXd(changes(Eigen::seqN(axis, m, d), Eigen::all));
+      at.changes.middleRows(axis * m, m) = form_.root * MatrixXd(changes(Eigen::seqN(axis, m, d), Eigen::all));
     return at;
   }
 
@@ -49,12 +49,12 @@ class QuadraticTerm final : public DataTerm {
     return r;
   }
 
-  const MatrixXd* root_of_each_axis() const override { return &root_; }
+  const QuadraticForm* form_of_each_axis() const override { return &form_; }
 
  private:
-  MatrixXd whitened(const Points& change) const { return root_ * change.transpose(); }
+  MatrixXd whitened(const Points& change) const { return form_.root * change.transpose(); }
 
-  const MatrixXd& root_;
+  const QuadraticForm& form_;
   Points centre_;
   double least_;
 };
@@ -84,18 +84,19 @@ Carriers::Carriers(const MatchingProblem& problem, std::vector<Index> places)
   const MatrixXd precise = precision_.cwiseSqrt().asDiagonal() * weights_;
   MatrixXd square = MatrixXd::Zero(std::ssize(places_), std::ssize(places_));
   square.selfadjointView<Eigen::Lower>().rankUpdate(precise.transpose());
-  root_ = square.llt().matrixU();
+  const Eigen::LLT<MatrixXd> factors(square);
+  form_ = {factors.matrixU(), factors.solve(MatrixXd::Identity(square.rows(), square.rows()))};
 }
 
 MatchingProblem Carriers::problem(const Points& ends, const Points& all) const {
   const Points gradient = problem_.data->gradient(all) * weights_;
-  const auto root = root_.triangularView<Eigen::Upper>();
-  const MatrixXd residual = root_.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(gradient.transpose()));
+  const auto root = form_.root.triangularView<Eigen::Upper>();
+  const MatrixXd residual = form_.root.transpose().triangularView<Eigen::Lower>().solve(MatrixXd(gradient.transpose()));
   const MatrixXd centre = ends.transpose() - root.solve(residual);
   const double least = problem_.data->value(all) - 0.5 * residual.squaredNorm();
   MatchingProblem few = problem_;
   few.source = problem_.source(Eigen::all, places_);
-  few.data = std::make_shared<QuadraticTerm>(root_, centre.transpose(), std::max(0.0, least));
+  few.data = std::make_shared<QuadraticTerm>(form_, centre.transpose(), std::max(0.0, least));
   return few;
 }
 

@@ -30,7 +30,7 @@ class Carriers {
   std::vector<Eigen::Index> places_;
   Eigen::MatrixXd weights_;    ///< W, N×M
   Eigen::VectorXd precision_;  ///< of the coordinates of each landmark, N
-  Eigen::MatrixXd root_;       ///< U, M×M, upper triangle: UᵀU = Wᵀ diag(precision) W
+  QuadraticForm form_;         ///< Wᵀ diag(precision) W, M×M
 };
 
 /// The landmarks that carry the others in a problem without noise: those that a MomentumBasis takes and others

@@ -88,63 +88,45 @@ Points of_lines(const Points& v, bool isotropic, const Function& f) {
 
 Points Cometric::apply(const Points& p) const {
   return of_lines(p, isotropic_, [&](MatrixXd& lines) {
-    const auto root = matrix_.triangularView<Eigen::Lower>();
-    for (Index column = 0; column < lines.cols(); ++column) {
-      const VectorXd half = root.transpose() * lines.col(column);
-      lines.col(column) = root * half;
-    }
+    const VectorXd replaced = diagonal_ - matrix_.diagonal();
+    const MatrixXd product = matrix_.selfadjointView<Eigen::Upper>() * lines;
+    lines = product + replaced.asDiagonal() * lines;
   });
 }
 
 Points Cometric::solve(const Points& v) const {
   return of_lines(v, isotropic_, [&](MatrixXd& lines) {
     const auto root = matrix_.triangularView<Eigen::Lower>();
-    for (Index column = 0; column < lines.cols(); ++column) {
-      VectorXd line = lines.col(column);
-      root.solveInPlace(line);
-      root.transpose().solveInPlace(line);
-      lines.col(column) = line;
-    }
+    root.solveInPlace(lines);
+    root.transpose().solveInPlace(lines);
   });
 }
 
-void Cometric::add_transformed(const MatrixXd& psi, double dt, Index b, MatrixXd& sum) const {
-  const Index d = dimension_, n = psi.cols();
-  // A block row by row: of column (b, m) of A what is above the diagonal, and of the blocks (a, b) with a < b all.
-  const auto column_of = [&](Index l, Index m) -> VectorXd {
-    if (isotropic_) return matrix_.col(b).head(b + 1);
-    return matrix_(Eigen::seqN(l, b + 1, d), b * d + m);
-  };
-  std::vector<VectorXd> columns;  // (l, m), of one axis where the others are equal
+VectorXd Cometric::column(Index l, Index m, Index b) const {
   if (isotropic_) {
-    columns.push_back(column_of(0, 0));
-    columns.front()[b] = diagonal_[b];
-  } else {
-    for (Index m = 0; m < d; ++m)
-      for (Index l = 0; l < d; ++l) {
-        columns.push_back(column_of(l, m));
-        const Index row = b * d + l, column = b * d + m;
-        columns.back()[b] = row == column ? diagonal_[row] : matrix_(std::min(row, column), std::max(row, column));
-      }
+    VectorXd part = matrix_.col(b).head(b + 1);
+    part[b] = diagonal_[b];
+    return part;
   }
-  for (Index j = 0; j < d; ++j)
+  const Index d = dimension_, row = b * d + l, column = b * d + m;
+  VectorXd part = matrix_(Eigen::seqN(l, b + 1, d), column);
+  part[b] = row == column ? diagonal_[row] : matrix_(std::min(row, column), std::max(row, column));
+  return part;
+}
+
+void Cometric::add_transformed(const MatrixXd& psi, double dt, Index b, MatrixXd& sum) const {
+  const Index d = dimension_;
+  const VectorXd same = isotropic_ ? column(0, 0, b) : VectorXd();
+  VectorXd transformed(b + 1);  // an axis of Ψ_a A_ab
+  for (Index m = 0; m < d; ++m)
     for (Index i = 0; i < d; ++i) {
-      // (i, a; j, b) with a ≤ b: above the diagonal of the whole where i ≤ j; else its mirror image is, and a = b is
-      // there already.
-      VectorXd part = VectorXd::Zero(b + 1);
-      for (Index l = 0; l < d; ++l) {
-        const auto of_a = psi.row(i + l * d).head(b + 1).transpose().array();
-        if (isotropic_) {
-          part.array() += (dt * psi(j + l * d, b)) * of_a * columns.front().array();
-          continue;
-        }
-        for (Index m = 0; m < d; ++m)
-          part.array() += (dt * psi(j + m * d, b)) * of_a * columns[static_cast<std::size_t>(l + m * d)].array();
+      if (isotropic_) {
+        transformed = psi.col(i + m * d).head(b + 1).cwiseProduct(same);
+      } else {
+        transformed.setZero();
+        for (Index l = 0; l < d; ++l) transformed += psi.col(i + l * d).head(b + 1).cwiseProduct(column(l, m, b));
       }
-      if (i <= j)
-        sum.col(j * n + b).segment(i * n, b + 1) += part;
-      else
-        sum.row(j * n + b).segment(i * n, b) += part.head(b).transpose();
+      for (Index j = 0; j < d; ++j) sum.col(i + j * d) += (dt * psi(b, j + m * d)) * transformed;
     }
 }
 

@@ -34,14 +34,18 @@ class Cometric {
   Points apply(const Points& p) const;  ///< Ap
   Points solve(const Points& v) const;  ///< A⁻¹v
 
-  /// Adds Δt ΨAΨᵀ, Ψ block-diagonal, to the upper triangle of the columns of landmark b of a dN×dN matrix with index
-  /// axis·N + a. @param psi d²×N, each column a block in column-major order
+  /// Adds Δt ΨAΨᵀ, Ψ block-diagonal, of landmark b and those before it.
+  /// @param psi N×d², each row a block in column-major order
+  /// @param sum (b+1)×d², row a: the block (a, b) in column-major order
   void add_transformed(const Eigen::MatrixXd& psi, double dt, Eigen::Index b, Eigen::MatrixXd& sum) const;
 
  private:
   Eigen::Index dimension_;
   bool isotropic_;
   bool regular_;
+  /// Of column b of A, the part of axis l in the columns of axis m: the rows of landmarks up to b.
+  Eigen::VectorXd column(Eigen::Index l, Eigen::Index m, Eigen::Index b) const;
+
   Eigen::MatrixXd matrix_;    ///< its lower triangle L with LLᵀ = A, above the diagonal A
   Eigen::VectorXd diagonal_;  ///< of A
 };

@@ -67,7 +67,7 @@ double pairing(const NodeCovector& covector, const PathDirection& direction) {
 }
 
 PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, const DiscretePath& path, double weight)
-    : system_(system), data_(data), path_(path), weight_(weight) {
+    : system_(system), data_(data), path_(path), weight_(weight), form_(data.form_of_each_axis()) {
   const Index d = path.end().rows(), n = path.end().cols();
   const double dt = path.grid.dt();
   const auto steps = path.middles.size();
@@ -82,13 +82,11 @@ PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, c
   });
   if (const LandmarkTerm* landmarks = data.landmarks()) {
     for (Index a = 0; a < n; ++a) roots_.push_back(symmetric_root(weight * landmarks->precision(a)));
-  } else if (data.root_of_each_axis() != nullptr) {
-    axis_root_ = std::sqrt(weight) * *data.root_of_each_axis();
-  } else {
+  } else if (form_ == nullptr) {
     root_ = std::sqrt(weight) * data.linearise(path.end(), MatrixXd::Identity(d * n, d * n)).changes;
   }
   propagate();
-  factors_ = factors_from(0);
+  factorise();
 }
 
 void PathModel::propagate() {
@@ -108,56 +106,84 @@ void PathModel::propagate() {
   }
 }
 
-PathModel::Factors PathModel::factors_from(std::size_t k) const {
+MatrixXd PathModel::end_covariance() const {
   const Index d = path_.end().rows(), n = path_.end().cols();
-  MatrixXd sum = MatrixXd::Zero(d * n, d * n);
+  std::vector<MatrixXd> by_landmark;
+  for (const MatrixXd& blocks : from_steps_) by_landmark.emplace_back(blocks.transpose());
+  MatrixXd sum(d * n, d * n);
   parallel_for(static_cast<int>(n), [&](int b) {
-    for (std::size_t j = k; j < from_steps_.size(); ++j)
-      path_.cometrics[j].add_transformed(from_steps_[j], path_.grid.dt(), b, sum);
+    MatrixXd blocks = MatrixXd::Zero(b + 1, d * d);
+    for (std::size_t k = 0; k < by_landmark.size(); ++k)
+      path_.cometrics[k].add_transformed(by_landmark[k], path_.grid.dt(), b, blocks);
+    // (i, a; j, b) with a ≤ b: above the diagonal of the whole where i ≤ j; else its mirror image is.
+    for (Index j = 0; j < d; ++j)
+      for (Index i = 0; i < d; ++i) {
+        const auto part = blocks.col(i + j * d);
+        if (i <= j)
+          sum.col(j * n + b).segment(i * n, b + 1) = part;
+        else
+          sum.row(j * n + b).segment(i * n, b) = part.head(b).transpose();
+      }
   });
-  if (axis_root_.size() > 0) {
-    const auto root = axis_root_.triangularView<Eigen::Upper>();
-    sum.triangularView<Eigen::StrictlyLower>() = sum.transpose();
-    parallel_for(static_cast<int>(d * d), [&](int pair) {
-      const Index i = pair % d, j = pair / d;
-      if (i > j) return;
-      const MatrixXd half = root * sum.block(i * n, j * n, n, n);
-      sum.block(i * n, j * n, n, n) = (root * half.transpose()).transpose();
-    });
-  } else if (roots_.empty()) {
-    // From axis-major to landmark-major, as R has it.
-    MatrixXd by_axis(root_.rows(), d * n);
-    for (Index axis = 0; axis < d; ++axis) by_axis.middleCols(axis * n, n) = root_(Eigen::all, Eigen::seqN(axis, n, d));
-    sum = by_axis * (sum.selfadjointView<Eigen::Upper>() * by_axis.transpose()).eval();
+  return sum;
+}
+
+void PathModel::factorise() {
+  const Index d = path_.end().rows(), n = path_.end().cols();
+  MatrixXd system = end_covariance();
+  if (form_ != nullptr) {
+    for (Index axis = 0; axis < d; ++axis)
+      system.block(axis * n, axis * n, n, n).triangularView<Eigen::Upper>() += form_->inverse / weight_;
+  } else {
+    if (roots_.empty()) {
+      // From axis-major to landmark-major, as C has it.
+      MatrixXd by_axis(root_.rows(), d * n);
+      for (Index axis = 0; axis < d; ++axis)
+        by_axis.middleCols(axis * n, n) = root_(Eigen::all, Eigen::seqN(axis, n, d));
+      system = by_axis * (system.selfadjointView<Eigen::Upper>() * by_axis.transpose()).eval();
+    }
+    system.diagonal().array() += 1;
   }
-  sum.diagonal().array() += 1;
-  return Factors(sum.selfadjointView<Eigen::Upper>());
+  factors_.compute(system.selfadjointView<Eigen::Upper>());
 }
 
-VectorXd PathModel::rooted(const Points& end_change) const {
-  if (axis_root_.size() > 0) return (axis_root_.triangularView<Eigen::Upper>() * end_change.transpose()).reshaped();
-  return root_ * end_change.reshaped();
-}
-
-VectorXd PathModel::whitened(const Points& end_change) const {
-  if (roots_.empty()) return rooted(end_change);
+VectorXd PathModel::observed(const Points& end_change) const {
+  if (form_ != nullptr) return end_change.transpose().reshaped();
+  if (roots_.empty()) return root_ * end_change.reshaped();
   Points r(end_change.rows(), end_change.cols());
   for (Index a = 0; a < r.cols(); ++a) r.col(a) = roots_[static_cast<std::size_t>(a)] * end_change.col(a);
   return r.transpose().reshaped();
 }
 
-VectorXd PathModel::whitened_from(std::size_t k, const Points& deviation) const {
-  const Points at_end = by_blocks(from_nodes_[k], deviation, false);
-  return roots_.empty() ? rooted(at_end) : VectorXd(at_end.transpose().reshaped());
-}
-
-Points PathModel::whitened_transposed(const VectorXd& r) const {
+Points PathModel::observed_transposed(const VectorXd& r) const {
   const Index d = path_.end().rows(), n = path_.end().cols();
-  if (axis_root_.size() > 0) return r.reshaped(n, d).transpose() * axis_root_;
-  if (roots_.empty()) return (root_.transpose() * r).reshaped(d, n);
+  if (form_ == nullptr && roots_.empty()) return (root_.transpose() * r).reshaped(d, n);
   Points q = r.reshaped(n, d).transpose();
+  if (form_ != nullptr) return q;
   for (Index a = 0; a < n; ++a) q.col(a) = (roots_[static_cast<std::size_t>(a)] * q.col(a)).eval();
   return q;
+}
+
+VectorXd PathModel::observed_from(std::size_t k, const Points& deviation) const {
+  const Points at_end = by_blocks(from_nodes_[k], deviation, false);
+  return roots_.empty() ? observed(at_end) : VectorXd(at_end.transpose().reshaped());
+}
+
+VectorXd PathModel::weighed(const VectorXd& r) const {
+  if (form_ == nullptr) return r;
+  const Index d = path_.end().rows(), n = path_.end().cols();
+  const auto root = form_->root.triangularView<Eigen::Upper>();
+  const MatrixXd half = root * r.reshaped(n, d);
+  return weight_ * MatrixXd(root.transpose() * half).reshaped();
+}
+
+VectorXd PathModel::system_product(std::size_t k, const VectorXd& r) const {
+  const Index d = path_.end().rows(), n = path_.end().cols();
+  const Points none = Points::Zero(d, n);
+  const NodeCovector still(path_.middles.size() + 1, none);
+  const VectorXd moved = observed(swept(still, observed_transposed(r), k, none).nodes.back());
+  if (form_ == nullptr) return moved + r;
+  return moved + MatrixXd(form_->inverse * r.reshaped(n, d)).reshaped() / weight_;
 }
 
 NodeCovector PathModel::gradient() const {
@@ -195,7 +221,7 @@ NodeCovector PathModel::hessian(const PathDirection& direction) const {
     product[k + 1] += momenta[k] - half * forces[k];
     if (k > 0) product[k] -= momenta[k] + half * forces[k];
   }
-  product.back() += whitened_transposed(whitened(direction.nodes.back()));
+  product.back() += observed_transposed(weighed(observed(direction.nodes.back())));
   return product;
 }
 
@@ -225,17 +251,32 @@ PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_en
 PathDirection PathModel::solve(const NodeCovector& covector) const {
   const Points none = Points::Zero(path_.end().rows(), path_.end().cols());
   const PathDirection free = swept(covector, none, 0, none);
-  return swept(covector, -whitened_transposed(factors_.solve(whitened(free.nodes.back()))), 0, none);
+  return swept(covector, -observed_transposed(factors_.solve(observed(free.nodes.back()))), 0, none);
 }
 
 double PathModel::misfit(std::size_t k, const Points& deviation) const {
-  return 0.5 * whitened_from(k, deviation).squaredNorm();
+  const VectorXd r = observed_from(k, deviation);
+  return 0.5 * r.dot(weighed(r));
 }
 
-PathDirection PathModel::feedback(std::size_t k, const Points& deviation) const {
+PathDirection PathModel::feedback(std::size_t k, const Points& deviation, double accuracy) const {
+  VectorXd residual = observed_from(k, deviation);
+  VectorXd answer = VectorXd::Zero(residual.size());
+  VectorXd along = factors_.solve(residual);
+  double squared = residual.dot(along);
+  const double enough = accuracy * accuracy * squared;
+  while (squared > enough) {
+    const VectorXd product = system_product(k, along);
+    const double length = squared / along.dot(product);
+    answer += length * along;
+    residual -= length * product;
+    const VectorXd solved = factors_.solve(residual);
+    const double before = squared;
+    squared = residual.dot(solved);
+    along = solved + (squared / before) * along;
+  }
   const NodeCovector none(path_.middles.size() + 1, Points::Zero(deviation.rows(), deviation.cols()));
-  const VectorXd excess = whitened_from(k, deviation);
-  return swept(none, -whitened_transposed(factors_from(k).solve(excess)), k, deviation);
+  return swept(none, -observed_transposed(answer), k, deviation);
 }
 
 }  // namespace pulson

@@ -41,25 +41,31 @@ class PathModel {
 
   /// M⁻¹ of a covector, M the Gauss–Newton model of ∂²F: ½Σ Δt δp·A δp + ½w|R δq_K|², D ≈ ½|Rδq|², with the fields of
   /// the path fixed in space, so that landmarks interact through δp alone. By one system of the size of the data,
-  /// S = I + wRPRᵀ, P = Σ Δt Ψ_k A_k Ψ_kᵀ, Ψ_k the propagator from step k to the end.
+  /// S = N + CPCᵀ, with CᵀN⁻¹C = wRᵀR, P = Σ Δt Ψ_k A_k Ψ_kᵀ, Ψ_k the propagator from step k to the end.
   PathDirection solve(const NodeCovector& covector) const;
 
   /// ½w|Rδq_K|² of landmarks that are `deviation` off at node k and stay in the fields of the path.
   double misfit(std::size_t k, const Points& deviation) const;
 
-  /// How the path goes on best, in the norm of M, from `deviation` off at node k: −Ψ_jᵀ√wRᵀ S_k⁻¹ √wRΦ_k δq_k is added
-  /// to the momenta of the steps j ≥ k, with S_k and its P from step k on, Φ_k the propagator from node k to the end.
-  PathDirection feedback(std::size_t k, const Points& deviation) const;
+  /// Of a feedback in a search.
+  static constexpr double kFeedbackAccuracy = 1e-2;
+
+  /// How the path goes on best, in the norm of M, from `deviation` off at node k: −Ψ_jᵀCᵀ S_k⁻¹ CΦ_k δq_k is added to
+  /// the momenta of the steps j ≥ k, with S_k and its P from step k on, Φ_k the propagator from node k to the end. By
+  /// conjugate gradients with S, to an accuracy relative in the norm of S⁻¹.
+  PathDirection feedback(std::size_t k, const Points& deviation, double accuracy = kFeedbackAccuracy) const;
 
  private:
   using Factors = Eigen::LLT<Eigen::MatrixXd>;
 
   void propagate();
-  Factors factors_from(std::size_t k) const;               ///< of S_k; S = S_0
-  Eigen::VectorXd rooted(const Points& end_change) const;  ///< the same where landmarks have no roots of their own
-  Eigen::VectorXd whitened(const Points& end_change) const;
-  Eigen::VectorXd whitened_from(std::size_t k, const Points& deviation) const;
-  Points whitened_transposed(const Eigen::VectorXd& r) const;
+  void factorise();
+  Eigen::MatrixXd end_covariance() const;  ///< the upper triangle of P, or of CPCᵀ with C of landmarks
+  Eigen::VectorXd observed(const Points& end_change) const;  ///< Cδq
+  Points observed_transposed(const Eigen::VectorXd& r) const;
+  Eigen::VectorXd observed_from(std::size_t k, const Points& deviation) const;    ///< CΦ_kδq
+  Eigen::VectorXd weighed(const Eigen::VectorXd& r) const;                        ///< N⁻¹r
+  Eigen::VectorXd system_product(std::size_t k, const Eigen::VectorXd& r) const;  ///< S_k r
   PathDirection swept(const NodeCovector& covector, const Points& at_end, std::size_t first,
                       const Points& deviation) const;
 
@@ -68,10 +74,11 @@ class PathModel {
   const DiscretePath& path_;
   double weight_;
   std::vector<Eigen::MatrixXd> inverses_;  ///< K, d²×N: (I − ½Δt ∂v/∂x)⁻¹
-  std::vector<Eigen::MatrixXd> roots_;     ///< N, d×d: √w R of landmarks, symmetric; empty for other data
-  Eigen::MatrixXd axis_root_;              ///< √w R of data with a root of each axis, upper triangle
-  Eigen::MatrixXd root_;                   ///< √w R of other data
-  std::vector<Eigen::MatrixXd> from_steps_, from_nodes_;  ///< K, d²×N: Ψ_k and Φ_k, times √w R of landmarks
+  // C is √w R, N = I; but where the data have a form of each axis C = I, N = (wRᵀR)⁻¹.
+  const QuadraticForm* form_ = nullptr;
+  std::vector<Eigen::MatrixXd> roots_;                    ///< N, d×d: C of landmarks, symmetric; empty for other data
+  Eigen::MatrixXd root_;                                  ///< C of data that are neither
+  std::vector<Eigen::MatrixXd> from_steps_, from_nodes_;  ///< K, d²×N: Ψ_k and Φ_k, times C of landmarks
   Factors factors_;                                       ///< of S
 };
 

@@ -10,6 +10,12 @@ namespace pulson {
 
 class LandmarkTerm;
 
+/// A positive definite quadratic form, N×N.
+struct QuadraticForm {
+  Eigen::MatrixXd root;     ///< U, upper triangle: the form is UᵀU
+  Eigen::MatrixXd inverse;  ///< (UᵀU)⁻¹
+};
+
 /// What holds the end points of a flow near its target: D(q), q = q(T), d×N, and a quadratic model of it,
 ///
 ///     D(q + δ) ≈ D(q) + ½|r + Fδ|² − ½|r|²,   Fᵀr = ∂D/∂q,
@@ -39,8 +45,8 @@ class DataTerm {
   /// r. @throws std::logic_error unless is_least_squares()
   virtual Eigen::VectorXd residual(const Points& q) const;
 
-  /// U, where FᵀF is UᵀU for each axis and 0 between them, U constant; else null.
-  virtual const Eigen::MatrixXd* root_of_each_axis() const { return nullptr; }
+  /// FᵀF, where it is the same for each axis, 0 between them, and constant; else null.
+  virtual const QuadraticForm* form_of_each_axis() const { return nullptr; }
 
   /// This term, where the data are landmarks.
   virtual const LandmarkTerm* landmarks() const { return nullptr; }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "accurate_paths.hpp"
 #include "carriers.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/landmark_term.hpp"
@@ -21,10 +22,6 @@ using Eigen::Index;
 
 // Costs of a path and of the geodesic that differ by less than this part.
 constexpr double kSettled = 1e-3;
-// Shots in as many steps and in twice as many differ by less than this part of the cost, where more may be taken: up to
-// so many times those of the path.
-constexpr double kAccurate = 3e-3;
-constexpr int kMostSteps = 8;
 // The first path is that of so many landmarks.
 constexpr Index kFirstLandmarks = 150;
 
@@ -41,7 +38,7 @@ class GeodesicSearch {
     const PathSolution first = first_path();
     if (const auto converged = alternate(first, "rk4")) return solution(*converged, "rk4");
     grid_ = problem_.grid;
-    if (!carriers_) return solution(search(problem_, &first.fields, Finish::kRoundOff), "midpoint");
+    if (!carriers_) return solution(path_alone(first), "midpoint");
     if (const auto converged = alternate(first, "midpoint")) return solution(*converged, "midpoint");
     PathSolution unsettled = first;
     unsettled.converged = false;
@@ -54,6 +51,15 @@ class GeodesicSearch {
     PathSolution found = search_paths(problem, options_, start, finish);
     iterations_ += found.iterations;
     evaluations_ += found.evaluations;
+    return found;
+  }
+
+  PathSolution path_alone(const PathSolution& first) {
+    if (!more_steps_) return search(problem_, &first.fields, Finish::kRoundOff);
+    PathSolution found = search_accurate_paths(problem_, options_, &first.fields);
+    iterations_ += found.iterations;
+    evaluations_ += found.evaluations;
+    grid_ = found.path.grid;
     return found;
   }
 

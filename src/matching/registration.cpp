@@ -7,6 +7,7 @@
 #include <fmt/core.h>
 
 #include "accuracy.hpp"
+#include "accurate_paths.hpp"
 #include "core/number_checks.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
@@ -176,8 +177,9 @@ void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, bo
     registration.increments = Eigen::MatrixXd::Zero(0, registration.grid.steps);
     states = found.states;
   } else {
-    const PathSolution found = search_paths(problem, how);
+    const PathSolution found = more_steps ? search_accurate_paths(problem, how) : search_paths(problem, how);
     record_search(found, registration);
+    registration.grid = found.path.grid;
     registration.increments = found.increments;
     states = found.states;
   }

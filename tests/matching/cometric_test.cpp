@@ -34,9 +34,6 @@ MatrixXd dense_cometric(const StochasticSystem& system, const Points& q) {
   return a;
 }
 
-// Index a·d + axis from axis·N + a.
-Index interleaved(Index i, Index d, Index n) { return i % n * d + i / n; }
-
 void expect_dense(const Cometric& cometric, const MatrixXd& a, Index d, Numbers& numbers) {
   const Index n = a.rows() / d;
   ASSERT_TRUE(cometric.is_regular());
@@ -45,17 +42,19 @@ void expect_dense(const Cometric& cometric, const MatrixXd& a, Index d, Numbers&
   EXPECT_LE((cometric.apply(p).reshaped() - right).norm(), 1e-13 * right.norm());
   EXPECT_LE((a * cometric.solve(p).reshaped() - p.reshaped()).norm(), 1e-11 * p.norm());
 
-  const MatrixXd psi = numbers(d * d, n);
+  const MatrixXd psi = numbers(n, d * d);
   MatrixXd block_diagonal = MatrixXd::Zero(d * n, d * n);
-  for (Index b = 0; b < n; ++b) block_diagonal.block(b * d, b * d, d, d) = psi.col(b).reshaped(d, d);
+  for (Index b = 0; b < n; ++b) block_diagonal.block(b * d, b * d, d, d) = psi.row(b).reshaped(d, d);
   const MatrixXd transformed = block_diagonal * a * block_diagonal.transpose();
-  const MatrixXd before = numbers(d * n, d * n);
-  MatrixXd sum = before;
-  for (Index b = 0; b < n; ++b) cometric.add_transformed(psi, 0.3, b, sum);
-  for (Index j = 0; j < d * n; ++j)
-    for (Index i = 0; i <= j; ++i)
-      EXPECT_NEAR(sum(i, j), before(i, j) + 0.3 * transformed(interleaved(i, d, n), interleaved(j, d, n)), 1e-13)
-          << i << ", " << j;
+  for (Index b = 0; b < n; ++b) {
+    const MatrixXd before = numbers(b + 1, d * d);
+    MatrixXd sum = before;
+    cometric.add_transformed(psi, 0.3, b, sum);
+    for (Index c = 0; c <= b; ++c) {
+      const MatrixXd block = transformed.block(c * d, b * d, d, d);
+      EXPECT_LE((sum.row(c) - before.row(c) - 0.3 * block.reshaped().transpose()).norm(), 1e-13) << c << ", " << b;
+    }
+  }
 }
 
 TEST(Cometric, IsThatOfEachNoise) {

@@ -3,6 +3,7 @@
 // Problems for the tests of searches over paths.
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,6 +51,23 @@ struct PathMatch {
 };
 
 inline std::string ch_sd(double beta) { return "ch-sd:beta=" + std::to_string(beta); }
+
+// Two landmarks on a line that change places.
+inline PathMatch swap_on_a_line(double beta, double lambda, int steps) {
+  return {Points{{0, 1}}, Points{{1, 0}}, "gaussian:alpha=1", ch_sd(beta), {1, steps}, 1e-4, lambda};
+}
+
+// J = (∫₀¹ dr/√((1 − K(r))/λ + β²))² in continuous time, by Simpson's rule.
+inline double swap_cost(double beta, double lambda) {
+  constexpr int kPairs = 500;
+  const auto f = [&](int i) {
+    const double r = i / (2.0 * kPairs);
+    return 1 / std::sqrt((1 - std::exp(-r * r)) / lambda + beta * beta);
+  };
+  double sum = 0;
+  for (int i = 0; i < 2 * kPairs; i += 2) sum += (f(i) + 4 * f(i + 1) + f(i + 2)) / (6 * kPairs);
+  return sum * sum;
+}
 
 inline PathMatch nearby_shapes(const std::string& noise, int d = 2, int n = 4) {
   PathMatch match;

@@ -15,23 +15,6 @@
 namespace pulson {
 namespace {
 
-// Two landmarks on a line that change places.
-PathMatch swap_on_a_line(double beta, double lambda, int steps) {
-  return {Points{{0, 1}}, Points{{1, 0}}, "gaussian:alpha=1", ch_sd(beta), {1, steps}, 1e-4, lambda};
-}
-
-// J = (∫₀¹ dr/√((1 − K(r))/λ + β²))² in continuous time, by Simpson's rule.
-double swap_cost(double beta, double lambda) {
-  constexpr int kPairs = 500;
-  const auto f = [&](int i) {
-    const double r = i / (2.0 * kPairs);
-    return 1 / std::sqrt((1 - std::exp(-r * r)) / lambda + beta * beta);
-  };
-  double sum = 0;
-  for (int i = 0; i < 2 * kPairs; i += 2) sum += (f(i) + 4 * f(i + 1) + f(i + 2)) / (6 * kPairs);
-  return sum * sum;
-}
-
 TEST(PathSearch, SwapsOnALineAtTheCostOfTheClosedForm) {
   const std::vector<std::tuple<double, double, double>> published = {
       {0.5, 1, 2.2539}, {1, 1, 0.8132}, {2, 1, 0.2355}, {1, 10, 0.9756}};

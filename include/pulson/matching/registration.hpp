@@ -64,8 +64,8 @@ struct RegistrationOptions {
   /// else `variational-2`
   std::string integrator = "auto";
   TimeGrid grid{};
-  /// Whether geodesics are shot in twice, four or eight times as many steps where those of the grid cost more than 0.3
-  /// % of J by their error.
+  /// Whether paths are searched for, and geodesics shot, in twice, four or eight times as many steps where those of the
+  /// grid change J by more than 0.3 %.
   bool more_steps = false;
   Length sigma = Length::percent(0.5);  ///< per cent of the diameter of the aligned source
   std::optional<double> lambda{};       ///< none: fitted with `kernel = auto`, else 1/diameter² of the aligned source

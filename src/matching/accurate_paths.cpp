@@ -1,0 +1,67 @@
+#include "accurate_paths.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace pulson {
+namespace {
+
+// Cubic interpolation between the nodes, which are four or more.
+std::vector<Points> with_halves(const std::vector<Points>& nodes) {
+  std::vector<Points> finer{nodes.front()};
+  const auto last = nodes.size() - 1;
+  for (std::size_t k = 0; k < last; ++k) {
+    if (k == 0)
+      finer.push_back((5 * nodes[0] + 15 * nodes[1] - 5 * nodes[2] + nodes[3]) / 16);
+    else if (k + 1 == last)
+      finer.push_back((5 * nodes[last] + 15 * nodes[last - 1] - 5 * nodes[last - 2] + nodes[last - 3]) / 16);
+    else
+      finer.push_back((9 * (nodes[k] + nodes[k + 1]) - nodes[k - 1] - nodes[k + 2]) / 16);
+    finer.push_back(nodes[k + 1]);
+  }
+  return finer;
+}
+
+// Whether the same path in twice as many steps has the same cost: where landmarks are bound to each other firmly, no
+// interpolated path does, however accurate. Too few steps to tell are not refined.
+bool is_accurate(const MatchingProblem& problem, const PathSolution& solution) {
+  const DiscretePath& path = solution.path;
+  if (path.grid.steps < 3) return true;
+  const EffectiveHamiltonian system(problem.system, problem.lambda);
+  const auto finer = along(system, {path.grid.time, 2 * path.grid.steps}, with_halves(path.nodes));
+  return finer && problem.lambda * std::abs(finer->energy - path.energy) <= kAccurate * solution.cost.total();
+}
+
+StepFields in_halves(const StepFields& fields) {
+  StepFields finer;
+  const auto twice = [](const auto& from, auto& to) {
+    for (const auto& x : from) to.insert(to.end(), 2, x);
+  };
+  twice(fields.centres, finer.centres);
+  twice(fields.momenta, finer.momenta);
+  twice(fields.controls, finer.controls);
+  twice(fields.own, finer.own);
+  return finer;
+}
+
+}  // namespace
+
+PathSolution search_accurate_paths(const MatchingProblem& problem, const MinimiseOptions& options,
+                                   const StepFields* start) {
+  PathSolution found = search_paths(problem, options, start);
+  MatchingProblem finer = problem;
+  while (found.converged && finer.grid.steps < kMostSteps * problem.grid.steps && !is_accurate(problem, found)) {
+    finer.grid.steps *= 2;
+    const StepFields fields = in_halves(found.fields);
+    PathSolution next = search_paths(finer, options, &fields);
+    if (!next.converged) break;
+    next.iterations += found.iterations;
+    next.evaluations += found.evaluations;
+    const double change = std::abs(next.cost.total() - found.cost.total());
+    found = std::move(next);
+    if (change <= 3 * kAccurate * found.cost.total()) break;  // the error is of second order: a third of it is left
+  }
+  return found;
+}
+
+}  // namespace pulson

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "path_search.hpp"
+
+namespace pulson {
+
+/// A cost that twice as many steps would change by no more than this part is accurate; else they are taken, up to so
+/// many times those that the problem has.
+constexpr double kAccurate = 3e-3;
+constexpr int kMostSteps = 8;
+
+/// search_paths(), and on from what it finds in twice as many steps until the cost is accurate.
+PathSolution search_accurate_paths(const MatchingProblem& problem, const MinimiseOptions& options,
+                                   const StepFields* start = nullptr);
+
+}  // namespace pulson

@@ -1,40 +1,18 @@
 // The program: one folder per verb.
 
 #include <algorithm>
-#include <filesystem>
-#include <memory>
 #include <string>
 #include <string_view>
 
-#include <unistd.h>
-
-#include "pulson/core/errors.hpp"
 #include "shell/completion.hpp"
 #include "shell/program.hpp"
 #include "shell/verbs.hpp"
-#include "warp/arguments.hpp"
 
 namespace {
 
-// Libraries for image files take a tenth of a second to load: verbs that need them are a program of their own beside
-// this one, which takes over.
-int run_beside(char** argv) {
-  const std::filesystem::path images = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "pulson-images";
-  execv(images.c_str(), argv);
-  throw pulson::InputError(images.string() + ", which belongs to this program, cannot be run");
-}
-
-// For the list of verbs and for shells: run_beside() runs it.
-void list_warp_verb(CLI::App& program) {
-  const auto arguments = std::make_shared<pulson::WarpArguments>();
-  CLI::App* verb = program.add_subcommand("warp", pulson::kWarpHelp);
-  arguments->add_to(*verb);
-  verb->callback([arguments] {});
-}
-
 void add_verbs(CLI::App& program, int& exit_code) {
   pulson::add_register_verb(program, exit_code);
-  list_warp_verb(program);
+  pulson::add_warp_verb(program, exit_code);
   pulson::add_simulate_verb(program, exit_code);
   pulson::add_ensemble_verb(program, exit_code);
   pulson::add_compare_verb(program, exit_code);
@@ -55,9 +33,5 @@ int main(int argc, char** argv) {
     argc = std::min(argc, 3);
     argv[argc] = nullptr;
   }
-  const bool of_images = argc > 1 && std::string_view(argv[1]) == "warp";
-  return pulson::run_program(argc, argv, [&](CLI::App& program, int& exit_code) {
-    if (of_images) run_beside(argv);
-    add_verbs(program, exit_code);
-  });
+  return pulson::run_program(argc, argv, add_verbs);
 }

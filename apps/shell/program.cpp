@@ -1,4 +1,4 @@
-// What programs share: verbs, errors, exit codes.
+// The parser, errors and exit codes.
 
 #include "program.hpp"
 

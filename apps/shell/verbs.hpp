@@ -12,7 +12,6 @@ enum ExitCode { kDone = 0, kInternalError = 1, kBadInput = 2, kNotConverged = 3 
 /// Each adds its verb to the program; the verb's callback sets `exit_code` where it is not kDone.
 void add_register_verb(CLI::App& program, int& exit_code);
 void add_warp_verb(CLI::App& program, int& exit_code);
-inline constexpr const char* kWarpHelp = "Apply the map of a registration to an image or to landmarks";
 void add_simulate_verb(CLI::App& program, int& exit_code);
 void add_ensemble_verb(CLI::App& program, int& exit_code);
 void add_compare_verb(CLI::App& program, int& exit_code);

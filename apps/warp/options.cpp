@@ -1,4 +1,4 @@
-// The options of `pulson warp`, apart from what they do: `pulson completion` knows them without libraries for images.
+// The options of `pulson warp`.
 
 #include "shell/options.hpp"
 

@@ -12,7 +12,6 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/fields/grid_fields.hpp"
 #include "pulson/images/image_files.hpp"
-#include "silence.hpp"
 
 namespace pulson {
 namespace {
@@ -27,16 +26,6 @@ std::string extension_of(const std::filesystem::path& path) {
 bool holds_floats(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
   return extension == ".tif" || extension == ".tiff";
-}
-
-Image read_quietly(const std::filesystem::path& path) {
-  const SilentStderr silence;
-  return read_image(path);
-}
-
-void write_quietly(const std::filesystem::path& path, const Image& image) {
-  const SilentStderr silence;
-  write_image(path, image);
 }
 
 GridField grid_of(std::vector<float> values, int components, int width, int height, const PixelFrame& frame) {
@@ -100,7 +89,7 @@ bool holds_numbers(const std::filesystem::path& path) { return is_grid_file(path
 bool keeps_alpha(const std::filesystem::path& path) { return extension_of(path) == ".png" || holds_floats(path); }
 
 Picture read_picture(const std::filesystem::path& path) {
-  if (!is_grid_file(path)) return {read_quietly(path), std::nullopt};
+  if (!is_grid_file(path)) return {read_image(path), std::nullopt};
   const GridField grid = read_grid_field(path);
   if (grid.sizes.size() != 2 || grid.components != 1)
     throw InputError(path.string() + ": an image of the plane with one number for each pixel is needed");
@@ -143,7 +132,7 @@ void write_picture(const std::filesystem::path& path, const Image& image, const 
     write_grid_field(path, grid_of(std::move(values), 1, image.width(), image.height(), frame));
   } else {
     const Image shown = holds_floats(path) ? image : for_show(image);
-    write_quietly(path, keeps_alpha(path) ? shown : on_white(shown));
+    write_image(path, keeps_alpha(path) ? shown : on_white(shown));
   }
 }
 
@@ -152,13 +141,13 @@ void write_numbers(const std::filesystem::path& path, const std::vector<float>& 
   if (holds_numbers(path))
     write_picture(path, Image(width, height, 1, std::span<const float>(values)), frame);
   else
-    write_quietly(path, colours);
+    write_image(path, colours);
 }
 
 void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height) {
   std::vector<std::uint8_t> bytes(mask.size());
   std::transform(mask.begin(), mask.end(), bytes.begin(), [](bool is_in) { return is_in ? 255 : 0; });
-  write_quietly(path, Image(width, height, 1, std::span<const std::uint8_t>(bytes)));
+  write_image(path, Image(width, height, 1, std::span<const std::uint8_t>(bytes)));
 }
 
 void write_displacements(const std::filesystem::path& path, std::vector<float> values, int width, int height,

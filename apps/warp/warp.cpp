@@ -93,7 +93,7 @@ void run_warp(const WarpArguments& arguments) {
 
 void add_warp_verb(CLI::App& program, int& /*exit_code*/) {
   const auto arguments = std::make_shared<WarpArguments>();
-  CLI::App* verb = program.add_subcommand("warp", kWarpHelp);
+  CLI::App* verb = program.add_subcommand("warp", "Apply the map of a registration to an image or to landmarks");
   arguments->add_to(*verb);
   verb->footer(
       "Examples:\n"

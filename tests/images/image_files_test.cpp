@@ -117,7 +117,7 @@ TEST_F(ImageFiles, OrientationIsIgnored) {
   EXPECT_EQ(read_image("b.jpg"), plain);
 }
 
-/// A tif of 2×1 pixels of `samples` channels in one strip, little-endian.
+/// A tif of 2×1 pixels of `samples` channels, little-endian, in one strip or, with planar 2, one for each channel.
 std::string tif(int bits, int samples, const std::string& pixels, int photometric, int extra_samples, int planar = 1) {
   std::string entries;
   int count = 0;
@@ -132,13 +132,22 @@ std::string tif(int bits, int samples, const std::string& pixels, int photometri
   add(256, 2), add(257, 1);
   put(entries, 258, 2), put(entries, 3, 2), put(entries, static_cast<unsigned>(samples), 4);
   put(entries, samples > 2 ? bits_at : static_cast<unsigned>(bits) * (samples == 2 ? 0x10001U : 1U), 4), ++count;
-  add(259, 1), add(262, static_cast<unsigned>(photometric)), add(273, 8), add(277, static_cast<unsigned>(samples));
-  add(278, 1), add(279, static_cast<unsigned>(pixels.size())), add(284, static_cast<unsigned>(planar));
+  const auto strips = static_cast<unsigned>(planar == 2 ? samples : 1);
+  const unsigned strip_size = static_cast<unsigned>(pixels.size()) / strips;
+  const auto add_strips = [&](unsigned tag, unsigned value, unsigned at) {
+    put(entries, tag, 2), put(entries, 4, 2), put(entries, strips, 4), put(entries, strips > 1 ? at : value, 4),
+        ++count;
+  };
+  add(259, 1), add(262, static_cast<unsigned>(photometric)), add_strips(273, 8, bits_at + 8);
+  add(277, static_cast<unsigned>(samples)), add(278, 1);
+  add_strips(279, strip_size, bits_at + 8 + 4 * strips), add(284, static_cast<unsigned>(planar));
   if (extra_samples >= 0) add(338, static_cast<unsigned>(extra_samples));
   std::string file("II*\0", 4);
-  put(file, bits_at + 8, 4);
+  put(file, bits_at + 8 + 8 * strips, 4);
   file += pixels;
   for (int i = 0; i < 4; ++i) put(file, static_cast<unsigned>(bits), 2);
+  for (unsigned i = 0; i < strips; ++i) put(file, 8 + i * strip_size, 4);
+  for (unsigned i = 0; i < strips; ++i) put(file, strip_size, 4);
   put(file, static_cast<unsigned>(count), 2);
   return file + entries + std::string(4, '\0');
 }
@@ -157,17 +166,122 @@ TEST_F(ImageFiles, AlphaOfATifIsStraight) {
   }
 }
 
-TEST_F(ImageFiles, TifsThatOpenCvMisreadsAreRefused) {
-  write("two.tif", tif(8, 2, "abcd", 1, 2));
-  EXPECT_EQ(read_error("two.tif"),
-            "cannot read 'two.tif': it is a tif of two channels (grey and alpha), which is not read; save it as a png");
-  write("planes.tif", tif(16, 3, std::string(12, 'a'), 2, -1, 2));
-  EXPECT_THAT(read_error("planes.tif"),
-              HasSubstr("it is a tif of more than 8 bits with its channels in separate planes"));
+TEST_F(ImageFiles, TifsOfOtherLayoutsAreRead) {
+  write("alpha.tif", tif(8, 2, "abcd", 1, 2));
+  EXPECT_EQ(read_image("alpha.tif"), image_u8(2, 1, 4, {'a', 'a', 'a', 'b', 'c', 'c', 'c', 'd'}));
+  write("planes.tif", tif(16, 3, "abcdefghijkl", 2, -1, 2));
+  EXPECT_EQ(read_image("planes.tif").at(1, 0, 0), 'd' * 256 + 'c');
+  EXPECT_EQ(read_image("planes.tif").at(0, 0, 2), 'j' * 256 + 'i');
   write("white.tif", tif(16, 1, "abcd", 0, -1));
-  EXPECT_THAT(read_error("white.tif"), HasSubstr("it is a tif of more than 8 bits in which white is 0"));
+  EXPECT_EQ(read_image("white.tif").at(1, 0, 0), 65535 - ('d' * 256 + 'c'));
   write("grey.tif", tif(16, 1, "abcd", 1, -1));
   EXPECT_EQ(read_image("grey.tif").at(1, 0, 0), 'd' * 256 + 'c');
+  write("twelve.tif", tif(12, 1, "\xAB\xCD\xEF", 1, -1));
+  EXPECT_EQ(read_image("twelve.tif").at(0, 0, 0), 0xABC0);
+  EXPECT_EQ(read_image("twelve.tif").at(1, 0, 0), 0xDEF0);
+}
+
+TEST_F(ImageFiles, TheSecondOfTwoChannelsMustBeAlpha) {
+  write("two.tif", tif(8, 2, "abcd", 1, -1));
+  EXPECT_EQ(
+      read_error("two.tif"),
+      "cannot read 'two.tif': it is a tif of two channels, of which the second is not alpha; save each as an image");
+}
+
+TEST_F(ImageFiles, TifsAreTurnedAsTheySay) {
+  // The tag of planes is made one of orientation.
+  const std::string upright = tif(8, 1, "ab", 1, -1);
+  const std::size_t at = upright.find(std::string("\x1C\x01\x03\0", 4));
+  ASSERT_NE(at, std::string::npos);
+  const auto turned = [&](char orientation) {
+    std::string file = upright;
+    file.replace(at, 2, "\x12\x01");
+    file[at + 8] = orientation;
+    write("turned.tif", file);
+    return read_image("turned.tif");
+  };
+  const Image same = image_u8(2, 1, 1, {'a', 'b'}), mirrored = image_u8(2, 1, 1, {'b', 'a'});
+  const Image down = image_u8(1, 2, 1, {'a', 'b'}), up = image_u8(1, 2, 1, {'b', 'a'});
+  const std::vector<Image> expected{same, mirrored, mirrored, same, down, down, up, up};
+  for (int i = 1; i <= 8; ++i) EXPECT_EQ(turned(static_cast<char>(i)), expected[static_cast<std::size_t>(i - 1)]) << i;
+}
+
+// ---- formats read by our own code
+
+TEST_F(ImageFiles, PnmIsReadInEveryForm) {
+  write("a", "P1 # c\n3 1 1 01");
+  EXPECT_EQ(read_image("a"), image_u8(3, 1, 1, {0, 255, 0}));
+  write("a", "P4\n3 2\n\xA0\x40");
+  EXPECT_EQ(read_image("a"), image_u8(3, 2, 1, {0, 255, 0, 255, 0, 255}));
+  write("a", "P2\n# a comment\n2 1 # another\n100\n50\r\n100\n");
+  EXPECT_EQ(read_image("a"), image_u8(2, 1, 1, {128, 255}));
+  write("a", "P3\n1 1\n255\n1 2 3");
+  EXPECT_EQ(read_image("a"), image_u8(1, 1, 3, {1, 2, 3}));
+  write("a", "P5 1 1 1023\n\x03\xFF");
+  EXPECT_EQ(read_image("a").at(0, 0, 0), 65535);
+  for (const char* text :
+       {"P2\n2 1\n0\n1 1", "P2\n2 1\n70000\n1 1", "P2\n2 1\n255\n1", "P5\n2 0\n255\n", "P5\n2 x\n255\n"}) {
+    write("a", text);
+    EXPECT_THAT(read_error("a"), HasSubstr("damaged or cut off")) << text;
+  }
+}
+
+/// A bmp of 3×2 pixels with a palette of 16 colours, of which 1 is red, 2 green, the others black.
+std::string bmp(int bits, int compression, const std::string& pixels) {
+  using namespace std::string_literals;
+  const auto number = [](int value, int width) {
+    std::string bytes;
+    for (int i = 0; i < width; ++i)
+      bytes += static_cast<char>(static_cast<unsigned>(value) >> (8U * static_cast<unsigned>(i)) & 255U);
+    return bytes;
+  };
+  std::string palette(64, '\0');
+  palette[4 + 2] = palette[8 + 1] = '\xFF';
+  return "BM"s + number(0, 8) + number(14 + 40 + 64, 4) + number(40, 4) + number(3, 4) + number(2, 4) + number(1, 2) +
+         number(bits, 2) + number(compression, 4) + number(0, 12) + number(16, 4) + number(0, 4) + palette + pixels;
+}
+
+TEST_F(ImageFiles, BmpIsReadInEveryForm) {
+  using namespace std::string_literals;
+  const Image expected = image_u8(3, 2, 3, {255, 0, 0, 0, 255, 0, 0, 0, 0, 0, 255, 0, 0, 255, 0, 0, 255, 0});
+  const std::vector<std::string> files{
+      bmp(4, 0, "\x22\x20\0\0\x12\0\0\0"s), bmp(8, 0, "\x02\x02\x02\0\x01\x02\0\0"s),
+      bmp(8, 1, "\x03\x02\0\0\0\x03\x01\x02\0\0\0\x01"s), bmp(4, 2, "\x03\x22\0\0\x02\x12\0\x01"s),
+      bmp(4, 2, "\x03\x22\0\x02\0\x01\0\x01"s)};  // the last moves on to row 1, and ends
+  for (std::size_t i = 0; i < 4; ++i) {
+    write("a", files[i]);
+    EXPECT_EQ(read_image("a"), expected) << i;
+  }
+  write("a", files[4]);
+  EXPECT_EQ(read_image("a").at(0, 0, 0), 0);
+  EXPECT_EQ(read_image("a").at(0, 1, 1), 255);
+  write("a", bmp(16, 0, std::string("\x00\x7C\xE0\x03\x1F\x00\0\0", 8) + std::string(8, '\0')));
+  // 16 bits have no palette: the pixels begin where the header says all the same.
+  EXPECT_EQ(read_image("a"), image_u8(3, 2, 3, {0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 0, 0, 0, 255, 0, 0, 0, 255}));
+  for (const std::string& file :
+       {bmp(7, 0, "abcdefgh"), bmp(4, 1, "abcdefgh"), bmp(8, 9, "abcdefgh"), bmp(8, 0, "abc")}) {
+    write("a", file);
+    EXPECT_THAT(read_error("a"), HasSubstr("damaged or cut off"));
+  }
+}
+
+// A changed file gives an image, or one line of error; with the sanitizers this is a test of every reader.
+TEST_F(ImageFiles, ChangedBytesDoNoHarm) {
+  std::vector<std::string> files{bmp(4, 2, std::string("\x03\x22\0\0\x02\x12\0\x01", 8)), "P2\n3 2\n100\n1 2 3 4 5 6\n",
+                                 tif(12, 3, "abcdefghi", 2, -1)};
+  const Image image = uneven_image(5, 4, 3, PixelDepth::kUint8);
+  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
+    write_image(name, image);
+    files.push_back(contents(name));
+  }
+  for (const std::string& file : files)
+    for (std::size_t i = 2; i < std::min<std::size_t>(file.size(), 400); ++i)
+      for (const unsigned change : {1U, 128U, 255U}) {
+        std::string changed = file;
+        changed[i] = static_cast<char>(static_cast<unsigned char>(changed[i]) ^ change);
+        write("changed", changed);
+        EXPECT_THAT(read_error("changed"), testing::AnyOf("no error", StartsWith("cannot read 'changed': ")));
+      }
 }
 
 // ---- files that are no images

@@ -11,9 +11,9 @@ namespace pulson {
 /// name. Depth and channels are those of the file: grey stays one channel, a palette becomes red, green and blue, grey
 /// with alpha four channels, fewer than 8 bits become 8, and alpha is straight also where a tif multiplied it in. The
 /// orientation in a jpg's EXIF data is not applied, so the pixels are where landmarks were placed on them.
-/// @throws InputError if the file is missing, a folder, not an image, truncated, larger than OpenCV takes (2^20 on a
-/// side, 2^30 pixels) or of pixels that Image cannot hold (64-bit, signed). The libraries under OpenCV may print
-/// lines of their own about damaged files to stderr.
+/// Values of a pgm or ppm are scaled from the file's highest to 255 or 65535, those of a tif of 10, 12 or 14 bits to 16.
+/// @throws InputError if the file is missing, a folder, not an image, truncated, larger than 2^20 pixels on a side or
+/// 2^30 in all, or of pixels that Image cannot hold (64-bit, signed)
 Image read_image(const std::filesystem::path& path);
 
 /// Writes an image in the format of the extension: .png (8 or 16 bits, alpha), .tif or .tiff (also float; alpha), .jpg

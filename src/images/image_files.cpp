@@ -1,42 +1,58 @@
+#include "pulson/images/image_files.hpp"
+
 #include <algorithm>
+#include <new>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-
 #include "channels.hpp"
+#include "codecs/codecs.hpp"
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
-#include "mats.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/images/image_files.hpp"
 
 namespace pulson {
 namespace {
 
-/// What a format can hold.
+using namespace std::string_view_literals;
+
+/// How files of a format begin, and which images it holds.
 struct Format {
   std::vector<std::string> extensions;
+  std::vector<std::string_view> signatures;
   bool grey, colour, alpha;
   std::vector<PixelDepth> depths;
+  Image (*decode)(std::string_view bytes);
+  std::string (*encode)(const Image& image);
 
   bool holds_depth(PixelDepth depth) const { return std::find(depths.begin(), depths.end(), depth) != depths.end(); }
   bool holds_channels(const Image& image) const {
     return image.has_alpha() ? alpha : (image.channels() == 1 ? grey : colour);
   }
   bool holds(const Image& image) const { return holds_depth(image.depth()) && holds_channels(image); }
+  bool begins(std::string_view bytes) const {
+    return std::any_of(signatures.begin(), signatures.end(), [&](auto start) { return bytes.starts_with(start); });
+  }
 };
 
 const std::vector<Format>& formats() {
+  using namespace images;
   using enum PixelDepth;
-  static const std::vector<Format> kFormats{{{".png"}, true, true, true, {kUint8, kUint16}},
-                                            {{".tif", ".tiff"}, true, true, true, {kUint8, kUint16, kFloat32}},
-                                            {{".jpg", ".jpeg"}, true, true, false, {kUint8}},
-                                            {{".bmp"}, true, true, false, {kUint8}},
-                                            {{".pgm"}, true, false, false, {kUint8, kUint16}},
-                                            {{".ppm"}, false, true, false, {kUint8, kUint16}}};
+  static const std::vector<Format> kFormats{
+      {{".png"}, {"\x89PNG"sv}, true, true, true, {kUint8, kUint16}, decode_png, encode_png},
+      {{".tif", ".tiff"},
+       {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv},
+       true,
+       true,
+       true,
+       {kUint8, kUint16, kFloat32},
+       decode_tiff,
+       encode_tiff},
+      {{".jpg", ".jpeg"}, {"\xFF\xD8\xFF"sv}, true, true, false, {kUint8}, decode_jpeg, encode_jpeg},
+      {{".bmp"}, {"BM"sv}, true, true, false, {kUint8}, decode_bmp, encode_bmp},
+      {{".pgm"}, {"P1"sv, "P2"sv, "P4"sv, "P5"sv}, true, false, false, {kUint8, kUint16}, decode_pnm, encode_pnm},
+      {{".ppm"}, {"P3"sv, "P6"sv}, false, true, false, {kUint8, kUint16}, decode_pnm, encode_pnm}};
   return kFormats;
 }
 
@@ -73,16 +89,39 @@ const Format& find_format(const std::filesystem::path& path) {
                    "; what does for this image: " + joined(fit));
 }
 
-/// In OpenCV's order of channels, of which it writes 1, 3 or 4.
-cv::Mat for_opencv(const Image& image) {
-  if (image.channels() == 1) return images::mat_of(image);
-  cv::Mat pixels;
-  cv::cvtColor(images::mat_of(images::with_colours(image)), pixels,
-               image.has_alpha() ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGB2BGR);
-  return pixels;
+Image decode(std::string_view bytes) {
+  for (const Format& format : formats())
+    if (format.begins(bytes)) return format.decode(bytes);
+  throw InputError("it is not an image; it must be a png, jpg, tif, bmp, pgm or ppm");
 }
 
 }  // namespace
+
+namespace images {
+
+void fail_as_damaged() { throw InputError("the image is damaged or cut off"); }
+
+Image new_image(long long width, long long height, int channels, PixelDepth depth) {
+  constexpr long long kLongest = 1LL << 20, kMost = 1LL << 30;
+  if (width < 1 || height < 1) fail_as_damaged();
+  if (width > kLongest || height > kLongest || width * height > kMost)
+    throw InputError("the image has more than 2^20 pixels on a side, or more than 2^30");
+  return {static_cast<int>(width), static_cast<int>(height), channels, depth};
+}
+
+}  // namespace images
+
+Image read_image(const std::filesystem::path& path) {
+  const std::string bytes = io::read_text_file(path);
+  const std::string failure = "cannot read '" + path.string() + "': ";
+  try {
+    return decode(bytes);
+  } catch (const InputError& error) {
+    throw InputError(failure + error.what());
+  } catch (const std::bad_alloc&) {
+    throw InputError(failure + "the image does not fit into memory");
+  }
+}
 
 void check_image_extension(const std::filesystem::path& path) { find_format(path); }
 
@@ -90,20 +129,11 @@ void write_image(const std::filesystem::path& path, const Image& image) {
   if (image.empty()) throw InputError(failure_of(path) + "there is no image");
   const Format& format = find_format(path);
   if (!format.holds(image)) fail_to_hold(path, format, image);
-  // LZW named, not left to OpenCV: without a name it writes float colours in the lossy LogLuv.
-  constexpr int kLzw = 5;
-  std::vector<unsigned char> bytes;
-  bool is_encoded = false;
-  try {
-    is_encoded =
-        cv::imencode(format.extensions.front(), for_opencv(image), bytes, {cv::IMWRITE_TIFF_COMPRESSION, kLzw});
-  } catch (const cv::Exception&) {
-    is_encoded = false;
-  }
-  if (!is_encoded)
+  const std::string bytes = format.encode(image.channels() == 2 ? images::with_colours(image) : image);
+  if (bytes.empty())
     throw InputError(failure_of(path) + extension_of(path) + " does not take " + std::to_string(image.width()) + " x " +
                      std::to_string(image.height()) + " pixels");
-  write_file_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  write_file_atomically(path, bytes);
 }
 
 }  // namespace pulson

@@ -8,8 +8,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-double dot(const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); }
-
 // Calls task(i, unit change) for each parameter of the noise.
 template <class Task>
 void for_each_parameter(const VectorXd& parameters_bar, const Task& task) {
@@ -78,10 +76,10 @@ PhaseState FlowPart::adjoint(const PhaseState& at, const PhaseState& end_bar, Ve
   for_each_parameter(parameters_bar, [&](Eigen::Index i, const VectorXd& unit) {
     if (compensates_) {
       const PhaseState of_g = noise.compensation_by_parameters(at, unit);
-      parameters_bar[i] += dt_ * (dot(mu, of_g.p) - dot(end_bar.p, of_g.q));
+      parameters_bar[i] += dt_ * (inner_product(mu, of_g.p) - inner_product(end_bar.p, of_g.q));
     }
     if (!hamiltonian)
-      parameters_bar[i] -= dt_ * noise.friction_by_parameters(unit) * dot(end_bar.p, kernel.apply(q, q, p));
+      parameters_bar[i] -= dt_ * noise.friction_by_parameters(unit) * inner_product(end_bar.p, kernel.apply(q, q, p));
   });
   return {mu, p_bar};
 }
@@ -123,7 +121,7 @@ PhaseState AdjointFlowPart::adjoint(const PhaseState& at, const PhaseState& end_
   const Points of_velocity = noise.traits().hamiltonian ? end_bar.q : Points(end_bar.q - noise.friction() * nu);
   if (!noise.traits().hamiltonian)
     for_each_parameter(parameters_bar, [&](Eigen::Index i, const VectorXd& unit) {
-      parameters_bar[i] -= dt_ * noise.friction_by_parameters(unit) * dot(nu, kernel.apply(q, q, p));
+      parameters_bar[i] -= dt_ * noise.friction_by_parameters(unit) * inner_product(nu, kernel.apply(q, q, p));
     });
   return {end_bar.q + dt_ * (kernel.gradient(q, of_velocity, p) - kernel.hessian(q, p, nu)), nu};
 }

@@ -7,6 +7,9 @@
 
 namespace pulson {
 
+/// The sum of the products of entries.
+inline double inner_product(const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); }
+
 /// A map F of which a step needs the root of x = c + s F(x) at s = 1, that is continuously connected to x = c at s = 0.
 /// x is a d×M matrix of one or more blocks of equal size in different units, such as [q p].
 class ImplicitMap {

@@ -1,9 +1,9 @@
 #include "step_field.hpp"
 
+#include "implicit_step.hpp"
+
 namespace pulson {
 namespace {
-
-double dot(const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); }
 
 PhaseState zero(const PhaseState& z) {
   return {Points::Zero(z.q.rows(), z.q.cols()), Points::Zero(z.q.rows(), z.q.cols())};
@@ -69,7 +69,7 @@ void StepField::add_forced_transposed(const PhaseState& z, const PhaseState& mu,
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(w_.size());
   for (Eigen::Index i = 0; i < parameters_bar.size(); ++i) {
     const PhaseState f = forced(z, none, Eigen::VectorXd::Unit(parameters_bar.size(), i));
-    parameters_bar[i] += dot(mu.q, f.q) + dot(mu.p, f.p);
+    parameters_bar[i] += inner_product(mu.q, f.q) + inner_product(mu.p, f.p);
   }
 }
 

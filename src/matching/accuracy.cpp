@@ -28,7 +28,7 @@ Trajectory accurate_shot(const MatchingProblem& problem, const Registration& reg
 }
 
 // λ∫H dt, by Simpson's rule over each two steps.
-double energy_along(const MatchingProblem& problem, const Trajectory& path) {
+double energy_by_simpson(const MatchingProblem& problem, const Trajectory& path) {
   double sum = 0;
   for (std::size_t k = 0; k < path.states.size(); ++k) {
     const bool at_end = k == 0 || k + 1 == path.states.size();
@@ -44,7 +44,7 @@ std::optional<DiscretisationError> step_error(const MatchingProblem& problem, co
     const Trajectory path = accurate_shot(problem, registration);
     const Points& end = path.final().q;
     const bool along_path = registration.solver == Solver::kPaths;
-    const double energy = along_path ? energy_along(problem, path) - registration.cost.energy : 0;
+    const double energy = along_path ? energy_by_simpson(problem, path) - registration.cost.energy : 0;
     const DiscretisationError error{
         std::sqrt((end - registration.result).squaredNorm() / static_cast<double>(end.cols())),
         energy + problem.data->value(end) - registration.cost.data};

@@ -12,7 +12,7 @@ namespace {
 using Eigen::VectorXd;
 
 // Below this part of J its differences are round-off.
-constexpr double kRoundOff = 1e-13;
+constexpr double kRoundingOfCost = 1e-13;
 constexpr double kSmallestGain = 1e-4;
 constexpr double kFirstDamping = 1e-8;
 constexpr double kLeastDamping = 1e-14;
@@ -99,7 +99,7 @@ class NewtonSearch {
       const VectorXd foreseen = linear_.residual + linear_.jacobian * delta;
       const double predicted =
           0.5 * (z.squaredNorm() + linear_.residual.squaredNorm() - (z + delta).squaredNorm() - foreseen.squaredNorm());
-      if (!(predicted > kRoundOff * cost)) break;
+      if (!(predicted > kRoundingOfCost * cost)) break;
       std::optional<Evaluation> trial = corrected(foreseen, evaluate_from(at(), delta));
       out_of_bounds = !trial;
       const double gain = trial ? (cost - total(*trial)) / predicted : -1;

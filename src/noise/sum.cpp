@@ -28,7 +28,7 @@ class SumOfNoises final : public NoiseModel {
 
   std::string spec() const override {
     std::string text;
-    for (const auto& term : terms_) text += (text.empty() ? "" : "+") + term->spec();
+    for (const auto& term : terms_) text.append(text.empty() ? "" : "+").append(term->spec());
     return text;
   }
   int channels(int dimension, int count) const override {

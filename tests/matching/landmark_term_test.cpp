@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using testing::HasSubstr;
 
-constexpr int kCount = 5;
+constexpr int kTermCount = 5;
 
 struct TermCase {
   std::string name;
@@ -34,11 +34,11 @@ struct TermCase {
 // Observations of five landmarks, some with weights, covariances or missing coordinates.
 LandmarkObservations observations(const TermCase& of, int d, Numbers& numbers) {
   LandmarkObservations observed;
-  observed.target = numbers.landmarks(d, kCount);
+  observed.target = numbers.landmarks(d, kTermCount);
   observed.sigma = 0.3;
-  if (of.weighted) observed.weights = (VectorXd(kCount) << 1, 0.25, 0, 3, 2).finished();
+  if (of.weighted) observed.weights = (VectorXd(kTermCount) << 1, 0.25, 0, 3, 2).finished();
   if (of.correlated)
-    for (int a = 0; a < kCount; ++a) {
+    for (int a = 0; a < kTermCount; ++a) {
       const MatrixXd x = numbers(d, d);
       observed.covariances.emplace_back(x * x.transpose() + 0.1 * MatrixXd::Identity(d, d));
     }
@@ -84,7 +84,7 @@ class Term : public testing::TestWithParam<TermCase> {
       SCOPED_TRACE("dimension " + std::to_string(d));
       Numbers numbers(static_cast<unsigned>(d));
       const LandmarkObservations observed = observations(GetParam(), d, numbers);
-      const Points q = numbers.landmarks(d, kCount);
+      const Points q = numbers.landmarks(d, kTermCount);
       check(LandmarkTerm(observed), observed, q, numbers);
     }
   }

@@ -27,7 +27,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLambda = 0.7;
+constexpr double kRegularisation = 0.7;
 
 // d×N points along a ring of length about 6.
 Points ring(int d, int count) {
@@ -61,7 +61,7 @@ struct BasisCase {
     return MatrixXd::NullaryExpr(q.cols(), q.cols(), [this](Index a, Index b) { return value(a, b); });
   }
   MomentumBasis basis() const {
-    return {make_kernel(kernel + ":alpha=" + std::to_string(alpha), q), q, kLambda, tolerance};
+    return {make_kernel(kernel + ":alpha=" + std::to_string(alpha), q), q, kRegularisation, tolerance};
   }
 };
 
@@ -126,7 +126,7 @@ TEST_P(Basis, StopsAsSoonAsItMay) {
 TEST_P(Basis, EnergyIsHalfTheSquareOfTheUnknowns) {
   const VectorXd z = numbers_(basis_.unknowns(), 1);
   const Points p = basis_.momenta(z);
-  const double energy = 0.5 * kLambda * (p * case_.gram()).cwiseProduct(p).sum();
+  const double energy = 0.5 * kRegularisation * (p * case_.gram()).cwiseProduct(p).sum();
   EXPECT_NEAR(energy, 0.5 * z.squaredNorm(), case_.rounding * z.squaredNorm());
 }
 
@@ -181,7 +181,7 @@ TEST_P(Basis, EigenvaluesAreThoseOfTheKernelAtThePivots) {
     EXPECT_TRUE((frequency.array() == 1).all());
     return;
   }
-  const MatrixXd gram = kLambda * case_.gram()(basis_.pivots(), basis_.pivots());
+  const MatrixXd gram = kRegularisation * case_.gram()(basis_.pivots(), basis_.pivots());
   for (const Index i : {Index(0), basis_.unknowns() / 2, basis_.unknowns() - 1}) {
     const Points direction = basis_.momenta(VectorXd::Unit(basis_.unknowns(), i))(Eigen::all, basis_.pivots());
     const double quotient = (direction * gram).cwiseProduct(direction).sum() / direction.squaredNorm();
@@ -194,7 +194,7 @@ TEST_P(Basis, EigenvaluesAreThoseOfTheKernelAtThePivots) {
 // K of landmarks this near to one another is singular to rounding.
 TEST(MomentumBasis, StopsWhereTheKernelIsNumericallySingular) {
   const Points q = on_line(40, 1e-3);
-  const MomentumBasis basis(make_kernel("gaussian:alpha=1", q), q, kLambda, 0);
+  const MomentumBasis basis(make_kernel("gaussian:alpha=1", q), q, kRegularisation, 0);
   EXPECT_LT(basis.rank(), 15);
   EXPECT_LT(basis.left_over(), 40 * 1e-13);
   EXPECT_TRUE(basis.momenta(VectorXd::Ones(basis.unknowns())).allFinite());

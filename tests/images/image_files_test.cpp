@@ -237,8 +237,9 @@ std::string bmp(int bits, int compression, const std::string& pixels) {
   };
   std::string palette(64, '\0');
   palette[4 + 2] = palette[8 + 1] = '\xFF';
-  return "BM"s + number(0, 8) + number(14 + 40 + 64, 4) + number(40, 4) + number(3, 4) + number(2, 4) + number(1, 2) +
-         number(bits, 2) + number(compression, 4) + number(0, 12) + number(16, 4) + number(0, 4) + palette + pixels;
+  return "BM"s + std::string(8, '\0') + number(14 + 40 + 64, 4) + number(40, 4) + number(3, 4) + number(2, 4) +
+         number(1, 2) + number(bits, 2) + number(compression, 4) + std::string(12, '\0') + number(16, 4) +
+         number(0, 4) + palette + pixels;
 }
 
 TEST_F(ImageFiles, BmpIsReadInEveryForm) {

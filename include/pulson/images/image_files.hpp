@@ -11,7 +11,8 @@ namespace pulson {
 /// name. Depth and channels are those of the file: grey stays one channel, a palette becomes red, green and blue, grey
 /// with alpha four channels, fewer than 8 bits become 8, and alpha is straight also where a tif multiplied it in. The
 /// orientation in a jpg's EXIF data is not applied, so the pixels are where landmarks were placed on them.
-/// Values of a pgm or ppm are scaled from the file's highest to 255 or 65535, those of a tif of 10, 12 or 14 bits to 16.
+/// Values of a pgm or ppm are scaled from the file's highest to 255 or 65535, those of a tif of 10, 12 or 14 bits
+/// to 16.
 /// @throws InputError if the file is missing, a folder, not an image, truncated, larger than 2^20 pixels on a side or
 /// 2^30 in all, or of pixels that Image cannot hold (64-bit, signed)
 Image read_image(const std::filesystem::path& path);

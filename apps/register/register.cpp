@@ -14,6 +14,7 @@
 #include "pulson/warp/triangulation.hpp"
 #include "registration_warnings.hpp"
 #include "report.hpp"
+#include "shell/interrupt.hpp"
 #include "shell/messages.hpp"
 #include "shell/progress.hpp"
 #include "shell/verbs.hpp"
@@ -42,6 +43,7 @@ TopologyCounts topology_counts(const Registration& registration) {
 
 void write_results(const Registration& registration, const RegistrationFacts& facts,
                    const std::vector<std::string>& notes, const OutputOptions& output) {
+  const Interrupt until_written;
   const Trajectory path = replay(registration);
   const std::string record = registration_json(registration, facts);
   StagedFiles staged(output.out);
@@ -109,6 +111,8 @@ int run_register(const RegisterArguments& arguments) {
   const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
   const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy.png", "homotopy.svg");
   arguments.output.check(files, pictures);
+  const LossNotice lost(
+      fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
   if (arguments.homotopy) require_homotopy(source, target, options);
   const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
   const Registration registration = register_or_tell(source, target, options, notes);

@@ -10,16 +10,16 @@
 
 #include "pulson/core/errors.hpp"
 #include "shell/completion.hpp"
+#include "shell/images_program.hpp"
 #include "shell/program.hpp"
 #include "shell/verbs.hpp"
 #include "warp/arguments.hpp"
 
 namespace {
 
-// Libraries for image files take a tenth of a second to load: verbs that need them are a program of their own beside
-// this one, which takes over.
+// The program beside this one takes over.
 int run_beside(char** argv) {
-  const std::filesystem::path images = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "pulson-images";
+  const std::filesystem::path images = pulson::images_program();
   execv(images.c_str(), argv);
   throw pulson::InputError(images.string() + ", which belongs to this program, cannot be run");
 }

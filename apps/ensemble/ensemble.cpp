@@ -256,6 +256,7 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("ensemble", "Sample many paths: crossing probability, mean paths, densities");
   auto arguments = std::make_shared<EnsembleArguments>();
   arguments->start.add_to(*verb);
+  add_flip_option(*verb, arguments->start.reading);
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();

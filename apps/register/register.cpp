@@ -41,8 +41,8 @@ TopologyCounts topology_counts(const Registration& registration) {
   return counts;
 }
 
-void write_results(const Registration& registration, const RegistrationFacts& facts,
-                   const std::vector<std::string>& notes, const OutputOptions& output) {
+void write_results(const Registration& registration, const RegistrationFacts& facts, const SourceImage& image,
+                   std::vector<std::string>& notes, const OutputOptions& output) {
   const Interrupt until_written;
   const Trajectory path = replay(registration);
   const std::string record = registration_json(registration, facts);
@@ -50,17 +50,19 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
   staged.write("registration.json", record);
   staged.write("residuals.csv", residuals_csv(registration, facts.shares));
   staged.write("trajectory.csv", trajectory_csv(registration, path));
+  RegistrationPicture still = make_registration_picture(registration, path);
+  const Underlay underlay(image, registration, still, staged, notes);
   if (!output.no_picture)
-    write_registration_picture(make_registration_picture(registration, path), staged.file("registration.png"),
-                               staged.file("registration.svg"));
+    write_registration_picture(still, staged.file("registration.png"), staged.file("registration.svg"));
   if (!facts.homotopy.empty()) {
     staged.write("homotopy.csv", homotopy_csv(facts.homotopy));
     if (!output.no_picture)
       write_homotopy_picture(facts.homotopy, registration, staged.file("homotopy.png"), staged.file("homotopy.svg"));
   }
   const std::filesystem::path picture = output.no_picture ? "" : staged.file("registration.png");
-  staged.write("report.html",
-               html_report(registration_report(registration, path, facts, without_repeats(notes), picture)));
+  staged.write("report.html", html_report(registration_report(registration, path, facts, without_repeats(notes),
+                                                              picture, underlay.aligned())));
+  underlay.remove();
   output.write_json(record);
   staged.commit();
 }
@@ -99,8 +101,9 @@ Registration register_or_tell(const Landmarks& source, const Landmarks& target, 
 
 int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
-  const Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
-  const Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
+  Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
+  Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
+  const SourceImage image = arguments.source_image(source, target);
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target, source.count(),
                        target.count(), source.dimension()));
   RegistrationOptions options = arguments.registration_options(source);
@@ -125,7 +128,7 @@ int run_register(const RegisterArguments& arguments) {
     log_step("followed J(beta)");
   }
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
-  write_results(registration, facts, notes, arguments.output);
+  write_results(registration, facts, image, notes, arguments.output);
   log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {

@@ -166,6 +166,7 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("simulate", "Draw one or a few sample paths of the stochastic system");
   auto arguments = std::make_shared<SimulateArguments>();
   arguments->start.add_to(*verb);
+  add_flip_option(*verb, arguments->start.reading);
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();

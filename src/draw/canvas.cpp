@@ -1,7 +1,9 @@
 #include "canvas.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <numbers>
 
@@ -10,6 +12,7 @@
 #include "core/colours.hpp"
 #include "core/utf8.hpp"
 #include "draw/gnuplot.hpp"
+#include "pulson/core/errors.hpp"
 
 namespace pulson::picture {
 namespace {
@@ -42,6 +45,19 @@ std::string cut(std::string_view text, double size, double room) {
 
 void add_vertex(std::string& rows, double x, double y) {
   fmt::format_to(std::back_inserter(rows), "{:.2f} {:.2f}\n", x, y);
+}
+
+/// Columns and rows.
+std::pair<double, double> png_size(const std::filesystem::path& png) {
+  std::array<unsigned char, 24> head{};  // signature, length and name of the first chunk, two numbers
+  std::ifstream stream(png, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(head.data()), head.size());
+  const auto number = [&](std::size_t at) {
+    return 16777216.0 * head.at(at) + 65536.0 * head.at(at + 1) + 256.0 * head.at(at + 2) + head.at(at + 3);
+  };
+  if (!stream || head[1] != 'P' || head[2] != 'N' || head[3] != 'G' || number(16) < 1 || number(20) < 1)
+    throw InputError(fmt::format("the picture '{}' is not a png", png.string()));
+  return {number(16), number(20)};
 }
 
 std::string terminal(std::string_view name, double text_scale, double width, double height) {
@@ -122,11 +138,20 @@ void Canvas::rings(const Points& centres, double radius, const Stroke& stroke) {
   lines(circles, stroke);
 }
 
+void Canvas::image(const std::filesystem::path& png, const Box& box) {
+  const auto [columns, rows] = png_size(png);
+  const double dx = box.width / columns, dy = box.height / rows;
+  Layer layer;
+  layer.image = fmt::format("{} binary filetype=png origin=({:.4f},{:.4f}) dx={:.6f} dy={:.6f} with rgbalpha title ''",
+                            Gnuplot::quoted(png.string()), box.left + dx / 2, box.bottom + dy / 2, dx, dy);
+  layers_.push_back(std::move(layer));
+}
+
 void Canvas::text(double x, double y, std::string_view text, double size, const Colour& colour, Align align,
                   double max_width) {
   const double shrink = std::clamp(max_width / std::max(text_width(text, size), 1e-9), kSmallestText, 1.0);
   const char* side = align == Align::kLeft ? "left" : align == Align::kCentre ? "center" : "right";
-  labels_.push_back(fmt::format("set label {} at first {:.2f},{:.2f} {} font ',{:.1f}' textcolor rgb '{}'",
+  labels_.push_back(fmt::format("set label {} at first {:.2f},{:.2f} {} front font ',{:.1f}' textcolor rgb '{}'",
                                 Gnuplot::quoted(cut(text, size * shrink, max_width)), x, y, side, size * shrink,
                                 colour));
 }
@@ -138,12 +163,14 @@ void Canvas::write(const std::filesystem::path& png, const std::filesystem::path
   gnuplot.command(fmt::format("set xrange [0:{}]\nset yrange [0:{}]", width_, height_));
   for (const std::string& label : labels_) gnuplot.command(label);
   std::string plot = "plot ";
-  for (const Layer& layer : layers_)
-    plot += fmt::format("{}{} with {} linecolor rgb '{}' title ''", plot.size() > 5 ? ", " : "",
-                        gnuplot.add_block(layer.rows),
-                        layer.filled ? "filledcurves closed fillstyle solid noborder"
-                                     : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
-                        layer.stroke.colour);
+  for (const Layer& layer : layers_) {
+    plot += plot.size() > 5 ? ", " : "";
+    plot += !layer.image.empty() ? layer.image
+                                 : fmt::format("{} with {} linecolor rgb '{}' title ''", gnuplot.add_block(layer.rows),
+                                               layer.filled ? "filledcurves closed fillstyle solid noborder"
+                                                            : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
+                                               layer.stroke.colour);
+  }
   gnuplot.command(terminal("pngcairo", kPointsPerPixel, width_, height_));
   gnuplot.set_output(png);
   gnuplot.command(plot);

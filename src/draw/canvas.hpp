@@ -43,6 +43,14 @@ enum class Align { kLeft, kCentre, kRight };
 /// Width of the text in the sans font, estimated to some percent.
 double text_width(std::string_view text, double size);
 
+/// A rectangle of the canvas, in pixels.
+struct Box {
+  double left;
+  double bottom;
+  double width;
+  double height;
+};
+
 /// A drawing in pixels, the origin in the lower left corner. Everything on it, dots too, is made of stroked lines, of
 /// filled areas and of text, since these look the same in gnuplot's PNG and SVG terminals; its own point symbols do
 /// not.
@@ -71,6 +79,9 @@ class Canvas {
   /// Circles around the columns of `centres` (2×M).
   void rings(const Points& centres, double radius, const Stroke& stroke);
 
+  /// The png, stretched over the box. @throws InputError if it is none
+  void image(const std::filesystem::path& png, const Box& box);
+
   /// One line of text, its middle at height y; made smaller where it would be wider than `max_width`.
   void text(double x, double y, std::string_view text, double size, const Colour& colour, Align align = Align::kLeft,
             double max_width = 1e9);
@@ -83,6 +94,7 @@ class Canvas {
     std::string rows;
     Stroke stroke;
     bool filled = false;
+    std::string image{};  // or an image: the command that plots it
   };
 
   void add(const std::vector<Points>& lines, const Stroke& stroke, bool filled);

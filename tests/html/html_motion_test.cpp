@@ -64,6 +64,28 @@ TEST(HtmlMotion, EscapesItsCaptionAndNeedsNothingBesideItself) {
     EXPECT_FALSE(contains(page, bad)) << bad;
 }
 
+TEST(HtmlMotion, CountsYDownwardsInImages) {
+  ReportMotion motion = two_points();
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), "\"down\":false"));
+  motion.target.y_down = true;
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), "\"down\":true"));
+}
+
+TEST(HtmlMotion, RefusesAPictureWhoseMeshIsNotInTheGrid) {
+  ReportMotion motion = two_points();
+  motion.image = MotionImage{"missing.png", {0, 0}, {1, 1}, 2, 1};
+  const std::string error = "report: the mesh of a motion's picture is not in its grid";
+  EXPECT_EQ(motion_error(motion), error) << "there is no grid";
+  motion.lines = {2, 2};
+  motion.grid.assign(2, (Points(2, 4) << 0, 0, 1, 1, 0, 1, 0, 1).finished());
+  EXPECT_TRUE(contains(motion_error(motion), "cannot read the picture 'missing.png'"));
+  motion.image->columns = 3;
+  EXPECT_EQ(motion_error(motion), error);
+  motion.image->columns = 2;
+  motion.image->step = 0;
+  EXPECT_EQ(motion_error(motion), error);
+}
+
 TEST(HtmlMotion, TargetMayMissCoordinates) {
   ReportMotion motion = two_points();
   motion.target.points(0, 1) = std::nan("");

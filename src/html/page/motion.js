@@ -16,6 +16,8 @@ class Motion {
     this.button = figure.querySelector("button");
     this.output = figure.querySelector("output");
     this.data = JSON.parse(figure.querySelector("script").textContent);
+    this.image = figure.querySelector("img");
+    this.image?.addEventListener("load", () => this.draw());
     this.yaw = -0.6;
     this.pitch = 0.45;
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
@@ -79,10 +81,12 @@ class Motion {
     this.slider.setAttribute("aria-valuetext", this.output.textContent);
   }
   colour(name) { return getComputedStyle(this.figure).getPropertyValue("--" + name).trim(); }
-  // Pixels of place i; in 3D also its depth.
+  // Of a coordinate y in the plane, which counts downwards in images.
+  height(y) { return this.view.bottom - this.view.scale * (this.data.down ? this.data.size[1] - y : y); }
+  // Pixels of place i.
   pixel(places, i) {
     const { d } = this.data, { scale, left, bottom } = this.view;
-    if (d === 2) return [left + scale * places[2 * i], bottom - scale * places[2 * i + 1]];
+    if (d === 2) return [left + scale * places[2 * i], this.height(places[2 * i + 1])];
     const [x, y, z] = [0, 1, 2].map(c => places[3 * i + c] - this.data.size[c] / 2);
     const across = x * Math.cos(this.yaw) + y * Math.sin(this.yaw);
     const into = y * Math.cos(this.yaw) - x * Math.sin(this.yaw);
@@ -166,7 +170,7 @@ class Motion {
     pen.fillStyle = this.colour("quiet");
     if (d === 3) return this.box();
     if (d === 2) this.acrossTicks(this.axis(0, u => left + scale * u, wide / 90), bottom);
-    this.upTicks(this.axis(d - 1, u => bottom - scale * u, high / 60), left);
+    this.upTicks(this.axis(d - 1, u => d === 2 ? this.height(u) : bottom - scale * u, high / 60), left);
   }
   box() {
     const corner = i => this.pixel([0, 1, 2].map(c => (i >> c & 1) * this.data.size[c]), 0);
@@ -194,6 +198,53 @@ class Motion {
     this.pen.rect(left - 1, bottom - scale * size[1] - 1, scale * size[0] + 2, scale * size[1] + 2);
     this.pen.clip();
   }
+  // The picture, each triangle of whose mesh is an affine map of it.
+  drawImage() {
+    const { grid, image: [left, low, right, high], mesh: [columns, rows, step], down } = this.data;
+    if (!this.image.naturalWidth) return;
+    const width = this.image.naturalWidth / (right - left), height = this.image.naturalHeight / (high - low);
+    const now = this.placesOf(grid), first = grid[0];
+    const corner = (column, row) => {
+      const i = column * rows + row * step, y = first[2 * i + 1];
+      return { from: [width * (first[2 * i] - left), height * (down ? y - low : high - y)], to: this.pixel(now, i) };
+    };
+    // On a sheet of its own: where its triangles overlap they would show, were each transparent.
+    this.sheet ??= document.createElement("canvas");
+    [this.sheet.width, this.sheet.height] = [this.canvas.width, this.canvas.height];
+    const pen = this.sheet.getContext("2d");
+    pen.setTransform(this.pen.getTransform());
+    for (let i = 0; i + 1 < columns; ++i)
+      for (let j = 0; (j + 1) * step < rows; ++j) {
+        const [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)];
+        this.drawTriangle(pen, a, b, c);
+        this.drawTriangle(pen, d, b, c);
+      }
+    this.keepInBox();
+    this.pen.globalAlpha = 0.6;
+    this.pen.drawImage(this.sheet, 0, 0, this.view.wide, this.view.high);
+    this.pen.restore();
+  }
+  drawTriangle(pen, a, b, c) {
+    const minus = (p, q) => [p[0] - q[0], p[1] - q[1]];
+    const [u, v] = [minus(b.from, a.from), minus(c.from, a.from)], [x, y] = [minus(b.to, a.to), minus(c.to, a.to)];
+    const area = u[0] * v[1] - u[1] * v[0];
+    if (!area) return;
+    const along = [0, 1].map(k => (x[k] * v[1] - y[k] * u[1]) / area);
+    const across = [0, 1].map(k => (y[k] * u[0] - x[k] * v[0]) / area);
+    // A little larger, so that no seams are seen.
+    const middle = [0, 1].map(k => (a.to[k] + b.to[k] + c.to[k]) / 3);
+    pen.save();
+    pen.beginPath();
+    for (const { to } of [a, b, c]) {
+      const off = minus(to, middle), length = Math.hypot(...off) || 1;
+      pen.lineTo(to[0] + off[0] / length * 0.7, to[1] + off[1] / length * 0.7);
+    }
+    pen.clip();
+    pen.transform(...along, ...across, a.to[0] - along[0] * a.from[0] - across[0] * a.from[1],
+      a.to[1] - along[1] * a.from[0] - across[1] * a.from[1]);
+    pen.drawImage(this.image, 0, 0);
+    pen.restore();
+  }
   // d = 2 and 3
   drawSpace() {
     const { d, frames, target, groups, outlines, marked, traced, outliers, lines, grid, pairs } = this.data;
@@ -201,6 +252,7 @@ class Motion {
     const colours = [0, 1, 2, 3, 4, 5, 6, 7].map(g => this.colour("g" + g)), colourOf = a => colours[groups[a] % 8];
     const radius = marked.length > 800 ? 1.6 : marked.length > 150 ? 2.6 : 4;
     const has = a => target[d * a] !== null && target[d * a + d - 1] !== null;
+    if (this.data.image) this.drawImage();
     if (grid.length) {
       const places = this.placesOf(grid), colour = this.colour("grid");
       let first = 0;

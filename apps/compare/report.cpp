@@ -15,11 +15,6 @@
 namespace pulson {
 namespace {
 
-std::string sentence(std::string text) {
-  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
-  return text + ".";
-}
-
 // A cell that is empty where there is not a number, so that a column of numbers stays one.
 ReportCell cell(double value, const char* format = "{:.3g}") {
   return {std::isnan(value) ? "" : number(value, format)};
@@ -115,7 +110,8 @@ void add_ends(HtmlReport& report, const std::vector<std::string>& notes, double 
 
 HtmlReport comparison_report(const Comparison& comparison, const std::vector<std::string>& notes, double seconds,
                              const std::filesystem::path& picture) {
-  HtmlReport report{.title = "Which noise model best explains these shapes?", .lead = sentence(verdict(comparison))};
+  HtmlReport report{.title = "Which noise model best explains these shapes?",
+                    .lead = as_title(verdict(comparison)) + "."};
   ReportSection models{"Models", {}};
   models.blocks.emplace_back(ReportParagraph{fmt::format(
       "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",

@@ -28,7 +28,7 @@ struct Series {
   std::vector<double> error = {};  ///< n, at least 0, drawn as bars from y − error to y + error; may be empty
   std::vector<double> low = {}, high = {};  ///< n each, the borders of a band, low ≤ high; may be empty
   SeriesStyle style = SeriesStyle::kLine;
-  int colour = kByName;  ///< 0 to 4, distinguishable in colour blindness; further ones repeat them
+  int colour = kByName;  ///< 0 to 5, each with marks and dashes of its own; further ones repeat them
   bool dashed = false;   ///< the line of kLine and kLineAndPoints
 };
 

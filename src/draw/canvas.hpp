@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/colours.hpp"
 #include "pulson/core/landmarks.hpp"
 
 namespace pulson::picture {
@@ -13,17 +14,17 @@ namespace pulson::picture {
 using Colour = std::string;
 
 namespace colour {
-inline const Colour kSource = "#4C6A92";
-inline const Colour kTarget = "#E07B39";
-inline const Colour kResult = "#1F2733";
+inline const Colour kSource = std::string(kLightPalette.groups[0]);
+inline const Colour kTarget = std::string(kLightPalette.target);
+inline const Colour kResult = std::string(kLightPalette.ink);
 inline const Colour kMomentum = "#B03A63";
 inline const Colour kGrid = "#74A9B1BC";
 inline const Colour kFrame = "#C9CED6";
 inline const Colour kReference = "#AEB5BF";
-inline const Colour kTitle = "#1F2733";
+inline const Colour kTitle = std::string(kLightPalette.ink);
 inline const Colour kText = "#5B6470";
 inline const Colour kTicText = "#868E99";
-inline const Colour kPaper = "#FFFFFF";
+inline const Colour kPaper = std::string(kLightPalette.paper);
 }  // namespace colour
 
 /// Colour of s in [0, 1] on the palette viridis (S. van der Walt and N. Smith), cut before its yellow end, which white

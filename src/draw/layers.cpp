@@ -19,9 +19,8 @@ constexpr Eigen::Index kMostNumbers = 60;
 }  // namespace
 
 const Colour& group_colour(std::size_t group) {
-  // Blue, raspberry, green, violet: distinguishable in colour blindness and from the orange target.
-  static const std::array<Colour, kGroupColours> kColours = {colour::kSource, "#B03A63", "#2F8F6B", "#7D5BA6"};
-  return kColours.at(group % kColours.size());
+  static const std::vector<Colour> kColours(kLightPalette.groups.begin(), kLightPalette.groups.end());
+  return kColours[group % kColours.size()];
 }
 
 Marks::Marks(const Figure& figure) {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/colours.hpp"
 #include "html_embed.hpp"
 #include "html_motion.hpp"
 #include "page.hpp"
@@ -131,6 +132,17 @@ std::string footer(const HtmlReport& report) {
   return text + "</div>\n</footer>\n";
 }
 
+std::string colours_of(const Palette& palette) {
+  return fmt::format(":root {{ --goal: {}; --first: {}; --groups: {}; }}", palette.target, palette.groups.front(),
+                     fmt::join(palette.groups, " "));
+}
+
+/// The style of motions, with the colours that pictures have.
+std::string motion_style() {
+  return fmt::format("{}\n@media (prefers-color-scheme: dark) {{ {} }}\n{}", colours_of(kLightPalette),
+                     colours_of(kDarkPalette), page::motion_css);
+}
+
 /// What every page contains, and with it what motions need.
 std::string embedded(std::string_view always, std::string_view of_motions, bool moves) {
   return fmt::format("\n{}{}{}", always, moves ? "\n" : "", moves ? of_motions : "");
@@ -144,7 +156,7 @@ std::string html_report(const HtmlReport& report) {
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
-      escaped(report.title), embedded(page::report_css, page::motion_css, moves), escaped(report.title));
+      escaped(report.title), embedded(page::report_css, motion_style(), moves), escaped(report.title));
   if (!report.lead.empty()) page += "<p class=\"lead\">" + escaped(report.lead) + "</p>\n";
   for (const ReportSection& section : report.sections) {
     page += "<section>\n";

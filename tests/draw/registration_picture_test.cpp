@@ -61,7 +61,7 @@ bool is_ring(const Points& line) {
 }
 
 Drawn target_in(const std::string& svg) {
-  const std::string start = "<path stroke='rgb(224, 123,  57)'";
+  const std::string start = "<path stroke='rgb(212,  98,  26)'";
   Drawn drawn;
   for (std::size_t at = svg.find(start); at != std::string::npos; at = svg.find(start, at + 1)) {
     const std::size_t data = svg.find(" d='", at) + 4;

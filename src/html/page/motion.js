@@ -81,6 +81,7 @@ class Motion {
     this.slider.setAttribute("aria-valuetext", this.output.textContent);
   }
   colour(name) { return getComputedStyle(this.figure).getPropertyValue("--" + name).trim(); }
+  groupColours() { return this.colour("groups").split(" "); }
   // Of a coordinate y in the plane, which counts downwards in images.
   height(y) { return this.view.bottom - this.view.scale * (this.data.down ? this.data.size[1] - y : y); }
   // Pixels of place i.
@@ -249,7 +250,7 @@ class Motion {
   drawSpace() {
     const { d, frames, target, groups, outlines, marked, traced, outliers, lines, grid, pairs } = this.data;
     const now = this.placesOf(frames), ink = this.colour("quiet"), goal = this.colour("goal");
-    const colours = [0, 1, 2, 3, 4, 5, 6, 7].map(g => this.colour("g" + g)), colourOf = a => colours[groups[a] % 8];
+    const colours = this.groupColours(), colourOf = a => colours[groups[a] % colours.length];
     const radius = marked.length > 800 ? 1.6 : marked.length > 150 ? 2.6 : 4;
     const has = a => target[d * a] !== null && target[d * a + d - 1] !== null;
     if (this.data.image) this.drawImage();
@@ -288,7 +289,8 @@ class Motion {
     const { scale, left, bottom, right, wide } = this.view, last = times.length - 1;
     const across = time => left + (time - times[0]) / (times[last] - times[0]) * (right - left);
     const at = (time, place) => [across(time), bottom - scale * place];
-    const several = groups.some(g => g !== groups[0]), colour = a => this.colour("g" + (several ? groups[a] : a) % 8);
+    const several = groups.some(g => g !== groups[0]), colours = this.groupColours();
+    const colour = a => colours[(several ? groups[a] : a) % colours.length];
     this.pen.fillStyle = this.colour("quiet");
     this.acrossTicks(ticksOf(times[0], times[last], wide / 110).map(time => [across(time), String(time)]), bottom);
     this.pen.textAlign = "right";

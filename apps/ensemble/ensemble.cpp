@@ -174,7 +174,7 @@ void write_results(const EnsembleRun& run, const EnsembleArguments& arguments) {
     write_npy(arguments.save_final, last, {samples, 2, n, d});
   }
   if (!output.no_picture && run.sums.paths.clean > 1)
-    write_chart(ensemble_chart(run), output.file("ensemble.png"), output.file("ensemble.svg"));
+    write_ensemble_picture(run, output.file("ensemble.png"), output.file("ensemble.svg"));
   const std::string record = ensemble_json(run);
   write_file_atomically(output.file("ensemble.json"), record);
   output.write_json(record);

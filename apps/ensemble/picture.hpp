@@ -1,12 +1,14 @@
 #pragma once
 
-#include "charts/chart.hpp"
+#include <filesystem>
+
 #include "pulson/records/ensemble_record.hpp"
 
 namespace pulson {
 
-/// Means and the middle nine tenths of positions and momenta over time, and the densities of the positions at the end,
-/// a row for each axis; of many landmarks the first few.
-Chart ensemble_chart(const EnsembleRun& run);
+/// On a line means and the middle nine tenths of positions and momenta over time, and the densities of the positions at
+/// the end, of many landmarks for the first few; in the plane and in space the mean shape, an ellipse for each landmark
+/// and a fan of paths.
+void write_ensemble_picture(const EnsembleRun& run, const std::filesystem::path& png, const std::filesystem::path& svg);
 
 }  // namespace pulson

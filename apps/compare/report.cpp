@@ -121,7 +121,7 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
       comparison.settings.grid.steps, comparison.settings.sigma.in(0))});
   models.blocks.emplace_back(evidence_table(comparison));
   if (!picture.empty())
-    models.blocks.emplace_back(ReportPicture{picture, "The same as comparison.png and comparison.svg."});
+    models.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
   models.blocks.emplace_back(fit_table(comparison));
   report.sections.push_back(std::move(models));
   report.sections.push_back({"Shapes", {shape_table(comparison)}});
@@ -153,7 +153,7 @@ HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vect
   }
   ReportSection section{"Recovery", {std::move(table)}};
   if (!picture.empty())
-    section.blocks.emplace_back(ReportPicture{picture, "The same as recovery.png and recovery.svg."});
+    section.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
   report.sections.push_back(std::move(section));
   add_ends(report, notes, seconds);
   return report;

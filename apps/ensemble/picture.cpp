@@ -142,10 +142,9 @@ EnsemblePicture picture_in_space(const EnsembleRun& run) {
 
 }  // namespace
 
-void write_ensemble_picture(const EnsembleRun& run, const std::filesystem::path& png,
-                            const std::filesystem::path& svg) {
-  if (run.start.q.rows() == 1) return write_chart(chart_on_line(run), png, svg);
-  write_ensemble_picture(picture_in_space(run), png, svg);
+void write_ensemble_picture(const EnsembleRun& run, const PictureFiles& files) {
+  if (run.start.q.rows() == 1) return write_chart(chart_on_line(run), files);
+  write_ensemble_picture(picture_in_space(run), files);
 }
 
 }  // namespace pulson

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <filesystem>
-
+#include "pulson/draw/picture_files.hpp"
 #include "pulson/records/ensemble_record.hpp"
 
 namespace pulson {
@@ -9,6 +8,6 @@ namespace pulson {
 /// On a line means and the middle nine tenths of positions and momenta over time, and the densities of the positions at
 /// the end, of many landmarks for the first few; in the plane and in space the mean shape, an ellipse for each landmark
 /// and a fan of paths.
-void write_ensemble_picture(const EnsembleRun& run, const std::filesystem::path& png, const std::filesystem::path& svg);
+void write_ensemble_picture(const EnsembleRun& run, const PictureFiles& files);
 
 }  // namespace pulson

@@ -32,7 +32,7 @@ struct FokkerPlanckArguments {
 };
 
 const std::vector<std::string> kPairEquationFiles = {"fokker_planck.json", "crossing.csv", "densities.csv"};
-const std::vector<std::string> kPairEquationPictures = {"fokker_planck.png", "fokker_planck.svg"};
+const std::vector<std::string> kPairEquationPictures = {"fokker_planck"};
 
 /// The pair and its noise amplitudes β₁, β₂.
 struct Problem {
@@ -220,8 +220,8 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   write_file_atomically(arguments.output.file("crossing.csv"), crossing_csv(crossing, sampled));
   write_file_atomically(arguments.output.file("densities.csv"), densities_csv(problem));
   if (!arguments.output.no_picture)
-    write_chart(chart_of(problem, crossing, sampled), arguments.output.file("fokker_planck.png"),
-                arguments.output.file("fokker_planck.svg"));
+    write_chart(chart_of(problem, crossing, sampled),
+                arguments.output.picture_files(arguments.output.file("fokker_planck")));
   const std::string record = record_json(problem, arguments, crossing, sampled);
   write_file_atomically(arguments.output.file("fokker_planck.json"), record);
   arguments.output.write_json(record);

@@ -25,7 +25,7 @@ namespace {
 
 const std::vector<std::string> kRegistrationFiles = {"registration.json", "residuals.csv", "trajectory.csv",
                                                      "report.html"};
-const std::vector<std::string> kRegistrationPictures = {"registration.png", "registration.svg"};
+const std::vector<std::string> kRegistrationPictures = {"registration"};
 
 template <class... More>
 std::vector<std::string> with(std::vector<std::string> names, bool wanted, const More&... more) {
@@ -52,14 +52,13 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
   staged.write("trajectory.csv", trajectory_csv(registration, path));
   RegistrationPicture still = make_registration_picture(registration, path);
   const Underlay underlay(image, registration, still, staged, notes);
-  if (!output.no_picture)
-    write_registration_picture(still, staged.file("registration.png"), staged.file("registration.svg"));
+  if (!output.no_picture) write_registration_picture(still, output.picture_files(staged.file("registration")));
   if (!facts.homotopy.empty()) {
     staged.write("homotopy.csv", homotopy_csv(facts.homotopy));
     if (!output.no_picture)
-      write_homotopy_picture(facts.homotopy, registration, staged.file("homotopy.png"), staged.file("homotopy.svg"));
+      write_homotopy_picture(facts.homotopy, registration, output.picture_files(staged.file("homotopy")));
   }
-  const std::filesystem::path picture = output.no_picture ? "" : staged.file("registration.png");
+  const std::filesystem::path picture = output.shown_picture(staged.file("registration"));
   staged.write("report.html", html_report(registration_report(registration, path, facts, without_repeats(notes),
                                                               picture, underlay.aligned())));
   underlay.remove();
@@ -112,7 +111,7 @@ int run_register(const RegisterArguments& arguments) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
   };
   const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
-  const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy.png", "homotopy.svg");
+  const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy");
   arguments.output.check(files, pictures);
   const LossNotice lost(
       fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));

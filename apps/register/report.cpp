@@ -208,8 +208,10 @@ HtmlReport registration_report(const Registration& registration, const Trajector
   if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers, below))
     report.sections.push_back({"Motion", {std::move(*motion)}});
   if (!picture.empty())
-    report.sections.push_back(
-        {"The registration", {ReportPicture{picture, "The same as registration.png and registration.svg."}}});
+    report.sections.push_back({"The registration",
+                               {ReportPicture{.file = picture,
+                                              .caption = fmt::format("The same as {}.", picture.filename().string()),
+                                              .has_photograph = !below.file.empty()}}});
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
   return report;

@@ -117,7 +117,7 @@ std::size_t count_lines(const Chart& chart) {
 
 }  // namespace
 
-void write_chart(const Chart& chart, const std::filesystem::path& png, const std::filesystem::path& svg) {
+void write_chart(const Chart& chart, const PictureFiles& files) {
   ChartChecks().chart(chart);
   const picture::ChartLegend legend(chart);
   picture::ChartPlan plan = picture::plan_chart(chart, legend.height());
@@ -130,7 +130,7 @@ void write_chart(const Chart& chart, const std::filesystem::path& png, const std
     draw_chart_frame(plan.canvas, frame);
   }
   legend.draw(plan.canvas);
-  plan.canvas.write(png, svg);
+  plan.canvas.write(files);
 }
 
 }  // namespace pulson

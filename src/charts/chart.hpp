@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "pulson/draw/picture_files.hpp"
+
 namespace pulson {
 
 enum class SeriesStyle {
@@ -68,6 +70,6 @@ struct Chart {
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, on what a logarithmic
 /// axis cannot show, where a folder does not exist and where gnuplot is missing or fails; neither file is then written.
 /// Takes some tenths of a second; safe to call from several threads.
-void write_chart(const Chart& chart, const std::filesystem::path& png, const std::filesystem::path& svg);
+void write_chart(const Chart& chart, const PictureFiles& files);
 
 }  // namespace pulson

@@ -23,8 +23,10 @@ constexpr std::string_view kWide = "mwMW@%=+<>";
 constexpr double kSmallestText = 0.55;  // of the size asked for, before text is cut
 constexpr double kBarb = 4;             // of an arrow's tip, pixels for a stroke of no width
 constexpr double kBarbSlope = 0.45;
-constexpr double kShortestArrow = 1;      // pixels
-constexpr double kPointsPerPixel = 0.75;  // pngcairo counts text in points, the SVG terminal in pixels
+constexpr double kShortestArrow = 1;  // pixels
+constexpr double kPixelsPerInch = 96, kMillimetresPerInch = 25.4;
+constexpr double kPdfLine = 4.0 / 3, kPdfText = 0.5625;  // in pdfcairo, found by comparison with the png
+constexpr double kPointsPerPixel = 0.75;                 // pngcairo counts text in points, the SVG terminal in pixels
 
 /// Width of one byte's letter in font sizes, DejaVu Sans; 0 for the later bytes of a letter.
 double letter_width(char c) {
@@ -60,10 +62,14 @@ std::pair<double, double> png_size(const std::filesystem::path& png) {
   return {number(16), number(20)};
 }
 
-std::string terminal(std::string_view name, double text_scale, double width, double height) {
+std::string in_pixels(double width, double height) {
+  return fmt::format("{:.0f},{:.0f}", std::round(width), std::round(height));
+}
+
+std::string terminal(std::string_view name, const std::string& size, double text_scale, double line_scale) {
   return fmt::format(
-      "set terminal {} noenhanced size {:.0f},{:.0f} font 'sans-serif,20' fontscale {} rounded background '{}'", name,
-      width, height, text_scale, colour::kPaper);
+      "set terminal {} noenhanced size {} font 'sans-serif,20' fontscale {} linewidth {} rounded background '{}'", name,
+      size, text_scale, line_scale, colour::kPaper);
 }
 
 }  // namespace
@@ -156,7 +162,7 @@ void Canvas::text(double x, double y, std::string_view text, double size, const 
                                 colour));
 }
 
-void Canvas::write(const std::filesystem::path& png, const std::filesystem::path& svg) const {
+void Canvas::write(const PictureFiles& files) const {
   Gnuplot gnuplot;
   gnuplot.command("set encoding utf8\nunset border\nunset tics\nunset key");
   gnuplot.command("set lmargin at screen 0\nset rmargin at screen 1\nset bmargin at screen 0\nset tmargin at screen 1");
@@ -171,12 +177,20 @@ void Canvas::write(const std::filesystem::path& png, const std::filesystem::path
                                                             : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
                                                layer.stroke.colour);
   }
-  gnuplot.command(terminal("pngcairo", kPointsPerPixel, width_, height_));
-  gnuplot.set_output(png);
-  gnuplot.command(plot);
-  gnuplot.command(terminal("svg", 1, width_, height_));
-  gnuplot.set_output(svg);
-  gnuplot.command(plot);
+  const double enlarged = files.width ? *files.width / kMillimetresPerInch * kPixelsPerInch / width_ : 1;
+  const auto draw = [&](const std::filesystem::path& file, const std::string& terminal) {
+    if (file.empty()) return;
+    gnuplot.command(terminal);
+    gnuplot.set_output(file);
+    gnuplot.command(plot);
+  };
+  const double of_png = enlarged * files.dpi / kPixelsPerInch;
+  draw(files.png, terminal("pngcairo", in_pixels(width_ * of_png, height_ * of_png), kPointsPerPixel * of_png, of_png));
+  draw(files.svg, terminal("svg", in_pixels(width_ * enlarged, height_ * enlarged), enlarged, enlarged));
+  draw(files.pdf, terminal("pdfcairo",
+                           fmt::format("{:.4f}in,{:.4f}in", enlarged * width_ / kPixelsPerInch,
+                                       enlarged * height_ / kPixelsPerInch),
+                           kPdfText * enlarged, kPdfLine * enlarged));
   gnuplot.run();
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/colours.hpp"
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/picture_files.hpp"
 
 namespace pulson::picture {
 
@@ -87,8 +88,8 @@ class Canvas {
   void text(double x, double y, std::string_view text, double size, const Colour& colour, Align align = Align::kLeft,
             double max_width = 1e9);
 
-  /// Writes both files. @throws InputError as Gnuplot does.
-  void write(const std::filesystem::path& png, const std::filesystem::path& svg) const;
+  /// Writes the files. @throws InputError as Gnuplot does.
+  void write(const PictureFiles& files) const;
 
  private:
   struct Layer {

@@ -159,10 +159,9 @@ void check(const EnsemblePicture& picture) {
 
 }  // namespace
 
-void write_ensemble_picture(const EnsemblePicture& picture, const std::filesystem::path& png,
-                            const std::filesystem::path& svg) {
+void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files) {
   check(picture);
-  picture::compose(picture).write(png, svg);
+  picture::compose(picture).write(files);
 }
 
 }  // namespace pulson

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/picture_files.hpp"
 
 namespace pulson {
 
@@ -29,7 +30,6 @@ inline constexpr double kEllipsePart = 0.9;
 ///
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, where a folder does
 /// not exist and where gnuplot is missing or fails; neither file is then written. Safe to call from several threads.
-void write_ensemble_picture(const EnsemblePicture& picture, const std::filesystem::path& png,
-                            const std::filesystem::path& svg);
+void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files);
 
 }  // namespace pulson

@@ -267,14 +267,13 @@ void check(const PathPicture& picture) {
 
 }  // namespace
 
-void write_path_picture(const PathPicture& picture, const std::filesystem::path& png,
-                        const std::filesystem::path& svg) {
+void write_path_picture(const PathPicture& picture, const PictureFiles& files) {
   check(picture);
   const int d = picture.start.dimension();
   const picture::Canvas canvas = d == 1   ? picture::compose_paths_on_line(picture)
                                  : d == 2 ? picture::compose_paths_in_plane(picture)
                                           : picture::compose_paths_in_space(picture);
-  canvas.write(png, svg);
+  canvas.write(files);
 }
 
 }  // namespace pulson

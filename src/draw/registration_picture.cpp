@@ -227,13 +227,12 @@ void check(const RegistrationPicture& picture) {
 
 }  // namespace
 
-void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
-                                const std::filesystem::path& svg) {
+void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files) {
   check(picture);
   const picture::Canvas canvas = picture.source.dimension() == 1   ? picture::compose_line(picture)
                                  : picture.source.dimension() == 2 ? picture::compose_plane(picture)
                                                                    : picture::compose_space(picture);
-  canvas.write(png, svg);
+  canvas.write(files);
 }
 
 }  // namespace pulson

@@ -50,8 +50,11 @@ class BlockWriter {
   void operator()(const ReportParagraph& paragraph) { page_ += "<p>" + escaped(paragraph.text) + "</p>\n"; }
 
   void operator()(const ReportPicture& picture) {
-    page_ += fmt::format("<figure>\n<img src=\"{}\" alt=\"{}\">\n", html::data_address(picture.file),
-                         escaped(picture.caption));
+    // What scrolls on narrow screens has to be reached by the keyboard.
+    page_ += fmt::format(
+        "<figure>\n<div class=\"still{}\" tabindex=\"0\" role=\"region\" aria-label=\"picture\">\n"
+        "<img src=\"{}\" alt=\"{}\">\n</div>\n",
+        picture.has_photograph ? "" : " drawing", html::data_address(picture.file), escaped(picture.caption));
     if (!picture.caption.empty()) page_ += "<figcaption>" + escaped(picture.caption) + "</figcaption>\n";
     page_ += "</figure>\n";
   }
@@ -64,8 +67,10 @@ class BlockWriter {
     page_ += "<figure>\n";
     if (!table.caption.empty()) page_ += "<figcaption class=\"above\">" + escaped(table.caption) + "</figcaption>\n";
     // What scrolls has to be reached by the keyboard.
-    page_ += fmt::format("<div class=\"box\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table>\n<thead>\n<tr>",
-                         table.caption.empty() ? "table" : escaped(table.caption));
+    constexpr std::size_t kLongTable = 20;  // rows, from which on it scrolls in a box of its own
+    page_ += fmt::format(
+        "<div class=\"box{}\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table>\n<thead>\n<tr>",
+        table.rows.size() > kLongTable ? " tall" : "", table.caption.empty() ? "table" : escaped(table.caption));
     std::vector<bool> numeric;
     for (std::size_t c = 0; c < table.header.size(); ++c) {
       numeric.push_back(is_numeric(table, c));

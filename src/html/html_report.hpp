@@ -19,8 +19,9 @@ struct ReportParagraph {
 
 /// A picture that the page contains as a whole.
 struct ReportPicture {
-  std::filesystem::path file;  ///< SVG, PNG or JPEG, recognised by its contents
-  std::string caption = {};    ///< may be empty; screen readers read it in place of the picture
+  std::filesystem::path file;   ///< SVG, PNG or JPEG, recognised by its contents
+  std::string caption = {};     ///< may be empty; screen readers read it in place of the picture
+  bool has_photograph = false;  ///< which a dark page shows as it is; drawings become dark there
 };
 
 struct ReportCell {

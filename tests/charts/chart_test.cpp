@@ -15,7 +15,7 @@ class ChartTest : public PictureTest {
  protected:
   /// Writes the chart, expects two whole files and returns the SVG's text.
   static std::string draw(const Chart& chart) {
-    write_chart(chart, "chart.png", "chart.svg");
+    write_chart(chart, {"chart.png", "chart.svg"});
     return expect_whole_pictures("chart.png", "chart.svg");
   }
 

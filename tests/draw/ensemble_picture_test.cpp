@@ -33,12 +33,12 @@ EnsemblePicture example(int d, int n) {
 class EnsemblePictureTest : public PictureTest {
  protected:
   static std::string draw(const EnsemblePicture& picture) {
-    write_ensemble_picture(picture, "ensemble.png", "ensemble.svg");
+    write_ensemble_picture(picture, {"ensemble.png", "ensemble.svg"});
     return expect_whole_pictures("ensemble.png", "ensemble.svg");
   }
 
   static std::string refusal(const EnsemblePicture& picture) {
-    const std::string message = error_of([&] { write_ensemble_picture(picture, "ensemble.png", "ensemble.svg"); });
+    std::string message = error_of([&] { write_ensemble_picture(picture, {"ensemble.png", "ensemble.svg"}); });
     EXPECT_TRUE(files().empty());
     return message;
   }

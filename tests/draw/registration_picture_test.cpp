@@ -78,12 +78,12 @@ Drawn target_in(const std::string& svg) {
 class RegistrationPictureTest : public PictureTest {
  protected:
   static Drawn draw(const RegistrationPicture& picture) {
-    write_registration_picture(picture, "picture.png", "picture.svg");
+    write_registration_picture(picture, {"picture.png", "picture.svg"});
     return target_in(expect_whole_pictures("picture.png", "picture.svg"));
   }
 
   static std::string refusal(const RegistrationPicture& picture) {
-    return error_of([&] { write_registration_picture(picture, "picture.png", "picture.svg"); });
+    return error_of([&] { write_registration_picture(picture, {"picture.png", "picture.svg"}); });
   }
 };
 

@@ -66,9 +66,9 @@ TEST(HtmlMotion, EscapesItsCaptionAndNeedsNothingBesideItself) {
 
 TEST(HtmlMotion, CountsYDownwardsInImages) {
   ReportMotion motion = two_points();
-  EXPECT_TRUE(contains(numbers_in(page_of(motion)), "\"down\":false"));
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), R"("down":false)"));
   motion.target.y_down = true;
-  EXPECT_TRUE(contains(numbers_in(page_of(motion)), "\"down\":true"));
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), R"("down":true)"));
 }
 
 TEST(HtmlMotion, RefusesAPictureWhoseMeshIsNotInTheGrid) {

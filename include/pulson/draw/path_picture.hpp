@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/picture_files.hpp"
 
 namespace pulson {
 
@@ -36,6 +37,6 @@ struct PathPicture {
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, where a folder does
 /// not exist and where gnuplot is missing or fails; neither file is then written. Takes some tenths of a second, for
 /// millions of values a second or two; safe to call from several threads.
-void write_path_picture(const PathPicture& picture, const std::filesystem::path& png, const std::filesystem::path& svg);
+void write_path_picture(const PathPicture& picture, const PictureFiles& files);
 
 }  // namespace pulson

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/picture_files.hpp"
 
 namespace pulson {
 
@@ -59,7 +60,6 @@ OutlineKind outline_kind(const Points& points);
 /// @throws InputError on a value that is not finite, except for missing coordinates of the target, on sizes that
 /// disagree, where a folder does not exist and where gnuplot is missing or fails; neither file is then written. Takes
 /// some tenths of a second; safe to call from several threads.
-void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
-                                const std::filesystem::path& svg);
+void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files);
 
 }  // namespace pulson

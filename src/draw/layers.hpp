@@ -52,7 +52,8 @@ inline constexpr std::size_t kGroupColours = kLightPalette.groups.size();
 /// Of kLightPalette; they repeat after `kGroupColours`.
 const Colour& group_colour(std::size_t group);
 
-/// Colour of landmark a where each has its own: ordered by position at the start.
+/// Colour of landmark a where each has its own: of a few as of groups, in their order, as the page has it; of more by
+/// their position at the start.
 std::vector<Colour> colours_by_position(const Points& source);
 
 }  // namespace pulson::picture

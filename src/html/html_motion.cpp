@@ -178,6 +178,9 @@ std::string numbers_of(const ReportMotion& motion) {
   json.add("traced", list(figure.with_path));
   json.add_outlines("outlines", figure);
   json.add("outliers", list(motion.outliers));
+  std::vector<int> numbers(static_cast<std::size_t>(motion.source.count()));
+  for (int a = 0; a < motion.source.count(); ++a) numbers[static_cast<std::size_t>(a)] = motion.source.number(a);
+  json.add("numbers", list(numbers));
   json.add_frames("frames", motion.frames);
   json.add_points("target", motion.target.points);
   json.add("down", motion.source.y_down || motion.target.y_down);

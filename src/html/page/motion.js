@@ -26,6 +26,7 @@ class Motion {
     this.button.addEventListener("click", () => this.running ? this.stop() : this.play());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
     if (this.data.d === 3) this.turnable();
+    this.choosable();
     new ResizeObserver(() => this.draw()).observe(this.canvas.parentNode);
     this.draw();
   }
@@ -65,6 +66,59 @@ class Motion {
     this.canvas.addEventListener("pointermove", event => {
       if (event.buttons) turn(event.movementX * 0.01, event.movementY * 0.01);
     });
+  }
+  // A landmark below the pointer is chosen with its row of the table, and a row with its landmark.
+  choosable() {
+    const tables = Array.from(document.querySelectorAll("table"));
+    const table = tables.find(one => one.tHead.textContent.trim().startsWith("landmark"));
+    this.heads = table ? Array.from(table.tHead.rows[0].cells, cell => cell.textContent) : [];
+    const rows = new Map(Array.from(table?.tBodies[0].rows ?? [], row => [row.cells[0].textContent, row]));
+    this.rows = this.data.numbers.map(number => rows.get(String(number)));
+    this.rows.forEach((row, a) => {
+      row?.addEventListener("pointerenter", () => this.choose(a));
+      row?.addEventListener("pointerleave", () => this.choose());
+    });
+    this.canvas.addEventListener("pointermove", event => event.buttons || this.choose(this.landmarkAt(event)));
+    this.canvas.addEventListener("pointerleave", () => this.choose());
+  }
+  choose(landmark) {
+    if (landmark === this.chosen) return;
+    this.rows[this.chosen]?.classList.remove("chosen");
+    this.chosen = landmark;
+    this.rows[landmark]?.classList.add("chosen");
+    this.draw();
+  }
+  // The place on the canvas of a landmark at present.
+  placeNow(a, now = this.placesOf(this.data.frames)) {
+    if (this.data.d > 1) return this.pixel(now, a);
+    const { times } = this.data, { scale, left, bottom, right } = this.view, last = times[times.length - 1];
+    return [left + (this.now.time - times[0]) / (last - times[0]) * (right - left), bottom - scale * now[a]];
+  }
+  landmarkAt(event) {
+    const now = this.placesOf(this.data.frames);
+    let nearest, distance = 14;
+    for (let a = 0; a < this.data.numbers.length; ++a) {
+      const [x, y] = this.placeNow(a, now), away = Math.hypot(x - event.offsetX, y - event.offsetY);
+      if (away < distance) [nearest, distance] = [a, away];
+    }
+    return nearest;
+  }
+  drawChosen() {
+    const a = this.chosen, { pen } = this;
+    if (a === undefined) return;
+    const place = this.placeNow(a), cells = Array.from(this.rows[a]?.cells ?? [], cell => cell.textContent);
+    const text = cells.length ? cells.map((cell, i) => this.heads[i] + " " + cell).join(" · ")
+                              : "landmark " + this.data.numbers[a];
+    this.dot(place, 9, this.colour("ink"), 1, true);
+    pen.textAlign = "left";
+    const wide = pen.measureText(text).width + 12;
+    const x = Math.max(2, Math.min(place[0] + 12, this.view.wide - wide - 2)), y = Math.max(24, place[1] - 12);
+    pen.fillStyle = this.colour("surface");
+    pen.globalAlpha = 0.9;
+    pen.fillRect(x, y - 16, wide, 22);
+    pen.globalAlpha = 1;
+    pen.fillStyle = this.colour("ink");
+    pen.fillText(text, x + 6, y);
   }
   // The places between two frames; those who prefer less motion see the frames alone.
   placesOf(frames) {
@@ -190,6 +244,7 @@ class Motion {
     this.fit();
     this.axes();
     if (this.data.d === 1) this.drawLine(); else this.drawSpace();
+    this.drawChosen();
   }
   // Until restore(): a folded or stretched grid would run through the numbers of the axes.
   keepInBox() {

@@ -138,8 +138,9 @@ std::string footer(const HtmlReport& report) {
 }
 
 std::string colours_of(const Palette& palette) {
-  return fmt::format(":root {{ --goal: {}; --first: {}; --groups: {}; }}", palette.target, palette.groups.front(),
-                     fmt::join(palette.groups, " "));
+  constexpr std::string_view kVariable = "--";  // begins the names of those of CSS
+  return fmt::format(":root {{ {0}goal: {1}; {0}first: {2}; {0}groups: {3}; }}", kVariable, palette.target,
+                     palette.groups.front(), fmt::join(palette.groups, " "));
 }
 
 /// The style of motions, with the colours that pictures have.

@@ -13,7 +13,7 @@
 namespace pulson {
 namespace {
 
-EnsemblePicture example(int d, int n) {
+EnsemblePicture some_ensemble(int d, int n) {
   EnsemblePicture picture;
   picture.start.points = Points::Zero(d, n);
   for (int a = 0; a < n; ++a) picture.start.points.col(a).head(2) << a, 0.3 * a * a;
@@ -48,7 +48,7 @@ TEST_F(EnsemblePictureTest, HasAnEllipseForEachLandmarkInEachPanel) {
   for (const int d : {2, 3})
     for (const int n : {1, 5, 40}) {
       SCOPED_TRACE(testing::Message() << "d = " << d << ", N = " << n);
-      const std::string svg = draw(example(d, n));
+      const std::string svg = draw(some_ensemble(d, n));
       const auto panels = static_cast<std::size_t>(d == 2 ? 1 : 3);
       const auto rings = count_of(svg, "stroke='rgb(212,  98,  26)'");
       EXPECT_EQ(rings, panels * static_cast<std::size_t>(n) + 1) << "one in the legend";
@@ -58,7 +58,7 @@ TEST_F(EnsemblePictureTest, HasAnEllipseForEachLandmarkInEachPanel) {
 
 // A tall covariance must be drawn tall, whichever way y points.
 TEST_F(EnsemblePictureTest, EllipsesHaveTheAxesOfTheirCovariance) {
-  EnsemblePicture picture = example(2, 1);
+  EnsemblePicture picture = some_ensemble(2, 1);
   picture.covariances.front() << 1, 0, 0, 9;
   for (const bool y_down : {false, true}) {
     picture.start.y_down = y_down;
@@ -80,13 +80,13 @@ TEST_F(EnsemblePictureTest, EllipsesHaveTheAxesOfTheirCovariance) {
 }
 
 TEST_F(EnsemblePictureTest, NamesWhatIsWrong) {
-  EnsemblePicture picture = example(2, 3);
+  EnsemblePicture picture = some_ensemble(2, 3);
   picture.covariances.pop_back();
   EXPECT_EQ(refusal(picture), "ensemble picture: 2 covariances of 3 landmarks");
-  picture = example(2, 3);
+  picture = some_ensemble(2, 3);
   picture.covariances[1] = Eigen::MatrixXd::Identity(3, 3);
   EXPECT_EQ(refusal(picture), "ensemble picture: covariance 2 is not 2×2");
-  picture = example(2, 3);
+  picture = some_ensemble(2, 3);
   picture.mean[1](0, 0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(refusal(picture), "no error");
 }

@@ -116,7 +116,7 @@ TEST_F(RegistrationPictureTest, OutlinesTheTargetByItsOwnGroups) {
   RegistrationPicture picture = example(2, 20, target);
   picture.corresponds = false;
   EXPECT_TRUE(draw(picture).outlines.empty()) << "it jumps";
-  for (int i = 0; i < 60; ++i) picture.target.groups.push_back(i < 30 ? "left" : "right");
+  for (int i = 0; i < 60; ++i) picture.target.groups.emplace_back(i < 30 ? "left" : "right");
   EXPECT_EQ(draw(picture).outlines.size(), 4u);
   EXPECT_FALSE(contains(contents("picture.svg"), "left")) << "its groups have one colour";
 }
@@ -156,7 +156,7 @@ TEST_F(RegistrationPictureTest, DrawsTargetsOfWhichMuchIsMissing) {
       RegistrationPicture picture = example(d, n, target);
       const bool dense = d > 1 && n == 500;
       EXPECT_EQ(draw(picture).rings.size(), dense ? 0 : panels(d) + 1);
-      for (int i = 0; i < n; ++i) picture.source.groups.push_back(i < n / 2 ? "there" : "not there");
+      for (int i = 0; i < n; ++i) picture.source.groups.emplace_back(i < n / 2 ? "there" : "not there");
       draw(picture);
     }
 }

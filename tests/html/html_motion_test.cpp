@@ -36,8 +36,8 @@ TEST(HtmlMotion, HoldsPlacesAsPartsOfTheBox) {
   const std::string numbers = numbers_in(page_of(motion));
   for (const char* text :
        {"\"d\":2,", "\"times\":[0,0.5]", "\"low\":[0,0]", "\"unit\":1e-05", "\"size\":[100000,100000]",
-        "\"groups\":[0,1]", "\"outliers\":[1]", "\"numbers\":[4,9]", "\"frames\":[[0,0,100000,0],[0,100000,100000,100000]]",
-        "\"target\":[0,100000,100000,100000]", "\"grid\":[]"})
+        R"("groups":[0,1])", R"("outliers":[1])", R"("numbers":[4,9])",
+        "\"frames\":[[0,0,100000,0],[0,100000,100000,100000]]", "\"target\":[0,100000,100000,100000]", "\"grid\":[]"})
     EXPECT_TRUE(contains(numbers, text)) << text << '\n' << numbers;
 }
 

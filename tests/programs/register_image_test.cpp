@@ -22,7 +22,7 @@ class RegisterImage : public Program {
   static constexpr int kSide = 60;
 
   // The upper half is red, the lower one blue.
-  static void SetUpImage() {
+  static void write_photo() {
     Image image(kSide, kSide, 3, PixelDepth::kUint8);
     for (std::size_t i = 0; i < image.pixel_count(); ++i)
       image.values<std::uint8_t>()[3 * i + (i < image.pixel_count() / 2 ? 0 : 2)] = 250;
@@ -31,7 +31,7 @@ class RegisterImage : public Program {
 
   void SetUp() override {
     Program::SetUp();
-    SetUpImage();
+    write_photo();
     const std::string corners = "LM=4\n5 5\n55 5\n55 55\n5 55\n";
     write("square.tps", corners + "IMAGE=C:\\photos\\photo.png\nID=a\n" + corners + "ID=b\n");
     write("a.csv", "x,y\n5,5\n55,5\n55,55\n5,55\n");

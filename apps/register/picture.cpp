@@ -6,6 +6,7 @@
 
 #include <fmt/core.h>
 
+#include "pulson/core/name_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 
 namespace pulson {
@@ -85,7 +86,7 @@ std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<d
 }
 
 std::string subtitle(const Registration& registration) {
-  std::string text = registration.noise == "none" ? std::string("no noise") : registration.noise;
+  std::string text = registration.noise == "none" ? std::string("no noise") : shortened_spec(registration.noise);
   text += fmt::format("  ·  {}  ·  rms {:.3g}, before {:.3g}  ·  energy {:.3g}",
                       registration_system(registration).kernel.spec(3), registration.rms(), registration.initial_rms(),
                       registration.cost.energy);

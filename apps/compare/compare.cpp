@@ -20,14 +20,9 @@ namespace pulson {
 namespace {
 
 const std::vector<std::string> kComparisonFiles = {"comparison.json", "shapes.csv", "report.html"};
-const std::vector<std::string> kComparisonPictures = {"comparison.png", "comparison.svg"};
+const std::vector<std::string> kComparisonPictures = {"comparison"};
 const std::vector<std::string> kStudyFiles = {"recovery.json", "report.html"};
-const std::vector<std::string> kStudyPictures = {"recovery.png", "recovery.svg"};
-
-// The one that a report holds, if any.
-std::filesystem::path picture_of(const OutputOptions& output, const std::vector<std::string>& pictures) {
-  return output.no_picture ? std::filesystem::path() : output.file(pictures.front());
-}
+const std::vector<std::string> kStudyPictures = {"recovery"};
 
 void write_report(const HtmlReport& report, const OutputOptions& output) {
   write_file_atomically(output.file("report.html"), html_report(report));
@@ -64,10 +59,10 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
   write_file_atomically(arguments.output.file("shapes.csv"), shapes_csv(comparison));
   arguments.output.write_json(record);
   if (!arguments.output.no_picture)
-    write_chart(comparison_chart(comparison), arguments.output.file("comparison.png"),
-                arguments.output.file("comparison.svg"));
+    write_chart(comparison_chart(comparison), arguments.output.picture_files(arguments.output.file("comparison")));
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
-  write_report(comparison_report(comparison, notes, seconds, picture_of(arguments.output, kComparisonPictures)),
+  write_report(comparison_report(comparison, notes, seconds,
+                                 arguments.output.shown_picture(arguments.output.file("comparison"))),
                arguments.output);
   print_notes(notes);
   if (arguments.output.prints()) {
@@ -120,11 +115,11 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
   write_file_atomically(arguments.output.file("recovery.json"), record);
   arguments.output.write_json(record);
   if (!arguments.output.no_picture)
-    write_chart(recovery_chart(rows, arguments.noises, study), arguments.output.file("recovery.png"),
-                arguments.output.file("recovery.svg"));
-  write_report(
-      recovery_report(rows, arguments.noises, study, notes, seconds, picture_of(arguments.output, kStudyPictures)),
-      arguments.output);
+    write_chart(recovery_chart(rows, arguments.noises, study),
+                arguments.output.picture_files(arguments.output.file("recovery")));
+  write_report(recovery_report(rows, arguments.noises, study, notes, seconds,
+                               arguments.output.shown_picture(arguments.output.file("recovery"))),
+               arguments.output);
   print_notes(notes);
   if (arguments.output.prints()) {
     print_recovery(rows, arguments.noises, study);

@@ -106,7 +106,7 @@ ChartPanel noise_displacements(const Comparison& comparison) {
 
 Chart comparison_chart(const Comparison& comparison) {
   Chart chart{
-      .title = verdict(comparison),
+      .title = as_title(verdict(comparison)),
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
                               shortened_spec(comparison.settings.kernel.spec()), comparison.settings.sigma.in(0)),

@@ -15,11 +15,6 @@
 namespace pulson {
 namespace {
 
-std::string sentence(std::string text) {
-  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
-  return text + ".";
-}
-
 // A cell that is empty where there is not a number, so that a column of numbers stays one.
 ReportCell cell(double value, const char* format = "{:.3g}") {
   return {std::isnan(value) ? "" : number(value, format)};
@@ -115,7 +110,8 @@ void add_ends(HtmlReport& report, const std::vector<std::string>& notes, double 
 
 HtmlReport comparison_report(const Comparison& comparison, const std::vector<std::string>& notes, double seconds,
                              const std::filesystem::path& picture) {
-  HtmlReport report{.title = "Which noise model best explains these shapes?", .lead = sentence(verdict(comparison))};
+  HtmlReport report{.title = "Which noise model best explains these shapes?",
+                    .lead = as_title(verdict(comparison)) + "."};
   ReportSection models{"Models", {}};
   models.blocks.emplace_back(ReportParagraph{fmt::format(
       "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
@@ -125,7 +121,7 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
       comparison.settings.grid.steps, comparison.settings.sigma.in(0))});
   models.blocks.emplace_back(evidence_table(comparison));
   if (!picture.empty())
-    models.blocks.emplace_back(ReportPicture{picture, "The same as comparison.png and comparison.svg."});
+    models.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
   models.blocks.emplace_back(fit_table(comparison));
   report.sections.push_back(std::move(models));
   report.sections.push_back({"Shapes", {shape_table(comparison)}});
@@ -157,7 +153,7 @@ HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vect
   }
   ReportSection section{"Recovery", {std::move(table)}};
   if (!picture.empty())
-    section.blocks.emplace_back(ReportPicture{picture, "The same as recovery.png and recovery.svg."});
+    section.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
   report.sections.push_back(std::move(section));
   add_ends(report, notes, seconds);
   return report;

@@ -82,6 +82,11 @@ std::string verdict(const Comparison& comparison) {
                      fmt::join(equal, ", "));
 }
 
+std::string as_title(std::string text) {
+  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
 void print_comparison(const Comparison& comparison) {
   fmt::print("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
              counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),

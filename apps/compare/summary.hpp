@@ -13,6 +13,9 @@ void print_comparison(const Comparison& comparison);
 /// One line: which model explains the shapes best, or that they do not decide.
 std::string verdict(const Comparison& comparison);
 
+/// The text with a capital first letter.
+std::string as_title(std::string text);
+
 void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                     const RecoveryOptions& options);
 

@@ -48,7 +48,7 @@ struct EnsembleArguments {
 };
 
 const std::vector<std::string> kEnsembleFiles = {"ensemble.json", "means.csv", "densities.csv"};
-const std::vector<std::string> kEnsemblePictures = {"ensemble.png", "ensemble.svg"};
+const std::vector<std::string> kEnsemblePictures = {"ensemble"};
 
 void sort_unique(std::vector<int>& steps) {
   std::sort(steps.begin(), steps.end());
@@ -174,7 +174,7 @@ void write_results(const EnsembleRun& run, const EnsembleArguments& arguments) {
     write_npy(arguments.save_final, last, {samples, 2, n, d});
   }
   if (!output.no_picture && run.sums.paths.clean > 1)
-    write_chart(ensemble_chart(run), output.file("ensemble.png"), output.file("ensemble.svg"));
+    write_ensemble_picture(run, output.picture_files(output.file("ensemble")));
   const std::string record = ensemble_json(run);
   write_file_atomically(output.file("ensemble.json"), record);
   output.write_json(record);
@@ -256,6 +256,7 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("ensemble", "Sample many paths: crossing probability, mean paths, densities");
   auto arguments = std::make_shared<EnsembleArguments>();
   arguments->start.add_to(*verb);
+  add_flip_option(*verb, arguments->start.reading);
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();

@@ -1,12 +1,13 @@
 #pragma once
 
-#include "charts/chart.hpp"
+#include "pulson/draw/picture_files.hpp"
 #include "pulson/records/ensemble_record.hpp"
 
 namespace pulson {
 
-/// Means and the middle nine tenths of positions and momenta over time, and the densities of the positions at the end,
-/// a row for each axis; of many landmarks the first few.
-Chart ensemble_chart(const EnsembleRun& run);
+/// On a line means and the middle nine tenths of positions and momenta over time, and the densities of the positions at
+/// the end, of many landmarks for the first few; in the plane and in space the mean shape, an ellipse for each landmark
+/// and a fan of paths.
+void write_ensemble_picture(const EnsembleRun& run, const PictureFiles& files);
 
 }  // namespace pulson

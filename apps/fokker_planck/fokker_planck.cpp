@@ -32,7 +32,7 @@ struct FokkerPlanckArguments {
 };
 
 const std::vector<std::string> kPairEquationFiles = {"fokker_planck.json", "crossing.csv", "densities.csv"};
-const std::vector<std::string> kPairEquationPictures = {"fokker_planck.png", "fokker_planck.svg"};
+const std::vector<std::string> kPairEquationPictures = {"fokker_planck"};
 
 /// The pair and its noise amplitudes β₁, β₂.
 struct Problem {
@@ -130,6 +130,28 @@ std::string densities_csv(const Problem& problem) {
   return text;
 }
 
+/// Whether nearly all of the rise is in the first sixth of the time, which a logarithmic axis shows.
+bool happens_early(const PairCrossing& crossing) {
+  constexpr double kNearlyAll = 0.95, kEarly = 1.0 / 6;
+  const auto early = static_cast<std::size_t>(kEarly * static_cast<double>(crossing.times.size()));
+  return early > 0 && crossing.curve[early] > kNearlyAll * crossing.curve.back();
+}
+
+/// What a logarithmic axis shows of a series: nothing at t = 0, and points with errors no nearer than a tenth.
+Series on_log_axis(const Series& series) {
+  constexpr double kStep = 1.1;
+  Series kept = series;
+  kept.x = kept.y = kept.error = {};
+  for (std::size_t i = 0; i < series.x.size(); ++i) {
+    const bool is_near = !kept.x.empty() && !series.error.empty() && series.x[i] < kStep * kept.x.back();
+    if (series.x[i] <= 0 || is_near) continue;
+    kept.x.push_back(series.x[i]);
+    kept.y.push_back(series.y[i]);
+    if (!series.error.empty()) kept.error.push_back(series.error[i]);
+  }
+  return kept;
+}
+
 Chart chart_of(const Problem& problem, const PairCrossing& crossing, const std::vector<Estimate>& sampled) {
   ChartPanel panel{.heading = "Probability that the order has changed, over time t"};
   panel.series.push_back({.name = "pair equation on a grid", .x = crossing.times, .y = crossing.curve});
@@ -143,7 +165,11 @@ Chart chart_of(const Problem& problem, const PairCrossing& crossing, const std::
     }
     panel.series.push_back(std::move(points));
   }
-  return {.title = "Two pulsons crossing",
+  if (happens_early(crossing)) {
+    panel.log_x = true;
+    for (Series& series : panel.series) series = on_log_axis(series);
+  }
+  return {.title = fmt::format("The pair crosses with probability {:.3f}", crossing.probability),
           .subtitle = fmt::format("{}  ·  {}  ·  q = {:g}, {:g}, p = {:g}, {:g}", problem.start.system.noise->spec(),
                                   problem.equation.kernel.spec(3), problem.equation.q1, problem.equation.q2,
                                   problem.equation.p1, problem.equation.p2),
@@ -194,8 +220,8 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   write_file_atomically(arguments.output.file("crossing.csv"), crossing_csv(crossing, sampled));
   write_file_atomically(arguments.output.file("densities.csv"), densities_csv(problem));
   if (!arguments.output.no_picture)
-    write_chart(chart_of(problem, crossing, sampled), arguments.output.file("fokker_planck.png"),
-                arguments.output.file("fokker_planck.svg"));
+    write_chart(chart_of(problem, crossing, sampled),
+                arguments.output.picture_files(arguments.output.file("fokker_planck")));
   const std::string record = record_json(problem, arguments, crossing, sampled);
   write_file_atomically(arguments.output.file("fokker_planck.json"), record);
   arguments.output.write_json(record);

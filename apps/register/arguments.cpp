@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/formats/observation_files.hpp"
 #include "shell/known_values.hpp"
 
@@ -80,6 +82,11 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("TARGET", target, "shape to match: as SOURCE")->required();
   add_read_options(verb, reading);
   output.add_to(verb, "registration.png and .svg");
+  add_flip_option(verb, reading);
+  verb.add_option("--image", image,
+                  "image of the source, drawn below the landmarks [the one that its file names, if it is beside it]")
+      ->type_name("FILE");
+  verb.add_option("--pixel-size", pixel_size, "landmark units per pixel of the image [1]");
   verb.add_option("--kernel", kernel,
                   "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")
@@ -100,6 +107,24 @@ void RegisterArguments::add_to(CLI::App& verb) {
   add_solver_options(verb, *this);
   time.add_to(verb, "1");
   add_threads_option(verb);
+}
+
+SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) const {
+  if (pixel_size) require_positive("--pixel-size", *pixel_size);
+  SourceImage known = named_image(shape, reading.applies_scale);
+  if (!image.empty()) {
+    if (shape.dimension() != 2)
+      throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
+    io::read_text_file(image);  // refuses what is not there
+    known = {image, 1};
+    // Of tps, y points up; other landmarks on images are in rows.
+    const bool is_of_tps =
+        io::to_lower(std::filesystem::path(shape.source.substr(0, shape.source.find('#'))).extension().string()) ==
+        ".tps";
+    if (!reading.y_down) shape.y_down = other.y_down = !is_of_tps;
+  }
+  if (pixel_size) known.pixel_size = *pixel_size;
+  return known;
 }
 
 RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {

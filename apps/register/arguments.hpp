@@ -7,6 +7,7 @@
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 #include "shell/read_options.hpp"
+#include "underlay.hpp"
 
 namespace pulson {
 
@@ -32,8 +33,13 @@ struct RegisterArguments {
   std::string covariances;       ///< a file, or empty
   std::vector<std::string> fit;  ///< names of parameters
   bool homotopy = false;
+  std::string image;                 ///< of the source; empty: the one that its file names
+  std::optional<double> pixel_size;  ///< of that image
 
   void add_to(CLI::App& verb);
+
+  /// The image of the source, which says that landmarks of both are in its rows. @throws InputError
+  SourceImage source_image(Landmarks& shape, Landmarks& other) const;
 
   /// What is asked for a source of `count` landmarks in R^d; reads the files of weights and covariances.
   /// @throws InputError

@@ -41,7 +41,7 @@ std::string homotopy_line(const std::vector<HomotopyStep>& steps) {
 }
 
 void write_homotopy_picture(const std::vector<HomotopyStep>& steps, const Registration& registration,
-                            const std::filesystem::path& png, const std::filesystem::path& svg) {
+                            const PictureFiles& files) {
   ChartPanel costs{.heading = "Cost J and its parts over β", .log_x = true, .log_y = true};
   costs.series = {over_beta("J", steps, [](const HomotopyStep& s) { return s.cost.total(); }),
                   over_beta("energy of the flow", steps, [](const HomotopyStep& s) { return s.cost.energy; }),
@@ -56,8 +56,8 @@ void write_homotopy_picture(const std::vector<HomotopyStep>& steps, const Regist
     for (Series& series : panel->series)
       for (double& y : series.y) y = std::max(y, 1e-300);
   write_chart(
-      {.title = "How far from a diffeomorphism", .subtitle = homotopy_line(steps), .rows = {{costs}, {distances}}}, png,
-      svg);
+      {.title = "How far from a diffeomorphism", .subtitle = homotopy_line(steps), .rows = {{costs}, {distances}}},
+      files);
 }
 
 }  // namespace pulson

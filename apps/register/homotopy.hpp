@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pulson/draw/picture_files.hpp"
 #include "pulson/matching/homotopy.hpp"
 
 namespace pulson {
@@ -16,6 +17,6 @@ std::string homotopy_line(const std::vector<HomotopyStep>& steps);
 
 /// J, its parts and the distances over β. @throws InputError as write_chart() does
 void write_homotopy_picture(const std::vector<HomotopyStep>& steps, const Registration& registration,
-                            const std::filesystem::path& png, const std::filesystem::path& svg);
+                            const PictureFiles& files);
 
 }  // namespace pulson

@@ -6,6 +6,7 @@
 
 #include <fmt/core.h>
 
+#include "pulson/core/name_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 
 namespace pulson {
@@ -85,7 +86,7 @@ std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<d
 }
 
 std::string subtitle(const Registration& registration) {
-  std::string text = registration.noise == "none" ? std::string("no noise") : registration.noise;
+  std::string text = registration.noise == "none" ? std::string("no noise") : shortened_spec(registration.noise);
   text += fmt::format("  ·  {}  ·  rms {:.3g}, before {:.3g}  ·  energy {:.3g}",
                       registration_system(registration).kernel.spec(3), registration.rms(), registration.initial_rms(),
                       registration.cost.energy);
@@ -164,7 +165,7 @@ std::vector<Points> chosen(const std::vector<Points>& all, const std::vector<int
 
 // Landmarks may have a path where the plane between them has none: then there is no grid.
 void add_material(const Registration& registration, const Trajectory& path, const std::vector<int>& steps,
-                  ReportMotion& motion) {
+                  const PlacedImage& below, ReportMotion& motion) {
   const auto [low, high] = drawn_box(registration);
   Points labels;
   if (registration.source.dimension() == 1) {
@@ -172,7 +173,12 @@ void add_material(const Registration& registration, const Trajectory& path, cons
     labels = Eigen::VectorXd::LinSpaced(kMaterialPaths, low[0], high[0]).transpose();
   } else {
     const bool many = registration.source.count() > kManyLandmarks;
-    const std::vector<Points> lines = grid_lines(low, high, many ? 14 : 20, many || steps.size() > 24 ? 2 : 3);
+    const int points_per_cell = many || steps.size() > 24 ? 2 : 3;
+    const std::vector<Points> lines = grid_lines(low, high, many ? 14 : 20, points_per_cell);
+    const auto is_first = [&](const Points& line) { return line(0, 0) == line(0, 1); };  // x is constant
+    if (!below.file.empty())
+      motion.image = {below.file, below.low, below.high,
+                      static_cast<int>(std::count_if(lines.begin(), lines.end(), is_first)), points_per_cell};
     for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
     labels = joined_lines(lines);
   }
@@ -180,6 +186,7 @@ void add_material(const Registration& registration, const Trajectory& path, cons
     motion.grid = chosen(MaterialFlow(registration_system(registration), path).paths(labels), steps);
   } catch (const StepError&) {
     motion.lines.clear();
+    motion.image.reset();
   }
 }
 
@@ -205,7 +212,7 @@ std::string caption(const ReportMotion& motion) {
 }  // namespace
 
 std::optional<ReportMotion> registration_motion(const Registration& registration, const Trajectory& path,
-                                                const std::vector<int>& outliers) {
+                                                const std::vector<int>& outliers, const PlacedImage& below) {
   const int numbers = registration.source.count() * registration.source.dimension();
   const std::vector<int> steps =
       shown_steps(path.grid.steps, std::clamp(kNumbers / std::max(numbers, 1), kFewestFrames, kMostFrames));
@@ -221,10 +228,11 @@ std::optional<ReportMotion> registration_motion(const Registration& registration
   const Points& target = motion.target.points;
   if (!can_be_drawn(motion.frames) || (target.array().abs() >= kLargest).any()) return std::nullopt;
   if (registration.source.dimension() < 3 && registration.source.count() <= kMostWithGrid)
-    add_material(registration, path, steps, motion);
+    add_material(registration, path, steps, below, motion);
   if (!can_be_drawn(motion.grid)) {
     motion.grid.clear();
     motion.lines.clear();
+    motion.image.reset();
   }
   motion.caption = caption(motion);
   return motion;

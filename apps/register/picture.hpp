@@ -30,9 +30,9 @@ RegistrationPicture make_registration_picture(const Registration& registration, 
 std::string short_name(const Landmarks& shape);
 
 /// What the report of a registration plays: its landmarks at no more than 41 times of the path, and in 1D and 2D the
-/// material that goes with them. The more landmarks, the fewer times and the coarser the grid. None where the numbers
-/// are too large to be drawn.
+/// material that goes with them. The more landmarks, the fewer times and the coarser the grid. The image `below`, if
+/// its file has a name, goes with the grid. None where the numbers are too large to be drawn.
 std::optional<ReportMotion> registration_motion(const Registration& registration, const Trajectory& path,
-                                                const std::vector<int>& outliers);
+                                                const std::vector<int>& outliers, const PlacedImage& below = {});
 
 }  // namespace pulson

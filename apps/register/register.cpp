@@ -14,6 +14,7 @@
 #include "pulson/warp/triangulation.hpp"
 #include "registration_warnings.hpp"
 #include "report.hpp"
+#include "shell/interrupt.hpp"
 #include "shell/messages.hpp"
 #include "shell/progress.hpp"
 #include "shell/verbs.hpp"
@@ -24,7 +25,7 @@ namespace {
 
 const std::vector<std::string> kRegistrationFiles = {"registration.json", "residuals.csv", "trajectory.csv",
                                                      "report.html"};
-const std::vector<std::string> kRegistrationPictures = {"registration.png", "registration.svg"};
+const std::vector<std::string> kRegistrationPictures = {"registration"};
 
 template <class... More>
 std::vector<std::string> with(std::vector<std::string> names, bool wanted, const More&... more) {
@@ -40,25 +41,27 @@ TopologyCounts topology_counts(const Registration& registration) {
   return counts;
 }
 
-void write_results(const Registration& registration, const RegistrationFacts& facts,
-                   const std::vector<std::string>& notes, const OutputOptions& output) {
+void write_results(const Registration& registration, const RegistrationFacts& facts, const SourceImage& image,
+                   std::vector<std::string>& notes, const OutputOptions& output) {
+  const Interrupt until_written;
   const Trajectory path = replay(registration);
   const std::string record = registration_json(registration, facts);
   StagedFiles staged(output.out);
   staged.write("registration.json", record);
   staged.write("residuals.csv", residuals_csv(registration, facts.shares));
   staged.write("trajectory.csv", trajectory_csv(registration, path));
-  if (!output.no_picture)
-    write_registration_picture(make_registration_picture(registration, path), staged.file("registration.png"),
-                               staged.file("registration.svg"));
+  RegistrationPicture still = make_registration_picture(registration, path);
+  const Underlay underlay(image, registration, still, staged, notes);
+  if (!output.no_picture) write_registration_picture(still, output.picture_files(staged.file("registration")));
   if (!facts.homotopy.empty()) {
     staged.write("homotopy.csv", homotopy_csv(facts.homotopy));
     if (!output.no_picture)
-      write_homotopy_picture(facts.homotopy, registration, staged.file("homotopy.png"), staged.file("homotopy.svg"));
+      write_homotopy_picture(facts.homotopy, registration, output.picture_files(staged.file("homotopy")));
   }
-  const std::filesystem::path picture = output.no_picture ? "" : staged.file("registration.png");
-  staged.write("report.html",
-               html_report(registration_report(registration, path, facts, without_repeats(notes), picture)));
+  const std::filesystem::path picture = output.shown_picture(staged.file("registration"));
+  staged.write("report.html", html_report(registration_report(registration, path, facts, without_repeats(notes),
+                                                              picture, underlay.aligned())));
+  underlay.remove();
   output.write_json(record);
   staged.commit();
 }
@@ -97,8 +100,9 @@ Registration register_or_tell(const Landmarks& source, const Landmarks& target, 
 
 int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
-  const Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
-  const Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
+  Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
+  Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
+  const SourceImage image = arguments.source_image(source, target);
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target, source.count(),
                        target.count(), source.dimension()));
   RegistrationOptions options = arguments.registration_options(source);
@@ -107,8 +111,10 @@ int run_register(const RegisterArguments& arguments) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
   };
   const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
-  const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy.png", "homotopy.svg");
+  const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy");
   arguments.output.check(files, pictures);
+  const LossNotice lost(
+      fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
   if (arguments.homotopy) require_homotopy(source, target, options);
   const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
   const Registration registration = register_or_tell(source, target, options, notes);
@@ -121,7 +127,7 @@ int run_register(const RegisterArguments& arguments) {
     log_step("followed J(beta)");
   }
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
-  write_results(registration, facts, notes, arguments.output);
+  write_results(registration, facts, image, notes, arguments.output);
   log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {

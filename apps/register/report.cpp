@@ -196,7 +196,8 @@ std::vector<int> outlying_landmarks(const Eigen::VectorXd& distances, double sig
 }
 
 HtmlReport registration_report(const Registration& registration, const Trajectory& path, const RegistrationFacts& facts,
-                               const std::vector<std::string>& notes, const std::filesystem::path& picture) {
+                               const std::vector<std::string>& notes, const std::filesystem::path& picture,
+                               const PlacedImage& below) {
   const std::vector<int> outliers = outlying_landmarks(registration.distances(), registration.sigma);
   HtmlReport report{.title = short_name(registration.original) + " → " + short_name(registration.target),
                     .lead = lead(registration, facts, outliers.size()),
@@ -204,11 +205,13 @@ HtmlReport registration_report(const Registration& registration, const Trajector
                     .version = "pulson " + version()};
   if (ReportSection section = remarks(registration, notes); !section.blocks.empty())
     report.sections.push_back(std::move(section));
-  if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers))
+  if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers, below))
     report.sections.push_back({"Motion", {std::move(*motion)}});
   if (!picture.empty())
-    report.sections.push_back(
-        {"The registration", {ReportPicture{picture, "The same as registration.png and registration.svg."}}});
+    report.sections.push_back({"The registration",
+                               {ReportPicture{.file = picture,
+                                              .caption = fmt::format("The same as {}.", picture.filename().string()),
+                                              .has_photograph = !below.file.empty()}}});
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
   return report;

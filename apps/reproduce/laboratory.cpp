@@ -83,7 +83,7 @@ void Laboratory::add_chart(ReportSection& section, const std::string& name, cons
                            const std::string& caption) const {
   if (!options_.pictures) return;
   const std::filesystem::path svg = options_.out / (name + ".svg");
-  write_chart(chart, options_.out / (name + ".png"), svg);
+  write_chart(chart, {options_.out / (name + ".png"), svg});
   section.blocks.emplace_back(ReportPicture{svg, caption});
 }
 

@@ -36,8 +36,8 @@ const std::vector<std::string>& known_values(const std::string& option) {
       {"--labels", {"metric", "thin-plate"}},
       {"--method", {"auto", "pull", "push"}},
       {"--over", {"least-stretched", "first", "label-order", "average"}},
-      {"--interpolation", {"nearest", "linear", "cubic", "lanczos"}},
-      {"--border", {"transparent", "constant", "replicate", "reflect"}}};
+      {"--interpolation", {"nearest", "linear", "cubic", "lanczos", "label"}},
+      {"--border", {"auto", "transparent", "constant", "replicate", "reflect"}}};
   static const std::vector<std::string> kNone;
   const auto found = kValues.find(option);
   return found == kValues.end() ? kNone : found->second;

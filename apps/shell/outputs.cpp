@@ -1,30 +1,84 @@
 #include "outputs.hpp"
 
+#include <algorithm>
+#include <sstream>
+
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/number_checks.hpp"
 #include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson {
 
-void OutputOptions::add_to(CLI::App& verb, const std::string& pictures) {
+void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
   verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
   verb.add_option("--json", json, "also write the record to this file; -: to standard output, and nothing else there")
       ->type_name("FILE");
-  verb.add_flag("--no-picture", no_picture, "do not draw " + pictures);
+  verb.add_flag("--no-picture", no_picture, "do not draw " + drawn);
+  verb.add_option("--pictures", pictures, "formats of the pictures: png, svg, pdf")
+      ->type_name("NAMES")
+      ->capture_default_str();
+  verb.add_option("--width", width, "width of the pictures in mm [about 420]")->type_name("NUMBER");
+  verb.add_option("--dpi", dpi, "pixels per inch of png pictures")->type_name("NUMBER")->capture_default_str();
   add_quiet_option(verb);
 }
 
-void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& pictures) const {
+std::vector<std::string> OutputOptions::formats() const {
+  const std::vector<std::string> valid = {"png", "svg", "pdf"};
+  std::vector<std::string> names;
+  std::istringstream stream(pictures);
+  for (std::string name; std::getline(stream, name, ',');) {
+    if (std::find(valid.begin(), valid.end(), name) == valid.end())
+      throw InputError(
+          fmt::format("--pictures: '{}' is not a format of pictures{}", name, advice_on_name(name, valid)));
+    names.push_back(name);
+  }
+  if (names.empty()) throw InputError("--pictures is empty; it must name formats, or be replaced by --no-picture");
+  return names;
+}
+
+std::vector<std::string> OutputOptions::picture_names(const std::vector<std::string>& stems) const {
+  std::vector<std::string> names;
+  if (no_picture) return names;
+  for (const std::string& stem : stems)
+    for (const std::string& format : formats()) names.push_back(fmt::format("{}.{}", stem, format));
+  return names;
+}
+
+PictureFiles OutputOptions::picture_files(const std::filesystem::path& stem) const {
+  PictureFiles files{.width = width, .dpi = dpi};
+  for (const std::string& format : formats()) {
+    std::filesystem::path& file = format == "png" ? files.png : format == "svg" ? files.svg : files.pdf;
+    file = stem;
+    file += "." + format;
+  }
+  return files;
+}
+
+std::filesystem::path OutputOptions::shown_picture(const std::filesystem::path& stem) const {
+  if (no_picture) return {};
+  const PictureFiles files = picture_files(stem);
+  return files.png.empty() ? files.svg : files.png;
+}
+
+void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const {
+  constexpr double kMostPixels = 30000;  // of a png's width
+  if (width) require_positive("--width", *width);
+  require_positive("--dpi", dpi);
+  if (const double pixels = width.value_or(423) / 25.4 * dpi; !(pixels >= 100 && pixels <= kMostPixels))
+    throw InputError(fmt::format("--width and --dpi make pictures {:.0f} pixels wide; it must be from 100 to {:.0f}",
+                                 pixels, kMostPixels));
+  const std::vector<std::string> drawn = picture_names(stems);
   if (!no_picture && !Gnuplot::is_installed())
     throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   if (!json.empty() && json != "-") check_output_file(json);
   create_output_directory(out);
   lock = std::make_shared<FolderLock>(out);
   for (const std::string& name : files) check_output_file(file(name));
-  if (no_picture) return;
-  for (const std::string& name : pictures) check_output_file(file(name));
+  for (const std::string& name : drawn) check_output_file(file(name));
 }
 
 void OutputOptions::write_json(const std::string& record) const {
@@ -34,8 +88,9 @@ void OutputOptions::write_json(const std::string& record) const {
     write_file_atomically(json, record);
 }
 
-void OutputOptions::print_written(std::vector<std::string> files, const std::vector<std::string>& pictures) const {
-  if (!no_picture) files.insert(files.end(), pictures.begin(), pictures.end());
+void OutputOptions::print_written(std::vector<std::string> files, const std::vector<std::string>& stems) const {
+  const std::vector<std::string> drawn = picture_names(stems);
+  files.insert(files.end(), drawn.begin(), drawn.end());
   fmt::print("wrote      {}: {}\n", out, fmt::join(files, ", "));
 }
 

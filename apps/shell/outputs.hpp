@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 
 #include "core/atomic_file.hpp"
 #include "messages.hpp"
+#include "pulson/draw/picture_files.hpp"
 
 namespace pulson {
 
@@ -17,21 +19,35 @@ struct OutputOptions {
   std::string out;
   std::string json;
   bool no_picture = false;
+  std::string pictures = "png,svg";            ///< formats
+  std::optional<double> width;                 ///< mm
+  double dpi = 96;                             ///< of png
   mutable std::shared_ptr<FolderLock> lock{};  ///< of the folder, from `check` on
 
-  /// `pictures` is what help calls them: `paths.png and .svg`.
-  void add_to(CLI::App& verb, const std::string& pictures);
+  /// `drawn` is what help calls the pictures: `paths.png and .svg`.
+  void add_to(CLI::App& verb, const std::string& drawn);
+
+  /// Of the picture that is `stem` without its extension, in the formats asked for.
+  PictureFiles picture_files(const std::filesystem::path& stem) const;
+  /// The one of them that a page can show; empty where there is none.
+  std::filesystem::path shown_picture(const std::filesystem::path& stem) const;
 
   std::filesystem::path file(const std::string& name) const { return std::filesystem::path(out) / name; }
   /// Whether the summary is to be printed.
   bool prints() const { return json != "-" && verbosity() != Verbosity::kQuiet; }
 
-  /// All that can be known to fail before the work is done; locks the folder. @throws InputError
-  void check(const std::vector<std::string>& files, const std::vector<std::string>& pictures) const;
+  /// All that can be known to fail before the work is done; locks the folder. @param stems of the pictures' names
+  /// @throws InputError
+  void check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const;
   /// Writes the record to --json, where that was asked for.
   void write_json(const std::string& record) const;
   /// "wrote      DIR: a, b, c"
-  void print_written(std::vector<std::string> files, const std::vector<std::string>& pictures) const;
+  void print_written(std::vector<std::string> files, const std::vector<std::string>& stems) const;
+
+ private:
+  std::vector<std::string> formats() const;
+  /// Names of the pictures' files.
+  std::vector<std::string> picture_names(const std::vector<std::string>& stems) const;
 };
 
 }  // namespace pulson

@@ -19,10 +19,9 @@ constexpr double kSilence = 1;     // seconds at the start
 constexpr double kInterval = 0.1;  // seconds between two lines
 constexpr double kMemory = 3;      // seconds over which the time left is smoothed
 constexpr std::size_t kBar = 20;
-constexpr char kErase[] = "\r\x1b[K";
 
 void erase_and_die(int number) {
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kErase, sizeof kErase - 1);
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kEraseLine, sizeof kEraseLine - 1);
   std::signal(number, SIG_DFL);
   std::raise(number);
 }
@@ -61,7 +60,7 @@ Progress::~Progress() { clear(); }
 
 void Progress::clear() {
   if (shown_ == 0) return;
-  fmt::print(stderr, "{}", kErase);
+  fmt::print(stderr, "{}", kEraseLine);
   std::fflush(stderr);
   shown_ = 0;
   replace_handler(erase_and_die, SIG_DFL);
@@ -77,7 +76,7 @@ void Progress::draw(const std::string& text) {
   shown_ = seconds_now();
   constexpr std::size_t kUsual = 80;
   const std::size_t width = terminal_width(STDERR_FILENO, kUsual);
-  fmt::print(stderr, "{}{}", kErase, first_columns(text, std::max<std::size_t>(width, 2) - 1));
+  fmt::print(stderr, "{}{}", kEraseLine, first_columns(text, std::max<std::size_t>(width, 2) - 1));
   std::fflush(stderr);
 }
 

@@ -106,4 +106,10 @@ void add_read_options(CLI::App& verb, ReadOptions& options) {
       "NAME", "apply: multiply coordinates by the scale of their shape, such as SCALE= of tps");
 }
 
+void add_flip_option(CLI::App& verb, ReadOptions& options) {
+  verb.add_flag_function(
+      "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count > 0; },
+      "draw y downwards, as in the rows of an image [if the landmark files are of images]");
+}
+
 }  // namespace pulson

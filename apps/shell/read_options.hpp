@@ -10,4 +10,7 @@ namespace pulson {
 /// landmarks.
 void add_read_options(CLI::App& verb, ReadOptions& options);
 
+/// Adds --flip-y and --no-flip-y of verbs that draw landmarks.
+void add_flip_option(CLI::App& verb, ReadOptions& options);
+
 }  // namespace pulson

@@ -6,6 +6,9 @@
 
 namespace pulson {
 
+/// What takes the line away on which a terminal's cursor is.
+inline constexpr char kEraseLine[] = "\r\x1b[K";
+
 bool is_terminal(int descriptor);
 
 /// Columns of the terminal behind `descriptor`; `otherwise` where it is none.

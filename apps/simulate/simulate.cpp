@@ -30,7 +30,7 @@ struct SimulateArguments {
 };
 
 const std::vector<std::string> kSimulationFiles = {"simulation.json", "paths.csv"};
-const std::vector<std::string> kSimulationPictures = {"paths.png", "paths.svg"};
+const std::vector<std::string> kSimulationPictures = {"paths"};
 
 void check_size(const Start& start, const SimulateArguments& arguments, const TimeGrid& grid) {
   const int samples = arguments.options.samples;
@@ -83,8 +83,7 @@ void write_results(const Simulation& simulation, const SimulateArguments& argume
   write_file_atomically(output.file("simulation.json"), record);
   write_file_atomically(output.file("paths.csv"), sample_paths_csv(simulation, arguments.every));
   output.write_json(record);
-  if (!output.no_picture)
-    write_path_picture(make_picture(simulation), output.file("paths.png"), output.file("paths.svg"));
+  if (!output.no_picture) write_path_picture(make_picture(simulation), output.picture_files(output.file("paths")));
 }
 
 std::string numbers_text(const Points& points) {
@@ -166,6 +165,7 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("simulate", "Draw one or a few sample paths of the stochastic system");
   auto arguments = std::make_shared<SimulateArguments>();
   arguments->start.add_to(*verb);
+  add_flip_option(*verb, arguments->start.reading);
   verb->add_option("--integrator", arguments->integrator, "see pulson info integrators")
       ->type_name("NAME")
       ->capture_default_str();

@@ -98,6 +98,7 @@ Start StartOptions::start() const {
   } else {
     throw InputError("an initial state is needed: --q, --shape or --from");
   }
+  if (reading.y_down) start.shape.y_down = *reading.y_down && start.shape.dimension() == 2;
   check_complete(start.shape);
   check_distinct(start.shape);
   if (!from) start.state = {start.shape.points, Points::Zero(start.shape.points.rows(), start.shape.points.cols())};

@@ -84,7 +84,7 @@ std::vector<std::string> WarpArguments::outputs() const {
 void WarpArguments::check() const {
   parse_over(over);
   parse_interpolation(interpolation);
-  parse_border(border);
+  if (border != "auto") parse_border(border);
   parse_label_kernel(labels);
   warp_method();
   canvas();
@@ -98,6 +98,8 @@ void WarpArguments::check() const {
     throw InputError("--deviation and --fold-probability need --samples");
   if (samples > 0 && (!field.empty() || !holes.empty()))
     throw InputError("--field and --holes describe one map; they cannot be combined with --samples");
+  if (samples > 0 && parse_interpolation(interpolation) == Interpolation::kLabel)
+    throw InputError("--samples makes the mean of pictures, which labels do not have; warp them without it");
   if (inverse && !animate.empty())
     throw InputError("--animate shows the motion to the target; it cannot be combined with --inverse");
   if (!like.empty() && !size.empty())

@@ -41,7 +41,7 @@ struct WarpArguments {
   std::string method = "auto";
   std::string over = "least-stretched";
   std::string interpolation = "linear";
-  std::string border = "transparent";
+  std::string border = "auto";
   std::string background;
   int supersampling = 2;
   double tolerance = 0.05;

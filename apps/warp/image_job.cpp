@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -13,35 +15,64 @@ namespace {
 
 using Eigen::Index;
 
-// The colour r,g,b of 0 to 255 in units of the image; the first for grey.
-// White where none is given; but 0 for floating-point numbers, which are measurements rather than brightness.
-std::array<double, 4> fill_of(const WarpArguments& arguments, const Image& image) {
-  std::array<double, 4> fill{255, 255, 255, 255};
-  if (image.depth() == PixelDepth::kFloat32) fill = {0, 0, 0, 255};
+[[noreturn]] void refuse_background(const WarpArguments& arguments, double full) {
+  throw InputError(
+      fmt::format("--background is '{}'; it must be three numbers of 0 to 255, as in 255,255,255, or one value of the "
+                  "image{}",
+                  arguments.background, full > 1 ? fmt::format(", 0 to {}", full) : std::string()));
+}
+
+// The numbers of --background, one or three.
+std::vector<double> background_numbers(const WarpArguments& arguments, double full) {
+  std::vector<double> numbers;
   const char* at = arguments.background.data();
-  const char* end = at + arguments.background.size();
-  for (std::size_t c = 0; c < 3 && !arguments.background.empty(); ++c) {
-    const auto number = std::from_chars(at, end, fill[c]);
-    const bool last = c == 2;
-    if (number.ec != std::errc() || (last ? number.ptr != end : number.ptr == end || *number.ptr != ',') ||
-        !(fill[c] >= 0 && fill[c] <= 255))
-      throw InputError(fmt::format("--background is '{}'; it must be three numbers of 0 to 255, as in 255,255,255",
-                                   arguments.background));
-    at = number.ptr + 1;
+  const char* const end = at + arguments.background.size();
+  for (;; ++at) {
+    const auto number = std::from_chars(at, end, numbers.emplace_back());
+    at = number.ptr;
+    if (number.ec != std::errc() || !std::isfinite(numbers.back()) || (at != end && *at != ','))
+      refuse_background(arguments, full);
+    if (at == end) break;
   }
-  for (double& value : fill) value *= full_value(image.depth()) / 255;
-  if (image.channels() == 2) fill[1] = fill[3];
+  const double most = numbers.size() > 1 ? 255 : full;
+  const bool is_brightness = numbers.size() > 1 || full > 1;
+  for (const double number : numbers)
+    if (is_brightness && !(number >= 0 && number <= most)) refuse_background(arguments, full);
+  if (numbers.size() != 1 && numbers.size() != 3) refuse_background(arguments, full);
+  return numbers;
+}
+
+// Numbers that are not brightness: 0 is a better background than white.
+bool has_measurements(const WarpArguments& arguments, const Image& image) {
+  return image.depth() == PixelDepth::kFloat32 || is_grid_file(arguments.input) ||
+         parse_interpolation(arguments.interpolation) == Interpolation::kLabel;
+}
+
+// In units and order of the image's channels, opaque.
+std::array<double, 4> fill_of(const WarpArguments& arguments, const Image& image) {
+  const double full = full_value(image.depth());
+  std::array<double, 4> fill{};
+  if (!arguments.background.empty()) {
+    const std::vector<double> numbers = background_numbers(arguments, full);
+    for (std::size_t c = 0; c < 3; ++c) fill[c] = numbers.size() == 1 ? numbers[0] : numbers[c] * full / 255;
+  } else if (!has_measurements(arguments, image)) {
+    fill.fill(full);
+  }
+  fill[image.channels() == 2 ? 1 : 3] = full;
   return fill;
 }
 
-bool is_transparent(const WarpArguments& arguments) {
-  return arguments.border == "transparent" && arguments.background.empty() && keeps_alpha(arguments.out);
+bool is_transparent(const WarpArguments& arguments, const Image& image) {
+  const bool is_asked = arguments.border == "transparent" || (arguments.border == "auto" && image.has_alpha());
+  return is_asked && arguments.background.empty() && keeps_alpha(arguments.out);
 }
 
 RemapOptions remap_options(const WarpArguments& arguments, const Image& image) {
-  RemapOptions options{parse_interpolation(arguments.interpolation), parse_border(arguments.border),
-                       fill_of(arguments, image)};
-  if (options.border == Border::kTransparent && !is_transparent(arguments)) options.border = Border::kConstant;
+  RemapOptions options{parse_interpolation(arguments.interpolation), Border::kConstant, fill_of(arguments, image)};
+  if (is_transparent(arguments, image))
+    options.border = Border::kTransparent;
+  else if (arguments.border != "auto" && arguments.border != "transparent")
+    options.border = parse_border(arguments.border);
   return options;
 }
 
@@ -50,51 +81,87 @@ bool is_outside(const std::array<float, 2>& place, const Image& image) {
            place[1] <= static_cast<float>(image.height()) - 0.5F);
 }
 
-// From pixel positions of one frame, in the order of a SampledMap, to places in another: in landmark units.
-std::vector<float> displacements_of(const SampledMap& map, const PixelFrame& from, const PixelFrame& to) {
+// From pixel positions of one frame, whose rows begin at `first_row`, to places in another: in landmark units.
+void append_displacements(const SampledMap& map, int first_row, const PixelFrame& from, const PixelFrame& to,
+                          std::vector<float>& all) {
   const auto count = static_cast<Index>(map.places.size());
   Points pixels(2, count), places(2, count);
   for (Index i = 0; i < count; ++i) {
     const Index row = i / map.columns;
-    pixels.col(i) << static_cast<double>(i - row * map.columns), static_cast<double>(row);
+    pixels.col(i) << static_cast<double>(i - row * map.columns), static_cast<double>(first_row + row);
     const auto& [x, y] = map.places[static_cast<std::size_t>(i)];
     places.col(i) << x, y;
   }
   const Eigen::MatrixXf difference = (to.to_landmarks(places) - from.to_landmarks(pixels)).cast<float>();
-  return {difference.data(), difference.data() + difference.size()};
+  all.insert(all.end(), difference.data(), difference.data() + difference.size());
 }
+
+// The result of a pull, some rows at a time.
+class PulledRows {
+ public:
+  PulledRows(const Image& image, const ImageWarp& warp, const WarpFrames& frames, const WarpArguments& arguments)
+      : image_(image), warp_(warp), frames_(frames), arguments_(arguments), options_(remap_options(arguments, image)) {
+    result_.pulled = true;
+    result_.figures.method = "pull";
+  }
+
+  void add(int first_row, SampledMap&& rows) {
+    note_jacobians(rows);
+    if (!arguments_.field.empty())
+      append_displacements(rows, first_row, frames_.result, frames_.input, result_.displacements);
+    for (const auto& place : rows.places) result_.multiplicity.push_back(is_outside(place, image_) ? 0 : 1);
+    const Image pulled = remap(image_, {rows.columns, rows.rows, std::move(rows.places)}, options_);
+    Image& whole = result_.image;
+    if (whole.empty()) whole = Image(frames_.width, frames_.height, pulled.channels(), pulled.depth());
+    const std::size_t row_bytes = whole.bytes().size() / static_cast<std::size_t>(frames_.height);
+    std::copy(pulled.bytes().begin(), pulled.bytes().end(),
+              whole.bytes().begin() + static_cast<std::ptrdiff_t>(row_bytes * static_cast<std::size_t>(first_row)));
+  }
+
+  WarpedImage result() && {
+    WarpFigures& figures = result_.figures;
+    // Of the map that moves the source. Where the map is flipped its inverse has no value, which the sign shows.
+    figures.min_jacobian = arguments_.inverse || least_ <= 0 ? least_ : 1.0 / most_;
+    const auto all = static_cast<double>(result_.multiplicity.size());
+    const auto outside = std::count(result_.multiplicity.begin(), result_.multiplicity.end(), 0);
+    figures.folded_fraction = static_cast<double>(folded_) / all;
+    figures.uncovered_fraction = static_cast<double>(outside) / all;
+    figures.max_multiplicity = outside < std::ssize(result_.multiplicity) ? 1 : 0;
+    result_.holes.resize(result_.multiplicity.size());
+    return std::move(result_);
+  }
+
+ private:
+  void note_jacobians(const SampledMap& rows) {
+    const auto sign = static_cast<float>(warp_.orientation());
+    for (const float determinant : rows.jacobians) {
+      const float jacobian = sign * determinant;
+      least_ = std::min(least_, jacobian);
+      most_ = std::max(most_, jacobian);
+      folded_ += jacobian <= 0 ? 1 : 0;
+    }
+    result_.figures.map_error = std::max(result_.figures.map_error, rows.error);
+  }
+
+  const Image& image_;
+  const ImageWarp& warp_;
+  const WarpFrames& frames_;
+  const WarpArguments& arguments_;
+  RemapOptions options_;
+  WarpedImage result_;
+  float least_ = std::numeric_limits<float>::infinity();
+  float most_ = -std::numeric_limits<float>::infinity();
+  std::int64_t folded_ = 0;
+};
 
 WarpedImage pull(const Image& image, const ImageWarp& warp, const WarpFrames& frames, const WarpArguments& arguments) {
   const PlaneMap map = [&](const Points& pixels) {
     return arguments.inverse ? warp.forward(pixels) : warp.backward(pixels);
   };
-  SampledMap sampled = sample_map(map, {frames.width, frames.height, 0}, arguments.tolerance, true);
-  WarpedImage result;
-  result.pulled = true;
-  WarpFigures& figures = result.figures;
-  figures.method = "pull";
-  figures.map_error = sampled.error;
-  if (warp.orientation() < 0)
-    for (float& jacobian : sampled.jacobians) jacobian = -jacobian;
-  const auto [least, most] = std::minmax_element(sampled.jacobians.begin(), sampled.jacobians.end());
-  // Of the map that moves the source. Where the map is flipped its inverse has no value, which the sign shows.
-  figures.min_jacobian = arguments.inverse || *least <= 0 ? *least : 1.0 / *most;
-  const auto folded = std::count_if(sampled.jacobians.begin(), sampled.jacobians.end(), [](float j) { return j <= 0; });
-  const auto all = static_cast<double>(sampled.jacobians.size());
-  figures.folded_fraction = static_cast<double>(folded) / all;
-  if (!arguments.field.empty()) result.displacements = displacements_of(sampled, frames.result, frames.input);
-  std::int64_t outside = 0;
-  for (const auto& place : sampled.places) {
-    const bool out = is_outside(place, image);
-    outside += out ? 1 : 0;
-    result.multiplicity.push_back(out ? 0 : 1);
-  }
-  figures.uncovered_fraction = static_cast<double>(outside) / all;
-  figures.max_multiplicity = outside < std::ssize(sampled.places) ? 1 : 0;
-  result.holes.resize(sampled.places.size());
-  result.image =
-      remap(image, {frames.width, frames.height, std::move(sampled.places)}, remap_options(arguments, image));
-  return result;
+  PulledRows rows(image, warp, frames, arguments);
+  sample_map_by_rows(map, {frames.width, frames.height, 0}, arguments.tolerance, true,
+                     [&](int first_row, SampledMap&& band) { rows.add(first_row, std::move(band)); });
+  return std::move(rows).result();
 }
 
 WarpedImage push(const Image& image, const ImageWarp& warp, const WarpFrames& frames, const WarpArguments& arguments) {
@@ -114,9 +181,10 @@ WarpedImage push(const Image& image, const ImageWarp& warp, const WarpFrames& fr
   result.image = std::move(mesh.pushed.image);
   if (!arguments.field.empty()) {
     const auto forward = [&](const Points& pixels) { return warp.forward(pixels); };
-    result.displacements =
-        displacements_of(sample_map(forward, {image.width(), image.height(), 0}, arguments.tolerance, false),
-                         frames.input, frames.result);
+    sample_map_by_rows(forward, {image.width(), image.height(), 0}, arguments.tolerance, false,
+                       [&](int first_row, const SampledMap& rows) {
+                         append_displacements(rows, first_row, frames.input, frames.result, result.displacements);
+                       });
   }
   return result;
 }
@@ -141,14 +209,18 @@ std::vector<float> label_order(const Image& image, const Points& landmarks, cons
 PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
                       const WarpArguments& arguments) {
   const PlaneMap map = [&](const Points& pixels) { return warp.forward(pixels); };
-  SampledMap corners = sample_map(map, {image.width() + 1, image.height() + 1, -0.5}, arguments.tolerance, true);
   PushedMesh result;
-  result.map_error = corners.error;
   const bool is_mirrored = warp.orientation() < 0;
-  const auto [least, most] = std::minmax_element(corners.jacobians.begin(), corners.jacobians.end());
-  result.min_jacobian = is_mirrored ? -*most : *least;
-  corners.jacobians = {};
-  DeformedMesh mesh{corners.columns, corners.rows, std::move(corners.places)};
+  result.min_jacobian = std::numeric_limits<double>::infinity();
+  DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
+  mesh.vertices.reserve(static_cast<std::size_t>(mesh.columns) * static_cast<std::size_t>(mesh.rows));
+  const auto add = [&](int, const SampledMap& rows) {
+    mesh.vertices.insert(mesh.vertices.end(), rows.places.begin(), rows.places.end());
+    const auto [least, most] = std::minmax_element(rows.jacobians.begin(), rows.jacobians.end());
+    result.min_jacobian = std::min<double>(result.min_jacobian, is_mirrored ? -*most : *least);
+    result.map_error = std::max(result.map_error, rows.error);
+  };
+  sample_map_by_rows(map, {mesh.columns, mesh.rows, -0.5}, arguments.tolerance, true, add);
   result.folds = mesh_folds(mesh);
   if (is_mirrored) {
     result.folds.folded_fraction = 1 - result.folds.folded_fraction;
@@ -159,7 +231,7 @@ PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrame
                              .supersampling = arguments.supersampling,
                              .over = parse_over(arguments.over)};
   PushOptions options{parse_interpolation(arguments.interpolation), std::nullopt};
-  if (!is_transparent(arguments)) options.fill = fill_of(arguments, image);
+  if (!is_transparent(arguments, image)) options.fill = fill_of(arguments, image);
   std::vector<float> priority;
   if (raster.over == SheetOrder::kPriority) priority = label_order(image, warp.label_pixels(), frames.label_ranks);
   result.pushed = push_forward(image, std::move(mesh), raster, options, std::move(priority));

@@ -57,16 +57,22 @@ void WarpArguments::add_to(CLI::App& verb) {
       ->type_name("NAME")
       ->capture_default_str()
       ->group("Picture");
-  verb.add_option("--interpolation", interpolation, "nearest, linear, cubic or lanczos")
+  verb.add_option("--interpolation", interpolation,
+                  "nearest, linear, cubic or lanczos; label: of numbers that name regions, none of which is made up")
       ->type_name("NAME")
       ->capture_default_str()
       ->group("Picture");
-  verb.add_option("--border", border, "beyond the image: transparent, constant, replicate or reflect")
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group("Picture");
-  verb.add_option("--background", background, "background colour r,g,b instead of transparency")
-      ->type_name("R,G,B")
+  only_known(verb.add_option("--border", border,
+                             "beyond the image: transparent, constant (see --background), replicate or reflect; auto: "
+                             "transparent if the image has an alpha channel, else constant")
+                 ->type_name("NAME")
+                 ->capture_default_str()
+                 ->group("Picture"),
+             "border");
+  verb.add_option("--background", background,
+                  "what lies beyond the image: a colour r,g,b of 0 to 255, or one value in the units of the image "
+                  "[white; of labels, floating-point images, mha and nrrd 0]")
+      ->type_name("COLOUR")
       ->group("Picture");
   verb.add_option("--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8")
       ->capture_default_str()

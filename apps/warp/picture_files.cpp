@@ -10,7 +10,6 @@
 
 #include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/fields/grid_fields.hpp"
 #include "pulson/images/image_files.hpp"
 
 namespace pulson {
@@ -26,6 +25,22 @@ std::string extension_of(const std::filesystem::path& path) {
 bool holds_floats(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
   return extension == ".tif" || extension == ".tiff";
+}
+
+GridType grid_type_of(PixelDepth depth) {
+  if (depth == PixelDepth::kUint8) return GridType::kUint8;
+  return depth == PixelDepth::kUint16 ? GridType::kUint16 : GridType::kFloat;
+}
+
+/// Of the numbers' own depth where Image has it.
+Image image_of(const GridField& grid) {
+  const int width = grid.sizes[0], height = grid.sizes[1];
+  const std::span<const float> values = grid.values;
+  if (grid.type == GridType::kUint8)
+    return {width, height, 1, std::span<const std::uint8_t>(std::vector<std::uint8_t>(values.begin(), values.end()))};
+  if (grid.type == GridType::kUint16)
+    return {width, height, 1, std::span<const std::uint16_t>(std::vector<std::uint16_t>(values.begin(), values.end()))};
+  return {width, height, 1, values};
 }
 
 GridField grid_of(std::vector<float> values, int components, int width, int height, const PixelFrame& frame) {
@@ -63,7 +78,6 @@ void blend_on_white(const Image& image, Image& result) {
 }
 
 Image on_white(const Image& image) {
-  if (!image.has_alpha()) return image;
   Image result(image.width(), image.height(), image.channels() - 1, image.depth());
   if (image.depth() == PixelDepth::kUint8) blend_on_white<std::uint8_t>(image, result);
   if (image.depth() == PixelDepth::kUint16) blend_on_white<std::uint16_t>(image, result);
@@ -89,11 +103,11 @@ bool holds_numbers(const std::filesystem::path& path) { return is_grid_file(path
 bool keeps_alpha(const std::filesystem::path& path) { return extension_of(path) == ".png" || holds_floats(path); }
 
 Picture read_picture(const std::filesystem::path& path) {
-  if (!is_grid_file(path)) return {read_image(path), std::nullopt};
+  if (!is_grid_file(path)) return {read_image(path), std::nullopt, std::nullopt};
   const GridField grid = read_grid_field(path);
   if (grid.sizes.size() != 2 || grid.components != 1)
     throw InputError(path.string() + ": an image of the plane with one number for each pixel is needed");
-  return {Image(grid.sizes[0], grid.sizes[1], 1, std::span<const float>(grid.values)), frame_of(path, grid)};
+  return {image_of(grid), frame_of(path, grid), grid.type};
 }
 
 void check_picture_file(const std::filesystem::path& path) {
@@ -122,17 +136,25 @@ Image for_show(const Image& image) {
   return {image.width(), image.height(), image.channels(), std::span<const std::uint8_t>(bytes)};
 }
 
-void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame) {
+void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame,
+                   std::optional<GridType> type) {
   if (is_grid_file(path)) {
     if (image.channels() > 2) throw InputError(path.string() + ": only grey images are written as .mha or .nrrd");
     std::vector<float> values(image.pixel_count());
     for (std::size_t i = 0; i < values.size(); ++i)
       values[i] = static_cast<float>(image.at(static_cast<int>(i % static_cast<std::size_t>(image.width())),
                                               static_cast<int>(i / static_cast<std::size_t>(image.width())), 0));
-    write_grid_field(path, grid_of(std::move(values), 1, image.width(), image.height(), frame));
+    GridField grid = grid_of(std::move(values), 1, image.width(), image.height(), frame);
+    grid.type = type.value_or(grid_type_of(image.depth()));
+    write_grid_field(path, grid);
   } else {
-    const Image shown = holds_floats(path) ? image : for_show(image);
-    write_image(path, keeps_alpha(path) ? shown : on_white(shown));
+    const bool is_whole = image.depth() != PixelDepth::kFloat32 || holds_floats(path);
+    const Image scaled = is_whole ? Image() : for_show(image);
+    const Image& shown = is_whole ? image : scaled;
+    if (keeps_alpha(path) || !image.has_alpha())
+      write_image(path, shown);
+    else
+      write_image(path, on_white(shown));
   }
 }
 

@@ -4,15 +4,17 @@
 #include <optional>
 #include <vector>
 
+#include "pulson/fields/grid_fields.hpp"
 #include "pulson/images/image.hpp"
 #include "pulson/images/image_warp.hpp"
 
 namespace pulson {
 
-/// A picture and, if its file says so, the positions of its pixels.
+/// A picture and, if its file says so, the positions of its pixels and the type of its numbers.
 struct Picture {
   Image image;
   std::optional<PixelFrame> frame;
+  std::optional<GridType> type;  ///< of grids, which have more types than an Image
 };
 
 /// Whether the extension is that of a grid of numbers: mha, nrrd.
@@ -32,9 +34,10 @@ void check_picture_file(const std::filesystem::path& path);
 /// 8 bits for pixels that are floating-point numbers, from the lowest to the highest; others as they are.
 Image for_show(const Image& image);
 
-/// Formats without alpha take the picture on white. Grids take one channel; floating-point pixels that a format cannot
-/// hold are scaled from their range to 8 bits.
-void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame);
+/// Formats without alpha take the picture on white. Grids take one channel, in numbers of `type`, else of the image's
+/// depth; floating-point pixels that a format cannot hold are scaled from their range to 8 bits.
+void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame,
+                   std::optional<GridType> type = std::nullopt);
 
 /// Whether write_numbers writes numbers there, and not colours.
 bool holds_numbers(const std::filesystem::path& path);

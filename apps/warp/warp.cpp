@@ -52,7 +52,7 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
   WarpedImage result = arguments.samples > 0 ? warp_samples(picture.image, registration, frames, arguments)
                                              : warp_image(picture.image, warp, frames, arguments);
   log_step("mapped the image");
-  write_picture(arguments.out, result.image, frames.result);
+  write_picture(arguments.out, result.image, frames.result, picture.type);
   result.figures.colours = write_more_results(picture.image, result, warp, frames, arguments);
   if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
   if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();

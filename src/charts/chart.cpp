@@ -117,20 +117,20 @@ std::size_t count_lines(const Chart& chart) {
 
 }  // namespace
 
-void write_chart(const Chart& chart, const std::filesystem::path& png, const std::filesystem::path& svg) {
+void write_chart(const Chart& chart, const PictureFiles& files) {
   ChartChecks().chart(chart);
   const picture::ChartLegend legend(chart);
   picture::ChartPlan plan = picture::plan_chart(chart, legend.height());
   const std::size_t vertices = std::max(kFewestVertices, kVertices / std::max<std::size_t>(count_lines(chart), 1));
   for (const picture::ChartFrame& frame : plan.frames) {
-    std::vector<picture::Colour> colours;
-    for (const Series& series : frame.panel->series) colours.push_back(legend.colour_of(series));
+    std::vector<picture::SeriesLook> looks;
+    for (const Series& series : frame.panel->series) looks.push_back(legend.look_of(series));
     draw_reference_lines(plan.canvas, frame);
-    draw_all_series(plan.canvas, frame, colours, vertices);
+    draw_all_series(plan.canvas, frame, looks, vertices);
     draw_chart_frame(plan.canvas, frame);
   }
   legend.draw(plan.canvas);
-  plan.canvas.write(png, svg);
+  plan.canvas.write(files);
 }
 
 }  // namespace pulson

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "pulson/draw/picture_files.hpp"
+
 namespace pulson {
 
 enum class SeriesStyle {
@@ -28,7 +30,7 @@ struct Series {
   std::vector<double> error = {};  ///< n, at least 0, drawn as bars from y − error to y + error; may be empty
   std::vector<double> low = {}, high = {};  ///< n each, the borders of a band, low ≤ high; may be empty
   SeriesStyle style = SeriesStyle::kLine;
-  int colour = kByName;  ///< 0 to 4, distinguishable in colour blindness; further ones repeat them
+  int colour = kByName;  ///< 0 to 5, each with marks and dashes of its own; further ones repeat them
   bool dashed = false;   ///< the line of kLine and kLineAndPoints
 };
 
@@ -68,6 +70,6 @@ struct Chart {
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, on what a logarithmic
 /// axis cannot show, where a folder does not exist and where gnuplot is missing or fails; neither file is then written.
 /// Takes some tenths of a second; safe to call from several threads.
-void write_chart(const Chart& chart, const std::filesystem::path& png, const std::filesystem::path& svg);
+void write_chart(const Chart& chart, const PictureFiles& files);
 
 }  // namespace pulson

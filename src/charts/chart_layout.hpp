@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "chart_axis.hpp"
+#include "chart_strokes.hpp"
 #include "charts/chart.hpp"
 #include "draw/canvas.hpp"
 #include "draw/layout.hpp"
@@ -40,7 +41,8 @@ void draw_chart_frame(Canvas& canvas, const ChartFrame& frame);
 /// The reference lines of a panel; to be drawn first.
 void draw_reference_lines(Canvas& canvas, const ChartFrame& frame);
 
-/// The series of the panel within its frame. colours: one for each series; vertices: of each line, at most.
-void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<Colour>& colours, std::size_t vertices);
+/// The series of the panel within its frame. looks: one for each series; vertices: of each line, at most.
+void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<SeriesLook>& looks,
+                     std::size_t vertices);
 
 }  // namespace pulson::picture

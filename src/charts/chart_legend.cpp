@@ -20,10 +20,10 @@ constexpr double kSampleHeight = 20;
 constexpr double kSwatchWidth = 24;  // of an area
 constexpr double kSwatchHeight = 15;
 
-Colour colour_at(int index) {
-  if (index == Series::kInk) return colour::kResult;
-  const std::size_t place = static_cast<std::size_t>(index) % (kGroupColours + 1);
-  return place < kGroupColours ? group_colour(place) : colour::kTarget;
+SeriesLook look_at(int index) {
+  if (index == Series::kInk) return {colour::kResult, 0};
+  const auto place = static_cast<std::size_t>(index);
+  return {group_colour(place), place};
 }
 
 Points rectangle(double middle_x, double middle_y, double width, double height) {
@@ -72,9 +72,9 @@ void ChartLegend::add(const Series& series) {
   entry.errors = entry.errors || !series.error.empty();
 }
 
-Colour ChartLegend::colour_of(const Series& series) const {
+SeriesLook ChartLegend::look_of(const Series& series) const {
   const Entry* const entry = series.name.empty() ? nullptr : find(series.name);
-  return colour_at(entry != nullptr ? entry->colour : series.colour == Series::kByName ? 0 : series.colour);
+  return look_at(entry != nullptr ? entry->colour : series.colour == Series::kByName ? 0 : series.colour);
 }
 
 double ChartLegend::width_of(const Entry& entry) {
@@ -105,7 +105,8 @@ double ChartLegend::height() const {
 
 void ChartLegend::draw_sample(Canvas& canvas, double left, double middle, const Entry& entry) {
   const double x = left + kSampleWidth / 2;
-  const Colour colour = colour_at(entry.colour);
+  const SeriesLook look = look_at(entry.colour);
+  const Colour& colour = look.colour;
   const Points whole = line(left, middle, left + kSampleWidth, middle);
   if (entry.band) canvas.areas({rectangle(x, middle, kSampleWidth, kSampleHeight)}, faded(colour, kBandFade));
   if (entry.area && !entry.line && !entry.dashes && !entry.dots) {  // one mark alone is read at a glance
@@ -113,8 +114,8 @@ void ChartLegend::draw_sample(Canvas& canvas, double left, double middle, const 
     canvas.areas({swatch}, faded(colour, kStepFade));
     canvas.lines({swatch}, {colour, kSideWidth});
   }
-  if (entry.line) canvas.lines({whole}, {colour, kLineWidth});
-  if (entry.dashes && !entry.line) canvas.lines(dashes_of(whole, kDash, kDashGap), {colour, kLineWidth});
+  if (entry.line) canvas.lines(dashes_of(whole, dashes_at(look.place)), {colour, kLineWidth});
+  if (entry.dashes && !entry.line) canvas.lines(dashes_of(whole, kDashed), {colour, kLineWidth});
   if (entry.errors) {
     const double low = middle - kSampleHeight / 2, high = middle + kSampleHeight / 2;
     canvas.lines({line(x, low, x, high), line(x - kMostCap, low, x + kMostCap, low),
@@ -123,7 +124,7 @@ void ChartLegend::draw_sample(Canvas& canvas, double left, double middle, const 
   }
   if (entry.dots) {
     const Points centre = (Points(2, 1) << x, middle).finished();
-    canvas.dots(centre, entry.errors ? kMostDotWithError : kMostDot, colour);
+    draw_marks(canvas, centre, entry.errors ? kMostDotWithError : kMostDot, look);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "chart_strokes.hpp"
 #include "charts/chart.hpp"
 #include "draw/canvas.hpp"
 
@@ -14,7 +15,7 @@ class ChartLegend {
   /// @throws InputError where series of one name have different colours.
   explicit ChartLegend(const Chart& chart);
 
-  Colour colour_of(const Series& series) const;
+  SeriesLook look_of(const Series& series) const;
 
   /// Room that it takes below all panels.
   double height() const;

@@ -15,8 +15,8 @@ constexpr std::size_t kDenseLine = 1000;  // vertices
 /// Draws one series within the frame of its panel.
 class SeriesMarks {
  public:
-  SeriesMarks(Canvas& canvas, const ChartFrame& frame, const Series& series, const Colour& colour)
-      : canvas_(canvas), frame_(frame), series_(series), colour_(colour) {}
+  SeriesMarks(Canvas& canvas, const ChartFrame& frame, const Series& series, const SeriesLook& look)
+      : canvas_(canvas), frame_(frame), series_(series), look_(look), colour_(look.colour) {}
 
   /// Bars are moved aside by so many places.
   void set_bars(double width, double aside) {
@@ -40,12 +40,12 @@ class SeriesMarks {
   }
 
   void draw_lines(std::size_t vertices) {
-    if (series_.style == SeriesStyle::kSteps) stroke(steps(), kSideWidth, false, vertices);
+    if (series_.style == SeriesStyle::kSteps) stroke(steps(), kSideWidth, {}, vertices);
     if (series_.style == SeriesStyle::kBars)
-      for (const Points& bar : bars()) stroke(bar, kSideWidth, false, vertices);
-    if (has_line())
-      stroke(pixels(centres(), series_.y), series_.y.size() > kDenseLine ? kDenseLineWidth : kLineWidth, series_.dashed,
-             vertices);
+      for (const Points& bar : bars()) stroke(bar, kSideWidth, {}, vertices);
+    if (!has_line()) return;
+    const bool is_dense = series_.y.size() > kDenseLine;
+    stroke(pixels(centres(), series_.y), is_dense ? kDenseLineWidth : kLineWidth, dashes(is_dense), vertices);
   }
 
   /// Each with small ends, where these are within the frame.
@@ -75,11 +75,20 @@ class SeriesMarks {
     const double most = series_.error.empty() ? kMostDot : kMostDotWithError;
     const double radius = std::clamp(kDotRoom * typical_distance(), kLeastDot, most);
     if (margins && radius <= 2 * kDotMargin) return;  // too close to be set off
-    canvas_.dots(all(Eigen::all, within), radius + (margins ? kDotMargin : 0), margins ? colour::kPaper : colour_);
+    if (margins)
+      draw_marks(canvas_, all(Eigen::all, within), radius + kDotMargin, {colour::kPaper, look_.place});
+    else
+      draw_marks(canvas_, all(Eigen::all, within), radius, look_);
   }
 
  private:
   bool has_line() const { return series_.style == SeriesStyle::kLine || series_.style == SeriesStyle::kLineAndPoints; }
+
+  /// Lines so long that dashes would be noise are whole.
+  std::span<const double> dashes(bool is_dense) const {
+    if (series_.dashed) return kDashed;
+    return is_dense ? std::span<const double>() : dashes_at(look_.place);
+  }
 
   bool is_within(double height) const { return height >= frame_.heights().low && height <= frame_.heights().high; }
 
@@ -139,16 +148,13 @@ class SeriesMarks {
     return bars;
   }
 
-  void stroke(Points line, double width, bool dashed, std::size_t vertices) {
+  void stroke(Points line, double width, std::span<const double> pattern, std::size_t vertices) {
     simplify(line, vertices);
-    std::vector<Points> parts = parts_within(line, frame_.heights());
-    if (dashed) {
-      std::vector<Points> dashes;
-      for (const Points& part : parts)
-        for (Points& dash : dashes_of(part, kDash, kDashGap)) dashes.push_back(std::move(dash));
-      parts = std::move(dashes);
-    }
-    canvas_.lines(parts, {colour_, width});
+    const std::vector<Points> parts = parts_within(line, frame_.heights());
+    std::vector<Points> dashes;
+    for (const Points& part : parts)
+      for (Points& dash : dashes_of(part, pattern)) dashes.push_back(std::move(dash));
+    canvas_.lines(dashes, {colour_, width});
   }
 
   /// Median of the pixels between neighbouring values, infinite where there is one alone.
@@ -166,6 +172,7 @@ class SeriesMarks {
   Canvas& canvas_;
   const ChartFrame& frame_;
   const Series& series_;
+  const SeriesLook& look_;
   const Colour& colour_;
   double bar_width_ = 0;
   double aside_ = 0;
@@ -173,7 +180,7 @@ class SeriesMarks {
 
 }  // namespace
 
-void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<Colour>& colours,
+void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<SeriesLook>& looks,
                      std::size_t vertices) {
   const std::vector<Series>& all = frame.panel->series;
   const auto is_bars = [](const Series& series) { return series.style == SeriesStyle::kBars; };
@@ -181,7 +188,7 @@ void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<
   double aside = -width * (static_cast<double>(std::count_if(all.begin(), all.end(), is_bars)) - 1) / 2;
   std::vector<SeriesMarks> marks;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    marks.emplace_back(canvas, frame, all[i], colours[i]);
+    marks.emplace_back(canvas, frame, all[i], looks[i]);
     if (!is_bars(all[i])) continue;
     marks.back().set_bars(width, aside);
     aside += width;

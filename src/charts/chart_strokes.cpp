@@ -1,6 +1,7 @@
 #include "chart_strokes.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace pulson::picture {
 namespace {
@@ -49,10 +50,12 @@ std::vector<Points> parts_within(const Points& line, const Interval& heights) {
   return parts;
 }
 
-std::vector<Points> dashes_of(const Points& line, double dash, double gap) {
+std::vector<Points> dashes_of(const Points& line, std::span<const double> pattern) {
+  if (pattern.empty()) return {line};
   std::vector<Points> dashes;
   std::vector<Eigen::Vector2d> current;
-  double left = dash;  // of the dash or gap under way
+  std::size_t part = 0;           // of the pattern, which begins with a dash
+  double left = pattern.front();  // of the dash or gap under way
   bool draws = true;
   for (Eigen::Index i = 0; i + 1 < line.cols(); ++i) {
     const Eigen::Vector2d from = line.col(i), step = line.col(i + 1) - line.col(i);
@@ -67,7 +70,8 @@ std::vector<Points> dashes_of(const Points& line, double dash, double gap) {
         current.clear();
       }
       draws = !draws;
-      left = draws ? dash : gap;
+      part = (part + 1) % pattern.size();
+      left = pattern[part];
     }
     left -= length - done;
   }
@@ -76,6 +80,60 @@ std::vector<Points> dashes_of(const Points& line, double dash, double gap) {
     dashes.push_back(to_points(current));
   }
   return dashes;
+}
+
+std::span<const double> dashes_at(std::size_t place) {
+  static constexpr std::array<double, 2> kLong = {16, 6}, kShort = {6, 5}, kDots = {2.5, 5};
+  static constexpr std::array<double, 4> kDashDot = {14, 5, 2.5, 5}, kTwoDashes = {14, 4, 6, 4};
+  constexpr std::size_t kPatterns = 6;
+  switch (place % kPatterns) {
+    case 1:
+      return kLong;
+    case 2:
+      return kDashDot;
+    case 3:
+      return kShort;
+    case 4:
+      return kTwoDashes;
+    case 5:
+      return kDots;
+    default:
+      return {};
+  }
+}
+
+namespace {
+
+/// A regular polygon of radius 1, its first corner in the direction of `degrees`.
+Points polygon(int corners, double degrees) {
+  Points outline(2, corners);
+  for (int i = 0; i < corners; ++i) {
+    const double angle = (degrees + 360.0 * i / corners) * std::numbers::pi / 180;
+    outline.col(i) << std::cos(angle), std::sin(angle);
+  }
+  return outline;
+}
+
+/// A cross with arms that reach to 1.
+Points cross() {
+  constexpr double kArm = 0.36;
+  Points outline(2, 12);
+  outline.row(0) << kArm, kArm, 1, 1, kArm, kArm, -kArm, -kArm, -1, -1, -kArm, -kArm;
+  outline.row(1) << 1, kArm, kArm, -kArm, -kArm, -1, -1, -kArm, -kArm, kArm, kArm, 1;
+  return outline;
+}
+
+}  // namespace
+
+void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look) {
+  static const std::array<Points, 5> kShapes = {1.25 * polygon(4, 45), 1.4 * polygon(3, 90), 1.3 * polygon(4, 0),
+                                                1.4 * polygon(3, -90), 1.25 * cross()};
+  const std::size_t shape = look.place % (kShapes.size() + 1);
+  if (shape == 0) return canvas.dots(centres, radius, look.colour);
+  std::vector<Points> outlines;
+  for (Eigen::Index i = 0; i < centres.cols(); ++i)
+    outlines.emplace_back((radius * kShapes.at(shape - 1)).colwise() + Eigen::Vector2d(centres.col(i)));
+  canvas.areas(outlines, look.colour);
 }
 
 }  // namespace pulson::picture

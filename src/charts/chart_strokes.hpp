@@ -1,17 +1,19 @@
 #pragma once
 
+#include <array>
+#include <span>
 #include <vector>
 
+#include "draw/canvas.hpp"
 #include "draw/layout.hpp"
 
 namespace pulson::picture {
 
 // Of the marks of a chart, the same in its panels and in its legend; in pixels.
 inline constexpr double kLineWidth = 2.2;
-inline constexpr double kDenseLineWidth = 1.8;  // of a line so long that it is noise at this scale
-inline constexpr double kDash = 9;
-inline constexpr double kDashGap = 8;
-inline constexpr double kSideWidth = 1.6;  // of bins and of bars
+inline constexpr double kDenseLineWidth = 1.8;            // of a line so long that it is noise at this scale
+inline constexpr std::array<double, 2> kDashed = {9, 8};  // of a series that asks for dashes
+inline constexpr double kSideWidth = 1.6;                 // of bins and of bars
 inline constexpr double kErrorWidth = 1.8;
 inline constexpr double kMostCap = 5;  // half the width of an error bar's ends
 inline constexpr double kMostDot = 5.2;
@@ -30,7 +32,21 @@ Points clamped(const Points& line, const Interval& heights);
 /// The parts of the line 2×M whose heights lie in the range.
 std::vector<Points> parts_within(const Points& line, const Interval& heights);
 
-/// The line 2×M cut into dashes. Cut here and not by gnuplot, whose terminals do not agree on the length of a dash.
-std::vector<Points> dashes_of(const Points& line, double dash, double gap);
+/// The line 2×M cut into dashes, of lengths dash, gap, dash, gap, … over and over; whole for an empty pattern. Cut here
+/// and not by gnuplot, whose terminals do not agree on the length of a dash.
+std::vector<Points> dashes_of(const Points& line, std::span<const double> pattern);
+
+/// How a series looks: its colour, and as colour is never alone, its place among the dashes and the shapes of marks.
+struct SeriesLook {
+  Colour colour;
+  std::size_t place = 0;
+};
+
+/// Of a line: whole at first, then dashes of their own.
+std::span<const double> dashes_at(std::size_t place);
+
+/// Filled marks around the columns of `centres` (2×M), whose areas are about that of a disc of this radius: discs,
+/// squares, triangles, diamonds, triangles that point down, crosses, and over again.
+void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look);
 
 }  // namespace pulson::picture

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 namespace pulson {
 
@@ -21,6 +22,20 @@ inline constexpr std::array<Rgb, 9> kViridis{{{68, 1, 84},
                                               {94, 201, 98},
                                               {173, 220, 48},
                                               {253, 231, 37}}};
+
+/// Colours of groups, of series and of models in their order, and of the target among them: on white paper, and on the
+/// dark page. All are at least 3:1 to what they are drawn on (WCAG), and any two at least 15 apart (CIEDE2000) to those
+/// who see all colours, and under deuteranopia and protanopia.
+struct Palette {
+  std::array<std::string_view, 6> groups;
+  std::string_view target;
+  std::string_view ink;  ///< of texts, and of what others are compared with
+  std::string_view paper;
+};
+inline constexpr Palette kLightPalette{
+    {"#2169D2", "#A93A56", "#35A484", "#5A2679", "#524D00", "#569CBE"}, "#D4621A", "#1F2733", "#FFFFFF"};
+inline constexpr Palette kDarkPalette{
+    {"#509EFF", "#FB97B0", "#519A7B", "#8361AE", "#FEE584", "#8AD4FC"}, "#F0883E", "#EEF1F5", "#1B2129"};
 
 /// The colour at `place` in [0, 1] of equally spaced control points.
 inline Rgb colour_at(std::span<const Rgb> points, double place) {

@@ -1,7 +1,9 @@
 #include "canvas.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <numbers>
 
@@ -10,6 +12,7 @@
 #include "core/colours.hpp"
 #include "core/utf8.hpp"
 #include "draw/gnuplot.hpp"
+#include "pulson/core/errors.hpp"
 
 namespace pulson::picture {
 namespace {
@@ -20,8 +23,10 @@ constexpr std::string_view kWide = "mwMW@%=+<>";
 constexpr double kSmallestText = 0.55;  // of the size asked for, before text is cut
 constexpr double kBarb = 4;             // of an arrow's tip, pixels for a stroke of no width
 constexpr double kBarbSlope = 0.45;
-constexpr double kShortestArrow = 1;      // pixels
-constexpr double kPointsPerPixel = 0.75;  // pngcairo counts text in points, the SVG terminal in pixels
+constexpr double kShortestArrow = 1;  // pixels
+constexpr double kPixelsPerInch = 96, kMillimetresPerInch = 25.4;
+constexpr double kPdfLine = 4.0 / 3, kPdfText = 0.5625;  // in pdfcairo, found by comparison with the png
+constexpr double kPointsPerPixel = 0.75;                 // pngcairo counts text in points, the SVG terminal in pixels
 
 /// Width of one byte's letter in font sizes, DejaVu Sans; 0 for the later bytes of a letter.
 double letter_width(char c) {
@@ -44,10 +49,27 @@ void add_vertex(std::string& rows, double x, double y) {
   fmt::format_to(std::back_inserter(rows), "{:.2f} {:.2f}\n", x, y);
 }
 
-std::string terminal(std::string_view name, double text_scale, double width, double height) {
+/// Columns and rows.
+std::pair<double, double> png_size(const std::filesystem::path& png) {
+  std::array<unsigned char, 24> head{};  // signature, length and name of the first chunk, two numbers
+  std::ifstream stream(png, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(head.data()), head.size());
+  const auto number = [&](std::size_t at) {
+    return 16777216.0 * head.at(at) + 65536.0 * head.at(at + 1) + 256.0 * head.at(at + 2) + head.at(at + 3);
+  };
+  if (!stream || head[1] != 'P' || head[2] != 'N' || head[3] != 'G' || number(16) < 1 || number(20) < 1)
+    throw InputError(fmt::format("the picture '{}' is not a png", png.string()));
+  return {number(16), number(20)};
+}
+
+std::string in_pixels(double width, double height) {
+  return fmt::format("{:.0f},{:.0f}", std::round(width), std::round(height));
+}
+
+std::string terminal(std::string_view name, const std::string& size, double text_scale, double line_scale) {
   return fmt::format(
-      "set terminal {} noenhanced size {:.0f},{:.0f} font 'sans-serif,20' fontscale {} rounded background '{}'", name,
-      width, height, text_scale, colour::kPaper);
+      "set terminal {} noenhanced size {} font 'sans-serif,20' fontscale {} linewidth {} rounded background '{}'", name,
+      size, text_scale, line_scale, colour::kPaper);
 }
 
 }  // namespace
@@ -122,34 +144,53 @@ void Canvas::rings(const Points& centres, double radius, const Stroke& stroke) {
   lines(circles, stroke);
 }
 
+void Canvas::image(const std::filesystem::path& png, const Box& box) {
+  const auto [columns, rows] = png_size(png);
+  const double dx = box.width / columns, dy = box.height / rows;
+  Layer layer;
+  layer.image = fmt::format("{} binary filetype=png origin=({:.4f},{:.4f}) dx={:.6f} dy={:.6f} with rgbalpha title ''",
+                            Gnuplot::quoted(png.string()), box.left + dx / 2, box.bottom + dy / 2, dx, dy);
+  layers_.push_back(std::move(layer));
+}
+
 void Canvas::text(double x, double y, std::string_view text, double size, const Colour& colour, Align align,
                   double max_width) {
   const double shrink = std::clamp(max_width / std::max(text_width(text, size), 1e-9), kSmallestText, 1.0);
   const char* side = align == Align::kLeft ? "left" : align == Align::kCentre ? "center" : "right";
-  labels_.push_back(fmt::format("set label {} at first {:.2f},{:.2f} {} font ',{:.1f}' textcolor rgb '{}'",
+  labels_.push_back(fmt::format("set label {} at first {:.2f},{:.2f} {} front font ',{:.1f}' textcolor rgb '{}'",
                                 Gnuplot::quoted(cut(text, size * shrink, max_width)), x, y, side, size * shrink,
                                 colour));
 }
 
-void Canvas::write(const std::filesystem::path& png, const std::filesystem::path& svg) const {
+void Canvas::write(const PictureFiles& files) const {
   Gnuplot gnuplot;
   gnuplot.command("set encoding utf8\nunset border\nunset tics\nunset key");
   gnuplot.command("set lmargin at screen 0\nset rmargin at screen 1\nset bmargin at screen 0\nset tmargin at screen 1");
   gnuplot.command(fmt::format("set xrange [0:{}]\nset yrange [0:{}]", width_, height_));
   for (const std::string& label : labels_) gnuplot.command(label);
   std::string plot = "plot ";
-  for (const Layer& layer : layers_)
-    plot += fmt::format("{}{} with {} linecolor rgb '{}' title ''", plot.size() > 5 ? ", " : "",
-                        gnuplot.add_block(layer.rows),
-                        layer.filled ? "filledcurves closed fillstyle solid noborder"
-                                     : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
-                        layer.stroke.colour);
-  gnuplot.command(terminal("pngcairo", kPointsPerPixel, width_, height_));
-  gnuplot.set_output(png);
-  gnuplot.command(plot);
-  gnuplot.command(terminal("svg", 1, width_, height_));
-  gnuplot.set_output(svg);
-  gnuplot.command(plot);
+  for (const Layer& layer : layers_) {
+    plot += plot.size() > 5 ? ", " : "";
+    plot += !layer.image.empty() ? layer.image
+                                 : fmt::format("{} with {} linecolor rgb '{}' title ''", gnuplot.add_block(layer.rows),
+                                               layer.filled ? "filledcurves closed fillstyle solid noborder"
+                                                            : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
+                                               layer.stroke.colour);
+  }
+  const double enlarged = files.width ? *files.width / kMillimetresPerInch * kPixelsPerInch / width_ : 1;
+  const auto draw = [&](const std::filesystem::path& file, const std::string& terminal) {
+    if (file.empty()) return;
+    gnuplot.command(terminal);
+    gnuplot.set_output(file);
+    gnuplot.command(plot);
+  };
+  const double of_png = enlarged * files.dpi / kPixelsPerInch;
+  draw(files.png, terminal("pngcairo", in_pixels(width_ * of_png, height_ * of_png), kPointsPerPixel * of_png, of_png));
+  draw(files.svg, terminal("svg", in_pixels(width_ * enlarged, height_ * enlarged), enlarged, enlarged));
+  draw(files.pdf, terminal("pdfcairo",
+                           fmt::format("{:.4f}in,{:.4f}in", enlarged * width_ / kPixelsPerInch,
+                                       enlarged * height_ / kPixelsPerInch),
+                           kPdfText * enlarged, kPdfLine * enlarged));
   gnuplot.run();
 }
 

@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "core/colours.hpp"
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/picture_files.hpp"
 
 namespace pulson::picture {
 
@@ -13,17 +15,17 @@ namespace pulson::picture {
 using Colour = std::string;
 
 namespace colour {
-inline const Colour kSource = "#4C6A92";
-inline const Colour kTarget = "#E07B39";
-inline const Colour kResult = "#1F2733";
+inline const Colour kSource = std::string(kLightPalette.groups[0]);
+inline const Colour kTarget = std::string(kLightPalette.target);
+inline const Colour kResult = std::string(kLightPalette.ink);
 inline const Colour kMomentum = "#B03A63";
 inline const Colour kGrid = "#74A9B1BC";
 inline const Colour kFrame = "#C9CED6";
 inline const Colour kReference = "#AEB5BF";
-inline const Colour kTitle = "#1F2733";
+inline const Colour kTitle = std::string(kLightPalette.ink);
 inline const Colour kText = "#5B6470";
 inline const Colour kTicText = "#868E99";
-inline const Colour kPaper = "#FFFFFF";
+inline const Colour kPaper = std::string(kLightPalette.paper);
 }  // namespace colour
 
 /// Colour of s in [0, 1] on the palette viridis (S. van der Walt and N. Smith), cut before its yellow end, which white
@@ -42,6 +44,14 @@ enum class Align { kLeft, kCentre, kRight };
 
 /// Width of the text in the sans font, estimated to some percent.
 double text_width(std::string_view text, double size);
+
+/// A rectangle of the canvas, in pixels.
+struct Box {
+  double left;
+  double bottom;
+  double width;
+  double height;
+};
 
 /// A drawing in pixels, the origin in the lower left corner. Everything on it, dots too, is made of stroked lines, of
 /// filled areas and of text, since these look the same in gnuplot's PNG and SVG terminals; its own point symbols do
@@ -71,18 +81,22 @@ class Canvas {
   /// Circles around the columns of `centres` (2×M).
   void rings(const Points& centres, double radius, const Stroke& stroke);
 
+  /// The png, stretched over the box. @throws InputError if it is none
+  void image(const std::filesystem::path& png, const Box& box);
+
   /// One line of text, its middle at height y; made smaller where it would be wider than `max_width`.
   void text(double x, double y, std::string_view text, double size, const Colour& colour, Align align = Align::kLeft,
             double max_width = 1e9);
 
-  /// Writes both files. @throws InputError as Gnuplot does.
-  void write(const std::filesystem::path& png, const std::filesystem::path& svg) const;
+  /// Writes the files. @throws InputError as Gnuplot does.
+  void write(const PictureFiles& files) const;
 
  private:
   struct Layer {
     std::string rows;
     Stroke stroke;
     bool filled = false;
+    std::string image{};  // or an image: the command that plots it
   };
 
   void add(const std::vector<Points>& lines, const Stroke& stroke, bool filled);

@@ -98,6 +98,7 @@ std::string tail_of(const fs::path& path) {
 bool is_whole(const fs::path& path) {
   const std::string tail = tail_of(path);
   if (path.extension() == ".png") return tail.find("IEND") != std::string::npos;
+  if (path.extension() == ".pdf") return tail.find("%%EOF") != std::string::npos;
   if (path.extension() == ".svg") return tail.find("</svg>") != std::string::npos;
   return !tail.empty();
 }

@@ -16,13 +16,14 @@ constexpr double kDenseOutline = 2.2;
 constexpr double kNumberSize = 15;
 constexpr Eigen::Index kMostNumbers = 60;
 
+const std::vector<Colour>& palette() {
+  static const std::vector<Colour> kColours(kLightPalette.groups.begin(), kLightPalette.groups.end());
+  return kColours;
+}
+
 }  // namespace
 
-const Colour& group_colour(std::size_t group) {
-  // Blue, raspberry, green, violet: distinguishable in colour blindness and from the orange target.
-  static const std::array<Colour, kGroupColours> kColours = {colour::kSource, "#B03A63", "#2F8F6B", "#7D5BA6"};
-  return kColours.at(group % kColours.size());
-}
+const Colour& group_colour(std::size_t group) { return palette()[group % kGroupColours]; }
 
 Marks::Marks(const Figure& figure) {
   const double shown = static_cast<double>(std::max(figure.marked.size(), figure.with_path.size()));
@@ -97,6 +98,7 @@ void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure) {
 
 std::vector<Colour> colours_by_position(const Points& source) {
   const auto n = static_cast<std::size_t>(source.cols());
+  if (n <= kGroupColours) return {palette().begin(), palette().begin() + static_cast<std::ptrdiff_t>(n)};
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),

@@ -47,12 +47,13 @@ void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, co
 /// The landmarks where paths start, at `pixels` (2×N), in small marks, and thinly the outlines that have no marks.
 void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure);
 
-inline constexpr std::size_t kGroupColours = 4;
+inline constexpr std::size_t kGroupColours = kLightPalette.groups.size();
 
-/// Distinguishable in colour blindness; they repeat after `kGroupColours`.
+/// Of kLightPalette; they repeat after `kGroupColours`.
 const Colour& group_colour(std::size_t group);
 
-/// Colour of landmark a where each has its own: ordered by position at the start.
+/// Colour of landmark a where each has its own: of a few as of groups, in their order, as the page has it; of more by
+/// their position at the start.
 std::vector<Colour> colours_by_position(const Points& source);
 
 }  // namespace pulson::picture

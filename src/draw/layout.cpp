@@ -63,8 +63,13 @@ Tics make_tics_below(const Interval& range, double pixels, double distance) {
 Points View::pixels(const Points& data) const {
   Points result(2, data.cols());
   result.row(0) = (data.row(row_x).array() - x.low) * (box.width / x.span()) + box.left;
-  result.row(1) = (data.row(row_y).array() - y.low) * (box.height / y.span()) + box.bottom;
+  result.row(1) =
+      (data.row(row_y).array() - (y_down ? y.high : y.low)) * ((y_down ? -1 : 1) * box.height / y.span()) + box.bottom;
   return result;
+}
+
+double View::height_of(double coordinate) const {
+  return box.bottom + (y_down ? y.high - coordinate : coordinate - y.low) / y.span() * box.height;
 }
 
 std::vector<Points> View::pixels(const std::vector<Points>& data) const {
@@ -117,7 +122,7 @@ void draw_frame(Canvas& canvas, const View& view, const std::string& heading, co
                 colour::kTicText, Align::kCentre);
   }
   for (std::size_t i = 0; i < y_tics.values.size(); ++i) {
-    const double y = box.bottom + (y_tics.values[i] - view.y.low) / view.y.span() * box.height;
+    const double y = view.height_of(y_tics.values[i]);
     add_tic(box.left, y, -kTicLength, 0);
     canvas.text(box.left - kTicLength - 7, y, y_tics.texts[i], kTicText, colour::kTicText, Align::kRight);
   }

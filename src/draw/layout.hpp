@@ -39,14 +39,6 @@ Tics make_tics(const Interval& range, double pixels, double distance = kTicDista
 /// The same for a horizontal axis: fewer where the numbers would run into one another.
 Tics make_tics_below(const Interval& range, double pixels, double distance = kTicDistance);
 
-/// A rectangle of the canvas, in pixels.
-struct Box {
-  double left;
-  double bottom;
-  double width;
-  double height;
-};
-
 /// One panel: rows `row_x` and `row_y` of the data, drawn in a box.
 struct View {
   Box box;
@@ -54,10 +46,13 @@ struct View {
   Interval y;
   int row_x = 0;
   int row_y = 1;
+  bool y_down = false;  ///< as rows of an image
 
   /// Data d×M to pixels 2×M.
   Points pixels(const Points& data) const;
   std::vector<Points> pixels(const std::vector<Points>& data) const;
+  /// Height of a coordinate y.
+  double height_of(double coordinate) const;
 };
 
 /// Views of the ranges of x, y and z: the planes xy, xz and yz.

@@ -11,7 +11,7 @@ namespace pulson::picture {
 namespace {
 
 constexpr double kLeastEntryGap = 22;
-constexpr std::size_t kMostGroups = 4;
+constexpr std::size_t kMostGroups = kGroupColours;
 constexpr double kBarLength = 190;
 constexpr double kBarHeight = 12;
 

@@ -206,7 +206,7 @@ Canvas compose_paths_in_plane(const PathPicture& picture) {
   const Points tips = alone && !few ? arrow_tips(picture) : Points(2, 0);
   const Ends ends = choose_ends(picture, kEndVertices);
   const std::vector<Interval> ranges = data_ranges(picture, ends, tips, 0.15);
-  const View view{{}, ranges[0], ranges[1]};
+  const View view{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.y_down};
   const bool stacked = view.x.span() > 2.2 * view.y.span();
   std::vector<View> views(alone && few ? 1 : 2, view);
   Plan plan = arrange_above_momenta(picture, std::move(views), {stacked, stacked ? 560.0 : 900.0, stacked});
@@ -267,14 +267,13 @@ void check(const PathPicture& picture) {
 
 }  // namespace
 
-void write_path_picture(const PathPicture& picture, const std::filesystem::path& png,
-                        const std::filesystem::path& svg) {
+void write_path_picture(const PathPicture& picture, const PictureFiles& files) {
   check(picture);
   const int d = picture.start.dimension();
   const picture::Canvas canvas = d == 1   ? picture::compose_paths_on_line(picture)
                                  : d == 2 ? picture::compose_paths_in_plane(picture)
                                           : picture::compose_paths_in_space(picture);
-  canvas.write(png, svg);
+  canvas.write(files);
 }
 
 }  // namespace pulson

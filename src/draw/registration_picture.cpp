@@ -62,6 +62,20 @@ void draw_target(Canvas& canvas, const Points& pixels, const Figures& figures) {
   draw_target(canvas, pixels, figures.target, source.ring < target.ring ? source : target);
 }
 
+/// A picture, so pale that what lies above it is seen.
+void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImage>& image) {
+  if (!image) return;
+  constexpr double kPaleness = 0.35;
+  Points corners(2, 2);
+  corners << image->low, image->high;
+  const Points pixels = view.pixels(corners);
+  const Eigen::Vector2d low = pixels.rowwise().minCoeff(), high = pixels.rowwise().maxCoeff();
+  canvas.image(image->file, {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()});
+  Points veil(2, 4);
+  veil << low.x(), high.x(), high.x(), low.x(), low.y(), low.y(), high.y(), high.y();
+  canvas.areas({veil}, faded(colour::kPaper, 1 - kPaleness));
+}
+
 /// The ranges of all coordinates with a margin; none is less than `flattest` of the widest.
 std::vector<Interval> data_ranges(const RegistrationPicture& picture, double flattest) {
   const Points corners = corners_of_shapes(picture);
@@ -105,7 +119,7 @@ LegendEntry legend_of_grid(const std::string& text) { return {Sample::kLine, col
 
 Canvas compose_plane(const RegistrationPicture& picture) {
   const std::vector<Interval> ranges = data_ranges(picture, 0.15);
-  const View view{{}, ranges[0], ranges[1]};
+  const View view{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.source.y_down || picture.target.y_down};
   const bool stacked = view.x.span() > 2.2 * view.y.span();
   Plan plan = arrange(titles_of(picture), {view, view}, {stacked, stacked ? 560.0 : 900.0, stacked});
   Canvas& canvas = plan.canvas;
@@ -115,12 +129,14 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   const Figure& figure = figures.source;
 
   draw_frame(canvas, before, picture.aligned ? "Source, aligned" : "Source", true);
+  draw_image(canvas, before, picture.image_before);
   canvas.lines(before.pixels(picture.grid_before), kGridStroke);
   draw_target(canvas, before.pixels(picture.target.points), figures);
   draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
   draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers);
 
   draw_frame(canvas, after, "Result", stacked);
+  draw_image(canvas, after, picture.image_after);
   canvas.lines(after.pixels(picture.grid_after), kGridStroke);
   draw_registration(canvas, after, picture, figures);
 
@@ -211,13 +227,12 @@ void check(const RegistrationPicture& picture) {
 
 }  // namespace
 
-void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
-                                const std::filesystem::path& svg) {
+void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files) {
   check(picture);
   const picture::Canvas canvas = picture.source.dimension() == 1   ? picture::compose_line(picture)
                                  : picture.source.dimension() == 2 ? picture::compose_plane(picture)
                                                                    : picture::compose_space(picture);
-  canvas.write(png, svg);
+  canvas.write(files);
 }
 
 }  // namespace pulson

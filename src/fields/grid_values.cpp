@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include <fmt/format.h>
 
@@ -17,7 +19,7 @@ namespace pulson::io {
 namespace {
 
 template <class T>
-void convert(const char* bytes, bool is_big_endian, std::span<float> values) {
+void decode(const char* bytes, bool is_big_endian, std::span<float> values) {
   const bool is_other_order = is_big_endian != (std::endian::native == std::endian::big);
   std::array<char, sizeof(T)> raw{};
   for (float& value : values) {
@@ -29,22 +31,47 @@ void convert(const char* bytes, bool is_big_endian, std::span<float> values) {
 }
 
 template <class T>
-constexpr GridNumberType row(std::string_view meta_image, std::string_view nrrd) {
-  return {meta_image, nrrd, sizeof(T), convert<T>};
+T nearest(float value) {
+  if constexpr (std::is_floating_point_v<T>) {
+    return value;
+  } else {
+    using Limits = std::numeric_limits<T>;
+    if (std::isnan(value)) return 0;
+    const double whole = std::nearbyint(static_cast<double>(value));
+    if (whole <= static_cast<double>(Limits::lowest())) return Limits::lowest();
+    return whole >= static_cast<double>(Limits::max()) ? Limits::max() : static_cast<T>(whole);
+  }
+}
+
+template <class T>
+void encode(std::span<const float> values, char* bytes) {
+  static_assert(std::endian::native == std::endian::little);
+  for (const float value : values) {
+    const T number = nearest<T>(value);
+    std::memcpy(bytes, &number, sizeof(T));
+    bytes += sizeof(T);
+  }
+}
+
+template <class T>
+constexpr GridNumberType row(std::string_view meta_image, std::string_view nrrd, GridType type) {
+  return {meta_image, nrrd, type, sizeof(T), decode<T>, encode<T>};
 }
 
 constexpr std::array<GridNumberType, 10> kGridNumberTypes = {{
-    row<float>("MET_FLOAT", "float"),
-    row<double>("MET_DOUBLE", "double"),
-    row<std::int8_t>("MET_CHAR", "signed char,int8,int8_t"),
-    row<std::uint8_t>("MET_UCHAR", "uchar,unsigned char,uint8,uint8_t"),
-    row<std::int16_t>("MET_SHORT", "short,short int,signed short,signed short int,int16,int16_t"),
-    row<std::uint16_t>("MET_USHORT", "ushort,unsigned short,unsigned short int,uint16,uint16_t"),
-    row<std::int32_t>("MET_INT", "int,signed int,int32,int32_t"),
-    row<std::uint32_t>("MET_UINT", "uint,unsigned int,uint32,uint32_t"),
+    row<float>("MET_FLOAT", "float", GridType::kFloat),
+    row<double>("MET_DOUBLE", "double", GridType::kDouble),
+    row<std::int8_t>("MET_CHAR", "signed char,int8,int8_t", GridType::kInt8),
+    row<std::uint8_t>("MET_UCHAR", "uchar,unsigned char,uint8,uint8_t", GridType::kUint8),
+    row<std::int16_t>("MET_SHORT", "short,short int,signed short,signed short int,int16,int16_t", GridType::kInt16),
+    row<std::uint16_t>("MET_USHORT", "ushort,unsigned short,unsigned short int,uint16,uint16_t", GridType::kUint16),
+    row<std::int32_t>("MET_INT", "int,signed int,int32,int32_t", GridType::kInt32),
+    row<std::uint32_t>("MET_UINT", "uint,unsigned int,uint32,uint32_t", GridType::kUint32),
     row<std::int64_t>("MET_LONG_LONG",
-                      "longlong,long long,long long int,signed long long,signed long long int,int64,int64_t"),
-    row<std::uint64_t>("MET_ULONG_LONG", "ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t"),
+                      "longlong,long long,long long int,signed long long,signed long long int,int64,int64_t",
+                      GridType::kInt64),
+    row<std::uint64_t>("MET_ULONG_LONG", "ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t",
+                       GridType::kUint64),
 }};
 
 bool holds_name(std::string_view list, std::string_view name) {
@@ -77,6 +104,10 @@ const GridNumberType* find_nrrd_type(std::string_view name) {
   return find_type([lower = to_lower(name)](const GridNumberType& type) { return holds_name(type.nrrd, lower); });
 }
 
+const GridNumberType& grid_number_type(GridType type) {
+  return *find_type([type](const GridNumberType& row) { return row.type == type; });
+}
+
 std::optional<std::size_t> grid_count(const std::vector<int>& sizes, int components) {
   std::optional<std::size_t> count = static_cast<std::size_t>(components);
   for (const int size : sizes)
@@ -99,14 +130,15 @@ std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, 
     throw InputError(fmt::format("{} {} bytes; after its header the file has {}", need, *size, bytes.bytes.size()));
   }
   std::vector<float> values(*count);
-  bytes.type.convert(bytes.is_compressed ? raw.data() : bytes.bytes.data(), bytes.is_big_endian, values);
+  bytes.type.decode(bytes.is_compressed ? raw.data() : bytes.bytes.data(), bytes.is_big_endian, values);
   return values;
 }
 
-std::string encoded(std::span<const float> values, GridEncoding encoding) {
-  static_assert(std::endian::native == std::endian::little);
-  const std::string_view raw(reinterpret_cast<const char*>(values.data()), values.size_bytes());
-  return encoding == GridEncoding::kRaw ? std::string(raw) : deflated(raw, encoding == GridEncoding::kGzip);
+std::string encoded(std::span<const float> values, GridType type, GridEncoding encoding) {
+  const GridNumberType& row = grid_number_type(type);
+  std::string raw(values.size() * row.size, '\0');
+  row.encode(values, raw.data());
+  return encoding == GridEncoding::kRaw ? raw : deflated(raw, encoding == GridEncoding::kGzip);
 }
 
 }  // namespace pulson::io

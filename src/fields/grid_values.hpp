@@ -9,19 +9,27 @@
 #include <string_view>
 #include <vector>
 
+#include "pulson/fields/grid_fields.hpp"
+
 namespace pulson::io {
 
 /// A type of numbers, by its names in files.
 struct GridNumberType {
   std::string_view meta_image;
   std::string_view nrrd;  ///< several, with commas between
-  std::size_t size;       ///< in bytes
-  void (*convert)(const char* bytes, bool is_big_endian, std::span<float> values);
+  GridType type;
+  std::size_t size;  ///< in bytes
+  void (*decode)(const char* bytes, bool is_big_endian, std::span<float> values);
+  void (*encode)(std::span<const float> values, char* bytes);  ///< little-endian
+
+  /// The first of the names in NRRD.
+  std::string_view nrrd_name() const { return nrrd.substr(0, nrrd.find(',')); }
 };
 
 /// nullptr where the name is not known.
 const GridNumberType* find_meta_image_type(std::string_view name);
 const GridNumberType* find_nrrd_type(std::string_view name);
+const GridNumberType& grid_number_type(GridType type);
 
 /// How many numbers a grid has; none where that is more than memory has addresses for.
 std::optional<std::size_t> grid_count(const std::vector<int>& sizes, int components);
@@ -41,7 +49,7 @@ std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, 
 
 enum class GridEncoding { kRaw, kZlib, kGzip };
 
-/// The values as bytes, little-endian floats.
-std::string encoded(std::span<const float> values, GridEncoding encoding);
+/// The values as bytes, little-endian.
+std::string encoded(std::span<const float> values, GridType type, GridEncoding encoding);
 
 }  // namespace pulson::io

@@ -83,21 +83,24 @@ GridField read_meta_image(const std::string& path, std::string_view text) {
     field.components = header.counts(*channels, 1).front();
     if (field.components != 1 && field.components != d) header.refuse(*channels, fmt::format("it must be 1 or {}", d));
   }
-  field.values = grid_values(path, bytes_of_meta_image(header, text), field.sizes, field.components);
+  const GridBytes bytes = bytes_of_meta_image(header, text);
+  field.type = bytes.type.type;
+  field.values = grid_values(path, bytes, field.sizes, field.components);
   return field;
 }
 
 std::string meta_image_file(const GridField& field, bool compressed) {
-  const std::string bytes = encoded(field.values, compressed ? GridEncoding::kZlib : GridEncoding::kRaw);
+  const std::string bytes = encoded(field.values, field.type, compressed ? GridEncoding::kZlib : GridEncoding::kRaw);
   return fmt::format(
              "ObjectType = Image\nNDims = {}\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = {}\n"
              "{}TransformMatrix = {}\nOffset = {}\nCenterOfRotation = {}\nElementSpacing = {}\nDimSize = {}\n"
-             "ElementNumberOfChannels = {}\nElementType = MET_FLOAT\nElementDataFile = {}\n",
+             "ElementNumberOfChannels = {}\nElementType = {}\nElementDataFile = {}\n",
              field.sizes.size(), compressed ? "True" : "False",
              compressed ? fmt::format("CompressedDataSize = {}\n", bytes.size()) : "",
              fmt::join(field.direction.data(), field.direction.data() + field.direction.size(), " "),
              fmt::join(field.origin, " "), fmt::join(std::vector<int>(field.sizes.size()), " "),
-             fmt::join(field.spacing, " "), fmt::join(field.sizes, " "), field.components, kLocal) +
+             fmt::join(field.spacing, " "), fmt::join(field.sizes, " "), field.components,
+             grid_number_type(field.type).meta_image, kLocal) +
          bytes;
 }
 

@@ -164,7 +164,9 @@ GridField read_nrrd(const std::string& path, std::string_view text) {
     if (places.size() != 1 || places.front().empty()) header.refuse(*origin, "one vector is needed");
     field.origin = places.front();
   }
-  field.values = grid_values(path, bytes_of_nrrd(header, text), field.sizes, field.components);
+  const GridBytes bytes = bytes_of_nrrd(header, text);
+  field.type = bytes.type.type;
+  field.values = grid_values(path, bytes, field.sizes, field.components);
   return field;
 }
 
@@ -178,12 +180,13 @@ std::string nrrd_file(const GridField& field, bool compressed) {
     kinds += " domain";
   }
   return fmt::format(
-             "NRRD0004\ntype: float\ndimension: {}\n{}\nsizes: {}{}\nspace directions:{}\nkinds:{}\nendian: little\n"
+             "NRRD0004\ntype: {}\ndimension: {}\n{}\nsizes: {}{}\nspace directions:{}\nkinds:{}\nendian: little\n"
              "encoding: {}\nspace origin: {}\n\n",
-             has_vectors ? d + 1 : d, d == 3 ? fmt::format("space: {}", kLps) : fmt::format("space dimension: {}", d),
+             grid_number_type(field.type).nrrd_name(), has_vectors ? d + 1 : d,
+             d == 3 ? fmt::format("space: {}", kLps) : fmt::format("space dimension: {}", d),
              has_vectors ? fmt::format("{} ", field.components) : "", fmt::join(field.sizes, " "), directions, kinds,
              compressed ? "gzip" : "raw", in_brackets(field.origin)) +
-         encoded(field.values, compressed ? GridEncoding::kGzip : GridEncoding::kRaw);
+         encoded(field.values, field.type, compressed ? GridEncoding::kGzip : GridEncoding::kRaw);
 }
 
 }  // namespace pulson::io

@@ -51,18 +51,27 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        "annotations of LabelMe: the points of an image as one shape with labels, group_id as groups, lines as curves, "
        "polygons as outlines",
        io::sniff_labelme,
-       io::read_labelme},
+       io::read_labelme,
+       nullptr,
+       false,
+       true},
       {"menpo",
        {"ljson"},
        "landmarks of menpo: each of `groups` is a shape, points are row, column of an image, labels are groups",
        io::sniff_menpo,
-       io::read_menpo},
+       io::read_menpo,
+       nullptr,
+       false,
+       true},
       {"dlib",
        {"xml"},
        "landmarks of dlib and imglab: each <box> of an <image> is a shape, each <part> a landmark with its name as "
        "label",
        io::sniff_dlib,
-       io::read_dlib},
+       io::read_dlib,
+       nullptr,
+       false,
+       true},
       {"json",
        {"json"},
        R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
@@ -84,18 +93,25 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        "points of iBUG face data: version:, n_points:, coordinates between braces",
        io::sniff_ibug,
        io::read_ibug,
-       io::write_ibug},
+       io::write_ibug,
+       false,
+       true},
       {"elastix",
        {"txt", "pts"},
        "input points of elastix and transformix: point or index, their number, coordinates",
        io::sniff_elastix,
        io::read_elastix,
-       io::write_elastix},
+       io::write_elastix,
+       false,
+       true},
       {"transformix",
        {"txt"},
        "outputpoints.txt of transformix; two shapes, input and output",
        io::sniff_transformix,
-       io::read_transformix},
+       io::read_transformix,
+       nullptr,
+       false,
+       true},
       {"idav",
        {"pts"},
        "points of IDAV Landmark: Version 1.0, their number, lines S000 x y z",
@@ -120,13 +136,26 @@ const std::vector<LandmarkFormat>& landmark_formats() {
        {"txt"},
        "StereoMorph shape: <landmarks.pixel> or else <landmarks.scaled>; <curves.pixel>",
        io::sniff_stereomorph,
-       io::read_stereomorph},
+       io::read_stereomorph,
+       nullptr,
+       false,
+       true},
       {"deeplabcut",
        {},
        "DeepLabCut's tables CollectedData and its predictions: a shape per image, a landmark per body part",
        io::sniff_deeplabcut,
-       io::read_deeplabcut},
-      {"bigwarp", {}, "landmarks of Fiji's BigWarp: the shapes moving and target", io::sniff_bigwarp, io::read_bigwarp},
+       io::read_deeplabcut,
+       nullptr,
+       false,
+       true},
+      {"bigwarp",
+       {},
+       "landmarks of Fiji's BigWarp: the shapes moving and target",
+       io::sniff_bigwarp,
+       io::read_bigwarp,
+       nullptr,
+       false,
+       true},
       {"csv",
        {"csv", "tsv"},
        "table x[,y[,z]] with , ; tab or blanks between, with or without header (label, group); several shapes with a "
@@ -255,6 +284,11 @@ std::size_t count_missing_marks(const std::vector<Landmarks>& shapes) {
   return marks;
 }
 
+// A table that names images, or has pixels, is of places in images.
+bool counts_rows(const LandmarkFormat& format, const Landmarks& shape) {
+  return format.y_down || shape.y_down || (is_table(format) && (!shape.image.empty() || shape.units == "px"));
+}
+
 }  // namespace
 
 const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path, std::string_view name) {
@@ -294,6 +328,7 @@ LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadO
   for (Landmarks& shape : file.shapes) {
     shape.units = file.units;
     shape.axes = file.axes;
+    shape.y_down = shape.dimension() == 2 && options.y_down.value_or(counts_rows(format, shape));
   }
   if (!options.columns.empty() && format.name != "csv")
     file.warnings.push_back(

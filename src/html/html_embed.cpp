@@ -16,6 +16,7 @@ namespace pulson::html {
 namespace {
 
 constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
+constexpr std::string_view kJpegSignature = "\xFF\xD8\xFF";
 constexpr std::size_t kHeadOfSvg = 4096;  // where its first element must be found
 
 std::string read(const std::filesystem::path& file) {
@@ -74,9 +75,10 @@ std::string base64(std::string_view bytes) {
 std::string data_address(const std::filesystem::path& picture) {
   const std::string bytes = read(picture);
   if (bytes.starts_with(kPngSignature)) return "data:image/png;base64," + base64(bytes);
+  if (bytes.starts_with(kJpegSignature)) return "data:image/jpeg;base64," + base64(bytes);
   if (std::string_view(bytes).substr(0, kHeadOfSvg).find("<svg") != std::string_view::npos)
     return "data:image/svg+xml;base64," + base64(bytes);
-  throw InputError(fmt::format("the picture '{}' is neither SVG nor PNG", picture.string()));
+  throw InputError(fmt::format("the picture '{}' is not SVG, PNG or JPEG", picture.string()));
 }
 
 }  // namespace pulson::html

@@ -48,6 +48,14 @@ void check_sizes(const ReportMotion& motion) {
   check(target.cols() == 0 || target.rows() == d, "the target of a motion has another dimension");
   check(!motion.corresponds || target.cols() == 0 || target.cols() == n,
         fmt::format("the target of a motion has {} landmarks of {}", target.cols(), n));
+  if (motion.image) {
+    const MotionImage& image = *motion.image;
+    const auto columns = static_cast<std::size_t>(std::max(image.columns, 0));
+    check(d == 2 && !motion.grid.empty() && image.step > 0 && columns > 1 && columns <= motion.lines.size() &&
+              std::all_of(motion.lines.begin(), motion.lines.begin() + image.columns,
+                          [&](int points) { return points == motion.lines.front(); }),
+          "the mesh of a motion's picture is not in its grid");
+  }
   for (const int a : motion.outliers) check(a >= 0 && a < n, fmt::format("a motion has no landmark {}", a));
 }
 
@@ -170,12 +178,22 @@ std::string numbers_of(const ReportMotion& motion) {
   json.add("traced", list(figure.with_path));
   json.add_outlines("outlines", figure);
   json.add("outliers", list(motion.outliers));
+  std::vector<int> numbers(static_cast<std::size_t>(motion.source.count()));
+  for (int a = 0; a < motion.source.count(); ++a) numbers[static_cast<std::size_t>(a)] = motion.source.number(a);
+  json.add("numbers", list(numbers));
   json.add_frames("frames", motion.frames);
   json.add_points("target", motion.target.points);
+  json.add("down", motion.source.y_down || motion.target.y_down);
   json.add("pairs", motion.corresponds);
   if (!motion.corresponds && motion.target.count() > 0)
     json.add_outlines("targetOutlines", picture::plan_figure(motion.target, scale));
   json.add("lines", list(motion.lines));
+  if (motion.image) {
+    Points corners(2, 2);
+    corners << motion.image->low, motion.image->high;
+    json.add_points("image", corners);
+    json.add("mesh", list(std::vector<int>{motion.image->columns, motion.lines.front(), motion.image->step}));
+  }
   json.add_frames("grid", motion.grid);
   return json.finished();
 }
@@ -201,6 +219,7 @@ std::string motion(const ReportMotion& motion) {
   if (motion.target.count() > 0) text += "<li class=\"goal\">target</li>";
   if (!motion.outliers.empty()) text += "<li class=\"odd\">outliers</li>";
   text += "</ul>\n";
+  if (motion.image) text += fmt::format("<img hidden=\"\" src=\"{}\" alt=\"\">\n", data_address(motion.image->file));
   if (!motion.caption.empty()) text += "<figcaption>" + escaped(motion.caption) + "</figcaption>\n";
   return text + "<script type=\"application/json\">" + numbers_of(motion) + "</script>\n</figure>\n";
 }

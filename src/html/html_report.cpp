@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/colours.hpp"
 #include "html_embed.hpp"
 #include "html_motion.hpp"
 #include "page.hpp"
@@ -49,8 +50,11 @@ class BlockWriter {
   void operator()(const ReportParagraph& paragraph) { page_ += "<p>" + escaped(paragraph.text) + "</p>\n"; }
 
   void operator()(const ReportPicture& picture) {
-    page_ += fmt::format("<figure>\n<img src=\"{}\" alt=\"{}\">\n", html::data_address(picture.file),
-                         escaped(picture.caption));
+    // What scrolls on narrow screens has to be reached by the keyboard.
+    page_ += fmt::format(
+        "<figure>\n<div class=\"still{}\" tabindex=\"0\" role=\"region\" aria-label=\"picture\">\n"
+        "<img src=\"{}\" alt=\"{}\">\n</div>\n",
+        picture.has_photograph ? "" : " drawing", html::data_address(picture.file), escaped(picture.caption));
     if (!picture.caption.empty()) page_ += "<figcaption>" + escaped(picture.caption) + "</figcaption>\n";
     page_ += "</figure>\n";
   }
@@ -63,8 +67,10 @@ class BlockWriter {
     page_ += "<figure>\n";
     if (!table.caption.empty()) page_ += "<figcaption class=\"above\">" + escaped(table.caption) + "</figcaption>\n";
     // What scrolls has to be reached by the keyboard.
-    page_ += fmt::format("<div class=\"box\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table>\n<thead>\n<tr>",
-                         table.caption.empty() ? "table" : escaped(table.caption));
+    constexpr std::size_t kLongTable = 20;  // rows, from which on it scrolls in a box of its own
+    page_ += fmt::format(
+        "<div class=\"box{}\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table>\n<thead>\n<tr>",
+        table.rows.size() > kLongTable ? " tall" : "", table.caption.empty() ? "table" : escaped(table.caption));
     std::vector<bool> numeric;
     for (std::size_t c = 0; c < table.header.size(); ++c) {
       numeric.push_back(is_numeric(table, c));
@@ -131,6 +137,18 @@ std::string footer(const HtmlReport& report) {
   return text + "</div>\n</footer>\n";
 }
 
+std::string colours_of(const Palette& palette) {
+  constexpr std::string_view kVariable = "--";  // begins the names of those of CSS
+  return fmt::format(":root {{ {0}goal: {1}; {0}first: {2}; {0}groups: {3}; }}", kVariable, palette.target,
+                     palette.groups.front(), fmt::join(palette.groups, " "));
+}
+
+/// The style of motions, with the colours that pictures have.
+std::string motion_style() {
+  return fmt::format("{}\n@media (prefers-color-scheme: dark) {{ {} }}\n{}", colours_of(kLightPalette),
+                     colours_of(kDarkPalette), page::motion_css);
+}
+
 /// What every page contains, and with it what motions need.
 std::string embedded(std::string_view always, std::string_view of_motions, bool moves) {
   return fmt::format("\n{}{}{}", always, moves ? "\n" : "", moves ? of_motions : "");
@@ -144,7 +162,7 @@ std::string html_report(const HtmlReport& report) {
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
-      escaped(report.title), embedded(page::report_css, page::motion_css, moves), escaped(report.title));
+      escaped(report.title), embedded(page::report_css, motion_style(), moves), escaped(report.title));
   if (!report.lead.empty()) page += "<p class=\"lead\">" + escaped(report.lead) + "</p>\n";
   for (const ReportSection& section : report.sections) {
     page += "<section>\n";

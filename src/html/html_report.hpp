@@ -19,8 +19,9 @@ struct ReportParagraph {
 
 /// A picture that the page contains as a whole.
 struct ReportPicture {
-  std::filesystem::path file;  ///< SVG or PNG, recognised by its contents
-  std::string caption = {};    ///< may be empty; screen readers read it in place of the picture
+  std::filesystem::path file;   ///< SVG, PNG or JPEG, recognised by its contents
+  std::string caption = {};     ///< may be empty; screen readers read it in place of the picture
+  bool has_photograph = false;  ///< which a dark page shows as it is; drawings become dark there
 };
 
 struct ReportCell {
@@ -45,16 +46,26 @@ struct ReportClaim {
 
 using ReportClaims = std::vector<ReportClaim>;
 
+/// A picture below landmarks in the plane, which moves with their grid.
+struct MotionImage {
+  std::filesystem::path file;  ///< png or jpg; empty: there is none
+  Eigen::Vector2d low;         ///< corners of the box that it covers at the start; its rows go down on the page
+  Eigen::Vector2d high;
+  int columns = 0;  ///< the first so many lines of the grid lie side by side, and every `step`-th of their points is a
+  int step = 1;     ///< corner of the mesh that carries the picture
+};
+
 /// Landmarks that move, with a slider for the time: in 1D position over time, in 2D the plane with a grid, in 3D a view
 /// that is rotated by dragging or with the arrow keys. d = 1, 2 or 3; N landmarks; F frames.
 struct ReportMotion {
-  Landmarks source;                ///< d×N; its groups have a colour each, those that are curves (outline_kind) a line
-  Landmarks target = {};           ///< d×M, may miss coordinates (NaN); none: no points
-  bool corresponds = true;         ///< whether the target has the source's groups and outlines
-  std::vector<double> times;       ///< F ≥ 2, increasing
-  std::vector<Points> frames;      ///< F entries d×N: the landmarks at `times`
-  std::vector<int> lines = {};     ///< of the grid: the number of points of each, L in all; for d = 1, 1 each
-  std::vector<Points> grid = {};   ///< F entries d×L, or none: the points of all lines, one line after the other
+  Landmarks source;               ///< d×N; its groups have a colour each, those that are curves (outline_kind) a line
+  Landmarks target = {};          ///< d×M, may miss coordinates (NaN); none: no points
+  bool corresponds = true;        ///< whether the target has the source's groups and outlines
+  std::vector<double> times;      ///< F ≥ 2, increasing
+  std::vector<Points> frames;     ///< F entries d×N: the landmarks at `times`
+  std::vector<int> lines = {};    ///< of the grid: the number of points of each, L in all; for d = 1, 1 each
+  std::vector<Points> grid = {};  ///< F entries d×L, or none: the points of all lines, one line after the other
+  std::optional<MotionImage> image = {};
   std::vector<int> outliers = {};  ///< landmarks that are marked
   std::string caption = {};        ///< may be empty
 };
@@ -78,7 +89,7 @@ struct HtmlReport {
 /// The report as one HTML5 page that needs no other files: style, script and pictures are within it. It follows
 /// the reader's choice of light or dark and fits narrow screens.
 ///
-/// @throws InputError where a picture cannot be read or is neither SVG nor PNG, on a table whose rows differ in length
+/// @throws InputError where a picture cannot be read or is not SVG, PNG or JPEG, on a table whose rows differ in length
 /// from its header, and on a motion whose sizes disagree or that has a number that is not finite.
 std::string html_report(const HtmlReport& report);
 

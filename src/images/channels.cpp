@@ -7,12 +7,27 @@
 
 namespace pulson::images {
 
+namespace {
+
+PixelDepth depth_of(const cv::Mat& pixels) {
+  if (pixels.depth() == CV_8U) return PixelDepth::kUint8;
+  return pixels.depth() == CV_16U ? PixelDepth::kUint16 : PixelDepth::kFloat32;
+}
+
+}  // namespace
+
+cv::Mat with_alpha(const cv::Mat& pixels) {
+  const cv::Mat alpha(pixels.size(), pixels.depth(), full_value(depth_of(pixels)));
+  cv::Mat result(pixels.size(), CV_MAKETYPE(pixels.depth(), pixels.channels() + 1));
+  cv::merge(std::vector<cv::Mat>{pixels, alpha}, result);
+  return result;
+}
+
 Image with_alpha(const Image& image) {
   if (image.has_alpha()) return image;
   Image result(image.width(), image.height(), image.channels() + 1, image.depth());
-  const cv::Mat alpha(image.height(), image.width(), mat_type(image.depth(), 1), full_value(image.depth()));
   cv::Mat pixels = mat_of(result);
-  cv::merge(std::vector<cv::Mat>{mat_of(image), alpha}, pixels);
+  with_alpha(mat_of(image)).copyTo(pixels);
   return result;
 }
 
@@ -27,15 +42,14 @@ Image with_colours(const Image& image) {
   return result;
 }
 
-cv::Mat premultiplied(const Image& image) {
-  assert(image.has_alpha());
+cv::Mat premultiplied(const cv::Mat& straight) {
   cv::Mat pixels;
-  mat_of(image).convertTo(pixels, CV_32F);
-  const int alpha = image.channels() - 1;
-  const auto full = static_cast<float>(full_value(image.depth()));
+  straight.convertTo(pixels, CV_32F);
+  const int alpha = straight.channels() - 1;
+  const auto full = static_cast<float>(full_value(depth_of(straight)));
   for (int y = 0; y < pixels.rows; ++y) {
     auto* pixel = pixels.ptr<float>(y);
-    for (int x = 0; x < pixels.cols; ++x, pixel += image.channels())
+    for (int x = 0; x < pixels.cols; ++x, pixel += straight.channels())
       for (int c = 0; c < alpha; ++c) pixel[c] *= pixel[alpha] / full;
   }
   return pixels;
@@ -66,14 +80,15 @@ void unpremultiply(Image& image) {
   unpremultiply(pixels, image);
 }
 
-void filter_pixels(const Image& source, Image& result, const std::function<void(const cv::Mat&, cv::Mat&)>& filter) {
-  if (source.has_alpha()) {
+void filter_pixels(const cv::Mat& source, Image& result, const std::function<void(const cv::Mat&, cv::Mat&)>& filter) {
+  assert(source.type() == mat_type(result.depth(), result.channels()));
+  if (result.has_alpha()) {
     cv::Mat filtered;
     filter(premultiplied(source), filtered);
     return unpremultiply(filtered, result);
   }
   cv::Mat pixels = mat_of(result);
-  filter(mat_of(source), pixels);
+  filter(source, pixels);
   assert(static_cast<const void*>(pixels.data) == result.bytes().data());
 }
 

@@ -10,13 +10,14 @@ namespace pulson::images {
 
 /// The image with an alpha channel, opaque where it had none.
 Image with_alpha(const Image& image);
+/// The same of pixels that have none.
+cv::Mat with_alpha(const cv::Mat& pixels);
 
 /// The image in red, green and blue, grey ones with three equal channels; alpha is kept.
 Image with_colours(const Image& image);
 
-/// An image with alpha in float32, colours multiplied by alpha / full_value: what is transparent has no colour to mix
-/// in.
-cv::Mat premultiplied(const Image& image);
+/// Pixels with alpha in float32, colours multiplied by alpha / full_value: what is transparent has no colour to mix in.
+cv::Mat premultiplied(const cv::Mat& straight);
 
 /// The inverse, rounded to the depth of `result`, whose size and channels are those of `pixels`. Alpha is limited to
 /// [0, full_value]; where it is 0 the colour is 0.
@@ -26,7 +27,7 @@ void unpremultiply(const cv::Mat& pixels, Image& result);
 void unpremultiply(Image& image);
 
 /// result = filter(source) for a filter that takes weighted means of pixels: with alpha, of premultiplied ones. The
-/// filter makes a cv::Mat of the size of `result` and the type of its input.
-void filter_pixels(const Image& source, Image& result, const std::function<void(const cv::Mat&, cv::Mat&)>& filter);
+/// filter makes a cv::Mat of the size of `result` and the type of its input. The source is of its depth and channels.
+void filter_pixels(const cv::Mat& source, Image& result, const std::function<void(const cv::Mat&, cv::Mat&)>& filter);
 
 }  // namespace pulson::images

@@ -17,7 +17,7 @@ using images::mat_of;
 
 Image resized(const Image& image, int width, int height, int interpolation) {
   Image result(width, height, image.channels(), image.depth());
-  images::filter_pixels(image, result, [&](const cv::Mat& from, cv::Mat& to) {
+  images::filter_pixels(mat_of(image), result, [&](const cv::Mat& from, cv::Mat& to) {
     cv::resize(from, to, cv::Size(width, height), 0, 0, interpolation);
   });
   return result;

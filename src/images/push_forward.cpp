@@ -38,46 +38,6 @@ struct Places {
   std::vector<double> shares;  // of the pixel, for each of the list
 };
 
-// The rows of the source that some places can see, so that a band need not look at all of it.
-class VisibleRows {
- public:
-  VisibleRows(const Image& source, Places& places) : source_(source) {
-    visit(places, [&](Place& place) {
-      low_ = std::min(low_, place[1]);
-      high_ = std::max(high_, place[1]);
-    });
-    if (!(low_ <= high_)) low_ = high_ = 0;
-    first_ = std::clamp(static_cast<int>(low_) - kWidestFilter, 0, source.height() - 1);
-    const int last = std::clamp(static_cast<int>(high_) + kWidestFilter, first_, source.height() - 1);
-    rows_ = last - first_ + 1;
-    visit(places, [&](Place& place) { place[1] -= static_cast<float>(first_); });
-  }
-
-  Image image() const {
-    Image part(source_.width(), rows_, source_.channels(), source_.depth());
-    const std::size_t row = source_.bytes().size() / static_cast<std::size_t>(source_.height());
-    const auto from = source_.bytes().subspan(row * static_cast<std::size_t>(first_), part.bytes().size());
-    std::copy(from.begin(), from.end(), part.bytes().begin());
-    return part;
-  }
-
- private:
-  static constexpr int kWidestFilter = 8;
-
-  template <class Visit>
-  static void visit(Places& places, const Visit& visit) {
-    for (Place& place : places.single.places)
-      if (!std::isnan(place[1])) visit(place);
-    for (Place& place : places.list) visit(place);
-  }
-
-  const Image& source_;
-  float low_ = std::numeric_limits<float>::max();
-  float high_ = std::numeric_limits<float>::lowest();
-  int first_ = 0;
-  int rows_ = 1;
-};
-
 // The samples of one pixel of a band.
 class PixelSamples {
  public:
@@ -122,9 +82,10 @@ class Pusher {
  public:
   Pusher(const Image& source, DeformedMesh mesh, const RasterOptions& raster, const PushOptions& options,
          std::vector<float> priority)
-      : source_(options.fill ? source : images::with_alpha(source)),
+      : opaque_(options.fill || source.has_alpha() ? Image() : images::with_alpha(source)),
+        source_(opaque_.empty() ? source : opaque_),
         over_(raster.over),
-        options_(options),
+        look_up_{options.interpolation, Border::kReplicate, options.fill.value_or(std::array<double, 4>{})},
         raster_(std::move(mesh), raster, std::move(priority)),
         result_{Image(raster.width, raster.height, source_.channels(), source_.depth()),
                 std::vector<std::uint8_t>(result_pixels(raster)),
@@ -145,18 +106,12 @@ class Pusher {
     const RasterBand band = raster_.band(index);
     const std::size_t first = static_cast<std::size_t>(band.first_row) * static_cast<std::size_t>(band.width);
     Places places = find_places(band, index);
-    const Image visible = VisibleRows(source_, places).image();
-    Image pixels = remap(visible, places.single, options_of(options_.interpolation));
-    if (!places.mixed.empty()) mix(visible, places, pixels);
+    Image pixels = remap(source_, places.single, look_up_);
+    if (!places.mixed.empty()) mix(places, pixels);
     const std::size_t bytes = byte_count(source_.depth()) * static_cast<std::size_t>(source_.channels());
     std::copy(pixels.bytes().begin(), pixels.bytes().end(),
               result_.image.bytes().begin() + static_cast<std::ptrdiff_t>(first * bytes));
     note_coverage(band, first);
-  }
-
-  // Where nothing is, the fill; source_ has an alpha channel if that is to be transparent.
-  RemapOptions options_of(Interpolation interpolation) const {
-    return {interpolation, Border::kReplicate, options_.fill.value_or(std::array<double, 4>{})};
   }
 
   void note_coverage(const RasterBand& band, std::size_t first) {
@@ -214,18 +169,58 @@ class Pusher {
     places.mixed.push_back(mixed);
   }
 
-  void mix(const Image& visible, const Places& places, Image& pixels) const {
+  void mix(const Places& places, Image& pixels) const {
     const auto rows = static_cast<int>((places.list.size() + kListWidth - 1) / kListWidth);
     PixelMap map{kListWidth, rows, places.list};
-    map.places.resize(static_cast<std::size_t>(kListWidth) * static_cast<std::size_t>(rows), Place{0, 0});
-    const Image looked_up = remap(visible, map, options_of(options_.interpolation));
+    map.places.resize(static_cast<std::size_t>(kListWidth) * static_cast<std::size_t>(rows), Place{kNowhere, kNowhere});
+    const Image looked_up = remap(source_, map, look_up_);
     switch (source_.depth()) {
       case PixelDepth::kUint8:
-        return average<std::uint8_t>(places, looked_up, pixels);
+        return mix<std::uint8_t>(places, looked_up, pixels);
       case PixelDepth::kUint16:
-        return average<std::uint16_t>(places, looked_up, pixels);
+        return mix<std::uint16_t>(places, looked_up, pixels);
       case PixelDepth::kFloat32:
-        return average<float>(places, looked_up, pixels);
+        return mix<float>(places, looked_up, pixels);
+    }
+  }
+
+  template <class Value>
+  void mix(const Places& places, const Image& looked_up, Image& pixels) const {
+    if (look_up_.interpolation == Interpolation::kLabel)
+      elect<Value>(places, looked_up, pixels);
+    else
+      average<Value>(places, looked_up, pixels);
+  }
+
+  // The value of the largest part of the pixel; the first of equal ones.
+  template <class Value>
+  void elect(const Places& places, const Image& looked_up, Image& pixels) const {
+    using Candidate = std::array<Value, 4>;
+    const auto channels = static_cast<std::size_t>(source_.channels());
+    const auto from = looked_up.values<Value>();
+    const auto to = pixels.values<Value>();
+    std::vector<std::pair<Candidate, double>> parts;
+    const auto add = [&](double part, const Candidate& candidate) {
+      const auto same =
+          std::find_if(parts.begin(), parts.end(), [&](const auto& known) { return known.first == candidate; });
+      if (same == parts.end())
+        parts.emplace_back(candidate, part);
+      else
+        same->second += part;
+    };
+    Candidate fill{};
+    for (std::size_t c = 0; c < channels; ++c) fill[c] = rounded<Value>(look_up_.fill[c]);
+    for (const MixedPixel& mixed : places.mixed) {
+      parts.clear();
+      for (std::size_t i = mixed.first; i < mixed.first + mixed.count; ++i) {
+        Candidate candidate{};
+        std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(i * channels), channels, candidate.begin());
+        add(places.shares[i], candidate);
+      }
+      add(1 - mixed.covered, fill);
+      const auto most = std::max_element(parts.begin(), parts.end(),
+                                         [](const auto& a, const auto& b) { return a.second < b.second; });
+      std::copy_n(most->first.begin(), channels, to.begin() + static_cast<std::ptrdiff_t>(mixed.pixel * channels));
     }
   }
 
@@ -234,7 +229,6 @@ class Pusher {
   void average(const Places& places, const Image& looked_up, Image& pixels) const {
     const auto channels = static_cast<std::size_t>(source_.channels());
     const std::size_t colours = source_.has_alpha() ? channels - 1 : channels;
-    const std::array<double, 4> fill = options_.fill.value_or(std::array<double, 4>{});
     const auto from = looked_up.values<Value>();
     const auto to = pixels.values<Value>();
     for (const MixedPixel& mixed : places.mixed) {
@@ -247,7 +241,7 @@ class Pusher {
       };
       for (std::size_t i = mixed.first; i < mixed.first + mixed.count; ++i)
         add(places.shares[i], from.subspan(i * channels, channels));
-      add(1 - mixed.covered, fill);
+      add(1 - mixed.covered, look_up_.fill);
       for (std::size_t c = 0; c < colours; ++c)
         to[mixed.pixel * channels + c] = rounded<Value>(opacity > 0 ? sum[c] / opacity : 0);
       if (colours < channels) to[mixed.pixel * channels + colours] = rounded<Value>(opacity);
@@ -260,9 +254,10 @@ class Pusher {
     return static_cast<Value>(std::lround(value));
   }
 
-  Image source_;
+  Image opaque_;         // the source with an alpha channel, where it has none and what is not covered is transparent
+  const Image& source_;  // that or the source
   SheetOrder over_;
-  PushOptions options_;
+  RemapOptions look_up_;  // where nothing is, the fill
   MeshRaster raster_;
   PushedImage result_;
   std::mutex mutex_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include <opencv2/imgproc.hpp>
@@ -19,6 +20,7 @@ using images::mat_of;
 int opencv_interpolation(Interpolation interpolation) {
   switch (interpolation) {
     case Interpolation::kNearest:
+    case Interpolation::kLabel:
       return cv::INTER_NEAREST;
     case Interpolation::kLinear:
       return cv::INTER_LINEAR;
@@ -42,6 +44,8 @@ void check_size(int width, int height, const std::string& what) {
                    std::to_string(kLongest) + " on a side can be warped: scale it down first");
 }
 
+constexpr int kWidestFilter = 8;
+
 /// The coordinate, or one near the image at which the border rule gives the same value: cv::remap keeps 16 bits.
 float near_image(float x, int size, Border border) {
   const auto length = static_cast<double>(size);
@@ -51,25 +55,41 @@ float near_image(float x, int size, Border border) {
     if (folded > length - 0.5) folded = 2 * length - 1 - folded;
     return static_cast<float>(folded);
   }
-  constexpr double kWidestFilter = 8;
   return static_cast<float>(std::clamp<double>(x, -kWidestFilter, length + kWidestFilter));
 }
 
 struct SamplingPlaces {
-  cv::Mat coordinates;  ///< two float32 a pixel
-  cv::Mat is_nowhere;   ///< 255 or 0
+  cv::Mat coordinates;   ///< two float32 a pixel, in the rows of the source from `rows.start` on
+  cv::Mat is_nowhere;    ///< 255 or 0
+  cv::Range rows{0, 1};  ///< of the source, that some place can see
 };
+
+/// Moves the coordinates to the rows of the source that they see, from `low` to `high` and the width of a filter
+/// around.
+void keep_to_rows(SamplingPlaces& places, float low, float high, int height) {
+  if (!(low <= high)) return;  // all nowhere
+  places.rows.start = std::clamp(static_cast<int>(low) - kWidestFilter, 0, height - 1);
+  places.rows.end = std::clamp(static_cast<int>(high) + kWidestFilter, places.rows.start, height - 1) + 1;
+  const auto first = static_cast<float>(places.rows.start);
+  for (int y = 0; y < places.coordinates.rows; ++y)
+    for (int x = 0; x < places.coordinates.cols; ++x) places.coordinates.at<cv::Vec2f>(y, x)[1] -= first;
+}
 
 SamplingPlaces places_of(const PixelMap& map, const Image& source, Border border) {
   SamplingPlaces result{cv::Mat(map.height, map.width, CV_32FC2), cv::Mat(map.height, map.width, CV_8U)};
+  float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
   for (std::size_t i = 0; i < map.places.size(); ++i) {
     const auto [x, y] = map.places[i];
     const bool is_place = std::isfinite(x) && std::isfinite(y);
-    result.coordinates.ptr<cv::Vec2f>()[i] =
-        is_place ? cv::Vec2f(near_image(x, source.width(), border), near_image(y, source.height(), border))
-                 : cv::Vec2f(0, 0);
+    cv::Vec2f& to = result.coordinates.ptr<cv::Vec2f>()[i];
     result.is_nowhere.data[i] = is_place ? 0 : 255;
+    to = cv::Vec2f(0, 0);
+    if (!is_place) continue;
+    to = cv::Vec2f(near_image(x, source.width(), border), near_image(y, source.height(), border));
+    low = std::min(low, to[1]);
+    high = std::max(high, to[1]);
   }
+  keep_to_rows(result, low, high, source.height());
   return result;
 }
 
@@ -80,7 +100,8 @@ const NameTable<Interpolation>& interpolation_table() {
                                                {{"nearest", {}, "the nearest pixel", Interpolation::kNearest},
                                                 {"linear", {}, "of 2 x 2 pixels", Interpolation::kLinear},
                                                 {"cubic", {}, "of 4 x 4 pixels", Interpolation::kCubic},
-                                                {"lanczos", {}, "of 8 x 8 pixels", Interpolation::kLanczos}});
+                                                {"lanczos", {}, "of 8 x 8 pixels", Interpolation::kLanczos},
+                                                {"label", {}, "that of most samples", Interpolation::kLabel}});
   return kTable;
 }
 
@@ -105,26 +126,29 @@ Image remap(const Image& source, const PixelMap& map, const RemapOptions& option
                      " pixels: there are places for " + std::to_string(map.places.size()));
   check_size(source.width(), source.height(), "the image");
   check_size(map.width, map.height, "the warped image");
-  if (options.border == Border::kTransparent)
-    return remap(images::with_alpha(source), map, {options.interpolation, Border::kConstant, {}});
-
-  Image result(map.width, map.height, source.channels(), source.depth());
-  const SamplingPlaces places = places_of(map, source, options.border);
-  const cv::Scalar fill(options.fill[0], options.fill[1], options.fill[2], options.fill[3]);
+  const bool is_transparent = options.border == Border::kTransparent;
+  const Border border = is_transparent ? Border::kConstant : options.border;
+  const std::array<double, 4> filling = is_transparent ? std::array<double, 4>{} : options.fill;
+  const SamplingPlaces places = places_of(map, source, border);
+  cv::Mat visible = mat_of(source).rowRange(places.rows);
+  if (is_transparent && !source.has_alpha()) visible = images::with_alpha(visible);
+  Image result(map.width, map.height, visible.channels(), source.depth());
+  const cv::Scalar fill(filling[0], filling[1], filling[2], filling[3]);
   cv::Scalar beyond = fill;
-  const bool is_mixed = options.interpolation != Interpolation::kNearest;
-  const int alpha = source.channels() - 1;
-  if (is_mixed && source.has_alpha())
-    for (int c = 0; c < alpha; ++c) beyond[c] *= fill[alpha] / full_value(source.depth());
+  const bool is_mixed =
+      options.interpolation != Interpolation::kNearest && options.interpolation != Interpolation::kLabel;
+  const int alpha = result.channels() - 1;
+  if (is_mixed && result.has_alpha())
+    for (int c = 0; c < alpha; ++c) beyond[c] *= filling[static_cast<std::size_t>(alpha)] / full_value(source.depth());
   const auto filter = [&](const cv::Mat& from, cv::Mat& to) {
     cv::remap(from, to, places.coordinates, cv::noArray(), opencv_interpolation(options.interpolation),
-              opencv_border(options.border), beyond);
+              opencv_border(border), beyond);
   };
   cv::Mat pixels = mat_of(result);
   if (is_mixed)
-    images::filter_pixels(source, result, filter);
+    images::filter_pixels(visible, result, filter);
   else
-    filter(mat_of(source), pixels);
+    filter(visible, pixels);
   pixels.setTo(fill, places.is_nowhere);
   return result;
 }

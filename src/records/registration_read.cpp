@@ -120,6 +120,7 @@ Landmarks read_shape(const Reader& reader, Points points) {
   shape.groups = reader.at("groups").texts();
   if (reader.has("numbers")) shape.numbers = reader.at("numbers").as<std::vector<int>>("a list of whole numbers");
   if (reader.has("axes")) shape.axes = reader.at("axes").text();
+  if (reader.has("y_down")) shape.y_down = reader.at("y_down").flag();
   if (reader.has("units")) shape.units = reader.at("units").text();
   const auto count = static_cast<std::size_t>(shape.count());
   if (!shape.numbers.empty() && shape.numbers.size() != count)

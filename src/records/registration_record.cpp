@@ -23,6 +23,7 @@ Json shape_json(const Landmarks& shape) {
   if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
   if (!shape.axes.empty()) json["axes"] = shape.axes;
   if (!shape.units.empty()) json["units"] = shape.units;
+  if (shape.y_down) json["y_down"] = true;
   return json;
 }
 

@@ -55,8 +55,13 @@ std::vector<PlaneCell> cells_of(const NodeRange& band, int columns, int coarsest
 // Writes the nodes of the cells, of which the last row and column belong to the next cell except at the plane's end.
 class CellWriter {
  public:
-  CellWriter(const RefinedCells& cells, SampledMap& map, bool with_jacobians)
-      : cells_(cells), map_(map), with_jacobians_(with_jacobians) {}
+  // The rows of `map` are those of the plane from `first_row` on.
+  CellWriter(const RefinedCells& cells, const SampledPlane& plane, int first_row, SampledMap& map)
+      : cells_(cells),
+        plane_rows_(plane.rows),
+        first_row_(first_row),
+        map_(map),
+        with_jacobians_(!map.jacobians.empty()) {}
 
   void write(const PlaneCell& cell) const {
     cell.for_each_quarter([&](const PlaneCell& quarter) {
@@ -71,9 +76,10 @@ class CellWriter {
  private:
   static int end(const NodeRange& range, int nodes) { return range.last == nodes - 1 ? nodes : range.last; }
   int end_column(const PlaneCell& cell) const { return end(cell.columns, map_.columns); }
-  int end_row(const PlaneCell& cell) const { return end(cell.rows, map_.rows); }
+  int end_row(const PlaneCell& cell) const { return end(cell.rows, plane_rows_); }
   std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(map_.columns) + static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row - first_row_) * static_cast<std::size_t>(map_.columns) +
+           static_cast<std::size_t>(column);
   }
 
   static std::array<float, 2> rounded(const PlaneVector& place) {
@@ -111,12 +117,13 @@ class CellWriter {
   }
 
   const RefinedCells& cells_;
+  int plane_rows_;
+  int first_row_;
   SampledMap& map_;
   bool with_jacobians_;
 };
 
-void write_cells(const RefinedCells& refined, SampledMap& map, bool with_jacobians) {
-  const CellWriter writer(refined, map, with_jacobians);
+void write_cells(const RefinedCells& refined, const CellWriter& writer) {
   const std::vector<PlaneCell>& cells = refined.cells();
   const auto tasks = static_cast<int>((cells.size() + kCellsPerTask - 1) / kCellsPerTask);
   parallel_for(tasks, [&](int task) {
@@ -125,24 +132,47 @@ void write_cells(const RefinedCells& refined, SampledMap& map, bool with_jacobia
   });
 }
 
+// Neighbouring bands share a row of nodes, which is written with the latter.
+SampledMap sample_band(const PlaneMap& map, const SampledPlane& plane, const NodeRange& band,
+                       const RefinementGoal& goal, int coarsest) {
+  const int rows = band.length() + (band.last == plane.rows - 1 ? 1 : 0);
+  const std::size_t nodes = static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(rows);
+  SampledMap result{plane.columns, rows, {}, {}};
+  result.places.resize(nodes);
+  if (goal.with_jacobians) result.jacobians.resize(nodes);
+  const RefinedCells refined(map, plane, band, goal, cells_of(band, plane.columns, coarsest));
+  write_cells(refined, CellWriter(refined, plane, band.first, result));
+  result.error = refined.error();
+  if (goal.with_jacobians) result.jacobian_error = refined.jacobian_error();
+  result.exact_fraction = static_cast<double>(refined.evaluations()) / static_cast<double>(nodes);
+  return result;
+}
+
 }  // namespace
+
+void sample_map_by_rows(const PlaneMap& map, const SampledPlane& plane, double tolerance, bool with_jacobians,
+                        const UseRows& use, int coarsest) {
+  check_input(plane, tolerance, coarsest);
+  for (const NodeRange& band : ranges(plane.rows, rows_per_band(plane, coarsest)))
+    use(band.first, sample_band(map, plane, band, {tolerance, with_jacobians}, coarsest));
+}
 
 SampledMap sample_map(const PlaneMap& map, const SampledPlane& plane, double tolerance, bool with_jacobians,
                       int coarsest) {
   check_input(plane, tolerance, coarsest);
-  SampledMap result{plane.columns, plane.rows, {}, {}};
   const std::size_t nodes = static_cast<std::size_t>(plane.columns) * static_cast<std::size_t>(plane.rows);
-  result.places.resize(nodes);
-  if (with_jacobians) result.jacobians.resize(nodes);
-  std::int64_t evaluations = 0;
-  for (const NodeRange& band : ranges(plane.rows, rows_per_band(plane, coarsest))) {
-    const RefinedCells refined(map, plane, band, {tolerance, with_jacobians}, cells_of(band, plane.columns, coarsest));
-    write_cells(refined, result, with_jacobians);
-    result.error = std::max(result.error, refined.error());
-    if (with_jacobians) result.jacobian_error = std::max(result.jacobian_error, refined.jacobian_error());
-    evaluations += refined.evaluations();
-  }
-  result.exact_fraction = static_cast<double>(evaluations) / static_cast<double>(nodes);
+  SampledMap result{plane.columns, plane.rows, {}, {}};
+  result.places.reserve(nodes);
+  if (with_jacobians) result.jacobians.reserve(nodes);
+  const UseRows append = [&](int, SampledMap&& band) {
+    const double share = static_cast<double>(band.places.size()) / static_cast<double>(nodes);
+    result.places.insert(result.places.end(), band.places.begin(), band.places.end());
+    result.jacobians.insert(result.jacobians.end(), band.jacobians.begin(), band.jacobians.end());
+    result.error = std::max(result.error, band.error);
+    result.jacobian_error = std::max(result.jacobian_error, band.jacobian_error);
+    result.exact_fraction += share * band.exact_fraction;
+  };
+  sample_map_by_rows(map, plane, tolerance, with_jacobians, append, coarsest);
   return result;
 }
 

@@ -15,7 +15,7 @@ namespace {
 class ChartErrorsTest : public PictureTest {
  protected:
   static std::string message_of_failed_write(const Chart& chart) {
-    std::string message = error_of([&] { write_chart(chart, "chart.png", "chart.svg"); });
+    std::string message = error_of([&] { write_chart(chart, {"chart.png", "chart.svg"}); });
     EXPECT_TRUE(files().empty());
     return message;
   }
@@ -90,7 +90,7 @@ TEST_F(ChartErrorsTest, RefusesPanelsThatDisagree) {
 
 TEST_F(ChartErrorsTest, SaysThatTheFolderIsMissingAndWritesNeither) {
   const Chart chart{.rows = {{{.series = {wave("w")}}}}};
-  EXPECT_THROW(write_chart(chart, "chart.png", "nowhere/chart.svg"), InputError);
+  EXPECT_THROW(write_chart(chart, {"chart.png", "nowhere/chart.svg"}), InputError);
   EXPECT_TRUE(files().empty());
 }
 

@@ -15,7 +15,7 @@ class ChartTest : public PictureTest {
  protected:
   /// Writes the chart, expects two whole files and returns the SVG's text.
   static std::string draw(const Chart& chart) {
-    write_chart(chart, "chart.png", "chart.svg");
+    write_chart(chart, {"chart.png", "chart.svg"});
     return expect_whole_pictures("chart.png", "chart.svg");
   }
 
@@ -64,9 +64,24 @@ TEST_F(ChartTest, OneNameIsOneEntryAndOneColour) {
                           {{.series = {wave("same", SeriesStyle::kSteps), wave("")}}, {.series = {wave("other")}}}}});
   EXPECT_EQ(count_of(svg, ">same<"), 1u);
   EXPECT_EQ(count_of(svg, ">other<"), 1u);
-  EXPECT_TRUE(contains(svg, "rgb( 76, 106, 146)")) << "the first colour";
-  EXPECT_TRUE(contains(svg, "rgb(176,  58,  99)")) << "the second colour";
-  EXPECT_FALSE(contains(svg, "rgb( 47, 143, 107)")) << "a third colour";
+  EXPECT_TRUE(contains(svg, "rgb( 33, 105, 210)")) << "the first colour";
+  EXPECT_TRUE(contains(svg, "rgb(169,  58,  86)")) << "the second colour";
+  EXPECT_FALSE(contains(svg, "rgb( 53, 164, 132)")) << "a third colour";
+}
+
+// Lines on one another both stay visible, and no series is known by its colour alone.
+TEST_F(ChartTest, LinesDifferByTheirDashesAndMarksByTheirShapes) {
+  const auto strokes = [](const std::string& svg, const std::string& colour) {
+    const std::size_t at = svg.find("stroke='" + colour + "'");
+    const std::size_t data = svg.find(" d='", at) + 4;
+    return at == std::string::npos ? 0 : count_of(svg.substr(data, svg.find('\'', data) - data), "M");
+  };
+  std::string svg = draw({.series = {wave("one", SeriesStyle::kLine), wave("two", SeriesStyle::kLine)}});
+  EXPECT_EQ(strokes(svg, "rgb( 33, 105, 210)"), 1u) << "the first is whole";
+  EXPECT_GT(strokes(svg, "rgb(169,  58,  86)"), 10u) << "the second is dashed";
+  svg = draw({.series = {wave("one", SeriesStyle::kPoints), wave("two", SeriesStyle::kPoints)}});
+  EXPECT_FALSE(contains(svg, "fill = 'rgb( 33, 105, 210)'")) << "discs are short strokes";
+  EXPECT_TRUE(contains(svg, "fill = 'rgb(169,  58,  86)'")) << "squares are areas";
 }
 
 TEST_F(ChartTest, ASeriesWithoutValuesIsAnEntryOfTheLegend) {

@@ -20,12 +20,12 @@ class PathPictureTest : public PictureTest {
  protected:
   /// Writes the picture, expects two whole files and returns the SVG's text.
   static std::string draw(const PathPicture& picture) {
-    write_path_picture(picture, "paths.png", "paths.svg");
+    write_path_picture(picture, {"paths.png", "paths.svg"});
     return expect_whole_pictures("paths.png", "paths.svg");
   }
 
   static std::string message_of_failed_write(const PathPicture& picture) {
-    std::string message = error_of([&] { write_path_picture(picture, "paths.png", "paths.svg"); });
+    std::string message = error_of([&] { write_path_picture(picture, {"paths.png", "paths.svg"}); });
     EXPECT_TRUE(files().empty());
     return message;
   }
@@ -185,7 +185,7 @@ TEST_F(PathPictureTest, RefusesSizesThatDisagree) {
 
 TEST_F(PathPictureTest, SaysThatTheFolderIsMissingAndWritesNeither) {
   const PathPicture picture = walks(1, 2, 1, 10);
-  EXPECT_THROW(write_path_picture(picture, "paths.png", "nowhere/paths.svg"), InputError);
+  EXPECT_THROW(write_path_picture(picture, {"paths.png", "nowhere/paths.svg"}), InputError);
   EXPECT_TRUE(files().empty());
 }
 

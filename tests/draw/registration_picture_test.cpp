@@ -61,7 +61,7 @@ bool is_ring(const Points& line) {
 }
 
 Drawn target_in(const std::string& svg) {
-  const std::string start = "<path stroke='rgb(224, 123,  57)'";
+  const std::string start = "<path stroke='rgb(212,  98,  26)'";
   Drawn drawn;
   for (std::size_t at = svg.find(start); at != std::string::npos; at = svg.find(start, at + 1)) {
     const std::size_t data = svg.find(" d='", at) + 4;
@@ -78,12 +78,12 @@ Drawn target_in(const std::string& svg) {
 class RegistrationPictureTest : public PictureTest {
  protected:
   static Drawn draw(const RegistrationPicture& picture) {
-    write_registration_picture(picture, "picture.png", "picture.svg");
+    write_registration_picture(picture, {"picture.png", "picture.svg"});
     return target_in(expect_whole_pictures("picture.png", "picture.svg"));
   }
 
   static std::string refusal(const RegistrationPicture& picture) {
-    return error_of([&] { write_registration_picture(picture, "picture.png", "picture.svg"); });
+    return error_of([&] { write_registration_picture(picture, {"picture.png", "picture.svg"}); });
   }
 };
 
@@ -116,7 +116,7 @@ TEST_F(RegistrationPictureTest, OutlinesTheTargetByItsOwnGroups) {
   RegistrationPicture picture = example(2, 20, target);
   picture.corresponds = false;
   EXPECT_TRUE(draw(picture).outlines.empty()) << "it jumps";
-  for (int i = 0; i < 60; ++i) picture.target.groups.push_back(i < 30 ? "left" : "right");
+  for (int i = 0; i < 60; ++i) picture.target.groups.emplace_back(i < 30 ? "left" : "right");
   EXPECT_EQ(draw(picture).outlines.size(), 4u);
   EXPECT_FALSE(contains(contents("picture.svg"), "left")) << "its groups have one colour";
 }
@@ -156,7 +156,7 @@ TEST_F(RegistrationPictureTest, DrawsTargetsOfWhichMuchIsMissing) {
       RegistrationPicture picture = example(d, n, target);
       const bool dense = d > 1 && n == 500;
       EXPECT_EQ(draw(picture).rings.size(), dense ? 0 : panels(d) + 1);
-      for (int i = 0; i < n; ++i) picture.source.groups.push_back(i < n / 2 ? "there" : "not there");
+      for (int i = 0; i < n; ++i) picture.source.groups.emplace_back(i < n / 2 ? "there" : "not there");
       draw(picture);
     }
 }

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 class ReportTest : public PictureTest {
  protected:
   static void write(const RegistrationPicture& picture) {
-    write_registration_picture(picture, "picture.png", "picture.svg");
+    write_registration_picture(picture, {"picture.png", "picture.svg"});
   }
 
   static std::string message_of_failed_write(const RegistrationPicture& picture) {
@@ -116,7 +116,7 @@ TEST_F(ReportTest, CutsTitlesThatDoNotFit) {
 TEST_F(ReportTest, WritesToFoldersWithSpecialNames) {
   const fs::path folder = "|it's a \"folder\" & $more";
   fs::create_directory(folder);
-  write_registration_picture(example(2, 8), folder / "a'b.png", folder / "~c d.svg");
+  write_registration_picture(example(2, 8), {folder / "a'b.png", folder / "~c d.svg"});
   expect_whole_pictures(folder / "a'b.png", folder / "~c d.svg");
 }
 
@@ -161,14 +161,35 @@ TEST_F(ReportTest, SaysThatGnuplotIsMissing) {
   EXPECT_TRUE(files().empty());
 }
 
+TEST_F(ReportTest, HasTheWidthAndTheResolutionAskedFor) {
+  const auto sides = [](const std::string& png) {
+    const auto number = [&](std::size_t at) {
+      return 256 * static_cast<unsigned char>(png[at + 2]) + static_cast<unsigned char>(png[at + 3]);
+    };
+    return std::pair(number(16), number(20));
+  };
+  const RegistrationPicture picture = example(2, 8);
+  write_registration_picture(picture, {.png = "usual.png"});
+  write_registration_picture(picture, {.png = "a.png", .svg = "a.svg", .pdf = "a.pdf", .width = 127, .dpi = 300});
+  const auto [usual_width, usual_height] = sides(contents("usual.png"));
+  const auto [width, height] = sides(contents("a.png"));
+  EXPECT_EQ(width, 1500) << "five inches of 300 pixels";
+  EXPECT_NEAR(height, 1500.0 * usual_height / usual_width, 1);
+  EXPECT_NE(contents("a.svg").find("width=\"480\""), std::string::npos) << "five inches of 96 pixels";
+  const std::string pdf = contents("a.pdf");
+  EXPECT_EQ(pdf.substr(0, 5), "%PDF-");
+  EXPECT_NE(pdf.find("/MediaBox [ 0 0 360 "), std::string::npos) << "five inches of 72 points";
+  EXPECT_EQ(files().size(), 4U) << "without a name, no file";
+}
+
 TEST_F(ReportTest, SaysThatTheFolderIsMissingAndWritesNeither) {
   try {
-    write_registration_picture(example(2, 8), "picture.png", "nowhere/picture.svg");
+    write_registration_picture(example(2, 8), {"picture.png", "nowhere/picture.svg"});
     FAIL();
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("there is no folder"), std::string::npos);
   }
-  EXPECT_THROW(write_registration_picture(example(2, 8), ".", "picture.svg"), InputError);
+  EXPECT_THROW(write_registration_picture(example(2, 8), {".", "picture.svg"}), InputError);
   EXPECT_TRUE(files().empty());
 }
 

@@ -118,6 +118,36 @@ TEST_F(GridFields, AreReadFromOtherTypes) {
   EXPECT_EQ(field.spacing, (std::vector<double>{0.5, 2}));
 }
 
+TEST_F(GridFields, KeepTheTypeOfTheirNumbers) {
+  const float limit = std::numeric_limits<float>::max();
+  GridField field{{4, 1}, {1, 1}, {0, 0}, 1, {2.6F, -limit, limit, std::numeric_limits<float>::quiet_NaN()}};
+  struct Example {
+    GridType type;
+    std::vector<float> read;
+    std::string meta_image, nrrd;
+  };
+  const std::vector<Example> examples = {
+      {GridType::kInt8, {3, -128, 127, 0}, "MET_CHAR", "signed char"},
+      {GridType::kUint8, {3, 0, 255, 0}, "MET_UCHAR", "uchar"},
+      {GridType::kInt16, {3, -32768, 32767, 0}, "MET_SHORT", "short"},
+      {GridType::kUint16, {3, 0, 65535, 0}, "MET_USHORT", "ushort"},
+      {GridType::kInt32, {3, -2147483648.0F, 2147483648.0F, 0}, "MET_INT", "int"},
+      {GridType::kUint32, {3, 0, 4294967296.0F, 0}, "MET_UINT", "uint"},
+      {GridType::kInt64, {3, -9223372036854775808.0F, 9223372036854775808.0F, 0}, "MET_LONG_LONG", "longlong"},
+      {GridType::kUint64, {3, 0, 18446744073709551616.0F, 0}, "MET_ULONG_LONG", "ulonglong"},
+      {GridType::kDouble, field.values, "MET_DOUBLE", "double"}};
+  for (const Example& example : examples)
+    for (const std::string name : {"field.mha", "field.nrrd"}) {
+      field.type = example.type;
+      write_grid_field(name, field);
+      const GridField back = read_grid_field(name);
+      EXPECT_EQ(back.type, example.type) << name;
+      EXPECT_TRUE(is_same(back.values, example.read)) << name << ' ' << example.meta_image;
+      EXPECT_THAT(contents(name), testing::HasSubstr(name == "field.mha" ? "ElementType = " + example.meta_image + "\n"
+                                                                         : "type: " + example.nrrd + "\n"));
+    }
+}
+
 TEST_F(GridFields, AreRecognisedByTheirContent) {
   const GridField field = example_field(2, 2);
   write_grid_field("field.mha", field);

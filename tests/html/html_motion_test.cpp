@@ -32,11 +32,12 @@ TEST(HtmlMotion, HoldsPlacesAsPartsOfTheBox) {
   ReportMotion motion = two_points();
   motion.source.groups = {"a", "b"};
   motion.outliers = {1};
+  motion.source.numbers = {4, 9};
   const std::string numbers = numbers_in(page_of(motion));
   for (const char* text :
        {"\"d\":2,", "\"times\":[0,0.5]", "\"low\":[0,0]", "\"unit\":1e-05", "\"size\":[100000,100000]",
-        "\"groups\":[0,1]", "\"outliers\":[1]", "\"frames\":[[0,0,100000,0],[0,100000,100000,100000]]",
-        "\"target\":[0,100000,100000,100000]", "\"grid\":[]"})
+        R"("groups":[0,1])", R"("outliers":[1])", R"("numbers":[4,9])",
+        "\"frames\":[[0,0,100000,0],[0,100000,100000,100000]]", "\"target\":[0,100000,100000,100000]", "\"grid\":[]"})
     EXPECT_TRUE(contains(numbers, text)) << text << '\n' << numbers;
 }
 
@@ -62,6 +63,28 @@ TEST(HtmlMotion, EscapesItsCaptionAndNeedsNothingBesideItself) {
   EXPECT_TRUE(contains(page, "<figcaption>&lt;b&gt;&amp;</figcaption>"));
   for (const char* bad : {"<b>", "http", "//www", "@import", "url(", "nan", "inf]"})
     EXPECT_FALSE(contains(page, bad)) << bad;
+}
+
+TEST(HtmlMotion, CountsYDownwardsInImages) {
+  ReportMotion motion = two_points();
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), R"("down":false)"));
+  motion.target.y_down = true;
+  EXPECT_TRUE(contains(numbers_in(page_of(motion)), R"("down":true)"));
+}
+
+TEST(HtmlMotion, RefusesAPictureWhoseMeshIsNotInTheGrid) {
+  ReportMotion motion = two_points();
+  motion.image = MotionImage{"missing.png", {0, 0}, {1, 1}, 2, 1};
+  const std::string error = "report: the mesh of a motion's picture is not in its grid";
+  EXPECT_EQ(motion_error(motion), error) << "there is no grid";
+  motion.lines = {2, 2};
+  motion.grid.assign(2, (Points(2, 4) << 0, 0, 1, 1, 0, 1, 0, 1).finished());
+  EXPECT_TRUE(contains(motion_error(motion), "cannot read the picture 'missing.png'"));
+  motion.image->columns = 3;
+  EXPECT_EQ(motion_error(motion), error);
+  motion.image->columns = 2;
+  motion.image->step = 0;
+  EXPECT_EQ(motion_error(motion), error);
 }
 
 TEST(HtmlMotion, TargetMayMissCoordinates) {

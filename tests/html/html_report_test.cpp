@@ -118,7 +118,7 @@ TEST_F(HtmlReportTest, RefusesPicturesThatCannotBeEmbedded) {
   EXPECT_EQ(error("absent.svg"), "cannot read the picture 'absent.svg': No such file or directory");
   EXPECT_EQ(error("."), "cannot read the picture '.': it is a folder");
   write("text.svg", "no picture");
-  EXPECT_EQ(error("text.svg"), "the picture 'text.svg' is neither SVG nor PNG");
+  EXPECT_EQ(error("text.svg"), "the picture 'text.svg' is not SVG, PNG or JPEG");
 }
 
 TEST_F(HtmlReportTest, RefusesTablesThatAreNotRectangular) {

@@ -130,7 +130,7 @@ TEST(Remap, LongSidesAndUnknownNamesAreRefused) {
   const PixelMap tall = map_of(1, 40000, [](float, float) { return Place{0, 0}; });
   EXPECT_THAT(error_of([&] { remap(widest, tall); }), HasSubstr("the warped image has 1 x 40000 pixels"));
   EXPECT_EQ(error_of([] { parse_interpolation("linnear"); }),
-            "unknown interpolation 'linnear'; did you mean 'linear'; valid: nearest, linear, cubic, lanczos");
+            "unknown interpolation 'linnear'; did you mean 'linear'; valid: nearest, linear, cubic, lanczos, label");
   EXPECT_THAT(error_of([] { parse_border("wrap"); }), HasSubstr("valid: constant, replicate, reflect, transparent"));
   EXPECT_EQ(parse_border("reflect"), Border::kReflect);
   EXPECT_EQ(parse_interpolation("lanczos"), Interpolation::kLanczos);

@@ -2,6 +2,7 @@
 
 #include "images/push_forward.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -164,6 +165,47 @@ TEST(PushForward, ShrinkingAverages) {
                                                 }),
                                         {.width = 4, .height = 4, .supersampling = 8});
   for (const std::uint8_t value : grey.image.values<std::uint8_t>()) EXPECT_NEAR(value, 127.5, 1.5);
+}
+
+// Shrunk, stretched and folded, whatever the samples are.
+TEST(PushForward, LabelsAreNeverMadeUp) {
+  constexpr std::array<std::uint8_t, 3> kLabels = {0, 5, 200};
+  std::vector<std::uint8_t> values;
+  for (int i = 0; i < 40 * 40; ++i) values.push_back(kLabels[static_cast<std::size_t>((i % 40 / 7 + i / 40 / 5) % 3)]);
+  const Image labels = image_u8(40, 40, 1, values);
+  const auto map = [](float x, float y) -> Place { return {x / 3 + 4 * std::sin(y / 6), y / 2 + 5 * std::sin(x / 4)}; };
+  const auto push = [&](Interpolation interpolation, SheetOrder over) {
+    return push_forward(labels, mesh_of(labels, map), {.width = 24, .height = 24, .supersampling = 3, .over = over},
+                        {.interpolation = interpolation, .fill = std::array<double, 4>{200, 0, 0, 0}});
+  };
+  const auto is_label = [&](std::uint8_t value) {
+    return std::find(kLabels.begin(), kLabels.end(), value) != kLabels.end();
+  };
+  for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kAverage}) {
+    const Image found = push(Interpolation::kLabel, over).image;
+    const auto pixels = found.values<std::uint8_t>();
+    EXPECT_TRUE(std::all_of(pixels.begin(), pixels.end(), is_label));
+  }
+  const Image mixed = push(Interpolation::kNearest, SheetOrder::kLeastStretched).image;
+  const auto pixels = mixed.values<std::uint8_t>();
+  EXPECT_FALSE(std::all_of(pixels.begin(), pixels.end(), is_label)) << "the example tests nothing";
+}
+
+TEST(PushForward, ALabelIsThatOfMostSamples) {
+  // Four pixels and the half of a fifth in one: 5, 5, 9, 9, 9 and nothing; then 5 alone on a third of it.
+  const Image labels = image_u8(5, 1, 1, {5, 5, 9, 9, 9});
+  const auto shrunk = [](double factor) {
+    return [factor](float x, float y) -> Place { return {static_cast<float>(factor * (x + 0.5) - 0.5), y}; };
+  };
+  const auto value = [&](double factor, std::array<double, 4> fill) {
+    return push_forward(labels, mesh_of(labels, shrunk(factor)), {.width = 1, .height = 1, .supersampling = 8},
+                        {.interpolation = Interpolation::kLabel, .fill = fill})
+        .image.at(0, 0, 0);
+  };
+  EXPECT_EQ(value(0.2, {}), 9);
+  EXPECT_EQ(value(0.45, {}), 5) << "two of the three fifths that are in the pixel";
+  EXPECT_EQ(value(0.05, {}), 0) << "a quarter is covered";
+  EXPECT_EQ(value(0.05, {77}), 77);
 }
 
 TEST(PushForward, IsTheSameForAnyNumberOfThreads) {

@@ -52,6 +52,27 @@ TEST_F(Reports, RegisterTellsWhatItDidAndShowsIt) {
   EXPECT_THAT(page, HasSubstr("displacement by the noise"));
 }
 
+TEST_F(Reports, ShowTheFormatOfPicturesThatThereIs) {
+  const Arguments usual = {"register", sample("swap_source"), sample("swap_target"), "-o", "out"};
+  ProgramRun done = run(joined(usual, words("--pictures svg,pdf --width 120")));
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("report.html, registration.svg, registration.pdf\n"));
+  EXPECT_THAT(report(), HasSubstr("<img src=\"data:image/svg+xml;base64,"));
+  EXPECT_FALSE(std::filesystem::exists("out/registration.png"));
+  ASSERT_EQ(run(joined(usual, words("--pictures pdf"))).exit_code, 0);
+  EXPECT_THAT(report(), Not(HasSubstr("<img")));
+  for (const auto& [options, message] : {std::pair("--pictures gif", "--pictures: 'gif' is not a format of pictures"),
+                                         {"--pictures ,", "'' is not a format of pictures"},
+                                         {"--width 0", "--width is 0"},
+                                         {"--dpi -1", "--dpi is -1"},
+                                         {"--width 1", "pictures 4 pixels wide"},
+                                         {"--dpi 1e6", "it must be from 100 to 30000"}}) {
+    done = run(joined(usual, words(options)));
+    EXPECT_EQ(done.exit_code, 2) << options;
+    EXPECT_THAT(done.err, HasSubstr(message)) << options;
+  }
+}
+
 TEST_F(Reports, RegisterMarksALandmarkThatStaysBehind) {
   write("a.csv", "x,y\n0,0\n1,0\n2,0\n0,1\n1,1\n2,1\n0,2\n1,2\n2,2\n");
   // The middle one is to go where no smooth flow as cheap as this takes it.

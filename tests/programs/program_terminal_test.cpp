@@ -6,6 +6,7 @@
 #include <csignal>
 #include <map>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <pty.h>
 
@@ -107,6 +108,22 @@ TEST_F(TerminalProgram, ShowsABarWhereTheEndIsKnown) {
   EXPECT_EQ(WEXITSTATUS(shown.status), 3) << "what there is was written";
   const std::size_t bar_end = shown.text.rfind(kErase);
   EXPECT_EQ(shown.text.substr(bar_end).find(" left"), std::string::npos) << "the bar goes away";
+}
+
+TEST_F(TerminalProgram, RegisterSaysWhatCtrlCLoses) {
+  std::string source = "x,y\n", target = source;
+  for (int i = 0; i < 400; ++i) {
+    source += fmt::format("{},{}\n", std::cos(0.0157 * i), std::sin(0.0157 * i));
+    target += fmt::format("{},{}\n", std::cos(0.0157 * i), std::sin(0.0157 * i) + 0.4 * std::cos(0.05 * i));
+  }
+  write("large_a.csv", source);
+  write("large_b.csv", target);
+  const Shown shown = on_terminal(words("register large_a.csv large_b.csv -o lost --tolerance 1e-12 --steps 200"), {},
+                                  "iteration ");
+  EXPECT_EQ(WTERMSIG(shown.status), SIGINT);
+  EXPECT_THAT(shown.text, EndsWith(std::string(kErase) +
+                                   "pulson: interrupted: the search is lost, and nothing was written to 'lost'\r\n"));
+  EXPECT_FALSE(std::filesystem::exists("lost/registration.json"));
 }
 
 TEST_F(TerminalProgram, TakesTheBarAwayWhereCtrlCEndsIt) {

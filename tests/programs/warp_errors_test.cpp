@@ -54,7 +54,12 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --over top", "valid: least-stretched, average, first, label-order");
   refuse("grey.png -o w.png --method puhs", "valid: auto, pull, push");
   refuse("grey.png -o w.png --labels plate", "valid: metric, thin-plate");
-  refuse("grey.png -o w.png --border none", "border");
+  refuse("grey.png -o w.png --border none", "unknown border 'none'; valid: auto, transparent, constant");
+  for (const char* background : {"1,2", "256", "-1", "nan", "1,2,300", "1;2;3", "1,2,3,4"})
+
+    refuse(std::string("grey.png -o w.png --background=") + background,
+           std::string("--background is '") + background + "'");
+  refuse("grey.png -o w.png --interpolation label --samples 3", "which labels do not have");
   refuse("grey.png -o w.png --interpolation best", "interpolation");
   refuse("grey.png -o w.png --origin 1", "--origin is '1'");
   refuse("grey.png -o w.png --pixel-size 0", "--pixel-size is 0");

@@ -3,7 +3,9 @@
 #include "warp_program.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,7 +44,7 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
   EXPECT_LE(recorded["map_error"], 0.05);
   EXPECT_GT(recorded["seconds"], 0);
   const Image warped = read_image("w.png");
-  EXPECT_EQ(warped.channels(), 4);
+  EXPECT_EQ(warped.channels(), 3);
   const Image source = read_image(discs());
   // Disc centres, which are landmarks, have changed places.
   const std::vector<double> left = pixel(source, 150, 180), right = pixel(source, 450, 180);
@@ -196,8 +198,57 @@ TEST_F(WarpProgram, PutsTheResultOnWhiteWhereTheFormatHasNoAlpha) {
       EXPECT_GE(read_image(name).at(55, 55, 1), 250) << name;
       EXPECT_LE(read_image(name).at(20, 20, 1), 5) << name;
     }
-  ASSERT_EQ(warp("red.png", "-q --size 60x60 -o W.PNG").exit_code, 0);
+  ASSERT_EQ(warp("red.png", "-q --size 60x60 --border transparent -o W.PNG").exit_code, 0);
   EXPECT_EQ(pixel(read_image("W.PNG"), 55, 55).back(), 0);
+}
+
+// What came in goes out: the same channels and depth, without an alpha channel that the image does not have.
+TEST_F(WarpProgram, KeepsTheKindOfAnImage) {
+  register_squares();
+  for (const std::string method : {"pull", "push"})
+    for (const PixelDepth depth : {PixelDepth::kUint8, PixelDepth::kUint16})
+      for (const int channels : {1, 3, 4}) {
+        SCOPED_TRACE(method + " " + describe(depth) + " " + std::to_string(channels));
+        write_image("in.png", uneven_image(17, 17, channels, depth));
+        ASSERT_EQ(warp("in.png", "-q --size 30x20 -o out.png --method " + method).exit_code, 0);
+        const Image result = read_image("out.png");
+        EXPECT_EQ(result.depth(), depth);
+        EXPECT_EQ(result.channels(), channels);
+        EXPECT_EQ(pixel(result, 28, 18).back(), channels == 4 ? 0 : full_value(depth)) << "beyond the image";
+      }
+  GridField grid{{17, 17}, {1, 1}, {0, 0}, 1, std::vector<float>(17 * 17, 100)};
+  for (const GridType type : {GridType::kUint8, GridType::kInt16, GridType::kUint16, GridType::kFloat}) {
+    grid.type = type;
+    write_grid_field("in.mha", grid);
+    for (const std::string name : {"out.mha", "out.nrrd"}) {
+      ASSERT_EQ(warp("in.mha", "-q --size 30x20 -o " + name).exit_code, 0);
+      const GridField result = read_grid_field(name);
+      EXPECT_EQ(result.type, type) << name;
+      EXPECT_EQ(result.values.back(), 0) << name;
+      EXPECT_EQ(*std::max_element(result.values.begin(), result.values.end()), 100) << name;
+    }
+  }
+}
+
+TEST_F(WarpProgram, KeepsLabels) {
+  register_discs();
+  Image labels(600, 360, 1, PixelDepth::kUint8);
+  constexpr std::array<std::uint8_t, 3> kLabels = {0, 5, 200};
+  for (std::size_t i = 0; i < labels.pixel_count(); ++i)
+    labels.values<std::uint8_t>()[i] = kLabels[(i % 600 / 23 + i / 600 / 17) % 3];
+  write_image("labels.png", labels);
+  const std::string options = std::string(kFrame) + "-q -o l.png --interpolation ";
+  const auto values = [&](const std::string& more) {
+    EXPECT_EQ(warp("labels.png", options + more).exit_code, 0);
+    const Image result = read_image("l.png");
+    EXPECT_EQ(result.channels(), 1);
+    const auto pixels = result.values<std::uint8_t>();
+    return std::set<int>(pixels.begin(), pixels.end());
+  };
+  EXPECT_THAT(values("label"), ElementsAre(0, 5, 200));
+  EXPECT_THAT(values("label --border constant --background 7"), ElementsAre(0, 5, 7, 200));
+  EXPECT_GT(values("nearest").size(), 4U) << "samples are averaged, and the fill is white";
+  EXPECT_EQ(warp("labels.png", options + "label --samples 3").exit_code, 2);
 }
 
 // A grid's numbers have no white, and its own spacing and origin are kept.
@@ -222,7 +273,8 @@ TEST_F(WarpProgram, PutsNothingAroundGridsOfNumbers) {
 TEST_F(WarpProgram, SamplesTellMeanDeviationAndProbabilityOfFolds) {
   register_squares("ch-sd:beta=1");
   write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
-  const std::string options = "-o w.png --samples 5 --deviation d.tif --fold-probability p.tif -q --threads ";
+  const std::string options =
+      "-o w.png --border transparent --samples 5 --deviation d.tif --fold-probability p.tif -q --threads ";
   ASSERT_EQ(warp("grey.png", options + "1").exit_code, 0);
   const auto files = all_files();
   const ProgramRun done = warp("grey.png", options + "3 --json w.json");

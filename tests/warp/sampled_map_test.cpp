@@ -280,6 +280,27 @@ TEST(SampledMap, EverySizeIsWithinTolerance) {
 
 TEST(SampledMap, BandsMeet) { expect_within(kWaves, {50001, 70, 0}, 0.5, 16); }
 
+TEST(SampledMap, IsTheSameSomeRowsAtATime) {
+  const SampledPlane plane{50001, 130, -0.5};
+  const SampledMap whole = sample_map(kWaves, plane, 0.5, true);
+  int rows = 0, bands = 0;
+  double error = 0;
+  sample_map_by_rows(kWaves, plane, 0.5, true, [&](int first_row, const SampledMap& band) {
+    ASSERT_EQ(first_row, rows);
+    ASSERT_EQ(band.columns, plane.columns);
+    ASSERT_EQ(band.places.size(), static_cast<std::size_t>(band.columns) * static_cast<std::size_t>(band.rows));
+    const auto before = static_cast<std::ptrdiff_t>(rows) * plane.columns;
+    EXPECT_TRUE(std::equal(band.places.begin(), band.places.end(), whole.places.begin() + before));
+    EXPECT_TRUE(std::equal(band.jacobians.begin(), band.jacobians.end(), whole.jacobians.begin() + before));
+    rows += band.rows;
+    error = std::max(error, band.error);
+    ++bands;
+  });
+  EXPECT_EQ(rows, plane.rows);
+  EXPECT_GT(bands, 1) << "the example tests nothing";
+  EXPECT_EQ(error, whole.error);
+}
+
 TEST(SampledMap, TheFinestToleranceMakesEveryNodeExact) {
   const SampledMap sampled = sample_map(kWaves, {70, 50, 0}, 1e-13, true);
   EXPECT_EQ(sampled.exact_fraction, 1);

@@ -30,7 +30,8 @@ struct Landmarks {
   std::vector<int> numbers{};  ///< in the file, from 1, where it numbers them or some were left out; empty: 1, 2, …
   std::string units{};         ///< of length, as its file names them (`mm`), or `voxels`; empty: it does not
   std::string axes{};          ///< where the axes point, as its file says: `LPS`, `RAS`; empty: it does not
-  std::string source;          ///< where it came from, as a user would address it: `file.tps#3`
+  bool y_down = false;  ///< d = 2: whether y counts rows of an image, from the top; pictures then show it downwards
+  std::string source;   ///< where it came from, as a user would address it: `file.tps#3`
 
   int dimension() const { return static_cast<int>(points.rows()); }
   int count() const { return static_cast<int>(points.cols()); }

@@ -1,12 +1,21 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/picture_files.hpp"
 
 namespace pulson {
+
+/// A picture in the plane. Its rows go down in the picture that shows it, whichever way y points there.
+struct PlacedImage {
+  std::filesystem::path file;  ///< a png
+  Eigen::Vector2d low;         ///< corners of the box that it covers, length units
+  Eigen::Vector2d high;
+};
 
 /// All that the picture of one registration shows. d = 1, 2 or 3; N landmarks; K steps.
 struct RegistrationPicture {
@@ -20,8 +29,10 @@ struct RegistrationPicture {
   std::vector<Points> grid_before;  ///< d = 2: lines 2×M of the material grid at the start; may be empty
   std::vector<Points> grid_after;   ///< d = 2: the same lines at the end; may be empty
   std::vector<Points> grid_paths;   ///< d = 1: paths 2×M of material points, rows (t, x); may be empty
-  std::string title;                ///< one line, may be empty
-  std::string subtitle;             ///< one line, may be empty
+  std::optional<PlacedImage> image_before{};  ///< d = 2: below the source
+  std::optional<PlacedImage> image_after{};   ///< d = 2: below the result
+  std::string title;                          ///< one line, may be empty
+  std::string subtitle;                       ///< one line, may be empty
 };
 
 /// How the landmarks of one group are joined in a picture.
@@ -44,12 +55,11 @@ OutlineKind outline_kind(const Points& points);
 /// is drawn, and some of the paths. A target that corresponds has the source's groups and outlines, and short lines
 /// join it to the result; one that does not has its own, and no such lines. Landmarks that have a missing coordinate in
 /// the target are not drawn there: an outline joins their neighbours. Lengths keep one scale on all axes (but for d =
-/// 1, where one axis is time).
+/// 1, where one axis is time). In the plane y points up, or down where `y_down` of a shape says so.
 ///
 /// @throws InputError on a value that is not finite, except for missing coordinates of the target, on sizes that
 /// disagree, where a folder does not exist and where gnuplot is missing or fails; neither file is then written. Takes
 /// some tenths of a second; safe to call from several threads.
-void write_registration_picture(const RegistrationPicture& picture, const std::filesystem::path& png,
-                                const std::filesystem::path& svg);
+void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files);
 
 }  // namespace pulson

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -7,31 +8,46 @@
 
 namespace pulson {
 
+/// The type of the numbers in a file. All are floats in memory: whole numbers beyond 2^24 are rounded to one.
+enum class GridType : std::uint8_t {
+  kFloat,
+  kDouble,
+  kInt8,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kInt64,
+  kUint64
+};
+
 /// Numbers on a regular grid, an image or a field of displacements. Grid point (i, j[, k]) lies at
 ///   x = origin + direction · diag(spacing) · (i, j[, k]),
 /// and the displacements are vectors in the space of x, in its length units, regardless of the direction of the grid.
 /// ITK and what is built on it (3D Slicer, SimpleITK, ANTs) apply them as out(x) = image(x + field(x)): a field that
 /// carries an image from source to target holds source_from_target(x) − x at each x of the target.
 struct GridField {
-  std::vector<int> sizes;          ///< along each axis; d = 2 or 3 of them
-  std::vector<double> spacing;     ///< d, length units, > 0
-  std::vector<double> origin;      ///< d, length units: the place of the first grid point
-  int components = 1;              ///< of the value at a point: 1, a scalar, or d, a displacement
-  std::vector<float> values;       ///< the component runs fastest, then x, y, z
-  Eigen::MatrixXd direction = {};  ///< d×d, column k is the unit vector of grid axis k; empty: the identity
+  std::vector<int> sizes;            ///< along each axis; d = 2 or 3 of them
+  std::vector<double> spacing;       ///< d, length units, > 0
+  std::vector<double> origin;        ///< d, length units: the place of the first grid point
+  int components = 1;                ///< of the value at a point: 1, a scalar, or d, a displacement
+  std::vector<float> values;         ///< the component runs fastest, then x, y, z
+  Eigen::MatrixXd direction = {};    ///< d×d, column k is the unit vector of grid axis k; empty: the identity
+  GridType type = GridType::kFloat;  ///< in the file; whole types take the nearest number that they have, and 0 for NaN
 };
 
-/// Writes MetaImage (`.mha`) or NRRD (`.nrrd`), by the extension, little-endian floats in one file, with zlib or raw,
+/// Writes MetaImage (`.mha`) or NRRD (`.nrrd`), by the extension, little-endian in one file, with zlib or raw,
 /// by write_file_atomically. Coordinates are written as they are: nothing is flipped or scaled, and headers call
 /// those in 3D left-posterior-superior, as ITK's do, since that is what ITK and 3D Slicer take them for.
 /// @throws InputError if the extension is another one, the field's parts disagree, or the file cannot be written
 void write_grid_field(const std::filesystem::path& path, const GridField& field, bool compressed = true);
 
 /// Reads a MetaImage or NRRD file, recognised by its content: scalars or d-vectors in 2D or 3D of whole numbers or
-/// floating-point numbers, raw or by zlib, in either byte order; `direction` is always filled. Coordinates are as the
-/// file has them; a NRRD file of another space than left-posterior-superior, as right-anterior-superior, is refused, as
-/// are headers that point to data in other files. @throws InputError that names the file and what is wrong; nothing of
-/// the size that a header claims is allocated unless the file can hold it
+/// floating-point numbers, raw or by zlib, in either byte order; `direction` is always filled, and `type` is the
+/// file's. Coordinates are as the file has them; a NRRD file of another space than left-posterior-superior, as
+/// right-anterior-superior, is refused, as are headers that point to data in other files. @throws InputError that names
+/// the file and what is wrong; nothing of the size that a header claims is allocated unless the file can hold it
 GridField read_grid_field(const std::filesystem::path& path);
 
 }  // namespace pulson

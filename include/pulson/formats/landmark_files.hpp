@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +43,8 @@ struct LandmarkFormat {
   WrittenLandmarks (*write)(const std::string& path, const LandmarkFile& file) = nullptr;
   /// Whether files may hold numbers as bytes; all others are text in UTF-8 or, where it is not that, in Windows-1252.
   bool holds_bytes = false;
+  /// Whether its points in the plane are places in an image, y downwards: Landmarks::y_down.
+  bool y_down = false;
 };
 
 /// All formats, in the order in which they are tried.
@@ -70,6 +73,8 @@ struct ReadOptions {
   int curve_points = 0;
   /// Coordinates are multiplied by the scale, which each shape must then have.
   bool applies_scale = false;
+  /// Landmarks::y_down, where the files' formats are not to decide.
+  std::optional<bool> y_down{};
 };
 
 /// All shapes of a file; the path `-` or `/dev/stdin` is standard input, read once. Its format is the first whose

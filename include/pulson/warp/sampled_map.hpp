@@ -26,6 +26,9 @@ struct SampledMap {
   double exact_fraction = 0;  ///< points evaluated exactly over nodes
 };
 
+/// Takes the rows of a sampled map one after the other: those of `band` begin at `first_row` of the plane.
+using UseRows = std::function<void(int first_row, SampledMap&& band)>;
+
 /// The exact map: images of 2×M points, and their gradients. It is called from one thread at a time, with many points.
 using PlaneMap = std::function<MovedPoints(const Points&)>;
 
@@ -49,5 +52,10 @@ using PlaneMap = std::function<MovedPoints(const Points&)>;
 /// below 1, a map that returns other sizes; whatever `map` throws
 SampledMap sample_map(const PlaneMap& map, const SampledPlane& plane, double tolerance, bool with_jacobians,
                       int coarsest = 64);
+
+/// The same nodes, some rows at a time, of which only those are in memory. `error`, `jacobian_error` and
+/// `exact_fraction` are those of the band. @throws as sample_map, and whatever `use` throws
+void sample_map_by_rows(const PlaneMap& map, const SampledPlane& plane, double tolerance, bool with_jacobians,
+                        const UseRows& use, int coarsest = 64);
 
 }  // namespace pulson

@@ -96,6 +96,11 @@ std::string JsonValue::text() const {
   return value_->get<std::string>();
 }
 
+bool JsonValue::boolean() const {
+  if (!value_->is_boolean()) fail("is neither true nor false");
+  return value_->get<bool>();
+}
+
 double JsonValue::number() const {
   if (!value_->is_number()) fail("is not a number");
   return value_->get<double>();

@@ -27,6 +27,7 @@ class JsonValue {
 
   std::string text() const;
   double number() const;
+  bool boolean() const;
   std::vector<std::string> texts() const;
   std::vector<JsonValue> items() const;
 

@@ -16,6 +16,8 @@ class Motion {
     this.button = figure.querySelector("button");
     this.output = figure.querySelector("output");
     this.data = JSON.parse(figure.querySelector("script").textContent);
+    this.image = figure.querySelector("img");
+    this.image?.addEventListener("load", () => this.draw());
     this.yaw = -0.6;
     this.pitch = 0.45;
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
@@ -24,6 +26,7 @@ class Motion {
     this.button.addEventListener("click", () => this.running ? this.stop() : this.play());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
     if (this.data.d === 3) this.turnable();
+    this.choosable();
     new ResizeObserver(() => this.draw()).observe(this.canvas.parentNode);
     this.draw();
   }
@@ -64,6 +67,59 @@ class Motion {
       if (event.buttons) turn(event.movementX * 0.01, event.movementY * 0.01);
     });
   }
+  // A landmark below the pointer is chosen with its row of the table, and a row with its landmark.
+  choosable() {
+    const tables = Array.from(document.querySelectorAll("table"));
+    const table = tables.find(one => one.tHead.textContent.trim().startsWith("landmark"));
+    this.heads = table ? Array.from(table.tHead.rows[0].cells, cell => cell.textContent) : [];
+    const rows = new Map(Array.from(table?.tBodies[0].rows ?? [], row => [row.cells[0].textContent, row]));
+    this.rows = this.data.numbers.map(number => rows.get(String(number)));
+    this.rows.forEach((row, a) => {
+      row?.addEventListener("pointerenter", () => this.choose(a));
+      row?.addEventListener("pointerleave", () => this.choose());
+    });
+    this.canvas.addEventListener("pointermove", event => event.buttons || this.choose(this.landmarkAt(event)));
+    this.canvas.addEventListener("pointerleave", () => this.choose());
+  }
+  choose(landmark) {
+    if (landmark === this.chosen) return;
+    this.rows[this.chosen]?.classList.remove("chosen");
+    this.chosen = landmark;
+    this.rows[landmark]?.classList.add("chosen");
+    this.draw();
+  }
+  // The place on the canvas of a landmark at present.
+  placeNow(a, now = this.placesOf(this.data.frames)) {
+    if (this.data.d > 1) return this.pixel(now, a);
+    const { times } = this.data, { scale, left, bottom, right } = this.view, last = times[times.length - 1];
+    return [left + (this.now.time - times[0]) / (last - times[0]) * (right - left), bottom - scale * now[a]];
+  }
+  landmarkAt(event) {
+    const now = this.placesOf(this.data.frames);
+    let nearest, distance = 14;
+    for (let a = 0; a < this.data.numbers.length; ++a) {
+      const [x, y] = this.placeNow(a, now), away = Math.hypot(x - event.offsetX, y - event.offsetY);
+      if (away < distance) [nearest, distance] = [a, away];
+    }
+    return nearest;
+  }
+  drawChosen() {
+    const a = this.chosen, { pen } = this;
+    if (a === undefined) return;
+    const place = this.placeNow(a), cells = Array.from(this.rows[a]?.cells ?? [], cell => cell.textContent);
+    const text = cells.length ? cells.map((cell, i) => this.heads[i] + " " + cell).join(" · ")
+                              : "landmark " + this.data.numbers[a];
+    this.dot(place, 9, this.colour("ink"), 1, true);
+    pen.textAlign = "left";
+    const wide = pen.measureText(text).width + 12;
+    const x = Math.max(2, Math.min(place[0] + 12, this.view.wide - wide - 2)), y = Math.max(24, place[1] - 12);
+    pen.fillStyle = this.colour("surface");
+    pen.globalAlpha = 0.9;
+    pen.fillRect(x, y - 16, wide, 22);
+    pen.globalAlpha = 1;
+    pen.fillStyle = this.colour("ink");
+    pen.fillText(text, x + 6, y);
+  }
   // The places between two frames; those who prefer less motion see the frames alone.
   placesOf(frames) {
     const { low, k } = this.now, first = frames[k], second = frames[k + 1] ?? first;
@@ -79,10 +135,13 @@ class Motion {
     this.slider.setAttribute("aria-valuetext", this.output.textContent);
   }
   colour(name) { return getComputedStyle(this.figure).getPropertyValue("--" + name).trim(); }
-  // Pixels of place i; in 3D also its depth.
+  groupColours() { return this.colour("groups").split(" "); }
+  // Of a coordinate y in the plane, which counts downwards in images.
+  height(y) { return this.view.bottom - this.view.scale * (this.data.down ? this.data.size[1] - y : y); }
+  // Pixels of place i.
   pixel(places, i) {
     const { d } = this.data, { scale, left, bottom } = this.view;
-    if (d === 2) return [left + scale * places[2 * i], bottom - scale * places[2 * i + 1]];
+    if (d === 2) return [left + scale * places[2 * i], this.height(places[2 * i + 1])];
     const [x, y, z] = [0, 1, 2].map(c => places[3 * i + c] - this.data.size[c] / 2);
     const across = x * Math.cos(this.yaw) + y * Math.sin(this.yaw);
     const into = y * Math.cos(this.yaw) - x * Math.sin(this.yaw);
@@ -166,7 +225,7 @@ class Motion {
     pen.fillStyle = this.colour("quiet");
     if (d === 3) return this.box();
     if (d === 2) this.acrossTicks(this.axis(0, u => left + scale * u, wide / 90), bottom);
-    this.upTicks(this.axis(d - 1, u => bottom - scale * u, high / 60), left);
+    this.upTicks(this.axis(d - 1, u => d === 2 ? this.height(u) : bottom - scale * u, high / 60), left);
   }
   box() {
     const corner = i => this.pixel([0, 1, 2].map(c => (i >> c & 1) * this.data.size[c]), 0);
@@ -185,6 +244,7 @@ class Motion {
     this.fit();
     this.axes();
     if (this.data.d === 1) this.drawLine(); else this.drawSpace();
+    this.drawChosen();
   }
   // Until restore(): a folded or stretched grid would run through the numbers of the axes.
   keepInBox() {
@@ -194,13 +254,61 @@ class Motion {
     this.pen.rect(left - 1, bottom - scale * size[1] - 1, scale * size[0] + 2, scale * size[1] + 2);
     this.pen.clip();
   }
+  // The picture, each triangle of whose mesh is an affine map of it.
+  drawImage() {
+    const { grid, image: [left, low, right, high], mesh: [columns, rows, step], down } = this.data;
+    if (!this.image.naturalWidth) return;
+    const width = this.image.naturalWidth / (right - left), height = this.image.naturalHeight / (high - low);
+    const now = this.placesOf(grid), first = grid[0];
+    const corner = (column, row) => {
+      const i = column * rows + row * step, y = first[2 * i + 1];
+      return { from: [width * (first[2 * i] - left), height * (down ? y - low : high - y)], to: this.pixel(now, i) };
+    };
+    // On a sheet of its own: where its triangles overlap they would show, were each transparent.
+    this.sheet ??= document.createElement("canvas");
+    [this.sheet.width, this.sheet.height] = [this.canvas.width, this.canvas.height];
+    const pen = this.sheet.getContext("2d");
+    pen.setTransform(this.pen.getTransform());
+    for (let i = 0; i + 1 < columns; ++i)
+      for (let j = 0; (j + 1) * step < rows; ++j) {
+        const [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)];
+        this.drawTriangle(pen, a, b, c);
+        this.drawTriangle(pen, d, b, c);
+      }
+    this.keepInBox();
+    this.pen.globalAlpha = 0.6;
+    this.pen.drawImage(this.sheet, 0, 0, this.view.wide, this.view.high);
+    this.pen.restore();
+  }
+  drawTriangle(pen, a, b, c) {
+    const minus = (p, q) => [p[0] - q[0], p[1] - q[1]];
+    const [u, v] = [minus(b.from, a.from), minus(c.from, a.from)], [x, y] = [minus(b.to, a.to), minus(c.to, a.to)];
+    const area = u[0] * v[1] - u[1] * v[0];
+    if (!area) return;
+    const along = [0, 1].map(k => (x[k] * v[1] - y[k] * u[1]) / area);
+    const across = [0, 1].map(k => (y[k] * u[0] - x[k] * v[0]) / area);
+    // A little larger, so that no seams are seen.
+    const middle = [0, 1].map(k => (a.to[k] + b.to[k] + c.to[k]) / 3);
+    pen.save();
+    pen.beginPath();
+    for (const { to } of [a, b, c]) {
+      const off = minus(to, middle), length = Math.hypot(...off) || 1;
+      pen.lineTo(to[0] + off[0] / length * 0.7, to[1] + off[1] / length * 0.7);
+    }
+    pen.clip();
+    pen.transform(...along, ...across, a.to[0] - along[0] * a.from[0] - across[0] * a.from[1],
+      a.to[1] - along[1] * a.from[0] - across[1] * a.from[1]);
+    pen.drawImage(this.image, 0, 0);
+    pen.restore();
+  }
   // d = 2 and 3
   drawSpace() {
     const { d, frames, target, groups, outlines, marked, traced, outliers, lines, grid, pairs } = this.data;
     const now = this.placesOf(frames), ink = this.colour("quiet"), goal = this.colour("goal");
-    const colours = [0, 1, 2, 3, 4, 5, 6, 7].map(g => this.colour("g" + g)), colourOf = a => colours[groups[a] % 8];
+    const colours = this.groupColours(), colourOf = a => colours[groups[a] % colours.length];
     const radius = marked.length > 800 ? 1.6 : marked.length > 150 ? 2.6 : 4;
     const has = a => target[d * a] !== null && target[d * a + d - 1] !== null;
+    if (this.data.image) this.drawImage();
     if (grid.length) {
       const places = this.placesOf(grid), colour = this.colour("grid");
       let first = 0;
@@ -236,7 +344,8 @@ class Motion {
     const { scale, left, bottom, right, wide } = this.view, last = times.length - 1;
     const across = time => left + (time - times[0]) / (times[last] - times[0]) * (right - left);
     const at = (time, place) => [across(time), bottom - scale * place];
-    const several = groups.some(g => g !== groups[0]), colour = a => this.colour("g" + (several ? groups[a] : a) % 8);
+    const several = groups.some(g => g !== groups[0]), colours = this.groupColours();
+    const colour = a => colours[(several ? groups[a] : a) % colours.length];
     this.pen.fillStyle = this.colour("quiet");
     this.acrossTicks(ticksOf(times[0], times[last], wide / 110).map(time => [across(time), String(time)]), bottom);
     this.pen.textAlign = "right";

@@ -1,0 +1,95 @@
+// Pictures of ensembles in the plane and in space.
+#include "draw/ensemble_picture.hpp"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "picture_files.hpp"
+
+namespace pulson {
+namespace {
+
+EnsemblePicture some_ensemble(int d, int n) {
+  EnsemblePicture picture;
+  picture.start.points = Points::Zero(d, n);
+  for (int a = 0; a < n; ++a) picture.start.points.col(a).head(2) << a, 0.3 * a * a;
+  for (int k = 0; k <= 4; ++k) {
+    picture.times.push_back(0.25 * k);
+    picture.mean.emplace_back((picture.start.points.array() + 0.2 * k).matrix());
+  }
+  for (int a = 0; a < n; ++a) {
+    Eigen::MatrixXd& covariance = picture.covariances.emplace_back(0.04 * Eigen::MatrixXd::Identity(d, d));
+    covariance(0, 1) = covariance(1, 0) = 0.02;
+  }
+  picture.paths = {picture.mean, picture.mean};
+  picture.title = "An ensemble";
+  return picture;
+}
+
+class EnsemblePictureTest : public PictureTest {
+ protected:
+  static std::string draw(const EnsemblePicture& picture) {
+    write_ensemble_picture(picture, {"ensemble.png", "ensemble.svg"});
+    return expect_whole_pictures("ensemble.png", "ensemble.svg");
+  }
+
+  static std::string refusal(const EnsemblePicture& picture) {
+    std::string message = error_of([&] { write_ensemble_picture(picture, {"ensemble.png", "ensemble.svg"}); });
+    EXPECT_TRUE(files().empty());
+    return message;
+  }
+};
+
+TEST_F(EnsemblePictureTest, HasAnEllipseForEachLandmarkInEachPanel) {
+  for (const int d : {2, 3})
+    for (const int n : {1, 5, 40}) {
+      SCOPED_TRACE(testing::Message() << "d = " << d << ", N = " << n);
+      const std::string svg = draw(some_ensemble(d, n));
+      const auto panels = static_cast<std::size_t>(d == 2 ? 1 : 3);
+      const auto rings = count_of(svg, "stroke='rgb(212,  98,  26)'");
+      EXPECT_EQ(rings, panels * static_cast<std::size_t>(n) + 1) << "one in the legend";
+      EXPECT_TRUE(contains(svg, ">2 sample paths<"));
+    }
+}
+
+// A tall covariance must be drawn tall, whichever way y points.
+TEST_F(EnsemblePictureTest, EllipsesHaveTheAxesOfTheirCovariance) {
+  EnsemblePicture picture = some_ensemble(2, 1);
+  picture.covariances.front() << 1, 0, 0, 9;
+  for (const bool y_down : {false, true}) {
+    picture.start.y_down = y_down;
+    const std::string svg = draw(picture);
+    const std::size_t at = svg.find(" d='", svg.find("stroke='rgb(212,  98,  26)'")) + 4;
+    std::string text = svg.substr(at, svg.find('\'', at) - at);
+    for (char& c : text)
+      if (c == ',' || c == 'L' || c == 'M') c = ' ';
+    std::istringstream numbers(text);
+    double low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
+    for (double x = 0, y = 0; numbers >> x >> y;) {
+      low_x = std::min(low_x, x);
+      high_x = std::max(high_x, x);
+      low_y = std::min(low_y, y);
+      high_y = std::max(high_y, y);
+    }
+    EXPECT_NEAR((high_y - low_y) / (high_x - low_x), 3, 0.02);
+  }
+}
+
+TEST_F(EnsemblePictureTest, NamesWhatIsWrong) {
+  EnsemblePicture picture = some_ensemble(2, 3);
+  picture.covariances.pop_back();
+  EXPECT_EQ(refusal(picture), "ensemble picture: 2 covariances of 3 landmarks");
+  picture = some_ensemble(2, 3);
+  picture.covariances[1] = Eigen::MatrixXd::Identity(3, 3);
+  EXPECT_EQ(refusal(picture), "ensemble picture: covariance 2 is not 2×2");
+  picture = some_ensemble(2, 3);
+  picture.mean[1](0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(refusal(picture), "no error");
+}
+
+}  // namespace
+}  // namespace pulson

@@ -1,0 +1,120 @@
+// `pulson register` with the image of the source: below the landmarks of its pictures.
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "program.hpp"
+#include "pulson/images/image_files.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+class RegisterImage : public Program {
+ protected:
+  static constexpr int kSide = 60;
+
+  // The upper half is red, the lower one blue.
+  static void write_photo() {
+    Image image(kSide, kSide, 3, PixelDepth::kUint8);
+    for (std::size_t i = 0; i < image.pixel_count(); ++i)
+      image.values<std::uint8_t>()[3 * i + (i < image.pixel_count() / 2 ? 0 : 2)] = 250;
+    write_image("photo.png", image);
+  }
+
+  void SetUp() override {
+    Program::SetUp();
+    write_photo();
+    const std::string corners = "LM=4\n5 5\n55 5\n55 55\n5 55\n";
+    write("square.tps", corners + "IMAGE=C:\\photos\\photo.png\nID=a\n" + corners + "ID=b\n");
+    write("a.csv", "x,y\n5,5\n55,5\n55,55\n5,55\n");
+  }
+
+  static std::set<std::string> files_in(const std::string& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      names.insert(entry.path().filename().string());
+    return names;
+  }
+
+  static void expect_done(const std::string& line) {
+    const ProgramRun done = run(words(line));
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_THAT(done.err, Not(HasSubstr("not drawn")));
+  }
+
+  // Of the first panel of the picture: the mean of blue minus red, above and below its middle.
+  static std::vector<double> blueness() {
+    const Image picture = read_image("out/registration.png");
+    std::vector<double> means;
+    for (const int part : {1, 3}) {
+      double sum = 0;
+      for (int i = 0; i < 20; ++i) {
+        const int x = picture.width() / 4 + 7 * i, y = picture.height() * (3 + 2 * part) / 16 + i;
+        sum += picture.at(x, y, 2) - picture.at(x, y, 0);
+      }
+      means.push_back(sum / 20);
+    }
+    return means;
+  }
+
+  static void expect_red_above_blue() {
+    EXPECT_LT(blueness()[0], -20);
+    EXPECT_GT(blueness()[1], 20);
+  }
+};
+
+TEST_F(RegisterImage, OfATpsIsFoundBesideItAndShown) {
+  expect_done("register square.tps#1 square.tps#2 -o out");
+  EXPECT_THAT(files_in("out"), ElementsAre("registration.json", "registration.png", "registration.svg", "report.html",
+                                           "residuals.csv", "trajectory.csv"));
+  expect_red_above_blue();
+  EXPECT_THAT(contents("out/registration.svg"), HasSubstr("<image"));
+  EXPECT_THAT(contents("out/report.html"),
+              AllOf(HasSubstr("src=\"data:image/jpeg;base64,"), HasSubstr("\"image\":["), HasSubstr("\"down\":false")));
+}
+
+TEST_F(RegisterImage, MakesRowsOfLandmarksThatAreNotOfTps) {
+  expect_done("register a.csv a.csv -o out --image photo.png");
+  expect_red_above_blue();
+  EXPECT_THAT(contents("out/report.html"), HasSubstr("\"down\":true"));
+  EXPECT_TRUE(read_json("out/registration.json")["source_shape"]["y_down"]);
+  expect_done("register a.csv a.csv -o out --image photo.png --no-flip-y");
+  expect_red_above_blue();
+  EXPECT_THAT(contents("out/report.html"), HasSubstr("\"down\":false"));
+}
+
+TEST_F(RegisterImage, IsOfTheSizeThatIsGiven) {
+  write("large.csv", "x,y\n50,50\n550,50\n550,550\n50,550\n");
+  expect_done("register large.csv large.csv -o out --image photo.png --pixel-size 10");
+  expect_red_above_blue();
+  const ProgramRun small = run(words("register large.csv large.csv -o out --image photo.png"));
+  EXPECT_EQ(small.exit_code, 0);
+  EXPECT_THAT(small.err, HasSubstr("note: 3 of 4 landmarks lie outside photo.png"));
+}
+
+TEST_F(RegisterImage, ThatIsNoneIsNotedOrRefused) {
+  write("word.png", "hello");
+  const ProgramRun done = run(words("register a.csv a.csv -o out --image word.png"));
+  EXPECT_EQ(done.exit_code, 0);
+  EXPECT_THAT(done.err, HasSubstr("note: word.png: it is not drawn below the landmarks: "));
+  EXPECT_EQ(files_in("out").size(), 6U);
+  const ProgramRun missing = run(words("register a.csv a.csv -o out --image missing.png"));
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("missing.png"));
+  EXPECT_EQ(run(words("register a.csv a.csv -o out --image photo.png --pixel-size 0")).exit_code, 2);
+  write("space.csv", "x,y,z\n0,0,0\n1,0,0\n0,1,0\n0,0,1\n");
+  const ProgramRun space = run(words("register space.csv space.csv -o out --image photo.png"));
+  EXPECT_EQ(space.exit_code, 2);
+  EXPECT_THAT(space.err, HasSubstr("--image needs landmarks in 2D"));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -149,6 +149,11 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
                         model.noise, number.name, number.correlation_with_sigma));
     }
     if (options.settings.importance_samples == 0) continue;
+    int lost = 0;
+    for (const ShapeFit& shape : model.fit.shapes) lost += shape.lost_samples;
+    if (lost > 0)
+      notes.push_back(fmt::format("{}: {} of the importance samples have no path and count as 0; try more `grid.steps`",
+                                  model.noise, lost));
     if (model.effective_part < kFewEffective)
       notes.push_back(
           fmt::format("{}: importance sampling has {:.0f} effective samples of {} for some shape; it cannot "

@@ -86,10 +86,11 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
   const ImportanceEstimate sampled =
       settings_.importance_samples > 0
           ? importance_sample(objective, observation, match, settings_.importance_samples, settings_.seed + at(target))
-          : ImportanceEstimate{std::numeric_limits<double>::quiet_NaN(), 0, 0};
+          : ImportanceEstimate{std::numeric_limits<double>::quiet_NaN(), 0, 0, 0};
   fit.sampled_log_evidence = sampled.log_evidence;
   fit.sampled_variance = sampled.variance;
   fit.effective_samples = sampled.effective_samples;
+  fit.lost_samples = sampled.lost;
   fit.coordinates = static_cast<int>(observation.count());
   fit.converged = match.converged;
   try {

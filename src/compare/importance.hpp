@@ -11,13 +11,21 @@ struct ImportanceEstimate {
   double log_evidence = 0;
   double variance = 0;           ///< of that logarithm
   double effective_samples = 0;  ///< (Σw)²/Σw²
+  int lost = 0;                  ///< draws without a path, of weight 0
 };
 
-/// Draws z = z* + δ from Laplace's approximation N(z*, B⁻¹), B = I + JᵀJ, and weighs what the linear model left out:
+/// Randomise then optimise (Bardsley, Solonen, Haario & Laine 2014): with r(z) the residual and J its derivative at the
+/// match, draws
 ///
-///     log p(y) = Laplace's + log E[w],   w = exp(½|t − Jz|² − ½|r(z)|²)
+///     z = ζ + Jᵀv,   v = ε + r(z),   ζ, ε ~ N(0, I),
 ///
-/// δ = ζ − Jᵀ C⁻¹ (Jζ + ε) with ζ, ε ~ N(0, I), so that no U×U matrix is made.
+/// so that each fits perturbed data as well as the match fits those observed, however much q(T) bends between them.
+/// Where q(T) is linear that is the posterior. In general z has the density
+///
+///     N(η; 0, I + JᵀJ) |det(I + J(z)Jᵀ)|,   η = z − Jᵀr(z),
+///
+/// with which it is weighed. Draws come in pairs of ±(ζ, ε), which takes the odd terms out of the sum.
+/// @param samples rounded up to pairs
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
                                      const Linearised& match, int samples, std::uint64_t seed);
 

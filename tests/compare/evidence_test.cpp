@@ -195,5 +195,19 @@ TEST_P(OfTheIntegral, LaplaceIsNearAndImportanceSamplingWithinItsErrors) {
   }
 }
 
+// Displacements by the noise of ten times σ, where the posterior is thin and bent: draws from a normal distribution
+// miss it, 1 of 40 being effective.
+TEST(Evidence, IsSampledWhereTheNoiseIsMuchGreaterThanSigma) {
+  const Landmarks source = oval(8);
+  Numbers numbers(11);
+  const Landmarks target = named_shape(source.points + 0.15 * numbers(2, 8));
+  CohortSettings settings = complete_settings(0.01, 10, 10);
+  settings.importance_samples = 40;
+  const ShapeFit shape = fit_cohort({source, {target}}, "ch-sd:beta=0.1", settings).shapes.front();
+  EXPECT_EQ(shape.lost_samples, 0);
+  EXPECT_GT(shape.effective_samples, 25);
+  EXPECT_NEAR(shape.sampled_log_evidence, shape.log_evidence, 1);
+}
+
 }  // namespace
 }  // namespace pulson

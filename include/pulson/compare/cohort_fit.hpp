@@ -21,7 +21,7 @@ struct CohortSettings {
   Length sigma =
       Length::percent(1);  ///< standard deviation of an observed coordinate, or per cent of the source's diameter
   std::optional<double> lambda{};  ///< weight of the energy, 1/variance of the momenta; none: fitted
-  int importance_samples = 200;    ///< for each shape, with which the evidence is checked
+  int importance_samples = 50;     ///< for each shape, with which the evidence is checked
   std::uint64_t seed = 1;          ///< of these
   /// Called after each match of a shape, for progress; from several threads.
   std::function<void()> on_match{};
@@ -48,11 +48,12 @@ struct ShapeFit {
   MatchingCost cost;           ///< its data over the directions that the alignment leaves
   double rms = 0;              ///< root mean square distance of q(T) to the target, a landmark
   double log_evidence = 0;
-  /// The same by importance sampling from Laplace's approximation, with the variance of that logarithm and the
-  /// effective number of samples; NaN and 0 if none were drawn.
+  /// The same by importance sampling, with the variance of that logarithm, the effective number of samples, and how
+  /// many had no path and so no weight; NaN and 0 if none were drawn.
   double sampled_log_evidence = 0;
   double sampled_variance = 0;
   double effective_samples = 0;
+  int lost_samples = 0;
   int coordinates = 0;  ///< n: those observed, less the directions of the alignment
   bool converged = false;
 };

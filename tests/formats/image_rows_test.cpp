@@ -28,9 +28,10 @@ TEST_F(ImageRows, AreOfFormatsForImages) {
   EXPECT_TRUE(is_down("a.xml",
                       "<dataset><images><image file='a.jpg'><box><part name='0' x='1' y='2'/></box></image>"
                       "</images></dataset>"));
-  EXPECT_TRUE(is_down("a.txt",
-                      "<shapes type=list>\n<landmarks.pixel type=matrix rownames=TRUE >\n\ttip\t1\t2\n</landmarks.pixel>\n"
-                      "</shapes>\n"));
+  EXPECT_TRUE(
+      is_down("a.txt",
+              "<shapes type=list>\n<landmarks.pixel type=matrix rownames=TRUE >\n\ttip\t1\t2\n</landmarks.pixel>\n"
+              "</shapes>\n"));
   EXPECT_TRUE(is_down("a.csv", "scorer,n,n\nbodyparts,a,a\ncoords,x,y\na.png,1,2\n"));
   EXPECT_TRUE(is_down("a.csv", "\"Pt-0\",\"true\",\"1.5\",\"2\",\"3\",\"4\"\n"));
   EXPECT_TRUE(is_down("a.txt", "point\n1\n1 2\n"));

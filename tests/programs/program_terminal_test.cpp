@@ -118,8 +118,8 @@ TEST_F(TerminalProgram, RegisterSaysWhatCtrlCLoses) {
   }
   write("large_a.csv", source);
   write("large_b.csv", target);
-  const Shown shown = on_terminal(words("register large_a.csv large_b.csv -o lost --tolerance 1e-12 --steps 200"), {},
-                                  "iteration ");
+  const Shown shown =
+      on_terminal(words("register large_a.csv large_b.csv -o lost --tolerance 1e-12 --steps 200"), {}, "iteration ");
   EXPECT_EQ(WTERMSIG(shown.status), SIGINT);
   EXPECT_THAT(shown.text, EndsWith(std::string(kErase) +
                                    "pulson: interrupted: the search is lost, and nothing was written to 'lost'\r\n"));

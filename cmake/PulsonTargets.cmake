@@ -13,8 +13,8 @@ target_compile_options(
             -Wno-sign-conversion
             -Wno-error=invalid-pch # then headers are read as they are
             # The compiler collects its garbage from 400 MB on: a quarter less time.
-            $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=400>
-            $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=400000>
+            $<$<AND:$<BOOL:${PULSON_UNITY}>,$<CXX_COMPILER_ID:GNU>>:--param=ggc-min-expand=400>
+            $<$<AND:$<BOOL:${PULSON_UNITY}>,$<CXX_COMPILER_ID:GNU>>:--param=ggc-min-heapsize=400000>
             $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # false alarms of g++ 12 on std::string (its bug 105651)
             $<$<BOOL:${PULSON_WARNINGS_AS_ERRORS}>:-Werror>)
 

@@ -12,11 +12,11 @@ std::vector<Points> with_halves(const std::vector<Points>& nodes) {
   const auto last = nodes.size() - 1;
   for (std::size_t k = 0; k < last; ++k) {
     if (k == 0)
-      finer.push_back((5 * nodes[0] + 15 * nodes[1] - 5 * nodes[2] + nodes[3]) / 16);
+      finer.emplace_back((5 * nodes[0] + 15 * nodes[1] - 5 * nodes[2] + nodes[3]) / 16);
     else if (k + 1 == last)
-      finer.push_back((5 * nodes[last] + 15 * nodes[last - 1] - 5 * nodes[last - 2] + nodes[last - 3]) / 16);
+      finer.emplace_back((5 * nodes[last] + 15 * nodes[last - 1] - 5 * nodes[last - 2] + nodes[last - 3]) / 16);
     else
-      finer.push_back((9 * (nodes[k] + nodes[k + 1]) - nodes[k - 1] - nodes[k + 2]) / 16);
+      finer.emplace_back((9 * (nodes[k] + nodes[k + 1]) - nodes[k - 1] - nodes[k + 2]) / 16);
     finer.push_back(nodes[k + 1]);
   }
   return finer;

@@ -11,15 +11,22 @@
 namespace pulson {
 namespace {
 
-// A vector of space: of three numbers at most, so that it takes no memory of the heap.
+// Of all landmarks at once, N×d and N, so that they are in vector lanes.
 template <class T>
-using PlaceOf = Eigen::Matrix<T, Eigen::Dynamic, 1, 0, 3, 1>;
+using LanesOf = Eigen::Array<T, Eigen::Dynamic, Eigen::Dynamic>;
+template <class T>
+using LaneOf = Eigen::Array<T, Eigen::Dynamic, 1>;
+
+template <class T>
+LanesOf<T> lanes(const MatrixOf<T>& x) {
+  return x.transpose().array();
+}
 
 // One scalar function φ of space with its derivatives, for any scalar.
 template <class T>
 struct FieldJet {
-  T value;
-  PlaceOf<T> slope;  // ∇φ
+  LaneOf<T> value;
+  LanesOf<T> slope;  // ∇φ
 };
 
 // φ_f, f = 1..F: each gives d fields ξ = β φ_f e_j. θ = (β), or (β, the width or wavenumber).
@@ -43,51 +50,48 @@ class ScalarFields {
   }
 
   template <class T>
-  T value(Eigen::Index f, const PlaceOf<T>& x, const VectorOf<T>& theta) const {
-    using std::cos;
-    using std::exp;
-    if (kind_ == Kind::kConstant) return T(1);
-    if (kind_ == Kind::kCosine) return cos(theta[1] * x[f]);
-    T squared(0);
-    for (Eigen::Index axis = 0; axis < x.size(); ++axis) {
-      const T z = x[axis] - T(centres_(axis, f));
-      squared += z * z;
-    }
-    return exp(-squared / (theta[1] * theta[1]));
+  void take_value(Eigen::Index f, const LanesOf<T>& x, const VectorOf<T>& theta, LaneOf<T>& value) const {
+    value.setConstant(x.rows(), T(has_centres() ? 0 : 1));
+    if (kind_ == Kind::kCosine) value = (theta[1] * x.col(f)).cos();
+    if (!has_centres()) return;
+    for (Eigen::Index axis = 0; axis < x.cols(); ++axis) value += (x.col(axis) - T(centres_(axis, f))).square();
+    // Number by number: Eigen's exponential of a full vector differs in the last bit from that of what is left over.
+    const T c = T(-1) / (theta[1] * theta[1]);
+    value = value.unaryExpr([c](const T& squared) {
+      using std::exp;
+      return exp(c * squared);
+    });
   }
 
   template <class T>
-  FieldJet<T> jet(Eigen::Index f, const PlaceOf<T>& x, const VectorOf<T>& theta) const {
-    using std::sin;
-    FieldJet<T> jet{value(f, x, theta), PlaceOf<T>::Constant(x.size(), T(0))};
-    if (kind_ == Kind::kCosine) jet.slope[f] = -theta[1] * sin(theta[1] * x[f]);
-    if (has_centres()) jet.slope = (T(-2) * jet.value / (theta[1] * theta[1])) * from_centre(f, x);
-    return jet;
+  void take_jet(Eigen::Index f, const LanesOf<T>& x, const VectorOf<T>& theta, FieldJet<T>& jet) const {
+    take_value(f, x, theta, jet.value);
+    jet.slope.setConstant(x.rows(), x.cols(), T(0));
+    if (kind_ == Kind::kCosine) jet.slope.col(f) = -theta[1] * (theta[1] * x.col(f)).sin();
+    if (!has_centres()) return;
+    const T c = T(-2) / (theta[1] * theta[1]);
+    for (Eigen::Index axis = 0; axis < x.cols(); ++axis)
+      jet.slope.col(axis) = c * jet.value * (x.col(axis) - T(centres_(axis, f)));
   }
 
-  // ∇²φ v. @param jet of the same place
+  // ∇²φ v. @param jet of the same places
   template <class T>
-  PlaceOf<T> curvature(Eigen::Index f, const PlaceOf<T>& x, const FieldJet<T>& jet, const VectorOf<T>& theta,
-                       const PlaceOf<T>& v) const {
-    PlaceOf<T> result = PlaceOf<T>::Constant(x.size(), T(0));
-    if (kind_ == Kind::kCosine) result[f] = -theta[1] * theta[1] * jet.value * v[f];
-    if (has_centres()) {
-      const T c = T(-2) / (theta[1] * theta[1]);
-      result = (c * jet.value) * v + (c * from_centre(f, x).dot(v)) * jet.slope;
-    }
+  LanesOf<T> curvature(Eigen::Index f, const LanesOf<T>& x, const FieldJet<T>& jet, const VectorOf<T>& theta,
+                       const LanesOf<T>& v) const {
+    LanesOf<T> result = LanesOf<T>::Constant(x.rows(), x.cols(), T(0));
+    if (kind_ == Kind::kCosine) result.col(f) = (-theta[1] * theta[1]) * jet.value * v.col(f);
+    if (!has_centres()) return result;
+    LaneOf<T> along = LaneOf<T>::Constant(x.rows(), T(0));
+    for (Eigen::Index axis = 0; axis < x.cols(); ++axis) along += (x.col(axis) - T(centres_(axis, f))) * v.col(axis);
+    const T c = T(-2) / (theta[1] * theta[1]);
+    for (Eigen::Index axis = 0; axis < x.cols(); ++axis)
+      result.col(axis) = c * (jet.value * v.col(axis) + along * jet.slope.col(axis));
     return result;
   }
 
  private:
   ScalarFields(Kind kind, Points centres, int grid_count)
       : kind_(kind), centres_(std::move(centres)), grid_count_(grid_count) {}
-
-  template <class T>
-  PlaceOf<T> from_centre(Eigen::Index f, const PlaceOf<T>& x) const {
-    PlaceOf<T> z = x;
-    for (Eigen::Index axis = 0; axis < x.size(); ++axis) z[axis] -= T(centres_(axis, f));
-    return z;
-  }
 
   Kind kind_;
   Points centres_;  // d×F
@@ -138,10 +142,11 @@ struct PSd : NoiseFormula {
   template <class T>
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
     const Eigen::Index d = state.q.rows();
-    for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
-      const PlaceOf<T> x = state.q.col(a);
-      for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f)
-        h.segment(f * d, d) += (theta[0] * fields.value(f, x, theta)) * state.p.col(a);
+    const LanesOf<T> x = lanes(state.q);
+    LaneOf<T> phi;
+    for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f) {
+      fields.take_value(f, x, theta, phi);
+      h.segment(f * d, d) += theta[0] * (state.p * phi.matrix());
     }
   }
 
@@ -149,16 +154,15 @@ struct PSd : NoiseFormula {
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
     const Eigen::Index d = state.q.rows();
-    for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
-      const PlaceOf<T> x = state.q.col(a);
-      const PlaceOf<T> p = state.p.col(a);
-      for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f) {
-        if (w.segment(f * d, d).isZero(0)) continue;
-        const PlaceOf<T> beta_w = theta[0] * w.segment(f * d, d).unaryExpr([](double number) { return T(number); });
-        const FieldJet<T> phi = fields.jet(f, x, theta);
-        gradient.p.col(a) += phi.value * beta_w;
-        gradient.q.col(a) += beta_w.dot(p) * phi.slope;
-      }
+    const LanesOf<T> x = lanes(state.q);
+    FieldJet<T> phi;
+    for (Eigen::Index f = 0; f < fields.count(static_cast<int>(d)); ++f) {
+      if ((w.segment(f * d, d).array() == 0).all()) continue;
+      const VectorOf<T> beta_w = theta[0] * w.segment(f * d, d).unaryExpr([](double number) { return T(number); });
+      fields.take_jet(f, x, theta, phi);
+      gradient.p.noalias() += beta_w * phi.value.matrix().transpose();
+      const VectorOf<T> along = state.p.transpose() * beta_w;
+      gradient.q += (phi.slope.colwise() * along.array()).matrix().transpose();
     }
   }
 
@@ -166,15 +170,15 @@ struct PSd : NoiseFormula {
   void add_compensation_gradient(const StateOf<T>& state, const VectorOf<T>& theta, StateOf<T>& gradient) const {
     if (is_constant()) return;
     const T quarter = T(0.25) * theta[0] * theta[0];
-    for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
-      const PlaceOf<T> x = state.q.col(a);
-      const PlaceOf<T> p = state.p.col(a);
-      for (Eigen::Index f = 0; f < fields.count(static_cast<int>(x.size())); ++f) {
-        const FieldJet<T> phi = fields.jet(f, x, theta);
-        gradient.p.col(a) += (quarter * phi.value) * phi.slope;
-        gradient.q.col(a) +=
-            quarter * (phi.slope.dot(p) * phi.slope + phi.value * fields.curvature(f, x, phi, theta, p));
-      }
+    const LanesOf<T> x = lanes(state.q);
+    const LanesOf<T> p = lanes(state.p);
+    FieldJet<T> phi;
+    for (Eigen::Index f = 0; f < fields.count(static_cast<int>(state.q.rows())); ++f) {
+      fields.take_jet(f, x, theta, phi);
+      const LaneOf<T> along = (phi.slope * p).rowwise().sum();
+      const LanesOf<T> curved = fields.curvature(f, x, phi, theta, p);
+      gradient.p += quarter * (phi.slope.colwise() * phi.value).matrix().transpose();
+      gradient.q += quarter * (phi.slope.colwise() * along + curved.colwise() * phi.value).matrix().transpose();
     }
   }
 

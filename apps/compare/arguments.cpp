@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string_view>
 
 #include <fmt/core.h>
 
@@ -15,6 +16,7 @@ namespace pulson {
 namespace {
 
 constexpr double kUsualSigma = 0.01;  // of the diameter
+constexpr std::string_view kFittedWidth = "alpha=fit";
 
 // With the source or, where it is their mean, with the first of them; in its axes and unit of length.
 void pair_shapes(CohortShapes& cohort, std::vector<std::string>& notes) {
@@ -61,7 +63,7 @@ void CompareArguments::add_to(CLI::App& verb) {
                  ->type_name("NAME")
                  ->capture_default_str(),
              "alignment", {"auto"});
-  verb.add_option("--kernel", kernel, "kernel of all models, see pulson info kernels")
+  verb.add_option("--kernel", kernel, "kernel, see pulson info kernels; alpha=fit: its width is fitted in each model")
       ->type_name("SPEC")
       ->capture_default_str();
   verb.add_option("--lambda", lambda, "inverse variance of the momenta; fit: fitted in each model")
@@ -76,7 +78,7 @@ void CompareArguments::add_to(CLI::App& verb) {
                   "shapes drawn from each model to predict held-out shapes")
       ->capture_default_str();
   verb.add_option("--importance", options.settings.importance_samples,
-                  "importance samples per shape, to check its evidence; 0: none")
+                  "importance samples per shape, at most, for its evidence; 0: Laplace's approximation")
       ->capture_default_str();
   verb.add_flag("--no-maps", no_maps, "do not measure folded areas");
   verb.add_option("--simulate", simulate,
@@ -85,6 +87,10 @@ void CompareArguments::add_to(CLI::App& verb) {
       ->type_name("SPEC");
   verb.add_option("--true-lambda", true_lambda,
                   "inverse variance of the momenta in the generating models [fitted to the shapes]");
+  verb.add_option("--true-kernel", true_kernel,
+                  "kernel of the generating models, with --true-lambda [that of --kernel, of automatic width where its "
+                  "width is fitted]")
+      ->type_name("SPEC");
   verb.add_option("--count", count, "cohorts drawn from each model")->capture_default_str();
   verb.add_option("--cohort-size", cohort_size,
                   "shapes in each cohort drawn [as many as are given, or 20 if one is given]");
@@ -136,7 +142,13 @@ CompareOptions CompareArguments::compare_options(const Landmarks& about, std::ve
   if (true_lambda && !(*true_lambda > 0))
     throw InputError(fmt::format("--true-lambda is {}; it must be greater than 0", *true_lambda));
   asked.settings.grid = time.grid();
-  asked.settings.kernel = make_kernel(kernel, about.points).spec();
+  std::string spec = kernel;
+  if (const std::size_t place = spec.find(kFittedWidth); place != std::string::npos) {
+    asked.settings.fit_width = true;
+    spec.replace(place, kFittedWidth.size(), "alpha=auto");
+  }
+  asked.settings.kernel = make_kernel(spec, about.points).spec();
+  if (!true_kernel.empty()) static_cast<void>(make_kernel(true_kernel, about.points));
   asked.maps = !no_maps;
   if (lambda != "fit") asked.settings.lambda = parse_number(lambda, "--lambda");
   asked.settings.sigma = sigma == "auto" ? kUsualSigma * diameter(about.points) : parse_number(sigma, "--sigma");

@@ -20,7 +20,7 @@ struct CompareArguments {
   std::vector<std::string> noises;
   std::optional<std::string> source;
   ReadOptions reading;
-  std::string kernel = "gaussian:alpha=auto";
+  std::string kernel = "gaussian:alpha=fit";
   std::string align = "auto";
   std::string sigma = "auto";
   std::string lambda = "fit";
@@ -29,9 +29,10 @@ struct CompareArguments {
   bool merge_coincident = false;
   std::vector<std::string> simulate;
   std::optional<double> true_lambda;
+  std::string true_kernel;
   int count = 20;
   std::optional<int> cohort_size;
-  TimeOptions time;
+  TimeOptions time{.time = {}, .steps = 10, .dt = {}};
   OutputOptions output;
 
   void add_to(CLI::App& verb);

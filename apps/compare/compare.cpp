@@ -85,11 +85,11 @@ std::vector<TrueModel> true_models(const CompareArguments& arguments, const Coho
   if (arguments.true_lambda) quick.lambda = arguments.true_lambda;
   for (const std::string& noise : asked) {
     if (arguments.true_lambda && is_complete(noise, cohort.source)) {
-      models.push_back({noise, *arguments.true_lambda});
+      models.push_back({noise, *arguments.true_lambda, arguments.true_kernel});
       continue;
     }
     const CohortFit fit = fit_cohort(cohort, noise, quick);
-    models.push_back({fit.noise, fit.lambda});
+    models.push_back({fit.noise, fit.lambda, fit.kernel});
   }
   return models;
 }
@@ -102,7 +102,6 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
   Progress progress;
   RecoveryOptions study{options.settings, arguments.count,       arguments.cohort_size.value_or(given > 1 ? given : 20),
                         cohort.alignment, options.settings.seed, {}};
-  study.settings.importance_samples = 0;
   study.on_cohort = [&](int done, int all) {
     progress.show(static_cast<double>(done) / all, fmt::format("cohort {} of {}", done, all));
   };

@@ -26,14 +26,24 @@ Json shape_names(const std::vector<Landmarks>& shapes) {
   return names;
 }
 
+// 0 where noise vanishes.
+double shown_value(const FittedNumber& number) { return number.vanishes && number.name != "lambda" ? 0 : number.value; }
+
 Json fitted_json(const std::vector<FittedNumber>& fitted) {
   Json all = Json::array();
   for (const FittedNumber& number : fitted)
     all.push_back({{"name", number.name},
-                   {"value", number.vanishes && number.name != "lambda" ? 0 : number.value},
+                   {"value", shown_value(number)},
                    {"log_deviation", number.log_deviation},
                    {"vanishes", number.vanishes},
+                   {"interval_90", {number.low, number.high}},
                    {"correlation_with_sigma", number.correlation_with_sigma}});
+  return all;
+}
+
+Json evidences(const CohortFit& fit) {
+  Json all = Json::array();
+  for (const ShapeFit& shape : fit.shapes) all.push_back(shape.log_evidence);
   return all;
 }
 
@@ -43,6 +53,7 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
             {"asked", model.noise},
             {"mode", mode_of(fit)},
             {"integrator", settings.integrator},
+            {"kernel", fit.kernel},
             {"lambda", fit.lambda},
             {"fitted", fitted_json(fit.fitted)},
             {"converged", fit.converged},
@@ -67,9 +78,11 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
                              {"order_inversions", model.order_inversions.standard_error},
                              {"flipped_triangles", model.flipped_triangles.standard_error},
                              {"folded_fraction", model.folded_fraction.standard_error}};
-  json["importance_sampling"] = estimate(model.sampled_log_evidence);
+  json["log_evidences"] = evidences(fit);
+  json["laplace"] = fit.laplace;
+  json["importance_sampling"] = {{"standard_error", fit.sampling_error}};
   json["importance_sampling"]["samples"] = settings.importance_samples;
-  json["importance_sampling"]["least_effective_part"] = model.effective_part;
+  json["importance_sampling"]["least_effective_part"] = fit.effective_part;
   json["prediction"] = nullptr;
   if (const auto& prediction = model.prediction)
     json["prediction"] = {{"energy_score", prediction->energy_score},
@@ -109,15 +122,14 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
 
 std::string shapes_csv(const Comparison& comparison) {
   std::string text =
-      "noise,shape,log_evidence,sampled_log_evidence,effective_samples,rms,energy,action,data,converged,energy_score,"
+      "noise,shape,log_evidence,laplace,effective_samples,rms,energy,action,data,converged,energy_score,"
       "coverage_90\n";
   for (const ComparedModel& model : comparison.models)
     for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
       const ShapeFit& shape = model.fit.shapes[s];
       fmt::format_to(std::back_inserter(text), R"("{}","{}",{},{},{},{},{},{},{},{})", model.fit.noise,
-                     comparison.cohort.targets[s].source, shape.log_evidence, shape.sampled_log_evidence,
-                     shape.effective_samples, shape.rms, shape.cost.energy, shape.cost.action, shape.cost.data,
-                     shape.converged ? 1 : 0);
+                     comparison.cohort.targets[s].source, shape.log_evidence, shape.laplace, shape.effective_samples,
+                     shape.rms, shape.cost.energy, shape.cost.action, shape.cost.data, shape.converged ? 1 : 0);
       if (model.prediction)
         fmt::format_to(std::back_inserter(text), ",{},{}\n", model.prediction->shapes[s].energy_score,
                        model.prediction->shapes[s].coverage);
@@ -126,6 +138,31 @@ std::string shapes_csv(const Comparison& comparison) {
     }
   return text;
 }
+
+namespace {
+
+// [cohort]{candidate: {name: value, …, log_evidence, interval_90{name: [low, high]}}}
+Json fits_json(const RecoveryRow& row, const std::vector<std::string>& candidates) {
+  Json all = Json::array();
+  for (const std::vector<RecoveredFit>& fits : row.fits) {
+    Json of_cohort = Json::object();
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      Json fit = Json::object();
+      Json intervals = Json::object();
+      for (const FittedNumber& number : fits[i].numbers) {
+        fit[number.name] = shown_value(number);
+        intervals[number.name] = {number.low, number.high};
+      }
+      fit["log_evidence"] = fits[i].log_evidence;
+      fit["interval_90"] = std::move(intervals);
+      of_cohort[candidates[i]] = std::move(fit);
+    }
+    all.push_back(std::move(of_cohort));
+  }
+  return all;
+}
+
+}  // namespace
 
 std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                           const RecoveryOptions& options, double seconds) {
@@ -142,10 +179,12 @@ std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vecto
   for (const RecoveryRow& row : rows)
     json["models"].push_back({{"noise", row.truth.noise.spec()},
                               {"lambda", row.truth.lambda},
+                              {"kernel", row.truth.kernel.empty() ? options.settings.kernel.spec() : row.truth.kernel},
                               {"noise_share", row.noise_share},
                               {"displacement", row.displacement},
                               {"chosen", row.chosen},
-                              {"unfit", row.unfit}});
+                              {"unfit", row.unfit},
+                              {"fits", fits_json(row, candidates)}});
   return json.dump(2) + "\n";
 }
 

@@ -93,13 +93,13 @@ void print_comparison(const Comparison& comparison) {
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
   fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", shortened_spec(comparison.settings.kernel.spec()),
              comparison.settings.grid.steps, comparison.settings.sigma.in(0));
-  print_row({"noise", "score", "weight", "log evidence", "sampled", "rms", "energy", "action"});
+  print_row({"noise", "score", "weight", "log evidence", "Laplace", "rms", "energy", "action"});
   const std::vector<std::size_t> order = ranked(comparison);
   for (const std::size_t i : order) {
     const ComparedModel& model = comparison.models[i];
     print_row({shortened_spec(model.noise), i == comparison.best ? "0" : with_error(model.difference, "{:.1f}"),
-               number(model.weight, "{:.2g}"), number(model.fit.log_evidence, "{:.1f}"),
-               with_error(model.sampled_log_evidence, "{:.1f}"), with_error(model.rms), with_error(model.energy),
+               number(model.weight, "{:.2g}"), with_error({model.fit.log_evidence, model.fit.sampling_error}, "{:.1f}"),
+               number(model.fit.laplace, "{:.1f}"), with_error(model.rms), with_error(model.energy),
                with_error(model.action)});
   }
   fmt::print("\n");

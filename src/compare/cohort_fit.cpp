@@ -11,7 +11,7 @@
 namespace pulson {
 
 double CohortFit::score() const {
-  return log_evidence - 0.5 * static_cast<double>(fitted.size()) * std::log(static_cast<double>(coordinates));
+  return log_evidence - 0.5 * static_cast<double>(fitted.size()) * std::log(static_cast<double>(shapes.size()));
 }
 
 CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings) {

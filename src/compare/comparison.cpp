@@ -74,21 +74,12 @@ VectorXd noise_displacement(const CohortFit& fit, Index landmarks) {
   return count > 0 ? VectorXd((squares / count).cwiseSqrt()) : VectorXd(squares);
 }
 
-void sum_up(ComparedModel& model, int importance_samples) {
+void sum_up(ComparedModel& model) {
   const CohortFit& fit = model.fit;
   model.energy = mean_over(fit, [](const ShapeFit& s) { return s.cost.energy; });
   model.action = mean_over(fit, [](const ShapeFit& s) { return s.cost.action; });
   model.total = mean_over(fit, [](const ShapeFit& s) { return s.cost.total(); });
   model.rms = mean_over(fit, [](const ShapeFit& s) { return s.rms; });
-  double variance = 0;
-  model.effective_part = 1;
-  for (const ShapeFit& shape : fit.shapes) {
-    model.sampled_log_evidence.value += shape.sampled_log_evidence;
-    variance += shape.sampled_variance;
-    if (importance_samples > 0)
-      model.effective_part = std::min(model.effective_part, shape.effective_samples / importance_samples);
-  }
-  model.sampled_log_evidence.standard_error = std::sqrt(variance);
   model.score = fit.score();
 }
 
@@ -154,17 +145,11 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
     if (lost > 0)
       notes.push_back(fmt::format("{}: {} of the importance samples have no path and count as 0; try more `grid.steps`",
                                   model.noise, lost));
-    if (model.effective_part < kFewEffective)
+    if (model.fit.effective_part < kFewEffective)
       notes.push_back(
-          fmt::format("{}: importance sampling has {:.0f} effective samples of {} for some shape; it cannot "
-                      "confirm the evidence there",
-                      model.noise, model.effective_part * options.settings.importance_samples,
-                      options.settings.importance_samples));
-    else if (const double off = model.sampled_log_evidence.value - model.fit.log_evidence;
-             std::abs(off) > 1 + 3 * model.sampled_log_evidence.standard_error)
-      notes.push_back(
-          fmt::format("{}: the log evidence by importance sampling differs by {:+.1f} from Laplace's approximation",
-                      model.noise, off));
+          fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; the evidence there is "
+                      "uncertain",
+                      model.noise, 100 * model.fit.effective_part));
   }
 }
 
@@ -190,7 +175,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     ComparedModel model;
     model.noise = noise.spec();
     model.fit = fit_cohort(comparison.cohort, noise, same.settings);
-    sum_up(model, same.settings.importance_samples);
+    sum_up(model);
     const MatrixXd samples =
         aligned_samples(comparison.cohort, shape_problem(comparison.cohort, model.fit, same.settings, 0),
                         options.forward_samples, same.settings.seed);

@@ -20,6 +20,8 @@ using Eigen::VectorXd;
 // Of logarithms of variances: a standard deviation above 3, a factor of 24, determines nothing.
 constexpr double kLeastInformation = 0.1;
 
+constexpr double kNinety = 1.6449;  // standard deviations to either side
+
 // Variance of the end points, in units of σ², below which neither momenta nor noise show.
 constexpr double kDetectable = 1e-6;
 
@@ -41,33 +43,43 @@ VectorXd deviations(const MatrixXd& information) {
 
 }  // namespace
 
+// Intervals are symmetric in the coordinates of place().
 std::vector<FittedNumber> Fitter::numbers(const State& state) const {
-  const MatrixXd& information = state.variances.information;
-  const Index count = groups();
-  std::vector<Index> free;
-  for (Index g = 0; g < count; ++g)
-    if (!state.variances.vanishes[g]) free.push_back(g);
-  VectorXd log_deviations = deviations(information(free, free));
-  // Where one parameter has the same effect as another, the likelihood is flat, and its maximum may be far from the
-  // true values.
-  const VectorXd first_deviations = deviations(state.variances.first_information(free, free));
-  log_deviations = first_deviations.array().isNaN().select(first_deviations, log_deviations);
-  std::vector<FittedNumber> numbers;
-  const std::vector<std::string> names = noise_.model->parameter_names();
+  const VectorXd x = place(state);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (Index g = 0; g < count; ++g) {
+  const VectorXd spread = deviations(information(state));
+  const std::vector<std::string> names = noise_.model->parameter_names();
+  const MatrixXd& with_sigma = state.variances.information;
+  const Index of_sigma = groups();
+  std::vector<FittedNumber> numbers;
+  for (Index g = 0; g < groups(); ++g) {
     const bool is_lambda = lambda_open_ && g == 0;
-    const Index parameter = is_lambda ? 0 : amplitudes_[at(g - (lambda_open_ ? 1 : 0))];
-    FittedNumber number{is_lambda ? "lambda" : names[at(parameter)],
-                        is_lambda ? state.lambda : state.parameters[parameter], nan, state.variances.vanishes[g], nan};
+    const double power = is_lambda ? -1 : 0.5;  // of the variance
+    const double v = variance(state, g);
+    FittedNumber number{is_lambda ? "lambda" : names[at(amplitudes_[at(g - (lambda_open_ ? 1 : 0))])],
+                        std::pow(v, power),
+                        nan,
+                        v < 2 * kNegligible * units_[g],
+                        nan,
+                        nan,
+                        nan};
+    const auto at_place = [&](double place) { return std::pow(units_[g] * std::max(std::expm1(place), 0.0), power); };
     if (!number.vanishes) {
-      const auto place = std::find(free.begin(), free.end(), g) - free.begin();
-      number.log_deviation = (is_lambda ? 1 : 0.5) * log_deviations[place];  // of β, whose square is the variance
-      number.correlation_with_sigma = information(g, count) / std::sqrt(information(g, g) * information(count, count));
+      number.log_deviation = std::abs(power) * spread[g] * (1 + units_[g] / v);
+      number.correlation_with_sigma =
+          with_sigma(g, of_sigma) / std::sqrt(with_sigma(g, g) * with_sigma(of_sigma, of_sigma));
     }
+    number.low = at_place(x[g] + (is_lambda ? kNinety : -kNinety) * spread[g]);
+    number.high = at_place(x[g] + (is_lambda ? -kNinety : kNinety) * spread[g]);
     numbers.push_back(number);
   }
-  for (const Index i : others_) numbers.push_back({names[at(i)], state.parameters[i], nan, false, nan});
+  const auto add_by_logarithm = [&](const std::string& name, double value) {
+    const double deviation = spread[std::ssize(numbers)];
+    numbers.push_back({name, value, deviation, false, nan, value * std::exp(-kNinety * deviation),
+                       value * std::exp(kNinety * deviation)});
+  };
+  if (settings_.fit_width) add_by_logarithm("alpha", kernel(state).terms().front().alpha);
+  for (const Index i : others_) add_by_logarithm(names[at(i)], state.parameters[i]);
   return numbers;
 }
 
@@ -82,15 +94,17 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
   const Landmarks& shape = cohort_.targets[at(target)];
   const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));
   fit.rms = sigma_ * residual.norm() / std::sqrt(std::max(landmarks, 1.0));
-  fit.log_evidence = match.log_evidence;
-  const ImportanceEstimate sampled =
-      settings_.importance_samples > 0
-          ? importance_sample(objective, observation, match, settings_.importance_samples, settings_.seed + at(target))
-          : ImportanceEstimate{std::numeric_limits<double>::quiet_NaN(), 0, 0, 0};
-  fit.sampled_log_evidence = sampled.log_evidence;
-  fit.sampled_variance = sampled.variance;
-  fit.effective_samples = sampled.effective_samples;
-  fit.lost_samples = sampled.lost;
+  fit.log_evidence = fit.laplace = match.log_evidence;
+  if (settings_.importance_samples > 0) {
+    const double enough = std::pow(settings_.sampling_error, 2) / static_cast<double>(observations_.size());
+    const ImportanceEstimate sampled = importance_sample(objective, observation, match, settings_.importance_samples,
+                                                         enough, settings_.seed + at(target));
+    if (std::isfinite(sampled.log_evidence)) fit.log_evidence = sampled.log_evidence;
+    fit.variance = sampled.variance;
+    fit.samples = sampled.samples;
+    fit.effective_samples = sampled.effective_samples;
+    fit.lost_samples = sampled.lost;
+  }
   fit.coordinates = static_cast<int>(observation.count());
   fit.converged = match.converged;
   try {
@@ -108,12 +122,12 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
 CohortFit Fitter::record(const State& state) const {
   const MatchingObjective objective = this->objective(state);
   CohortFit fit;
-  fit.kernel = kernel_.spec();
+  fit.kernel = kernel(state).spec();
   fit.noise = objective.problem().system.noise->spec();
   if (noise_.is_own) fit.own_noise = objective.problem().system.noise;
   fit.lambda = state.lambda;
   fit.fitted = numbers(state);
-  fit.log_evidence = state.log_evidence();
+  fit.laplace = state.log_evidence();
   fit.rounds = state.rounds;
   fit.converged = state.converged;
   double of_momenta = 0;
@@ -123,7 +137,11 @@ CohortFit Fitter::record(const State& state) const {
                [&](int s) { fit.shapes[at(s)] = shape_fit(objective, state.matches[at(s)], s); });
   for (std::size_t s = 0; s < state.matches.size(); ++s) {
     const Linearised& match = state.matches[s];
-    fit.coordinates += fit.shapes[s].coordinates;
+    const ShapeFit& shape = fit.shapes[s];
+    fit.coordinates += shape.coordinates;
+    fit.log_evidence += shape.log_evidence;
+    fit.sampling_error = std::hypot(fit.sampling_error, std::sqrt(shape.variance));
+    if (shape.samples > 0) fit.effective_part = std::min(fit.effective_part, shape.effective_samples / shape.samples);
     const Index momenta = match.jacobian.cols() - std::ssize(group_of_channel_) * settings_.grid.steps;
     of_momenta += match.jacobian.leftCols(momenta).squaredNorm();
     of_noise += match.jacobian.rightCols(match.jacobian.cols() - momenta).squaredNorm();

@@ -9,7 +9,6 @@
 #include <fmt/core.h>
 
 #include "core/number_checks.hpp"
-#include "matching/log_maximum.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -28,14 +27,8 @@ constexpr double kLeastGain = 0.01;      // nats that a further round would stil
 constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
 constexpr double kNearlyNoNoise = 1e-4;  // of the variance of a noise, where the search begins nearly without it
-constexpr double kRefineRange = 2;       // of logarithms of variances
-constexpr double kRefineTolerance = 0.1;
-constexpr int kMostRefineEvaluations = 12;
 constexpr int kRoundsWithoutNoise = 3;
 constexpr int kMostBackoffs = 30;
-constexpr double kShapeRange = 30;  // of numbers that are no amplitudes, a factor up and down
-constexpr double kShapeTolerance = 0.01;
-constexpr int kMostShapeEvaluations = 60;
 
 // Root mean square of what is observed beyond the source, length units.
 double difference(const std::vector<Observation>& observations, const Points& source, double sigma) {
@@ -57,13 +50,13 @@ MatrixXd columns(const MatrixXd& jacobian, Index momenta, const std::vector<int>
   return jacobian(Eigen::all, chosen);
 }
 
+}  // namespace
+
 MatrixXd squared(const MatrixXd& factor) {
   MatrixXd square = MatrixXd::Zero(factor.rows(), factor.rows());
   if (factor.cols() > 0) square.selfadjointView<Eigen::Lower>().rankUpdate(factor);  // of none Eigen divides by 0
   return square.selfadjointView<Eigen::Lower>();
 }
-
-}  // namespace
 
 double Fitter::State::log_evidence() const {
   double sum = 0;
@@ -97,8 +90,14 @@ Fitter::Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& sett
   for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s) observations_.push_back(observe(cohort, s, sigma_));
 }
 
+KernelOperator Fitter::kernel(const State& state) const {
+  std::vector<KernelTerm> terms = kernel_.terms();
+  for (KernelTerm& term : terms) term.alpha *= state.width;
+  return KernelOperator(terms);
+}
+
 MatchingProblem Fitter::problem(const State& state, int target) const {
-  return {{kernel_,
+  return {{kernel(state),
            noise_.model->parameters().size() == 0 ? noise_.model : noise_.model->with_parameters(state.parameters)},
           integrator_,
           settings_.grid,
@@ -287,60 +286,20 @@ Fitter::State Fitter::try_without_noise(State best) const {
   return without_noise.log_evidence() > best.log_evidence() ? alternate(std::move(without_noise), kMostFits) : best;
 }
 
-// Where the linear model changes with the numbers, as for noise that is stronger in one place than in another,
-// alternating converges near the maximum of the evidence, not at it.
-Fitter::State Fitter::refine(State best) const {
-  const State from = best;
-  maximise_over_logs(
-      [&](const VectorXd& x) {
-        if (x.isZero(0)) return from.log_evidence();
-        State tried = from;
-        const std::vector<VectorXd> z = rescale(tried, x);
-        try {
-          match(tried, z, false);
-        } catch (const Error&) {
-          return -std::numeric_limits<double>::infinity();
-        }
-        const double value = tried.log_evidence();
-        if (value > best.log_evidence()) best = std::move(tried);
-        return value;
-      },
-      groups(), kRefineRange, kRefineTolerance, kMostRefineEvaluations, false);
-  best.converged = from.converged;
-  find_variances(best);
-  return best;
-}
-
+// Alternating between matches and amplitudes, which holds the matches' slopes fixed, comes near the maximum of the
+// evidence, and a search over all numbers finds it.
 CohortFit Fitter::run() {
-  State state = start();
-  if (others_.empty()) {
-    State best = alternate(std::move(state), kMostFits);
-    if (!amplitudes_.empty()) best = try_without_noise(std::move(best));
-    if (!amplitudes_.empty() && noise_.model->traits().compensated) best = refine(std::move(best));
-    return record(best);
-  }
-  State best;
-  const VectorXd first = state.parameters(others_);
-  const LogMaximum maximum = maximise_over_logs(
-      [&](const VectorXd& x) {
-        State tried = best.matches.empty() ? state : best;
-        tried.parameters(others_) = first.array() * x.array().exp();
-        try {
-          tried = alternate(std::move(tried), kMostFits);
-        } catch (const Error&) {
-          if (best.matches.empty()) throw;
-          return -std::numeric_limits<double>::infinity();
-        }
-        const double value = tried.log_evidence();
-        if (best.matches.empty() || value > best.log_evidence()) best = std::move(tried);
-        return value;
-      },
-      std::ssize(others_), std::log(kShapeRange), kShapeTolerance, kMostShapeEvaluations);
-  best.converged = best.converged && maximum.converged;
-  CohortFit fit = record(best);
-  for (std::size_t i = 0; i < others_.size(); ++i)
-    fit.fitted[fit.fitted.size() - others_.size() + i].log_deviation = maximum.deviations[static_cast<Index>(i)];
-  return fit;
+  State first = alternate(start(), kMostFits);
+  if (numbers_open() == 0) return record(first);
+  if (!amplitudes_.empty()) first = try_without_noise(std::move(first));
+  find_variances(first);
+  units_.resize(groups());
+  for (Index g = 0; g < groups(); ++g)
+    units_[g] = variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
+  Maximum best = maximise(first, VectorXd::Zero(numbers_open()));
+  if (settings_.importance_samples > 0) best = correct(std::move(best));
+  find_variances(best.state);
+  return record(best.state);
 }
 
 }  // namespace pulson

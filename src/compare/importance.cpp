@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "matching/momentum_basis.hpp"
 #include "random/normals.hpp"
 
 namespace pulson {
@@ -30,13 +31,16 @@ class Draws {
     half_log_determinant_ = factors_.matrixLLT().diagonal().array().log().sum();
   }
 
-  Index normals() const { return observation_.count() + match_.jacobian.cols(); }
+  Index normals() const { return observation_.count() + objective_.problem().source.size() + controls(); }
 
   // Of the evidence, where there is a path.
   std::optional<double> log_weight(const VectorXd& normals) const {
     const MatrixXd& jacobian = match_.jacobian;
     const VectorXd epsilon = normals.head(observation_.count());
-    const VectorXd zeta = normals.tail(jacobian.cols()).cwiseProduct(observable_);
+    VectorXd zeta(jacobian.cols());
+    zeta << white_momenta(normals.segment(epsilon.size(), objective_.problem().source.size())),
+        normals.tail(controls());
+    zeta.array() *= observable_.array();
     VectorXd v = factors_.solve(VectorXd(epsilon + match_.innovation - jacobian * zeta));
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       const VectorXd z = zeta + jacobian.transpose() * v;
@@ -51,6 +55,17 @@ class Draws {
   }
 
  private:
+  Index controls() const { return match_.jacobian.cols() - objective_.basis().unknowns(); }
+
+  // With λK = VDVᵀ at the pivots the unknowns are those of (λK)^-½ times these normals there: Vᵀ of them.
+  VectorXd white_momenta(const VectorXd& normals) const {
+    const Points& source = objective_.problem().source;
+    const VectorXd eigenvalues = objective_.basis().eigenvalues();
+    if (!eigenvalues.allFinite()) return normals.head(eigenvalues.size());
+    const VectorXd pulled = objective_.basis().pull_back(normals.reshaped(source.rows(), source.cols()));
+    return eigenvalues.cwiseSqrt().cwiseProduct(pulled);
+  }
+
   std::optional<double> log_weight(const MatchingObjective::Evaluation& at, const VectorXd& residual) const {
     const MatrixXd& jacobian = match_.jacobian;
     MatrixXd slope = observation_.projection * objective_.endpoint_changes(at.path());
@@ -75,32 +90,48 @@ class Draws {
 
 }  // namespace
 
+namespace {
+
+constexpr double kNone = -std::numeric_limits<double>::infinity();
+
+// Of the weights of pairs, 2×pairs.
+ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weights) {
+  const double largest = log_weights.maxCoeff();
+  const auto samples = static_cast<int>(log_weights.size());
+  if (!std::isfinite(largest)) return {largest, 0, samples, 0, samples};
+  const Eigen::Array2Xd weights = (log_weights.array() - largest).exp();
+  const Eigen::ArrayXd of_pairs = weights.colwise().mean();
+  const double mean = of_pairs.mean();
+  const auto count = static_cast<double>(of_pairs.size());
+  ImportanceEstimate found;
+  found.variance = (of_pairs / mean - 1).square().sum() / (count * std::max(1.0, count - 1));
+  found.log_evidence = largest + std::log(mean) + 0.5 * found.variance;
+  found.samples = samples;
+  found.effective_samples = weights.sum() * weights.sum() / weights.square().sum();
+  found.lost = static_cast<int>((log_weights.array() == kNone).count());
+  return found;
+}
+
+}  // namespace
+
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
-                                     const Linearised& match, int samples, std::uint64_t seed) {
-  constexpr double kNone = -std::numeric_limits<double>::infinity();
+                                     const Linearised& match, int samples, double enough, std::uint64_t seed) {
+  constexpr Index kLeastPairs = 4;
   const Draws draws(objective, observation, match);
   const Index pairs = (samples + 1) / 2;
   Eigen::Matrix2Xd log_weights = Eigen::Matrix2Xd::Constant(2, pairs, kNone);
-  ImportanceEstimate found;
   for (Index i = 0; i < pairs; ++i) {
     const VectorXd normals =
         standard_normals(seed, static_cast<std::uint64_t>(i), static_cast<int>(draws.normals()), 1);
     for (const Index sign : {0, 1}) {
       const auto log_weight = draws.log_weight(sign == 0 ? normals : VectorXd(-normals));
       if (log_weight) log_weights(sign, i) = *log_weight;
-      if (!log_weight) ++found.lost;
     }
+    if (i + 1 < kLeastPairs) continue;
+    const ImportanceEstimate so_far = estimate(log_weights.leftCols(i + 1));
+    if (std::isfinite(so_far.log_evidence) && so_far.variance <= enough) return so_far;
   }
-  const double largest = log_weights.maxCoeff();
-  if (!std::isfinite(largest)) return {kNone, 0, 0, found.lost};
-  const Eigen::Array2Xd weights = (log_weights.array() - largest).exp();
-  const Eigen::ArrayXd of_pairs = weights.colwise().mean();
-  const double mean = of_pairs.mean();
-  const auto count = static_cast<double>(pairs);
-  found.log_evidence = largest + std::log(mean);
-  found.variance = (of_pairs / mean - 1).square().sum() / (count * std::max(1.0, count - 1));
-  found.effective_samples = weights.sum() * weights.sum() / weights.square().sum();
-  return found;
+  return estimate(log_weights);
 }
 
 }  // namespace pulson

@@ -8,8 +8,9 @@ namespace pulson {
 
 /// The evidence of one shape by importance sampling.
 struct ImportanceEstimate {
-  double log_evidence = 0;
-  double variance = 0;           ///< of that logarithm
+  double log_evidence = 0;  ///< of the mean weight, and half of its variance, which the logarithm takes off
+  double variance = 0;      ///< of that logarithm
+  int samples = 0;
   double effective_samples = 0;  ///< (Σw)²/Σw²
   int lost = 0;                  ///< draws without a path, of weight 0
 };
@@ -25,8 +26,11 @@ struct ImportanceEstimate {
 ///     N(η; 0, I + JᵀJ) |det(I + J(z)Jᵀ)|,   η = z − Jᵀr(z),
 ///
 /// with which it is weighed. Draws come in pairs of ±(ζ, ε), which takes the odd terms out of the sum.
-/// @param samples rounded up to pairs
+///
+/// The draws move continuously with the numbers of the model: ζ is white noise at the landmarks, and so at the pivots
+/// of their basis, whatever its eigenvectors.
+/// @param samples at most, rounded up to pairs @param enough the variance of the logarithm at which fewer will do
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
-                                     const Linearised& match, int samples, std::uint64_t seed);
+                                     const Linearised& match, int samples, double enough, std::uint64_t seed);
 
 }  // namespace pulson

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -20,7 +21,7 @@ constexpr int kSamples = 1000;  // for the share of the noise
 
 MatchingProblem problem_of(const Cohort& cohort, const TrueModel& truth, const CohortSettings& settings) {
   CohortFit fit;
-  fit.kernel = settings.kernel.spec();
+  fit.kernel = truth.kernel.empty() ? settings.kernel.spec() : truth.kernel;
   fit.noise = truth.noise.spec();
   if (truth.noise.is_own()) fit.own_noise = truth.noise.make(cohort.source);
   fit.lambda = truth.lambda;
@@ -49,19 +50,22 @@ std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProble
   return targets;
 }
 
-// The candidate of greatest score; -1 where none can be fitted.
-int choose(const Cohort& cohort, const std::vector<NoiseChoice>& candidates, const CohortSettings& settings) {
+// What each candidate makes of the cohort, and which has the greatest score; −1 where none can be fitted.
+std::pair<std::vector<RecoveredFit>, int> fit_all(const Cohort& cohort, const std::vector<NoiseChoice>& candidates,
+                                                  const CohortSettings& settings) {
+  std::vector<RecoveredFit> fits(candidates.size(), {{}, std::numeric_limits<double>::quiet_NaN()});
   int best = -1;
   double score = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i) try {
-      const double found = fit_cohort(cohort, candidates[i], settings).score();
-      if (found <= score) continue;
-      score = found;
+      const CohortFit fit = fit_cohort(cohort, candidates[i], settings);
+      fits[i] = {fit.fitted, fit.log_evidence};
+      if (fit.score() <= score) continue;
+      score = fit.score();
       best = static_cast<int>(i);
     } catch (const Error&) {
       // a model that these shapes cannot have
     }
-  return best;
+  return {std::move(fits), best};
 }
 
 }  // namespace
@@ -82,10 +86,12 @@ std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vect
       throw InputError(
           fmt::format("noise '{}' lacks parameters; drawing shapes needs all of them", truth.noise.spec()));
     problems.push_back(problem_of(alone, truth, settings));
-    RecoveryRow row{truth, std::vector<int>(candidates.size()), 0, 0, 0};
+    RecoveryRow row{truth, std::vector<int>(candidates.size()), {}, 0, 0, 0};
+    row.fits.resize(static_cast<std::size_t>(options.cohorts));
     const double with = mean_square(draw_shapes(problems.back(), kSamples, options.seed).ends, source.points);
     const double without = mean_square(
-        draw_shapes(problem_of(alone, {"none", truth.lambda}, settings), kSamples, options.seed).ends, source.points);
+        draw_shapes(problem_of(alone, {"none", truth.lambda, truth.kernel}, settings), kSamples, options.seed).ends,
+        source.points);
     row.noise_share = 1 - without / with;
     row.displacement = std::sqrt(with);
     rows.push_back(std::move(row));
@@ -97,8 +103,9 @@ std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vect
     const auto row = static_cast<std::size_t>(i / options.cohorts);
     const std::vector<Landmarks> targets =
         draw_cohort(source, problems[row], options.shapes, options.seed + 1000 + static_cast<std::uint64_t>(i));
-    const int chosen = choose(make_cohort(source, targets, options.alignment), candidates, settings);
+    auto [fits, chosen] = fit_all(make_cohort(source, targets, options.alignment), candidates, settings);
     const std::scoped_lock lock(mutex);
+    rows[row].fits[static_cast<std::size_t>(i % options.cohorts)] = std::move(fits);
     ++(chosen < 0 ? rows[row].unfit : rows[row].chosen[static_cast<std::size_t>(chosen)]);
     if (options.on_cohort) options.on_cohort(++done, all);
   });

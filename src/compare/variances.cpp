@@ -17,7 +17,6 @@ constexpr int kMostScorings = 100;
 constexpr int kMostStepHalvings = 20;
 constexpr double kLongestStep = 2;   // of a logarithm
 constexpr double kLeastStep = 1e-5;  // step at which the search ends
-constexpr double kNothing = 1e-6;    // variance, of σ², mean over coordinates: no data would show it
 constexpr double kRidge = 1e-9;      // added to the information where parameters cannot be distinguished
 
 struct Slope {
@@ -90,7 +89,8 @@ VectorXd lower_ends(const std::vector<VarianceData>& shapes, Index groups) {
       trace += shape.groups[static_cast<std::size_t>(g)].trace();
       count += shape.innovation.size();
     }
-    ends[g] = trace > 0 ? std::log(kNothing * static_cast<double>(count) / trace) : 0;  // of nothing there is no less
+    ends[g] =
+        trace > 0 ? std::log(kNegligible * static_cast<double>(count) / trace) : 0;  // of nothing there is no less
   }
   return ends;
 }
@@ -145,7 +145,7 @@ VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Index groups)
     here = slope(shapes, u);
     if (step.cwiseAbs().maxCoeff() < kLeastStep) break;
   }
-  return {u, here.information, first_information, here.log_likelihood, u.array() <= least.array() + 1e-9};
+  return {u, here.information, first_information, here.log_likelihood, least};
 }
 
 }  // namespace pulson

@@ -14,13 +14,16 @@ struct VarianceData {
   std::vector<Eigen::VectorXd> drifts;  ///< d_g: noise whose strength depends on position also shifts the mean
 };
 
+/// Variance, of σ² in the mean over coordinates, that no data would show.
+inline constexpr double kNegligible = 1e-6;
+
 /// The logarithms u_g of greatest likelihood.
 struct VarianceFit {
   Eigen::VectorXd u;
   Eigen::MatrixXd information;        ///< Fisher's, of u, and last of log σ², of which everything here is in units
   Eigen::MatrixXd first_information;  ///< the same at u = 0
   double log_likelihood = 0;          ///< but for the constant
-  Eigen::Array<bool, Eigen::Dynamic, 1> vanishes;  ///< e^{u_g} M_g is negligible relative to I
+  Eigen::VectorXd least;              ///< of u: e^{u_g} M_g is then negligible
 };
 
 /// By Fisher scoring from u = 0, steps halved until the likelihood rises.

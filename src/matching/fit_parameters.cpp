@@ -58,8 +58,9 @@ class Fit {
   }
 
   FittedParameters run() {
-    const LogMaximum maximum = maximise_over_logs([&](const VectorXd& x) { return evidence(x); }, std::ssize(places_),
-                                                  std::log(kRange), fit_.tolerance, fit_.max_evaluations);
+    const LogMaximum maximum =
+        maximise_over_logs([&](const VectorXd& x) { return evidence(x); },
+                           log_search(std::ssize(places_), std::log(kRange), fit_.tolerance, fit_.max_evaluations));
     return result(maximum);
   }
 

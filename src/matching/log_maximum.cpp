@@ -16,37 +16,37 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFirstStep = 0.5;
 constexpr double kDifference = 0.05;
 constexpr double kFailure = 100;  // how far below all others a point without a value is put, of the start's size
 
 class BobyqaSearch {
  public:
-  BobyqaSearch(const std::function<double(const VectorXd&)>& f, Index size) : f_(f) {
-    maximum_.x = VectorXd::Zero(size);
+  BobyqaSearch(const std::function<double(const VectorXd&)>& f, const LogSearch& search) : f_(f), search_(search) {
+    maximum_.x = VectorXd::Zero(search.least.size());
     first_ = lowest_ = maximum_.value = f(maximum_.x);
     maximum_.evaluations = 1;
   }
 
-  void run(double bound, double tolerance, int max_evaluations) {
+  void run() {
     const auto n = static_cast<unsigned>(maximum_.x.size());
     nlopt::opt maximiser(nlopt::LN_BOBYQA, n);
     maximiser.set_max_objective(call, this);
-    maximiser.set_lower_bounds(-bound);
-    maximiser.set_upper_bounds(bound);
-    maximiser.set_initial_step(kFirstStep);
-    maximiser.set_xtol_abs(tolerance);
-    maximiser.set_maxeval(max_evaluations);
+    maximiser.set_lower_bounds(std::vector<double>(search_.least.begin(), search_.least.end()));
+    maximiser.set_upper_bounds(std::vector<double>(search_.most.begin(), search_.most.end()));
+    maximiser.set_initial_step(search_.first_step);
+    maximiser.set_xtol_abs(search_.tolerance);
+    maximiser.set_maxeval(search_.max_evaluations);
     std::vector<double> x(n, 0.0);
     double value = 0;
     try {
-      maximum_.converged = maximiser.optimize(x, value) == nlopt::XTOL_REACHED;
+      maximum_.converged = maximiser.optimize(x, value) != nlopt::MAXEVAL_REACHED;
     } catch (const nlopt::forced_stop&) {
       std::rethrow_exception(error_);
     } catch (const nlopt::roundoff_limited&) {
-      // no step changes the model any more, before the tolerance is reached
+      maximum_.converged = true;  // no step changes the model any more, before the tolerance is reached
     }
-    maximum_.at_bound = maximum_.x.array().abs() >= bound - 10 * tolerance;
+    const double near = 10 * search_.tolerance;
+    maximum_.at_bound = (maximum_.x - search_.least).array() <= near || (search_.most - maximum_.x).array() <= near;
   }
 
   const LogMaximum& maximum() const { return maximum_; }
@@ -115,6 +115,7 @@ class BobyqaSearch {
   }
 
   const std::function<double(const VectorXd&)>& f_;
+  const LogSearch& search_;
   LogMaximum maximum_;
   double first_ = 0;
   double lowest_ = 0;
@@ -123,11 +124,17 @@ class BobyqaSearch {
 
 }  // namespace
 
-LogMaximum maximise_over_logs(const std::function<double(const VectorXd&)>& f, Index size, double bound,
-                              double tolerance, int max_evaluations, bool with_deviations) {
-  BobyqaSearch search(f, size);
-  search.run(bound, tolerance, max_evaluations);
-  return with_deviations ? search.with_deviations() : search.maximum();
+LogSearch log_search(Index size, double bound, double tolerance, int max_evaluations) {
+  LogSearch search{VectorXd::Constant(size, -bound), VectorXd::Constant(size, bound)};
+  search.tolerance = tolerance;
+  search.max_evaluations = max_evaluations;
+  return search;
+}
+
+LogMaximum maximise_over_logs(const std::function<double(const VectorXd&)>& f, const LogSearch& search) {
+  BobyqaSearch bobyqa(f, search);
+  bobyqa.run();
+  return search.with_deviations ? bobyqa.with_deviations() : bobyqa.maximum();
 }
 
 }  // namespace pulson

@@ -112,8 +112,8 @@ TEST(CompareModels, OneTargetHasNoPredictionAndNoErrors) {
   EXPECT_FALSE(model.prediction.has_value());
   EXPECT_TRUE(std::isnan(model.rms.standard_error));
   EXPECT_EQ(model.weight, 1);
-  EXPECT_GT(model.effective_part, 0);
-  EXPECT_LE(model.effective_part, 1);
+  EXPECT_GT(model.fit.effective_part, 0);
+  EXPECT_LE(model.fit.effective_part, 1);
 }
 
 TEST(CompareModels, AboutTheMeanOfShapesThatLieAnyhow) {

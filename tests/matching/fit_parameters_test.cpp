@@ -347,7 +347,7 @@ TEST(LogMaximum, FindsTheMaximumAndItsDeviationsPastAWall) {
     }
     return 5 - 0.5 * (x - centre).dot(bend * (x - centre));
   };
-  const LogMaximum maximum = maximise_over_logs(f, 2, 3, 1e-4, 200);
+  const LogMaximum maximum = maximise_over_logs(f, log_search(2, 3, 1e-4, 200));
   EXPECT_TRUE(maximum.converged);
   EXPECT_GT(beyond, 0);
   EXPECT_LE((maximum.x - centre).norm(), 1e-3);
@@ -360,7 +360,7 @@ TEST(LogMaximum, FindsTheMaximumAndItsDeviationsPastAWall) {
 // x_0 at its bound, and the deviation of x_1 with it held there.
 TEST(LogMaximum, HoldsWhatIsAtTheBound) {
   const auto f = [](const VectorXd& x) { return 10 * x[0] - 2 * std::pow(x[1] - 0.5 * x[0], 2); };
-  const LogMaximum maximum = maximise_over_logs(f, 2, 1, 1e-4, 200);
+  const LogMaximum maximum = maximise_over_logs(f, log_search(2, 1, 1e-4, 200));
   EXPECT_TRUE(maximum.at_bound[0]);
   EXPECT_FALSE(maximum.at_bound[1]);
   EXPECT_NEAR(maximum.x[0], 1, 1e-12);

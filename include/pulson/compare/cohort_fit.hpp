@@ -16,12 +16,14 @@ namespace pulson {
 /// The settings that all models of a comparison share.
 struct CohortSettings {
   KernelChoice kernel = "gaussian:alpha=auto";
-  TimeGrid grid{};
-  std::string integrator = "variational";
+  bool fit_width = false;  ///< whether the width α of the kernel is fitted, from there; of a sum all by one factor
+  TimeGrid grid{1, 10};
+  std::string integrator = "variational-2";
   Length sigma =
       Length::percent(1);  ///< standard deviation of an observed coordinate, or per cent of the source's diameter
   std::optional<double> lambda{};  ///< weight of the energy, 1/variance of the momenta; none: fitted
-  int importance_samples = 50;     ///< for each shape, with which the evidence is checked
+  int importance_samples = 50;     ///< for each shape at most, with which the evidence is corrected; 0: Laplace's
+  double sampling_error = 0.1;     ///< standard error of the cohort's log evidence at which fewer will do
   std::uint64_t seed = 1;          ///< of these
   /// Called after each match of a shape, for progress; from several threads.
   std::function<void()> on_match{};
@@ -37,6 +39,7 @@ struct FittedNumber {
   /// Correlation with the logarithm of σ if σ were fitted too and all other parameters known, from Fisher's
   /// information: ±1 where the data cannot distinguish the two. NaN where it vanishes.
   double correlation_with_sigma = 0;
+  double low = 0, high = 0;  ///< interval of 90 %; NaN where the deviation is
 };
 
 /// A model's match of one shape: the maximum of its posterior, and Laplace's approximation there.
@@ -47,14 +50,13 @@ struct ShapeFit {
   Points flow_end;             ///< q(T) of the same momenta without the noise; empty where that has no path
   MatchingCost cost;           ///< its data over the directions that the alignment leaves
   double rms = 0;              ///< root mean square distance of q(T) to the target, a landmark
-  double log_evidence = 0;
-  /// The same by importance sampling, with the variance of that logarithm, the effective number of samples, and how
-  /// many had no path and so no weight; NaN and 0 if none were drawn.
-  double sampled_log_evidence = 0;
-  double sampled_variance = 0;
+  double log_evidence = 0;     ///< by importance sampling, or Laplace's where no samples were drawn
+  double laplace = 0;          ///< by Laplace's approximation
+  double variance = 0;         ///< of log_evidence, by the samples
+  int samples = 0;
   double effective_samples = 0;
-  int lost_samples = 0;
-  int coordinates = 0;  ///< n: those observed, less the directions of the alignment
+  int lost_samples = 0;  ///< those without a path, of weight 0
+  int coordinates = 0;   ///< n: those observed, less the directions of the alignment
   bool converged = false;
 };
 
@@ -67,15 +69,18 @@ struct CohortFit {
   double lambda = 0;
   std::vector<FittedNumber> fitted;
   std::vector<ShapeFit> shapes;
-  double log_evidence = 0;  ///< summed over the shapes
-  int coordinates = 0;      ///< the same of n
+  double log_evidence = 0, laplace = 0;  ///< summed over the shapes
+  double sampling_error = 0;             ///< standard error of the first by the samples
+  double effective_part = 1;             ///< smallest effective fraction of the samples over the shapes
+  int coordinates = 0;                   ///< n, summed over the shapes
   int rounds = 0;
   bool converged = false;
   /// Fraction of the variance of the end points, linearised about the matches, due to the noise: tr Σ_noise/(tr Σ_noise
   /// + tr Σ_momenta); 0 where the sum is below a millionth of σ² per coordinate, and nothing but σ is detectable.
   double noise_share = 0;
 
-  /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers.
+  /// Minus half of Schwarz's criterion: log_evidence − (k/2) log n for k fitted numbers and n shapes, which are the
+  /// independent units.
   double score() const;
 };
 

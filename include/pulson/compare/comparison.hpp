@@ -41,8 +41,6 @@ struct ComparedModel {
   std::string noise;  ///< as it was given
   CohortFit fit;
   Estimate energy, action, total, rms;  ///< mean of a shape
-  Estimate sampled_log_evidence;        ///< by importance sampling, of all shapes; its Monte Carlo error
-  double effective_part = 0;            ///< smallest effective fraction of these samples over the shapes
   std::optional<Prediction> prediction{};
   Estimate order_inversions, flipped_triangles, folded_fraction;  ///< mean of a shape; NaN where not asked or defined
   double score = 0;                                               ///< CohortFit::score()
@@ -69,7 +67,7 @@ struct Comparison {
 };
 
 /// Fits every noise model to the same shapes with the same kernel and σ, and ranks them by score(): the log-evidence
-/// less (k/2) log n for k fitted numbers and n coordinates. The scores predict held-out shapes by models that were
+/// less (k/2) log n for k fitted numbers and n shapes. The scores predict held-out shapes by models that were
 /// fitted to the others (k-fold; the mean shape is of the others, too).
 /// @throws InputError where a model cannot be fitted; the message names it
 Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseChoice>& noises,

@@ -13,6 +13,7 @@ namespace pulson {
 struct TrueModel {
   NoiseChoice noise = "none";  ///< complete
   double lambda = 0;           ///< 1/variance of the momenta: must be given
+  std::string kernel{};        ///< empty: that of the settings
 };
 
 struct RecoveryOptions {
@@ -25,11 +26,18 @@ struct RecoveryOptions {
   std::function<void(int done, int all)> on_cohort{};
 };
 
+/// What one candidate made of one cohort.
+struct RecoveredFit {
+  std::vector<FittedNumber> numbers;
+  double log_evidence = 0;  ///< NaN where it cannot be fitted
+};
+
 /// How the cohorts drawn from one model were classified.
 struct RecoveryRow {
   TrueModel truth;
-  std::vector<int> chosen;  ///< how often each candidate had the greatest score
-  int unfit = 0;            ///< cohorts to which no candidate could be fitted
+  std::vector<int> chosen;                      ///< how often each candidate had the greatest score
+  std::vector<std::vector<RecoveredFit>> fits;  ///< [cohort][candidate]
+  int unfit = 0;                                ///< cohorts to which no candidate could be fitted
   /// Fraction of the variance of the displacements from the source due to the noise: 1 − variance without noise over
   /// variance with noise, from 1000 forward samples.
   double noise_share = 0;

@@ -19,21 +19,22 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of coordinates, see Fitter::place().
-constexpr double kFirstStep = 0.3;
-constexpr double kTolerance = 0.01;
-constexpr double kDifference = 0.05;
-constexpr double kGroupRange = 8;    // of logarithms of variances
-constexpr double kWidthRange = 2.1;  // of the logarithm of the kernel's width: a factor of 8
-constexpr double kOtherRange = 3.4;  // of other logarithms: a factor of 30
-constexpr int kEvaluations = 40;     // of a search, and 20 for each number
-constexpr double kSmall = 0.05;      // a variance so small beside σ² is tried without
-constexpr double kNoLoss = 2e-3;     // nats
-constexpr double kCorrectionStep = 0.15;
-constexpr double kCorrected = 0.02;  // nats that a search still gained, at which the correction has converged
-constexpr int kMostCorrections = 5;
-constexpr int kDrawsOfCohort = 320;               // that the correction is found with
-constexpr int kFewestDraws = 4, kMostDraws = 16;  // of a shape
+constexpr double kFirstStep = 1;        // of a search, in standard deviations of each number
+constexpr double kTolerance = 0.1;      // in the same
+constexpr double kDifference = 0.05;    // of coordinates, see Fitter::place()
+constexpr double kGroupRange = 8;       // of logarithms of variances
+constexpr double kWidthRange = 2.1;     // of the logarithm of the kernel's width: a factor of 8
+constexpr double kOtherRange = 3.4;     // of other logarithms: a factor of 30
+constexpr int kEvaluations = 40;        // of a search, and 20 for each number
+constexpr double kSmall = 0.2;          // deviations of a variance that is tried without
+constexpr double kNoLoss = 1e-3;        // nats
+constexpr double kCorrected = 0.01;     // nats that a search still gains, at which the correction has converged
+constexpr double kCorrectionRange = 3;  // deviations, of one search
+constexpr int kMostCorrections = 8;
+constexpr double kTheSame = 1;                    // deviations
+constexpr double kHopeless = 2;                   // nats below
+constexpr int kDrawsOfCohort = 640;               // that the correction is found with
+constexpr int kFewestDraws = 8, kMostDraws = 32;  // of a shape
 
 }  // namespace
 
@@ -73,53 +74,60 @@ Fitter::State Fitter::moved(const State& from, const VectorXd& to) const {
   return state;
 }
 
-LogSearch Fitter::box(const VectorXd& x) const {
-  LogSearch search = log_search(x.size(), kOtherRange, kTolerance, kEvaluations + 20 * static_cast<int>(x.size()));
-  search.least.head(groups()) = (std::log1p(kNegligible) - x.head(groups()).array()).min(0);
+// About x; in units of `scale`, and no further than `range` of them.
+LogSearch Fitter::box(const VectorXd& x, const VectorXd& scale, double range) const {
+  const Index n = x.size();
+  LogSearch search = log_search(n, kOtherRange, kTolerance, kEvaluations + 20 * static_cast<int>(n));
+  search.least.head(groups()) = std::log1p(kNegligible) - x.head(groups()).array();
   search.most.head(groups()).setConstant(kGroupRange);
   if (settings_.fit_width) {
     search.least[groups()] = -kWidthRange - x[groups()];
     search.most[groups()] = kWidthRange - x[groups()];
   }
-  search.first_step = kFirstStep;
+  search.least = search.least.cwiseMin(0).cwiseQuotient(scale).cwiseMax(-range);
+  search.most = search.most.cwiseMax(0).cwiseQuotient(scale).cwiseMin(range);
+  search.first_step = std::min(kFirstStep, 0.4 * (search.most - search.least).minCoeff());
   search.with_deviations = false;
   return search;
 }
 
+double Fitter::least_place(Index i) const {
+  return i < groups() ? std::log1p(kNegligible) : -std::numeric_limits<double>::infinity();
+}
+
+double Fitter::Excess::operator()(const VectorXd& x) const {
+  const VectorXd step = x - at;
+  return value + slope.dot(step) - 0.5 * bend.dot(step.cwiseAbs2());
+}
+
 // Of Laplace's evidence and what is added to it. All matches begin from those of one place, so that the evidence is one
 // function of the numbers.
-Fitter::Maximum Fitter::maximise(const State& from, const VectorXd& slope) const {
-  Maximum best{from, 0};
-  const auto value_of = [&](const State& state) { return state.log_evidence() + slope.dot(place(state)); };
-  double most = value_of(best.state);
-  const double first = most;
+Fitter::Maximum Fitter::maximise(const State& from, const Excess& excess, const VectorXd& scale, double range) const {
+  const auto value_of = [&](const State& state) { return state.log_evidence() + excess(place(state)); };
+  const double first = value_of(from);
   const VectorXd start = place(from);
+  Maximum best{from, first, {}};
   const auto tried = [&](const VectorXd& x) {
     try {
       State state = moved(from, x);
       const double value = value_of(state);
-      if (value > most) {
-        most = value;
-        best.state = std::move(state);
-      }
+      if (value > best.value) best = {std::move(state), value, {}};
       return value;
     } catch (const Error&) {
       return -std::numeric_limits<double>::infinity();
     }
   };
-  const bool converged = best.state.converged;
   const LogMaximum found =
-      maximise_over_logs([&](const VectorXd& x) { return x.isZero(0) ? first : tried(start + x); }, box(start));
+      maximise_over_logs([&](const VectorXd& y) { return y.isZero(0) ? first : tried(start + scale.cwiseProduct(y)); },
+                         box(start, scale, range));
   for (Index g = 0; g < groups(); ++g) {
     VectorXd x = place(best.state);
-    const double least = std::log1p(kNegligible);
-    if (x[g] > kSmall || x[g] <= least) continue;
-    x[g] = least;
-    State without = moved(best.state, x);
-    if (value_of(without) >= most - kNoLoss) best.state = std::move(without);
+    if (x[g] > kSmall * scale[g] || x[g] <= least_place(g)) continue;
+    x[g] = least_place(g);
+    State without = moved(from, x);
+    if (value_of(without) >= best.value - kNoLoss) best.state = std::move(without);
   }
-  best.state.converged = converged && found.converged;
-  best.gain = most - first;
+  best.state.converged = from.converged && found.converged;
   return best;
 }
 
@@ -154,42 +162,115 @@ MatrixXd Fitter::information(const State& best) const {
 }
 
 // How much the evidence of the samples is above Laplace's; NaN where some shape has none.
-double Fitter::sampled_excess(const State& state) const {
+double Fitter::sampled_excess(const State& state, Draws& draws) const {
   const MatchingObjective objective = this->objective(state);
   const auto shapes = static_cast<int>(state.matches.size());
-  const int draws = std::clamp(kDrawsOfCohort / shapes, kFewestDraws, kMostDraws);
+  const int count = std::clamp(kDrawsOfCohort / shapes, kFewestDraws, kMostDraws);
+  draws.resize(at(shapes));
   VectorXd excess(shapes);
   parallel_for(shapes, [&](int s) {
     const Linearised& match = state.matches[at(s)];
     const ImportanceEstimate sampled =
-        importance_sample(objective, observations_[at(s)], match, draws, 0, settings_.seed + at(s));
+        importance_sample(objective, observations_[at(s)], match, count, 0, settings_.seed + at(s), draws[at(s)]);
     excess[s] = sampled.log_evidence - match.log_evidence;
     if (settings_.on_match) settings_.on_match();
   });
   return excess.allFinite() ? excess.sum() : std::numeric_limits<double>::quiet_NaN();
 }
 
-// Laplace's evidence is corrected by a linear function of the numbers, which agrees with that of the samples, drawn
-// with the same random numbers at each place, where it was taken: the excess varies slowly.
-Fitter::Maximum Fitter::correct(Maximum best) const {
-  VectorXd x = place(best.state);
-  double excess = sampled_excess(best.state);
-  VectorXd slope = VectorXd::Zero(x.size());
-  for (Index i = 0; i < x.size(); ++i) {
-    const VectorXd aside = x + kCorrectionStep * VectorXd::Unit(x.size(), i);
-    slope[i] = (sampled_excess(moved(best.state, aside)) - excess) / kCorrectionStep;
+// Laplace's evidence is corrected by a quadratic function of the numbers, which agrees with that of the samples, drawn
+// with the same random numbers at each place, where it was taken: first by its slope from differences to one side, and
+// from one place to the next by the secant; at the end by central differences, along each number.
+Fitter::Maximum Fitter::correct(const State& start, const VectorXd& scale, Draws& draws) const {
+  const Index n = scale.size();
+  const auto sampled_at = [&](const State& from, Index i, double step) {
+    return sampled_excess(moved(from, place(from) + step * scale[i] * VectorXd::Unit(n, i)), draws);
+  };
+  Excess excess{place(start), sampled_excess(start, draws), VectorXd::Zero(n), VectorXd::Zero(n)};
+  Maximum best{start, start.log_evidence() + excess.value, {}};
+  for (Index i = 0; i < n; ++i) excess.slope[i] = (sampled_at(start, i, 1) - excess.value) / scale[i];
+  double range = kCorrectionRange;
+  bool central = false;
+  for (int count = 0; count < kMostCorrections && excess.slope.allFinite(); ++count) {
+    Maximum next = maximise(best.state, excess, scale, range);
+    if (next.value - best.value < kCorrected) {
+      if (central) return {best.state, best.value, excess.bend};
+      central = true;
+      for (Index i = 0; i < n; ++i) {
+        const double above = sampled_at(best.state, i, 1);
+        const double below = excess.at[i] - scale[i] > least_place(i) ? sampled_at(best.state, i, -1) : 0;
+        if (below == 0) continue;  // at its bound: the slope is that to one side
+        excess.slope[i] = (above - below) / (2 * scale[i]);
+        excess.bend[i] = (2 * excess.value - above - below) / (scale[i] * scale[i]);
+      }
+      continue;
+    }
+    const double now = sampled_excess(next.state, draws);
+    const VectorXd y = (place(next.state) - excess.at).cwiseQuotient(scale);
+    const double off = now - excess(place(next.state));
+    next.value = next.state.log_evidence() + now;
+    if (next.value > best.value) {
+      const VectorXd to = place(next.state);
+      excess.slope -= excess.bend.cwiseProduct(to - excess.at);
+      excess.slope += y.cwiseQuotient(scale) * (off / y.squaredNorm());
+      excess.at = to;
+      excess.value = now;
+      best = std::move(next);
+    } else {
+      excess.slope += y.cwiseQuotient(scale) * (off / y.squaredNorm());
+      range = y.cwiseAbs().maxCoeff() / 3;
+    }
   }
-  for (int count = 0; count < kMostCorrections && slope.allFinite(); ++count) {
-    best = maximise(best.state, slope);
-    if (best.gain < kCorrected) return best;
-    const VectorXd step = place(best.state) - x;
-    const double now = sampled_excess(best.state);
-    slope += step * ((now - excess - slope.dot(step)) / step.squaredNorm());
-    excess = now;
-    x += step;
-  }
-  best.state.converged = best.state.converged && slope.allFinite();
+  best.state.converged = false;
   return best;
+}
+
+// The numbers of greatest evidence: near where the alternation ended and, as there may be two maxima, near those
+// without noise, unless that is the same or hopeless.
+Fitter::Maximum Fitter::search(const State& start) const {
+  const auto scale_at = [&](const State& state) -> VectorXd {
+    return information(state).diagonal().cwiseSqrt().cwiseInverse().cwiseMax(kLeastScale).cwiseMin(kMostScale);
+  };
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  const VectorXd zero = VectorXd::Zero(numbers_open());
+  const Excess nothing{zero, 0, zero, zero};
+  const bool sampled = settings_.importance_samples > 0;
+  Draws draws;
+  const VectorXd scale = scale_at(start);
+  Maximum best = sampled ? correct(start, scale, draws) : maximise(start, nothing, scale, kAnywhere);
+  if (amplitudes_.empty()) return best;
+  const State geodesic = nearly_without_noise(start);
+  const VectorXd scale_there = scale_at(geodesic);
+  Maximum other = maximise(geodesic, nothing, scale_there, kAnywhere);
+  if (sampled) {
+    const VectorXd apart = (place(other.state) - place(best.state)).cwiseQuotient(scale_there);
+    if (apart.cwiseAbs().maxCoeff() < kTheSame) return best;
+    if (other.value + sampled_excess(other.state, draws) < best.value - kHopeless) return best;
+    other = correct(other.state, scale_there, draws);
+  }
+  return other.value > best.value ? other : best;
+}
+
+// −∇² of Laplace's evidence in the coordinates of place(), by differences; beside a bound they begin at it.
+MatrixXd Fitter::curvature(const State& best, const VectorXd& scale) const {
+  const Index n = scale.size();
+  VectorXd centre = place(best);
+  for (Index i = 0; i < n; ++i) centre[i] = std::max(centre[i], least_place(i) + scale[i]);
+  const auto value = [&](const VectorXd& step) {
+    return moved(best, centre + scale.cwiseProduct(step)).log_evidence();
+  };
+  const double middle = value(VectorXd::Zero(n));
+  MatrixXd bend(n, n);
+  VectorXd both(n);  // sums of both sides
+  for (Index i = 0; i < n; ++i) {
+    both[i] = value(VectorXd::Unit(n, i)) + value(-VectorXd::Unit(n, i));
+    bend(i, i) = 2 * middle - both[i];
+    for (Index j = 0; j < i; ++j) {
+      const VectorXd step = VectorXd::Unit(n, i) + VectorXd::Unit(n, j);
+      bend(i, j) = bend(j, i) = 0.5 * (both[i] + both[j] - value(step) - value(-step)) - middle;
+    }
+  }
+  return scale.cwiseInverse().asDiagonal() * bend * scale.cwiseInverse().asDiagonal();
 }
 
 }  // namespace pulson

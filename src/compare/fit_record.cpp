@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include "fitter.hpp"
 #include "importance.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {
@@ -43,11 +45,26 @@ VectorXd deviations(const MatrixXd& information) {
 
 }  // namespace
 
+// The observed one, with what sampling adds to it, where it determines all numbers; else Fisher's.
+MatrixXd Fitter::information(const Maximum& maximum) const {
+  const MatrixXd expected = information(maximum.state);
+  const VectorXd scale = expected.diagonal().cwiseSqrt().cwiseInverse().cwiseMax(kLeastScale).cwiseMin(kMostScale);
+  try {
+    MatrixXd observed = curvature(maximum.state, scale);
+    if (maximum.bend.size() > 0) observed.diagonal() += maximum.bend;
+    if (Eigen::LLT<MatrixXd>(observed).info() == Eigen::Success) return observed;
+  } catch (const Error&) {
+    // no path at some place beside the maximum
+  }
+  return expected;
+}
+
 // Intervals are symmetric in the coordinates of place().
-std::vector<FittedNumber> Fitter::numbers(const State& state) const {
+std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
+  const State& state = maximum.state;
   const VectorXd x = place(state);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const VectorXd spread = deviations(information(state));
+  const VectorXd spread = deviations(information(maximum));
   const std::vector<std::string> names = noise_.model->parameter_names();
   const MatrixXd& with_sigma = state.variances.information;
   const Index of_sigma = groups();
@@ -97,8 +114,9 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
   fit.log_evidence = fit.laplace = match.log_evidence;
   if (settings_.importance_samples > 0) {
     const double enough = std::pow(settings_.sampling_error, 2) / static_cast<double>(observations_.size());
+    std::vector<VectorXd> begin;
     const ImportanceEstimate sampled = importance_sample(objective, observation, match, settings_.importance_samples,
-                                                         enough, settings_.seed + at(target));
+                                                         enough, settings_.seed + at(target), begin);
     if (std::isfinite(sampled.log_evidence)) fit.log_evidence = sampled.log_evidence;
     fit.variance = sampled.variance;
     fit.samples = sampled.samples;
@@ -119,14 +137,15 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
   return fit;
 }
 
-CohortFit Fitter::record(const State& state) const {
+CohortFit Fitter::record(const Maximum& maximum) const {
+  const State& state = maximum.state;
   const MatchingObjective objective = this->objective(state);
   CohortFit fit;
   fit.kernel = kernel(state).spec();
   fit.noise = objective.problem().system.noise->spec();
   if (noise_.is_own) fit.own_noise = objective.problem().system.noise;
   fit.lambda = state.lambda;
-  fit.fitted = numbers(state);
+  fit.fitted = numbers(maximum);
   fit.laplace = state.log_evidence();
   fit.rounds = state.rounds;
   fit.converged = state.converged;

@@ -24,10 +24,10 @@ using Eigen::VectorXd;
 
 constexpr int kMostFits = 30;
 constexpr double kLeastGain = 0.01;      // nats that a further round would still gain by the linear model
+constexpr double kFirstStep = 0.3;       // of the search for the greatest evidence, of a logarithm
 constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
 constexpr double kNearlyNoNoise = 1e-4;  // of the variance of a noise, where the search begins nearly without it
-constexpr int kRoundsWithoutNoise = 3;
 constexpr int kMostBackoffs = 30;
 
 // Root mean square of what is observed beyond the source, length units.
@@ -276,30 +276,26 @@ std::vector<VectorXd> Fitter::match_with_backoff(State& state, std::vector<Vecto
     }
 }
 
-// Starts again from almost no noise, which is as good as the geodesic, and keeps the better result.
-Fitter::State Fitter::try_without_noise(State best) const {
-  State without_noise = best;
+// From almost no noise, which is as good as the geodesic.
+Fitter::State Fitter::nearly_without_noise(State state) const {
   VectorXd u = VectorXd::Zero(groups());
   u.tail(std::ssize(amplitudes_)).setConstant(std::log(kNearlyNoNoise));
-  rescale(without_noise, u);
-  without_noise = alternate(std::move(without_noise), kRoundsWithoutNoise);
-  return without_noise.log_evidence() > best.log_evidence() ? alternate(std::move(without_noise), kMostFits) : best;
+  rescale(state, u);
+  return alternate(std::move(state), kMostFits);
 }
 
 // Alternating between matches and amplitudes, which holds the matches' slopes fixed, comes near the maximum of the
 // evidence, and a search over all numbers finds it.
 CohortFit Fitter::run() {
   State first = alternate(start(), kMostFits);
-  if (numbers_open() == 0) return record(first);
-  if (!amplitudes_.empty()) first = try_without_noise(std::move(first));
+  if (numbers_open() == 0) return record({std::move(first), 0, {}});
   find_variances(first);
   units_.resize(groups());
   for (Index g = 0; g < groups(); ++g)
     units_[g] = variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
-  Maximum best = maximise(first, VectorXd::Zero(numbers_open()));
-  if (settings_.importance_samples > 0) best = correct(std::move(best));
+  Maximum best = search(first);
   find_variances(best.state);
-  return record(best.state);
+  return record(best);
 }
 
 }  // namespace pulson

@@ -15,6 +15,9 @@ namespace pulson {
 
 inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
+/// Deviations of the numbers in a search, at least and at most.
+inline constexpr double kLeastScale = 0.02, kMostScale = 0.5;
+
 /// factor·factorᵀ
 Eigen::MatrixXd squared(const Eigen::MatrixXd& factor);
 
@@ -40,8 +43,18 @@ class Fitter {
   /// The numbers of greatest evidence.
   struct Maximum {
     State state;
-    double gain = 0;  ///< by the search, nats
+    double value = 0;      ///< the evidence
+    Eigen::VectorXd bend;  ///< what sampling adds to the curvature along each number; empty where nothing
   };
+
+  /// A quadratic model of what is added to Laplace's evidence, in the coordinates of place().
+  struct Excess {
+    Eigen::VectorXd at;
+    double value = 0;
+    Eigen::VectorXd slope, bend;  ///< −∂² along each
+    double operator()(const Eigen::VectorXd& x) const;
+  };
+  using Draws = std::vector<std::vector<Eigen::VectorXd>>;  ///< where the iteration of each draw of a shape begins
 
   KernelOperator kernel(const State& state) const;
   MatchingObjective objective(const State& state) const;
@@ -58,21 +71,25 @@ class Fitter {
                                                   Eigen::VectorXd u) const;
   void find_variances(State& state) const;
   State alternate(State state, int most_rounds) const;
-  State try_without_noise(State best) const;
+  State nearly_without_noise(State state) const;
 
   // In evidence_search.cpp.
   double variance(const State& state, Eigen::Index group) const;
   Eigen::VectorXd place(const State& state) const;
   State moved(const State& from, const Eigen::VectorXd& to) const;
-  LogSearch box(const Eigen::VectorXd& x) const;
-  Maximum maximise(const State& from, const Eigen::VectorXd& slope) const;
+  LogSearch box(const Eigen::VectorXd& x, const Eigen::VectorXd& scale, double range) const;
+  double least_place(Eigen::Index i) const;
+  Maximum maximise(const State& from, const Excess& excess, const Eigen::VectorXd& scale, double range) const;
+  Eigen::MatrixXd curvature(const State& best, const Eigen::VectorXd& scale) const;
   Eigen::MatrixXd information(const State& best) const;
-  double sampled_excess(const State& state) const;
-  Maximum correct(Maximum best) const;
+  Eigen::MatrixXd information(const Maximum& maximum) const;
+  double sampled_excess(const State& state, Draws& draws) const;
+  Maximum correct(const State& start, const Eigen::VectorXd& scale, Draws& draws) const;
+  Maximum search(const State& start) const;
 
   void check_observable(const MatchingObjective& objective, const State& at_rest) const;
-  CohortFit record(const State& state) const;
-  std::vector<FittedNumber> numbers(const State& state) const;
+  CohortFit record(const Maximum& maximum) const;
+  std::vector<FittedNumber> numbers(const Maximum& maximum) const;
   ShapeFit shape_fit(const MatchingObjective& objective, const Linearised& match, int target) const;
 
   const Cohort& cohort_;

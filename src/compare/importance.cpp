@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostIterations = 40;
-constexpr double kAccuracy = 1e-4;  // of v, in standard deviations of the data
+constexpr double kAccuracy = 1e-3;  // of v, in standard deviations of the data
 
 // The draws of one shape.
 class Draws {
@@ -34,23 +34,25 @@ class Draws {
   Index normals() const { return observation_.count() + objective_.problem().source.size() + controls(); }
 
   // Of the evidence, where there is a path.
-  std::optional<double> log_weight(const VectorXd& normals) const {
+  // `v` is where the iteration begins and ends, if it has a size.
+  std::optional<double> log_weight(const VectorXd& normals, VectorXd& v) const {
     const MatrixXd& jacobian = match_.jacobian;
     const VectorXd epsilon = normals.head(observation_.count());
     VectorXd zeta(jacobian.cols());
     zeta << white_momenta(normals.segment(epsilon.size(), objective_.problem().source.size())),
         normals.tail(controls());
     zeta.array() *= observable_.array();
-    VectorXd v = factors_.solve(VectorXd(epsilon + match_.innovation - jacobian * zeta));
+    if (v.size() == 0) v = factors_.solve(VectorXd(epsilon + match_.innovation - jacobian * zeta));
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       const VectorXd z = zeta + jacobian.transpose() * v;
       const auto at = objective_.evaluate(z);
-      if (!at) return std::nullopt;
+      if (!at) break;
       const VectorXd residual = observation_.residual(at->path().final().q);
       const VectorXd change = factors_.solve(VectorXd(epsilon + residual - v));
       if (change.norm() <= kAccuracy) return log_weight(*at, residual);
       v += change;
     }
+    v.resize(0);
     return std::nullopt;
   }
 
@@ -115,16 +117,19 @@ ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weight
 }  // namespace
 
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
-                                     const Linearised& match, int samples, double enough, std::uint64_t seed) {
+                                     const Linearised& match, int samples, double enough, std::uint64_t seed,
+                                     std::vector<VectorXd>& begin) {
   constexpr Index kLeastPairs = 4;
   const Draws draws(objective, observation, match);
   const Index pairs = (samples + 1) / 2;
+  begin.resize(static_cast<std::size_t>(2 * pairs));
   Eigen::Matrix2Xd log_weights = Eigen::Matrix2Xd::Constant(2, pairs, kNone);
   for (Index i = 0; i < pairs; ++i) {
     const VectorXd normals =
         standard_normals(seed, static_cast<std::uint64_t>(i), static_cast<int>(draws.normals()), 1);
     for (const Index sign : {0, 1}) {
-      const auto log_weight = draws.log_weight(sign == 0 ? normals : VectorXd(-normals));
+      const auto log_weight =
+          draws.log_weight(sign == 0 ? normals : VectorXd(-normals), begin[static_cast<std::size_t>(2 * i + sign)]);
       if (log_weight) log_weights(sign, i) = *log_weight;
     }
     if (i + 1 < kLeastPairs) continue;

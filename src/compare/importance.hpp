@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "posterior.hpp"
 
@@ -30,7 +31,9 @@ struct ImportanceEstimate {
 /// The draws move continuously with the numbers of the model: ζ is white noise at the landmarks, and so at the pivots
 /// of their basis, whatever its eigenvectors.
 /// @param samples at most, rounded up to pairs @param enough the variance of the logarithm at which fewer will do
+/// @param begin where the iteration of each draw begins, and where it ended then; empty at first
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
-                                     const Linearised& match, int samples, double enough, std::uint64_t seed);
+                                     const Linearised& match, int samples, double enough, std::uint64_t seed,
+                                     std::vector<Eigen::VectorXd>& begin);
 
 }  // namespace pulson

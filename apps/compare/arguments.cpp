@@ -80,6 +80,9 @@ void CompareArguments::add_to(CLI::App& verb) {
   verb.add_option("--importance", options.settings.importance_samples,
                   "importance samples per shape, at most, for its evidence; 0: Laplace's approximation")
       ->capture_default_str();
+  verb.add_option("--bootstrap", options.bootstrap,
+                  "cohorts drawn without noise, for the p-values; 0: from their limit for many shapes")
+      ->capture_default_str();
   verb.add_flag("--no-maps", no_maps, "do not measure folded areas");
   verb.add_option("--simulate", simulate,
                   "draw cohorts from this model instead and count which model is chosen; parameters left out are "
@@ -137,6 +140,7 @@ CompareOptions CompareArguments::compare_options(const Landmarks& about, std::ve
   check_at_least(asked.folds, 0, "--folds");
   check_at_least(asked.forward_samples, 2, "--forward-samples");
   check_at_least(asked.settings.importance_samples, 0, "--importance");
+  check_at_least(asked.bootstrap, 0, "--bootstrap");
   check_at_least(count, 1, "--count");
   if (cohort_size) check_at_least(*cohort_size, 1, "--cohort-size");
   if (true_lambda && !(*true_lambda > 0))

@@ -32,7 +32,7 @@ struct CompareArguments {
   std::string true_kernel;
   int count = 20;
   std::optional<int> cohort_size;
-  TimeOptions time{.time = {}, .steps = 10, .dt = {}};
+  TimeOptions time{.time = {}, .automatic = true, .dt = {}};
   OutputOptions output;
 
   void add_to(CLI::App& verb);

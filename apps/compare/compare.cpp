@@ -9,6 +9,7 @@
 #include "arguments.hpp"
 #include "core/atomic_file.hpp"
 #include "picture.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "record.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
@@ -19,7 +20,8 @@
 namespace pulson {
 namespace {
 
-const std::vector<std::string> kComparisonFiles = {"comparison.json", "shapes.csv", "report.html"};
+const std::vector<std::string> kComparisonFiles = {"comparison.json", "shapes.csv",    "source.csv",
+                                                   "aligned.csv",     "specimens.csv", "report.html"};
 const std::vector<std::string> kComparisonPictures = {"comparison"};
 const std::vector<std::string> kStudyFiles = {"recovery.json", "report.html"};
 const std::vector<std::string> kStudyPictures = {"recovery"};
@@ -57,6 +59,9 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
   const std::string record = comparison_json(comparison, seconds);
   write_file_atomically(arguments.output.file("comparison.json"), record);
   write_file_atomically(arguments.output.file("shapes.csv"), shapes_csv(comparison));
+  write_landmarks_csv(arguments.output.file("source.csv"), comparison.cohort.source);
+  write_landmark_file(arguments.output.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
+  write_file_atomically(arguments.output.file("specimens.csv"), specimens_csv(shapes));
   arguments.output.write_json(record);
   if (!arguments.output.no_picture)
     write_chart(comparison_chart(comparison), arguments.output.picture_files(arguments.output.file("comparison")));
@@ -81,7 +86,6 @@ std::vector<TrueModel> true_models(const CompareArguments& arguments, const Coho
   if (asked == std::vector<std::string>{"all"}) asked = arguments.noises;
   std::vector<TrueModel> models;
   CohortSettings quick = settings;
-  quick.importance_samples = 0;
   if (arguments.true_lambda) quick.lambda = arguments.true_lambda;
   for (const std::string& noise : asked) {
     if (arguments.true_lambda && is_complete(noise, cohort.source)) {
@@ -130,7 +134,16 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
 int run_compare(const CompareArguments& arguments) {
   std::vector<std::string> notes;
   const CohortShapes shapes = arguments.read(notes);
-  const CompareOptions options = arguments.compare_options(shapes.cohort().source, notes);
+  CompareOptions options = arguments.compare_options(shapes.cohort().source, notes);
+  if (constexpr std::size_t kFewest = 3;
+      options.settings.fit_width && shapes.targets.size() < kFewest && arguments.simulate.empty()) {
+    options.settings.fit_width = false;
+    notes.push_back(
+        fmt::format("the kernel's width is chosen by the spacing of landmarks, {:.4g}: so few shapes do not "
+                    "determine it",
+                    options.settings.kernel.make(shapes.cohort().source.points).terms().front().alpha));
+  }
+  if (!arguments.time.chosen) options.settings.grid.steps = sufficient_steps(shapes.cohort(), options.settings);
   if (arguments.simulate.empty()) return run_comparison(arguments, shapes, options, notes);
   return run_study(arguments, shapes, options, notes);
 }

@@ -66,6 +66,8 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
             {"score", model.score},
             {"difference", estimate(model.difference)},
             {"weight", model.weight},
+            {"p_value", model.p_value},
+            {"p_value_cohorts", model.bootstrapped},
             {"noise_share", fit.noise_share},
             {"order_inversions", model.order_inversions.value},
             {"flipped_triangles", model.flipped_triangles.value},
@@ -118,6 +120,22 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
             {"version", version()}};
   for (const ComparedModel& model : comparison.models) json["models"].push_back(model_json(model, comparison.settings));
   return json.dump(2) + "\n";
+}
+
+std::string specimens_csv(const CohortShapes& shapes) {
+  std::string text = "shape,centroid_size\n";
+  for (const Landmarks& shape : shapes.targets) {
+    const auto present = shape.points.array().isFinite().colwise().all();
+    const auto count = static_cast<double>(present.count());
+    Eigen::VectorXd middle = Eigen::VectorXd::Zero(shape.points.rows());
+    for (Eigen::Index a = 0; a < shape.points.cols(); ++a)
+      if (present[a]) middle += shape.points.col(a) / count;
+    double square = 0;
+    for (Eigen::Index a = 0; a < shape.points.cols(); ++a)
+      if (present[a]) square += (shape.points.col(a) - middle).squaredNorm();
+    fmt::format_to(std::back_inserter(text), "\"{}\",{}\n", shape.source, std::sqrt(square));
+  }
+  return text;
 }
 
 std::string shapes_csv(const Comparison& comparison) {

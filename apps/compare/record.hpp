@@ -10,6 +10,9 @@ namespace pulson {
 /// What scripts read: `comparison.json`.
 std::string comparison_json(const Comparison& comparison, double seconds);
 
+/// The centroid size of each shape as it was given, over the landmarks that are not missing, length units.
+std::string specimens_csv(const CohortShapes& shapes);
+
 /// Each shape under each model, a line each.
 std::string shapes_csv(const Comparison& comparison);
 

@@ -32,16 +32,18 @@ std::string fitted_numbers(const CohortFit& fit) {
 
 ReportTable evidence_table(const Comparison& comparison) {
   ReportTable table{
-      {"noise", "score relative to the best", "weight", "log evidence", "Laplace", "fitted", "noise share",
+      {"noise", "score relative to the best", "weight", "p", "log evidence", "Laplace", "fitted", "noise share",
        "converged"},
       {},
       "Evidence. A score is the log evidence minus (k/2) log n for k fitted numbers and n shapes, in nats; "
-      "Laplace is Laplace's approximation of the log evidence. Errors are standard errors."};
+      "p is the probability of as much evidence for noise where there is none; Laplace is Laplace's approximation of "
+      "the log evidence. Errors are standard errors."};
   for (const std::size_t i : ranked(comparison)) {
     const ComparedModel& model = comparison.models[i];
     table.rows.push_back({{shortened_spec(model.noise)},
                           i == comparison.best ? ReportCell{"0"} : cell(model.difference, "{:.1f}"),
                           cell(model.weight, "{:.2g}"),
+                          cell(model.p_value, "{:.2g}"),
                           cell(Estimate{model.fit.log_evidence, model.fit.sampling_error}, "{:.1f}"),
                           cell(model.fit.laplace, "{:.1f}"),
                           {fitted_numbers(model.fit)},

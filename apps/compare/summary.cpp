@@ -21,6 +21,14 @@ bool is_behind(const ComparedModel& model) {
   return -model.difference.value > std::max(kDecisive, 2 * error);
 }
 
+// Without noise, or with noise that the fit sets to zero.
+bool is_geodesic(const CohortFit& fit) {
+  bool has_noise = fit.noise != "none";
+  for (const FittedNumber& number : fit.fitted)
+    if (number.vanishes && number.name != "lambda") has_noise = false;
+  return !has_noise;
+}
+
 // fmt counts bytes of UTF-8 for widths where locale is C; the columns here hold "±".
 std::string padded(const std::string& text, std::size_t width) {
   const std::size_t letters = columns(text);
@@ -29,7 +37,7 @@ std::string padded(const std::string& text, std::size_t width) {
 
 void print_row(const std::vector<std::string>& cells) {
   constexpr std::size_t kFirst = 30;
-  constexpr std::size_t kOthers = 15;
+  constexpr std::size_t kOthers = 16;
   std::string line = padded(cells.front(), kFirst);
   for (std::size_t i = 1; i < cells.size(); ++i) line += padded(cells[i], kOthers);
   line.erase(line.find_last_not_of(' ') + 1);
@@ -75,7 +83,7 @@ std::string verdict(const Comparison& comparison) {
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (!is_behind(comparison.models[order[i]])) equal.push_back(shortened_spec(comparison.models[order[i]].noise));
-  if (comparison.models[order.front()].fit.noise == "none")
+  if (is_geodesic(comparison.models[order.front()].fit))
     return "the geodesic is enough: no noise model explains these shapes better";
   if (equal.empty()) return fmt::format("these shapes are best explained by {}", shortened_spec(best));
   return fmt::format("these shapes favour {}, but do not distinguish it from {}", shortened_spec(best),
@@ -93,12 +101,13 @@ void print_comparison(const Comparison& comparison) {
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
   fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", shortened_spec(comparison.settings.kernel.spec()),
              comparison.settings.grid.steps, comparison.settings.sigma.in(0));
-  print_row({"noise", "score", "weight", "log evidence", "Laplace", "rms", "energy", "action"});
+  print_row({"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"});
   const std::vector<std::size_t> order = ranked(comparison);
   for (const std::size_t i : order) {
     const ComparedModel& model = comparison.models[i];
     print_row({shortened_spec(model.noise), i == comparison.best ? "0" : with_error(model.difference, "{:.1f}"),
-               number(model.weight, "{:.2g}"), with_error({model.fit.log_evidence, model.fit.sampling_error}, "{:.1f}"),
+               number(model.weight, "{:.2g}"), number(model.p_value, "{:.2g}"),
+               with_error({model.fit.log_evidence, model.fit.sampling_error}, "{:.1f}"),
                number(model.fit.laplace, "{:.1f}"), with_error(model.rms), with_error(model.energy),
                with_error(model.action)});
   }

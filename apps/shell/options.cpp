@@ -29,7 +29,9 @@ void TimeOptions::add_to(CLI::App& verb, const std::string& default_time) {
         chosen = true;
         dt.reset();
       },
-      "number of time steps" + (dt ? std::string(", instead of --dt") : fmt::format(" [{}]", steps)));
+      "number of time steps" + (dt          ? std::string(", instead of --dt")
+                                : automatic ? " [auto]"
+                                            : fmt::format(" [{}]", steps)));
   verb.add_option("--dt", dt, dt ? fmt::format("longest time step [{}]", *dt) : "longest time step, instead of --steps")
       ->excludes(by_steps);
 }

@@ -15,6 +15,7 @@ namespace pulson {
 struct TimeOptions {
   std::optional<double> time;
   int steps = 20;
+  bool automatic = false;    ///< steps are chosen by the verb unless they are given
   std::optional<double> dt;  ///< where it is given, the default of --steps is not used
   bool chosen = false;       ///< --steps or --dt was given
 

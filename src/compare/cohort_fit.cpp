@@ -1,5 +1,6 @@
 #include "pulson/compare/cohort_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "amplitudes.hpp"
@@ -17,6 +18,34 @@ double CohortFit::score() const {
 CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings) {
   const SerialBlas serial;
   return Fitter(cohort, make_open_noise(noise, cohort.source), settings).run();
+}
+
+int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
+  constexpr int kFewest = 5, kMost = 80;
+  constexpr double kExact = 0.1;  // of σ
+  settings.importance_samples = 0;
+  settings.fit_width = false;
+  const double sigma = settings.sigma.in(diameter(cohort.source.points));
+  const auto integrator = make_integrator(settings.integrator);
+  int steps = kFewest;
+  for (; steps < kMost; steps *= 2) try {
+      settings.grid.steps = steps;
+      const CohortFit fit = fit_cohort(cohort, "none", settings);
+      const StochasticSystem system = shape_problem(cohort, fit, settings, 0).system;
+      const TimeGrid finer{settings.grid.time, 2 * steps};
+      const bool exact = std::all_of(fit.shapes.begin(), fit.shapes.end(), [&](const ShapeFit& shape) {
+        const Points end =
+            integrator
+                ->integrate(system, {cohort.source.points, shape.momenta}, finer, Eigen::MatrixXd::Zero(0, finer.steps))
+                .final()
+                .q;
+        return (end - shape.end).norm() <= kExact * sigma * std::sqrt(static_cast<double>(end.size()));
+      });
+      if (exact && fit.converged) break;
+    } catch (const NumericalError&) {
+      // too few for these shapes
+    }
+  return steps;
 }
 
 bool is_complete(const NoiseChoice& noise, const Landmarks& shape) {

@@ -9,6 +9,7 @@
 #include <fmt/core.h>
 
 #include "map_facts.hpp"
+#include "pulson/compare/recovery.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "statistics.hpp"
@@ -83,7 +84,9 @@ void sum_up(ComparedModel& model) {
   model.score = fit.score();
 }
 
-Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise, const CompareOptions& options) {
+// With the kernel that was fitted to all shapes.
+Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise, const CompareOptions& options,
+                           const std::string& kernel) {
   const auto count = static_cast<int>(shapes.targets.size());
   const int folds = std::min(options.folds, count);
   std::vector<ShapePrediction> predictions(shapes.targets.size());
@@ -94,6 +97,8 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
     const Cohort cohort = shapes.cohort(training);
     CohortSettings settings = options.settings;
     settings.importance_samples = 0;
+    settings.kernel = kernel;
+    settings.fit_width = false;
     const CohortFit fit = fit_cohort(cohort, noise, settings);
     const MatrixXd samples = aligned_samples(cohort, shape_problem(cohort, fit, settings, 0), options.forward_samples,
                                              settings.seed + static_cast<std::uint64_t>(fold));
@@ -123,8 +128,70 @@ void rank(Comparison& comparison) {
   }
 }
 
+// Of no noise against each model that has it as its limit: at the limit twice the gain is 0 in half of all cohorts, and
+// χ² of one degree in the others.
+void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& noises, const CompareOptions& options) {
+  auto& models = comparison.models;
+  const auto none = std::find_if(models.begin(), models.end(), [](const auto& m) { return m.noise == "none"; });
+  if (none == models.end()) return;
+  std::vector<RecoveryRow> drawn;
+  if (options.bootstrap > 0) {
+    RecoveryOptions study;
+    study.settings = options.settings;
+    study.cohorts = options.bootstrap;
+    study.shapes = static_cast<int>(comparison.cohort.targets.size());
+    study.seed = options.settings.seed;
+    study.alignment = comparison.cohort.alignment;
+    drawn = study_recovery(comparison.cohort.source, {{"none", none->fit.lambda, none->fit.kernel}}, noises, study);
+  }
+  const auto place = static_cast<std::size_t>(none - models.begin());
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (models[i].fit.fitted.size() <= none->fit.fitted.size()) continue;
+    const double gain = models[i].fit.log_evidence - none->fit.log_evidence;
+    const bool same = std::any_of(models[i].fit.fitted.begin(), models[i].fit.fitted.end(),
+                                  [](const FittedNumber& number) { return number.vanishes; });
+    models[i].p_value = gain > 0 && !same ? 0.5 * std::erfc(std::sqrt(gain)) : 1;
+    if (drawn.empty()) continue;
+    int greater = 0;
+    int fitted = 0;
+    for (const std::vector<RecoveredFit>& fits : drawn.front().fits) {
+      const double by_chance = fits[i].log_evidence - fits[place].log_evidence;
+      if (std::isnan(by_chance)) continue;
+      ++fitted;
+      if (by_chance >= gain) ++greater;
+    }
+    models[i].p_value = (1.0 + greater) / (1.0 + fitted);
+    models[i].bootstrapped = fitted;
+  }
+}
+
+// What so few shapes, or such, cannot say.
+void add_notes_of_data(Comparison& comparison) {
+  const std::size_t shapes = comparison.cohort.targets.size();
+  if (shapes < 4)
+    comparison.notes.push_back(
+        fmt::format("{} {}: too few to tell models apart; the numbers describe {}, and say nothing of others", shapes,
+                    shapes == 1 ? "shape" : "shapes", shapes == 1 ? "it" : "them"));
+  double square = 0;
+  double count = 0;
+  for (const Landmarks& target : comparison.cohort.targets)
+    for (Index i = 0; i < target.points.size(); ++i)
+      if (const double off = target.points.reshaped()[i] - comparison.cohort.source.points.reshaped()[i];
+          !std::isnan(off)) {
+        square += off * off;
+        ++count;
+      }
+  const double sigma = comparison.settings.sigma.in(0);
+  if (square < count * sigma * sigma)
+    comparison.notes.push_back(fmt::format(
+        "the shapes differ from their source by {:.3g} (root mean square of a coordinate), less than sigma, "
+        "{:.3g}: they say nothing of any model; give a smaller `sigma` if you measured it",
+        std::sqrt(square / count), sigma));
+}
+
 void add_notes(Comparison& comparison, const CompareOptions& options) {
   auto& notes = comparison.notes;
+  add_notes_of_data(comparison);
   for (const ComparedModel& model : comparison.models) {
     if (!model.fit.converged) notes.push_back(fmt::format("{}: the fit did not converge", model.noise));
     for (const FittedNumber& number : model.fit.fitted) {
@@ -183,11 +250,13 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     model.spectrum = spectrum_of(basis, source, samples).first;
     model.noise_displacement = noise_displacement(model.fit, source.cols());
     measure_maps(comparison.cohort, same, model);
-    if (options.folds > 1 && shapes.targets.size() > 1) model.prediction = cross_validated(shapes, noise, same);
+    if (options.folds > 1 && shapes.targets.size() > 1)
+      model.prediction = cross_validated(shapes, noise, same, model.fit.kernel);
     model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     comparison.models.push_back(std::move(model));
   }
   rank(comparison);
+  test_against_none(comparison, noises, same);
   add_notes(comparison, same);
   return comparison;
 }

@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kFirstStep = 1;        // of a search, in standard deviations of each number
-constexpr double kTolerance = 0.1;      // in the same
+constexpr double kTolerance = 0.05;     // in the same
 constexpr double kDifference = 0.05;    // of coordinates, see Fitter::place()
 constexpr double kGroupRange = 8;       // of logarithms of variances
 constexpr double kWidthRange = 2.1;     // of the logarithm of the kernel's width: a factor of 8
@@ -74,18 +74,21 @@ Fitter::State Fitter::moved(const State& from, const VectorXd& to) const {
   return state;
 }
 
-// About x; in units of `scale`, and no further than `range` of them.
-LogSearch Fitter::box(const VectorXd& x, const VectorXd& scale, double range) const {
+// About x, over the numbers that are free; in units of their scales, and no further than `range` of them.
+LogSearch Fitter::box(const VectorXd& x, const VectorXd& scale, const std::vector<Index>& free, double range) const {
   const Index n = x.size();
-  LogSearch search = log_search(n, kOtherRange, kTolerance, kEvaluations + 20 * static_cast<int>(n));
-  search.least.head(groups()) = std::log1p(kNegligible) - x.head(groups()).array();
-  search.most.head(groups()).setConstant(kGroupRange);
+  VectorXd least = VectorXd::Constant(n, -kOtherRange);
+  VectorXd most = VectorXd::Constant(n, kOtherRange);
+  least.head(groups()) = std::log1p(kNegligible) - x.head(groups()).array();
+  most.head(groups()).setConstant(kGroupRange);
   if (settings_.fit_width) {
-    search.least[groups()] = -kWidthRange - x[groups()];
-    search.most[groups()] = kWidthRange - x[groups()];
+    least[groups()] = -kWidthRange - x[groups()];
+    most[groups()] = kWidthRange - x[groups()];
   }
-  search.least = search.least.cwiseMin(0).cwiseQuotient(scale).cwiseMax(-range);
-  search.most = search.most.cwiseMax(0).cwiseQuotient(scale).cwiseMin(range);
+  const auto count = static_cast<int>(free.size());
+  LogSearch search = log_search(count, 0, kTolerance, kEvaluations + 20 * count);
+  search.least = least(free).cwiseMin(0).cwiseQuotient(scale(free)).cwiseMax(-range);
+  search.most = most(free).cwiseMax(0).cwiseQuotient(scale(free)).cwiseMin(range);
   search.first_step = std::min(kFirstStep, 0.4 * (search.most - search.least).minCoeff());
   search.with_deviations = false;
   return search;
@@ -101,7 +104,7 @@ double Fitter::Excess::operator()(const VectorXd& x) const {
 }
 
 // Of Laplace's evidence and what is added to it. All matches begin from those of one place, so that the evidence is one
-// function of the numbers.
+// function of the numbers. Numbers of scale 0 are held.
 Fitter::Maximum Fitter::maximise(const State& from, const Excess& excess, const VectorXd& scale, double range) const {
   const auto value_of = [&](const State& state) { return state.log_evidence() + excess(place(state)); };
   const double first = value_of(from);
@@ -117,9 +120,18 @@ Fitter::Maximum Fitter::maximise(const State& from, const Excess& excess, const 
       return -std::numeric_limits<double>::infinity();
     }
   };
-  const LogMaximum found =
-      maximise_over_logs([&](const VectorXd& y) { return y.isZero(0) ? first : tried(start + scale.cwiseProduct(y)); },
-                         box(start, scale, range));
+  std::vector<Index> free;
+  for (Index i = 0; i < scale.size(); ++i)
+    if (scale[i] > 0) free.push_back(i);
+  if (free.empty()) return best;
+  const LogMaximum found = maximise_over_logs(
+      [&](const VectorXd& y) {
+        if (y.isZero(0)) return first;
+        VectorXd x = start;
+        x(free) += scale(free).cwiseProduct(y);
+        return tried(x);
+      },
+      box(start, scale, free, range));
   for (Index g = 0; g < groups(); ++g) {
     VectorXd x = place(best.state);
     if (x[g] > kSmall * scale[g] || x[g] <= least_place(g)) continue;
@@ -127,7 +139,8 @@ Fitter::Maximum Fitter::maximise(const State& from, const Excess& excess, const 
     State without = moved(from, x);
     if (value_of(without) >= best.value - kNoLoss) best.state = std::move(without);
   }
-  best.state.converged = from.converged && found.converged;
+  best.state.converged = found.converged && std::all_of(best.state.matches.begin(), best.state.matches.end(),
+                                                        [](const auto& match) { return match.converged; });
   return best;
 }
 
@@ -184,22 +197,29 @@ double Fitter::sampled_excess(const State& state, Draws& draws) const {
 Fitter::Maximum Fitter::correct(const State& start, const VectorXd& scale, Draws& draws) const {
   const Index n = scale.size();
   const auto sampled_at = [&](const State& from, Index i, double step) {
-    return sampled_excess(moved(from, place(from) + step * scale[i] * VectorXd::Unit(n, i)), draws);
+    try {
+      return sampled_excess(moved(from, place(from) + step * scale[i] * VectorXd::Unit(n, i)), draws);
+    } catch (const Error&) {
+      return std::numeric_limits<double>::quiet_NaN();
+    }
   };
   Excess excess{place(start), sampled_excess(start, draws), VectorXd::Zero(n), VectorXd::Zero(n)};
   Maximum best{start, start.log_evidence() + excess.value, {}};
-  for (Index i = 0; i < n; ++i) excess.slope[i] = (sampled_at(start, i, 1) - excess.value) / scale[i];
+  for (Index i = 0; i < n; ++i)
+    if (const double aside = sampled_at(start, i, 1); std::isfinite(aside))
+      excess.slope[i] = (aside - excess.value) / scale[i];
   double range = kCorrectionRange;
   bool central = false;
-  for (int count = 0; count < kMostCorrections && excess.slope.allFinite(); ++count) {
+  for (int count = 0; count < kMostCorrections; ++count) {
     Maximum next = maximise(best.state, excess, scale, range);
     if (next.value - best.value < kCorrected) {
       if (central) return {best.state, best.value, excess.bend};
       central = true;
       for (Index i = 0; i < n; ++i) {
         const double above = sampled_at(best.state, i, 1);
-        const double below = excess.at[i] - scale[i] > least_place(i) ? sampled_at(best.state, i, -1) : 0;
-        if (below == 0) continue;  // at its bound: the slope is that to one side
+        if (excess.at[i] - scale[i] <= least_place(i)) continue;  // at its bound the slope is that to one side
+        const double below = sampled_at(best.state, i, -1);
+        if (!std::isfinite(above + below)) continue;
         excess.slope[i] = (above - below) / (2 * scale[i]);
         excess.bend[i] = (2 * excess.value - above - below) / (scale[i] * scale[i]);
       }
@@ -207,6 +227,10 @@ Fitter::Maximum Fitter::correct(const State& start, const VectorXd& scale, Draws
     }
     const double now = sampled_excess(next.state, draws);
     const VectorXd y = (place(next.state) - excess.at).cwiseQuotient(scale);
+    if (!std::isfinite(now)) {
+      range = y.cwiseAbs().maxCoeff() / 3;
+      continue;
+    }
     const double off = now - excess(place(next.state));
     next.value = next.state.log_evidence() + now;
     if (next.value > best.value) {
@@ -234,12 +258,19 @@ Fitter::Maximum Fitter::search(const State& start) const {
   constexpr double kAnywhere = std::numeric_limits<double>::infinity();
   const VectorXd zero = VectorXd::Zero(numbers_open());
   const Excess nothing{zero, 0, zero, zero};
-  const bool sampled = settings_.importance_samples > 0;
   Draws draws;
   const VectorXd scale = scale_at(start);
+  // Where a shape has no sample with a path, Laplace's evidence is all that there is.
+  const bool sampled = settings_.importance_samples > 0 && std::isfinite(sampled_excess(start, draws));
   Maximum best = sampled ? correct(start, scale, draws) : maximise(start, nothing, scale, kAnywhere);
   if (amplitudes_.empty()) return best;
-  const State geodesic = nearly_without_noise(start);
+  VectorXd of_geodesic = scale;
+  VectorXd without = place(start);
+  for (Index g = lambda_open_ ? 1 : 0; g < groups(); ++g) {
+    of_geodesic[g] = 0;
+    without[g] = least_place(g);
+  }
+  const State geodesic = maximise(moved(start, without), nothing, of_geodesic, kAnywhere).state;
   const VectorXd scale_there = scale_at(geodesic);
   Maximum other = maximise(geodesic, nothing, scale_there, kAnywhere);
   if (sampled) {

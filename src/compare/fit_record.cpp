@@ -25,7 +25,7 @@ constexpr double kLeastInformation = 0.1;
 constexpr double kNinety = 1.6449;  // standard deviations to either side
 
 // Variance of the end points, in units of σ², below which neither momenta nor noise show.
-constexpr double kDetectable = 1e-6;
+constexpr double kDetectable = 10 * kNegligible;
 
 // Standard deviations of numbers of this Fisher information; NaN for those that it does not identify.
 VectorXd deviations(const MatrixXd& information) {

@@ -27,7 +27,6 @@ constexpr double kLeastGain = 0.01;      // nats that a further round would stil
 constexpr double kFirstStep = 0.3;       // of the search for the greatest evidence, of a logarithm
 constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
-constexpr double kNearlyNoNoise = 1e-4;  // of the variance of a noise, where the search begins nearly without it
 constexpr int kMostBackoffs = 30;
 
 // Root mean square of what is observed beyond the source, length units.
@@ -274,14 +273,6 @@ std::vector<VectorXd> Fitter::match_with_backoff(State& state, std::vector<Vecto
       rescale(state, -u);
       for (VectorXd& z : from) z.setZero();
     }
-}
-
-// From almost no noise, which is as good as the geodesic.
-Fitter::State Fitter::nearly_without_noise(State state) const {
-  VectorXd u = VectorXd::Zero(groups());
-  u.tail(std::ssize(amplitudes_)).setConstant(std::log(kNearlyNoNoise));
-  rescale(state, u);
-  return alternate(std::move(state), kMostFits);
 }
 
 // Alternating between matches and amplitudes, which holds the matches' slopes fixed, comes near the maximum of the

@@ -71,13 +71,13 @@ class Fitter {
                                                   Eigen::VectorXd u) const;
   void find_variances(State& state) const;
   State alternate(State state, int most_rounds) const;
-  State nearly_without_noise(State state) const;
 
   // In evidence_search.cpp.
   double variance(const State& state, Eigen::Index group) const;
   Eigen::VectorXd place(const State& state) const;
   State moved(const State& from, const Eigen::VectorXd& to) const;
-  LogSearch box(const Eigen::VectorXd& x, const Eigen::VectorXd& scale, double range) const;
+  LogSearch box(const Eigen::VectorXd& x, const Eigen::VectorXd& scale, const std::vector<Eigen::Index>& free,
+                double range) const;
   double least_place(Eigen::Index i) const;
   Maximum maximise(const State& from, const Excess& excess, const Eigen::VectorXd& scale, double range) const;
   Eigen::MatrixXd curvature(const State& best, const Eigen::VectorXd& scale) const;

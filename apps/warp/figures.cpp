@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "register/picture.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {
@@ -50,6 +51,9 @@ WarpFrames warp_frames(const WarpArguments& arguments, const Registration& regis
                           arguments.flip_y.value_or(is_of_tps(from)), input.image.height());
   frames.result = frame_of(of_result, of_target, arguments.origin_of_result(), arguments.flip_y.value_or(is_of_tps(to)),
                            frames.height);
+  frames.title = short_name(registration.original) + " → " + short_name(registration.target);
+  if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
+  for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
   const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);
   frames.label_ranks.resize(static_cast<std::size_t>(registration.original.count()));
   for (std::size_t g = 0; g < groups.size(); ++g)

@@ -158,14 +158,6 @@ void write_picture(const std::filesystem::path& path, const Image& image, const 
   }
 }
 
-void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
-                   const PixelFrame& frame, const Image& colours) {
-  if (holds_numbers(path))
-    write_picture(path, Image(width, height, 1, std::span<const float>(values)), frame);
-  else
-    write_image(path, colours);
-}
-
 void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height) {
   std::vector<std::uint8_t> bytes(mask.size());
   std::transform(mask.begin(), mask.end(), bytes.begin(), [](bool is_in) { return is_in ? 255 : 0; });

@@ -39,12 +39,8 @@ Image for_show(const Image& image);
 void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame,
                    std::optional<GridType> type = std::nullopt);
 
-/// Whether write_numbers writes numbers there, and not colours.
+/// Whether numbers of pixels are written there as such, and not as colours: tif, mha, nrrd.
 bool holds_numbers(const std::filesystem::path& path);
-
-/// One number for each pixel, row by row: as numbers where the format holds them (tif, mha, nrrd), else the colours.
-void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
-                   const PixelFrame& frame, const Image& colours);
 
 /// White where the mask is.
 void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height);

@@ -163,6 +163,12 @@ std::vector<Points> chosen(const std::vector<Points>& all, const std::vector<int
   return some;
 }
 
+// Where a place is in an image: parts of its width and, from the top, of its height.
+Eigen::Vector2d part_of(const PlacedImage& image, const Eigen::Vector2d& place, bool y_down) {
+  const Eigen::Vector2d part = (place - image.low).cwiseQuotient(image.high - image.low);
+  return {part.x(), y_down ? part.y() : 1 - part.y()};
+}
+
 // Landmarks may have a path where the plane between them has none: then there is no grid.
 void add_material(const Registration& registration, const Trajectory& path, const std::vector<int>& steps,
                   const PlacedImage& below, ReportMotion& motion) {
@@ -176,9 +182,11 @@ void add_material(const Registration& registration, const Trajectory& path, cons
     const int points_per_cell = many || steps.size() > 24 ? 2 : 3;
     const std::vector<Points> lines = grid_lines(low, high, many ? 14 : 20, points_per_cell);
     const auto is_first = [&](const Points& line) { return line(0, 0) == line(0, 1); };  // x is constant
-    if (!below.file.empty())
-      motion.image = {below.file, below.low, below.high,
-                      static_cast<int>(std::count_if(lines.begin(), lines.end(), is_first)), points_per_cell};
+    if (!below.file.empty()) {
+      const auto columns = static_cast<int>(std::count_if(lines.begin(), lines.end(), is_first));
+      const bool y_down = motion.source.y_down || motion.target.y_down;
+      motion.image = {below.file, part_of(below, low, y_down), part_of(below, high, y_down), columns, points_per_cell};
+    }
     for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
     labels = joined_lines(lines);
   }

@@ -1,0 +1,31 @@
+// One picture over another: mixed, wiped, in squares by turns, or their difference.
+class Stack {
+  constructor(figure) {
+    this.sheet = figure.querySelector(".sheet");
+    this.over = this.sheet.querySelector(".over");
+    this.slider = figure.querySelector("input[type=range]");
+    this.modes = figure.querySelectorAll("input[type=radio]");
+    this.controls = figure.querySelector(".player");
+    this.controls.hidden = false;
+    const area = figure.querySelector(".stack");
+    this.zoom = new Zoom(area, () => this.show());
+    this.zoom.listenTo(figure.querySelectorAll("[data-zoom]"));
+    for (const input of [this.slider, ...this.modes]) input.addEventListener("input", () => this.show());
+    this.show();
+  }
+  show() {
+    const mode = Array.from(this.modes).find(one => one.checked).value, part = this.slider.value / this.slider.max;
+    const { style } = this.over, side = 3 + 22 * (1 - part);
+    style.opacity = mode === "mix" ? part : 1;
+    style.clipPath = mode === "wipe" ? `inset(0 0 0 ${100 * (1 - part)}%)` : "";
+    style.mixBlendMode = mode === "difference" ? "difference" : "";
+    const squares = mode === "squares" ? "repeating-conic-gradient(#000 0 25%, transparent 0 50%)" : "";
+    style.maskImage = style.webkitMaskImage = squares;
+    style.maskSize = style.webkitMaskSize = squares ? `${side}vmin ${side}vmin` : "";
+    this.slider.disabled = mode === "difference";
+    const { factor, shift: [x, y] } = this.zoom;
+    this.sheet.style.transform = `translate(${x}px, ${y}px) scale(${factor})`;
+    this.sheet.classList.toggle("large", factor > 3);
+  }
+}
+for (const figure of document.querySelectorAll("figure.stacked")) new Stack(figure);

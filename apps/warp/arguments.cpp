@@ -90,7 +90,7 @@ std::optional<std::array<double, 2>> WarpArguments::origin_of_result() const {
 
 std::vector<std::string> WarpArguments::outputs() const {
   return {out,   field, json, jacobian,     log_jacobian, multiplicity, deviation, fold_probability,
-          folds, holes, grid, side_by_side, overlay,      displacement, animate};
+          folds, holes, grid, side_by_side, overlay,      displacement, animate,   report};
 }
 
 void WarpArguments::check() const {
@@ -125,6 +125,7 @@ void WarpArguments::check() const {
   for (const std::string& file : {side_by_side, overlay})
     if (!file.empty()) check_captioned_file(file);
   check_picture_size(width, dpi);
+  if (!report.empty()) check_output_file(report);
   for (const std::string& file : {out, field, animate})
     if (!file.empty()) check_output_file(file);
   for (const std::string& file : outputs())
@@ -166,6 +167,9 @@ void WarpArguments::check_for_landmarks() const {
 
 void WarpArguments::check_for_fold() const {
   if (!inverse) return;
+  if (!report.empty())
+    throw InputError(
+        "--report with --inverse needs a map that has an inverse; here the noise moves landmarks individually");
   for (const auto& [name, file] : {std::pair("--jacobian", jacobian),
                                    {"--log-jacobian", log_jacobian},
                                    {"--folds", folds},

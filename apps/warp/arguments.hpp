@@ -56,6 +56,7 @@ struct WarpArguments {
   std::string grid;
   std::string side_by_side;
   std::string overlay;
+  std::string report;
   std::string displacement;
   bool numbers = false;         ///< beside the landmarks of drawings
   std::optional<double> width;  ///< of drawings, mm

@@ -113,8 +113,8 @@ void Drawings::write(ImagePicture picture, const std::vector<Image>& images, con
   write_image_picture(picture, files);
 }
 
-void Drawings::write_side_by_side(const Image& image, const WarpedImage& result, const ImageWarp& warp,
-                                  const WarpFrames& frames) const {
+void Drawings::write_side_by_side(const fs::path& file, const Image& image, const WarpedImage& result,
+                                  const ImageWarp& warp, const WarpFrames& frames) const {
   const std::vector<Points> paths = warp.landmark_paths();
   const bool inverse = arguments_.inverse;
   ImagePanel before = panel_of(name_of(arguments_.input), image.width(), image.height());
@@ -134,7 +134,7 @@ void Drawings::write_side_by_side(const Image& image, const WarpedImage& result,
   }
   if (arguments_.numbers)
     for (ImagePanel& panel : picture.panels) panel.numbers = frames.numbers;
-  write(std::move(picture), images, arguments_.side_by_side);
+  write(std::move(picture), images, file.string());
 }
 
 void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames) const {
@@ -152,6 +152,12 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
   for (const char* heading : {"Squares of both by turns", "Half of each", "Difference: white where both agree"})
     picture.panels.push_back(panel_of(heading, frames.width, frames.height));
   write(std::move(picture), images, arguments_.overlay);
+}
+
+void Drawings::write_jacobian(const fs::path& file, const Image& image, const ImageWarp& warp,
+                              const std::vector<float>& jacobians) const {
+  write_numbers({file.string(), kJacobianHeading, diverging(jacobians, image.width(), image.height(), kJacobianScale),
+                 bar_of(kJacobianScale), image.width(), image.height(), landmarks_on_image(warp, arguments_)});
 }
 
 void Drawings::write_numbers(const Numbers& numbers) const {

@@ -19,8 +19,8 @@ class Drawings {
   explicit Drawings(const WarpArguments& arguments) : arguments_(arguments) {}
 
   /// The image in front, the result, and the target's image if --like gives it, with grid and landmarks.
-  void write_side_by_side(const Image& image, const WarpedImage& result, const ImageWarp& warp,
-                          const WarpFrames& frames) const;
+  void write_side_by_side(const std::filesystem::path& file, const Image& image, const WarpedImage& result,
+                          const ImageWarp& warp, const WarpFrames& frames) const;
 
   /// The result over the target's image: in squares by turns, half of each, and their difference.
   void write_overlay(const WarpedImage& result, const WarpFrames& frames) const;
@@ -36,12 +36,18 @@ class Drawings {
     Points landmarks = Points(2, 0);
   };
   void write_numbers(const Numbers& numbers) const;
+  void write_jacobian(const std::filesystem::path& file, const Image& image, const ImageWarp& warp,
+                      const std::vector<float>& jacobians) const;
 
  private:
   void write(ImagePicture picture, const std::vector<Image>& images, const std::string& file) const;
 
   const WarpArguments& arguments_;
 };
+
+/// Of Jacobians: white where areas stay, folds marked.
+inline constexpr DivergingScale kJacobianScale{.centre = 1, .reach = 1, .marked_below = 0.0};
+inline const std::string kJacobianHeading = "Jacobian determinant of the map, alignment included";
 
 /// The bar of a scale, with its ends and middle.
 ColourBar bar_of(const DivergingScale& scale);

@@ -108,6 +108,9 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("--overlay", overlay, "the result over --like: checkerboard, blend and difference (png, svg, pdf)")
       ->type_name("FILE")
       ->group("More results");
+  verb.add_option("--report", report, "a page (html) with the motion, the result over --like, drawings and numbers")
+      ->type_name("FILE")
+      ->group("More results");
   verb.add_flag("--numbers", numbers, "numbers of the landmarks in --side-by-side")->group("More results");
   verb.add_option("--width", width, "width of drawings in mm [about 420]")->type_name("NUMBER")->group("More results");
   verb.add_option("--dpi", dpi, "pixels per inch of png drawings")

@@ -94,9 +94,8 @@ void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames
   const int width = image.width(), height = image.height();
   const Points landmarks = landmarks_on_image(warp, arguments);
   if (!arguments.jacobian.empty())
-    pictures.write({arguments.jacobian, "Jacobian determinant of the map, alignment included", jacobians, width, height,
-                    frames.input, landmarks},
-                   DivergingScale{.centre = 1, .reach = 1, .marked_below = 0.0});
+    pictures.write({arguments.jacobian, kJacobianHeading, jacobians, width, height, frames.input, landmarks},
+                   kJacobianScale);
   if (!arguments.log_jacobian.empty()) {
     std::vector<float> logarithms(jacobians.size());
     std::transform(jacobians.begin(), jacobians.end(), logarithms.begin(), [](float j) { return std::log2(j); });
@@ -195,7 +194,7 @@ std::vector<ColourKey> write_more_results(const Image& image, const WarpedImage&
   if (!arguments.holes.empty()) write_mask(arguments.holes, result.holes, frames.width, frames.height);
   if (!arguments.grid.empty()) write_picture(arguments.grid, overlay(image, result, warp, arguments), frames.result);
   const Drawings drawings(arguments);
-  if (!arguments.side_by_side.empty()) drawings.write_side_by_side(image, result, warp, frames);
+  if (!arguments.side_by_side.empty()) drawings.write_side_by_side(arguments.side_by_side, image, result, warp, frames);
   if (!arguments.overlay.empty()) drawings.write_overlay(result, frames);
   return std::move(pictures).keys();
 }

@@ -27,8 +27,7 @@ constexpr double kOutlineFade = 0.45;
 
 /// The ellipse of one landmark in the plane of a view, in length units: the quantile of a χ² distribution of two
 /// degrees of freedom is −2 ln(1 − part).
-Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance, const View& view) {
-  const std::array<int, 2> rows = {view.row_x, view.row_y};
+Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance, const std::array<int, 2>& rows) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(Eigen::Matrix2d(covariance(rows, rows)));
   const Eigen::Vector2d radii = (-2 * std::log(1 - kEllipsePart) * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
   Points outline = middle.replicate(1, kCorners + 1);
@@ -36,17 +35,14 @@ Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance,
     const double angle = 2 * std::numbers::pi * i / kCorners;
     const Eigen::Vector2d place =
         axes.eigenvectors() * radii.cwiseProduct(Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-    outline(view.row_x, i) += place.x();
-    outline(view.row_y, i) += place.y();
+    outline(rows[0], i) += place.x();
+    outline(rows[1], i) += place.y();
   }
   return outline;
 }
 
 std::vector<Points> ellipses(const EnsemblePicture& picture, const View& view) {
-  std::vector<Points> outlines;
-  for (Eigen::Index a = 0; a < picture.mean.back().cols(); ++a)
-    outlines.push_back(ellipse(picture.mean.back().col(a), picture.covariances[static_cast<std::size_t>(a)], view));
-  return outlines;
+  return pulson::ellipses(picture, view.row_x, view.row_y);
 }
 
 std::vector<View> views_of(const EnsemblePicture& picture) {
@@ -158,6 +154,14 @@ void check(const EnsemblePicture& picture) {
 }
 
 }  // namespace
+
+std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_y) {
+  std::vector<Points> outlines;
+  for (Eigen::Index a = 0; a < picture.mean.back().cols(); ++a)
+    outlines.push_back(
+        picture::ellipse(picture.mean.back().col(a), picture.covariances[static_cast<std::size_t>(a)], {row_x, row_y}));
+  return outlines;
+}
 
 void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files) {
   check(picture);

@@ -62,7 +62,7 @@ Rows arranged(const ImagePicture& picture) {
     const double down = std::min(kTallestRow, kTallest / static_cast<double>(row_count(picture, columns)));
     const double height = std::min(across / widest_row(picture, columns), down);
     // Side by side, unless that is much smaller; a row that is not full looks as if something were missing.
-    const double gain = picture.panels.size() % columns == 0 ? 1.25 : 1.8;
+    const double gain = picture.panels.size() % columns == 0 ? 1.5 : 1.8;
     if (height > gain * best.height) best = {columns, height};
   }
   return best;

@@ -89,6 +89,11 @@ Box box_of(const ReportMotion& motion) {
   box.include(motion.target.points);
   // Where the map folds, the grid may leave the page; the position where it begins is visible.
   if (!motion.grid.empty()) box.include(motion.grid.front());
+  // Other paths may go far, and would leave the others little room.
+  const Eigen::VectorXd span = box.high - box.low, least = box.low - span, most = box.high + span;
+  for (const std::vector<Points>& path : motion.others)
+    for (const Points& frame : path)
+      box.include(frame.cwiseMax(least.replicate(1, frame.cols())).cwiseMin(most.replicate(1, frame.cols())));
   const double side = (box.high - box.low).maxCoeff();
   check(std::isfinite(side), "a motion is too large to be shown");
   box.unit = (side > 0 ? side : 1) / kUnits;

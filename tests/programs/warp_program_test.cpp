@@ -89,6 +89,24 @@ TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
     EXPECT_THAT(file.path().string(), Not(HasSubstr(".part-")));
 }
 
+TEST_F(WarpProgram, ReportsOnImagesAndPoints) {
+  register_squares();
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  ProgramRun done = warp("grey.png", "-o w.png --like grey.png --report page.html");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  std::string page = contents("page.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("<h1>grey.png → w.png</h1>"), HasSubstr("\"mesh\":["), HasSubstr("class=\"over\""),
+                          HasSubstr("smallest Jacobian"), HasSubstr("--report page.html</code>")));
+  EXPECT_THAT(page, Not(HasSubstr("http:")));
+  done = warp("a.csv", "-o moved.csv --report page.html --inverse");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  page = contents("page.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("x, warped"), HasSubstr("target to source"), HasSubstr("<canvas")));
+  done = warp("a.csv", "-o moved.csv --report no/page.html");
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr("there is no folder 'no'"));
+}
+
 TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   register_squares();
   std::vector<float> values;

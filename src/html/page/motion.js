@@ -260,7 +260,7 @@ class Motion extends MotionView {
   }
   // Other paths up to now, faintly, and where they are.
   drawOthers(colourOf) {
-    const { frames, others, traced } = this.data, opacity = Math.max(0.12, Math.min(0.4, 4 / (others.length || 1)));
+    const { frames, others, traced } = this.data, opacity = Math.max(0.1, Math.min(0.25, 2 / (others.length || 1)));
     for (const path of others) {
       const now = this.placesOf(path);
       for (const a of traced) {

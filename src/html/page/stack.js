@@ -8,6 +8,7 @@ class Stack {
     this.controls = figure.querySelector(".player");
     this.controls.hidden = false;
     const area = figure.querySelector(".stack");
+    area.style.position = "relative";
     this.zoom = new Zoom(area, () => this.show());
     this.zoom.listenTo(figure.querySelectorAll("[data-zoom]"));
     for (const input of [this.slider, ...this.modes]) input.addEventListener("input", () => this.show());
@@ -24,7 +25,8 @@ class Stack {
     style.maskSize = style.webkitMaskSize = squares ? `${side}vmin ${side}vmin` : "";
     this.slider.disabled = mode === "difference";
     const { factor, shift: [x, y] } = this.zoom;
-    this.sheet.style.transform = `translate(${x}px, ${y}px) scale(${factor})`;
+    const left = this.sheet.offsetLeft, top = this.sheet.offsetTop;  // of the area, about which it is zoomed
+    this.sheet.style.transform = `translate(${x + (factor - 1) * left}px, ${y + (factor - 1) * top}px) scale(${factor})`;
     this.sheet.classList.toggle("large", factor > 3);
   }
 }

@@ -13,6 +13,7 @@
 #include "layers.hpp"
 #include "layout.hpp"
 #include "legend.hpp"
+#include "space_panels.hpp"
 
 namespace pulson::picture {
 namespace {
@@ -102,13 +103,13 @@ void draw_ellipses(Canvas& canvas, const View& view, const EnsemblePicture& pict
 Canvas compose(const EnsemblePicture& picture) {
   const std::vector<Interval> ranges = data_ranges(picture);
   const bool in_plane = picture.start.dimension() == 2;
-  std::vector<View> views =
-      coordinate_planes(in_plane ? std::vector<Interval>{ranges[0], ranges[1], ranges[1]} : ranges);
-  if (in_plane) views.resize(1);
-  views.front().y_down = in_plane && picture.start.y_down;
-  Plan plan = arrange({picture.title, picture.subtitle}, views, {false, in_plane ? 900.0 : 700.0, true});
+  const Titles titles{picture.title, picture.subtitle};
+  Plan plan = in_plane ? arrange(titles, {{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.y_down}},
+                                 {.tallest = 900, .all_numbered = true})
+                       : arrange_space(titles, ranges);
   Canvas& canvas = plan.canvas;
   const Figure figure = plan_figure(picture.start, scale_of(plan.views.front()));
+  if (!in_plane) draw_displacements(canvas, plan.side, picture.start.points, picture.mean.back(), figure);
   for (const View& view : plan.views) {
     draw_fan(canvas, view, picture, kFanVertices / plan.views.size());
     draw_ellipses(canvas, view, picture);
@@ -124,6 +125,7 @@ Canvas compose(const EnsemblePicture& picture) {
   if (!picture.paths.empty())
     legend.push_back({Sample::kLine, faded(colour::kSource, kFanFade / 2),
                       fmt::format("{} sample paths", picture.paths.size()), ""});
+  if (!in_plane) legend.push_back({Sample::kArrow, colour::kMomentum, "displacement of the mean", ""});
   legend.push_back(legend_of_time(picture.times));
   legend.back().text = "mean " + legend.back().text;
   draw_legend(canvas, legend);

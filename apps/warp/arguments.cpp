@@ -16,23 +16,11 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/options.hpp"
 #include "shell/outputs.hpp"
 
 namespace pulson {
 namespace {
-
-std::optional<std::array<double, 2>> place(const char* name, const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  std::array<double, 2> numbers{};
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, numbers[0]);
-  const bool has_comma = first.ec == std::errc() && first.ptr < end && *first.ptr == ',';
-  const auto second = has_comma ? std::from_chars(first.ptr + 1, end, numbers[1]) : first;
-  if (!has_comma || second.ec != std::errc() || second.ptr != end || !std::isfinite(numbers[0]) ||
-      !std::isfinite(numbers[1]))
-    throw InputError(fmt::format("{} is '{}'; it must be two numbers, as in -2,-1.5", name, text));
-  return numbers;
-}
 
 // Whether the two names are of one file that is there.
 bool is_same_file(const std::string& a, const std::string& b) {
@@ -82,10 +70,10 @@ std::optional<std::pair<int, int>> WarpArguments::canvas() const {
   return std::pair(columns, rows);
 }
 
-std::optional<std::array<double, 2>> WarpArguments::origin_of_image() const { return place("--origin", origin); }
+std::optional<std::array<double, 2>> WarpArguments::origin_of_image() const { return parse_place("--origin", origin); }
 
 std::optional<std::array<double, 2>> WarpArguments::origin_of_result() const {
-  return target_origin.empty() ? origin_of_image() : place("--target-origin", target_origin);
+  return target_origin.empty() ? origin_of_image() : parse_place("--target-origin", target_origin);
 }
 
 std::vector<std::string> WarpArguments::outputs() const {

@@ -155,8 +155,10 @@ void draw_panel(Canvas& canvas, const Box& box, const ImagePanel& panel) {
   if (!panel.file.empty()) canvas.image(panel.file, box);
   canvas.lines(view.pixels(on_image(panel, panel.grid)), kGridStroke);
   const std::vector<Points> paths = view.pixels(lines_of_paths(panel));
-  canvas.lines(paths, {kHalo.colour, kRingStroke + 1.6});
-  canvas.lines(paths, {kPathColour, kRingStroke});
+  constexpr std::size_t kFewPaths = 20;  // many thick ones would hide the image
+  const double width = paths.size() > kFewPaths ? 1.1 : kRingStroke;
+  if (paths.size() <= kFewPaths) canvas.lines(paths, {kHalo.colour, width + 1.6});
+  canvas.lines(paths, {kPathColour, width});
   draw_rings(canvas, view, panel);
   draw_frame(canvas, view, panel.heading, {}, {});
   for (const ColourBar& bar : panel.bars) draw_bar(canvas, box, bar);

@@ -15,7 +15,7 @@ constexpr double kTallestRows = 980;  // of both rows of panels
 constexpr double kYaw = -0.6;         // radians, as on the page
 constexpr double kPitch = 0.45;
 constexpr double kLongestArrow = 0.2;  // of the shape's diagonal
-constexpr double kNumbers = 64;            // at the left of a panel, at least
+constexpr double kNumbers = 64;        // at the left of a panel, at least
 
 /// The places seen from the side: to the right and upwards, 2×N.
 Points from_the_side(const Points& points) {

@@ -51,7 +51,7 @@ WarpFrames warp_frames(const WarpArguments& arguments, const Registration& regis
                           arguments.flip_y.value_or(is_of_tps(from)), input.image.height());
   frames.result = frame_of(of_result, of_target, arguments.origin_of_result(), arguments.flip_y.value_or(is_of_tps(to)),
                            frames.height);
-  frames.title = short_name(registration.original) + " → " + short_name(registration.target);
+  frames.title = short_name(from) + " → " + short_name(to);
   if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
   for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
   const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);

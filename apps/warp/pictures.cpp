@@ -113,8 +113,8 @@ void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames
 void write_statistics(const Image& image, const WarpedImage& result, const WarpFrames& frames,
                       const WarpArguments& arguments, NumberPictures& pictures) {
   if (!arguments.deviation.empty())
-    pictures.write({arguments.deviation, "Standard deviation of each pixel over the samples", result.deviations,
-                    frames.width, frames.height, frames.result, Points(2, 0)},
+    pictures.write({arguments.deviation, "Standard deviation of each pixel over the samples, units of the image",
+                    result.deviations, frames.width, frames.height, frames.result, Points(2, 0)},
                    largest(result.deviations));
   if (!arguments.fold_probability.empty())
     pictures.write({arguments.fold_probability, "Probability that a pixel of the image is flipped",

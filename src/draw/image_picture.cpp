@@ -124,9 +124,7 @@ void draw_rings(Canvas& canvas, const View& view, const ImagePanel& panel) {
     const auto column = static_cast<Eigen::Index>(i);
     const std::string text = std::to_string(panel.numbers[static_cast<std::size_t>(shown[i])]);
     const double x = pixels(0, column) + radius + 3, y = pixels(1, column) + radius + 2;
-    for (const auto& [dx, dy] : {std::pair(-1.2, 0.0), {1.2, 0.0}, {0.0, -1.2}, {0.0, 1.2}})
-      canvas.text(x + dx, y + dy, text, kNumberSize, colour::kPaper);
-    canvas.text(x, y, text, kNumberSize, ring_colour(panel));
+    canvas.text_on_image(x, y, text, kNumberSize, ring_colour(panel));
   }
 }
 
@@ -177,7 +175,7 @@ std::vector<LegendEntry> legend_of(const ImagePicture& picture) {
   if (any([&](const ImagePanel& panel) { return has_rings(panel, true); }))
     legend.push_back({Sample::kRing, colour::kTarget, "landmarks of the target", ""});
   if (any([](const ImagePanel& panel) { return !panel.grid.empty(); }))
-    legend.push_back({Sample::kLine, kGridStroke.colour, "grid on the source", ""});
+    legend.push_back({Sample::kLine, kGridStroke.colour, "grid of the image", ""});
   return legend;
 }
 

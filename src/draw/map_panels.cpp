@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "layers.hpp"
@@ -27,13 +28,19 @@ Points known(const Points& points) {
   return points(Eigen::all, columns);
 }
 
-/// Where points between the landmarks start and end.
+/// Where points between the landmarks start and end, and the landmarks themselves, from the lowest start on.
 Points material(const RegistrationPicture& picture) {
-  Points ends(2, static_cast<Eigen::Index>(picture.grid_paths.size()));
+  const auto points = static_cast<Eigen::Index>(picture.grid_paths.size());
+  if (points == 0) return Points(2, 0);
+  Points ends(2, points + picture.result.cols());
+  ends.rightCols(picture.result.cols()) = pairs(picture.source.points, picture.result);
   for (std::size_t m = 0; m < picture.grid_paths.size(); ++m)
     ends.col(static_cast<Eigen::Index>(m)) << picture.grid_paths[m](1, 0),
         picture.grid_paths[m](1, picture.grid_paths[m].cols() - 1);
-  return ends;
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(ends.cols()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](auto i, auto j) { return ends(0, i) < ends(0, j); });
+  return ends(Eigen::all, order);
 }
 
 /// Each end less its start.

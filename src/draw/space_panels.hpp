@@ -13,8 +13,8 @@ namespace pulson::picture {
 Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, const Arrangement& arrangement = {});
 
 /// Draws the landmarks, seen from the side, with arrows of their displacements, which are magnified where they are
-/// small: by 1, 2 or 5 times a power of ten, so that the longest is at most a fifth of the diagonal of the shape. The heading
-/// says by how much. @param from, to 3×N
+/// small: by 1, 2 or 5 times a power of ten, so that the longest is at most a fifth of the diagonal of the shape. The
+/// heading says by how much. @param from, to 3×N
 void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure);
 
 }  // namespace pulson::picture

@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kTallest = 1500;  // of all panels
 constexpr double kTallestRow = 1000;
-constexpr double kBarRoom = 52;  // below a panel
+constexpr double kNarrowest = 960;  // that holds the legend
+constexpr double kBarRoom = 52;     // below a panel
 constexpr double kBarHeight = 14;
 constexpr double kLongestBar = 620;
 constexpr double kBarText = 18;
@@ -62,7 +63,7 @@ Rows arranged(const ImagePicture& picture) {
     const double down = std::min(kTallestRow, kTallest / static_cast<double>(row_count(picture, columns)));
     const double height = std::min(across / widest_row(picture, columns), down);
     // Side by side, unless that is much smaller; a row that is not full looks as if something were missing.
-    const double gain = picture.panels.size() % columns == 0 ? 1.5 : 1.8;
+    const double gain = picture.panels.size() % columns == 0 ? 1.6 : 1.8;
     if (height > gain * best.height) best = {columns, height};
   }
   return best;
@@ -188,12 +189,13 @@ Canvas compose(const ImagePicture& picture) {
       widest_row(picture, rows.columns) * rows.height + static_cast<double>(rows.columns - 1) * kGap + 2 * kEdge;
   const double height = title_height(titles) + static_cast<double>(row_count(picture, rows.columns)) * row +
                         (legend.empty() ? kEdge : kLegendRoom);
-  Canvas canvas(std::round(std::max(width, 0.5 * kLeastWidth)), std::round(height));
-  draw_titles(canvas, titles, kEdge);
+  Canvas canvas(std::round(std::max(width, kNarrowest)), std::round(height));
+  const double aside = std::max(0.0, (kNarrowest - width) / 2);
+  draw_titles(canvas, titles, kEdge + aside);
   double top = height - title_height(titles);
   for (std::size_t i = 0; i < picture.panels.size(); ++i) {
     if (i % rows.columns == 0 && i > 0) top -= row;
-    double left = kEdge;
+    double left = kEdge + aside;
     for (std::size_t j = i - i % rows.columns; j < i; ++j) left += aspect(picture.panels[j]) * rows.height + kGap;
     const ImagePanel& panel = picture.panels[i];
     draw_panel(canvas, {left, top - kHeading - rows.height, aspect(panel) * rows.height, rows.height}, panel);

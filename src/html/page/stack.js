@@ -3,6 +3,9 @@ class Stack {
   constructor(figure) {
     this.sheet = figure.querySelector(".sheet");
     this.over = this.sheet.querySelector(".over");
+    const below = this.sheet.querySelector("img");  // as wide as the page, unless it is upright
+    const fit = () => { this.sheet.style.width = `min(100%, ${85 * below.naturalWidth / below.naturalHeight}vh)`; };
+    if (below.complete) fit(); else below.addEventListener("load", fit);
     this.slider = figure.querySelector("input[type=range]");
     this.modes = figure.querySelectorAll("input[type=radio]");
     this.controls = figure.querySelector(".player");

@@ -12,8 +12,6 @@
 namespace pulson {
 namespace {
 
-constexpr std::size_t kMostOthers = 30;
-
 bool is_on_line(const EnsembleRun& run) { return run.shape.dimension() == 1; }
 
 std::string lead(const EnsembleRun& run) {
@@ -49,7 +47,7 @@ std::optional<ReportMotion> motion_of(const EnsembleRun& run, const EnsemblePict
     motion.frames.push_back(shape.mean[static_cast<std::size_t>(record)]);
   }
   const std::size_t others =
-      shown_paths(shape.paths.size(), numbers * static_cast<std::int64_t>(shown.size()), kMostOthers);
+      shown_paths(shape.paths.size(), numbers * static_cast<std::int64_t>(shown.size()), kMostShownPaths);
   for (std::size_t m = 0; m < others; ++m) {
     std::vector<Points> frames;
     for (const int record : shown)

@@ -13,7 +13,6 @@
 namespace pulson {
 namespace {
 
-constexpr std::size_t kMostOthers = 30;
 constexpr std::int64_t kMostKernels = 300'000'000;  // for the material: about a second
 constexpr int kMaterialPoints = 2600;
 
@@ -54,7 +53,7 @@ std::optional<ReportMotion> motion_of(const Simulation& simulation) {
   for (const int k : steps) motion.times.push_back(grid.at(k));
   add_path(first.path, steps, motion.frames);
   const std::size_t others =
-      shown_paths(simulation.samples.size() - 1, numbers * static_cast<std::int64_t>(steps.size()), kMostOthers);
+      shown_paths(simulation.samples.size() - 1, numbers * static_cast<std::int64_t>(steps.size()), kMostShownPaths);
   for (std::size_t m = 1; m <= others; ++m) add_path(simulation.samples[m].path, steps, motion.others.emplace_back());
   std::erase_if(motion.others, [](const std::vector<Points>& path) { return !can_be_drawn(path); });
   motion.others_name = counted(motion.others.size(), "other path");

@@ -12,6 +12,8 @@ namespace pulson {
 /// Adds the positions of a path at these steps; from where it ends early on, its end.
 void add_path(const Trajectory& path, const std::vector<int>& steps, std::vector<Points>& frames);
 
+inline constexpr std::size_t kMostShownPaths = 30;
+
 /// The other paths that a motion can show beside the first: as many as keep the page small, at most `most`.
 std::size_t shown_paths(std::size_t paths, std::int64_t numbers, std::size_t most);
 

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "core/text.hpp"
 #include "images/compose.hpp"
 #include "pulson/images/image_files.hpp"
 
@@ -16,20 +15,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLongestSide = 1800;  // pixels of an image in a drawing at 96 dpi
+constexpr double kLongestDrawnSide = 1800;  // pixels of an image in a drawing at 96 dpi
 constexpr int kBarColours = 96;
 constexpr int kSquares = 8;  // of a checkerboard, along the longer side
-
-std::string name_of(const std::string& file) { return fs::path(file).filename().string(); }
-
-std::string extension_of(const fs::path& path) { return io::to_lower(path.extension().string()); }
 
 ImagePanel panel_of(std::string heading, int width, int height) {
   return {.heading = std::move(heading), .file = {}, .width = width, .height = height};
 }
 
 /// −2, −1.5, … without digits that say nothing.
-std::string number(double value) {
+std::string bar_number(double value) {
   std::string text = fmt::format("{:.3g}", value);
   if (text.starts_with('-')) text.replace(0, 1, "−");
   return text;
@@ -63,6 +58,8 @@ double mean_difference(const Image& a, const Image& b) {
 
 }  // namespace
 
+std::string file_name(const std::string& file) { return fs::path(file).filename().string(); }
+
 bool is_drawing_file(const fs::path& path) {
   const std::string extension = extension_of(path);
   return extension == ".png" || extension == ".svg" || extension == ".pdf";
@@ -74,12 +71,12 @@ ColourBar bar_of(const DivergingScale& scale) {
                 .labels = {}};
   for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     const std::string sign = part == 1 ? "≥ " : part == 0 && !scale.marked_below ? "≤ " : "";
-    bar.labels.emplace_back(part, sign + number(scale.centre + (2 * part - 1) * scale.reach));
+    bar.labels.emplace_back(part, sign + bar_number(scale.centre + (2 * part - 1) * scale.reach));
   }
   if (scale.marked_below) {
     const float below = static_cast<float>(*scale.marked_below) - 1;
     bar.mark = colours_of(diverging({below}, 1, 1, scale)).front();
-    bar.mark_label = fmt::format("folds, below {}", number(*scale.marked_below));
+    bar.mark_label = fmt::format("folds, below {}", bar_number(*scale.marked_below));
   }
   return bar;
 }
@@ -92,7 +89,7 @@ ColourBar bar_of(double most, bool whole) {
     if (factor * power >= most / 5) step = factor * power;
   if (whole) step = std::max(1.0, std::ceil(most / 8));
   for (double value = 0; value <= most * (1 + 1e-9); value += step)
-    bar.labels.emplace_back(value / most, number(value));
+    bar.labels.emplace_back(value / most, bar_number(value));
   return bar;
 }
 
@@ -102,7 +99,7 @@ void Drawings::write(ImagePicture picture, const std::vector<Image>& images, con
   for (std::size_t i = 0; i < images.size(); ++i) {
     ImagePanel& panel = picture.panels[i];
     panel.file = scratch.file(fmt::format("panel{}.png", i));
-    const double longest = kLongestSide * std::max(1.0, arguments_.dpi / 96);
+    const double longest = kLongestDrawnSide * std::max(1.0, arguments_.dpi / 96);
     const double factor = std::max(images[i].width(), images[i].height()) / longest;
     const Image shown = to_rgba8(for_show(images[i]));
     write_image(panel.file, factor > 1 ? scaled_down(shown, factor) : shown);
@@ -117,7 +114,7 @@ void Drawings::write_side_by_side(const fs::path& file, const Image& image, cons
                                   const ImageWarp& warp, const WarpFrames& frames) const {
   const std::vector<Points> paths = warp.landmark_paths();
   const bool inverse = arguments_.inverse;
-  ImagePanel before = panel_of(name_of(arguments_.input), image.width(), image.height());
+  ImagePanel before = panel_of(file_name(arguments_.input), image.width(), image.height());
   before.grid = grid_lines(image.width(), image.height());
   before.landmarks = inverse ? paths.back() : warp.label_pixels();
   ImagePanel after = panel_of(inverse ? "Warped to the source" : "Warped to the target", frames.width, frames.height);
@@ -127,7 +124,7 @@ void Drawings::write_side_by_side(const fs::path& file, const Image& image, cons
   ImagePicture picture{.panels = {before, after}, .title = frames.title, .subtitle = {}};
   std::vector<Image> images = {image, result.image};
   if (frames.like) {
-    ImagePanel& like = picture.panels.emplace_back(panel_of(name_of(arguments_.like), frames.width, frames.height));
+    ImagePanel& like = picture.panels.emplace_back(panel_of(file_name(arguments_.like), frames.width, frames.height));
     like.landmarks = frames.landmarks_there;
     like.is_target = !inverse;
     images.push_back(frames.like->image);
@@ -146,7 +143,7 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
   const std::vector<Image> images = {checkerboard(shown, there, kSquares), blend(shown, there),
                                      difference(shown, there)};
   ImagePicture picture{.panels = {},
-                       .title = fmt::format("{} over {}", name_of(arguments_.out), name_of(arguments_.like)),
+                       .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
                        .subtitle = fmt::format("Mean difference of the colours, where both are: {:.1f} of 255",
                                                mean_difference(shown, there))};
   for (const char* heading : {"Squares of both by turns", "Half of each", "Difference: white where both agree"})

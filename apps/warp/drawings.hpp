@@ -10,6 +10,9 @@
 
 namespace pulson {
 
+/// The name without its folder, for captions.
+std::string file_name(const std::string& file);
+
 /// Whether the extension is that of a drawing with captions: png, svg, pdf.
 bool is_drawing_file(const std::filesystem::path& path);
 

@@ -49,6 +49,9 @@ struct WarpFigures {
   std::vector<ColourKey> colours = {};
 };
 
+/// "22.2 %"
+std::string percent_text(double part);
+
 /// The keys that scripts use, and how it was made.
 std::string figures_json(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
 

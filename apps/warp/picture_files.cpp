@@ -13,7 +13,6 @@
 #include "pulson/images/image_files.hpp"
 
 namespace pulson {
-namespace {
 
 std::string extension_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -21,6 +20,8 @@ std::string extension_of(const std::filesystem::path& path) {
                  [](unsigned char c) { return std::tolower(c); });
   return extension;
 }
+
+namespace {
 
 bool holds_floats(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);

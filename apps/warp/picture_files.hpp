@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pulson/fields/grid_fields.hpp"
@@ -16,6 +17,9 @@ struct Picture {
   std::optional<PixelFrame> frame;
   std::optional<GridType> type;  ///< of grids, which have more types than an Image
 };
+
+/// In lower case, with its dot.
+std::string extension_of(const std::filesystem::path& path);
 
 /// Whether the extension is that of a grid of numbers: mha, nrrd.
 bool is_grid_file(const std::filesystem::path& path);

@@ -28,7 +28,7 @@ double unit_of(const Image& image) { return std::max(1.0, std::max(image.width()
 Image overlay(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpArguments& arguments) {
   const std::vector<Points> lines = moved_grid(image, warp, arguments.inverse);
   const Image shown = for_show(result.image);
-  const Image gridded = blend_lines(shown, lines, {kGridColour, static_cast<int>(std::lround(unit_of(shown)))});
+  Image gridded = blend_lines(shown, lines, {kGridColour, static_cast<int>(std::lround(unit_of(shown)))});
   if (arguments.inverse) return gridded;
   const std::vector<Points> paths = warp.landmark_paths();
   return with_landmarks(gridded, paths, paths.size() - 1, unit_of(gridded));

@@ -21,16 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLongestSide = 1100;  // pixels of pictures on the page
-constexpr int kCells = 18;             // of the mesh, along the longer side
-constexpr int kPointsPerCell = 2;
-
-std::string name_of(const std::string& file) { return fs::path(file).filename().string(); }
-
-std::string percent(double part) { return fmt::format("{:.3g} %", 100 * part); }
+constexpr double kLongestOnPage = 1100;  // pixels of pictures on the page
+constexpr int kMeshCells = 18;           // of the mesh, along the longer side
+constexpr int kPointsPerMeshCell = 2;
 
 fs::path small_picture(const Image& image, const fs::path& file) {
-  const double factor = std::max(image.width(), image.height()) / kLongestSide;
+  const double factor = std::max(image.width(), image.height()) / kLongestOnPage;
   const Image shown = to_rgba8(for_show(image));
   write_picture(file, factor > 1 ? scaled_down(shown, factor) : shown, {});
   return file;
@@ -38,13 +34,13 @@ fs::path small_picture(const Image& image, const fs::path& file) {
 
 // Lines across the image, then along it, in its pixels: those across are the columns of the mesh.
 std::vector<Points> mesh_lines(const Image& image, int& columns) {
-  const double cell = std::max(image.width(), image.height()) / static_cast<double>(kCells);
+  const double cell = std::max(image.width(), image.height()) / static_cast<double>(kMeshCells);
   const auto cells = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / cell))); };
   std::vector<Points> lines;
   for (const int axis : {0, 1}) {
     const int side = axis == 0 ? image.width() : image.height(), other = axis == 0 ? image.height() : image.width();
     for (int i = 0; i <= cells(side); ++i) {
-      Points line(2, cells(other) * kPointsPerCell + 1);
+      Points line(2, cells(other) * kPointsPerMeshCell + 1);
       line.row(axis).setConstant(side * static_cast<double>(i) / cells(side) - 0.5);
       line.row(1 - axis) = Eigen::RowVectorXd::LinSpaced(line.cols(), -0.5, other - 0.5);
       lines.push_back(std::move(line));
@@ -63,7 +59,7 @@ std::optional<ReportMotion> image_motion(const Image& image, const ImageWarp& wa
   motion.target = registration.target;
   motion.corresponds = registration.data.kind == DataKind::kLandmarks;
   motion.source.y_down = motion.target.y_down = !frames.result.y_up;
-  MotionImage moved{picture, {0, 0}, {1, 1}, 0, kPointsPerCell};
+  MotionImage moved{picture, {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
   const std::vector<Points> lines = mesh_lines(image, moved.columns);
   for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
   const std::vector<Points> places = warp.paths(joined_lines(lines));
@@ -86,15 +82,15 @@ ReportTable numbers(const WarpFigures& figures, const WarpArguments& arguments, 
   table.add("kernel", registration_system(registration).kernel.spec(4));
   table.add("noise", registration.noise);
   table.add("method", fmt::format("{}: {}", figures.method, figures.reason));
-  table.add("folded", percent(figures.folded_fraction));
+  table.add("folded", percent_text(figures.folded_fraction));
   table.add("smallest Jacobian", figures.min_jacobian);
   if (frames != nullptr) {
     table.add("size of the result", fmt::format("{} x {} pixels", frames->width, frames->height));
     table.add("landmark units per pixel", frames->input.spacing[0]);
     table.add("y", frames->input.y_up ? "up" : "down");
     table.add("most sheets on a pixel", fmt::to_string(figures.max_multiplicity));
-    table.add("uncovered", percent(figures.uncovered_fraction));
-    table.add("in holes", percent(figures.hole_fraction));
+    table.add("uncovered", percent_text(figures.uncovered_fraction));
+    table.add("in holes", percent_text(figures.hole_fraction));
     table.add("error of the map, pixels", report_number(figures.map_error, 2));
   }
   table.add("largest error at a landmark", report_number(figures.landmark_error_max, 2));
@@ -104,15 +100,15 @@ ReportTable numbers(const WarpFigures& figures, const WarpArguments& arguments, 
 
 std::string lead(const WarpFigures& figures, const WarpArguments& arguments, const std::string& what) {
   return fmt::format("{} by the map of {}{}. The map folds {} of {}; its smallest Jacobian is {}.",
-                     name_of(arguments.input), arguments.registration, arguments.inverse ? ", backwards" : "",
-                     percent(figures.folded_fraction), what, report_number(figures.min_jacobian, 3));
+                     file_name(arguments.input), arguments.registration, arguments.inverse ? ", backwards" : "",
+                     percent_text(figures.folded_fraction), what, report_number(figures.min_jacobian, 3));
 }
 
 HtmlReport begun(const WarpFigures& figures, const WarpArguments& arguments, const Registration& registration,
                  const std::string& what) {
   std::vector<std::string> warnings;
   for (const std::string& text : path_warnings(registration)) warnings.push_back("of the registration: " + text);
-  return new_report(fmt::format("{} → {}", name_of(arguments.input), name_of(arguments.out)),
+  return new_report(fmt::format("{} → {}", file_name(arguments.input), file_name(arguments.out)),
                     lead(figures, arguments, what), warnings, {});
 }
 
@@ -135,8 +131,8 @@ void write_warp_report(const Image& image, const WarpedImage& result, const Imag
     report.sections.push_back(
         {"Result and target",
          {ReportStack{small_picture(frames.like->image, scratch.file("like.jpg")),
-                      small_picture(result.image, scratch.file("result.jpg")), name_of(arguments.like),
-                      name_of(arguments.out), "The slider goes from the one to the other; zoom in to see edges."}}});
+                      small_picture(result.image, scratch.file("result.jpg")), file_name(arguments.like),
+                      file_name(arguments.out), "The slider goes from the one to the other; zoom in to see edges."}}});
   const Drawings drawings(arguments);
   const fs::path both = scratch.file("before_and_after.png"), jacobian = scratch.file("jacobian.png");
   drawings.write_side_by_side(both, image, result, warp, frames);

@@ -17,14 +17,14 @@ constexpr double kTallest = 1500;  // of all panels
 constexpr double kTallestRow = 1000;
 constexpr double kNarrowest = 960;  // that holds the legend
 constexpr double kBarRoom = 52;     // below a panel
-constexpr double kBarHeight = 14;
+constexpr double kScaleHeight = 14;
 constexpr double kLongestBar = 620;
 constexpr double kBarText = 18;
 constexpr double kMarkWidth = 26;
-constexpr double kNumberSize = 16;
+constexpr double kPanelNumberSize = 16;
 constexpr double kRingStroke = 1.8;
 const Stroke kHalo{faded(colour::kPaper, 0.25), 3.6};  // around rings and paths, so that they are seen on dark images
-const Stroke kGridStroke{"#7A0096FF", 1};
+const Stroke kImageGridStroke{"#7A0096FF", 1};
 const Colour kPathColour = "#30D4621A";
 
 /// How panels are arranged: columns, and the height of a row of images.
@@ -125,7 +125,7 @@ void draw_rings(Canvas& canvas, const View& view, const ImagePanel& panel) {
     const auto column = static_cast<Eigen::Index>(i);
     const std::string text = std::to_string(panel.numbers[static_cast<std::size_t>(shown[i])]);
     const double x = pixels(0, column) + radius + 3, y = pixels(1, column) + radius + 2;
-    canvas.text_on_image(x, y, text, kNumberSize, ring_colour(panel));
+    canvas.text_on_image(x, y, text, kPanelNumberSize, ring_colour(panel));
   }
 }
 
@@ -134,7 +134,7 @@ void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
   const double marked = bar.mark.empty() ? 0 : kMarkWidth + 12 + text_width(bar.mark_label, kBarText) + 2 * kGap;
   const double length = std::min(kLongestBar, panel.width - marked - 30), top = panel.bottom - 12;
   const auto area = [&](double from, double to) {
-    return (Points(2, 4) << from, to, to, from, top, top, top - kBarHeight, top - kBarHeight).finished();
+    return (Points(2, 4) << from, to, to, from, top, top, top - kScaleHeight, top - kScaleHeight).finished();
   };
   const double left = panel.left + 14, piece = length / static_cast<double>(bar.colours.size());
   for (std::size_t i = 0; i < bar.colours.size(); ++i) {  // each reaches below the next, so that no seam is seen
@@ -142,17 +142,17 @@ void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
     canvas.areas({area(from, std::min(from + 2 * piece, left + length))}, bar.colours[i]);
   }
   for (const auto& [part, text] : bar.labels)
-    canvas.text(left + part * length, top - kBarHeight - 14, text, kBarText, colour::kText, Align::kCentre);
+    canvas.text(left + part * length, top - kScaleHeight - 14, text, kBarText, colour::kText, Align::kCentre);
   if (bar.mark.empty()) return;
   const double at = left + length + kGap;
   canvas.areas({area(at, at + kMarkWidth)}, bar.mark);
-  canvas.text(at + kMarkWidth + 10, top - kBarHeight / 2, bar.mark_label, kBarText, colour::kText);
+  canvas.text(at + kMarkWidth + 10, top - kScaleHeight / 2, bar.mark_label, kBarText, colour::kText);
 }
 
 void draw_panel(Canvas& canvas, const Box& box, const ImagePanel& panel) {
   const View view = view_of(panel, box);
   if (!panel.file.empty()) canvas.image(panel.file, box);
-  canvas.lines(view.pixels(on_image(panel, panel.grid)), kGridStroke);
+  canvas.lines(view.pixels(on_image(panel, panel.grid)), kImageGridStroke);
   const std::vector<Points> paths = view.pixels(lines_of_paths(panel));
   constexpr std::size_t kFewPaths = 20;  // many thick ones would hide the image
   const double width = paths.size() > kFewPaths ? 1.1 : kRingStroke;
@@ -176,7 +176,7 @@ std::vector<LegendEntry> legend_of(const ImagePicture& picture) {
   if (any([&](const ImagePanel& panel) { return has_rings(panel, true); }))
     legend.push_back({Sample::kRing, colour::kTarget, "landmarks of the target", ""});
   if (any([](const ImagePanel& panel) { return !panel.grid.empty(); }))
-    legend.push_back({Sample::kLine, kGridStroke.colour, "grid of the image", ""});
+    legend.push_back({Sample::kLine, kImageGridStroke.colour, "grid of the image", ""});
   return legend;
 }
 

@@ -31,7 +31,7 @@ Points known(const Points& points) {
 /// Where points between the landmarks start and end, and the landmarks themselves, from the lowest start on.
 Points material(const RegistrationPicture& picture) {
   const auto points = static_cast<Eigen::Index>(picture.grid_paths.size());
-  if (points == 0) return Points(2, 0);
+  if (points == 0) return {2, 0};
   Points ends(2, points + picture.result.cols());
   ends.rightCols(picture.result.cols()) = pairs(picture.source.points, picture.result);
   for (std::size_t m = 0; m < picture.grid_paths.size(); ++m)

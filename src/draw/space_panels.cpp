@@ -14,8 +14,8 @@ namespace {
 constexpr double kTallestRows = 980;  // of both rows of panels
 constexpr double kYaw = -0.6;         // radians, as on the page
 constexpr double kPitch = 0.45;
-constexpr double kLongestArrow = 0.2;  // of the shape's diagonal
-constexpr double kNumbers = 64;        // at the left of a panel, at least
+constexpr double kLongestDisplacement = 0.2;  // of the shape's diagonal
+constexpr double kNumbers = 64;               // at the left of a panel, at least
 
 /// The places seen from the side: to the right and upwards, 2×N.
 Points from_the_side(const Points& points) {
@@ -100,7 +100,7 @@ void draw_displacements(Canvas& canvas, const Box& box, const Points& from, cons
   const Points moved = to - from;
   const auto [low, high] = bounding_box(from);
   const double longest = std::max(moved.colwise().norm().maxCoeff(), 1e-300);
-  const double factor = round_factor(kLongestArrow * (high - low).norm() / longest);
+  const double factor = round_factor(kLongestDisplacement * (high - low).norm() / longest);
   const Points tips = from_the_side(from + factor * moved), feet = from_the_side(from);
   std::vector<Points> edges = edges_of_box(from);
   std::vector<const Points*> sets = {&tips, &feet};

@@ -100,8 +100,8 @@ TEST_F(Simulate, RunsEveryNoiseWithEveryIntegrator) {
            {"--q 0,1 --p 1,0", "--q 0/0,1/0 --p 1/0,0/1", "--q 0/0/0,1/0/0 --p 1/0/0,0/1/0"}) {
         if (noise != "none" && (integrator == "rk4" || integrator == "stormer-verlet")) continue;
         const ProgramRun done =
-            run(words("simulate " + start + " --kernel matern52:alpha=1 --time 0.5 --no-picture -o out --noise " +
-                      noise + " --integrator " + integrator));
+            run(joined(words("simulate " + start), {"--kernel", "matern52:alpha=1", "--time", "0.5", "--no-picture",
+                                                    "-o", "out", "--noise", noise, "--integrator", integrator}));
         EXPECT_EQ(done.exit_code, 0) << noise << ", " << integrator << ": " << done.err;
       }
 }

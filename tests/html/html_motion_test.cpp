@@ -45,8 +45,8 @@ TEST(HtmlMotion, HasASliderAButtonAndWordsForTheCanvas) {
   const std::string page = page_of(two_points());
   for (const char* text :
        {R"(data-layer="landmarks" checked="")", R"(data-layer="numbers" />)", R"(data-zoom="1.5")", R"(tabindex="0")",
-        "<kbd>space</kbd>", "<canvas role=\"img\" aria-label=\"2 landmarks in 2D", "<input type=\"range\"",
-        "aria-label=\"time\"", "<button type=\"button\">Play</button>", "prefers-reduced-motion"})
+        "<kbd>space</kbd>", R"(<canvas role="img" aria-label="2 landmarks in 2D)", R"(<input type="range")",
+        R"(aria-label="time")", R"(<button type="button">Play</button>)", "prefers-reduced-motion"})
     EXPECT_TRUE(contains(page, text)) << text;
 }
 

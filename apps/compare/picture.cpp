@@ -93,12 +93,18 @@ ChartPanel spectrum(const Comparison& comparison) {
 
 ChartPanel noise_displacements(const Comparison& comparison) {
   ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)", .x_label = "landmark"};
-  const std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
-  for (const ComparedModel& model : comparison.models)
+  // Side by side: where noises move landmarks equally, or not at all, one would hide the others.
+  constexpr double kAbreast = 0.5;  // of the distance between landmarks, for all models
+  const auto models = static_cast<double>(comparison.models.size());
+  for (std::size_t i = 0; i < comparison.models.size(); ++i) {
+    const ComparedModel& model = comparison.models[i];
+    std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
+    for (double& place : places) place += kAbreast * ((static_cast<double>(i) + 0.5) / models - 0.5);
     panel.series.push_back({.name = name_of(model),
-                            .x = places,
+                            .x = std::move(places),
                             .y = {model.noise_displacement.begin(), model.noise_displacement.end()},
                             .style = SeriesStyle::kLineAndPoints});
+  }
   return panel;
 }
 

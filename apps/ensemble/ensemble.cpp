@@ -12,6 +12,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/formats/npy.hpp"
 #include "pulson/records/ensemble_record.hpp"
+#include "report.hpp"
 #include "shell/interrupt.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
@@ -47,7 +48,7 @@ struct EnsembleArguments {
   OutputOptions output;
 };
 
-const std::vector<std::string> kEnsembleFiles = {"ensemble.json", "means.csv", "densities.csv"};
+const std::vector<std::string> kEnsembleFiles = {"ensemble.json", "means.csv", "densities.csv", "report.html"};
 const std::vector<std::string> kEnsemblePictures = {"ensemble"};
 
 void sort_unique(std::vector<int>& steps) {
@@ -156,7 +157,21 @@ void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& argum
   if (run.partial() || saved > begin) write_file_atomically(checkpoint, ensemble_checkpoint(run));
 }
 
-void write_results(const EnsembleRun& run, const EnsembleArguments& arguments) {
+std::vector<std::string> warnings_of(const EnsembleRun& run) {
+  std::vector<std::string> warnings;
+  const PathCounts& paths = run.sums.paths;
+  if (run.partial())
+    warnings.push_back(
+        fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
+  if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
+    warnings.push_back(
+        fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
+                    "smaller --dt may help",
+                    lost, run.sums.samples));
+  return warnings;
+}
+
+void write_results(const EnsembleRun& run, const std::vector<std::string>& notes, const EnsembleArguments& arguments) {
   const OutputOptions& output = arguments.output;
   write_file_atomically(output.file("means.csv"), ensemble_means_csv(run));
   write_file_atomically(output.file("densities.csv"), ensemble_densities_csv(run));
@@ -173,8 +188,12 @@ void write_results(const EnsembleRun& run, const EnsembleArguments& arguments) {
     }
     write_npy(arguments.save_final, last, {samples, 2, n, d});
   }
-  if (!output.no_picture && run.sums.paths.clean > 1)
-    write_ensemble_picture(run, output.picture_files(output.file("ensemble")));
+  const EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : EnsemblePicture{};
+  const bool draws = !output.no_picture && run.sums.paths.clean > 1;
+  if (draws) write_ensemble_picture(run, shape, output.picture_files(output.file("ensemble")));
+  write_file_atomically(output.file("report.html"),
+                        html_report(ensemble_report(run, shape, warnings_of(run), notes,
+                                                    draws ? output.shown_picture(output.file("ensemble")) : "")));
   const std::string record = ensemble_json(run);
   write_file_atomically(output.file("ensemble.json"), record);
   output.write_json(record);
@@ -204,20 +223,6 @@ void print_summary(const EnsembleRun& run) {
     fmt::print("momentum   total conserved to {:.1e}\n", sums.momentum_error);
 }
 
-// @return whether there is anything to warn of
-bool print_warnings(const EnsembleRun& run) {
-  const PathCounts& paths = run.sums.paths;
-  if (run.partial())
-    print_warning(
-        fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
-  if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
-    print_warning(
-        fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
-                    "smaller --dt may help",
-                    lost, run.sums.samples));
-  return run.partial() || paths.no_root + paths.momentum_bound > 0;
-}
-
 int run_ensemble(const EnsembleArguments& arguments) {
   const Start start = arguments.start.start();
   const TimeGrid grid = arguments.time.grid(start.default_time);
@@ -240,14 +245,16 @@ int run_ensemble(const EnsembleArguments& arguments) {
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   sample(ensemble, run, arguments);
   log_step(fmt::format("sampled {} paths", run.sums.samples));
-  write_results(run, arguments);
+  write_results(run, start.notes, arguments);
   log_step("wrote the results");
   print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(run);
     arguments.output.print_written(kEnsembleFiles, kEnsemblePictures);
   }
-  return print_warnings(run) ? kNotConverged : kDone;
+  const std::vector<std::string> warnings = warnings_of(run);
+  for (const std::string& text : warnings) print_warning(text);
+  return warnings.empty() ? kDone : kNotConverged;
 }
 
 }  // namespace

@@ -118,7 +118,9 @@ std::vector<Eigen::MatrixXd> covariances(const EnsembleRun& run, const std::vect
   return result;
 }
 
-EnsemblePicture picture_in_space(const EnsembleRun& run) {
+}  // namespace
+
+EnsemblePicture make_ensemble_picture(const EnsembleRun& run) {
   EnsemblePicture picture;
   picture.start = run.shape;
   for (std::size_t record = 0; record < run.options.records.size(); ++record) {
@@ -140,11 +142,9 @@ EnsemblePicture picture_in_space(const EnsembleRun& run) {
   return picture;
 }
 
-}  // namespace
-
-void write_ensemble_picture(const EnsembleRun& run, const PictureFiles& files) {
+void write_ensemble_picture(const EnsembleRun& run, const EnsemblePicture& shape, const PictureFiles& files) {
   if (run.start.q.rows() == 1) return write_chart(chart_on_line(run), files);
-  write_ensemble_picture(picture_in_space(run), files);
+  write_ensemble_picture(shape, files);
 }
 
 }  // namespace pulson

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "pulson/draw/picture_files.hpp"
+#include "draw/ensemble_picture.hpp"
 #include "pulson/records/ensemble_record.hpp"
 
 namespace pulson {
@@ -8,6 +8,11 @@ namespace pulson {
 /// On a line means and the middle nine tenths of positions and momenta over time, and the densities of the positions at
 /// the end, of many landmarks for the first few; in the plane and in space the mean shape, an ellipse for each landmark
 /// and a fan of paths.
-void write_ensemble_picture(const EnsembleRun& run, const PictureFiles& files);
+/// @param shape of make_ensemble_picture
+void write_ensemble_picture(const EnsembleRun& run, const EnsemblePicture& shape, const PictureFiles& files);
+
+/// The mean shape of an ensemble in any dimension, the covariances at its end and some of its paths, which are computed
+/// again.
+EnsemblePicture make_ensemble_picture(const EnsembleRun& run);
 
 }  // namespace pulson

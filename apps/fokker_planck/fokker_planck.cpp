@@ -11,6 +11,7 @@
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/densities.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
+#include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -31,7 +32,8 @@ struct FokkerPlanckArguments {
   OutputOptions output;
 };
 
-const std::vector<std::string> kPairEquationFiles = {"fokker_planck.json", "crossing.csv", "densities.csv"};
+const std::vector<std::string> kPairEquationFiles = {"fokker_planck.json", "crossing.csv", "densities.csv",
+                                                     "report.html"};
 const std::vector<std::string> kPairEquationPictures = {"fokker_planck"};
 
 /// The pair and its noise amplitudes β₁, β₂.
@@ -205,6 +207,12 @@ std::string record_json(const Problem& problem, const FokkerPlanckArguments& arg
   return json.dump(2) + "\n";
 }
 
+std::vector<std::string> warnings_of(const PairCrossing& crossing, const FokkerPlanckArguments& arguments) {
+  if (crossing.converged) return {};
+  return {fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help", crossing.error,
+                      arguments.options.tolerance)};
+}
+
 int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   const Problem problem = problem_of(arguments);
   if (arguments.samples < 0 || arguments.samples > 1'000'000)
@@ -222,6 +230,12 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   if (!arguments.output.no_picture)
     write_chart(chart_of(problem, crossing, sampled),
                 arguments.output.picture_files(arguments.output.file("fokker_planck")));
+  const std::vector<std::string> warnings = warnings_of(crossing, arguments);
+  write_file_atomically(
+      arguments.output.file("report.html"),
+      html_report(pair_report(
+          {problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples}, warnings,
+          problem.start.notes, arguments.output.shown_picture(arguments.output.file("fokker_planck")))));
   const std::string record = record_json(problem, arguments, crossing, sampled);
   write_file_atomically(arguments.output.file("fokker_planck.json"), record);
   arguments.output.write_json(record);
@@ -235,10 +249,8 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
                  sampled.back().standard_error, arguments.samples, grid.dt());
     arguments.output.print_written(kPairEquationFiles, kPairEquationPictures);
   }
-  if (crossing.converged) return kDone;
-  print_warning(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",
-                            crossing.error, arguments.options.tolerance));
-  return kNotConverged;
+  for (const std::string& text : warnings) print_warning(text);
+  return crossing.converged ? kDone : kNotConverged;
 }
 
 }  // namespace

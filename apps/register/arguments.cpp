@@ -87,6 +87,9 @@ void RegisterArguments::add_to(CLI::App& verb) {
                   "image of the source, drawn below the landmarks [the one that its file names, if it is beside it]")
       ->type_name("FILE");
   verb.add_option("--pixel-size", pixel_size, "landmark units per pixel of the image [1]");
+  verb.add_option("--origin", origin,
+                  "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
+      ->type_name("X,Y");
   verb.add_option("--kernel", kernel,
                   "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")
@@ -111,12 +114,13 @@ void RegisterArguments::add_to(CLI::App& verb) {
 
 SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) const {
   if (pixel_size) require_positive("--pixel-size", *pixel_size);
+  const auto place = parse_place("--origin", origin);
   SourceImage known = named_image(shape, reading.applies_scale);
   if (!image.empty()) {
     if (shape.dimension() != 2)
       throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
     io::read_text_file(image);  // refuses what is not there
-    known = {image, 1};
+    known = {image, 1, {0, 0}};
     // Of tps, y points up; other landmarks on images are in rows.
     const bool is_of_tps =
         io::to_lower(std::filesystem::path(shape.source.substr(0, shape.source.find('#'))).extension().string()) ==
@@ -124,6 +128,7 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
     if (!reading.y_down) shape.y_down = other.y_down = !is_of_tps;
   }
   if (pixel_size) known.pixel_size = *pixel_size;
+  known.origin = place.value_or(known.origin);
   return known;
 }
 

@@ -35,6 +35,7 @@ struct RegisterArguments {
   bool homotopy = false;
   std::string image;                 ///< of the source; empty: the one that its file names
   std::optional<double> pixel_size;  ///< of that image
+  std::string origin;                ///< of its first pixel: x,y
 
   void add_to(CLI::App& verb);
 

@@ -8,6 +8,7 @@
 
 #include "pulson/core/name_table.hpp"
 #include "pulson/warp/material_flow.hpp"
+#include "shell/report_parts.hpp"
 
 namespace pulson {
 namespace {
@@ -141,59 +142,56 @@ RegistrationPicture make_registration_picture(const Registration& registration, 
 
 namespace {
 
-constexpr int kMostFrames = 41;
-constexpr int kFewestFrames = 5;
-constexpr int kNumbers = 160'000;  // of the landmarks' places: about a megabyte of the page
-constexpr int kManyLandmarks = 300;
-constexpr int kMostWithGrid = 2000;  // landmarks: with more, the grid would cost a good part of the match
-constexpr double kLargest = 1e150;   // a length whose square is a number
-
-// The steps that are shown: the first and the last and, evenly, no more than `most` in all.
-std::vector<int> shown_steps(int steps, int most) {
-  const int stride = std::max(1, (steps + most - 2) / (most - 1));
-  std::vector<int> shown;
-  for (int k = 0; k < steps; k += stride) shown.push_back(k);
-  shown.push_back(steps);
-  return shown;
-}
-
 std::vector<Points> chosen(const std::vector<Points>& all, const std::vector<int>& steps) {
   std::vector<Points> some;
   for (const int k : steps) some.push_back(all[static_cast<std::size_t>(k)]);
   return some;
 }
 
-// Landmarks may have a path where the plane between them has none: then there is no grid.
-void add_material(const Registration& registration, const Trajectory& path, const std::vector<int>& steps,
-                  const PlacedImage& below, ReportMotion& motion) {
-  const auto [low, high] = drawn_box(registration);
+// Where a place is in an image: parts of its width and, from the top, of its height.
+Eigen::Vector2d part_of(const PlacedImage& image, const Eigen::Vector2d& place, bool y_down) {
+  const Eigen::Vector2d part = (place - image.low).cwiseQuotient(image.high - image.low);
+  return {part.x(), y_down ? part.y() : 1 - part.y()};
+}
+
+}  // namespace
+
+void add_material(const StochasticSystem& system, const Trajectory& path, const std::vector<int>& steps,
+                  const MaterialBox& box, ReportMotion& motion) {
+  constexpr int kManyLandmarks = 300;
+  constexpr int kMostWithGrid = 2000;  // landmarks: with more, the grid would cost a good part of the match
+  const int d = motion.source.dimension();
+  if (d > 2 || motion.source.count() > kMostWithGrid) return;
   Points labels;
-  if (registration.source.dimension() == 1) {
+  if (d == 1) {
     motion.lines.assign(kMaterialPaths, 1);
-    labels = Eigen::VectorXd::LinSpaced(kMaterialPaths, low[0], high[0]).transpose();
+    labels = Eigen::VectorXd::LinSpaced(kMaterialPaths, box.low[0], box.high[0]).transpose();
   } else {
-    const bool many = registration.source.count() > kManyLandmarks;
+    const bool many = motion.source.count() > kManyLandmarks;
     const int points_per_cell = many || steps.size() > 24 ? 2 : 3;
-    const std::vector<Points> lines = grid_lines(low, high, many ? 14 : 20, points_per_cell);
+    const std::vector<Points> lines = grid_lines(box.low, box.high, many ? 14 : 20, points_per_cell);
     const auto is_first = [&](const Points& line) { return line(0, 0) == line(0, 1); };  // x is constant
-    if (!below.file.empty())
-      motion.image = {below.file, below.low, below.high,
-                      static_cast<int>(std::count_if(lines.begin(), lines.end(), is_first)), points_per_cell};
+    if (!box.below.file.empty()) {
+      const auto columns = static_cast<int>(std::count_if(lines.begin(), lines.end(), is_first));
+      const bool y_down = motion.source.y_down || motion.target.y_down;
+      motion.image = {box.below.file, part_of(box.below, box.low, y_down), part_of(box.below, box.high, y_down),
+                      columns, points_per_cell};
+    }
     for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
     labels = joined_lines(lines);
   }
   try {
-    motion.grid = chosen(MaterialFlow(registration_system(registration), path).paths(labels), steps);
+    motion.grid = chosen(MaterialFlow(system, path).paths(labels), steps);
   } catch (const StepError&) {
-    motion.lines.clear();
-    motion.image.reset();
+    motion.grid.clear();
   }
+  if (!motion.grid.empty() && can_be_drawn(motion.grid)) return;
+  motion.grid.clear();
+  motion.lines.clear();
+  motion.image.reset();
 }
 
-bool can_be_drawn(const std::vector<Points>& frames) {
-  return std::all_of(frames.begin(), frames.end(),
-                     [](const Points& frame) { return (frame.array().abs() < kLargest).all(); });
-}
+namespace {
 
 std::string caption(const ReportMotion& motion) {
   const std::string way = "The landmarks moving from the source to their end points, with the target as rings. ";
@@ -213,9 +211,7 @@ std::string caption(const ReportMotion& motion) {
 
 std::optional<ReportMotion> registration_motion(const Registration& registration, const Trajectory& path,
                                                 const std::vector<int>& outliers, const PlacedImage& below) {
-  const int numbers = registration.source.count() * registration.source.dimension();
-  const std::vector<int> steps =
-      shown_steps(path.grid.steps, std::clamp(kNumbers / std::max(numbers, 1), kFewestFrames, kMostFrames));
+  const std::vector<int> steps = shown_frames(path.grid.steps, registration.source.points.size());
   ReportMotion motion;
   motion.source = registration.source;
   motion.target = registration.target;
@@ -226,14 +222,9 @@ std::optional<ReportMotion> registration_motion(const Registration& registration
     motion.frames.push_back(path.states[static_cast<std::size_t>(k)].q);
   }
   const Points& target = motion.target.points;
-  if (!can_be_drawn(motion.frames) || (target.array().abs() >= kLargest).any()) return std::nullopt;
-  if (registration.source.dimension() < 3 && registration.source.count() <= kMostWithGrid)
-    add_material(registration, path, steps, below, motion);
-  if (!can_be_drawn(motion.grid)) {
-    motion.grid.clear();
-    motion.lines.clear();
-    motion.image.reset();
-  }
+  if (!can_be_drawn(motion.frames) || (target.array().abs() >= 1e150).any()) return std::nullopt;
+  const auto [low, high] = drawn_box(registration);
+  add_material(registration_system(registration), path, steps, {low, high, below}, motion);
   motion.caption = caption(motion);
   return motion;
 }

@@ -29,6 +29,18 @@ RegistrationPicture make_registration_picture(const Registration& registration, 
 /// What pictures call a shape: its name; where that is a mere number, the file's name and the number.
 std::string short_name(const Landmarks& shape);
 
+/// Where the material of a motion is at the start, and the image below it, if its file has a name.
+struct MaterialBox {
+  Eigen::VectorXd low;
+  Eigen::VectorXd high;
+  PlacedImage below = {};
+};
+
+/// Adds to a motion in 1D or 2D the material between its landmarks, at these steps of the path. None where the plane
+/// between the landmarks has no path though they have one, and of very many landmarks; the more landmarks, the coarser.
+void add_material(const StochasticSystem& system, const Trajectory& path, const std::vector<int>& steps,
+                  const MaterialBox& box, ReportMotion& motion);
+
 /// What the report of a registration plays: its landmarks at no more than 41 times of the path, and in 1D and 2D the
 /// material that goes with them. The more landmarks, the fewer times and the coarser the grid. The image `below`, if
 /// its file has a name, goes with the grid. None where the numbers are too large to be drawn.

@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include <fmt/format.h>
 
 #include "picture.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/version.hpp"
 #include "registration_warnings.hpp"
-#include "shell/option_words.hpp"
-#include "shell/program.hpp"
+#include "shell/report_parts.hpp"
 
 namespace pulson {
 namespace {
@@ -19,11 +16,6 @@ namespace {
 constexpr double kDeviations = 5;        // above the median, from which on a landmark stands out
 constexpr double kNormalScale = 1.4826;  // standard deviation over median absolute deviation of normal numbers
 constexpr double kLeastSigmas = 2;       // what σ allows is no outlier
-constexpr std::size_t kMostRows = 1000;  // of the table of landmarks
-
-std::string number(double value, int digits = 4) {
-  return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "–";
-}
 
 std::string percent(double part) { return fmt::format("{:.0f} %", 100 * part); }
 
@@ -34,16 +26,11 @@ double median(std::vector<double> values) {
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
-// "one triangle", "3 triangles"
-std::string count_in_words(int count, const std::string& one, const std::string& several) {
-  return count == 1 ? "one " + one : fmt::format("{} {}", count == 0 ? "no" : std::to_string(count), several);
-}
-
 std::string lead(const Registration& registration, const RegistrationFacts& facts, std::size_t outliers) {
   std::string text = fmt::format(
       "{}: {} landmarks in {}D. Root mean square distance to the target: {} before, {} after.",
       registration.matched() ? "Matched" : "Not matched", registration.source.count(), registration.source.dimension(),
-      number(registration.initial_rms(), 3), number(registration.rms(), 3));
+      report_number(registration.initial_rms(), 3), report_number(registration.rms(), 3));
   if (const auto part = noise_fraction(registration, facts.shares); registration.noise != "none" && part)
     text += fmt::format(" The flow accounts for {} of the displacement, the noise for {}.", percent(1 - *part),
                         percent(*part));
@@ -59,55 +46,56 @@ std::string lead(const Registration& registration, const RegistrationFacts& fact
 }
 
 ReportTable numbers_table(const Registration& registration, const RegistrationFacts& facts) {
-  ReportTable table{{"quantity", "value"}, {}, ""};
-  const auto add = [&](const std::string& name, const std::string& value) { table.rows.push_back({{name}, {value}}); };
+  FactTable table("quantity");
+  const auto add = [&](const std::string& name, const std::string& value) { table.add(name, value); };
   add("matched", registration.matched() ? "yes" : "no");
   if (registration.alignment.kind != AlignmentKind::kNone)
-    add("rms distance before the alignment", number(registration.original_rms()));
-  add("rms distance before", number(registration.initial_rms()));
-  add("rms distance after", number(registration.rms()));
-  add("largest distance", number(registration.max_residual()));
-  add("cost", number(registration.cost.total()));
-  add("energy", number(registration.cost.energy));
-  add("action", number(registration.cost.action));
-  add("data", number(registration.cost.data));
-  if (registration.uncertainty) add("log evidence", number(registration.uncertainty->log_evidence));
+    add("rms distance before the alignment", report_number(registration.original_rms()));
+  add("rms distance before", report_number(registration.initial_rms()));
+  add("rms distance after", report_number(registration.rms()));
+  add("largest distance", report_number(registration.max_residual()));
+  add("cost", report_number(registration.cost.total()));
+  add("energy", report_number(registration.cost.energy));
+  add("action", report_number(registration.cost.action));
+  add("data", report_number(registration.cost.data));
+  if (registration.uncertainty) add("log evidence", report_number(registration.uncertainty->log_evidence));
   if (facts.counts.order_inversions) add("pairs that changed order", fmt::to_string(*facts.counts.order_inversions));
   if (facts.counts.flipped_triangles) add("triangles flipped", fmt::to_string(*facts.counts.flipped_triangles));
   if (facts.fitted)
     for (std::size_t i = 0; i < facts.fitted->names.size(); ++i)
-      add(facts.fitted->names[i] + ", fitted", number(facts.fitted->values[static_cast<Eigen::Index>(i)]));
+      add(facts.fitted->names[i] + ", fitted", report_number(facts.fitted->values[static_cast<Eigen::Index>(i)]));
   add("converged", registration.converged ? "yes" : "no: " + registration.stop_reason);
   add("iterations", fmt::to_string(registration.iterations));
   add("seconds", fmt::format("{:.2f}", registration.seconds));
-  return table;
+  return std::move(table).table();
 }
 
 ReportTable model_table(const Registration& registration) {
-  ReportTable table{{"setting", "value"}, {}, ""};
-  const auto add = [&](const std::string& name, const std::string& value) { table.rows.push_back({{name}, {value}}); };
+  FactTable table("setting");
+  const auto add = [&](const std::string& name, const std::string& value) { table.add(name, value); };
   add("source", registration.original.source);
   add("target", registration.target.source);
   if (registration.alignment.kind != AlignmentKind::kNone)
-    add("aligned",
-        fmt::format("{}, scale {}", alignment_name(registration.alignment.kind), number(registration.alignment.scale)));
+    add("aligned", fmt::format("{}, scale {}", alignment_name(registration.alignment.kind),
+                               report_number(registration.alignment.scale)));
   add("kernel", registration_system(registration).kernel.spec(4));
-  if (registration.fitted_kernel) add("leave-one-out error", number(registration.fitted_kernel->prediction_error));
+  if (registration.fitted_kernel)
+    add("leave-one-out error", report_number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
   if (registration.data.kind != DataKind::kLandmarks)
     add("data", fmt::format("{} of width {}", data_kind_name(registration.data.kind),
-                            number(registration.data.width.value_or(std::nan("")))));
-  add("sigma", number(registration.sigma));
-  add("lambda", number(registration.lambda));
+                            report_number(registration.data.width.value_or(std::nan("")))));
+  add("sigma", report_number(registration.sigma));
+  add("lambda", report_number(registration.lambda));
   add("integrator", registration.integrator);
-  add("time", number(registration.grid.time));
+  add("time", report_number(registration.grid.time));
   add("steps", fmt::to_string(registration.grid.steps));
   add("search", solver_name(registration.solver));
   if (registration.samples > 1) add("realisations", fmt::to_string(registration.samples));
   if (registration.mode == MatchingMode::kPathwise || registration.samples > 1)
     add("seed", fmt::to_string(registration.seed));
-  return table;
+  return std::move(table).table();
 }
 
 // Of each landmark, the fraction of its displacement that the noise did; NaN without a displacement. Empty where
@@ -116,19 +104,6 @@ Eigen::VectorXd noise_shares(const Registration& registration, const LandmarkSha
   if (registration.noise == "none" || shares.noise.size() == 0) return {};
   const Points way = registration.result - registration.source.points;
   return (shares.noise.cwiseProduct(way).colwise().sum().array() / way.colwise().squaredNorm().array()).transpose();
-}
-
-// The landmarks that the table lists: all or those furthest off, in their order.
-std::vector<int> listed_landmarks(const Eigen::VectorXd& distances) {
-  std::vector<int> order(static_cast<std::size_t>(distances.size()));
-  std::iota(order.begin(), order.end(), 0);
-  if (order.size() <= kMostRows) return order;
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return std::isnan(distances[b]) ? !std::isnan(distances[a]) : distances[a] > distances[b];
-  });
-  order.resize(kMostRows);
-  std::sort(order.begin(), order.end());
-  return order;
 }
 
 std::string residuals_caption(const Registration& registration, std::size_t listed, std::size_t outliers) {
@@ -149,33 +124,20 @@ ReportTable residual_table(const Registration& registration, const LandmarkShare
                            const std::vector<int>& outliers) {
   const Landmarks& source = registration.source;
   const Eigen::VectorXd distances = registration.distances(), noise = noise_shares(registration, shares);
-  ReportTable table{{"landmark"}, {}, ""};
-  if (!source.labels.empty()) table.header.emplace_back("label");
-  if (!source.groups.empty()) table.header.emplace_back("group");
+  ReportTable table = landmark_table(source);
   table.header.insert(table.header.end(), {"distance", "in sigma"});
   if (noise.size() > 0) table.header.emplace_back("displacement by the noise");
   for (const int a : listed_landmarks(distances)) {
-    const auto place = static_cast<std::size_t>(a);
     const bool outlier = std::binary_search(outliers.begin(), outliers.end(), a);
     const double distance = distances[a];
-    std::vector<ReportCell> row = {{fmt::to_string(source.number(a))}};
-    if (!source.labels.empty()) row.push_back({source.labels[place]});
-    if (!source.groups.empty()) row.push_back({source.groups[place]});
-    row.push_back({.text = std::isfinite(distance) ? number(distance) : "", .outlier = outlier});
-    row.push_back({std::isfinite(distance) ? number(distance / registration.sigma, 3) : ""});
+    std::vector<ReportCell> row = landmark_cells(source, a);
+    row.push_back({.text = std::isfinite(distance) ? report_number(distance) : "", .outlier = outlier});
+    row.push_back({std::isfinite(distance) ? report_number(distance / registration.sigma, 3) : ""});
     if (noise.size() > 0) row.push_back({std::isfinite(noise[a]) ? percent(noise[a]) : ""});
     table.rows.push_back(std::move(row));
   }
   table.caption = residuals_caption(registration, table.rows.size(), outliers.size());
   return table;
-}
-
-ReportSection remarks(const Registration& registration, const std::vector<std::string>& notes) {
-  ReportSection section{"Remarks", {}};
-  for (const std::string& text : registration_warnings(registration))
-    section.blocks.emplace_back(ReportParagraph{"Warning: " + text});
-  for (const std::string& text : notes) section.blocks.emplace_back(ReportParagraph{"Note: " + in_option_words(text)});
-  return section;
 }
 
 }  // namespace
@@ -199,19 +161,12 @@ HtmlReport registration_report(const Registration& registration, const Trajector
                                const std::vector<std::string>& notes, const std::filesystem::path& picture,
                                const PlacedImage& below) {
   const std::vector<int> outliers = outlying_landmarks(registration.distances(), registration.sigma);
-  HtmlReport report{.title = short_name(registration.original) + " → " + short_name(registration.target),
-                    .lead = lead(registration, facts, outliers.size()),
-                    .command = command_line(),
-                    .version = "pulson " + version()};
-  if (ReportSection section = remarks(registration, notes); !section.blocks.empty())
-    report.sections.push_back(std::move(section));
+  HtmlReport report =
+      new_report(short_name(registration.original) + " → " + short_name(registration.target),
+                 lead(registration, facts, outliers.size()), registration_warnings(registration), notes);
   if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers, below))
     report.sections.push_back({"Motion", {std::move(*motion)}});
-  if (!picture.empty())
-    report.sections.push_back({"The registration",
-                               {ReportPicture{.file = picture,
-                                              .caption = fmt::format("The same as {}.", picture.filename().string()),
-                                              .has_photograph = !below.file.empty()}}});
+  add_still(report, "The registration", picture, !below.file.empty());
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
   return report;

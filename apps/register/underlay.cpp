@@ -82,7 +82,7 @@ SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
   const fs::path folder = fs::path(shape.source.substr(0, shape.source.find('#'))).parent_path();
   for (const fs::path& file : {folder / name, folder / fs::path(name).filename()}) {
     std::error_code error;
-    if (fs::is_regular_file(file, error)) return {file, scale_was_applied ? shape.scale.value_or(1) : 1};
+    if (fs::is_regular_file(file, error)) return {file, scale_was_applied ? shape.scale.value_or(1) : 1, {0, 0}};
   }
   return {};
 }
@@ -103,7 +103,8 @@ Underlay::Underlay(const SourceImage& image, const Registration& registration, R
   const fs::path aligned = scratch("aligned.png"), carried = scratch("carried.png"), page = scratch("aligned.jpg");
 
   std::vector<std::string> of_image = {image.file.string(), before.size(),
-                                       fmt::format("--pixel-size={}", image.pixel_size), "--origin=0,0"};
+                                       fmt::format("--pixel-size={}", image.pixel_size),
+                                       fmt::format("--origin={},{}", image.origin[0], image.origin[1])};
   const std::vector<std::string> to_before = before.frame("target-", y_down);
   of_image.insert(of_image.end(), to_before.begin(), to_before.end());
   if (!warp(rest, of_image, aligned) || !warp(rest, of_image, page)) {

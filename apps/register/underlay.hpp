@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -12,8 +13,9 @@ namespace pulson {
 
 /// The image on which the source was digitised, and where its pixels are.
 struct SourceImage {
-  std::filesystem::path file;  ///< empty: none is known
-  double pixel_size = 1;       ///< length units per pixel
+  std::filesystem::path file;          ///< empty: none is known
+  double pixel_size = 1;               ///< length units per pixel
+  std::array<double, 2> origin{0, 0};  ///< of its first pixel; where y points up, of its lower edge
 };
 
 /// The image that the file of a shape names, where it is beside it; none else. @param shape before its landmarks were

@@ -49,6 +49,19 @@ TimeGrid TimeOptions::grid(double default_time) const {
   return {length, std::max(1, static_cast<int>(std::ceil(length / *dt * (1 - 1e-12))))};
 }
 
+std::optional<std::array<double, 2>> parse_place(std::string_view option, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  std::array<double, 2> numbers{};
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, numbers[0]);
+  const bool has_comma = first.ec == std::errc() && first.ptr < end && *first.ptr == ',';
+  const auto second = has_comma ? std::from_chars(first.ptr + 1, end, numbers[1]) : first;
+  if (!has_comma || second.ec != std::errc() || second.ptr != end || !std::isfinite(numbers[0]) ||
+      !std::isfinite(numbers[1]))
+    throw InputError(fmt::format("{} is '{}'; it must be two numbers, as in -2,-1.5", option, text));
+  return numbers;
+}
+
 void add_seed_option(CLI::App& verb, std::uint64_t& seed) {
   verb.add_option_function<std::string>(
           "--seed",

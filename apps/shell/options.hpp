@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -27,6 +28,9 @@ struct TimeOptions {
 
 /// @throws InputError that names the option
 void check_at_least(int value, int least, std::string_view option);
+
+/// "-2,-1.5"; none where the text is empty. @throws InputError that names the option
+std::optional<std::array<double, 2>> parse_place(std::string_view option, const std::string& text);
 
 /// `--seed` of the random numbers.
 void add_seed_option(CLI::App& verb, std::uint64_t& seed);

@@ -13,6 +13,15 @@
 
 namespace pulson {
 
+void check_picture_size(const std::optional<double>& width, double dpi) {
+  constexpr double kMostPixels = 30000;  // of a png's width
+  if (width) require_positive("--width", *width);
+  require_positive("--dpi", dpi);
+  if (const double pixels = width.value_or(423) / 25.4 * dpi; !(pixels >= 100 && pixels <= kMostPixels))
+    throw InputError(fmt::format("--width and --dpi make pictures {:.0f} pixels wide; it must be from 100 to {:.0f}",
+                                 pixels, kMostPixels));
+}
+
 void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
   verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
   verb.add_option("--json", json, "also write the record to this file; -: to standard output, and nothing else there")
@@ -65,12 +74,7 @@ std::filesystem::path OutputOptions::shown_picture(const std::filesystem::path& 
 }
 
 void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const {
-  constexpr double kMostPixels = 30000;  // of a png's width
-  if (width) require_positive("--width", *width);
-  require_positive("--dpi", dpi);
-  if (const double pixels = width.value_or(423) / 25.4 * dpi; !(pixels >= 100 && pixels <= kMostPixels))
-    throw InputError(fmt::format("--width and --dpi make pictures {:.0f} pixels wide; it must be from 100 to {:.0f}",
-                                 pixels, kMostPixels));
+  check_picture_size(width, dpi);
   const std::vector<std::string> drawn = picture_names(stems);
   if (!no_picture && !Gnuplot::is_installed())
     throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");

@@ -14,6 +14,9 @@
 
 namespace pulson {
 
+/// Whether pictures can be that wide, in mm, at that resolution of png. @throws InputError if not
+void check_picture_size(const std::optional<double>& width, double dpi);
+
 /// `-o`, `--json`, `--no-picture` and `--quiet` of verbs that write their results into a folder.
 struct OutputOptions {
   std::string out;

@@ -5,6 +5,7 @@
 #include "core/atomic_file.hpp"
 #include "pulson/draw/path_picture.hpp"
 #include "pulson/records/simulation_record.hpp"
+#include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/option_words.hpp"
 #include "shell/options.hpp"
@@ -29,7 +30,7 @@ struct SimulateArguments {
   int every = 1;
 };
 
-const std::vector<std::string> kSimulationFiles = {"simulation.json", "paths.csv"};
+const std::vector<std::string> kSimulationFiles = {"simulation.json", "paths.csv", "report.html"};
 const std::vector<std::string> kSimulationPictures = {"paths"};
 
 void check_size(const Start& start, const SimulateArguments& arguments, const TimeGrid& grid) {
@@ -77,13 +78,30 @@ PathPicture make_picture(const Simulation& simulation) {
   return picture;
 }
 
-void write_results(const Simulation& simulation, const SimulateArguments& arguments) {
+// Of paths that are not clean: one text or none.
+std::vector<std::string> warnings_of(const Simulation& simulation) {
+  std::size_t unclean = 0;
+  std::string first;
+  for (std::size_t m = 0; m < simulation.samples.size(); ++m) {
+    const SamplePath& sample = simulation.samples[m];
+    if (sample.status == PathStatus::kClean) continue;
+    if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
+  }
+  if (unclean == 0) return {};
+  return {fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first)};
+}
+
+void write_results(const Simulation& simulation, const std::vector<std::string>& notes,
+                   const SimulateArguments& arguments) {
   const OutputOptions& output = arguments.output;
   const std::string record = simulation_json(simulation);
   write_file_atomically(output.file("simulation.json"), record);
   write_file_atomically(output.file("paths.csv"), sample_paths_csv(simulation, arguments.every));
   output.write_json(record);
   if (!output.no_picture) write_path_picture(make_picture(simulation), output.picture_files(output.file("paths")));
+  write_file_atomically(output.file("report.html"),
+                        html_report(simulation_report(simulation, warnings_of(simulation), notes,
+                                                      output.shown_picture(output.file("paths")))));
 }
 
 std::string numbers_text(const Points& points) {
@@ -121,21 +139,6 @@ void print_summary(const Simulation& simulation) {
                numbers_text(simulation.samples[m].path.final().p));
 }
 
-// Warnings for paths that are not clean. @return whether there are any
-bool print_warnings(const Simulation& simulation) {
-  std::size_t unclean = 0;
-  std::string first;
-  for (std::size_t m = 0; m < simulation.samples.size(); ++m) {
-    const SamplePath& sample = simulation.samples[m];
-    if (sample.status == PathStatus::kClean) continue;
-    if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
-  }
-  if (unclean > 0)
-    print_warning(
-        fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first));
-  return unclean > 0;
-}
-
 int run_simulate(const SimulateArguments& arguments) {
   const double begin = seconds_now();
   const Start start = arguments.start.start();
@@ -149,14 +152,16 @@ int run_simulate(const SimulateArguments& arguments) {
   for (SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
-  write_results(simulation, arguments);
+  write_results(simulation, start.notes, arguments);
   log_step("wrote the results");
   print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
     arguments.output.print_written(kSimulationFiles, kSimulationPictures);
   }
-  return print_warnings(simulation) ? kNotConverged : kDone;
+  const std::vector<std::string> warnings = warnings_of(simulation);
+  for (const std::string& text : warnings) print_warning(text);
+  return warnings.empty() ? kDone : kNotConverged;
 }
 
 }  // namespace

@@ -10,26 +10,17 @@
 #include "core/atomic_file.hpp"
 #include "core/number_checks.hpp"
 #include "draw/animation.hpp"
+#include "draw/gnuplot.hpp"
+#include "drawings.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
 
 namespace pulson {
 namespace {
-
-std::optional<std::array<double, 2>> place(const char* name, const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  std::array<double, 2> numbers{};
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, numbers[0]);
-  const bool has_comma = first.ec == std::errc() && first.ptr < end && *first.ptr == ',';
-  const auto second = has_comma ? std::from_chars(first.ptr + 1, end, numbers[1]) : first;
-  if (!has_comma || second.ec != std::errc() || second.ptr != end || !std::isfinite(numbers[0]) ||
-      !std::isfinite(numbers[1]))
-    throw InputError(fmt::format("{} is '{}'; it must be two numbers, as in -2,-1.5", name, text));
-  return numbers;
-}
 
 // Whether the two names are of one file that is there.
 bool is_same_file(const std::string& a, const std::string& b) {
@@ -43,11 +34,20 @@ void check_drawing_file(const std::string& file) {
   if (!keeps_alpha(file)) throw InputError(fmt::format("{}: drawings and masks are written as .png or .tif", file));
 }
 
+// Drawings with captions.
+void check_captioned_file(const std::string& file) {
+  if (!is_drawing_file(file)) throw InputError(fmt::format("{}: it is drawn as .png, .svg or .pdf", file));
+  check_output_file(file);
+  if (!Gnuplot::is_installed())
+    throw InputError(fmt::format("{} needs gnuplot; install it (Debian: gnuplot-nox)", file));
+}
+
 // Files of one number a pixel, or its colour.
 void check_numbers_file(const std::string& file) {
+  if (is_drawing_file(file)) return check_captioned_file(file);
   check_picture_file(file);
-  if (!keeps_alpha(file) && !is_grid_file(file))
-    throw InputError(fmt::format("{}: numbers are written as .png (colours), .tif, .mha or .nrrd", file));
+  if (!holds_numbers(file))
+    throw InputError(fmt::format("{}: numbers are written as .png, .svg, .pdf (colours), .tif, .mha or .nrrd", file));
 }
 
 }  // namespace
@@ -60,25 +60,25 @@ WarpMethod WarpArguments::warp_method() const {
 
 std::optional<std::pair<int, int>> WarpArguments::canvas() const {
   if (size.empty()) return std::nullopt;
-  int width = 0, height = 0;
+  int columns = 0, rows = 0;
   const char* end = size.data() + size.size();
-  const auto first = std::from_chars(size.data(), end, width);
+  const auto first = std::from_chars(size.data(), end, columns);
   const bool has_cross = first.ec == std::errc() && first.ptr < end && *first.ptr == 'x';
-  const auto second = has_cross ? std::from_chars(first.ptr + 1, end, height) : first;
-  if (!has_cross || second.ec != std::errc() || second.ptr != end || width < 1 || height < 1)
+  const auto second = has_cross ? std::from_chars(first.ptr + 1, end, rows) : first;
+  if (!has_cross || second.ec != std::errc() || second.ptr != end || columns < 1 || rows < 1)
     throw InputError(fmt::format("--size is '{}'; it must be width and height in pixels, as in 640x480", size));
-  return std::pair(width, height);
+  return std::pair(columns, rows);
 }
 
-std::optional<std::array<double, 2>> WarpArguments::origin_of_image() const { return place("--origin", origin); }
+std::optional<std::array<double, 2>> WarpArguments::origin_of_image() const { return parse_place("--origin", origin); }
 
 std::optional<std::array<double, 2>> WarpArguments::origin_of_result() const {
-  return target_origin.empty() ? origin_of_image() : place("--target-origin", target_origin);
+  return target_origin.empty() ? origin_of_image() : parse_place("--target-origin", target_origin);
 }
 
 std::vector<std::string> WarpArguments::outputs() const {
   return {out,   field, json, jacobian,     log_jacobian, multiplicity, deviation, fold_probability,
-          folds, holes, grid, side_by_side, animate};
+          folds, holes, grid, side_by_side, overlay,      displacement, animate,   report};
 }
 
 void WarpArguments::check() const {
@@ -104,10 +104,16 @@ void WarpArguments::check() const {
     throw InputError("--animate shows the motion to the target; it cannot be combined with --inverse");
   if (!like.empty() && !size.empty())
     throw InputError("--like and --size both set the size of the result; give one of them");
-  for (const std::string& file : {jacobian, log_jacobian, multiplicity, deviation, fold_probability})
+  if (!overlay.empty() && like.empty())
+    throw InputError("--overlay shows the result over the target's image; give that with --like");
+  for (const std::string& file : {jacobian, log_jacobian, multiplicity, deviation, fold_probability, displacement})
     if (!file.empty()) check_numbers_file(file);
-  for (const std::string& file : {folds, holes, grid, side_by_side})
+  for (const std::string& file : {folds, holes, grid})
     if (!file.empty()) check_drawing_file(file);
+  for (const std::string& file : {side_by_side, overlay})
+    if (!file.empty()) check_captioned_file(file);
+  check_picture_size(width, dpi);
+  if (!report.empty()) check_output_file(report);
   for (const std::string& file : {out, field, animate})
     if (!file.empty()) check_output_file(file);
   for (const std::string& file : outputs())
@@ -131,6 +137,8 @@ void WarpArguments::check_for_landmarks() const {
                                    {"--holes", holes},
                                    {"--grid", grid},
                                    {"--side-by-side", side_by_side},
+                                   {"--overlay", overlay},
+                                   {"--displacement", displacement},
                                    {"--animate", animate}})
     if (!file.empty()) throw InputError(fmt::format("{} is for images, and {} holds landmarks", name, input));
   for (const auto& [name, is_given] : {std::pair("--samples", samples > 0),
@@ -147,10 +155,14 @@ void WarpArguments::check_for_landmarks() const {
 
 void WarpArguments::check_for_fold() const {
   if (!inverse) return;
+  if (!report.empty())
+    throw InputError(
+        "--report with --inverse needs a map that has an inverse; here the noise moves landmarks individually");
   for (const auto& [name, file] : {std::pair("--jacobian", jacobian),
                                    {"--log-jacobian", log_jacobian},
                                    {"--folds", folds},
                                    {"--grid", grid},
+                                   {"--displacement", displacement},
                                    {"--side-by-side", side_by_side}})
     if (!file.empty())
       throw InputError(fmt::format(

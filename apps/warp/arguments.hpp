@@ -55,6 +55,12 @@ struct WarpArguments {
   std::string holes;
   std::string grid;
   std::string side_by_side;
+  std::string overlay;
+  std::string report;
+  std::string displacement;
+  bool numbers = false;         ///< beside the landmarks of drawings
+  std::optional<double> width;  ///< of drawings, mm
+  double dpi = 96;              ///< of png drawings
   std::string animate;
 
   // ensembles

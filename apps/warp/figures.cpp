@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "register/picture.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {
@@ -50,6 +51,9 @@ WarpFrames warp_frames(const WarpArguments& arguments, const Registration& regis
                           arguments.flip_y.value_or(is_of_tps(from)), input.image.height());
   frames.result = frame_of(of_result, of_target, arguments.origin_of_result(), arguments.flip_y.value_or(is_of_tps(to)),
                            frames.height);
+  frames.title = short_name(from) + " → " + short_name(to);
+  if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
+  for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
   const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);
   frames.label_ranks.resize(static_cast<std::size_t>(registration.original.count()));
   for (std::size_t g = 0; g < groups.size(); ++g)
@@ -58,19 +62,19 @@ WarpFrames warp_frames(const WarpArguments& arguments, const Registration& regis
   return frames;
 }
 
-namespace {
+std::string percent_text(double part) { return fmt::format("{:.3g} %", 100 * part); }
 
-std::string percent(double part) { return fmt::format("{:.3g} %", 100 * part); }
+namespace {
 
 void print_summary(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
   fmt::print("{} → {}\n", arguments.input, arguments.out);
   fmt::print("method     {}: {}\n", figures.method, figures.reason);
-  fmt::print("map        folds {} of the {}, smallest Jacobian {:.3g}\n", percent(figures.folded_fraction),
+  fmt::print("map        folds {} of the {}, smallest Jacobian {:.3g}\n", percent_text(figures.folded_fraction),
              frames != nullptr ? "image" : "points", figures.min_jacobian);
   if (frames != nullptr) {
     fmt::print("result     {} x {} pixels, at most {} per pixel, {} uncovered, {} in holes\n", frames->width,
-               frames->height, counted(figures.max_multiplicity, "sheet"), percent(figures.uncovered_fraction),
-               percent(figures.hole_fraction));
+               frames->height, counted(figures.max_multiplicity, "sheet"), percent_text(figures.uncovered_fraction),
+               percent_text(figures.hole_fraction));
     fmt::print("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.spacing[0],
                frames->input.spacing[0] == 1 ? "unit" : "units", frames->input.y_up ? "up (flipped)" : "down");
   }

@@ -17,6 +17,9 @@ struct WarpFrames {
   int width = 0;
   int height = 0;
   std::optional<Picture> like;
+  std::string title;             ///< of drawings: source → target
+  Points landmarks_there;        ///< of the shape whose image the result is like, in its pixels
+  std::vector<int> numbers;      ///< of the landmarks, as people count them
   std::vector<int> label_ranks;  ///< of each landmark: its group's number, or where there is one group its own
 };
 
@@ -45,6 +48,9 @@ struct WarpFigures {
   double seconds = 0;
   std::vector<ColourKey> colours = {};
 };
+
+/// "22.2 %"
+std::string percent_text(double part);
 
 /// The keys that scripts use, and how it was made.
 std::string figures_json(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);

@@ -249,6 +249,27 @@ std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp,
   return jacobians;
 }
 
+std::vector<float> displacements_on_image(const Image& image, const ImageWarp& warp, const WarpArguments& arguments) {
+  const PlaneMap map = [&](const Points& pixels) {
+    return arguments.inverse ? warp.backward(pixels) : warp.forward(pixels);
+  };
+  const SampledMap sampled = sample_map(map, {image.width(), image.height(), 0}, arguments.tolerance, false);
+  std::vector<float> lengths(sampled.places.size());
+  parallel_for(image.height(), [&](int y) {
+    Points here(2, image.width()), there(2, image.width());
+    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width());
+    for (int x = 0; x < image.width(); ++x) {
+      const auto& place = sampled.places[first + static_cast<std::size_t>(x)];
+      here.col(x) << x, y;
+      there.col(x) << place[0], place[1];
+    }
+    const Points moved = arguments.inverse ? Points(here - warp.aligned(there)) : Points(there - warp.aligned(here));
+    const Eigen::VectorXf all = (warp.target().scale().asDiagonal() * moved).colwise().norm().cast<float>();
+    std::copy(all.begin(), all.end(), lengths.begin() + static_cast<std::ptrdiff_t>(first));
+  });
+  return lengths;
+}
+
 WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
                        const WarpArguments& arguments) {
   const WarpMethod method = arguments.warp_method();

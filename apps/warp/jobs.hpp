@@ -25,6 +25,9 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFram
 /// numbers
 std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp, const WarpArguments& arguments);
 
+/// How far each pixel of the image moves after the alignment, landmark units. @return width·height numbers
+std::vector<float> displacements_on_image(const Image& image, const ImageWarp& warp, const WarpArguments& arguments);
+
 /// Priorities of a mesh's cells for SheetOrder::kPriority: the rank of the nearest landmark where one is no further
 /// than landmarks are from each other (the median distance to the nearest other); -1, beneath all, elsewhere.
 std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks);

@@ -82,13 +82,17 @@ void WarpArguments::add_to(CLI::App& verb) {
       ->group("Picture");
 
   verb.add_option("--field", field, "displacement field (mha, nrrd)")->type_name("FILE")->group("More results");
-  verb.add_option("--jacobian", jacobian, "signed Jacobian on the image, as colours (png) or numbers (tif, mha, nrrd)")
+  verb.add_option("--jacobian", jacobian,
+                  "signed Jacobian on the image, as colours (png, svg, pdf) or numbers (tif, mha, nrrd)")
       ->type_name("FILE")
       ->group("More results");
   verb.add_option("--log-jacobian", log_jacobian, "its logarithm to base 2, likewise")
       ->type_name("FILE")
       ->group("More results");
   verb.add_option("--multiplicity", multiplicity, "how many points of the image land on each pixel, likewise")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--displacement", displacement, "how far each pixel of the image moves after the alignment, likewise")
       ->type_name("FILE")
       ->group("More results");
   verb.add_option("--folds", folds, "mask of the image's pixels that are flipped (png)")
@@ -98,8 +102,20 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("--grid", grid, "the result with the deformed grid and the landmarks' paths (png)")
       ->type_name("FILE")
       ->group("More results");
-  verb.add_option("--side-by-side", side_by_side, "image, result and --like side by side (png)")
+  verb.add_option("--side-by-side", side_by_side, "image, result and --like side by side (png, svg, pdf)")
       ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--overlay", overlay, "the result over --like: checkerboard, blend and difference (png, svg, pdf)")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_option("--report", report, "a page (html) with the motion, the result over --like, drawings and numbers")
+      ->type_name("FILE")
+      ->group("More results");
+  verb.add_flag("--numbers", numbers, "numbers of the landmarks in --side-by-side")->group("More results");
+  verb.add_option("--width", width, "width of drawings in mm [about 420]")->type_name("NUMBER")->group("More results");
+  verb.add_option("--dpi", dpi, "pixels per inch of png drawings")
+      ->type_name("NUMBER")
+      ->capture_default_str()
       ->group("More results");
   verb.add_option("--animate", animate, "the motion (gif, mp4, webp; needs ffmpeg)")
       ->type_name("FILE")
@@ -110,7 +126,7 @@ void WarpArguments::add_to(CLI::App& verb) {
   verb.add_option("--samples", samples, "number of samples of the noise, with the fitted momenta; OUT is their mean")
       ->group("Ensembles");
   verb.add_option("--seed", seed, "seed of the random numbers")->capture_default_str()->group("Ensembles");
-  verb.add_option("--deviation", deviation, "standard deviation of each pixel (tif, png)")
+  verb.add_option("--deviation", deviation, "standard deviation of each pixel, as colours or numbers")
       ->type_name("FILE")
       ->group("Ensembles");
   verb.add_option("--fold-probability", fold_probability, "probability that a pixel of the image is flipped")

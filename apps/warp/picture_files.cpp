@@ -13,7 +13,6 @@
 #include "pulson/images/image_files.hpp"
 
 namespace pulson {
-namespace {
 
 std::string extension_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -21,6 +20,8 @@ std::string extension_of(const std::filesystem::path& path) {
                  [](unsigned char c) { return std::tolower(c); });
   return extension;
 }
+
+namespace {
 
 bool holds_floats(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
@@ -156,14 +157,6 @@ void write_picture(const std::filesystem::path& path, const Image& image, const 
     else
       write_image(path, on_white(shown));
   }
-}
-
-void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
-                   const PixelFrame& frame, const Image& colours) {
-  if (holds_numbers(path))
-    write_picture(path, Image(width, height, 1, std::span<const float>(values)), frame);
-  else
-    write_image(path, colours);
 }
 
 void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height) {

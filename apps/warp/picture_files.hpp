@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pulson/fields/grid_fields.hpp"
@@ -16,6 +17,9 @@ struct Picture {
   std::optional<PixelFrame> frame;
   std::optional<GridType> type;  ///< of grids, which have more types than an Image
 };
+
+/// In lower case, with its dot.
+std::string extension_of(const std::filesystem::path& path);
 
 /// Whether the extension is that of a grid of numbers: mha, nrrd.
 bool is_grid_file(const std::filesystem::path& path);
@@ -39,12 +43,8 @@ Image for_show(const Image& image);
 void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame,
                    std::optional<GridType> type = std::nullopt);
 
-/// Whether write_numbers writes numbers there, and not colours.
+/// Whether numbers of pixels are written there as such, and not as colours: tif, mha, nrrd.
 bool holds_numbers(const std::filesystem::path& path);
-
-/// One number for each pixel, row by row: as numbers where the format holds them (tif, mha, nrrd), else the colours.
-void write_numbers(const std::filesystem::path& path, const std::vector<float>& values, int width, int height,
-                   const PixelFrame& frame, const Image& colours);
 
 /// White where the mask is.
 void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height);

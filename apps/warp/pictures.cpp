@@ -6,9 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "drawings.hpp"
 #include "images/colour_maps.hpp"
-#include "images/compose.hpp"
 #include "images/drawing.hpp"
+#include "register/picture.hpp"
 
 namespace pulson {
 namespace {
@@ -16,43 +17,18 @@ namespace {
 using Eigen::Index;
 
 constexpr int kGridLines = 24;  // along the longer side
-constexpr int kGap = 12;
 constexpr Colour kGridColour{0, 150, 255, 150};
 constexpr Colour kPathColour{255, 120, 0, 220};
-constexpr Colour kRimColour{255, 255, 255, 255};
+constexpr Colour kRimColour{255, 255, 255, 200};
+constexpr Colour kRingColour{33, 105, 210, 255};
 
 // Lines and dots grow with the picture: 1 at 600 pixels.
 double unit_of(const Image& image) { return std::max(1.0, std::max(image.width(), image.height()) / 600.0); }
 
-std::vector<Points> moved(const std::vector<Points>& lines, const std::function<Points(const Points&)>& map) {
-  Index count = 0;
-  for (const Points& line : lines) count += line.cols();
-  Points all(2, count);
-  Index at = 0;
-  for (const Points& line : lines) {
-    all.middleCols(at, line.cols()) = line;
-    at += line.cols();
-  }
-  const Points places = map(all);
-  std::vector<Points> result;
-  at = 0;
-  for (const Points& line : lines) {
-    result.emplace_back(places.middleCols(at, line.cols()));
-    at += line.cols();
-  }
-  return result;
-}
-
-Image with_grid(const Image& image, const std::vector<Points>& lines) {
-  const LineStyle style{kGridColour, static_cast<int>(std::lround(unit_of(image)))};
-  return blend_lines(image, lines, style);
-}
-
 Image overlay(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpArguments& arguments) {
-  const std::vector<Points> lines = moved(grid_lines(image.width(), image.height()), [&](const Points& pixels) {
-    return arguments.inverse ? warp.backward(pixels).places : warp.forward(pixels).places;
-  });
-  Image gridded = with_grid(for_show(result.image), lines);
+  const std::vector<Points> lines = moved_grid(image, warp, arguments.inverse);
+  const Image shown = for_show(result.image);
+  Image gridded = blend_lines(shown, lines, {kGridColour, static_cast<int>(std::lround(unit_of(shown)))});
   if (arguments.inverse) return gridded;
   const std::vector<Points> paths = warp.landmark_paths();
   return with_landmarks(gridded, paths, paths.size() - 1, unit_of(gridded));
@@ -61,41 +37,70 @@ Image overlay(const Image& image, const WarpedImage& result, const ImageWarp& wa
 // Pictures of numbers, and the keys to their colours.
 class NumberPictures {
  public:
-  void write(const std::string& path, const std::vector<float>& values, int width, int height, const PixelFrame& frame,
-             const DivergingScale& scale) {
-    write_numbers(path, values, width, height, frame, diverging(values, width, height, scale));
+  explicit NumberPictures(const WarpArguments& arguments) : drawings_(arguments) {}
+
+  struct What {
+    std::string file;
+    std::string heading;
+    const std::vector<float>& values;
+    int width, height;
+    const PixelFrame& frame;
+    Points landmarks;  // in pixels
+  };
+
+  void write(What what, const DivergingScale& scale) {
     const std::string mark = scale.marked_below ? fmt::format(", yellow below {:g}", *scale.marked_below) : "";
-    add(path, fmt::format("blue {:g}, white {:g}, red {:g}{}", scale.centre - scale.reach, scale.centre,
-                          scale.centre + scale.reach, mark));
+    write(
+        std::move(what), [&](const What& of) { return diverging(of.values, of.width, of.height, scale); },
+        bar_of(scale),
+        fmt::format("blue {:g}, white {:g}, red {:g}{}", scale.centre - scale.reach, scale.centre,
+                    scale.centre + scale.reach, mark));
   }
 
-  void write(const std::string& path, const std::vector<float>& values, int width, int height, const PixelFrame& frame,
-             double most) {
-    write_numbers(path, values, width, height, frame, viridis(values, width, height, 0, most));
-    add(path, fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most));
+  void write(What what, double most, bool whole = false) {
+    write(
+        std::move(what), [&](const What& of) { return viridis(of.values, of.width, of.height, 0, most); },
+        bar_of(most, whole), fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most));
   }
 
   std::vector<ColourKey> keys() && { return std::move(keys_); }
 
  private:
-  void add(const std::string& path, std::string meaning) {
-    if (!holds_numbers(path)) keys_.push_back({path, std::move(meaning)});
+  template <class Colours>
+  void write(What what, const Colours& colours, ColourBar bar, std::string meaning) {
+    if (holds_numbers(what.file)) {
+      write_picture(what.file, Image(what.width, what.height, 1, std::span<const float>(what.values)), what.frame);
+      return;
+    }
+    drawings_.write_numbers(
+        {what.file, what.heading, colours(what), std::move(bar), what.width, what.height, std::move(what.landmarks)});
+    keys_.push_back({what.file, std::move(meaning)});
   }
 
+  Drawings drawings_;
   std::vector<ColourKey> keys_;
 };
+
+double largest(const std::vector<float>& values) {
+  double most = 0;
+  for (const float value : values)
+    if (std::isfinite(value)) most = std::max<double>(most, value);
+  return most > 0 ? most : 1;
+}
 
 void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
                      const WarpArguments& arguments, NumberPictures& pictures) {
   const std::vector<float> jacobians = jacobians_on_image(image, warp, arguments);
   const int width = image.width(), height = image.height();
+  const Points landmarks = landmarks_on_image(warp, arguments);
   if (!arguments.jacobian.empty())
-    pictures.write(arguments.jacobian, jacobians, width, height, frames.input,
-                   DivergingScale{.centre = 1, .reach = 1, .marked_below = 0.0});
+    pictures.write({arguments.jacobian, kJacobianHeading, jacobians, width, height, frames.input, landmarks},
+                   kJacobianScale);
   if (!arguments.log_jacobian.empty()) {
     std::vector<float> logarithms(jacobians.size());
     std::transform(jacobians.begin(), jacobians.end(), logarithms.begin(), [](float j) { return std::log2(j); });
-    pictures.write(arguments.log_jacobian, logarithms, width, height, frames.input,
+    pictures.write({arguments.log_jacobian, "Logarithm to base 2 of the Jacobian determinant", logarithms, width,
+                    height, frames.input, landmarks},
                    DivergingScale{.centre = 0, .reach = 2});
   }
   if (!arguments.folds.empty()) {
@@ -107,17 +112,42 @@ void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames
 
 void write_statistics(const Image& image, const WarpedImage& result, const WarpFrames& frames,
                       const WarpArguments& arguments, NumberPictures& pictures) {
-  if (!arguments.deviation.empty()) {
-    const float most = *std::max_element(result.deviations.begin(), result.deviations.end());
-    pictures.write(arguments.deviation, result.deviations, frames.width, frames.height, frames.result,
-                   most > 0 ? most : 1.0);
-  }
+  if (!arguments.deviation.empty())
+    pictures.write({arguments.deviation, "Standard deviation of each pixel over the samples, units of the image",
+                    result.deviations, frames.width, frames.height, frames.result, Points(2, 0)},
+                   largest(result.deviations));
   if (!arguments.fold_probability.empty())
-    pictures.write(arguments.fold_probability, result.fold_probabilities, image.width(), image.height(), frames.input,
+    pictures.write({arguments.fold_probability, "Probability that a pixel of the image is flipped",
+                    result.fold_probabilities, image.width(), image.height(), frames.input, Points(2, 0)},
                    1.0);
 }
 
+void write_numbers_of_pixels(const Image& image, const WarpedImage& result, const ImageWarp& warp,
+                             const WarpFrames& frames, const WarpArguments& arguments, NumberPictures& pictures) {
+  write_statistics(image, result, frames, arguments, pictures);
+  if (!arguments.jacobian.empty() || !arguments.log_jacobian.empty() || !arguments.folds.empty())
+    write_jacobians(image, warp, frames, arguments, pictures);
+  if (!arguments.displacement.empty()) {
+    const std::vector<float> lengths = displacements_on_image(image, warp, arguments);
+    pictures.write({arguments.displacement, "Displacement after the alignment, landmark units", lengths, image.width(),
+                    image.height(), frames.input, landmarks_on_image(warp, arguments)},
+                   largest(lengths));
+  }
+  if (!arguments.multiplicity.empty()) {
+    const std::vector<float> counts(result.multiplicity.begin(), result.multiplicity.end());
+    pictures.write({arguments.multiplicity, "Number of points of the image that land on each pixel", counts,
+                    frames.width, frames.height, frames.result, Points(2, 0)},
+                   std::max(3.0, static_cast<double>(result.figures.max_multiplicity)), true);
+  }
+}
+
 }  // namespace
+
+std::vector<Points> moved_grid(const Image& image, const ImageWarp& warp, bool inverse) {
+  const std::vector<Points> lines = grid_lines(image.width(), image.height());
+  const Points pixels = joined_lines(lines);
+  return split_lines(inverse ? warp.backward(pixels).places : warp.forward(pixels).places, lines);
+}
 
 std::vector<Points> grid_lines(int width, int height) {
   const double spacing = std::max(4.0, std::max(width, height) / static_cast<double>(kGridLines));
@@ -145,31 +175,27 @@ Image with_landmarks(const Image& image, const std::vector<Points>& paths, std::
     lines.push_back(std::move(line));
   }
   const Image drawn = blend_lines(image, lines, {kPathColour, static_cast<int>(std::lround(scale))});
-  return blend_dots(blend_dots(drawn, paths[k], 3.5 * scale, kRimColour), paths[k], 2.5 * scale, kPathColour);
+  const int width = static_cast<int>(std::lround(scale));
+  const Image rimmed = blend_rings(drawn, paths[k], 4.5 * scale, {kRimColour, 2 * width});
+  return blend_rings(rimmed, paths[k], 4.5 * scale, {kRingColour, width});
+}
+
+Points landmarks_on_image(const ImageWarp& warp, const WarpArguments& arguments) {
+  return arguments.inverse ? warp.landmark_paths().back() : warp.label_pixels();
 }
 
 std::vector<ColourKey> write_more_results(const Image& image, const WarpedImage& result, const ImageWarp& warp,
                                           const WarpFrames& frames, const WarpArguments& arguments) {
-  NumberPictures pictures;
-  write_statistics(image, result, frames, arguments, pictures);
+  NumberPictures pictures(arguments);
+  write_numbers_of_pixels(image, result, warp, frames, arguments, pictures);
   if (!arguments.field.empty())
     write_displacements(arguments.field, result.displacements, result.pulled ? frames.width : image.width(),
                         result.pulled ? frames.height : image.height(), result.pulled ? frames.result : frames.input);
-  if (!arguments.jacobian.empty() || !arguments.log_jacobian.empty() || !arguments.folds.empty())
-    write_jacobians(image, warp, frames, arguments, pictures);
-  if (!arguments.multiplicity.empty()) {
-    const std::vector<float> counts(result.multiplicity.begin(), result.multiplicity.end());
-    pictures.write(arguments.multiplicity, counts, frames.width, frames.height, frames.result,
-                   std::max(3.0, static_cast<double>(result.figures.max_multiplicity)));
-  }
   if (!arguments.holes.empty()) write_mask(arguments.holes, result.holes, frames.width, frames.height);
   if (!arguments.grid.empty()) write_picture(arguments.grid, overlay(image, result, warp, arguments), frames.result);
-  if (!arguments.side_by_side.empty()) {
-    std::vector<Image> images{with_grid(for_show(image), grid_lines(image.width(), image.height())),
-                              overlay(image, result, warp, arguments)};
-    if (frames.like) images.push_back(for_show(frames.like->image));
-    write_picture(arguments.side_by_side, side_by_side(images, kGap), {});
-  }
+  const Drawings drawings(arguments);
+  if (!arguments.side_by_side.empty()) drawings.write_side_by_side(arguments.side_by_side, image, result, warp, frames);
+  if (!arguments.overlay.empty()) drawings.write_overlay(result, frames);
   return std::move(pictures).keys();
 }
 

@@ -9,6 +9,7 @@
 #include "core/coordinate_frame.hpp"
 #include "jobs.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "report.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {
@@ -62,6 +63,7 @@ WarpFigures warp_points(const MaterialFlow& flow, const Registration& registrati
     if (block->rows() != flow.dimension())
       throw InputError(
           fmt::format("{} is in {}D, the registration in {}D", arguments.input, block->rows(), flow.dimension()));
+  const Landmarks before = file.shapes.front();
   const Points points = known_points(blocks);
   MovedPoints moved;
   if (arguments.inverse) {
@@ -91,6 +93,7 @@ WarpFigures warp_points(const MaterialFlow& flow, const Registration& registrati
   }
   figures.landmark_error_max = flow.landmark_error();
   figures.ridge = flow.ridge();
+  if (!arguments.report.empty()) write_warp_report(before, file.shapes.front(), flow, registration, figures, arguments);
   return figures;
 }
 

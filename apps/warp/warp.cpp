@@ -9,6 +9,7 @@
 #include "pictures.hpp"
 #include "pulson/records/registration_record.hpp"
 #include "register/registration_warnings.hpp"
+#include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/progress.hpp"
 #include "shell/verbs.hpp"
@@ -58,6 +59,7 @@ void run_image(const WarpArguments& arguments, const Registration& registration,
   if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();
   result.figures.ridge = flow.ridge();
   result.figures.seconds = seconds_now() - start;
+  if (!arguments.report.empty()) write_warp_report(picture.image, result, warp, frames, registration, arguments);
   print_figures(result.figures, arguments, &frames);
 }
 
@@ -98,7 +100,7 @@ void add_warp_verb(CLI::App& program, int& /*exit_code*/) {
   verb->footer(
       "Examples:\n"
       "  pulson warp out/registration.json a.png -o warped.png --side-by-side both.png\n"
-      "  pulson warp out/registration.json a.jpg --like b.jpg --pixel-size 10 -o warped.png\n"
+      "  pulson warp out/registration.json a.jpg --like b.jpg --pixel-size 10 -o warped.png --report page.html\n"
       "  pulson warp out/registration.json b.png --inverse -o back.png\n"
       "  pulson warp out/registration.json a.png -o warped.png --jacobian j.tif --animate motion.gif\n"
       "  pulson warp out/registration.json points.csv -o moved.csv\n"

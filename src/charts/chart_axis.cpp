@@ -107,8 +107,9 @@ Tics ChartAxis::tics_below(double pixels) const {
 
 namespace {
 
-constexpr double kBarPart = 0.8;  // of the distance between neighbouring x, that all bars there take
-constexpr double kLoneBar = 1;    // that distance where there is one x alone
+constexpr double kBarPart = 0.8;      // of the distance between neighbouring x, that all bars there take
+constexpr double kLoneBarPart = 0.3;  // the same where there is one place alone
+constexpr double kLoneBar = 1;        // that distance where there is one x alone
 
 void append(std::vector<double>& values, const std::vector<double>& more) {
   values.insert(values.end(), more.begin(), more.end());
@@ -161,7 +162,8 @@ void append_bar_sides(std::vector<double>& values, const ChartPanel& panel, cons
 
 double bar_width(const ChartPanel& panel, const ChartAxis& x) {
   const auto abreast = std::count_if(panel.series.begin(), panel.series.end(), is_bars);
-  return kBarPart * bar_distance(panel, x) / std::max(static_cast<double>(abreast), 1.0);
+  const double part = panel.x_names.size() == 1 ? kLoneBarPart : kBarPart;
+  return part * bar_distance(panel, x) / std::max(static_cast<double>(abreast), 1.0);
 }
 
 ChartAxis horizontal_axis(const std::vector<const ChartPanel*>& column) {

@@ -162,6 +162,13 @@ void Canvas::text(double x, double y, std::string_view text, double size, const 
                                 colour));
 }
 
+void Canvas::text_on_image(double x, double y, std::string_view text, double size, const Colour& colour) {
+  constexpr double kMargin = 1.2;
+  for (const auto& [dx, dy] : {std::pair(-kMargin, 0.0), {kMargin, 0.0}, {0.0, -kMargin}, {0.0, kMargin}})
+    this->text(x + dx, y + dy, text, size, colour::kPaper);
+  this->text(x, y, text, size, colour);
+}
+
 void Canvas::write(const PictureFiles& files) const {
   Gnuplot gnuplot;
   gnuplot.command("set encoding utf8\nunset border\nunset tics\nunset key");

@@ -88,6 +88,9 @@ class Canvas {
   void text(double x, double y, std::string_view text, double size, const Colour& colour, Align align = Align::kLeft,
             double max_width = 1e9);
 
+  /// The same from the left, on a narrow white margin, so that it is legible on an image and on lines.
+  void text_on_image(double x, double y, std::string_view text, double size, const Colour& colour);
+
   /// Writes the files. @throws InputError as Gnuplot does.
   void write(const PictureFiles& files) const;
 

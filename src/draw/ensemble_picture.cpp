@@ -13,6 +13,7 @@
 #include "layers.hpp"
 #include "layout.hpp"
 #include "legend.hpp"
+#include "space_panels.hpp"
 
 namespace pulson::picture {
 namespace {
@@ -27,8 +28,7 @@ constexpr double kOutlineFade = 0.45;
 
 /// The ellipse of one landmark in the plane of a view, in length units: the quantile of a χ² distribution of two
 /// degrees of freedom is −2 ln(1 − part).
-Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance, const View& view) {
-  const std::array<int, 2> rows = {view.row_x, view.row_y};
+Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance, const std::array<int, 2>& rows) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(Eigen::Matrix2d(covariance(rows, rows)));
   const Eigen::Vector2d radii = (-2 * std::log(1 - kEllipsePart) * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
   Points outline = middle.replicate(1, kCorners + 1);
@@ -36,17 +36,14 @@ Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance,
     const double angle = 2 * std::numbers::pi * i / kCorners;
     const Eigen::Vector2d place =
         axes.eigenvectors() * radii.cwiseProduct(Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-    outline(view.row_x, i) += place.x();
-    outline(view.row_y, i) += place.y();
+    outline(rows[0], i) += place.x();
+    outline(rows[1], i) += place.y();
   }
   return outline;
 }
 
 std::vector<Points> ellipses(const EnsemblePicture& picture, const View& view) {
-  std::vector<Points> outlines;
-  for (Eigen::Index a = 0; a < picture.mean.back().cols(); ++a)
-    outlines.push_back(ellipse(picture.mean.back().col(a), picture.covariances[static_cast<std::size_t>(a)], view));
-  return outlines;
+  return pulson::ellipses(picture, view.row_x, view.row_y);
 }
 
 std::vector<View> views_of(const EnsemblePicture& picture) {
@@ -106,13 +103,13 @@ void draw_ellipses(Canvas& canvas, const View& view, const EnsemblePicture& pict
 Canvas compose(const EnsemblePicture& picture) {
   const std::vector<Interval> ranges = data_ranges(picture);
   const bool in_plane = picture.start.dimension() == 2;
-  std::vector<View> views =
-      coordinate_planes(in_plane ? std::vector<Interval>{ranges[0], ranges[1], ranges[1]} : ranges);
-  if (in_plane) views.resize(1);
-  views.front().y_down = in_plane && picture.start.y_down;
-  Plan plan = arrange({picture.title, picture.subtitle}, views, {false, in_plane ? 900.0 : 700.0, true});
+  const Titles titles{picture.title, picture.subtitle};
+  Plan plan = in_plane ? arrange(titles, {{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.y_down}},
+                                 {.tallest = 900, .all_numbered = true})
+                       : arrange_space(titles, ranges);
   Canvas& canvas = plan.canvas;
   const Figure figure = plan_figure(picture.start, scale_of(plan.views.front()));
+  if (!in_plane) draw_displacements(canvas, plan.side, picture.start.points, picture.mean.back(), figure);
   for (const View& view : plan.views) {
     draw_fan(canvas, view, picture, kFanVertices / plan.views.size());
     draw_ellipses(canvas, view, picture);
@@ -128,6 +125,7 @@ Canvas compose(const EnsemblePicture& picture) {
   if (!picture.paths.empty())
     legend.push_back({Sample::kLine, faded(colour::kSource, kFanFade / 2),
                       fmt::format("{} sample paths", picture.paths.size()), ""});
+  if (!in_plane) legend.push_back({Sample::kArrow, colour::kMomentum, "displacement of the mean", ""});
   legend.push_back(legend_of_time(picture.times));
   legend.back().text = "mean " + legend.back().text;
   draw_legend(canvas, legend);
@@ -158,6 +156,14 @@ void check(const EnsemblePicture& picture) {
 }
 
 }  // namespace
+
+std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_y) {
+  std::vector<Points> outlines;
+  for (Eigen::Index a = 0; a < picture.mean.back().cols(); ++a)
+    outlines.push_back(
+        picture::ellipse(picture.mean.back().col(a), picture.covariances[static_cast<std::size_t>(a)], {row_x, row_y}));
+  return outlines;
+}
 
 void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files) {
   check(picture);

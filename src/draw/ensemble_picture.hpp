@@ -23,6 +23,9 @@ struct EnsemblePicture {
 /// The part of a normal distribution in the plane that is within its ellipses.
 inline constexpr double kEllipsePart = 0.9;
 
+/// The ellipse of each landmark in the plane of two axes, as a closed line d×M.
+std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_y);
+
 /// Draws the mean shape at the end, around each landmark the ellipse that holds nine tenths of a normal distribution of
 /// its covariance, the mean paths coloured by time, and faintly the paths given, as far as they are within the panel;
 /// as a PNG 1200 to 1600 pixels wide and an SVG of the same layout. d = 3: the projections xy, xz and yz. Lengths keep

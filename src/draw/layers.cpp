@@ -51,7 +51,8 @@ void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, co
   const double offset = Marks(figure).ring + 3;
   for (Eigen::Index a = 0; a < pixels.cols(); ++a) {
     const auto number = numbers.empty() ? static_cast<int>(a) + 1 : numbers[static_cast<std::size_t>(a)];
-    canvas.text(pixels(0, a) + offset, pixels(1, a) + offset, std::to_string(number), kNumberSize, colour::kTicText);
+    canvas.text_on_image(pixels(0, a) + offset, pixels(1, a) + offset, std::to_string(number), kNumberSize,
+                         colour::kText);
   }
 }
 

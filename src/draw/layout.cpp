@@ -42,7 +42,10 @@ Interval range_of(const std::vector<const Points*>& sets, int row) {
 double number_width(const std::string& text) { return text_width(text, kTicText); }
 
 Tics make_tics(const Interval& range, double pixels, double distance) {
-  const double step = round_step(range.span() * distance / pixels);
+  constexpr std::size_t kFewTics = 3;
+  double step = round_step(range.span() * distance / pixels);
+  const auto count = [&] { return std::floor(range.high / step) - std::ceil(range.low / step) + 1; };
+  if (count() < kFewTics) step = round_step(range.span() * 0.45 * distance / pixels);
   Tics tics;
   for (double k = std::ceil(range.low / step); k * step <= range.high; ++k) {
     tics.values.push_back(k * step);

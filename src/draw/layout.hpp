@@ -107,11 +107,11 @@ std::vector<Interval> with_margins(std::vector<Interval> ranges, double flattest
 
 /// How panels of one scale share a canvas.
 struct Arrangement {
-  bool stacked;            // one above the other, not side by side
-  double tallest;          // panel, in pixels
-  bool all_numbered;       // every panel has numbers at its left, not the first alone
-  double number_room = 0;  // to leave at the left at least
-  double room_below = 0;   // for other panels, between these and the legend
+  bool stacked = false;       // one above the other, not side by side
+  double tallest = 0;         // panel, in pixels
+  bool all_numbered = false;  // every panel has numbers at its left, not the first alone
+  double number_room = 0;     // to leave at the left at least
+  double room_below = 0;      // for other panels, between these and the legend
   double least_width = kLeastWidth;
 };
 
@@ -119,6 +119,7 @@ struct Arrangement {
 struct Plan {
   Canvas canvas;
   std::vector<View> views;
+  Box side{};  ///< of arrange_space: room for a view from the side
 };
 
 /// The views side by side, tops in one line, or one above the other, at the largest common scale that keeps to the

@@ -77,8 +77,11 @@ void draw_entry(Canvas& canvas, double left, const LegendEntry& entry, double sc
 std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& colour, const std::string& text) {
   if (figure.names.empty()) return {{figure.marked.empty() ? Sample::kLine : Sample::kDot, colour, text, ""}};
   std::vector<LegendEntry> entries;
-  for (std::size_t group = 0; group < std::min(figure.names.size(), kMostGroups); ++group)
-    entries.push_back({Sample::kDot, group_colour(group), figure.names[group], ""});
+  for (std::size_t group = 0; group < std::min(figure.names.size(), kMostGroups); ++group) {
+    const std::string& name = figure.names[group];
+    const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
+    entries.push_back({Sample::kDot, group_colour(group), is_number ? "group " + name : name, ""});
+  }
   return entries;
 }
 

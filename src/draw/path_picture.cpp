@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include "layout.hpp"
 #include "legend.hpp"
 #include "path_panels.hpp"
+#include "space_panels.hpp"
 
 namespace pulson::picture {
 namespace {
@@ -172,14 +174,15 @@ std::vector<LegendEntry> legend_of(const PathPicture& picture, const Ends& ends,
 }
 
 /// The views of the positions, and the momenta of few landmarks in a strip below these.
-Plan arrange_above_momenta(const PathPicture& picture, std::vector<View> views, Arrangement arrangement) {
-  if (!has_few_landmarks(picture)) return arrange(titles_of(picture), std::move(views), arrangement);
+Plan arrange_above_momenta(const PathPicture& picture, Arrangement arrangement,
+                           const std::function<Plan(const Arrangement&)>& arranged) {
+  if (!has_few_landmarks(picture)) return arranged(arrangement);
   const TimePanels momenta = component_panels(picture);
   arrangement.tallest *= 0.7;
   arrangement.number_room = momenta.number_room(kStripHeight);
   arrangement.room_below = kHeading + kStripHeight + kTicRoom;
   arrangement.least_width = kWidth;
-  Plan plan = arrange(titles_of(picture), std::move(views), arrangement);
+  Plan plan = arranged(arrangement);
   const double left = plan.views.front().box.left;
   momenta.draw(plan.canvas, {left, kLegendRoom + kTicRoom, plan.canvas.width() - kEdge - left, kStripHeight});
   return plan;
@@ -209,7 +212,9 @@ Canvas compose_paths_in_plane(const PathPicture& picture) {
   const View view{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.y_down};
   const bool stacked = view.x.span() > 2.2 * view.y.span();
   std::vector<View> views(alone && few ? 1 : 2, view);
-  Plan plan = arrange_above_momenta(picture, std::move(views), {stacked, stacked ? 560.0 : 900.0, stacked});
+  Plan plan = arrange_above_momenta(
+      picture, {stacked, stacked ? 560.0 : 900.0, stacked},
+      [&](const Arrangement& arrangement) { return arrange(titles_of(picture), views, arrangement); });
   Canvas& canvas = plan.canvas;
   const Figure figure = plan_start(picture, plan);
 
@@ -230,16 +235,21 @@ Canvas compose_paths_in_plane(const PathPicture& picture) {
 
 Canvas compose_paths_in_space(const PathPicture& picture) {
   const Ends ends = choose_ends(picture, kEndVertices / 3);
-  const std::vector<View> planes = coordinate_planes(data_ranges(picture, ends, Points(3, 0), 0.4));
-  Plan plan = arrange_above_momenta(picture, planes, {false, 700, true});
+  const std::vector<Interval> ranges = data_ranges(picture, ends, Points(3, 0), 0.4);
+  Plan plan = arrange_above_momenta(picture, {}, [&](const Arrangement& arrangement) {
+    return arrange_space(titles_of(picture), ranges, arrangement);
+  });
   const Figure figure = plan_start(picture, plan);
+  draw_displacements(plan.canvas, plan.side, picture.start.points, picture.positions.front().back(), figure);
   for (std::size_t i = 0; i < plan.views.size(); ++i) {
     const View& view = plan.views[i];
     draw_frame(plan.canvas, view, axis_names(view) + (i == 0 ? remark(picture, figure) : ""), true);
     draw_other_ends(plan.canvas, view, picture, ends, figure);
     draw_first_path(plan.canvas, view, picture, figure, kPanelPathVertices / plan.views.size());
   }
-  draw_legend(plan.canvas, legend_of(picture, ends, figure));
+  std::vector<LegendEntry> legend = legend_of(picture, ends, figure);
+  legend.push_back({Sample::kArrow, colour::kMomentum, "displacement of path 1", ""});
+  draw_legend(plan.canvas, legend);
   return std::move(plan.canvas);
 }
 

@@ -10,6 +10,8 @@
 #include "layers.hpp"
 #include "layout.hpp"
 #include "legend.hpp"
+#include "map_panels.hpp"
+#include "space_panels.hpp"
 #include "time_panels.hpp"
 
 namespace pulson::picture {
@@ -148,10 +150,10 @@ Canvas compose_plane(const RegistrationPicture& picture) {
 }
 
 Canvas compose_space(const RegistrationPicture& picture) {
-  const std::vector<View> planes = coordinate_planes(data_ranges(picture, 0.4));
-  Plan plan = arrange(titles_of(picture), planes, {false, 700, true});
+  Plan plan = arrange_space(titles_of(picture), data_ranges(picture, 0.4));
   const Figures figures = plan_figures(picture, scale_of(plan.views[0]));
   const Figure& figure = figures.source;
+  draw_displacements(plan.canvas, plan.side, picture.source.points, picture.result, figure);
   for (const View& view : plan.views) {
     draw_frame(plan.canvas, view, axis_names(view), true);
     plan.canvas.lines(trace(figure, false, view.pixels(picture.source.points)),
@@ -159,23 +161,30 @@ Canvas compose_space(const RegistrationPicture& picture) {
     draw_registration(plan.canvas, view, picture, figures);
   }
   std::vector<LegendEntry> legend = legend_of_shapes(figures);
+  legend.push_back({Sample::kArrow, colour::kMomentum, "displacement", ""});
   legend.push_back(legend_of_time(picture.times));
   draw_legend(plan.canvas, legend);
   return std::move(plan.canvas);
 }
 
 Canvas compose_line(const RegistrationPicture& picture) {
-  constexpr double kPanelHeight = 760;
+  const bool has_map = picture.source.count() >= kManyOnLine && picture.corresponds;
+  constexpr double kMapHeight = 560, kMapRoom = kMapHeight + kHeading + kTicRoom;
+  const double panel_height = has_map ? 420 : 760;
   const Interval x = data_ranges(picture, 1)[0];
   const double start = picture.times.front(), end = picture.times.back();
   const Interval t = Interval{start, end}.with_span((1 + 2 * kMargin) * (end - start));
-  const double left = kEdge + left_number_width(x, kPanelHeight);
-  const double height = title_height(titles_of(picture)) + kHeading + kPanelHeight + kTicRoom + kLegendRoom;
+  const double left = kEdge + left_number_width(x, panel_height);
+  const double height =
+      title_height(titles_of(picture)) + kHeading + panel_height + kTicRoom + kLegendRoom + (has_map ? kMapRoom : 0);
   Canvas canvas(kWidth, std::round(height));
-  const View view{{left, kTicRoom + kLegendRoom, kWidth - kEdge - left, kPanelHeight}, t, x};
-  const Figures figures = plan_figures(picture, kPanelHeight / x.span());
+  const View view{{left, kTicRoom + kLegendRoom, kWidth - kEdge - left, panel_height}, t, x};
+  const Figures figures = plan_figures(picture, panel_height / x.span());
   const Figure& figure = figures.source;
   draw_titles(canvas, titles_of(picture), left);
+  if (has_map)
+    draw_map_panels(canvas, {left, view.box.bottom + panel_height + kHeading + kTicRoom, view.box.width, kMapHeight},
+                    picture, figure);
   draw_frame(canvas, view, "Position x over time t", true);
   canvas.lines(view.pixels(picture.grid_paths), kGridStroke);
 

@@ -10,6 +10,9 @@ namespace pulson::html {
 /// not UTF-8 become U+FFFD, for a page that contains either is not valid.
 std::string escaped(std::string_view text);
 
+/// The text with U+FFFD in place of bytes that are not UTF-8.
+std::string valid_utf8(std::string_view text);
+
 /// RFC 4648.
 std::string base64(std::string_view bytes);
 

@@ -22,9 +22,10 @@ void check(bool holds, const std::string& message) {
   if (!holds) throw InputError("report: " + message);
 }
 
+// `columns` < 0: any number.
 void check_frames(const char* name, const std::vector<Points>& frames, Eigen::Index rows, Eigen::Index columns) {
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    check(frames[f].rows() == rows && frames[f].cols() == columns,
+    check(frames[f].rows() == rows && (columns < 0 || frames[f].cols() == columns),
           fmt::format("frame {} of the {} of a motion is {}×{}; it must be {}×{}", f + 1, name, frames[f].rows(),
                       frames[f].cols(), rows, columns));
     check(frames[f].allFinite(), fmt::format("frame {} of the {} of a motion is not finite", f + 1, name));
@@ -56,6 +57,12 @@ void check_sizes(const ReportMotion& motion) {
                           [&](int points) { return points == motion.lines.front(); }),
           "the mesh of a motion's picture is not in its grid");
   }
+  for (const std::vector<Points>& path : motion.others) {
+    check(path.size() == motion.times.size(),
+          fmt::format("another path of a motion has {} frames at {} times", path.size(), motion.times.size()));
+    check_frames("other paths", path, d, n);
+  }
+  check_frames("extra lines", motion.extra.lines, d, -1);
   for (const int a : motion.outliers) check(a >= 0 && a < n, fmt::format("a motion has no landmark {}", a));
 }
 
@@ -78,9 +85,15 @@ Box box_of(const ReportMotion& motion) {
   const double infinity = std::numeric_limits<double>::infinity();
   Box box{Eigen::VectorXd::Constant(d, infinity), Eigen::VectorXd::Constant(d, -infinity)};
   for (const Points& frame : motion.frames) box.include(frame);
+  for (const Points& line : motion.extra.lines) box.include(line);
   box.include(motion.target.points);
   // Where the map folds, the grid may leave the page; the position where it begins is visible.
   if (!motion.grid.empty()) box.include(motion.grid.front());
+  // Other paths may go far, and would leave the others little room.
+  const Eigen::VectorXd span = box.high - box.low, least = box.low - span, most = box.high + span;
+  for (const std::vector<Points>& path : motion.others)
+    for (const Points& frame : path)
+      box.include(frame.cwiseMax(least.replicate(1, frame.cols())).cwiseMin(most.replicate(1, frame.cols())));
   const double side = (box.high - box.low).maxCoeff();
   check(std::isfinite(side), "a motion is too large to be shown");
   box.unit = (side > 0 ? side : 1) / kUnits;
@@ -109,6 +122,19 @@ class Json {
     for (const Points& frame : frames) {
       append(frame);
       text_ += ',';
+    }
+    end_list();
+  }
+
+  void add_paths(std::string_view name, const std::vector<std::vector<Points>>& paths) {
+    fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
+    for (const std::vector<Points>& path : paths) {
+      text_ += '[';
+      for (const Points& frame : path) {
+        append(frame);
+        text_ += ',';
+      }
+      end_list();
     }
     end_list();
   }
@@ -153,6 +179,28 @@ std::string list(const std::vector<double>& numbers) { return fmt::format("[{:.6
 std::string list(const std::vector<int>& numbers) { return fmt::format("[{}]", fmt::join(numbers, ",")); }
 std::string list(const Eigen::VectorXd& v) { return list(std::vector<double>(v.begin(), v.end())); }
 
+// A letter that ends neither the string nor the script; bytes that are not UTF-8 are replaced.
+void append_json_text(std::string& json, const std::string& text) {
+  for (const char letter : valid_utf8(text)) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (byte < 0x20 || letter == '"' || letter == '\\' || letter == '<' || letter == '&' || byte == 0x7F)
+      fmt::format_to(std::back_inserter(json), "\\u{:04x}", byte);
+    else
+      json += letter;
+  }
+}
+
+// The labels, or none at all.
+std::string names(const Landmarks& shape) {
+  std::string text = "[";
+  for (const std::string& label : shape.labels) {
+    text += text.size() > 1 ? ",\"" : "\"";
+    append_json_text(text, label);
+    text += '"';
+  }
+  return text + "]";
+}
+
 // The number of each landmark's group, from 0.
 std::vector<int> group_numbers(const Landmarks& shape) {
   std::vector<int> numbers(static_cast<std::size_t>(shape.count()), 0);
@@ -189,12 +237,14 @@ std::string numbers_of(const ReportMotion& motion) {
     json.add_outlines("targetOutlines", picture::plan_figure(motion.target, scale));
   json.add("lines", list(motion.lines));
   if (motion.image) {
-    Points corners(2, 2);
-    corners << motion.image->low, motion.image->high;
-    json.add_points("image", corners);
+    const MotionImage& image = *motion.image;
+    json.add("image", list(std::vector<double>{image.first.x(), image.first.y(), image.last.x(), image.last.y()}));
     json.add("mesh", list(std::vector<int>{motion.image->columns, motion.lines.front(), motion.image->step}));
   }
   json.add_frames("grid", motion.grid);
+  json.add_paths("others", motion.others);
+  json.add_frames("extra", motion.extra.lines);
+  json.add("names", names(motion.source));
   return json.finished();
 }
 
@@ -205,23 +255,68 @@ std::string description(const ReportMotion& motion) {
   return motion.source.dimension() == 3 ? text + "; arrow keys turn the view" : text;
 }
 
+// The key, whose entries switch their layers.
+std::string key_of(const ReportMotion& motion) {
+  std::string text = "<ul class=\"key\">";
+  const auto add = [&](bool is_there, const char* style, const char* layer, const std::string& name, bool on = true) {
+    if (is_there)
+      text += fmt::format(R"(<li class="{}"><label><input type="checkbox" data-layer="{}"{} />{}</label></li>)", style,
+                          layer, on ? R"( checked="")" : "", escaped(name));
+  };
+  add(true, "start", "source", motion.target.count() > 0 ? "source" : "start");
+  add(true, "moving", "landmarks", "landmarks");
+  add(motion.target.count() > 0, "goal", "target", "target");
+  add(!motion.outliers.empty(), "odd", "outliers", "outliers");
+  add(true, "trail", "paths", "paths");
+  add(!motion.others.empty(), "trail", "others", motion.others_name);
+  add(!motion.extra.lines.empty(), "goal", "extra", motion.extra.name);
+  add(!motion.grid.empty(), "mesh", "grid", motion.source.dimension() == 1 ? "points between" : "grid");
+  add(motion.image.has_value(), "photo", "image", "image");
+  constexpr int kMostNumbers = 400;
+  add(motion.source.count() <= kMostNumbers, "names", "numbers", "numbers", false);
+  return text + "</ul>\n";
+}
+
 }  // namespace
+
+std::string zoom_buttons() {
+  return R"(<span class="zoom"><button type="button" data-zoom="1.5" aria-label="zoom in">+</button>)"
+         R"(<button type="button" data-zoom="0.6667" aria-label="zoom out">−</button>)"
+         R"(<button type="button" data-zoom="0" aria-label="show all">⤢</button></span>)";
+}
 
 std::string motion(const ReportMotion& motion) {
   check_sizes(motion);
   // Without a script there is nothing to show, and the figure stays hidden.
   std::string text = fmt::format(
-      "<figure class=\"motion\" hidden=\"\">\n<canvas role=\"img\" aria-label=\"{}\"{}></canvas>\n"
+      "<figure class=\"motion\" hidden=\"\">\n<canvas role=\"img\" aria-label=\"{}\" tabindex=\"0\"></canvas>\n"
       "<div class=\"player\"><button type=\"button\">Play</button>"
-      "<input type=\"range\" min=\"0\" max=\"1000\" value=\"1000\" aria-label=\"time\" /><output></output></div>\n",
-      description(motion), motion.source.dimension() == 3 ? " tabindex=\"0\"" : "");
-  text += R"(<ul class="key"><li class="start">source</li><li class="moving">landmarks</li>)";
-  if (motion.target.count() > 0) text += "<li class=\"goal\">target</li>";
-  if (!motion.outliers.empty()) text += "<li class=\"odd\">outliers</li>";
-  text += "</ul>\n";
+      "<input type=\"range\" min=\"0\" max=\"1000\" value=\"1000\" aria-label=\"time\" /><output></output>{}</div>\n",
+      description(motion), zoom_buttons());
+  text += key_of(motion);
   if (motion.image) text += fmt::format("<img hidden=\"\" src=\"{}\" alt=\"\">\n", data_address(motion.image->file));
   if (!motion.caption.empty()) text += "<figcaption>" + escaped(motion.caption) + "</figcaption>\n";
+  text += fmt::format(
+      "<p class=\"keys\">With the focus on the picture: <kbd>space</kbd> plays, <kbd>+</kbd> <kbd>−</kbd> <kbd>0</kbd> "
+      "zoom, arrows {}, <kbd>n</kbd> <kbd>p</kbd> step through the landmarks.</p>\n",
+      motion.source.dimension() == 3 ? "turn it" : "move it");
   return text + "<script type=\"application/json\">" + numbers_of(motion) + "</script>\n</figure>\n";
+}
+
+std::string stack(const ReportStack& stack) {
+  std::string text = fmt::format(
+      "<figure class=\"stacked\">\n<div class=\"stack\" tabindex=\"0\" role=\"img\" aria-label=\"{0} over {1}\">"
+      "<div class=\"sheet\"><img src=\"{2}\" alt=\"{1}\"><img class=\"over\" src=\"{3}\" alt=\"{0}\"></div></div>\n"
+      "<div class=\"player\" hidden=\"\"><span>{1}</span><input type=\"range\" min=\"0\" max=\"1000\" value=\"500\" "
+      "aria-label=\"from {1} to {0}\" /><span>{0}</span>{4}</div>\n<form><ul class=\"key\">",
+      escaped(stack.above_name), escaped(stack.below_name), data_address(stack.below), data_address(stack.above),
+      zoom_buttons());
+  for (const char* mode : {"mix", "wipe", "squares", "difference"})
+    text += fmt::format(R"(<li><label><input type="radio" name="mode" value="{}"{} />{}</label></li>)", mode,
+                        mode == std::string_view("mix") ? R"( checked="")" : "", mode);
+  text += "</ul></form>\n";
+  if (!stack.caption.empty()) text += "<figcaption>" + escaped(stack.caption) + "</figcaption>\n";
+  return text + "</figure>\n";
 }
 
 }  // namespace pulson::html

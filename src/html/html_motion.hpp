@@ -11,4 +11,7 @@ namespace pulson::html {
 /// number is not finite
 std::string motion(const ReportMotion& motion);
 
+/// Two pictures over one another, which page/stack.js mixes. @throws InputError as data_address does
+std::string stack(const ReportStack& stack);
+
 }  // namespace pulson::html

@@ -87,6 +87,7 @@ class BlockWriter {
   }
 
   void operator()(const ReportMotion& motion) { page_ += html::motion(motion); }
+  void operator()(const ReportStack& stack) { page_ += html::stack(stack); }
 
   void operator()(const ReportClaims& claims) {
     if (claims.empty()) return;
@@ -122,10 +123,11 @@ class BlockWriter {
   std::string& page_;
 };
 
-bool has_motion(const HtmlReport& report) {
+template <class Block>
+bool has(const HtmlReport& report) {
   return std::any_of(report.sections.begin(), report.sections.end(), [](const ReportSection& section) {
     return std::any_of(section.blocks.begin(), section.blocks.end(),
-                       [](const ReportBlock& block) { return std::holds_alternative<ReportMotion>(block); });
+                       [](const ReportBlock& block) { return std::holds_alternative<Block>(block); });
   });
 }
 
@@ -149,20 +151,29 @@ std::string motion_style() {
                      colours_of(kDarkPalette), page::motion_css);
 }
 
-/// What every page contains, and with it what motions need.
-std::string embedded(std::string_view always, std::string_view of_motions, bool moves) {
-  return fmt::format("\n{}{}{}", always, moves ? "\n" : "", moves ? of_motions : "");
+/// What the page needs of the scripts, each a line of its own.
+std::string scripts_of(const HtmlReport& report) {
+  const bool moves = has<ReportMotion>(report), stacks = has<ReportStack>(report);
+  std::string text = fmt::format("\n{}", page::report_js);
+  if (moves || stacks) text += fmt::format("\n{}", page::zoom_js);
+  if (moves) text += fmt::format("\n{}\n{}", page::view_js, page::motion_js);
+  if (stacks) text += fmt::format("\n{}", page::stack_js);
+  return text;
+}
+
+std::string styles_of(const HtmlReport& report) {
+  const bool moves = has<ReportMotion>(report) || has<ReportStack>(report);
+  return fmt::format("\n{}{}{}", page::report_css, moves ? "\n" : "", moves ? motion_style() : "");
 }
 
 }  // namespace
 
 std::string html_report(const HtmlReport& report) {
-  const bool moves = has_motion(report);
   std::string page = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
-      escaped(report.title), embedded(page::report_css, motion_style(), moves), escaped(report.title));
+      escaped(report.title), styles_of(report), escaped(report.title));
   if (!report.lead.empty()) page += "<p class=\"lead\">" + escaped(report.lead) + "</p>\n";
   for (const ReportSection& section : report.sections) {
     page += "<section>\n";
@@ -171,8 +182,7 @@ std::string html_report(const HtmlReport& report) {
     page += "</section>\n";
   }
   page += "</main>\n" + footer(report);
-  return page +
-         fmt::format("<script>{}</script>\n</body>\n</html>\n", embedded(page::report_js, page::motion_js, moves));
+  return page + fmt::format("<script>{}</script>\n</body>\n</html>\n", scripts_of(report));
 }
 
 }  // namespace pulson

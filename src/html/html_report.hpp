@@ -49,14 +49,21 @@ using ReportClaims = std::vector<ReportClaim>;
 /// A picture below landmarks in the plane, which moves with their grid.
 struct MotionImage {
   std::filesystem::path file;  ///< png or jpg; empty: there is none
-  Eigen::Vector2d low;         ///< corners of the box that it covers at the start; its rows go down on the page
-  Eigen::Vector2d high;
+  Eigen::Vector2d first;       ///< where the first corner of the mesh is in it: parts of its width and, from the top,
+  Eigen::Vector2d last;        ///< height; and the last one. What is between lies evenly between
   int columns = 0;  ///< the first so many lines of the grid lie side by side, and every `step`-th of their points is a
   int step = 1;     ///< corner of the mesh that carries the picture
 };
 
+/// Lines of a motion that stay where they are.
+struct MotionLines {
+  std::string name;           ///< in the key
+  std::vector<Points> lines;  ///< d×M each
+};
+
 /// Landmarks that move, with a slider for the time: in 1D position over time, in 2D the plane with a grid, in 3D a view
-/// that is rotated by dragging or with the arrow keys. d = 1, 2 or 3; N landmarks; F frames.
+/// that is rotated by dragging or with the arrow keys. What is drawn can be switched off and on, one by one; the view
+/// is zoomed by buttons, wheel, two fingers and keys. d = 1, 2 or 3; N landmarks; F frames.
 struct ReportMotion {
   Landmarks source;               ///< d×N; its groups have a colour each, those that are curves (outline_kind) a line
   Landmarks target = {};          ///< d×M, may miss coordinates (NaN); none: no points
@@ -66,11 +73,23 @@ struct ReportMotion {
   std::vector<int> lines = {};    ///< of the grid: the number of points of each, L in all; for d = 1, 1 each
   std::vector<Points> grid = {};  ///< F entries d×L, or none: the points of all lines, one line after the other
   std::optional<MotionImage> image = {};
-  std::vector<int> outliers = {};  ///< landmarks that are marked
-  std::string caption = {};        ///< may be empty
+  std::vector<int> outliers = {};                ///< landmarks that are marked
+  std::string others_name = {};                  ///< what the key calls the other paths
+  std::vector<std::vector<Points>> others = {};  ///< [path]: F entries d×N each, drawn faintly; may be empty
+  MotionLines extra = {};                        ///< d > 1; may be empty
+  std::string caption = {};                      ///< may be empty
 };
 
-using ReportBlock = std::variant<ReportParagraph, ReportPicture, ReportTable, ReportClaims, ReportMotion>;
+/// Two pictures of one size, which the reader lays over one another: mixed, wiped, in squares or as their difference.
+struct ReportStack {
+  std::filesystem::path below;  ///< as of ReportPicture
+  std::filesystem::path above;
+  std::string below_name;
+  std::string above_name;
+  std::string caption = {};  ///< may be empty
+};
+
+using ReportBlock = std::variant<ReportParagraph, ReportPicture, ReportTable, ReportClaims, ReportMotion, ReportStack>;
 
 struct ReportSection {
   std::string heading;

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include <opencv2/imgproc.hpp>
 
@@ -30,6 +33,30 @@ void clear_nan_pixels(Image& image) {
       std::fill_n(&values[i], 4, 0.0F);
 }
 
+std::pair<Image, Image> of_one_size(const Image& a, const Image& b) {
+  if (a.width() != b.width() || a.height() != b.height())
+    throw InputError("images of " + std::to_string(a.width()) + " x " + std::to_string(a.height()) + " and " +
+                     std::to_string(b.width()) + " x " + std::to_string(b.height()) + " pixels cannot be compared");
+  return {to_rgba8(a), to_rgba8(b)};
+}
+
+template <class AnyImage>
+auto* pixel_of(AnyImage& image, int x, int y) {
+  using Byte = std::conditional_t<std::is_const_v<AnyImage>, const std::uint8_t, std::uint8_t>;
+  return reinterpret_cast<Byte*>(image.bytes().data()) +
+         4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width()) + static_cast<std::size_t>(x));
+}
+
+/// Each pixel of both by `combine(a, b, result)`.
+template <class Combine>
+Image combined(const Image& a, const Image& b, const Combine& combine) {
+  const auto [first, second] = of_one_size(a, b);
+  Image result(a.width(), a.height(), 4, PixelDepth::kUint8);
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x) combine(pixel_of(first, x, y), pixel_of(second, x, y), pixel_of(result, x, y));
+  return result;
+}
+
 }  // namespace
 
 Image to_rgba8(const Image& image) {
@@ -42,28 +69,34 @@ Image to_rgba8(const Image& image) {
   return result;
 }
 
-Image side_by_side(const std::vector<Image>& images, int gap) {
-  if (images.empty() || gap < 0) throw InputError("images side by side: one or more, with a gap of 0 pixels or more");
-  const auto is_lower = [](const Image& a, const Image& b) { return a.height() < b.height(); };
-  const int height = std::max_element(images.begin(), images.end(), is_lower)->height();
-  std::vector<Image> panels;
-  int width = -gap;
-  for (const Image& image : images) {
-    panels.push_back(to_rgba8(image));
-    const double factor = static_cast<double>(height) / image.height();
-    if (image.height() < height)
-      panels.back() =
-          resized(panels.back(), static_cast<int>(std::lround(factor * image.width())), height, cv::INTER_LINEAR);
-    width += panels.back().width() + gap;
-  }
-  Image result(width, height, 4, PixelDepth::kUint8);
-  cv::Rect place(0, 0, 0, height);
-  for (const Image& panel : panels) {
-    place.width = panel.width();
-    mat_of(panel).copyTo(mat_of(result)(place));
-    place.x += panel.width() + gap;
-  }
+Image checkerboard(const Image& a, const Image& b, int squares) {
+  const auto [first, second] = of_one_size(a, b);
+  if (squares < 1) throw InputError("a checkerboard needs one square or more");
+  const int side = std::max(1, (std::max(a.width(), a.height()) + squares - 1) / squares);
+  Image result = first;
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x)
+      if ((x / side + y / side) % 2 == 1) std::copy_n(pixel_of(second, x, y), 4, pixel_of(result, x, y));
   return result;
+}
+
+Image blend(const Image& a, const Image& b) {
+  return combined(a, b, [](const std::uint8_t* one, const std::uint8_t* other, std::uint8_t* result) {
+    const int weight = one[3] + other[3];
+    for (int c = 0; c < 3; ++c)
+      result[c] =
+          static_cast<std::uint8_t>(weight > 0 ? (one[c] * one[3] + other[c] * other[3] + weight / 2) / weight : 0);
+    result[3] = std::max(one[3], other[3]);
+  });
+}
+
+Image difference(const Image& a, const Image& b) {
+  return combined(a, b, [](const std::uint8_t* one, const std::uint8_t* other, std::uint8_t* result) {
+    int sum = 0;
+    for (int c = 0; c < 3; ++c) sum += std::abs(int{one[c]} - int{other[c]});
+    std::fill_n(result, 3, static_cast<std::uint8_t>(255 - (sum + 1) / 3));
+    result[3] = std::min(one[3], other[3]);
+  });
 }
 
 Image scaled_down(const Image& image, double factor) {

@@ -75,15 +75,15 @@ Image blend_lines(const Image& image, const std::vector<Points>& lines, const Li
   return blended(to_rgba8(image), cover, style.colour);
 }
 
-Image blend_dots(const Image& image, const Points& centres, double radius, const Colour& colour, bool antialias) {
-  require_size("the centres of dots", centres, 2, centres.cols());
-  if (!(radius >= 0)) throw InputError("dots of radius " + std::to_string(radius) + "; it must not be negative");
+Image blend_rings(const Image& image, const Points& centres, double radius, const LineStyle& style) {
+  require_size("the centres of rings", centres, 2, centres.cols());
+  if (!(radius >= 0)) throw InputError("rings of radius " + std::to_string(radius) + "; it must not be negative");
   cv::Mat cover = empty_cover(image);
   for (Eigen::Index i = 0; i < centres.cols(); ++i)
     if (is_drawn(centres, i))
-      cv::circle(cover, fixed_point(centres, i), fixed_point(radius), 255, cv::FILLED, line_type(antialias),
+      cv::circle(cover, fixed_point(centres, i), fixed_point(radius), 255, style.thickness, line_type(style.antialias),
                  kFractionBits);
-  return blended(to_rgba8(image), cover, colour);
+  return blended(to_rgba8(image), cover, style.colour);
 }
 
 }  // namespace pulson

@@ -25,8 +25,8 @@ struct LineStyle {
 /// single vertex is a dot as wide as the line; a closed line repeats its first vertex.
 Image blend_lines(const Image& image, const std::vector<Points>& lines, const LineStyle& style);
 
-/// The image, as of to_rgba8, with filled discs laid over it. @param centres 2×N as for blend_lines; centres that are
-/// not finite are left out @param radius pixels, at least 0
-Image blend_dots(const Image& image, const Points& centres, double radius, const Colour& colour, bool antialias = true);
+/// The image, as of to_rgba8, with circles laid over it. @param centres 2×N as for blend_lines; centres that are not
+/// finite are left out @param radius pixels to the middle of the line, at least 0
+Image blend_rings(const Image& image, const Points& centres, double radius, const LineStyle& style);
 
 }  // namespace pulson

@@ -56,6 +56,10 @@ MovedPoints ImageWarp::backward(const Points& pixels) const {
   return moved;
 }
 
+Points ImageWarp::aligned(const Points& pixels) const {
+  return target_.to_pixels(alignment_.apply(source_.to_landmarks(pixels)));
+}
+
 std::vector<Points> ImageWarp::paths(const Points& pixels) const {
   std::vector<Points> places = flow_.paths(alignment_.apply(source_.to_landmarks(pixels)));
   for (Points& each : places) each = target_.to_pixels(each);

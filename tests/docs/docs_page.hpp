@@ -20,12 +20,24 @@ struct PageCommand {
   std::vector<std::string> programs{};  ///< that need not be installed
 };
 
+/// A picture that a page's commands write.
+struct PageImage {
+  std::string name;         ///< in docs/images
+  std::string file;         ///< where the commands leave it
+  std::size_t command = 0;  ///< place among the page's commands of the last one before
+};
+
 /// The commands of a page of Markdown: the lines that begin with `$ ` in blocks of ```console. A comment before a block
 /// says how tests run it, in parts that `;` separates:
 ///
 ///     <!-- in tests: --samples 50000 as --samples 500; needs insects/wing.jpg; program ffmpeg; exit 3 -->
+///
+/// A comment after a block names pictures of docs/images that its commands write:
+///
+///     <!-- images: fish.png = fish/registration.png, hand.png = hand/registration.png -->
 struct Page {
   std::vector<PageCommand> commands;
+  std::vector<PageImage> images{};
   std::vector<std::size_t> strays;  ///< lines with a command of ours in another block, which no test would run
 };
 
@@ -158,7 +170,19 @@ inline bool lines_agree(const std::string& shown, const std::string& real) {
   return page_detail::match_from(page_detail::tokens(shown), 0, page_detail::tokens(real), 0);
 }
 
-inline Page read_page(const std::string& text) {
+namespace page_detail {
+
+inline void add_images(const std::string& list, Page& page) {
+  std::istringstream parts(list);
+  for (std::string part; std::getline(parts, part, ',');)
+    if (const std::size_t is = part.find('='); is != std::string::npos && !page.commands.empty())
+      page.images.push_back({trimmed(part.substr(0, is)), trimmed(part.substr(is + 1)), page.commands.size() - 1});
+}
+
+}  // namespace page_detail
+
+/// `in_full`: as a reader runs the commands, not as tests do.
+inline Page read_page(const std::string& text, bool in_full = false) {
   using namespace page_detail;
   Page page;
   Setting setting;
@@ -187,6 +211,9 @@ inline Page read_page(const std::string& text) {
       if (!trimmed(line).empty()) page.commands.back().shown.push_back(line);
     } else if (line.rfind("<!-- in tests: ", 0) == 0) {
       setting = setting_of(line.substr(15, line.rfind("-->") - 15));
+      if (in_full) setting.replaced.clear();
+    } else if (line.rfind("<!-- images: ", 0) == 0) {
+      add_images(line.substr(13, line.rfind("-->") - 13), page);
     } else if ((in_other || line.rfind("    ", 0) == 0) && is_command(line)) {
       page.strays.push_back(number);
     }

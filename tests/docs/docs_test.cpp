@@ -1,6 +1,9 @@
 // Runs the commands of README.md and docs/: each ends as the page says, and prints what the page shows.
 
+#include <cstdlib>
 #include <fstream>
+#include <iterator>
+#include <set>
 
 #include <gmock/gmock.h>
 
@@ -28,6 +31,19 @@ TEST(DocsPage, HasTheCommandsOfItsConsoleBlocks) {
   EXPECT_TRUE(page.commands[2].shortened);
   EXPECT_EQ(page.commands[2].exit_code, 3);
   EXPECT_THAT(page.strays, IsEmpty());
+}
+
+TEST(DocsPage, NamesThePicturesThatItsCommandsWrite) {
+  const std::string text =
+      "<!-- in tests: 50 as 5 -->\n```console\n$ pulson a 50\n$ pulson b\n```\n\n<!-- images: a.png = a/b.png, c.gif = "
+      "c.gif "
+      "-->\n";
+  const Page page = read_page(text);
+  ASSERT_EQ(page.images.size(), 2U);
+  EXPECT_EQ(page.images[0].name + page.images[0].file, "a.pnga/b.png");
+  EXPECT_EQ(page.images[1].command, 1U);
+  EXPECT_EQ(page.commands[0].command, "pulson a 5");
+  EXPECT_EQ(read_page(text, true).commands[0].command, "pulson a 50");
 }
 
 TEST(DocsPage, AnErrorThatIsShownMeansExitCodeTwo) {
@@ -100,10 +116,16 @@ class Docs : public Program, public testing::WithParamInterface<std::string> {
   }
 };
 
+// The folder that scripts/gallery fills; empty in tests.
+std::filesystem::path gallery() {
+  const char* folder = std::getenv("PULSON_GALLERY");
+  return folder == nullptr ? "" : folder;
+}
+
 // One shell runs a page, so that variables and files last from one command to the next.
 TEST_P(Docs, CommandsDoWhatThePageShows) {
   const std::filesystem::path root = PULSON_SOURCE_DIR;
-  const Page page = read_page(contents((root / GetParam()).string()));
+  const Page page = read_page(contents((root / GetParam()).string()), !gallery().empty());
   EXPECT_THAT(page.strays, IsEmpty()) << "lines of " << GetParam()
                                       << " with a command in another block than ```console";
   std::filesystem::create_symlink(root / "sample_shapes", "sample_shapes");
@@ -115,7 +137,7 @@ TEST_P(Docs, CommandsDoWhatThePageShows) {
       script << "{ " << command.command << "\n} >.out_" << command.line << " 2>&1\necho $? >.code_" << command.line
              << "\n";
   script.close();
-  ASSERT_EQ(std::system("timeout 500 sh .script"), 0);
+  ASSERT_EQ(std::system(gallery().empty() ? "timeout 500 sh .script" : "sh .script"), 0);
   for (const PageCommand& command : page.commands) {
     if (!is_run(command)) continue;
     SCOPED_TRACE(GetParam() + ":" + std::to_string(command.line) + ": " + command.command);
@@ -130,6 +152,31 @@ TEST_P(Docs, CommandsDoWhatThePageShows) {
           << "shown:   " << shown << "\nprinted:\n"
           << contents(out);
   }
+  for (const PageImage& image : page.images) {
+    const PageCommand& command = page.commands[image.command];
+    if (!is_run(command) || command.shortened) continue;
+    EXPECT_TRUE(std::filesystem::exists(image.file)) << GetParam() << ": no command writes " << image.file;
+    if (!gallery().empty())
+      std::filesystem::copy_file(image.file, gallery() / image.name, std::filesystem::copy_options::overwrite_existing);
+  }
+}
+
+// Every picture of docs/images is made by the commands of one page, and shown.
+TEST(Gallery, HasACommandForEveryPicture) {
+  const std::filesystem::path root = PULSON_SOURCE_DIR;
+  std::set<std::string> made, there;
+  std::string text;
+  for (const std::string& name : pages()) {
+    std::ifstream stream(root / name);
+    const std::string page{std::istreambuf_iterator<char>(stream), {}};
+    text += page;
+    for (const PageImage& image : read_page(page).images) EXPECT_TRUE(made.insert(image.name).second) << image.name;
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(root / "docs/images")) {
+    there.insert(entry.path().filename().string());
+    EXPECT_NE(text.find("images/" + entry.path().filename().string() + ")"), std::string::npos) << entry.path();
+  }
+  EXPECT_EQ(made, there);
 }
 
 INSTANTIATE_TEST_SUITE_P(Pages, Docs, testing::ValuesIn(pages()), [](const auto& page) {

@@ -155,7 +155,8 @@ TEST_F(RegistrationPictureTest, DrawsTargetsOfWhichMuchIsMissing) {
       target.rightCols(n - 1).setConstant(kMissing);
       RegistrationPicture picture = example(d, n, target);
       const bool dense = d > 1 && n == 500;
-      EXPECT_EQ(draw(picture).rings.size(), dense ? 0 : panels(d) + 1);
+      const std::size_t of_map = d == 1 && n >= 16 ? 2 : 0;  // target over source, and displacement
+      EXPECT_EQ(draw(picture).rings.size(), dense ? 0 : panels(d) + 1 + of_map);
       for (int i = 0; i < n; ++i) picture.source.groups.emplace_back(i < n / 2 ? "there" : "not there");
       draw(picture);
     }
@@ -167,6 +168,27 @@ TEST_F(RegistrationPictureTest, ATargetWithoutAWholePointIsNotShown) {
   const Drawn drawn = draw(example(2, 8, target));
   EXPECT_TRUE(drawn.rings.empty() && drawn.segments.empty() && drawn.outlines.empty());
   EXPECT_FALSE(contains(contents("picture.svg"), "target"));
+}
+
+TEST_F(RegistrationPictureTest, ManyLandmarksOnALineAreShownAsAMap) {
+  for (const int n : {15, 16, 145}) {
+    const Points target = loop(1, n, 1.3);
+    RegistrationPicture picture = example(1, n, target);
+    for (int m = 0; m < 5; ++m) picture.grid_paths.push_back((Points(2, 2) << 0, 1, m - 2, 1.1 * (m - 2)).finished());
+    EXPECT_EQ(draw(picture).rings.size() > static_cast<std::size_t>(2 * n), n >= 16) << n;
+    EXPECT_EQ(contains(contents("picture.svg"), "Displacements over the source"), n >= 16) << n;
+  }
+}
+
+TEST_F(RegistrationPictureTest, SpaceIsUnfoldedAndSmallDisplacementsAreMagnified) {
+  RegistrationPicture picture = example(3, 9, loop(3, 9, 1.3));
+  draw(picture);
+  EXPECT_TRUE(contains(contents("picture.svg"), "Displacements × 2, from the side"));
+  picture.result = 2 * picture.source.points;
+  draw(picture);
+  EXPECT_TRUE(contains(contents("picture.svg"), "Displacements, from the side"));
+  picture.result = picture.source.points;  // nothing moves
+  draw(picture);
 }
 
 TEST_F(RegistrationPictureTest, SaysWhatIsWrongWithTheTarget) {

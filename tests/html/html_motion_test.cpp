@@ -43,8 +43,10 @@ TEST(HtmlMotion, HoldsPlacesAsPartsOfTheBox) {
 
 TEST(HtmlMotion, HasASliderAButtonAndWordsForTheCanvas) {
   const std::string page = page_of(two_points());
-  for (const char* text : {"<canvas role=\"img\" aria-label=\"2 landmarks in 2D", "<input type=\"range\"",
-                           "aria-label=\"time\"", "<button type=\"button\">Play</button>", "prefers-reduced-motion"})
+  for (const char* text :
+       {R"(data-layer="landmarks" checked="")", R"(data-layer="numbers" />)", R"(data-zoom="1.5")", R"(tabindex="0")",
+        "<kbd>space</kbd>", R"(<canvas role="img" aria-label="2 landmarks in 2D)", R"(<input type="range")",
+        R"(aria-label="time")", R"(<button type="button">Play</button>)", "prefers-reduced-motion"})
     EXPECT_TRUE(contains(page, text)) << text;
 }
 
@@ -58,8 +60,11 @@ TEST(HtmlMotion, PlayerIsOnlyInPagesThatPlay) {
 TEST(HtmlMotion, EscapesItsCaptionAndNeedsNothingBesideItself) {
   ReportMotion motion = two_points();
   motion.caption = "<b>&";
-  motion.source.labels = motion.source.groups = {"</script><b>", "\"http"};
+  motion.source.labels = {"</script><b>", "\"\\\xFFß"};
+  motion.source.groups = {"</script><b>", "\"http"};
   const std::string page = page_of(motion);
+  EXPECT_TRUE(contains(page, "\"names\":[\"\\u003c/script>\\u003cb>\",\"\\u0022\\u005c\uFFFDß\"]}"))
+      << numbers_in(page);
   EXPECT_TRUE(contains(page, "<figcaption>&lt;b&gt;&amp;</figcaption>"));
   for (const char* bad : {"<b>", "http", "//www", "@import", "url(", "nan", "inf]"})
     EXPECT_FALSE(contains(page, bad)) << bad;
@@ -99,6 +104,22 @@ TEST(HtmlMotion, StandsStillWhereNothingMoves) {
   motion.times = {0, 1};
   motion.frames = {motion.source.points, motion.source.points};
   EXPECT_TRUE(contains(numbers_in(page_of(motion)), "\"frames\":[[0],[0]]"));
+}
+
+TEST(HtmlMotion, SwitchesWhatItHas) {
+  ReportMotion motion = two_points();
+  EXPECT_FALSE(contains(page_of(motion), "data-layer=\"others\""));
+  motion.target = {};
+  motion.others_name = "2 other paths";
+  motion.others.assign(2, motion.frames);
+  motion.extra = {"ellipses", {Points::Zero(2, 5)}};
+  const std::string page = page_of(motion);
+  for (const char* text : {"/>2 other paths</label>", "/>ellipses</label>", "/>start</label>"})
+    EXPECT_TRUE(contains(page, text)) << text;
+  EXPECT_FALSE(contains(page, "data-layer=\"target\""));
+  EXPECT_TRUE(contains(numbers_in(page), "\"extra\":[[0,0,0,0,0,0,0,0,0,0]]"));
+  motion.others[1].pop_back();
+  EXPECT_EQ(motion_error(motion), "report: another path of a motion has 1 frames at 2 times");
 }
 
 TEST(HtmlMotion, StaysSmall) {

@@ -121,6 +121,16 @@ TEST_F(HtmlReportTest, RefusesPicturesThatCannotBeEmbedded) {
   EXPECT_EQ(error("text.svg"), "the picture 'text.svg' is not SVG, PNG or JPEG");
 }
 
+TEST_F(HtmlReportTest, LaysTwoPicturesOverOneAnother) {
+  write("a.svg", "<svg xmlns='x'/>");
+  const ReportStack stack{"a.svg", "a.svg", "target", "<result>", "caption"};
+  const std::string page = html_report({.title = "t", .sections = {{"s", {stack}}}});
+  for (const char* text : {"class=\"over\"", "value=\"wipe\"", "value=\"difference\"", "&lt;result&gt; over target",
+                           "class Stack", "class Zoom", ">caption</figcaption>"})
+    EXPECT_TRUE(contains(page, text)) << text;
+  EXPECT_FALSE(contains(page, "class Motion"));
+}
+
 TEST_F(HtmlReportTest, RefusesTablesThatAreNotRectangular) {
   EXPECT_EQ(error_of([] {
               html_report(report_of(ReportTable{{"a", "b"}, {{{"1"}, {"2"}}, {{"3"}}}}));

@@ -54,15 +54,18 @@ TEST(Compose, Rgba8RoundsAndLimits) {
   EXPECT_EQ(pixel(to_rgba8({2, 1, 3, std::span<const float>(numbers)}), 1, 0), (std::vector<double>{0, 0, 0, 0}));
 }
 
-TEST(Compose, SideBySideBringsHeightsTogether) {
-  const Image low = image_u8(2, 1, 1, {50, 50}), high = uneven_image(3, 4, 4, PixelDepth::kUint8);
-  const Image row = side_by_side({low, high}, 5);
-  ASSERT_EQ(row.width(), 8 + 5 + 3);
-  ASSERT_EQ(row.height(), 4);
-  EXPECT_EQ(pixel(row, 7, 3), (std::vector<double>{50, 50, 50, 255}));
-  EXPECT_EQ(pixel(row, 8, 0), (std::vector<double>{0, 0, 0, 0}));
-  EXPECT_EQ(pixel(row, 13, 2), pixel(high, 0, 2));
-  EXPECT_EQ(side_by_side({high}, 5), high);
+TEST(Compose, ImagesOfOneSizeAreLaidOverOneAnother) {
+  const Image a = image_u8(4, 2, 1, {0, 0, 0, 0, 0, 0, 0, 0}),
+              b = image_u8(4, 2, 2, {90, 255, 90, 255, 90, 255, 90, 0, 90, 255, 90, 255, 90, 255, 90, 0});
+  const Image squares = checkerboard(a, b, 2), half = blend(a, b), apart = difference(a, b);
+  EXPECT_EQ(pixel(squares, 1, 1), (std::vector<double>{0, 0, 0, 255}));
+  EXPECT_EQ(pixel(squares, 2, 0), (std::vector<double>{90, 90, 90, 255}));
+  EXPECT_EQ(pixel(half, 0, 0), (std::vector<double>{45, 45, 45, 255}));
+  EXPECT_EQ(pixel(half, 3, 0), (std::vector<double>{0, 0, 0, 255}));  // b is transparent
+  EXPECT_EQ(pixel(apart, 0, 0), (std::vector<double>{165, 165, 165, 255}));
+  EXPECT_EQ(pixel(apart, 3, 1)[3], 0);
+  EXPECT_EQ(pixel(difference(b, b), 0, 0), (std::vector<double>{255, 255, 255, 255}));
+  EXPECT_THAT(error_of([&] { blend(a, image_u8(1, 1, 1, {0})); }), HasSubstr("4 x 2 and 1 x 1 pixels"));
 }
 
 TEST(Compose, ScaledDownIsTheMeanOfAreas) {
@@ -131,9 +134,9 @@ TEST(Drawing, WhatIsNotFiniteInterruptsALine) {
   EXPECT_EQ(blend_lines(black, {}, {}), to_rgba8(black));
 }
 
-TEST(Drawing, DotsCoverTheirArea) {
+TEST(Drawing, RingsAreOpenAndAroundTheirCentres) {
   const Image black(41, 31, 1, PixelDepth::kUint8);
-  const Image drawn = blend_dots(black, columns({20.5, 12.25, kNan, 3}), 8, {255, 255, 255});
+  const Image drawn = blend_rings(black, columns({20.5, 12.25, kNan, 3}), 8, {{255, 255, 255}, 2});
   double area = 0, x_sum = 0, y_sum = 0;
   for (int y = 0; y < 31; ++y)
     for (int x = 0; x < 41; ++x) {
@@ -141,9 +144,11 @@ TEST(Drawing, DotsCoverTheirArea) {
       x_sum += x * drawn.at(x, y, 0) / 255;
       y_sum += y * drawn.at(x, y, 0) / 255;
     }
-  EXPECT_NEAR(area, 3.14159 * 64, 0.15 * 3.14159 * 64);
+  const double length = 2 * 3.14159 * 8;
+  EXPECT_THAT(area, testing::AllOf(testing::Ge(2 * length), testing::Le(4 * length)));  // antialiasing widens it
   EXPECT_NEAR(x_sum / area, 20.5, 0.1);
   EXPECT_NEAR(y_sum / area, 12.25, 0.1);
+  EXPECT_EQ(drawn.at(20, 12, 0), 0);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ TEST_F(EnsembleProgram, WritesARecordAndTables) {
   const ProgramRun done = run_pair("--samples 200 --time 10 --seed 3 --records 11 --densities 2.5 -o out");
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.err, "");
-  EXPECT_THAT(names_in("out"), ElementsAre("densities.csv", "ensemble.json", "means.csv"));
+  EXPECT_THAT(names_in("out"), ElementsAre("densities.csv", "ensemble.json", "means.csv", "report.html"));
   EXPECT_THAT(done.out, StartsWith("200 paths of 2 landmarks in 1D to t = 10: 500 steps of 0.02, seed 3\n"));
   EXPECT_THAT(done.out, HasSubstr("\npaths      200 clean, 0 without a root, 0 with momenta beyond 1e+08, 0 ties\n"));
   EXPECT_THAT(done.out, HasSubstr("\ncrossing   "));
@@ -66,7 +66,8 @@ TEST_F(EnsembleProgram, GoesOnToTheSameBits) {
     EXPECT_EQ(part.exit_code, 3);
     EXPECT_THAT(part.out, StartsWith("PARTIAL: "));
     EXPECT_THAT(part.err, HasSubstr("of 2000 paths; continue with --resume"));
-    EXPECT_THAT(names_in("parts"), ElementsAre("densities.csv", "ensemble.json", "ensemble.partial", "means.csv"));
+    EXPECT_THAT(names_in("parts"),
+                ElementsAre("densities.csv", "ensemble.json", "ensemble.partial", "means.csv", "report.html"));
     const nlohmann::json record = read_json("parts/ensemble.json");
     EXPECT_EQ(record["partial"], true);
     EXPECT_EQ(record["samples_wanted"], 2000);

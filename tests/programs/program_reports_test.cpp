@@ -153,6 +153,49 @@ TEST_F(Reports, CompareReportsAStudyOfRecovery) {
   EXPECT_THAT(page, HasSubstr("2 cohorts of 2 shapes"));
 }
 
+TEST_F(Reports, SimulateShowsItsPathsAndHowTheyEnded) {
+  ProgramRun done = run({"simulate", "--shape", sample("swap_source"), "--noise", "ch-sd:beta=0.1", "--samples", "3",
+                         "--steps", "8", "-o", "out"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("report.html"));
+  std::string page = report();
+  EXPECT_THAT(page, HasSubstr("3 sample paths of 2 landmarks in 1D to t = 1. All were followed to their end."));
+  EXPECT_THAT(page, HasSubstr("/>2 other paths</label>"));
+  EXPECT_EQ(rows_of_table(page, "path"), 3U);
+  EXPECT_EQ(rows_of_table(page, "landmark"), 2U);
+  EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
+  done = run(words("simulate --q 0,1 --p 1e5,1 --noise ch-sd:beta=1 --dt 0.5 --time 4 --no-picture -o out"));
+  page = report();
+  EXPECT_THAT(page, HasSubstr("<h1>Sample paths of 2 landmarks</h1>"));
+  EXPECT_EQ(done.exit_code == 3, page.find("Warning: 1 of 1 paths did not reach their end") != std::string::npos);
+}
+
+TEST_F(Reports, EnsembleShowsTheMeanAndSomePaths) {
+  const ProgramRun done = run({"ensemble", "--shape", sample("discs_source"), "--noise", "ch-sd:beta=0.02", "--samples",
+                               "64", "--steps", "6", "-o", "out", "--no-picture"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string page = report();
+  EXPECT_THAT(page, HasSubstr("64 sample paths of 34 landmarks in 2D to t = 1, 64 of them clean."));
+  EXPECT_THAT(page, HasSubstr("/>ellipses of 90 % at the end</label>"));
+  EXPECT_THAT(page, HasSubstr("/>30 sample paths</label>"));
+  EXPECT_THAT(page, HasSubstr("mean y"));
+  EXPECT_EQ(rows_of_table(page, "landmark"), 34U);
+}
+
+TEST_F(Reports, FokkerPlanckGivesTheProbabilityOfJson) {
+  const ProgramRun done =
+      run(words("fokker-planck --q 0,4 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1 "
+                "--time 4 --samples 64 -o out"));
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string page = report();
+  char probability[64];
+  std::snprintf(probability, sizeof probability, "with probability %.5f",
+                read_json("out/fokker_planck.json")["probability"].get<double>());
+  EXPECT_THAT(page, HasSubstr(probability));
+  EXPECT_EQ(rows_of_table(page, "grid"), read_json("out/fokker_planck.json")["grids"].size());
+  EXPECT_THAT(page, HasSubstr("standard error"));
+}
+
 TEST_F(Reports, AreLeftAloneWhereTheInputIsBad) {
   std::filesystem::create_directory("out");
   write("out/report.html", "an earlier one");

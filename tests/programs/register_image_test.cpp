@@ -100,6 +100,15 @@ TEST_F(RegisterImage, IsOfTheSizeThatIsGiven) {
   EXPECT_THAT(small.err, HasSubstr("note: 3 of 4 landmarks lie outside photo.png"));
 }
 
+TEST_F(RegisterImage, LiesWhereItsOriginIs) {
+  write("far.csv", "x,y\n1005,-1995\n1055,-1995\n1055,-1945\n1005,-1945\n");
+  expect_done("register far.csv far.csv -o out --image photo.png --origin=1000,-2000");
+  expect_red_above_blue();
+  const ProgramRun wrong = run(words("register far.csv far.csv -o out --image photo.png --origin 1000"));
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--origin is '1000'; it must be two numbers"));
+}
+
 TEST_F(RegisterImage, ThatIsNoneIsNotedOrRefused) {
   write("word.png", "hello");
   const ProgramRun done = run(words("register a.csv a.csv -o out --image word.png"));

@@ -23,7 +23,7 @@ TEST_F(Simulate, WritesARecordPathsAndPictures) {
   const ProgramRun done = run(joined(words(kSimulatePair), words("--time 2 --samples 3 --seed 7")));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.err, "");
-  EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "simulation.json"));
+  EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "report.html", "simulation.json"));
   EXPECT_THAT(done.out, HasSubstr("3 paths of 2 landmarks in 1D to t = 2: 100 steps of 0.02, seed 7"));
   EXPECT_THAT(done.out, HasSubstr("momentum   total conserved to"));
   const nlohmann::json record = read_json("out/simulation.json");
@@ -86,7 +86,7 @@ TEST_F(Simulate, TakesTheLandmarksOfSpace) {
   const ProgramRun done = run(words("simulate --q 0/0/0,1/0/0,0/1/0 --p 1/0/0,0/1/0,0/0/1 --time 1 -o out"));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("3 landmarks in 3D"));
-  EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "simulation.json"));
+  EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "report.html", "simulation.json"));
 }
 
 // Every noise of the table, by every integrator that takes it, in 1, 2 and 3 dimensions.
@@ -100,8 +100,8 @@ TEST_F(Simulate, RunsEveryNoiseWithEveryIntegrator) {
            {"--q 0,1 --p 1,0", "--q 0/0,1/0 --p 1/0,0/1", "--q 0/0/0,1/0/0 --p 1/0/0,0/1/0"}) {
         if (noise != "none" && (integrator == "rk4" || integrator == "stormer-verlet")) continue;
         const ProgramRun done =
-            run(words("simulate " + start + " --kernel matern52:alpha=1 --time 0.5 --no-picture -o out --noise " +
-                      noise + " --integrator " + integrator));
+            run(joined(words("simulate " + start), {"--kernel", "matern52:alpha=1", "--time", "0.5", "--no-picture",
+                                                    "-o", "out", "--noise", noise, "--integrator", integrator}));
         EXPECT_EQ(done.exit_code, 0) << noise << ", " << integrator << ": " << done.err;
       }
 }
@@ -112,7 +112,7 @@ TEST_F(Simulate, TellsOfPathsThatEndEarly) {
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_THAT(done.err, StartsWith("warning: 1 of 1 paths did not reach their end cleanly; path 1: step 1 of 3"));
   EXPECT_EQ(read_json("out/simulation.json")["paths"][0]["status"], "no_root");
-  EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "simulation.json"));
+  EXPECT_THAT(names_in("out"), ElementsAre("paths.csv", "paths.png", "paths.svg", "report.html", "simulation.json"));
 }
 
 struct WrongLine {

@@ -72,7 +72,12 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --field f.png", "written as .mha or .nrrd");
   refuse("grey.png -o w.png --folds f.mha", "drawings and masks are written as .png or .tif");
   refuse("grey.png -o w.png --grid g.jpg", "drawings and masks are written as .png or .tif");
-  refuse("grey.png -o w.png --jacobian j.pgm", "numbers are written as .png (colours), .tif, .mha or .nrrd");
+  refuse("grey.png -o w.png --jacobian j.pgm",
+         "numbers are written as .png, .svg, .pdf (colours), .tif, .mha or .nrrd");
+  refuse("grey.png -o w.png --side-by-side s.tif", "s.tif: it is drawn as .png, .svg or .pdf");
+  refuse("grey.png -o w.png --overlay o.png",
+         "--overlay shows the result over the target's image; give that with --like");
+  refuse("grey.png -o w.png --side-by-side s.png --dpi 0", "--dpi");
   refuse("grey.png -o w.png --animate a.xyz", "a");
   refuse("colour.png -o w.pgm", ".pgm does not hold colours");
   refuse("a.csv -o w.png", "the extension 'png' is not of a landmark format that can be written");

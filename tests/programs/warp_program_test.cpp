@@ -11,6 +11,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/text.hpp"
 #include "image_examples.hpp"
 #include "pulson/fields/grid_fields.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -25,6 +26,7 @@ using testing::ElementsAre;
 using testing::Ge;
 using testing::HasSubstr;
 using testing::Le;
+using testing::Not;
 
 TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
   register_discs();
@@ -62,8 +64,47 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
       static_cast<double>(std::count(mask.begin(), mask.end(), 255)) / static_cast<double>(mask.size());
   EXPECT_NEAR(folded, recorded["folded_fraction"], 0.01);
   EXPECT_EQ(read_image("l.tif").depth(), PixelDepth::kFloat32);
-  for (const char* picture : {"j.png", "holes.png", "g.png"}) EXPECT_EQ(read_image(picture).width(), 600) << picture;
-  EXPECT_GT(read_image("s.png").width(), 1200);
+  for (const char* picture : {"holes.png", "g.png"}) EXPECT_EQ(read_image(picture).width(), 600) << picture;
+  for (const char* drawing : {"j.png", "s.png"}) EXPECT_GT(read_image(drawing).width(), 1200) << drawing;
+}
+
+TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
+  register_squares("none --align none");
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  const ProgramRun done =
+      warp("grey.png",
+           "-o w.png --like grey.png --side-by-side s.svg --numbers --overlay o.svg --jacobian j.svg "
+           "--displacement d.tif --log-jacobian l.png --width 50 --dpi 254");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const std::string both = io::read_text_file("s.svg"), overlay = io::read_text_file("o.svg");
+  EXPECT_THAT(both, AllOf(HasSubstr("a → b"), HasSubstr("grey.png"), HasSubstr("Warped to the target"),
+                          HasSubstr("landmarks of the target"), HasSubstr(">4</")));
+  EXPECT_THAT(overlay, AllOf(HasSubstr("Squares of both"), HasSubstr("Half of each"), HasSubstr("Difference")));
+  EXPECT_THAT(io::read_text_file("j.svg"), AllOf(HasSubstr("Jacobian"), HasSubstr("≥ 2"), HasSubstr("below 0")));
+  EXPECT_EQ(read_image("l.png").width(), 500);
+  const nlohmann::json end = read_json("out/registration.json")["result"][3];
+  const double far = std::hypot(end[0].get<double>() - 4, end[1].get<double>() - 12);
+  EXPECT_NEAR(read_image("d.tif").at(4, 12, 0), far, 0.05);
+  for (const auto& file : std::filesystem::directory_iterator("."))
+    EXPECT_THAT(file.path().string(), Not(HasSubstr(".part-")));
+}
+
+TEST_F(WarpProgram, ReportsOnImagesAndPoints) {
+  register_squares();
+  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  ProgramRun done = warp("grey.png", "-o w.png --like grey.png --report page.html");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  std::string page = contents("page.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("<h1>grey.png → w.png</h1>"), HasSubstr("\"mesh\":["), HasSubstr("class=\"over\""),
+                          HasSubstr("smallest Jacobian"), HasSubstr("--report page.html</code>")));
+  EXPECT_THAT(page, Not(HasSubstr("http:")));
+  done = warp("a.csv", "-o moved.csv --report page.html --inverse");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  page = contents("page.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("x, warped"), HasSubstr("target to source"), HasSubstr("<canvas")));
+  done = warp("a.csv", "-o moved.csv --report no/page.html");
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr("there is no folder 'no'"));
 }
 
 TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {

@@ -35,6 +35,8 @@ class ImageWarp {
   MovedPoints forward(const Points& pixels) const;
   /// @throws InputError where the flow is not a diffeomorphism
   MovedPoints backward(const Points& pixels) const;
+  /// Where the alignment alone takes pixels of the source, in pixels of the target.
+  Points aligned(const Points& pixels) const;
   /// Places at every time of the flow, in pixels of the target.
   std::vector<Points> paths(const Points& pixels) const;
 

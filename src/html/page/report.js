@@ -25,3 +25,8 @@ for (const head of document.querySelectorAll("th")) {
     body.append(...rows.map(({ row }) => row));
   });
 }
+// A picture that is higher than wide is shown as a whole; a wide one scrolls on narrow screens.
+for (const picture of document.querySelectorAll(".still img")) {
+  const fit = () => picture.classList.toggle("upright", picture.naturalWidth < picture.naturalHeight);
+  if (picture.complete) fit(); else picture.addEventListener("load", fit);
+}

@@ -1,0 +1,129 @@
+#include "report.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "pulson/core/name_table.hpp"
+#include "shell/messages.hpp"
+#include "shell/report_parts.hpp"
+#include "simulate/report.hpp"
+
+namespace pulson {
+namespace {
+
+bool is_on_line(const EnsembleRun& run) { return run.shape.dimension() == 1; }
+
+std::string lead(const EnsembleRun& run) {
+  const PathCounts& paths = run.sums.paths;
+  std::string text =
+      fmt::format("{} of {} in {}D to t = {:.4g}, {} of them clean.", counted(run.sums.samples, "sample path"),
+                  counted(run.shape.count(), "landmark"), run.shape.dimension(), run.options.grid.time, paths.clean);
+  if (is_on_line(run) && run.shape.count() > 1 && paths.clean > 0) {
+    const Estimate crossing = run.sums.crossing_probability();
+    text += fmt::format(" The order has changed at the end with probability {:.4f} ± {:.4f}.", crossing.value,
+                        crossing.standard_error);
+  }
+  return text;
+}
+
+// The steps of the records that have a mean, which are those of the picture's times.
+std::vector<int> recorded_steps(const EnsembleRun& run) {
+  std::vector<int> steps;
+  for (std::size_t record = 0; record < run.options.records.size(); ++record)
+    if (run.sums.moments[record].count > 1) steps.push_back(run.options.records[record]);
+  return steps;
+}
+
+std::optional<ReportMotion> motion_of(const EnsembleRun& run, const EnsemblePicture& shape) {
+  if (shape.mean.size() < 2) return std::nullopt;
+  const std::int64_t numbers = run.start.q.size();
+  const std::vector<int> steps = recorded_steps(run);
+  const std::vector<int> shown = shown_frames(static_cast<int>(steps.size()) - 1, numbers);
+  ReportMotion motion;
+  motion.source = run.shape;
+  for (const int record : shown) {
+    motion.times.push_back(shape.times[static_cast<std::size_t>(record)]);
+    motion.frames.push_back(shape.mean[static_cast<std::size_t>(record)]);
+  }
+  const std::size_t others =
+      shown_paths(shape.paths.size(), numbers * static_cast<std::int64_t>(shown.size()), kMostShownPaths);
+  for (std::size_t m = 0; m < others; ++m) {
+    std::vector<Points> frames;
+    for (const int record : shown)
+      frames.push_back(shape.paths[m][static_cast<std::size_t>(steps[static_cast<std::size_t>(record)])]);
+    if (can_be_drawn(frames)) motion.others.push_back(std::move(frames));
+  }
+  motion.others_name = counted(motion.others.size(), "sample path");
+  if (run.shape.dimension() == 2)
+    motion.extra = {fmt::format("ellipses of {:.0f} % at the end", 100 * kEllipsePart), ellipses(shape, 0, 1)};
+  if (!can_be_drawn(motion.frames) || !can_be_drawn(motion.extra.lines)) return std::nullopt;
+  motion.caption = fmt::format("The mean of all paths{}.",
+                               motion.others.empty() ? "" : fmt::format(", and faintly {}", motion.others_name));
+  return motion;
+}
+
+ReportTable facts(const EnsembleRun& run) {
+  FactTable table("setting");
+  const PathCounts& paths = run.sums.paths;
+  table.add("start", run.shape.source);
+  table.add("kernel", run.system.kernel.spec(4));
+  table.add("noise", shortened_spec(run.system.noise->spec()));
+  table.add("integrator", run.integrator);
+  table.add("time", run.options.grid.time);
+  table.add("steps", fmt::to_string(run.options.grid.steps));
+  table.add("seed", fmt::to_string(run.options.seed));
+  table.add("clean paths", fmt::to_string(paths.clean));
+  table.add("without a root", fmt::to_string(paths.no_root));
+  table.add(fmt::format("with momenta beyond {:.3g}", run.options.momentum_bound),
+            fmt::to_string(paths.momentum_bound));
+  if (is_on_line(run) && run.shape.count() > 1 && paths.clean > 0)
+    table.add("out of order at some step",
+              report_number(static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean)));
+  table.add("seconds", fmt::format("{:.2f}", run.seconds));
+  return std::move(table).table();
+}
+
+// Mean and standard deviation of each landmark's position at the end.
+ReportTable landmarks_at_end(const EnsembleRun& run) {
+  const Moments& last = run.sums.moments.back();
+  const int d = run.shape.dimension(), n = run.shape.count();
+  const Eigen::ArrayXd deviation = last.variance().sqrt();
+  Eigen::VectorXd moved(n), spread(n);
+  for (int a = 0; a < n; ++a) {
+    moved[a] = (last.mean.segment(a * d, d).matrix() - run.start.q.col(a)).norm();
+    spread[a] = deviation.segment(a * d, d).matrix().norm();
+  }
+  ReportTable table = landmark_table(run.shape);
+  table.header.emplace_back("displacement of the mean");
+  for (int i = 0; i < d; ++i) table.header.push_back(fmt::format("mean {}", "xyz"[i]));
+  table.header.emplace_back("standard deviation");
+  for (const int a : listed_landmarks(spread)) {
+    std::vector<ReportCell> row = landmark_cells(run.shape, a);
+    row.push_back({report_number(moved[a])});
+    for (int i = 0; i < d; ++i) row.push_back({report_number(last.mean[a * d + i], 5)});
+    row.push_back({report_number(spread[a])});
+    table.rows.push_back(std::move(row));
+  }
+  table.caption =
+      "Positions at the end. The standard deviation is the square root of the sum of the variances of the axes. "
+      "means.csv has all times and quantiles.";
+  return table;
+}
+
+}  // namespace
+
+HtmlReport ensemble_report(const EnsembleRun& run, const EnsemblePicture& shape,
+                           const std::vector<std::string>& warnings, const std::vector<std::string>& notes,
+                           const std::filesystem::path& picture) {
+  HtmlReport report = new_report((run.partial() ? "Part of the ensemble of " : "Ensemble of ") + start_name(run.shape),
+                                 lead(run), warnings, notes);
+  if (std::optional<ReportMotion> motion = motion_of(run, shape))
+    report.sections.push_back({"Motion", {std::move(*motion)}});
+  add_still(report, "The ensemble", picture);
+  report.sections.push_back({"Numbers", {facts(run)}});
+  if (run.sums.moments.back().count > 1) report.sections.push_back({"Landmarks", {landmarks_at_end(run)}});
+  return report;
+}
+
+}  // namespace pulson

@@ -1,0 +1,167 @@
+#include "drawings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/atomic_file.hpp"
+#include "images/compose.hpp"
+#include "pulson/images/image_files.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLongestDrawnSide = 1800;  // pixels of an image in a drawing at 96 dpi
+constexpr int kBarColours = 96;
+constexpr int kSquares = 8;  // of a checkerboard, along the longer side
+
+ImagePanel panel_of(std::string heading, int width, int height) {
+  return {.heading = std::move(heading), .file = {}, .width = width, .height = height};
+}
+
+/// −2, −1.5, … without digits that say nothing.
+std::string bar_number(double value) {
+  std::string text = fmt::format("{:.3g}", value);
+  if (text.starts_with('-')) text.replace(0, 1, "−");
+  return text;
+}
+
+std::vector<std::string> colours_of(const Image& strip) {
+  std::vector<std::string> colours;
+  const auto values = strip.values<std::uint8_t>();
+  for (std::size_t i = 0; i < strip.pixel_count(); ++i)
+    colours.push_back(fmt::format("#{:02X}{:02X}{:02X}", values[4 * i], values[4 * i + 1], values[4 * i + 2]));
+  return colours;
+}
+
+std::vector<float> even(double low, double high) {
+  const Eigen::VectorXf values = Eigen::VectorXd::LinSpaced(kBarColours, low, high).cast<float>();
+  return {values.begin(), values.end()};
+}
+
+/// Mean difference of the colours of two pictures where both are opaque, 0 to 255.
+double mean_difference(const Image& a, const Image& b) {
+  const Image left = to_rgba8(a), right = to_rgba8(b);
+  const auto first = left.values<std::uint8_t>(), second = right.values<std::uint8_t>();
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < std::min(first.size(), second.size()); i += 4) {
+    if (first[i + 3] == 0 || second[i + 3] == 0) continue;
+    for (std::size_t c = 0; c < 3; ++c) sum += std::abs(int{first[i + c]} - int{second[i + c]});
+    count += 3;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+}  // namespace
+
+std::string file_name(const std::string& file) { return fs::path(file).filename().string(); }
+
+bool is_drawing_file(const fs::path& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".png" || extension == ".svg" || extension == ".pdf";
+}
+
+ColourBar bar_of(const DivergingScale& scale) {
+  ColourBar bar{.colours = colours_of(diverging(even(scale.centre - scale.reach, scale.centre + scale.reach),
+                                                kBarColours, 1, {.centre = scale.centre, .reach = scale.reach})),
+                .labels = {}};
+  for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    const std::string sign = part == 1 ? "≥ " : part == 0 && !scale.marked_below ? "≤ " : "";
+    bar.labels.emplace_back(part, sign + bar_number(scale.centre + (2 * part - 1) * scale.reach));
+  }
+  if (scale.marked_below) {
+    const float below = static_cast<float>(*scale.marked_below) - 1;
+    bar.mark = colours_of(diverging({below}, 1, 1, scale)).front();
+    bar.mark_label = fmt::format("folds, below {}", bar_number(*scale.marked_below));
+  }
+  return bar;
+}
+
+ColourBar bar_of(double most, bool whole) {
+  ColourBar bar{.colours = colours_of(viridis(even(0, most), kBarColours, 1, 0, most)), .labels = {}};
+  const double power = std::pow(10, std::floor(std::log10(most / 5)));
+  double step = 10 * power;
+  for (const double factor : {5.0, 2.0, 1.0})
+    if (factor * power >= most / 5) step = factor * power;
+  if (whole) step = std::max(1.0, std::ceil(most / 8));
+  for (double value = 0; value <= most * (1 + 1e-9); value += step)
+    bar.labels.emplace_back(value / most, bar_number(value));
+  return bar;
+}
+
+void Drawings::write(ImagePicture picture, const std::vector<Image>& images, const std::string& file) const {
+  const fs::path folder = fs::path(file).parent_path();
+  const StagedFiles scratch(folder.empty() ? fs::path(".") : folder);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    ImagePanel& panel = picture.panels[i];
+    panel.file = scratch.file(fmt::format("panel{}.png", i));
+    const double longest = kLongestDrawnSide * std::max(1.0, arguments_.dpi / 96);
+    const double factor = std::max(images[i].width(), images[i].height()) / longest;
+    const Image shown = to_rgba8(for_show(images[i]));
+    write_image(panel.file, factor > 1 ? scaled_down(shown, factor) : shown);
+  }
+  PictureFiles files{.width = arguments_.width, .dpi = arguments_.dpi};
+  const std::string extension = extension_of(file);
+  (extension == ".svg" ? files.svg : extension == ".pdf" ? files.pdf : files.png) = file;
+  write_image_picture(picture, files);
+}
+
+void Drawings::write_side_by_side(const fs::path& file, const Image& image, const WarpedImage& result,
+                                  const ImageWarp& warp, const WarpFrames& frames) const {
+  const std::vector<Points> paths = warp.landmark_paths();
+  const bool inverse = arguments_.inverse;
+  ImagePanel before = panel_of(file_name(arguments_.input), image.width(), image.height());
+  before.grid = grid_lines(image.width(), image.height());
+  before.landmarks = inverse ? paths.back() : warp.label_pixels();
+  ImagePanel after = panel_of(inverse ? "Warped to the source" : "Warped to the target", frames.width, frames.height);
+  after.grid = moved_grid(image, warp, inverse);
+  after.landmarks = inverse ? warp.label_pixels() : paths.back();
+  if (!inverse) after.paths = paths;
+  ImagePicture picture{.panels = {before, after}, .title = frames.title, .subtitle = {}};
+  std::vector<Image> images = {image, result.image};
+  if (frames.like) {
+    ImagePanel& like = picture.panels.emplace_back(panel_of(file_name(arguments_.like), frames.width, frames.height));
+    like.landmarks = frames.landmarks_there;
+    like.is_target = !inverse;
+    images.push_back(frames.like->image);
+  }
+  if (arguments_.numbers)
+    for (ImagePanel& panel : picture.panels) panel.numbers = frames.numbers;
+  write(std::move(picture), images, file.string());
+}
+
+void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames) const {
+  const Image& target = frames.like->image;
+  Image shown = to_rgba8(for_show(result.image));
+  const Image there = for_show(target);
+  for (std::size_t i = 0; i < result.multiplicity.size(); ++i)  // where nothing of the source arrives
+    if (result.multiplicity[i] == 0) shown.values<std::uint8_t>()[4 * i + 3] = 0;
+  const std::vector<Image> images = {checkerboard(shown, there, kSquares), blend(shown, there),
+                                     difference(shown, there)};
+  ImagePicture picture{.panels = {},
+                       .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
+                       .subtitle = fmt::format("Mean difference of the colours, where both are: {:.1f} of 255",
+                                               mean_difference(shown, there))};
+  for (const char* heading : {"Squares of both by turns", "Half of each", "Difference: white where both agree"})
+    picture.panels.push_back(panel_of(heading, frames.width, frames.height));
+  write(std::move(picture), images, arguments_.overlay);
+}
+
+void Drawings::write_jacobian(const fs::path& file, const Image& image, const ImageWarp& warp,
+                              const std::vector<float>& jacobians) const {
+  write_numbers({file.string(), kJacobianHeading, diverging(jacobians, image.width(), image.height(), kJacobianScale),
+                 bar_of(kJacobianScale), image.width(), image.height(), landmarks_on_image(warp, arguments_)});
+}
+
+void Drawings::write_numbers(const Numbers& numbers) const {
+  ImagePanel panel = panel_of(numbers.heading, numbers.width, numbers.height);
+  panel.bars = {numbers.bar};
+  panel.landmarks = numbers.landmarks;
+  write({.panels = {panel}, .title = {}, .subtitle = {}}, {numbers.colours}, numbers.file);
+}
+
+}  // namespace pulson

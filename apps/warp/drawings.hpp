@@ -1,0 +1,60 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "draw/image_picture.hpp"
+#include "images/colour_maps.hpp"
+#include "pictures.hpp"
+
+namespace pulson {
+
+/// The name without its folder, for captions.
+std::string file_name(const std::string& file);
+
+/// Whether the extension is that of a drawing with captions: png, svg, pdf.
+bool is_drawing_file(const std::filesystem::path& path);
+
+/// Draws images with captions into files of a warp. @throws InputError as write_image_picture does
+class Drawings {
+ public:
+  explicit Drawings(const WarpArguments& arguments) : arguments_(arguments) {}
+
+  /// The image in front, the result, and the target's image if --like gives it, with grid and landmarks.
+  void write_side_by_side(const std::filesystem::path& file, const Image& image, const WarpedImage& result,
+                          const ImageWarp& warp, const WarpFrames& frames) const;
+
+  /// The result over the target's image: in squares by turns, half of each, and their difference.
+  void write_overlay(const WarpedImage& result, const WarpFrames& frames) const;
+
+  /// Numbers of pixels as colours, and what these mean.
+  struct Numbers {
+    std::string file;
+    std::string heading;
+    Image colours;
+    ColourBar bar;
+    int width = 0;  ///< pixels of the frame in which `landmarks` are
+    int height = 0;
+    Points landmarks = Points(2, 0);
+  };
+  void write_numbers(const Numbers& numbers) const;
+  void write_jacobian(const std::filesystem::path& file, const Image& image, const ImageWarp& warp,
+                      const std::vector<float>& jacobians) const;
+
+ private:
+  void write(ImagePicture picture, const std::vector<Image>& images, const std::string& file) const;
+
+  const WarpArguments& arguments_;
+};
+
+/// Of Jacobians: white where areas stay, folds marked.
+inline constexpr DivergingScale kJacobianScale{.centre = 1, .reach = 1, .marked_below = 0.0};
+inline const std::string kJacobianHeading = "Jacobian determinant of the map, alignment included";
+
+/// The bar of a scale, with its ends and middle.
+ColourBar bar_of(const DivergingScale& scale);
+/// The bar of viridis from 0 to `most`. @param whole whether values are whole numbers
+ColourBar bar_of(double most, bool whole = false);
+
+}  // namespace pulson

@@ -1,0 +1,185 @@
+#include "report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "core/atomic_file.hpp"
+#include "drawings.hpp"
+#include "html/html_report.hpp"
+#include "images/compose.hpp"
+#include "pictures.hpp"
+#include "pulson/images/image_files.hpp"
+#include "register/picture.hpp"
+#include "register/registration_warnings.hpp"
+#include "shell/report_parts.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLongestOnPage = 1100;  // pixels of pictures on the page
+constexpr int kMeshCells = 18;           // of the mesh, along the longer side
+constexpr int kPointsPerMeshCell = 2;
+
+fs::path small_picture(const Image& image, const fs::path& file) {
+  const double factor = std::max(image.width(), image.height()) / kLongestOnPage;
+  const Image shown = to_rgba8(for_show(image));
+  write_picture(file, factor > 1 ? scaled_down(shown, factor) : shown, {});
+  return file;
+}
+
+// Lines across the image, then along it, in its pixels: those across are the columns of the mesh.
+std::vector<Points> mesh_lines(const Image& image, int& columns) {
+  const double cell = std::max(image.width(), image.height()) / static_cast<double>(kMeshCells);
+  const auto cells = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / cell))); };
+  std::vector<Points> lines;
+  for (const int axis : {0, 1}) {
+    const int side = axis == 0 ? image.width() : image.height(), other = axis == 0 ? image.height() : image.width();
+    for (int i = 0; i <= cells(side); ++i) {
+      Points line(2, cells(other) * kPointsPerMeshCell + 1);
+      line.row(axis).setConstant(side * static_cast<double>(i) / cells(side) - 0.5);
+      line.row(1 - axis) = Eigen::RowVectorXd::LinSpaced(line.cols(), -0.5, other - 0.5);
+      lines.push_back(std::move(line));
+    }
+  }
+  columns = cells(image.width()) + 1;
+  return lines;
+}
+
+std::optional<ReportMotion> image_motion(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+                                         const Registration& registration, const fs::path& picture) {
+  const Trajectory& path = warp.flow().path();
+  const std::vector<int> steps = shown_frames(path.grid.steps, registration.source.points.size());
+  ReportMotion motion;
+  motion.source = registration.source;
+  motion.target = registration.target;
+  motion.corresponds = registration.data.kind == DataKind::kLandmarks;
+  motion.source.y_down = motion.target.y_down = !frames.result.y_up;
+  MotionImage moved{picture, {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
+  const std::vector<Points> lines = mesh_lines(image, moved.columns);
+  for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
+  const std::vector<Points> places = warp.paths(joined_lines(lines));
+  for (const int k : steps) {
+    motion.times.push_back(path.grid.at(k));
+    motion.frames.push_back(path.states[static_cast<std::size_t>(k)].q);
+    motion.grid.push_back(frames.result.to_landmarks(places[static_cast<std::size_t>(k)]));
+  }
+  motion.image = moved;
+  motion.caption = "The image, its grid and the landmarks as the map moves them, after the alignment.";
+  if (!can_be_drawn(motion.frames) || !can_be_drawn(motion.grid)) return std::nullopt;
+  return motion;
+}
+
+ReportTable numbers(const WarpFigures& figures, const WarpArguments& arguments, const Registration& registration,
+                    const WarpFrames* frames) {
+  FactTable table("quantity");
+  table.add("registration", arguments.registration);
+  table.add("direction", arguments.inverse ? "target to source" : "source to target");
+  table.add("kernel", registration_system(registration).kernel.spec(4));
+  table.add("noise", registration.noise);
+  table.add("method", fmt::format("{}: {}", figures.method, figures.reason));
+  table.add("folded", percent_text(figures.folded_fraction));
+  table.add("smallest Jacobian", figures.min_jacobian);
+  if (frames != nullptr) {
+    table.add("size of the result", fmt::format("{} x {} pixels", frames->width, frames->height));
+    table.add("landmark units per pixel", frames->input.spacing[0]);
+    table.add("y", frames->input.y_up ? "up" : "down");
+    table.add("most sheets on a pixel", fmt::to_string(figures.max_multiplicity));
+    table.add("uncovered", percent_text(figures.uncovered_fraction));
+    table.add("in holes", percent_text(figures.hole_fraction));
+    table.add("error of the map, pixels", report_number(figures.map_error, 2));
+  }
+  table.add("largest error at a landmark", report_number(figures.landmark_error_max, 2));
+  if (figures.ridge > 0) table.add("ridge", figures.ridge);
+  return std::move(table).table();
+}
+
+std::string lead(const WarpFigures& figures, const WarpArguments& arguments, const std::string& what) {
+  return fmt::format("{} by the map of {}{}. The map folds {} of {}; its smallest Jacobian is {}.",
+                     file_name(arguments.input), arguments.registration, arguments.inverse ? ", backwards" : "",
+                     percent_text(figures.folded_fraction), what, report_number(figures.min_jacobian, 3));
+}
+
+HtmlReport begun(const WarpFigures& figures, const WarpArguments& arguments, const Registration& registration,
+                 const std::string& what) {
+  std::vector<std::string> warnings;
+  for (const std::string& text : path_warnings(registration)) warnings.push_back("of the registration: " + text);
+  return new_report(fmt::format("{} → {}", file_name(arguments.input), file_name(arguments.out)),
+                    lead(figures, arguments, what), warnings, {});
+}
+
+StagedFiles scratch_beside(const std::string& file) {
+  const fs::path folder = fs::path(file).parent_path();
+  return StagedFiles(folder.empty() ? fs::path(".") : folder);
+}
+
+}  // namespace
+
+void write_warp_report(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpFrames& frames,
+                       const Registration& registration, const WarpArguments& arguments) {
+  const StagedFiles scratch = scratch_beside(arguments.report);
+  HtmlReport report = begun(result.figures, arguments, registration, "the image");
+  if (!arguments.inverse)
+    if (std::optional<ReportMotion> motion =
+            image_motion(image, warp, frames, registration, small_picture(image, scratch.file("image.jpg"))))
+      report.sections.push_back({"Motion", {std::move(*motion)}});
+  if (frames.like)
+    report.sections.push_back(
+        {"Result and target",
+         {ReportStack{small_picture(frames.like->image, scratch.file("like.jpg")),
+                      small_picture(result.image, scratch.file("result.jpg")), file_name(arguments.like),
+                      file_name(arguments.out), "The slider goes from the one to the other; zoom in to see edges."}}});
+  const Drawings drawings(arguments);
+  const fs::path both = scratch.file("before_and_after.png"), jacobian = scratch.file("jacobian.png");
+  drawings.write_side_by_side(both, image, result, warp, frames);
+  const fs::path page = scratch.file("before_and_after.jpg");
+  write_picture(page, read_image(both), {});  // of photographs, a tenth of the size
+  report.sections.push_back(
+      {"Before and after", {ReportPicture{page, "The image, and what the map makes of it.", true}}});
+  if (!arguments.inverse || warp.flow().is_diffeomorphic()) {
+    drawings.write_jacobian(jacobian, image, warp, jacobians_on_image(image, warp, arguments));
+    report.sections.push_back(
+        {"Jacobian",
+         {ReportPicture{jacobian, "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.", true}}});
+  }
+  report.sections.push_back({"Numbers", {numbers(result.figures, arguments, registration, &frames)}});
+  write_file_atomically(arguments.report, html_report(report));
+}
+
+void write_warp_report(const Landmarks& before, const Landmarks& after, const MaterialFlow& flow,
+                       const Registration& registration, const WarpFigures& figures, const WarpArguments& arguments) {
+  HtmlReport report = begun(figures, arguments, registration, "the points");
+  const Trajectory& path = flow.path();
+  ReportMotion motion;
+  motion.source = arguments.inverse ? after : before;
+  const std::vector<int> missing = incomplete_points(motion.source.points);
+  if (missing.empty() && motion.source.count() > 0) {
+    motion.source.points = registration.alignment.apply(motion.source.points);
+    const std::vector<Points> places = flow.paths(motion.source.points);
+    for (const int k : shown_frames(path.grid.steps, motion.source.points.size())) {
+      motion.times.push_back(path.grid.at(k));
+      motion.frames.push_back(places[static_cast<std::size_t>(k)]);
+    }
+    motion.caption = "The points as the map moves them, after the alignment.";
+    if (can_be_drawn(motion.frames)) report.sections.push_back({"Motion", {std::move(motion)}});
+  }
+  report.sections.push_back({"Numbers", {numbers(figures, arguments, registration, nullptr)}});
+  ReportTable table = landmark_table(before);
+  for (const char axis : std::string("xyz").substr(0, static_cast<std::size_t>(before.dimension())))
+    table.header.insert(table.header.end(), {std::string(1, axis), fmt::format("{}, warped", axis)});
+  for (const int a : listed_landmarks(Eigen::VectorXd::Zero(before.count()))) {
+    std::vector<ReportCell> row = landmark_cells(before, a);
+    for (int i = 0; i < before.dimension(); ++i)
+      row.insert(row.end(), {{report_number(before.points(i, a), 6)}, {report_number(after.points(i, a), 6)}});
+    table.rows.push_back(std::move(row));
+  }
+  table.caption = arguments.out + " has all shapes with all digits.";
+  report.sections.push_back({"Landmarks", {std::move(table)}});
+  write_file_atomically(arguments.report, html_report(report));
+}
+
+}  // namespace pulson

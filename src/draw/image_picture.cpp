@@ -1,0 +1,220 @@
+#include "draw/image_picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "layers.hpp"
+#include "layout.hpp"
+#include "legend.hpp"
+#include "pulson/core/errors.hpp"
+
+namespace pulson::picture {
+namespace {
+
+constexpr double kTallest = 1500;  // of all panels
+constexpr double kTallestRow = 1000;
+constexpr double kNarrowest = 960;  // that holds the legend
+constexpr double kBarRoom = 52;     // below a panel
+constexpr double kScaleHeight = 14;
+constexpr double kLongestBar = 620;
+constexpr double kBarText = 18;
+constexpr double kMarkWidth = 26;
+constexpr double kPanelNumberSize = 16;
+constexpr double kRingStroke = 1.8;
+const Stroke kHalo{faded(colour::kPaper, 0.25), 3.6};  // around rings and paths, so that they are seen on dark images
+const Stroke kImageGridStroke{"#7A0096FF", 1};
+const Colour kPathColour = "#30D4621A";
+
+/// How panels are arranged: columns, and the height of a row of images.
+struct Rows {
+  std::size_t columns = 1;
+  double height = 0;
+};
+
+double aspect(const ImagePanel& panel) { return static_cast<double>(panel.width) / panel.height; }
+
+bool has_bar(const ImagePicture& picture) {
+  return std::any_of(picture.panels.begin(), picture.panels.end(),
+                     [](const ImagePanel& panel) { return !panel.bars.empty(); });
+}
+
+std::size_t row_count(const ImagePicture& picture, std::size_t columns) {
+  return (picture.panels.size() + columns - 1) / columns;
+}
+
+/// The sum of the widths of a row's panels over its height, of the widest row.
+double widest_row(const ImagePicture& picture, std::size_t columns) {
+  double widest = 0;
+  for (std::size_t first = 0; first < picture.panels.size(); first += columns) {
+    double sum = 0;
+    for (std::size_t i = first; i < std::min(first + columns, picture.panels.size()); ++i)
+      sum += aspect(picture.panels[i]);
+    widest = std::max(widest, sum);
+  }
+  return widest;
+}
+
+Rows arranged(const ImagePicture& picture) {
+  Rows best;
+  for (std::size_t columns = picture.panels.size(); columns > 0; --columns) {
+    const double across = kWidth - 2 * kEdge - static_cast<double>(columns - 1) * kGap;
+    const double down = std::min(kTallestRow, kTallest / static_cast<double>(row_count(picture, columns)));
+    const double height = std::min(across / widest_row(picture, columns), down);
+    // Side by side, unless that is much smaller; a row that is not full looks as if something were missing.
+    const double gain = picture.panels.size() % columns == 0 ? 1.6 : 1.8;
+    if (height > gain * best.height) best = {columns, height};
+  }
+  return best;
+}
+
+View view_of(const ImagePanel& panel, const Box& box) {
+  return {.box = box, .x = {-0.5, panel.width - 0.5}, .y = {-0.5, panel.height - 0.5}, .y_down = true};
+}
+
+/// Parts of the lines that are on the image.
+std::vector<Points> on_image(const ImagePanel& panel, const std::vector<Points>& lines) {
+  std::vector<Points> parts;
+  for (const Points& line : lines)
+    for (Eigen::Index first = 0; first < line.cols(); ++first) {
+      const auto is_on = [&](Eigen::Index i) {
+        return line(0, i) >= -0.5 && line(1, i) >= -0.5 && line(0, i) <= panel.width - 0.5 &&
+               line(1, i) <= panel.height - 0.5;
+      };
+      Eigen::Index end = first;
+      while (end < line.cols() && is_on(end)) ++end;
+      if (end - first > 1) parts.emplace_back(line.middleCols(first, end - first));
+      first = std::max(first, end);
+    }
+  return parts;
+}
+
+std::vector<Points> lines_of_paths(const ImagePanel& panel) {
+  std::vector<Points> lines;
+  for (Eigen::Index a = 0; !panel.paths.empty() && a < panel.paths.front().cols(); ++a) {
+    Points line(2, static_cast<Eigen::Index>(panel.paths.size()));
+    for (std::size_t k = 0; k < panel.paths.size(); ++k) line.col(static_cast<Eigen::Index>(k)) = panel.paths[k].col(a);
+    lines.push_back(std::move(line));
+  }
+  return on_image(panel, lines);
+}
+
+/// Columns of the landmarks that are on the image.
+std::vector<Eigen::Index> shown_landmarks(const ImagePanel& panel) {
+  std::vector<Eigen::Index> shown;
+  for (Eigen::Index a = 0; a < panel.landmarks.cols(); ++a)
+    if (panel.landmarks(0, a) >= -0.5 && panel.landmarks(1, a) >= -0.5 && panel.landmarks(0, a) < panel.width &&
+        panel.landmarks(1, a) < panel.height)
+      shown.push_back(a);
+  return shown;
+}
+
+const Colour& ring_colour(const ImagePanel& panel) { return panel.is_target ? colour::kTarget : colour::kSource; }
+
+void draw_rings(Canvas& canvas, const View& view, const ImagePanel& panel) {
+  const std::vector<Eigen::Index> shown = shown_landmarks(panel);
+  if (shown.empty()) return;
+  Landmarks shape;
+  shape.points = panel.landmarks(Eigen::all, shown);
+  const Points pixels = view.pixels(shape.points);
+  const double radius = std::clamp(0.8 * Marks(plan_figure(shape, scale_of(view))).ring, 3.0, 7.0);
+  canvas.rings(pixels, radius, kHalo);
+  canvas.rings(pixels, radius, {ring_colour(panel), kRingStroke});
+  for (std::size_t i = 0; i < shown.size() && !panel.numbers.empty(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const std::string text = std::to_string(panel.numbers[static_cast<std::size_t>(shown[i])]);
+    const double x = pixels(0, column) + radius + 3, y = pixels(1, column) + radius + 2;
+    canvas.text_on_image(x, y, text, kPanelNumberSize, ring_colour(panel));
+  }
+}
+
+/// The bar at the left end of the panel, its marked colour at the right of it.
+void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
+  const double marked = bar.mark.empty() ? 0 : kMarkWidth + 12 + text_width(bar.mark_label, kBarText) + 2 * kGap;
+  const double length = std::min(kLongestBar, panel.width - marked - 30), top = panel.bottom - 12;
+  const auto area = [&](double from, double to) {
+    return (Points(2, 4) << from, to, to, from, top, top, top - kScaleHeight, top - kScaleHeight).finished();
+  };
+  const double left = panel.left + 14, piece = length / static_cast<double>(bar.colours.size());
+  for (std::size_t i = 0; i < bar.colours.size(); ++i) {  // each reaches below the next, so that no seam is seen
+    const double from = left + piece * static_cast<double>(i);
+    canvas.areas({area(from, std::min(from + 2 * piece, left + length))}, bar.colours[i]);
+  }
+  for (const auto& [part, text] : bar.labels)
+    canvas.text(left + part * length, top - kScaleHeight - 14, text, kBarText, colour::kText, Align::kCentre);
+  if (bar.mark.empty()) return;
+  const double at = left + length + kGap;
+  canvas.areas({area(at, at + kMarkWidth)}, bar.mark);
+  canvas.text(at + kMarkWidth + 10, top - kScaleHeight / 2, bar.mark_label, kBarText, colour::kText);
+}
+
+void draw_panel(Canvas& canvas, const Box& box, const ImagePanel& panel) {
+  const View view = view_of(panel, box);
+  if (!panel.file.empty()) canvas.image(panel.file, box);
+  canvas.lines(view.pixels(on_image(panel, panel.grid)), kImageGridStroke);
+  const std::vector<Points> paths = view.pixels(lines_of_paths(panel));
+  constexpr std::size_t kFewPaths = 20;  // many thick ones would hide the image
+  const double width = paths.size() > kFewPaths ? 1.1 : kRingStroke;
+  if (paths.size() <= kFewPaths) canvas.lines(paths, {kHalo.colour, width + 1.6});
+  canvas.lines(paths, {kPathColour, width});
+  draw_rings(canvas, view, panel);
+  draw_frame(canvas, view, panel.heading, {}, {});
+  for (const ColourBar& bar : panel.bars) draw_bar(canvas, box, bar);
+}
+
+std::vector<LegendEntry> legend_of(const ImagePicture& picture) {
+  const auto any = [&](auto&& holds) { return std::any_of(picture.panels.begin(), picture.panels.end(), holds); };
+  std::vector<LegendEntry> legend;
+  const auto has_rings = [](const ImagePanel& panel, bool of_target) {
+    return panel.landmarks.cols() > 0 && panel.is_target == of_target;
+  };
+  if (any([&](const ImagePanel& panel) { return has_rings(panel, false); }))
+    legend.push_back({Sample::kRing, colour::kSource, "landmarks", ""});
+  if (any([](const ImagePanel& panel) { return !panel.paths.empty(); }))
+    legend.push_back({Sample::kLine, kPathColour, "their paths", ""});
+  if (any([&](const ImagePanel& panel) { return has_rings(panel, true); }))
+    legend.push_back({Sample::kRing, colour::kTarget, "landmarks of the target", ""});
+  if (any([](const ImagePanel& panel) { return !panel.grid.empty(); }))
+    legend.push_back({Sample::kLine, kImageGridStroke.colour, "grid of the image", ""});
+  return legend;
+}
+
+Canvas compose(const ImagePicture& picture) {
+  const Titles titles{picture.title, picture.subtitle};
+  const Rows rows = arranged(picture);
+  const std::vector<LegendEntry> legend = legend_of(picture);
+  const double below = has_bar(picture) ? kBarRoom : 0, row = kHeading + rows.height + below;
+  const double width =
+      widest_row(picture, rows.columns) * rows.height + static_cast<double>(rows.columns - 1) * kGap + 2 * kEdge;
+  const double height = title_height(titles) + static_cast<double>(row_count(picture, rows.columns)) * row +
+                        (legend.empty() ? kEdge : kLegendRoom);
+  Canvas canvas(std::round(std::max(width, kNarrowest)), std::round(height));
+  const double aside = std::max(0.0, (kNarrowest - width) / 2);
+  draw_titles(canvas, titles, kEdge + aside);
+  double top = height - title_height(titles);
+  for (std::size_t i = 0; i < picture.panels.size(); ++i) {
+    if (i % rows.columns == 0 && i > 0) top -= row;
+    double left = kEdge + aside;
+    for (std::size_t j = i - i % rows.columns; j < i; ++j) left += aspect(picture.panels[j]) * rows.height + kGap;
+    const ImagePanel& panel = picture.panels[i];
+    draw_panel(canvas, {left, top - kHeading - rows.height, aspect(panel) * rows.height, rows.height}, panel);
+  }
+  if (!legend.empty()) draw_legend(canvas, legend);
+  return canvas;
+}
+
+}  // namespace
+}  // namespace pulson::picture
+
+namespace pulson {
+
+void write_image_picture(const ImagePicture& picture, const PictureFiles& files) {
+  if (picture.panels.empty()) throw InputError("a picture of images needs one or more");
+  for (const ImagePanel& panel : picture.panels)
+    if (panel.width < 1 || panel.height < 1)
+      throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
+  picture::compose(picture).write(files);
+}
+
+}  // namespace pulson

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "layout.hpp"
+#include "outline.hpp"
+#include "pulson/draw/registration_picture.hpp"
+
+namespace pulson::picture {
+
+/// From how many landmarks on a line on a picture shows their map, beside which paths over time say little.
+inline constexpr int kManyOnLine = 16;
+
+/// Draws into the box, which is that of both frames, the registration of landmarks on a line as a map: target and
+/// result over the source, and beside it the displacements, with the curve on which points between the landmarks go.
+void draw_map_panels(Canvas& canvas, const Box& box, const RegistrationPicture& picture, const Figure& figure);
+
+}  // namespace pulson::picture

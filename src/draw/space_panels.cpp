@@ -1,0 +1,121 @@
+#include "space_panels.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "layers.hpp"
+
+namespace pulson::picture {
+namespace {
+
+constexpr double kTallestRows = 980;  // of both rows of panels
+constexpr double kYaw = -0.6;         // radians, as on the page
+constexpr double kPitch = 0.45;
+constexpr double kLongestDisplacement = 0.2;  // of the shape's diagonal
+constexpr double kNumbers = 64;               // at the left of a panel, at least
+
+/// The places seen from the side: to the right and upwards, 2×N.
+Points from_the_side(const Points& points) {
+  Points seen(2, points.cols());
+  seen.row(0) = points.row(0) * std::cos(kYaw) + points.row(1) * std::sin(kYaw);
+  seen.row(1) = points.row(2) * std::cos(kPitch) +
+                (points.row(1) * std::cos(kYaw) - points.row(0) * std::sin(kYaw)) * std::sin(kPitch);
+  return seen;
+}
+
+/// 1, 2 or 5 times a power of ten, at most `most`; 1 where that is less.
+double round_factor(double most) {
+  if (!(most >= 2) || !std::isfinite(most)) return 1;
+  const double power = std::pow(10, std::floor(std::log10(most)));
+  return most >= 5 * power ? 5 * power : most >= 2 * power ? 2 * power : power;
+}
+
+/// The edges of the box around places in space.
+std::vector<Points> edges_of_box(const Points& points) {
+  const auto [low, high] = bounding_box(points);
+  std::vector<Points> edges;
+  for (int corner = 0; corner < 8; ++corner)
+    for (const int bit : {1, 2, 4}) {
+      if ((corner & bit) != 0) continue;
+      Points edge(3, 2);
+      for (int axis = 0; axis < 3; ++axis) {
+        edge(axis, 0) = ((corner >> axis) & 1) != 0 ? high[axis] : low[axis];
+        edge(axis, 1) = (((corner | bit) >> axis) & 1) != 0 ? high[axis] : low[axis];
+      }
+      edges.push_back(from_the_side(edge));
+    }
+  return edges;
+}
+
+/// The panel's view, in one scale, of all of these.
+View fitted(const Box& box, const std::vector<const Points*>& sets) {
+  View view{.box = box, .x = range_of(sets, 0), .y = range_of(sets, 1)};
+  const double room = 1 - 2 * kMargin;
+  const double unit = std::max({view.x.span() / (room * box.width), view.y.span() / (room * box.height), 1e-300});
+  view.x = view.x.with_span(unit * box.width);
+  view.y = view.y.with_span(unit * box.height);
+  return view;
+}
+
+}  // namespace
+
+Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, const Arrangement& arrangement) {
+  std::array<int, 3> axes = {0, 1, 2};
+  std::stable_sort(axes.begin(), axes.end(), [&](int i, int j) { return ranges[i].span() > ranges[j].span(); });
+  const auto [a, b, c] = axes;
+  const auto view = [&](int i, int j) { return View{{}, ranges[i], ranges[j], i, j}; };
+  std::vector<View> views = {view(a, c), view(b, c), view(a, b)};
+  const double across = ranges[a].span() + ranges[b].span(), down = ranges[c].span() + ranges[b].span();
+  const auto scale_beside = [&](double numbers) {
+    return std::min((kWidth - 2 * kEdge - kGap - 2 * numbers) / across, kTallestRows / down);
+  };
+  double numbers = std::max(kNumbers, arrangement.number_room);
+  for (const View& one : views)
+    numbers = std::max(numbers, left_number_width(one.y, scale_beside(numbers) * one.y.span()));
+  const double scale = scale_beside(numbers);
+  const double width = std::max(arrangement.least_width, 2 * kEdge + kGap + 2 * numbers + scale * across);
+  const double spare = (width - 2 * kEdge - kGap - 2 * numbers - scale * across) / 2 / scale;  // for each column
+  const double height =
+      title_height(titles) + scale * down + 2 * (kHeading + kTicRoom) + arrangement.room_below + kLegendRoom;
+  const double left = kEdge + numbers, right = left + scale * (ranges[a].span() + spare) + kGap + numbers;
+  const double top = height - title_height(titles) - kHeading;
+  const double below = top - scale * ranges[c].span() - kTicRoom - kHeading;
+  const auto placed = [&](View& one, double from, double upper) {
+    one.x = one.x.with_span(one.x.span() + spare);
+    one.box = {from, upper - scale * one.y.span(), scale * one.x.span(), scale * one.y.span()};
+  };
+  placed(views[0], left, top);
+  placed(views[1], right, top);
+  placed(views[2], left, below);
+  const Box side{right, views[2].box.bottom, views[1].box.width, views[2].box.height};
+  Canvas canvas(std::round(width), std::round(height));
+  draw_titles(canvas, titles, left);
+  return {std::move(canvas), std::move(views), side};
+}
+
+void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure) {
+  const Points moved = to - from;
+  const auto [low, high] = bounding_box(from);
+  const double longest = std::max(moved.colwise().norm().maxCoeff(), 1e-300);
+  const double factor = round_factor(kLongestDisplacement * (high - low).norm() / longest);
+  const Points tips = from_the_side(from + factor * moved), feet = from_the_side(from);
+  std::vector<Points> edges = edges_of_box(from);
+  std::vector<const Points*> sets = {&tips, &feet};
+  for (const Points& edge : edges) sets.push_back(&edge);
+  const View view = fitted(box, sets);
+  draw_frame(canvas, view,
+             factor > 1 ? fmt::format("Displacements × {:g}, from the side", factor) : "Displacements, from the side",
+             {}, {});
+  canvas.lines(view.pixels(edges), {colour::kGrid, 1.2});
+  const Points seen = view.pixels(feet);
+  for (std::size_t group = 0; group < figure.groups.size(); ++group)
+    canvas.lines(trace(figure, false, seen, group), {faded(colour::kSource, 0.6), 1.1});
+  canvas.arrows(seen(Eigen::all, figure.with_path), view.pixels(tips)(Eigen::all, figure.with_path),
+                {colour::kMomentum, Marks(figure).stroke});
+  draw_start(canvas, seen, figure);
+}
+
+}  // namespace pulson::picture

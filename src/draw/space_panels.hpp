@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "layout.hpp"
+#include "outline.hpp"
+
+namespace pulson::picture {
+
+/// Arranges the three coordinate planes, of one scale, in two rows, like the faces of a box that is unfolded: with a,
+/// b, c the axes from the longest range to the shortest, (a, c) and (b, c) above, (a, b) and the view from the side
+/// below. `tallest` and `all_numbered` of the arrangement are not used.
+Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, const Arrangement& arrangement = {});
+
+/// Draws the landmarks, seen from the side, with arrows of their displacements, which are magnified where they are
+/// small: by 1, 2 or 5 times a power of ten, so that the longest is at most a fifth of the diagonal of the shape. The
+/// heading says by how much. @param from, to 3×N
+void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure);
+
+}  // namespace pulson::picture

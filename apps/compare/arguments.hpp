@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "pulson/compare/comparison.hpp"
-#include "pulson/compare/recovery.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 #include "shell/read_options.hpp"

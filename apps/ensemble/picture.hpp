@@ -1,7 +1,7 @@
 #pragma once
 
-#include "pulson/draw/picture_files.hpp"
-#include "pulson/records/ensemble_record.hpp"
+#include "pulson/draw/pictures.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 

@@ -9,7 +9,6 @@
 #include "core/atomic_file.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
-#include "pulson/fokker_planck/densities.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"

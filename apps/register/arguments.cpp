@@ -4,7 +4,7 @@
 
 #include "core/number_checks.hpp"
 #include "core/text.hpp"
-#include "pulson/formats/observation_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "shell/known_values.hpp"
 
 namespace pulson {

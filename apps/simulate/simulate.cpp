@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "pulson/draw/path_picture.hpp"
-#include "pulson/records/simulation_record.hpp"
+#include "pulson/draw/pictures.hpp"
+#include "pulson/records/records.hpp"
 #include "shell/messages.hpp"
 #include "shell/option_words.hpp"
 #include "shell/options.hpp"

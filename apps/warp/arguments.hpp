@@ -10,7 +10,7 @@
 #include <CLI/App.hpp>
 
 #include "images/push_forward.hpp"
-#include "pulson/warp/label_space.hpp"
+#include "pulson/warp/material_flow.hpp"
 #include "shell/read_options.hpp"
 
 namespace pulson {

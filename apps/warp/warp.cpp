@@ -7,7 +7,7 @@
 
 #include "jobs.hpp"
 #include "pictures.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
 #include "shell/messages.hpp"
 #include "shell/progress.hpp"

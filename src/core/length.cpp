@@ -1,4 +1,3 @@
-#include "pulson/core/length.hpp"
 
 #include <fmt/core.h>
 

@@ -9,8 +9,6 @@
 
 #include <fmt/core.h>
 
-#include "pulson/core/length.hpp"
-
 namespace pulson {
 namespace {
 

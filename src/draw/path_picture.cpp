@@ -1,5 +1,3 @@
-#include "pulson/draw/path_picture.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -11,6 +9,7 @@
 #include "layout.hpp"
 #include "legend.hpp"
 #include "path_panels.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson::picture {
 namespace {

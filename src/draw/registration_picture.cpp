@@ -1,5 +1,3 @@
-#include "pulson/draw/registration_picture.hpp"
-
 #include <cmath>
 #include <numeric>
 
@@ -10,6 +8,7 @@
 #include "layers.hpp"
 #include "layout.hpp"
 #include "legend.hpp"
+#include "pulson/draw/pictures.hpp"
 #include "time_panels.hpp"
 
 namespace pulson::picture {

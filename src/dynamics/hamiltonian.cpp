@@ -1,7 +1,7 @@
-#include "pulson/dynamics/hamiltonian.hpp"
-
 #include <algorithm>
 #include <vector>
+
+#include "pulson/dynamics/stochastic_system.hpp"
 
 namespace pulson {
 

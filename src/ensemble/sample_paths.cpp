@@ -1,11 +1,10 @@
-#include "pulson/ensemble/sample_paths.hpp"
-
 #include <algorithm>
 
 #include <fmt/core.h>
 
 #include "core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/ensemble/ensemble.hpp"
 #include "pulson/random/brownian.hpp"
 
 namespace pulson {

@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "path_sampler.hpp"
-#include "pulson/ensemble/sample_paths.hpp"
+#include "pulson/ensemble/ensemble.hpp"
 #include "pulson/random/brownian.hpp"
 
 namespace pulson {

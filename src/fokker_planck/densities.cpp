@@ -1,9 +1,8 @@
-#include "pulson/fokker_planck/densities.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include "core/number_checks.hpp"
+#include "pulson/fokker_planck/pair_equation.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "pulson/images/image_files.hpp"
-
 #include <algorithm>
 #include <new>
 #include <string>
@@ -11,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/images/image.hpp"
 
 namespace pulson {
 namespace {

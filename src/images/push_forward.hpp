@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "pulson/images/remap.hpp"
+#include "pulson/images/image_warp.hpp"
 #include "warp/coverage.hpp"
 
 namespace pulson {

@@ -1,5 +1,3 @@
-#include "pulson/images/remap.hpp"
-
 #include <algorithm>
 #include <climits>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include "channels.hpp"
 #include "mats.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/images/image_warp.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "pulson/matching/curve_term.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,6 +8,7 @@
 #include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

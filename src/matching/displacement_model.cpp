@@ -1,5 +1,3 @@
-#include "pulson/matching/displacement_model.hpp"
-
 #include <cmath>
 #include <vector>
 
@@ -8,6 +6,7 @@
 
 #include "core/number_checks.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "pulson/matching/landmark_term.hpp"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,6 +8,7 @@
 #include "core/landmark_weights.hpp"
 #include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

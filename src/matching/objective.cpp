@@ -8,7 +8,7 @@
 #include "core/number_checks.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

@@ -13,7 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
 

@@ -5,7 +5,7 @@
 #include "formats/json/json_text.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
-#include "pulson/records/ensemble_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "pulson/records/ensemble_record.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +5,7 @@
 #include "csv_rows.hpp"
 #include "formats/json/json_text.hpp"
 #include "pulson/core/version.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 namespace {

@@ -6,7 +6,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "pulson/records/registration_record.hpp"
-
 #include <cmath>
 #include <iterator>
 #include <vector>
@@ -9,6 +7,7 @@
 #include "csv_rows.hpp"
 #include "formats/json/json_text.hpp"
 #include "pulson/core/version.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 namespace {

@@ -1,8 +1,7 @@
-#include "pulson/records/simulation_record.hpp"
-
 #include "csv_rows.hpp"
 #include "formats/json/json_text.hpp"
 #include "pulson/core/version.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 namespace {

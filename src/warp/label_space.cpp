@@ -1,5 +1,3 @@
-#include "pulson/warp/label_space.hpp"
-
 #include <cmath>
 #include <utility>
 
@@ -10,6 +8,7 @@
 #include "core/number_checks.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/warp/material_flow.hpp"
 
 namespace pulson {
 namespace {

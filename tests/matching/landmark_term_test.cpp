@@ -1,5 +1,3 @@
-#include "pulson/matching/landmark_term.hpp"
-
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -15,6 +13,7 @@
 #include "core/number_checks.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "image_examples.hpp"
-#include "pulson/images/image_files.hpp"
+#include "pulson/images/image.hpp"
 #include "warp_program.hpp"
 
 namespace pulson {

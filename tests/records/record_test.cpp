@@ -11,7 +11,7 @@
 #include "combinations.hpp"
 #include "lines_of.hpp"
 #include "plain_options.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 #include "shape.hpp"
 #include "temporary_folder.hpp"
 

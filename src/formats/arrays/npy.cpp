@@ -1,5 +1,3 @@
-#include "pulson/formats/npy.hpp"
-
 #include <bit>
 #include <cstring>
 #include <string>
@@ -7,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 

@@ -17,7 +17,7 @@
 #include "formats/formats.hpp"
 #include "formats/landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/formats/npy.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson::io {
 namespace {

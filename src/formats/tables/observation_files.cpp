@@ -1,5 +1,3 @@
-#include "pulson/formats/observation_files.hpp"
-
 #include <cmath>
 #include <string>
 
@@ -11,6 +9,7 @@
 #include "formats/csv/csv_records.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

@@ -7,7 +7,6 @@
 #include "pulson/compare/comparison.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/read_options.hpp"
 
 namespace pulson {
 

@@ -12,11 +12,9 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/records/records.hpp"
-#include "shell/interrupt.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 

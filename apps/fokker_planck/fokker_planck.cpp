@@ -13,7 +13,6 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 

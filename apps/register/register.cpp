@@ -14,9 +14,7 @@
 #include "pulson/warp/sampled_map.hpp"
 #include "registration_warnings.hpp"
 #include "report.hpp"
-#include "shell/interrupt.hpp"
 #include "shell/messages.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 #include "summary.hpp"
 

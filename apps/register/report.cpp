@@ -10,7 +10,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "registration_warnings.hpp"
-#include "shell/option_words.hpp"
+#include "shell/options.hpp"
 #include "shell/program.hpp"
 
 namespace pulson {

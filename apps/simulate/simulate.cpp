@@ -6,10 +6,8 @@
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 #include "shell/messages.hpp"
-#include "shell/option_words.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 #include "start_options.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "images/push_forward.hpp"
 #include "pulson/warp/material_flow.hpp"
-#include "shell/read_options.hpp"
+#include "shell/options.hpp"
 
 namespace pulson {
 

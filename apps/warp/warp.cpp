@@ -10,7 +10,6 @@
 #include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
 #include "shell/messages.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {

@@ -6,7 +6,7 @@
 
 #include <fmt/core.h>
 
-#include "core/coincident_landmarks.hpp"
+#include "core/landmark_pairs.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"

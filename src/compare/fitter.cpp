@@ -8,7 +8,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"

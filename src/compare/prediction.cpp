@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "compare/forward_samples.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pulson/images/image_warp.hpp"
-#include "warp/coverage.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 

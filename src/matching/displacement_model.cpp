@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
 

@@ -5,8 +5,8 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "core/landmark_weights.hpp"
-#include "core/number_checks.hpp"
+#include "core/landmark_pairs.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/matching/data_term.hpp"
 

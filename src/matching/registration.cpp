@@ -8,7 +8,7 @@
 
 #include "accuracy.hpp"
 #include "accurate_paths.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"

@@ -5,7 +5,7 @@
 
 #include <libqhull_r/qhull_ra.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/warp/sampled_map.hpp"
 
 namespace pulson {

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
 #include "pulson/matching/data_term.hpp"

@@ -54,6 +54,9 @@ struct LandmarkFormat {
 /// All formats, in the order in which they are tried.
 const std::vector<LandmarkFormat>& landmark_formats();
 
+/// Their names.
+std::vector<std::string> landmark_format_names();
+
 /// The format of this name or, where it is empty, the first that can be written and has the extension of `path`.
 /// @throws InputError where none can be written
 const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path, std::string_view name = {});

@@ -3,10 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "core/number_checks.hpp"
 #include "core/text.hpp"
 #include "formats/csv/csv_columns.hpp"
-#include "formats/csv/csv_records.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"

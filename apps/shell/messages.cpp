@@ -70,7 +70,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 const Clock::time_point kBegin = Clock::now();
-Verbosity chosen = Verbosity::kNormal;
+Verbosity chosen_verbosity = Verbosity::kNormal;
 
 void print_message(Style style, std::string_view name, std::string_view text) {
   std::fflush(stdout);
@@ -86,16 +86,16 @@ std::string counted(std::int64_t count, std::string_view noun, std::string_view 
   return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
 }
 
-Verbosity verbosity() { return chosen; }
+Verbosity verbosity() { return chosen_verbosity; }
 
 void add_quiet_option(CLI::App& verb) {
   verb.add_flag_callback(
-      "-q,--quiet", [] { chosen = Verbosity::kQuiet; }, "print warnings and errors only");
+      "-q,--quiet", [] { chosen_verbosity = Verbosity::kQuiet; }, "print warnings and errors only");
 }
 
 void add_verbose_option(CLI::App& verb) {
   CLI::Option* verbose = verb.add_flag_callback(
-      "-v,--verbose", [] { chosen = Verbosity::kVerbose; }, "log each step with its time, on standard error");
+      "-v,--verbose", [] { chosen_verbosity = Verbosity::kVerbose; }, "log each step with its time, on standard error");
   if (CLI::Option* quiet = verb.get_option_no_throw("--quiet")) verbose->excludes(quiet);
 }
 
@@ -104,7 +104,7 @@ void print_error(std::string_view text) { print_message(Style::kError, "pulson:"
 void print_warning(std::string_view text) { print_message(Style::kWarning, "warning:", text); }
 
 void print_note(std::string_view text) {
-  if (chosen != Verbosity::kQuiet) print_message(Style::kNote, "note:", text);
+  if (chosen_verbosity != Verbosity::kQuiet) print_message(Style::kNote, "note:", text);
 }
 
 void print_notes(const std::vector<std::string>& notes) {
@@ -120,7 +120,7 @@ std::vector<std::string> without_repeats(const std::vector<std::string>& notes) 
 }
 
 void log_step(std::string_view text) {
-  if (chosen != Verbosity::kVerbose) return;
+  if (chosen_verbosity != Verbosity::kVerbose) return;
   const double seconds = std::chrono::duration<double>(Clock::now() - kBegin).count();
   print_message(Style::kNote, fmt::format("{:8.3f} s", seconds), text);
 }

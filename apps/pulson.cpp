@@ -4,7 +4,6 @@
 #include <string>
 #include <string_view>
 
-#include "shell/completion.hpp"
 #include "shell/program.hpp"
 #include "shell/verbs.hpp"
 

@@ -11,7 +11,6 @@
 #include <benchmark/benchmark.h>
 
 #include "pulson/core/parallel.hpp"
-#include "warp/coverage.hpp"
 #include "warp/mesh_raster.hpp"
 
 namespace {

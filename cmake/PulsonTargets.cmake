@@ -122,7 +122,7 @@ function(pulson_library folder)
     add_library(pulson_${folder} STATIC ${ARG_SOURCES})
   endif()
   add_library(pulson::${folder} ALIAS pulson_${folder})
-  # Headers of src/ that folders share, "core/temporary_file.hpp", are named from there.
+  # Headers of src/ that folders share, "core/atomic_file.hpp", are named from there.
   target_include_directories(
     pulson_${folder}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
@@ -136,7 +136,7 @@ function(pulson_library folder)
   if(fmt::fmt IN_LIST ARG_PRIVATE)
     pulson_precompile(
       pulson_${folder} source <algorithm> <cmath> <functional> <map> <memory> <optional> <string> <vector>
-      <Eigen/Cholesky> <Eigen/Core> <fmt/format.h> <fmt/ranges.h>)
+      <Eigen/Core> <fmt/format.h> <fmt/ranges.h> ${PROJECT_SOURCE_DIR}/src/core/factorisations.hpp)
   endif()
   if(NOT ARG_EXPORT)
     set(ARG_EXPORT pulsonTargets)

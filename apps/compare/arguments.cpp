@@ -6,11 +6,10 @@
 
 #include <fmt/core.h>
 
-#include "core/coordinate_frame.hpp"
 #include "core/landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
-#include "shell/known_values.hpp"
+#include "shell/options.hpp"
 
 namespace pulson {
 namespace {

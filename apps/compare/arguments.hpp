@@ -5,10 +5,8 @@
 #include <vector>
 
 #include "pulson/compare/comparison.hpp"
-#include "pulson/compare/recovery.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/read_options.hpp"
 
 namespace pulson {
 

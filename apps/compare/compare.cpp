@@ -13,7 +13,6 @@
 #include "record.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 #include "summary.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "charts/chart.hpp"
 #include "pulson/compare/comparison.hpp"
-#include "pulson/compare/recovery.hpp"
 
 namespace pulson {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pulson/core/version.hpp"
-#include "shell/option_words.hpp"
+#include "shell/options.hpp"
 
 namespace pulson {
 namespace {

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "pulson/compare/comparison.hpp"
-#include "pulson/compare/recovery.hpp"
 
 namespace pulson {
 

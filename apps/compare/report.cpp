@@ -8,7 +8,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "shell/messages.hpp"
-#include "shell/option_words.hpp"
+#include "shell/options.hpp"
 #include "shell/program.hpp"
 #include "summary.hpp"
 

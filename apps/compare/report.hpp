@@ -6,7 +6,6 @@
 
 #include "html/html_report.hpp"
 #include "pulson/compare/comparison.hpp"
-#include "pulson/compare/recovery.hpp"
 
 namespace pulson {
 

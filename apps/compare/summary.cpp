@@ -9,7 +9,6 @@
 
 #include "pulson/core/name_table.hpp"
 #include "shell/messages.hpp"
-#include "shell/terminal.hpp"
 
 namespace pulson {
 namespace {

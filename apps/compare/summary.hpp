@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "pulson/compare/comparison.hpp"
-#include "pulson/compare/recovery.hpp"
 
 namespace pulson {
 

@@ -14,10 +14,11 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
-#include "shell/read_options.hpp"
+#include "shell/options.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -33,14 +34,10 @@ struct ConvertArguments {
   ReadOptions reading;
 };
 
-/// Calls change(points) for the landmarks and for the curves and outlines beside them.
+/// Calls change(points) for all of a file.
 template <class Change>
-void change_points(LandmarkFile& file, const Change& change) {
-  for (Landmarks& shape : file.shapes) {
-    change(shape.points);
-    for (Points& curve : shape.curves) change(curve);
-    for (Points& outline : shape.outlines) change(outline);
-  }
+void change_all_points(LandmarkFile& file, const Change& change) {
+  for (Landmarks& shape : file.shapes) change_points(shape, change);
 }
 
 void check_axes(const std::string& option, const std::string& axes) {
@@ -56,7 +53,7 @@ void convert_axes(const ConvertArguments& arguments, const std::string& input, L
     throw InputError(fmt::format("--axes {}: {} does not say whether its axes are LPS or RAS; give --from-axes",
                                  arguments.axes, input));
   if (file.axes != arguments.axes)
-    change_points(file, [](Points& points) { points.topRows(std::min<Eigen::Index>(2, points.rows())) *= -1; });
+    change_all_points(file, [](Points& points) { points.topRows(std::min<Eigen::Index>(2, points.rows())) *= -1; });
   file.axes = arguments.axes;
 }
 
@@ -64,7 +61,7 @@ void flip_y(const ConvertArguments& arguments, const std::string& input, Landmar
   const double height = arguments.height.value_or(0);
   if (!arguments.height) return;
   if (!std::isfinite(height)) throw InputError(fmt::format("--flip-y is {}; it must be finite", height));
-  change_points(file, [&](Points& points) {
+  change_all_points(file, [&](Points& points) {
     if (points.rows() < 2) throw InputError(input + ": --flip-y needs y; this is 1D");
     points.row(1) = height - points.row(1).array();
   });

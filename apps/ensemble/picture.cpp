@@ -7,7 +7,7 @@
 
 #include "charts/chart.hpp"
 #include "draw/ensemble_picture.hpp"
-#include "pulson/ensemble/sample_paths.hpp"
+#include "pulson/ensemble/ensemble.hpp"
 
 namespace pulson {
 namespace {

@@ -1,7 +1,8 @@
 #pragma once
 
 #include "draw/ensemble_picture.hpp"
-#include "pulson/records/ensemble_record.hpp"
+#include "pulson/draw/pictures.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 

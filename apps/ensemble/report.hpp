@@ -6,7 +6,7 @@
 
 #include "draw/ensemble_picture.hpp"
 #include "html/html_report.hpp"
-#include "pulson/records/ensemble_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 

@@ -9,13 +9,11 @@
 #include "core/atomic_file.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
-#include "pulson/fokker_planck/densities.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 

@@ -2,10 +2,9 @@
 
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
 #include "core/text.hpp"
-#include "pulson/formats/observation_files.hpp"
-#include "shell/known_values.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "shell/options.hpp"
 
 namespace pulson {
 namespace {

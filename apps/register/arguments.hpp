@@ -6,7 +6,6 @@
 #include "pulson/matching/registration.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/read_options.hpp"
 #include "underlay.hpp"
 
 namespace pulson {

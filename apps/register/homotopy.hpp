@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "pulson/draw/picture_files.hpp"
-#include "pulson/matching/homotopy.hpp"
+#include "pulson/draw/pictures.hpp"
+#include "pulson/matching/fit_parameters.hpp"
 
 namespace pulson {
 

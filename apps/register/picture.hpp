@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "html/html_report.hpp"
-#include "pulson/draw/registration_picture.hpp"
+#include "pulson/draw/pictures.hpp"
 #include "pulson/matching/registration.hpp"
 
 namespace pulson {

@@ -8,6 +8,8 @@
 #include "picture.hpp"
 #include "pulson/core/name_table.hpp"
 #include "registration_warnings.hpp"
+#include "shell/options.hpp"
+#include "shell/program.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {

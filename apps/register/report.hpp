@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "html/html_report.hpp"
-#include "pulson/draw/registration_picture.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/draw/pictures.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 

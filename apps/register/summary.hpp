@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 

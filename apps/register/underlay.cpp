@@ -11,7 +11,7 @@
 #include "draw/child_process.hpp"
 #include "picture.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 namespace {

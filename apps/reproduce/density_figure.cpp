@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "laboratory.hpp"
-#include "pulson/fokker_planck/densities.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 
 namespace pulson {

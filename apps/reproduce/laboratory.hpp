@@ -8,7 +8,7 @@
 #include "charts/chart.hpp"
 #include "html/html_report.hpp"
 #include "pulson/ensemble/ensemble.hpp"
-#include "shell/progress.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 

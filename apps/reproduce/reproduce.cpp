@@ -7,10 +7,8 @@
 #include "laboratory.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
-#include "shell/interrupt.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {

@@ -1,10 +1,9 @@
-#include "build_facts.hpp"
-
 #include <vector>
 
 #include <fmt/format.h>
 #include <hwy/highway.h>
 
+#include "program.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/kernels/kernel_operator.hpp"

@@ -1,14 +1,12 @@
 // `pulson completion`: scripts for shells, made from the verbs and their options.
 
-#include "completion.hpp"
-
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "known_values.hpp"
+#include "options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -16,9 +14,24 @@
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "reproduce/laboratory.hpp"
+#include "verbs.hpp"
 
 namespace pulson {
 namespace {
+
+struct CompletedOption {
+  std::vector<std::string> names;  ///< "-o", "--out"
+  std::string help;
+  bool takes_value;
+  std::vector<std::string> values;  ///< known beginnings of the value; files where there are none
+};
+
+struct CompletedVerb {
+  std::string name;
+  std::string help;
+  std::vector<CompletedOption> options;
+  std::vector<std::string> words;  ///< that stand beside options, besides files
+};
 
 /// In single quotes, where `'` ends them for a moment.
 std::string in_shell_quotes(const std::string& text) {
@@ -93,8 +106,6 @@ std::string fish_option(const CompletedVerb& verb, const CompletedOption& option
   return text + " -d '" + escaped + "'\n";
 }
 
-}  // namespace
-
 std::string bash_completion(const std::vector<CompletedVerb>& verbs) {
   std::string names;
   std::string cases;
@@ -161,8 +172,6 @@ std::string fish_completion(const std::vector<CompletedVerb>& verbs) {
   }
   return text;
 }
-
-namespace {
 
 template <class Make>
 std::vector<std::string> names_in(const NameTable<Make>& table) {

@@ -2,23 +2,75 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <set>
 #include <string>
 
 #include <fmt/core.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "option_words.hpp"
-#include "terminal.hpp"
+#include "core/text.hpp"
+#include "options.hpp"
 
 namespace pulson {
+
+namespace {
+
+bool shows_colours(int descriptor) {
+  const char* const forbidden = std::getenv("NO_COLOR");
+  if (forbidden != nullptr && *forbidden != '\0') return false;
+  const char* const kind = std::getenv("TERM");
+  return kind != nullptr && *kind != '\0' && std::string_view(kind) != "dumb" && is_terminal(descriptor);
+}
+
+std::string_view code_of(Style style) {
+  switch (style) {
+    case Style::kError:
+      return "\x1b[1;31m";
+    case Style::kWarning:
+      return "\x1b[33m";
+    case Style::kNote:
+      return "\x1b[2m";
+  }
+  return "";
+}
+
+}  // namespace
+
+bool is_terminal(int descriptor) { return ::isatty(descriptor) != 0; }
+
+std::size_t terminal_width(int descriptor, std::size_t otherwise) {
+  winsize size{};
+  if (!is_terminal(descriptor) || ::ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return otherwise;
+  return size.ws_col;
+}
+
+std::string painted(Style style, std::string_view text, int descriptor) {
+  if (!shows_colours(descriptor)) return std::string(text);
+  return std::string(code_of(style)) + std::string(text) + "\x1b[0m";
+}
+
+std::size_t columns(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), begins_character));
+}
+
+std::string first_columns(std::string_view text, std::size_t count) {
+  std::size_t end = 0;
+  for (std::size_t seen = 0; end < text.size(); ++end)
+    if (begins_character(text[end]) && seen++ == count) break;
+  return std::string(text.substr(0, end));
+}
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
 const Clock::time_point kBegin = Clock::now();
-Verbosity chosen = Verbosity::kNormal;
+Verbosity chosen_verbosity = Verbosity::kNormal;
 
 void print_message(Style style, std::string_view name, std::string_view text) {
   std::fflush(stdout);
@@ -34,16 +86,16 @@ std::string counted(std::int64_t count, std::string_view noun, std::string_view 
   return fmt::format("{} {}{}{}{}", count, noun, count == 1 ? "" : "s", rest.empty() ? "" : " ", rest);
 }
 
-Verbosity verbosity() { return chosen; }
+Verbosity verbosity() { return chosen_verbosity; }
 
 void add_quiet_option(CLI::App& verb) {
   verb.add_flag_callback(
-      "-q,--quiet", [] { chosen = Verbosity::kQuiet; }, "print warnings and errors only");
+      "-q,--quiet", [] { chosen_verbosity = Verbosity::kQuiet; }, "print warnings and errors only");
 }
 
 void add_verbose_option(CLI::App& verb) {
   CLI::Option* verbose = verb.add_flag_callback(
-      "-v,--verbose", [] { chosen = Verbosity::kVerbose; }, "log each step with its time, on standard error");
+      "-v,--verbose", [] { chosen_verbosity = Verbosity::kVerbose; }, "log each step with its time, on standard error");
   if (CLI::Option* quiet = verb.get_option_no_throw("--quiet")) verbose->excludes(quiet);
 }
 
@@ -52,7 +104,7 @@ void print_error(std::string_view text) { print_message(Style::kError, "pulson:"
 void print_warning(std::string_view text) { print_message(Style::kWarning, "warning:", text); }
 
 void print_note(std::string_view text) {
-  if (chosen != Verbosity::kQuiet) print_message(Style::kNote, "note:", text);
+  if (chosen_verbosity != Verbosity::kQuiet) print_message(Style::kNote, "note:", text);
 }
 
 void print_notes(const std::vector<std::string>& notes) {
@@ -68,9 +120,158 @@ std::vector<std::string> without_repeats(const std::vector<std::string>& notes) 
 }
 
 void log_step(std::string_view text) {
-  if (chosen != Verbosity::kVerbose) return;
+  if (chosen_verbosity != Verbosity::kVerbose) return;
   const double seconds = std::chrono::duration<double>(Clock::now() - kBegin).count();
   print_message(Style::kNote, fmt::format("{:8.3f} s", seconds), text);
 }
+
+namespace {
+
+constexpr double kSilence = 1;     // seconds at the start
+constexpr double kInterval = 0.1;  // seconds between two lines
+constexpr double kMemory = 3;      // seconds over which the time left is smoothed
+constexpr std::size_t kBar = 20;
+
+void erase_and_die(int number) {
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kEraseLine, sizeof kEraseLine - 1);
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+// Only where nobody else listens: verbs that put their work in order clear the line themselves.
+void replace_handler(void (*expected)(int), void (*handler)(int)) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    struct sigaction action {};
+    if (::sigaction(number, nullptr, &action) == 0 && action.sa_handler == expected) std::signal(number, handler);
+  }
+}
+
+std::string bar(double fraction) {
+  const auto full = static_cast<std::size_t>(std::lround(fraction * kBar));
+  return '[' + std::string(full, '#') + std::string(kBar - full, '.') + ']';
+}
+
+}  // namespace
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string duration_text(double seconds) {
+  if (seconds < 90) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 5400) return fmt::format("{:.0f} min", seconds / 60);
+  return fmt::format("{:.1f} h", seconds / 3600);
+}
+
+Progress::Progress()
+    : started_(seconds_now()),
+      begun_(started_),
+      on_terminal_(is_terminal(STDERR_FILENO) && verbosity() != Verbosity::kQuiet) {}
+
+Progress::~Progress() { clear(); }
+
+void Progress::clear() {
+  if (shown_ == 0) return;
+  fmt::print(stderr, "{}", kEraseLine);
+  std::fflush(stderr);
+  shown_ = 0;
+  replace_handler(erase_and_die, SIG_DFL);
+}
+
+bool Progress::is_time_to_draw() {
+  const double time = seconds_now();
+  return on_terminal_ && time - started_ >= kSilence && time - shown_ >= kInterval;
+}
+
+void Progress::draw(const std::string& text) {
+  if (shown_ == 0) replace_handler(SIG_DFL, erase_and_die);
+  shown_ = seconds_now();
+  constexpr std::size_t kUsual = 80;
+  const std::size_t width = terminal_width(STDERR_FILENO, kUsual);
+  fmt::print(stderr, "{}{}", kEraseLine, first_columns(text, std::max<std::size_t>(width, 2) - 1));
+  std::fflush(stderr);
+}
+
+void Progress::show(const std::string& text) {
+  if (verbosity() == Verbosity::kVerbose) {
+    clear();
+    log_step(text);
+  } else if (is_time_to_draw()) {
+    draw(text);
+  }
+}
+
+double Progress::left(double fraction) {
+  const double time = seconds_now();
+  const double estimate = (time - begun_) * (1 - fraction) / (fraction - first_);
+  if (left_ < 0) {
+    left_ = estimate;
+  } else {
+    const double passed = time - estimated_;
+    const double weight = 1 - std::exp(-passed / kMemory);
+    left_ = (1 - weight) * std::max(0.0, left_ - passed) + weight * estimate;
+  }
+  estimated_ = time;
+  return left_;
+}
+
+void Progress::show(double fraction, const std::string& text) {
+  fraction = std::clamp(fraction, 0.0, 1.0);
+  if (fraction < fraction_) {
+    begun_ = seconds_now();
+    first_ = fraction;
+    left_ = -1;
+  }
+  fraction_ = fraction;
+  if (!is_time_to_draw()) return;
+  const std::string rest = fraction > first_ ? duration_text(left(fraction)) + " left" : "";
+  draw(fmt::format("{} {:3.0f} % {:>10}  {}", bar(fraction), 100 * fraction, rest, text));
+}
+
+namespace {
+
+volatile std::sig_atomic_t signalled = 0;
+
+void note(int number) {
+  signalled = 1;
+  std::signal(number, SIG_DFL);
+}
+
+// Made before the signal comes: a handler may not allocate.
+std::string& loss_line() {
+  static std::string line;
+  return line;
+}
+
+void tell_loss_and_die(int number) {
+  const std::string& line = loss_line();
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, line.data(), line.size());
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+void handle_with(void (*handler)(int)) {
+  std::signal(SIGINT, handler);
+  std::signal(SIGTERM, handler);
+}
+
+}  // namespace
+
+Interrupt::Interrupt() {
+  signalled = 0;
+  handle_with(note);
+}
+
+Interrupt::~Interrupt() { handle_with(SIG_DFL); }
+
+bool Interrupt::came() { return signalled != 0; }
+
+LossNotice::LossNotice(const std::string& loss) {
+  const std::string erased = is_terminal(STDERR_FILENO) ? kEraseLine : "";
+  loss_line() = erased + "pulson: " + loss + "\n";
+  handle_with(tell_loss_and_die);
+}
+
+LossNotice::~LossNotice() { handle_with(SIG_DFL); }
 
 }  // namespace pulson

@@ -1,15 +1,27 @@
 #include "options.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
+
 namespace {
 
 constexpr int kMaxSteps = 10'000'000;
@@ -83,6 +95,261 @@ void add_threads_option(CLI::App& verb) {
         set_thread_count(count);
       },
       "threads to use, at most one per core; 0: one per core");
+}
+
+namespace {
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kOptionOf{{
+    {"applies_scale", "--scale apply"},
+    {"curve_points", "--curves"},
+    {"data.kind", "--data"},
+    {"dimension", "--dim"},
+    {"grid.steps", "--steps"},
+    {"merge_coincident", "--merge-coincident"},
+    {"negative_is_missing", "--missing negative"},
+    {"noise", "--noise"},
+    {"points.row(1) *= -1", "pulson convert --flip-y"},
+    {"reflect", "--reflect"},
+}};
+
+std::string_view option_of(std::string_view name) {
+  const auto* found =
+      std::find_if(kOptionOf.begin(), kOptionOf.end(), [&](const auto& row) { return row.first == name; });
+  return found == kOptionOf.end() ? std::string_view() : found->second;
+}
+
+// Of `NAME` or `NAME = VALUE`; empty where the program has no such option.
+std::string option_text(std::string_view setting) {
+  constexpr std::string_view kEquals = " = ";
+  if (const std::string_view option = option_of(setting); !option.empty()) return std::string(option);
+  const std::size_t equals = setting.find(kEquals);
+  if (equals == std::string_view::npos) return {};
+  const std::string_view option = option_of(setting.substr(0, equals));
+  if (option.empty()) return {};
+  return std::string(option) + ' ' + std::string(setting.substr(equals + kEquals.size()));
+}
+
+}  // namespace
+
+std::string in_option_words(std::string_view message) {
+  std::string text;
+  for (;;) {
+    const std::size_t begin = message.find('`');
+    const std::size_t end = begin == std::string_view::npos ? begin : message.find('`', begin + 1);
+    if (end == std::string_view::npos) return text.append(message);
+    const std::string option = option_text(message.substr(begin + 1, end - begin - 1));
+    text.append(message.substr(0, option.empty() ? end : begin)).append(option);
+    message.remove_prefix(option.empty() ? end : end + 1);
+  }
+}
+
+std::vector<std::string> in_option_words(std::vector<std::string> messages) {
+  for (std::string& message : messages) message = in_option_words(message);
+  return messages;
+}
+
+namespace {
+
+constexpr const char* kGroup = "Reading landmarks";
+constexpr int kFewestCurvePoints = 2;
+constexpr int kMostCurvePoints = 100'000;
+
+const std::vector<std::string> kColumnKeys = {"x", "y", "z", "name", "specimen", "group"};
+
+void add_column(std::string_view text, ReadOptions& options) {
+  const std::size_t equals = text.find('=');
+  const std::string key(text.substr(0, equals));
+  if (equals == std::string_view::npos || equals + 1 == text.size())
+    throw InputError(
+        fmt::format("--columns: '{}' is not of the form x=COLUMN; valid: {}", text, fmt::join(kColumnKeys, ", ")));
+  if (std::find(kColumnKeys.begin(), kColumnKeys.end(), key) == kColumnKeys.end())
+    throw InputError(
+        fmt::format("--columns: '{}' is not the name of a kind of column{}", key, advice_on_name(key, kColumnKeys)));
+  if (!options.columns.try_emplace(key, text.substr(equals + 1)).second)
+    throw InputError(fmt::format("--columns: {} is given twice", key));
+}
+
+void set_columns(std::string_view text, ReadOptions& options) {
+  for (bool is_last = false; !is_last;) {
+    const std::size_t comma = text.find(',');
+    is_last = comma == std::string_view::npos;
+    add_column(text.substr(0, comma), options);
+    if (!is_last) text.remove_prefix(comma + 1);
+  }
+}
+
+void set_format(const std::string& name, ReadOptions& options) {
+  const std::vector<std::string> names = landmark_format_names();
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    throw InputError(fmt::format("--format: '{}' is not a landmark format{}", name, advice_on_name(name, names)));
+  options.format = name;
+}
+
+void add_text_option(CLI::App& verb, const std::string& name, const std::function<void(const std::string&)>& set,
+                     const std::string& type, const std::string& help) {
+  verb.add_option_function<std::string>(name, set, help)->type_name(type)->group(kGroup);
+}
+
+}  // namespace
+
+void add_read_options(CLI::App& verb, ReadOptions& options) {
+  add_text_option(
+      verb, "--missing",
+      [&options](const std::string& text) {
+        if (text != "negative") throw InputError("--missing is '" + text + "'; it must be negative, or left out");
+        options.negative_is_missing = true;
+      },
+      "NAME", "negative: each landmark with a negative coordinate is missing");
+  add_text_option(
+      verb, "--format", [&options](const std::string& name) { set_format(name, options); }, "NAME",
+      "format of landmark files, see pulson info formats [recognised by their content]");
+  add_text_option(
+      verb, "--columns", [&options](const std::string& text) { set_columns(text, options); }, "NAMES",
+      "columns of tables: x=COLUMN,y=COLUMN,… for x, y, z, name (of landmarks), specimen, group");
+  verb.add_option_function<int>(
+          "--dim",
+          [&options](int d) {
+            if (d != 2 && d != 3) throw InputError(fmt::format("--dim is {}; it must be 2 or 3", d));
+            options.dimension = d;
+          },
+          "2 or 3: coordinates per landmark in a table of one column, one below the other")
+      ->group(kGroup);
+  add_text_option(
+      verb, "--landmarks",
+      [&options](const std::string& text) {
+        if (text.empty()) throw InputError("--landmarks is empty; it must be numbers, ranges or labels, as in 1-20,25");
+        options.landmarks = text;
+      },
+      "LIST", "landmarks to read, in this order: numbers in the file, ranges and labels, as in 1-20,25,tip [all]");
+  verb.add_option_function<int>(
+          "--curves",
+          [&options](int count) {
+            if (count < kFewestCurvePoints || count > kMostCurvePoints)
+              throw InputError(
+                  fmt::format("--curves is {}; it must be from {} to {}", count, kFewestCurvePoints, kMostCurvePoints));
+            options.curve_points = count;
+          },
+          "number of landmarks to place on each curve and outline, at equal distances along it")
+      ->group(kGroup);
+  add_text_option(
+      verb, "--scale",
+      [&options](const std::string& text) {
+        if (text != "apply") throw InputError("--scale is '" + text + "'; it must be apply, or left out");
+        options.applies_scale = true;
+      },
+      "NAME", "apply: multiply coordinates by the scale of their shape, such as SCALE= of tps");
+}
+
+void add_flip_option(CLI::App& verb, ReadOptions& options) {
+  verb.add_flag_function(
+      "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count > 0; },
+      "draw y downwards, as in the rows of an image [if the landmark files are of images]");
+}
+
+const std::vector<std::string>& known_values(const std::string& option) {
+  static const std::map<std::string, std::vector<std::string>> kValues = {
+      {"--mode", {"deterministic", "metamorphosis", "map", "pathwise", "expected"}},
+      {"--data", {"landmarks", "varifold", "current"}},
+      {"--curve-ends", {"auto", "closed", "open"}},
+      {"--align", {"none", "translation", "rigid", "similarity", "affine"}},
+      {"--solver", {"auto", "paths", "gauss-newton", "lbfgs"}},
+      {"--missing", {"negative"}},
+      {"--format", landmark_format_names()},
+      {"--dim", {"2", "3"}},
+      {"--scale", {"apply"}},
+      {"--axes", {"LPS", "RAS"}},
+      {"--from-axes", {"LPS", "RAS"}},
+      {"--labels", {"metric", "thin-plate"}},
+      {"--method", {"auto", "pull", "push"}},
+      {"--over", {"least-stretched", "first", "label-order", "average"}},
+      {"--interpolation", {"nearest", "linear", "cubic", "lanczos", "label"}},
+      {"--border", {"auto", "transparent", "constant", "replicate", "reflect"}}};
+  static const std::vector<std::string> kNone;
+  const auto found = kValues.find(option);
+  return found == kValues.end() ? kNone : found->second;
+}
+
+CLI::Option* only_known(CLI::Option* option, const std::string& what, const std::vector<std::string>& more) {
+  std::vector<std::string> valid = more;
+  const std::vector<std::string>& known = known_values(option->get_name());
+  valid.insert(valid.end(), known.begin(), known.end());
+  return option->check([what, valid](const std::string& text) {
+    if (std::find(valid.begin(), valid.end(), text) == valid.end())
+      throw InputError(fmt::format("unknown {} '{}'{}", what, text, advice_on_name(text, valid)));
+    return std::string();
+  });
+}
+
+namespace {
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+[[noreturn]] void refuse(const std::string& word, const CLI::App& verb, const std::vector<std::string>& valid) {
+  const std::string text = word.substr(0, word.find('='));
+  const std::string near = nearest_name(text.substr(text.find_first_not_of('-')), valid);
+  throw InputError(fmt::format("unknown option '{}'{} (see pulson {}--help)", text,
+                               near.empty() ? "" : "; did you mean '--" + near + "'",
+                               verb.get_parent() == nullptr ? "" : verb.get_name() + " "));
+}
+
+/// The option that a word names, or null where it is none. @throws InputError where it only looks like one
+const CLI::Option* named_option(const std::string& word, const CLI::App& verb, const std::vector<std::string>& valid) {
+  if (word.size() < 2 || word[0] != '-' || std::isdigit(static_cast<unsigned char>(word[1])) != 0 || word[1] == '.')
+    return nullptr;
+  const bool is_long = word[1] == '-';
+  const std::string name = word.substr(0, is_long ? word.find('=') : 2);
+  const CLI::Option* option = verb.get_option_no_throw(name);
+  // -out is not -o with the value ut.
+  const bool misses_a_dash = !is_long && word.size() > 3 && contains(valid, word.substr(1, word.find('=') - 1));
+  if (option == nullptr || misses_a_dash) refuse(word, verb, valid);
+  return option;
+}
+
+void check_options(const CLI::App& verb, const std::vector<std::string>& arguments) {
+  const std::vector<std::string> valid = long_names(verb);
+  for (std::size_t i = 1; i < arguments.size() && arguments[i] != "--"; ++i) {
+    const std::string& word = arguments[i];
+    const CLI::Option* option = named_option(word, verb, valid);
+    const bool holds_value = word.find('=') != std::string::npos || (word.size() > 2 && word[1] != '-');
+    // The value may begin with a dash: --lambda -1.
+    if (option != nullptr && !holds_value) i += static_cast<std::size_t>(std::max(0, option->get_items_expected_min()));
+  }
+}
+
+}  // namespace
+
+std::string suggestion(const std::string& name, const std::vector<std::string>& valid) {
+  const std::string near = nearest_name(name, valid);
+  return near.empty() ? "" : "; did you mean '" + near + "'";
+}
+
+std::vector<std::string> long_names(const CLI::App& verb) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : verb.get_options())
+    names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
+  return names;
+}
+
+std::vector<std::string> verb_names(const CLI::App& program) {
+  std::vector<std::string> names;
+  for (const CLI::App* verb : program.get_subcommands({})) names.push_back(verb->get_name());
+  return names;
+}
+
+void check_names(const CLI::App& program, const std::vector<std::string>& arguments) {
+  if (arguments.empty()) return;
+  const std::string& first = arguments.front();
+  if (!first.empty() && first.front() == '-') {
+    const std::vector<std::string> valid = long_names(program);
+    if (named_option(first, program, valid) == nullptr) refuse(first, program, valid);
+    return;
+  }
+  const std::vector<std::string> verbs = verb_names(program);
+  if (!contains(verbs, first))
+    throw InputError(fmt::format("unknown verb '{}'{}", first, advice_on_name(first, verbs)));
+  check_options(*program.get_subcommand(first), arguments);
 }
 
 }  // namespace pulson

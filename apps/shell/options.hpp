@@ -5,10 +5,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
 
 #include "pulson/core/time_grid.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 
@@ -37,5 +41,38 @@ void add_seed_option(CLI::App& verb, std::uint64_t& seed);
 
 /// `--threads`; sets the number at once.
 void add_threads_option(CLI::App& verb);
+
+/// A message of the library in the program's words: settings that it names as its options have them, in backticks,
+/// become options of the command line: "more `grid.steps`" is "more --steps", "`data.kind = varifold`" is "--data
+/// varifold". Other text in backticks stays.
+std::string in_option_words(std::string_view message);
+std::vector<std::string> in_option_words(std::vector<std::string> messages);
+
+/// `--missing`, `--format`, `--columns`, `--dim`, `--landmarks`, `--curves` and `--scale`, of every verb that reads
+/// landmarks.
+void add_read_options(CLI::App& verb, ReadOptions& options);
+
+/// Adds --flip-y and --no-flip-y of verbs that draw landmarks.
+void add_flip_option(CLI::App& verb, ReadOptions& options);
+
+/// The words that an option takes: of `--mode` deterministic, map, … Empty where it takes others as well.
+const std::vector<std::string>& known_values(const std::string& option);
+
+/// Refuses other words, with a suggestion. `what` is what messages call them; `more` are words of this verb alone.
+/// @throws InputError from the parser
+CLI::Option* only_known(CLI::Option* option, const std::string& what, const std::vector<std::string>& more = {});
+
+/// "; did you mean 'register'?" or nothing.
+std::string suggestion(const std::string& name, const std::vector<std::string>& valid);
+
+/// The long names of a verb's options, without the dashes.
+std::vector<std::string> long_names(const CLI::App& verb);
+
+/// The names of the verbs.
+std::vector<std::string> verb_names(const CLI::App& program);
+
+/// A first word that is no verb, or a word that looks like an option of it and is none, gets an answer of its own: the
+/// parser would take its value for a file and miss something else. @throws InputError
+void check_names(const CLI::App& program, const std::vector<std::string>& arguments);
 
 }  // namespace pulson

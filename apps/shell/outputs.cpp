@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"

@@ -10,7 +10,7 @@
 
 #include "core/atomic_file.hpp"
 #include "messages.hpp"
-#include "pulson/draw/picture_files.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson {
 

@@ -1,9 +1,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
 
 namespace pulson {
 
@@ -14,5 +19,18 @@ int run_program(int argc, char** argv, const std::function<void(CLI::App& progra
 /// The command line of this run as a shell reads it, for reports: `pulson register 'a b.csv' …`. Empty outside
 /// run_program().
 const std::string& command_line();
+
+/// What `--version` prints: "pulson 0.1.0", then vector code, compiler, threads and libraries, a line each.
+std::string build_facts();
+
+/// Help as wide as the terminal, at least 80 columns, and 100 where there is none. Descriptions are wrapped, not cut;
+/// indented lines of a footer, which are commands to be copied, stay whole.
+std::shared_ptr<CLI::FormatterBase> help_formatter();
+
+/// What the program says where it is called without arguments.
+std::string welcome();
+
+/// Lines of at most `width` columns; a longer word has a line of its own.
+std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 
 }  // namespace pulson

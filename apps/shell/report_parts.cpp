@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "messages.hpp"
-#include "option_words.hpp"
+#include "options.hpp"
 #include "program.hpp"
 #include "pulson/core/version.hpp"
 #include "register/picture.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "html/html_report.hpp"
-#include "pulson/records/simulation_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 

@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "pulson/draw/path_picture.hpp"
-#include "pulson/records/simulation_record.hpp"
+#include "pulson/draw/pictures.hpp"
+#include "pulson/records/records.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
-#include "shell/option_words.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 #include "start_options.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
 
 namespace pulson {

@@ -7,7 +7,7 @@
 #include <CLI/App.hpp>
 
 #include "pulson/dynamics/stochastic_system.hpp"
-#include "shell/read_options.hpp"
+#include "shell/options.hpp"
 
 namespace pulson {
 

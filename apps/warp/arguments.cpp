@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "draw/animation.hpp"
 #include "draw/gnuplot.hpp"
 #include "drawings.hpp"

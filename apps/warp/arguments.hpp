@@ -10,8 +10,8 @@
 #include <CLI/App.hpp>
 
 #include "images/push_forward.hpp"
-#include "pulson/warp/label_space.hpp"
-#include "shell/read_options.hpp"
+#include "pulson/warp/material_flow.hpp"
+#include "shell/options.hpp"
 
 namespace pulson {
 

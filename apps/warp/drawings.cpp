@@ -8,7 +8,7 @@
 
 #include "core/atomic_file.hpp"
 #include "images/compose.hpp"
-#include "pulson/images/image_files.hpp"
+#include "pulson/images/image.hpp"
 
 namespace pulson {
 namespace {

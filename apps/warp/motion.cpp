@@ -6,7 +6,7 @@
 #include "draw/animation.hpp"
 #include "images/compose.hpp"
 #include "pictures.hpp"
-#include "shell/progress.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

@@ -3,7 +3,6 @@
 #include "shell/options.hpp"
 
 #include "arguments.hpp"
-#include "shell/known_values.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {

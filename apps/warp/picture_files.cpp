@@ -10,7 +10,7 @@
 
 #include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/images/image_files.hpp"
+#include "pulson/images/image.hpp"
 
 namespace pulson {
 

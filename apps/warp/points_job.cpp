@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include "core/coordinate_frame.hpp"
+#include "core/landmark_pairs.hpp"
 #include "jobs.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "report.hpp"

@@ -11,7 +11,7 @@
 #include "html/html_report.hpp"
 #include "images/compose.hpp"
 #include "pictures.hpp"
-#include "pulson/images/image_files.hpp"
+#include "pulson/images/image.hpp"
 #include "register/picture.hpp"
 #include "register/registration_warnings.hpp"
 #include "shell/report_parts.hpp"

@@ -8,7 +8,7 @@
 
 #include "jobs.hpp"
 #include "pulson/random/brownian.hpp"
-#include "shell/progress.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {

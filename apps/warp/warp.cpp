@@ -7,11 +7,10 @@
 
 #include "jobs.hpp"
 #include "pictures.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
-#include "shell/progress.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "pulson/draw/picture_files.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson {
 

@@ -1,5 +1,3 @@
-#include "pulson/compare/cohort.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,7 +6,8 @@
 
 #include <fmt/core.h>
 
-#include "core/coincident_landmarks.hpp"
+#include "core/landmark_pairs.hpp"
+#include "pulson/compare/cohort_fit.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"

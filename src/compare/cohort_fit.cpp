@@ -7,7 +7,7 @@
 #include "fitter.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 

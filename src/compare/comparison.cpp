@@ -9,7 +9,6 @@
 #include <fmt/core.h>
 
 #include "map_facts.hpp"
-#include "pulson/compare/recovery.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "statistics.hpp"

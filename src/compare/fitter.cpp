@@ -8,12 +8,12 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
-#include "pulson/matching/minimise.hpp"
+#include "pulson/matching/data_term.hpp"
+#include "pulson/matching/objective.hpp"
 
 namespace pulson {
 namespace {

@@ -6,7 +6,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/warp/material_flow.hpp"
-#include "pulson/warp/triangulation.hpp"
+#include "pulson/warp/sampled_map.hpp"
 #include "statistics.hpp"
 
 namespace pulson {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "pulson/compare/cohort.hpp"
+#include "pulson/compare/cohort_fit.hpp"
 #include "pulson/matching/objective.hpp"
 
 namespace pulson {

@@ -1,11 +1,10 @@
-#include "pulson/compare/prediction.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "compare/forward_samples.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
+#include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "statistics.hpp"

@@ -1,5 +1,3 @@
-#include "pulson/compare/recovery.hpp"
-
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -8,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "compare/forward_samples.hpp"
+#include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 

@@ -1,6 +1,5 @@
 #include "pulson/core/alignment.hpp"
 
-#include <utility>
 #include <vector>
 
 #include <Eigen/LU>
@@ -8,8 +7,8 @@
 #include <Eigen/SVD>
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
-#include "landmark_weights.hpp"
+#include "core/text.hpp"
+#include "landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"

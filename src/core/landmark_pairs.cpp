@@ -1,16 +1,21 @@
 #include "core/landmark_pairs.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
+
 namespace {
 
 using Places = std::map<std::string, int>;
@@ -140,6 +145,85 @@ std::string listed(const Landmarks& shape, const std::vector<int>& landmarks) {
   for (std::size_t i = 0; i < landmarks.size() && i < kMost; ++i)
     text += (i > 0 ? ", " : "") + shape.describe(landmarks[i]);
   return landmarks.size() > kMost ? text + ", …" : text;
+}
+
+bool is_repeated(const Points& points, int a, int b) {
+  if (points.col(a).hasNaN() || points.col(b).hasNaN()) return true;
+  constexpr double kRounding = 1e-12;  // of the diameter, as in find_coincident()
+  return (points.col(a) - points.col(b)).norm() <= kRounding * diameter(points);
+}
+
+Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vector2d& weights) {
+  std::vector<int> others;
+  for (int a = 0; a < shape.count(); ++a)
+    if (a != second) others.push_back(a);
+  Landmarks result = shape;
+  Points& x = result.points;
+  if (x.col(first).hasNaN())
+    x.col(first) = Eigen::VectorXd(x.col(second));
+  else if (!x.col(second).hasNaN() && weights.sum() > 0)
+    x.col(first) = (weights[0] * x.col(first) + weights[1] * x.col(second)) / weights.sum();
+  return selected(result, others);
+}
+
+std::string merged_note(const Landmarks& shape, int first, int second, const std::string& shapes) {
+  const bool closes = first == 0 && second == shape.count() - 1;
+  return fmt::format("{}: landmarks {} and {} are at the same position{}{} and are merged{}", shape.source,
+                     shape.describe(first), shape.describe(second), shapes.empty() ? "" : " ", shapes,
+                     closes ? ": a closed outline" : "");
+}
+
+std::string coincident_error(const Landmarks& shape, int first, int second, const Landmarks& other) {
+  return fmt::format(
+      "{}: landmarks {} and {} are at the same position, but apart in {}, which no flow can reach: merge them with "
+      "`merge_coincident`, or omit one from every file",
+      shape.source, shape.describe(first), shape.describe(second), other.source);
+}
+
+namespace {
+
+std::optional<double> metres(std::string_view unit) {
+  constexpr std::array<std::pair<std::string_view, double>, 5> kUnits = {
+      {{"nm", 1e-9}, {"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}}};
+  for (const auto& [name, size] : kUnits)
+    if (name == unit) return size;
+  return std::nullopt;
+}
+
+bool differ(const std::string& a, const std::string& b) { return !a.empty() && !b.empty() && a != b; }
+
+}  // namespace
+
+Landmarks in_frame_of(const Landmarks& frame, const Landmarks& shape, std::vector<std::string>& notes) {
+  Landmarks result = shape;
+  if (differ(frame.axes, shape.axes) && shape.dimension() >= 2) {
+    change_points(result, [](Points& points) { points.topRows(2) *= -1; });
+    notes.push_back(fmt::format("{}: its axes are {}, those of {} {}; converted by changing the signs of x and y",
+                                shape.source, shape.axes, frame.source, frame.axes));
+  }
+  if (differ(frame.units, shape.units)) {
+    const auto from = metres(shape.units), to = metres(frame.units);
+    if (!from || !to)
+      throw InputError(fmt::format("{}: its coordinates are in {}, those of {} in {}; both need the same unit",
+                                   shape.source, shape.units, frame.source, frame.units));
+    change_points(result, [&](Points& points) { points *= *from / *to; });
+    notes.push_back(fmt::format("{}: its unit of length is {}, that of {} {}; converted", shape.source, shape.units,
+                                frame.source, frame.units));
+  }
+  if (!frame.axes.empty()) result.axes = frame.axes;
+  if (!frame.units.empty()) result.units = frame.units;
+  return result;
+}
+
+Eigen::VectorXd landmark_weights(const Eigen::VectorXd& weights, Eigen::Index count) {
+  if (weights.size() == 0) return Eigen::VectorXd::Ones(count);
+  if (weights.size() != count)
+    throw InputError(fmt::format("there are {} weights for {} landmarks", weights.size(), count));
+  for (Eigen::Index a = 0; a < count; ++a)
+    if (!(std::isfinite(weights[a]) && weights[a] >= 0))
+      throw InputError(
+          fmt::format("the weight of landmark {} is {}; it must be a finite number, 0 or greater", a + 1, weights[a]));
+  return weights;
 }
 
 }  // namespace pulson

@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "core/coincident_landmarks.hpp"
+#include "core/landmark_pairs.hpp"
 #include "pulson/core/name_table.hpp"
 
 namespace pulson {

@@ -9,9 +9,21 @@
 
 #include <fmt/core.h>
 
-#include "pulson/core/length.hpp"
-
 namespace pulson {
+
+Length Length::percent(double value) {
+  Length length(value);
+  length.relative_ = true;
+  return length;
+}
+
+Length Length::parse(std::string_view text, std::string_view what) {
+  if (text.empty() || text.back() != '%') return parse_number(text, what);
+  return percent(parse_number(text.substr(0, text.size() - 1), what));
+}
+
+std::string Length::text() const { return fmt::format("{}{}", value_, relative_ ? "%" : ""); }
+
 namespace {
 
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace pulson::io {
 
 /// All of a file. @throws InputError if it cannot be read, holds only blanks, or begins as text in UTF-16 does.
@@ -63,8 +65,14 @@ std::string as_one_line(std::string_view text);
 /// The same in quotes.
 std::string in_quotes(std::string_view text);
 
+/// A field of a csv file in double quotes, those in it doubled.
+std::string csv_quoted(std::string_view text);
+
 /// `text` with a decimal point for a decimal comma, where it has one comma within digits and no point.
 std::string with_decimal_point(std::string_view text);
+
+/// The name of an image's file without folders, of either kind, and extension: `C:\photos\fish 1.jpg` → `fish 1`.
+std::string image_stem(std::string_view image);
 
 /// "1 landmark", "2 landmarks".
 std::string counted(std::size_t count, std::string_view noun);
@@ -92,3 +100,36 @@ bool is_number(std::string_view text);
 double parse_coordinate(std::string_view text, const CoordinatePlace& place);
 
 }  // namespace pulson::io
+
+namespace pulson {
+
+/// Bytes of the UTF-8 sequence that starts at byte `i`, 0 if it is broken.
+std::size_t utf8_length(std::string_view text, std::size_t i);
+
+/// Whether a byte of UTF-8 begins a character.
+constexpr bool begins_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }
+
+bool is_utf8(std::string_view text);
+
+/// Text in Windows-1252, which holds ISO 8859-1, in UTF-8.
+std::string utf8_of_windows_1252(std::string_view text);
+
+/// @throws InputError that says what the number is of
+void require_finite(std::string_view what, double value);
+void require_positive(std::string_view what, double value);
+
+/// Whether `r` is finite, symmetric and positive definite, up to rounding.
+bool is_covariance(const Eigen::MatrixXd& r);
+
+/// @throws InputError that says what the matrix is of, its size and the size that it must have
+void require_size(std::string_view what, Eigen::Index rows, Eigen::Index columns, Eigen::Index needed_rows,
+                  Eigen::Index needed_columns);
+
+/// The same for a matrix or vector.
+template <class Matrix>
+void require_size(std::string_view what, const Eigen::EigenBase<Matrix>& matrix, Eigen::Index needed_rows,
+                  Eigen::Index needed_columns) {
+  require_size(what, matrix.rows(), matrix.cols(), needed_rows, needed_columns);
+}
+
+}  // namespace pulson

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "core/colours.hpp"
-#include "core/utf8.hpp"
+#include "core/text.hpp"
 #include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "core/colours.hpp"
 #include "pulson/core/landmarks.hpp"
-#include "pulson/draw/picture_files.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson::picture {
 

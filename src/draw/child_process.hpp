@@ -10,7 +10,7 @@
 
 #include <sys/types.h>
 
-#include "core/temporary_file.hpp"
+#include "core/atomic_file.hpp"
 
 namespace pulson::picture {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
-#include "pulson/draw/picture_files.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson {
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "child_process.hpp"
-#include "core/utf8.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {

@@ -2,7 +2,7 @@
 
 #include "layout.hpp"
 #include "outline.hpp"
-#include "pulson/draw/registration_picture.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson::picture {
 

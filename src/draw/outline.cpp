@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "pulson/draw/registration_picture.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson {
 namespace {

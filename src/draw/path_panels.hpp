@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "legend.hpp"
-#include "pulson/draw/path_picture.hpp"
+#include "pulson/draw/pictures.hpp"
 #include "time_panels.hpp"
 
 namespace pulson::picture {

@@ -1,5 +1,3 @@
-#include "pulson/draw/path_picture.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -12,6 +10,7 @@
 #include "layout.hpp"
 #include "legend.hpp"
 #include "path_panels.hpp"
+#include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"
 
 namespace pulson::picture {

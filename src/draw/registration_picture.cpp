@@ -1,5 +1,3 @@
-#include "pulson/draw/registration_picture.hpp"
-
 #include <cmath>
 #include <numeric>
 
@@ -11,6 +9,7 @@
 #include "layout.hpp"
 #include "legend.hpp"
 #include "map_panels.hpp"
+#include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"
 #include "time_panels.hpp"
 

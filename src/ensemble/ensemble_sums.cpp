@@ -1,9 +1,9 @@
-#include "pulson/ensemble/ensemble_sums.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+
+#include "pulson/ensemble/ensemble.hpp"
 
 namespace pulson {
 

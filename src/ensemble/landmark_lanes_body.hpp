@@ -6,7 +6,6 @@
 #define PULSON_LANDMARK_LANES_BODY
 #endif
 
-#include <cmath>
 #include <limits>
 
 #include <hwy/highway.h>

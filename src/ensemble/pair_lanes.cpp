@@ -9,8 +9,6 @@
 
 #if HWY_ONCE
 
-#include <algorithm>
-
 #include "pair_lanes.hpp"
 
 namespace pulson {

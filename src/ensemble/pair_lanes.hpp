@@ -1,10 +1,9 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 
-#include "lanes.hpp"
+#include "path_sampler.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
 namespace pulson {
@@ -38,9 +37,6 @@ struct PairModel {
   double gamma = 1;
   double momentum_bound = 1e8;  ///< paths beyond it stop at the next step whose number is a multiple of four
 };
-
-/// How a lane stands.
-enum class LaneStatus : std::uint8_t { kRunning, kNoRoot, kBeyondBound };
 
 /// Neighbouring paths of the pair, one in each lane. The gap q₂ − q₁ is kept in place of q₂, so that tiny gaps are
 /// exact.

@@ -1,14 +1,17 @@
-#include "pulson/ensemble/sample_paths.hpp"
-
 #include <algorithm>
+#include <limits>
+#include <numeric>
 
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
+#include "path_sampler.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/ensemble/ensemble.hpp"
 #include "pulson/random/brownian.hpp"
 
 namespace pulson {
+
 namespace {
 
 // The path as far as it goes: its first `steps` steps, which have been taken before.
@@ -82,6 +85,103 @@ std::vector<SamplePath> sample_paths(const StochasticSystem& system, const Integ
     sample.contraction_bound = contraction_bound(system.kernel, sample.path);
   });
   return samples;
+}
+
+namespace {
+
+/// Landmarks of a line in their order at the start.
+std::vector<Eigen::Index> order_of(const Points& q) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(q.cols()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return q(a) < q(b); });
+  return order;
+}
+
+double smallest_gap(const Points& q, const std::vector<Eigen::Index>& order) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < order.size(); ++i) smallest = std::min(smallest, q(order[i]) - q(order[i - 1]));
+  return smallest;
+}
+
+class ScalarSampler final : public PathSampler {
+ public:
+  ScalarSampler(const StochasticSystem& system, const std::string& integrator, const PhaseState& start, PathPlan plan)
+      : system_(system),
+        integrator_(make_integrator(integrator)),
+        start_(start),
+        plan_(std::move(plan)),
+        channels_(system.noise->channels(static_cast<int>(start.q.rows()), static_cast<int>(start.q.cols()))) {
+    if (start.q.rows() == 1) order_ = order_of(start.q);
+  }
+
+  std::string name() const override { return "one path at a time"; }
+
+  LaneEnds sample(std::uint64_t first_path, const Sink& sink) const override {
+    std::vector<LaneStates> records(plan_.records.size());
+    for (LaneStates& record : records) record.values.resize(kPathBatch, 2 * start_.q.size());
+    LaneEnds ends{};
+    for (std::size_t lane = 0; lane < kPathBatch; ++lane) {
+      const std::uint64_t number = first_path + lane;
+      Eigen::MatrixXd increments =
+          brownian_increments(plan_.seed, plan_.antithetic ? number / 2 : number, channels_, plan_.grid);
+      if (plan_.antithetic && number % 2 == 1) increments = -increments;
+      take(sample_path(system_, *integrator_, start_, plan_.grid, increments), lane, records, ends);
+    }
+    for (std::size_t record = 0; record < records.size(); ++record) sink(record, records[record]);
+    return ends;
+  }
+
+ private:
+  // The path, as one lane of the records.
+  void take(const SamplePath& sample, std::size_t lane, std::vector<LaneStates>& records, LaneEnds& ends) const {
+    const auto last = static_cast<int>(sample.path.states.size()) - 1;
+    const auto row = static_cast<Eigen::Index>(lane);
+    double largest = 0;
+    double gap = std::numeric_limits<double>::infinity();
+    std::size_t record = 0;
+    for (int step = 0; step <= last; ++step) {
+      const PhaseState& state = sample.path.states[static_cast<std::size_t>(step)];
+      largest = std::max(largest, state.p.colwise().norm().maxCoeff());
+      const double now = order_.empty() ? std::numeric_limits<double>::infinity() : smallest_gap(state.q, order_);
+      gap = std::min(gap, now);
+      if (record == records.size() || plan_.records[record] != step) continue;
+      records[record].values.row(row) << state.q.reshaped().transpose().array(), state.p.reshaped().transpose().array();
+      records[record].smallest_gap[lane] = now;
+      records[record].largest_momentum[lane] = largest;
+      records[record].running[lane] = true;
+      ++record;
+    }
+    for (; record < records.size(); ++record) {
+      records[record].values.row(row).setZero();
+      records[record].running[lane] = false;
+    }
+    ends.reached_end[lane] = last == plan_.grid.steps;
+    ends.largest_momentum[lane] = largest;
+    ends.smallest_gap[lane] = gap;
+  }
+
+  StochasticSystem system_;
+  std::unique_ptr<const Integrator> integrator_;
+  PhaseState start_;
+  PathPlan plan_;
+  int channels_;
+  std::vector<Eigen::Index> order_;  // d = 1
+};
+
+}  // namespace
+
+std::unique_ptr<const PathSampler> make_scalar_sampler(const StochasticSystem& system, const std::string& integrator,
+                                                       const PhaseState& start, const PathPlan& plan) {
+  return std::make_unique<ScalarSampler>(system, integrator, start, plan);
+}
+
+std::unique_ptr<const PathSampler> make_path_sampler(const StochasticSystem& system, const std::string& integrator,
+                                                     const PhaseState& start, const PathPlan& plan) {
+  system.noise->check(static_cast<int>(start.q.rows()), static_cast<int>(start.q.cols()));
+  make_integrator(integrator);  // an unknown name
+  if (auto sampler = make_pair_sampler(system, integrator, start, plan)) return sampler;
+  if (auto sampler = make_landmark_sampler(system, integrator, start, plan)) return sampler;
+  return make_scalar_sampler(system, integrator, start, plan);
 }
 
 }  // namespace pulson

@@ -10,7 +10,6 @@
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "grid_formats.hpp"
-#include "grid_values.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {

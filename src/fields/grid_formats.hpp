@@ -1,9 +1,17 @@
 #pragma once
 
-// The formats behind read_grid_field and write_grid_field.
+// The formats behind read_grid_field and write_grid_field, MetaImage and NRRD, and what they share: headers, which are
+// lines of a key and its value, and numbers as bytes.
 
+#include <cstddef>
+#include <initializer_list>
+#include <map>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "pulson/fields/grid_fields.hpp"
 
@@ -18,5 +26,85 @@ std::string meta_image_file(const GridField& field, bool compressed);
 bool sniff_nrrd(std::string_view text);
 GridField read_nrrd(const std::string& path, std::string_view text);
 std::string nrrd_file(const GridField& field, bool compressed);
+
+/// One line of a header.
+struct HeaderEntry {
+  std::size_t line;
+  std::string key;         ///< as the file has it
+  std::string_view value;  ///< trimmed
+};
+
+/// The entries of a header by their keys, of which case and blanks do not matter. What is looked up by several keys has
+/// several names in the format. All errors are InputError "path:line: message".
+class GridHeader {
+ public:
+  explicit GridHeader(std::string path) : path_(std::move(path)) {}
+
+  const std::string& path() const { return path_; }
+
+  /// Keys may not come twice. @throws InputError if one does
+  void add(std::size_t line, std::string_view key, std::string_view value);
+
+  /// The entry of the first of these keys that is there, or nullptr.
+  const HeaderEntry* find(std::initializer_list<std::string_view> keys) const;
+
+  /// The same where it has to be there. @throws InputError
+  const HeaderEntry& need(std::initializer_list<std::string_view> keys) const;
+
+  /// `count` finite numbers, between blanks. @throws InputError
+  std::vector<double> numbers(const HeaderEntry& entry, std::string_view text, std::size_t count) const;
+
+  /// The same, whole and from 1 to the largest int. @throws InputError
+  std::vector<int> counts(const HeaderEntry& entry, std::size_t count) const;
+
+  /// @throws InputError "path:line: key is 'value'; what"
+  [[noreturn]] void refuse(const HeaderEntry& entry, const std::string& what) const;
+
+ private:
+  std::string path_;
+  std::map<std::string, HeaderEntry> entries_;
+};
+
+/// Takes a line, without its end, off the front of `text`.
+std::string_view take_header_line(std::string_view& text);
+
+/// A type of numbers, by its names in files.
+struct GridNumberType {
+  std::string_view meta_image;
+  std::string_view nrrd;  ///< several, with commas between
+  GridType type;
+  std::size_t size;  ///< in bytes
+  void (*decode)(const char* bytes, bool is_big_endian, std::span<float> values);
+  void (*encode)(std::span<const float> values, char* bytes);  ///< little-endian
+
+  /// The first of the names in NRRD.
+  std::string_view nrrd_name() const { return nrrd.substr(0, nrrd.find(',')); }
+};
+
+/// nullptr where the name is not known.
+const GridNumberType* find_meta_image_type(std::string_view name);
+const GridNumberType* find_nrrd_type(std::string_view name);
+const GridNumberType& grid_number_type(GridType type);
+
+/// How many numbers a grid has; none where that is more than memory has addresses for.
+std::optional<std::size_t> grid_count(const std::vector<int>& sizes, int components);
+
+/// What follows a header.
+struct GridBytes {
+  std::string_view bytes;
+  const GridNumberType& type;
+  bool is_big_endian;
+  bool is_compressed;  ///< as a zlib or gzip stream, which one follows from the bytes
+};
+
+/// All numbers of a grid. @throws InputError that names `path`, before anything is allocated, if the bytes cannot be of
+/// so many; and if they are damaged
+std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
+                               int components);
+
+enum class GridEncoding { kRaw, kZlib, kGzip };
+
+/// The values as bytes, little-endian.
+std::string encoded(std::span<const float> values, GridType type, GridEncoding encoding);
 
 }  // namespace pulson::io

@@ -1,5 +1,3 @@
-#include "grid_values.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -7,15 +5,156 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <memory>
+#include <new>
 #include <type_traits>
 
 #include <fmt/format.h>
+#define ZLIB_CONST  // its input is const
+#include <zlib.h>
 
 #include "core/text.hpp"
-#include "deflate.hpp"
+#include "grid_formats.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson::io {
+
+namespace {
+
+// ---- zlib's streams in memory
+
+constexpr int kWindow = 15;        // its largest
+constexpr int kGzip = 16;          // added to the window: with gzip's header
+constexpr int kEitherHeader = 32;  // added to the window: gzip or zlib, as the stream has it
+
+constexpr std::size_t kPart = std::size_t{1} << 30U;  // zlib counts bytes in 32 bits
+
+/// Lends zlib the next part of what is left of a block of bytes.
+template <class Byte, class Pointer>
+void lend(Byte*& at, std::size_t& left, Pointer& next, uInt& available) {
+  if (available > 0 || left == 0) return;
+  available = static_cast<uInt>(std::min(left, kPart));
+  next = reinterpret_cast<Pointer>(at);
+  at += available;
+  left -= available;
+}
+
+/// `bytes` as a gzip stream, or a zlib stream.
+std::string deflated(std::string_view bytes, bool as_gzip) {
+  constexpr int kLevel = 2;  // as ITK: floats gain little from a higher one, which takes far longer
+  constexpr int kMemory = 8;
+  z_stream stream{};
+  if (deflateInit2(&stream, kLevel, Z_DEFLATED, kWindow + (as_gzip ? kGzip : 0), kMemory, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, &deflateEnd);
+
+  std::string result(deflateBound(&stream, bytes.size()), '\0');
+  const char* from = bytes.data();
+  char* to = result.data();
+  std::size_t from_left = bytes.size(), to_left = result.size();
+  int state = Z_OK;
+  while (state == Z_OK) {
+    lend(from, from_left, stream.next_in, stream.avail_in);
+    lend(to, to_left, stream.next_out, stream.avail_out);
+    state = deflate(&stream, from_left == 0 ? Z_FINISH : Z_NO_FLUSH);
+  }
+  if (state != Z_STREAM_END) throw std::bad_alloc();  // of all that can go wrong in memory, what is left
+  result.resize(result.size() - to_left - stream.avail_out);
+  return result;
+}
+
+/// The `size` bytes that the gzip or zlib stream `stream` is of. @throws InputError that begins with `what` if it is
+/// damaged, cut off or of another number of bytes; before anything is allocated if it is too short to hold so many
+std::string inflated(std::string_view stream_bytes, std::size_t size, const std::string& what) {
+  constexpr std::size_t kLargestRatio = 1032;  // 258 bytes from two bits, the best that deflate can do
+  if (size / kLargestRatio > stream_bytes.size())
+    throw InputError(fmt::format("{} are cut off: {} compressed bytes cannot be {}", what, stream_bytes.size(), size));
+  z_stream stream{};
+  if (inflateInit2(&stream, kWindow + kEitherHeader) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, &inflateEnd);
+
+  std::string result(size + 1, '\0');  // one byte more, so that a stream that is too long shows
+  const char* from = stream_bytes.data();
+  char* to = result.data();
+  std::size_t from_left = stream_bytes.size(), to_left = result.size();
+  int state = Z_OK;
+  while (state == Z_OK) {
+    lend(from, from_left, stream.next_in, stream.avail_in);
+    lend(to, to_left, stream.next_out, stream.avail_out);
+    state = inflate(&stream, Z_NO_FLUSH);
+  }
+  const std::size_t taken = result.size() - to_left - stream.avail_out;
+  if (taken > size) throw InputError(fmt::format("{} are more than the {} bytes that its sizes need", what, size));
+  if (state == Z_DATA_ERROR || state == Z_NEED_DICT)
+    throw InputError(fmt::format("{} are damaged: zlib says {}", what, stream.msg != nullptr ? stream.msg : "no more"));
+  if (state == Z_MEM_ERROR) throw std::bad_alloc();
+  if (state != Z_STREAM_END || taken < size)
+    throw InputError(fmt::format("{} are cut off: {} of {} bytes are there", what, taken, size));
+  result.resize(size);
+  return result;
+}
+
+// ---- headers
+
+std::string plain_key(std::string_view key) {
+  std::string plain = to_lower(key);
+  std::erase(plain, ' ');
+  return plain;
+}
+
+}  // namespace
+
+void GridHeader::add(std::size_t line, std::string_view key, std::string_view value) {
+  const auto [entry, is_new] = entries_.try_emplace(plain_key(key), HeaderEntry{line, std::string(key), trim(value)});
+  if (!is_new) fail(path_, line, fmt::format("{} was given on line {} already", in_quotes(key), entry->second.line));
+}
+
+const HeaderEntry* GridHeader::find(std::initializer_list<std::string_view> keys) const {
+  for (const std::string_view key : keys)
+    if (const auto entry = entries_.find(plain_key(key)); entry != entries_.end()) return &entry->second;
+  return nullptr;
+}
+
+const HeaderEntry& GridHeader::need(std::initializer_list<std::string_view> keys) const {
+  if (const HeaderEntry* const entry = find(keys)) return *entry;
+  throw InputError(fmt::format("{}: its header has no '{}'", path_, *keys.begin()));
+}
+
+std::vector<double> GridHeader::numbers(const HeaderEntry& entry, std::string_view text, std::size_t count) const {
+  const std::string what = fmt::format("{}:{}: a number of {}", path_, entry.line, entry.key);
+  std::vector<double> values;
+  for (const std::string_view word : split_words(text)) {
+    values.push_back(parse_number(word, what));
+    if (!std::isfinite(values.back())) refuse(entry, "its numbers must be finite");
+  }
+  if (values.size() != count)
+    refuse(entry, fmt::format("{} needed", count == 1 ? "1 number is" : counted(count, "number") + " are"));
+  return values;
+}
+
+std::vector<int> GridHeader::counts(const HeaderEntry& entry, std::size_t count) const {
+  std::vector<int> values;
+  for (const double number : numbers(entry, entry.value, count)) {
+    if (!(number >= 1 && number <= std::numeric_limits<int>::max() && number == std::floor(number)))
+      refuse(entry, "whole numbers from 1 to 2147483647 are needed");
+    values.push_back(static_cast<int>(number));
+  }
+  return values;
+}
+
+void GridHeader::refuse(const HeaderEntry& entry, const std::string& what) const {
+  fail(path_, entry.line, fmt::format("{} is {}; {}", entry.key, in_quotes(entry.value), what));
+}
+
+std::string_view take_header_line(std::string_view& text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
 namespace {
 
 template <class T>

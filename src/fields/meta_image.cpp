@@ -5,8 +5,6 @@
 
 #include "core/text.hpp"
 #include "grid_formats.hpp"
-#include "grid_header.hpp"
-#include "grid_values.hpp"
 
 namespace pulson::io {
 namespace {

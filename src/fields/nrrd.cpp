@@ -1,13 +1,10 @@
 #include <algorithm>
 #include <string>
-#include <utility>
 
 #include <fmt/format.h>
 
 #include "core/text.hpp"
 #include "grid_formats.hpp"
-#include "grid_header.hpp"
-#include "grid_values.hpp"
 
 namespace pulson::io {
 namespace {

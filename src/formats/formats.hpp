@@ -1,7 +1,5 @@
 #pragma once
 
-// The functions behind the rows of landmark_formats(); LandmarkFormat says what they do.
-
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -10,76 +8,33 @@
 
 namespace pulson::io {
 
-bool sniff_bigwarp(std::string_view text);
-LandmarkFile read_bigwarp(const std::string& path, std::string_view text);
+// The rows of landmark_formats(), each defined behind its reader and writer.
+LandmarkFormat bigwarp_format();
+LandmarkFormat csv_format();
+LandmarkFormat deeplabcut_format();
+LandmarkFormat dlib_format();
+LandmarkFormat edma_format();
+LandmarkFormat elastix_format();
+LandmarkFormat fcsv_format();
+LandmarkFormat ibug_format();
+LandmarkFormat idav_format();
+LandmarkFormat json_format();
+LandmarkFormat labelme_format();
+LandmarkFormat markups_format();
+LandmarkFormat menpo_format();
+LandmarkFormat morphologika_format();
+LandmarkFormat npy_format();
+LandmarkFormat nts_format();
+LandmarkFormat stereomorph_format();
+LandmarkFormat tps_format();
+LandmarkFormat transformix_format();
+LandmarkFormat vtk_format();
 
-bool sniff_csv(std::string_view text);
-LandmarkFile read_csv(const std::string& path, std::string_view text);
-/// The same with what the options say of tables.
+/// As the row `csv` reads tables, with what the options say of them.
 LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options);
+
+/// As the row `csv` writes.
 WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file);
-
-bool sniff_deeplabcut(std::string_view text);
-LandmarkFile read_deeplabcut(const std::string& path, std::string_view text);
-
-bool sniff_tps(std::string_view text);
-LandmarkFile read_tps(const std::string& path, std::string_view text);
-WrittenLandmarks write_tps(const std::string& path, const LandmarkFile& file);
-
-bool sniff_ibug(std::string_view text);
-LandmarkFile read_ibug(const std::string& path, std::string_view text);
-WrittenLandmarks write_ibug(const std::string& path, const LandmarkFile& file);
-
-bool sniff_elastix(std::string_view text);
-LandmarkFile read_elastix(const std::string& path, std::string_view text);
-WrittenLandmarks write_elastix(const std::string& path, const LandmarkFile& file);
-
-bool sniff_transformix(std::string_view text);
-LandmarkFile read_transformix(const std::string& path, std::string_view text);
-
-bool sniff_idav(std::string_view text);
-LandmarkFile read_idav(const std::string& path, std::string_view text);
-
-bool sniff_nts(std::string_view text);
-LandmarkFile read_nts(const std::string& path, std::string_view text);
-
-bool sniff_morphologika(std::string_view text);
-LandmarkFile read_morphologika(const std::string& path, std::string_view text);
-
-bool sniff_edma(std::string_view text);
-LandmarkFile read_edma(const std::string& path, std::string_view text);
-
-bool sniff_stereomorph(std::string_view text);
-LandmarkFile read_stereomorph(const std::string& path, std::string_view text);
-
-bool sniff_vtk(std::string_view text);
-LandmarkFile read_vtk(const std::string& path, std::string_view text);
-WrittenLandmarks write_vtk(const std::string& path, const LandmarkFile& file);
-
-bool sniff_fcsv(std::string_view text);
-LandmarkFile read_fcsv(const std::string& path, std::string_view text);
-WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file);
-
-bool sniff_menpo(std::string_view text);
-LandmarkFile read_menpo(const std::string& path, std::string_view text);
-
-bool sniff_labelme(std::string_view text);
-LandmarkFile read_labelme(const std::string& path, std::string_view text);
-
-bool sniff_dlib(std::string_view text);
-LandmarkFile read_dlib(const std::string& path, std::string_view text);
-
-bool sniff_markups(std::string_view text);
-LandmarkFile read_markups(const std::string& path, std::string_view text);
-WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file);
-
-bool sniff_npy(std::string_view text);
-LandmarkFile read_npy(const std::string& path, std::string_view text);
-WrittenLandmarks write_npy_landmarks(const std::string& path, const LandmarkFile& file);
-
-bool sniff_json(std::string_view text);
-LandmarkFile read_json(const std::string& path, std::string_view text);
-WrittenLandmarks write_json(const std::string& path, const LandmarkFile& file);
 
 /// The name of a file without its extension: the longest of any format, such as `mrk.json`, else what follows the last
 /// dot.

@@ -6,7 +6,6 @@
 
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
-#include "core/utf8.hpp"
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -16,156 +15,19 @@
 namespace pulson {
 
 const std::vector<LandmarkFormat>& landmark_formats() {
+  using namespace io;
   static const std::vector<LandmarkFormat> formats = {
-      {"npy",
-       {"npy"},
-       "numpy array of real numbers, versions 1 to 3: (N,d), several shapes (S,N,d) or (1,S,N,d), on the line (N,), of "
-       "OpenCV "
-       "(N,1,d); also (d,N) and (S,d,N) where the last axis is longer than 3 and the one before is not",
-       io::sniff_npy,
-       io::read_npy,
-       io::write_npy_landmarks,
-       true},
-      {"vtk",
-       {"vtk"},
-       "VTK legacy polydata, 1.0 to 5.1, ASCII or BINARY: POINTS; in the plane where all z are equal; pieces of LINES "
-       "and POLYGONS are groups",
-       io::sniff_vtk,
-       io::read_vtk,
-       io::write_vtk,
-       true},
-      {"fcsv",
-       {"fcsv"},
-       "3D Slicer point list as a table, versions 3 (which is in RAS) and 4, RAS or LPS: x, y, z and label; one shape",
-       io::sniff_fcsv,
-       io::read_fcsv,
-       io::write_fcsv},
-      {"mrk.json",
-       {"mrk.json"},
-       "3D Slicer markups: position, label and positionStatus of controlPoints; each of markups is a shape",
-       io::sniff_markups,
-       io::read_markups,
-       io::write_markups},
-      {"labelme",
-       {},
-       "annotations of LabelMe: the points of an image as one shape with labels, group_id as groups, lines as curves, "
-       "polygons as outlines",
-       io::sniff_labelme,
-       io::read_labelme,
-       nullptr,
-       false,
-       true},
-      {"menpo",
-       {"ljson"},
-       "landmarks of menpo: each of `groups` is a shape, points are row, column of an image, labels are groups",
-       io::sniff_menpo,
-       io::read_menpo,
-       nullptr,
-       false,
-       true},
-      {"dlib",
-       {"xml"},
-       "landmarks of dlib and imglab: each <box> of an <image> is a shape, each <part> a landmark with its name as "
-       "label",
-       io::sniff_dlib,
-       io::read_dlib,
-       nullptr,
-       false,
-       true},
-      {"json",
-       {"json"},
-       R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
-       R"("image": "a.jpg", "scale": 0.1, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
-       R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
-       R"(properties are [["COMMENT", "old"]] where their order matters; also a single shape, its points only, )"
-       "a list of such lists, or registration.json as shapes source, target and result",
-       io::sniff_json,
-       io::read_json,
-       io::write_json},
-      {"tps",
-       {"tps"},
-       "tpsDig text: LM= or LM3=, coordinates, ID=, IMAGE=, SCALE=, CURVES=, OUTLINES=; several shapes",
-       io::sniff_tps,
-       io::read_tps,
-       io::write_tps},
-      {"ibug",
-       {"pts"},
-       "points of iBUG face data: version:, n_points:, coordinates between braces",
-       io::sniff_ibug,
-       io::read_ibug,
-       io::write_ibug,
-       false,
-       true},
-      {"elastix",
-       {"txt", "pts"},
-       "input points of elastix and transformix: point or index, their number, coordinates",
-       io::sniff_elastix,
-       io::read_elastix,
-       io::write_elastix,
-       false,
-       true},
-      {"transformix",
-       {"txt"},
-       "outputpoints.txt of transformix; two shapes, input and output",
-       io::sniff_transformix,
-       io::read_transformix,
-       nullptr,
-       false,
-       true},
-      {"idav",
-       {"pts"},
-       "points of IDAV Landmark: Version 1.0, their number, lines S000 x y z",
-       io::sniff_idav,
-       io::read_idav},
-      {"nts",
-       {"nts", "dta"},
-       "NTSYS matrix with dim= in its header: a row for each specimen, or for each landmark of one",
-       io::sniff_nts,
-       io::read_nts},
-      {"morphologika",
-       {"txt"},
-       "morphologika text: [individuals], [landmarks], [dimensions], [names], [rawpoints]; several shapes",
-       io::sniff_morphologika,
-       io::read_morphologika},
-      {"edma",
-       {"xyz"},
-       "EDMA text: title, XYZ, 10L 2 5, labels, coordinates; several shapes",
-       io::sniff_edma,
-       io::read_edma},
-      {"stereomorph",
-       {"txt"},
-       "StereoMorph shape: <landmarks.pixel> or else <landmarks.scaled>; <curves.pixel>",
-       io::sniff_stereomorph,
-       io::read_stereomorph,
-       nullptr,
-       false,
-       true},
-      {"deeplabcut",
-       {},
-       "DeepLabCut's tables CollectedData and its predictions: a shape per image, a landmark per body part",
-       io::sniff_deeplabcut,
-       io::read_deeplabcut,
-       nullptr,
-       false,
-       true},
-      {"bigwarp",
-       {},
-       "landmarks of Fiji's BigWarp: the shapes moving and target",
-       io::sniff_bigwarp,
-       io::read_bigwarp,
-       nullptr,
-       false,
-       true},
-      {"csv",
-       {"csv", "tsv"},
-       "table x[,y[,z]] with , ; tab or blanks between, with or without header (label, group); several shapes with a "
-       "column specimen, as lines id,x1,y1,... or id,nose_x,nose_y,..., as lines of all x and all y, or as lines "
-       "landmark,axis,value",
-       io::sniff_csv,
-       io::read_csv,
-       io::write_csv},
-  };
+      npy_format(),     vtk_format(),         fcsv_format(),       markups_format(), labelme_format(),
+      menpo_format(),   dlib_format(),        json_format(),       tps_format(),     ibug_format(),
+      elastix_format(), transformix_format(), idav_format(),       nts_format(),     morphologika_format(),
+      edma_format(),    stereomorph_format(), deeplabcut_format(), bigwarp_format(), csv_format()};
   return formats;
+}
+
+std::vector<std::string> landmark_format_names() {
+  std::vector<std::string> names;
+  for (const LandmarkFormat& format : landmark_formats()) names.push_back(format.name);
+  return names;
 }
 
 namespace {
@@ -212,17 +74,11 @@ const LandmarkFormat* format_by_extension(const std::filesystem::path& path) {
   return found;
 }
 
-std::vector<std::string> names_of_formats() {
-  std::vector<std::string> names;
-  for (const LandmarkFormat& format : landmark_formats()) names.push_back(format.name);
-  return names;
-}
-
 const LandmarkFormat& format_named(std::string_view name) {
   const auto& formats = landmark_formats();
   const auto found = std::find_if(formats.begin(), formats.end(), [&](const auto& row) { return row.name == name; });
   if (found != formats.end()) return *found;
-  throw InputError(fmt::format("'{}' is not a landmark format{}", name, advice_on_name(name, names_of_formats())));
+  throw InputError(fmt::format("'{}' is not a landmark format{}", name, advice_on_name(name, landmark_format_names())));
 }
 
 bool is_table(const LandmarkFormat& format) {
@@ -244,7 +100,7 @@ const LandmarkFormat& find_format(const std::filesystem::path& path, std::string
   if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
   if (is_image(contents)) throw InputError(path.string() + " is an image; landmarks are needed");
   throw InputError(fmt::format("{} is not in any of the landmark formats ({}); it begins with {}", path.string(),
-                               fmt::join(names_of_formats(), ", "), first_line(contents)));
+                               fmt::join(landmark_format_names(), ", "), first_line(contents)));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "core/utf8.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::html {

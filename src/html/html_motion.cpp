@@ -11,7 +11,7 @@
 #include "draw/outline.hpp"
 #include "html_embed.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/draw/registration_picture.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson::html {
 namespace {

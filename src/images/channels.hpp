@@ -8,6 +8,15 @@
 
 namespace pulson::images {
 
+/// OpenCV's type of a pixel.
+int mat_type(PixelDepth depth, int channels);
+
+/// OpenCV's view of the pixels, valid as long as they are. A function of OpenCV whose result has this size and type
+/// writes into the image; with another it would let go of it.
+cv::Mat mat_of(Image& image);
+/// For reading alone, which cv::Mat has no word for.
+cv::Mat mat_of(const Image& image);
+
 /// The image with an alpha channel, opaque where it had none.
 Image with_alpha(const Image& image);
 /// The same of pixels that have none.

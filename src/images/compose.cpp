@@ -10,7 +10,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "channels.hpp"
-#include "mats.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {

@@ -5,9 +5,9 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "core/number_checks.hpp"
+#include "channels.hpp"
+#include "core/text.hpp"
 #include "images/compose.hpp"
-#include "mats.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {

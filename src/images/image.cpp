@@ -1,8 +1,15 @@
 #include "pulson/images/image.hpp"
 
 #include <algorithm>
+#include <new>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "channels.hpp"
+#include "core/atomic_file.hpp"
+#include "core/text.hpp"
+#include "images/codecs/codecs.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -44,6 +51,129 @@ double Image::at(int x, int y, int channel) const {
   const std::size_t index = pixel * static_cast<std::size_t>(channels_) + static_cast<std::size_t>(channel);
   if (depth_ == PixelDepth::kUint8) return values<std::uint8_t>()[index];
   return depth_ == PixelDepth::kUint16 ? values<std::uint16_t>()[index] : values<float>()[index];
+}
+
+namespace {
+
+using namespace std::string_view_literals;
+
+/// How files of a format begin, and which images it holds.
+struct Format {
+  std::vector<std::string> extensions;
+  std::vector<std::string_view> signatures;
+  bool grey, colour, alpha;
+  std::vector<PixelDepth> depths;
+  Image (*decode)(std::string_view bytes);
+  std::string (*encode)(const Image& image);
+
+  bool holds_depth(PixelDepth depth) const { return std::find(depths.begin(), depths.end(), depth) != depths.end(); }
+  bool holds_channels(const Image& image) const {
+    return image.has_alpha() ? alpha : (image.channels() == 1 ? grey : colour);
+  }
+  bool holds(const Image& image) const { return holds_depth(image.depth()) && holds_channels(image); }
+  bool begins(std::string_view bytes) const {
+    return std::any_of(signatures.begin(), signatures.end(), [&](auto start) { return bytes.starts_with(start); });
+  }
+};
+
+const std::vector<Format>& formats() {
+  using namespace images;
+  using enum PixelDepth;
+  static const std::vector<Format> kFormats{
+      {{".png"}, {"\x89PNG"sv}, true, true, true, {kUint8, kUint16}, decode_png, encode_png},
+      {{".tif", ".tiff"},
+       {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv},
+       true,
+       true,
+       true,
+       {kUint8, kUint16, kFloat32},
+       decode_tiff,
+       encode_tiff},
+      {{".jpg", ".jpeg"}, {"\xFF\xD8\xFF"sv}, true, true, false, {kUint8}, decode_jpeg, encode_jpeg},
+      {{".bmp"}, {"BM"sv}, true, true, false, {kUint8}, decode_bmp, encode_bmp},
+      {{".pgm"}, {"P1"sv, "P2"sv, "P4"sv, "P5"sv}, true, false, false, {kUint8, kUint16}, decode_pnm, encode_pnm},
+      {{".ppm"}, {"P3"sv, "P6"sv}, false, true, false, {kUint8, kUint16}, decode_pnm, encode_pnm}};
+  return kFormats;
+}
+
+std::string extension_of(const std::filesystem::path& path) { return io::to_lower(path.extension().string()); }
+
+std::string failure_of(const std::filesystem::path& path) { return "cannot write '" + path.string() + "': "; }
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+const Format& find_format(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  std::vector<std::string> known;
+  for (const Format& format : formats())
+    for (const std::string& name : format.extensions) {
+      if (name == extension) return format;
+      known.push_back(name);
+    }
+  const std::string found =
+      extension.empty() ? "it has no extension" : "no image format has the extension '" + extension + "'";
+  throw InputError(failure_of(path) + found + "; valid: " + joined(known));
+}
+
+[[noreturn]] void fail_to_hold(const std::filesystem::path& path, const Format& format, const Image& image) {
+  const std::string channels = image.has_alpha() ? "an alpha channel" : (image.channels() == 1 ? "grey" : "colours");
+  const std::string refused = format.holds_depth(image.depth()) ? channels : describe(image.depth()) + " pixels";
+  std::vector<std::string> fit;
+  for (const Format& other : formats())
+    if (other.holds(image)) fit.push_back(other.extensions.front());
+  throw InputError(failure_of(path) + extension_of(path) + " does not hold " + refused +
+                   "; what does for this image: " + joined(fit));
+}
+
+Image decode(std::string_view bytes) {
+  for (const Format& format : formats())
+    if (format.begins(bytes)) return format.decode(bytes);
+  throw InputError("it is not an image; it must be a png, jpg, tif, bmp, pgm or ppm");
+}
+
+}  // namespace
+
+namespace images {
+
+void fail_as_damaged() { throw InputError("the image is damaged or cut off"); }
+
+Image new_image(long long width, long long height, int channels, PixelDepth depth) {
+  constexpr long long kLongest = 1LL << 20, kMost = 1LL << 30;
+  if (width < 1 || height < 1) fail_as_damaged();
+  if (width > kLongest || height > kLongest || width * height > kMost)
+    throw InputError("the image has more than 2^20 pixels on a side, or more than 2^30");
+  return {static_cast<int>(width), static_cast<int>(height), channels, depth};
+}
+
+}  // namespace images
+
+Image read_image(const std::filesystem::path& path) {
+  const std::string bytes = io::read_text_file(path);
+  const std::string failure = "cannot read '" + path.string() + "': ";
+  try {
+    return decode(bytes);
+  } catch (const InputError& error) {
+    throw InputError(failure + error.what());
+  } catch (const std::bad_alloc&) {
+    throw InputError(failure + "the image does not fit into memory");
+  }
+}
+
+void check_image_extension(const std::filesystem::path& path) { find_format(path); }
+
+void write_image(const std::filesystem::path& path, const Image& image) {
+  if (image.empty()) throw InputError(failure_of(path) + "there is no image");
+  const Format& format = find_format(path);
+  if (!format.holds(image)) fail_to_hold(path, format, image);
+  const std::string bytes = format.encode(image.channels() == 2 ? images::with_colours(image) : image);
+  if (bytes.empty())
+    throw InputError(failure_of(path) + extension_of(path) + " does not take " + std::to_string(image.width()) + " x " +
+                     std::to_string(image.height()) + " pixels");
+  write_file_atomically(path, bytes);
 }
 
 }  // namespace pulson

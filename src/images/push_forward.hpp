@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "pulson/images/remap.hpp"
-#include "warp/coverage.hpp"
+#include "pulson/images/image_warp.hpp"
+#include "warp/mesh_raster.hpp"
 
 namespace pulson {
 

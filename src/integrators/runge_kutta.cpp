@@ -1,6 +1,6 @@
 #include "integrators/runge_kutta.hpp"
 
-#include "step_field.hpp"
+#include "implicit_step.hpp"
 
 namespace pulson {
 namespace {

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 
-#include "changes_sweep.hpp"
-#include "core/number_checks.hpp"
-#include "flow_parts.hpp"
-#include "midpoint_step.hpp"
-#include "row_sweep.hpp"
-#include "variational_maps.hpp"
+#include "core/text.hpp"
+#include "midpoint.hpp"
+#include "variational_parts.hpp"
 
 namespace pulson {
 namespace {

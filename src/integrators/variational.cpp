@@ -1,10 +1,7 @@
 #include "integrators/variational.hpp"
 
-#include "changes_sweep.hpp"
-#include "core/number_checks.hpp"
-#include "flow_parts.hpp"
-#include "row_sweep.hpp"
-#include "variational_maps.hpp"
+#include "core/text.hpp"
+#include "variational_parts.hpp"
 
 namespace pulson {
 

@@ -5,8 +5,7 @@
 
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
-#include "kernel_profiles.hpp"
+#include "core/text.hpp"
 #include "pair_sums.hpp"
 #include "pulson/core/parallel.hpp"
 

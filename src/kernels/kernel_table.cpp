@@ -1,12 +1,83 @@
 #include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
 #include <utility>
 
 #include <fmt/core.h>
 
-#include "kernel_profiles.hpp"
+#include "pair_sums.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
 namespace pulson {
+
+namespace {
+
+RadialJet gaussian(double alpha, double s) {
+  const double c = -1 / (alpha * alpha);
+  const double k = std::exp(c * s);
+  return {k, 2 * c * k, 4 * c * c * k};
+}
+
+RadialJet peakon(double alpha, double s) {
+  const double c = -1 / alpha;
+  const double r = std::sqrt(s);
+  const double k = std::exp(c * r);
+  if (r == 0) return {k, 0, 0};
+  const double first = c * k / r;
+  return {k, first, first / r * (c - 1 / r)};
+}
+
+// Where exp(t) is 0 already, so that no polynomial in t overflows beside it.
+constexpr double kLeastExponent = -1000;
+
+RadialJet matern32(double alpha, double s) {
+  const double c = -std::sqrt(3.0) / alpha;
+  const double r = std::sqrt(s);
+  const double t = std::max(c * r, kLeastExponent);
+  const double e = std::exp(t);
+  const double first = -c * c * e;
+  return {(1 - t) * e, first, r == 0 ? 0 : c * first / r};
+}
+
+RadialJet matern52(double alpha, double s) {
+  const double c = -std::sqrt(5.0) / alpha;
+  const double t = std::max(c * std::sqrt(s), kLeastExponent);
+  const double e = std::exp(t);
+  const double third = c * c / 3;
+  return {(1 - t + t * t / 3) * e, -third * (1 - t) * e, third * c * c * e};
+}
+
+}  // namespace
+
+std::span<const ProfileFacts> kernel_profiles() {
+  using std::numbers::e;
+  using std::numbers::phi;
+  static const std::array kFacts = {
+      ProfileFacts{KernelProfile::kGaussian, "gaussian", "exp(-r^2/alpha^2): smooth fields, the usual choice",
+                   std::sqrt(2 / e), gaussian},
+      ProfileFacts{KernelProfile::kPeakon, "peakon",
+                   "exp(-r/alpha): Camassa-Holm's kernel; fields have a kink at each landmark", 1, peakon},
+      ProfileFacts{KernelProfile::kMatern32, "matern32",
+                   "(1 + x) exp(-x), x = sqrt(3) r/alpha: Sobolev kernel, fields twice differentiable; for fine detail "
+                   "and dense landmarks",
+                   std::sqrt(3.0) / e, matern32},
+      ProfileFacts{
+          KernelProfile::kMatern52, "matern52",
+          "(1 + x + x^2/3) exp(-x), x = sqrt(5) r/alpha: Sobolev kernel, fields four times differentiable; for "
+          "dense landmarks where gaussian's matrix is nearly singular",
+          std::sqrt(5.0) / 3 * phi * phi * phi * std::exp(-phi), matern52},
+  };
+  return kFacts;
+}
+
+const ProfileFacts& facts_of(KernelProfile profile) {
+  const ProfileFacts& facts = kernel_profiles()[static_cast<std::size_t>(profile)];
+  assert(facts.profile == profile);
+  return facts;
+}
 
 const NameTable<MakeKernelTerm>& kernel_table() {
   static const NameTable<MakeKernelTerm> kTable = [] {

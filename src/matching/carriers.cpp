@@ -7,7 +7,7 @@
 
 #include "cometric.hpp"
 #include "matching/momentum_basis.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "representatives.hpp"
 
 namespace pulson {

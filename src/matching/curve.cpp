@@ -4,7 +4,7 @@
 
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/matching/curve_term.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "pulson/matching/curve_term.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -7,9 +5,10 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

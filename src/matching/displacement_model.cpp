@@ -1,13 +1,12 @@
-#include "pulson/matching/displacement_model.hpp"
-
 #include <cmath>
 #include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson {
 namespace {

@@ -10,7 +10,7 @@
 #include "model_parameters.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/laplace.hpp"
+#include "pulson/matching/objective.hpp"
 
 namespace pulson {
 namespace {

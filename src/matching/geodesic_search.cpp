@@ -12,7 +12,7 @@
 #include "accurate_paths.hpp"
 #include "carriers.hpp"
 #include "pulson/integrators/integrator.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "representatives.hpp"
 
 namespace pulson {

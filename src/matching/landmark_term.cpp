@@ -1,5 +1,3 @@
-#include "pulson/matching/landmark_term.hpp"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -7,9 +5,10 @@
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 
-#include "core/landmark_weights.hpp"
-#include "core/number_checks.hpp"
+#include "core/landmark_pairs.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

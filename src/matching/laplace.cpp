@@ -1,11 +1,10 @@
-#include "pulson/matching/laplace.hpp"
-
 #include <limits>
 
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
+#include "pulson/matching/objective.hpp"
 #include "quadratic_model.hpp"
 
 namespace pulson {

@@ -1,11 +1,10 @@
-#include "pulson/matching/minimise.hpp"
-
 #include <utility>
 
 #include "geodesic_search.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "solvers.hpp"
 

@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 

@@ -5,10 +5,10 @@
 
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

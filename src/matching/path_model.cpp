@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

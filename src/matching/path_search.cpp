@@ -17,7 +17,7 @@
 
 #include "path_curvature.hpp"
 #include "path_model.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/random/brownian.hpp"
 #include "representatives.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "discrete_path.hpp"
-#include "pulson/matching/minimise.hpp"
+#include "pulson/matching/objective.hpp"
 
 namespace pulson {
 

@@ -8,12 +8,12 @@
 
 #include "accuracy.hpp"
 #include "accurate_paths.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "geodesic_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
 

@@ -4,8 +4,6 @@
 
 #include <fmt/core.h>
 
-#include "core/coincident_landmarks.hpp"
-#include "core/coordinate_frame.hpp"
 #include "core/landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
 

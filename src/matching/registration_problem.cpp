@@ -5,9 +5,9 @@
 #include <Eigen/QR>
 #include <fmt/core.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
 #include "registration_input.hpp"

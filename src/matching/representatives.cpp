@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 

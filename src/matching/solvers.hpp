@@ -1,6 +1,6 @@
 #pragma once
 
-#include "pulson/matching/minimise.hpp"
+#include "pulson/matching/objective.hpp"
 
 namespace pulson {
 

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include "models.hpp"
-#include "noise/landmark_choice.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
 namespace pulson {

@@ -1,9 +1,7 @@
-#include <algorithm>
 
 #include <fmt/core.h>
 
 #include "models.hpp"
-#include "noise/landmark_choice.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
 namespace pulson {

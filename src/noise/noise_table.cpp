@@ -1,8 +1,12 @@
 #include "pulson/noise/noise_table.hpp"
 
+#include <fmt/core.h>
+
 #include "models.hpp"
+#include "pulson/core/errors.hpp"
 
 namespace pulson {
+
 namespace {
 
 void check_no_term_is_empty(std::string_view spec) {
@@ -39,6 +43,20 @@ std::shared_ptr<const NoiseModel> NoiseChoice::make(const Landmarks& shape) cons
 
 NoiseChoice NoiseChoice::of(std::shared_ptr<const NoiseModel> model) const {
   return model_ ? NoiseChoice(std::move(model)) : NoiseChoice(model->spec(), own_);
+}
+
+ParameterInfo LandmarkChoice::info() { return {"on", "all", "landmarks that it acts on, counted from 1, as in 1/3/5"}; }
+
+std::string LandmarkChoice::spec() const {
+  std::string text;
+  for (const int landmark : on_) text += fmt::format("{}{}", text.empty() ? ",on=" : "/", landmark + 1);
+  return text;
+}
+
+void LandmarkChoice::check(int landmarks, const std::string& spec) const {
+  if (!on_.empty() && on_.back() >= landmarks)
+    throw InputError(fmt::format("noise '{}': on={} names a landmark beyond the last; the shape has {}", spec,
+                                 on_.back() + 1, landmarks));
 }
 
 }  // namespace pulson

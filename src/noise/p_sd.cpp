@@ -2,7 +2,6 @@
 #include <cmath>
 #include <map>
 
-#include <fmt/core.h>
 #include <fmt/ranges.h>
 
 #include "models.hpp"

@@ -4,7 +4,7 @@
 #include <hwy/foreach_target.h>
 // clang-format off
 #include <hwy/highway.h>
-#include "normal_batch.hpp"
+#include "normals.hpp"
 #include "normal_lanes_body.hpp"
 // clang-format on
 

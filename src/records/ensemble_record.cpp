@@ -1,14 +1,18 @@
-#include "pulson/records/ensemble_record.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+
+#include <fmt/format.h>
 
 #include "csv_rows.hpp"
-#include "formats/json/json_text.hpp"
+#include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
+#include "pulson/kernels/kernel_operator.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
+
 namespace {
 
 constexpr std::array<double, 5> kQuantiles = {0.05, 0.25, 0.5, 0.75, 0.95};
@@ -150,6 +154,188 @@ std::string ensemble_densities_csv(const EnsembleRun& run) {
     }
   });
   return text;
+}
+
+namespace {
+
+constexpr const char* kFormat = "pulson ensemble sums 1";
+
+/// For a message: the beginning of long lists.
+std::string excerpt(const Json& json) {
+  constexpr std::size_t kLongest = 60;
+  const std::string text = json.dump();
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "…";
+}
+
+/// All on which the bits of the sums depend.
+Json identity_json(const EnsembleRun& run) {
+  const EnsembleOptions& o = run.options;
+  return {{"version", version()},
+          {"vector_target", vector_target()},
+          {"kernel", run.system.kernel.spec()},
+          {"noise", run.system.noise->spec()},
+          {"integrator", run.integrator},
+          {"q", points_json(run.start.q)},
+          {"p", points_json(run.start.p)},
+          {"groups", run.shape.groups},
+          {"time", o.grid.time},
+          {"steps", o.grid.steps},
+          {"seed", o.seed},
+          {"samples", o.samples},
+          {"momentum_bound", o.momentum_bound},
+          {"antithetic", o.antithetic},
+          {"records", o.records},
+          {"histograms", o.histograms},
+          {"keep", static_cast<int>(o.keep)}};
+}
+
+/// A value that a checkpoint cannot have.
+struct Damaged {};
+
+/// What is counted: as another number it has no value, and sums of larger ones would overflow.
+std::int64_t count_of(const Json& json) {
+  constexpr auto kMost = std::uint64_t{1} << 52U;
+  if (!json.is_number_unsigned() || json.get<std::uint64_t>() > kMost) throw Damaged();
+  return json.get<std::int64_t>();
+}
+
+Json array_json(const Eigen::ArrayXd& x) { return std::vector<double>(x.begin(), x.end()); }
+
+Eigen::ArrayXd array_of(const Json& json) {
+  const auto numbers = json.get<std::vector<double>>();
+  return Eigen::Map<const Eigen::ArrayXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
+Json moments_json(const std::vector<Moments>& moments) {
+  Json rows = Json::array();
+  for (const Moments& m : moments) rows.push_back({m.count, array_json(m.mean), array_json(m.squares)});
+  return rows;
+}
+
+std::vector<Moments> moments_of(const Json& json, std::int64_t samples) {
+  std::vector<Moments> moments;
+  for (const Json& row : json) {
+    moments.push_back({count_of(row.at(0)), array_of(row.at(1)), array_of(row.at(2))});
+    if (moments.back().count > samples) throw Damaged();
+  }
+  return moments;
+}
+
+Json histograms_json(const std::vector<std::vector<Histogram>>& histograms) {
+  Json records = Json::array();
+  for (const auto& record : histograms) {
+    Json rows = Json::array();
+    for (const Histogram& h : record) rows.push_back({h.low, h.high, h.counts, h.smallest, h.largest});
+    records.push_back(std::move(rows));
+  }
+  return records;
+}
+
+std::vector<std::uint64_t> bins_of(const Json& json) {
+  std::vector<std::uint64_t> bins;
+  for (const Json& count : json) bins.push_back(static_cast<std::uint64_t>(count_of(count)));
+  return bins;
+}
+
+std::vector<std::vector<Histogram>> histograms_of(const Json& json) {
+  std::vector<std::vector<Histogram>> histograms;
+  for (const Json& rows : json) {
+    histograms.emplace_back();
+    for (const Json& row : rows)
+      histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(), bins_of(row.at(2)),
+                                   row.at(3).get<double>(), row.at(4).get<double>()});
+  }
+  return histograms;
+}
+
+/// Goes through a binary text and stops where lists are nested deeper than those of a checkpoint: to make values of
+/// them takes a stack as deep.
+class DepthCheck : public nlohmann::json_sax<Json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool /*value*/) override { return true; }
+  bool number_integer(number_integer_t /*value*/) override { return true; }
+  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
+  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
+  bool string(string_t& /*value*/) override { return true; }
+  bool binary(binary_t& /*value*/) override { return true; }
+  bool key(string_t& /*value*/) override { return true; }
+  bool start_object(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
+  bool start_array(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
+  bool end_object() override { return depth_-- > 0; }
+  bool end_array() override { return depth_-- > 0; }
+  bool parse_error(std::size_t /*place*/, const std::string& /*token*/, const nlohmann::json::exception&) override {
+    return false;
+  }
+
+ private:
+  static constexpr int kDeepest = 8;
+  int depth_ = 0;
+};
+
+[[noreturn]] void fail_damaged(std::string_view name) {
+  throw InputError(fmt::format("'{}' is damaged: it cannot be resumed; remove it and start again", name));
+}
+
+EnsembleSums sums_of(const Json& json) {
+  EnsembleSums sums;
+  sums.samples = count_of(json.at("samples"));
+  const Json& paths = json.at("paths");
+  sums.paths = {count_of(paths.at(0)), count_of(paths.at(1)), count_of(paths.at(2)), count_of(paths.at(3))};
+  sums.crossing.at_end = count_of(json.at("crossed_at_end"));
+  sums.crossing.ever = count_of(json.at("crossed_ever"));
+  const Json& pairs = json.at("crossed_pairs");
+  sums.crossing.pairs = {count_of(pairs.at(0)), count_of(pairs.at(1)), count_of(pairs.at(2))};
+  json.at("momentum_error").get_to(sums.momentum_error);
+  json.at("largest_momentum").get_to(sums.largest_momentum);
+  sums.moments = moments_of(json.at("moments"), sums.samples);
+  sums.pair_moments = moments_of(json.at("pair_moments"), sums.samples);
+  sums.histograms = histograms_of(json.at("histograms"));
+  json.at("states").get_to(sums.states);
+  return sums;
+}
+
+}  // namespace
+
+std::string ensemble_checkpoint(const EnsembleRun& run) {
+  const EnsembleSums& sums = run.sums;
+  Json json;
+  json["format"] = kFormat;
+  json["identity"] = identity_json(run);
+  json["samples"] = sums.samples;
+  json["paths"] = {sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound, sums.paths.tie};
+  json["crossed_at_end"] = sums.crossing.at_end;
+  json["crossed_ever"] = sums.crossing.ever;
+  json["crossed_pairs"] = sums.crossing.pairs;
+  json["momentum_error"] = sums.momentum_error;
+  json["largest_momentum"] = sums.largest_momentum;
+  json["moments"] = moments_json(sums.moments);
+  json["pair_moments"] = moments_json(sums.pair_moments);
+  json["histograms"] = histograms_json(sums.histograms);
+  json["states"] = sums.states;
+  const std::vector<std::uint8_t> bytes = Json::to_cbor(json);
+  return {bytes.begin(), bytes.end()};
+}
+
+EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name) {
+  DepthCheck check;
+  if (!Json::sax_parse(bytes.begin(), bytes.end(), &check, Json::input_format_t::cbor)) fail_damaged(name);
+  try {
+    const Json json = Json::from_cbor(bytes.begin(), bytes.end());
+    if (json.at("format") != kFormat)
+      throw InputError(fmt::format("'{}' was written by another version of pulson and cannot be resumed", name));
+    const Json expected = identity_json(run);
+    const Json& found = json.at("identity");
+    for (const auto& [key, value] : expected.items())
+      if (found.at(key) != value)
+        throw InputError(fmt::format("'{}' holds another ensemble: its {} is {}, here it is {}", name, key,
+                                     excerpt(found.at(key)), excerpt(value)));
+    return sums_of(json);
+  } catch (const Json::exception&) {
+    fail_damaged(name);
+  } catch (const Damaged&) {
+    fail_damaged(name);
+  }
 }
 
 }  // namespace pulson

@@ -1,14 +1,13 @@
-#include "pulson/records/registration_record.hpp"
-
 #include <cmath>
-#include <iterator>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "core/text.hpp"
 #include "csv_rows.hpp"
-#include "formats/json/json_text.hpp"
+#include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 namespace {
@@ -167,14 +166,6 @@ std::string registration_json(const Registration& registration, const Registrati
 
 namespace {
 
-std::string quoted_label(const Landmarks& shape, int a) {
-  if (shape.labels.empty()) return {};
-  std::string text = "\"";
-  for (const char c : shape.labels[static_cast<std::size_t>(a)])
-    text += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return text + '"';
-}
-
 // One column, or one for each axis: rows are landmarks.
 struct Column {
   std::string names;  // with a comma before each
@@ -217,7 +208,9 @@ std::string residuals_csv(const Registration& registration, const LandmarkShares
   for (const Column& column : columns) text += column.names;
   text += "\n";
   for (int a = 0; a < registration.source.count(); ++a) {
-    text += fmt::format("{},{}", registration.source.number(a), quoted_label(registration.source, a));
+    const std::vector<std::string>& labels = registration.source.labels;
+    text += fmt::format("{},{}", registration.source.number(a),
+                        labels.empty() ? "" : io::csv_quoted(labels[static_cast<std::size_t>(a)]));
     for (const Column& column : columns)
       for (const double value : column.values.row(a)) text += std::isnan(value) ? ",NA" : fmt::format(",{}", value);
     text += "\n";

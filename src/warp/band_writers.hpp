@@ -1,14 +1,177 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
-#include "triangle_samples.hpp"
 #include "warp/mesh_raster.hpp"
 
 namespace pulson {
+
+/// A place in fractions of the distance of two samples; samples are at multiples of kUnitsPerSample.
+struct FixedPoint {
+  std::int32_t x, y;
+
+  bool is_valid() const { return x != std::numeric_limits<std::int32_t>::min(); }
+};
+
+inline constexpr int kUnitBits = 10;
+inline constexpr std::int32_t kUnitsPerSample = 1 << kUnitBits;
+/// Furthest coordinate in samples: differences stay below 2^30, so that sums of two products of them fit 64 bits.
+inline constexpr double kFurthestSample = 1 << 19;
+
+/// The first sample at or after a coordinate, and the last at or before it.
+inline int first_sample(std::int32_t units) { return (units + kUnitsPerSample - 1) >> kUnitBits; }
+inline int last_sample(std::int32_t units) { return units >> kUnitBits; }
+
+/// From pixel coordinates; invalid for places that are not finite or too far out. Rounding is monotone.
+inline FixedPoint snapped(const std::array<float, 2>& place, int supersampling) {
+  const double x = (static_cast<double>(place[0]) + 0.5) * supersampling - 0.5;
+  const double y = (static_cast<double>(place[1]) + 0.5) * supersampling - 0.5;
+  if (!(std::abs(x) < kFurthestSample && std::abs(y) < kFurthestSample))
+    return {std::numeric_limits<std::int32_t>::min(), 0};
+  // Truncation is the quickest rounding, and rounds down what is positive.
+  constexpr std::int32_t kOffset = (1 << 19) * kUnitsPerSample;
+  const auto round = [](double sample) {
+    return static_cast<std::int32_t>(sample * kUnitsPerSample + (kOffset + 0.5)) - kOffset;
+  };
+  return {round(x), round(y)};
+}
+
+/// Samples with left ≤ x ≤ right and top ≤ y ≤ bottom.
+struct SampleBox {
+  int left, right, top, bottom;
+
+  bool is_empty() const { return left > right || top > bottom; }
+};
+
+/// The samples that a triangle of either orientation covers, by three edge functions E_i, linear, not negative inside
+/// and equal to the triangle's doubled area at the opposite corner i.
+class TriangleSamples {
+ public:
+  /// Those within a window.
+  TriangleSamples(const std::array<FixedPoint, 3>& corners, const SampleBox& window)
+      : corners_(corners), box_(intersection(window)) {
+    if (box_.is_empty()) return;
+    const std::int64_t doubled = cross(vector(0, 1), vector(0, 2));
+    reversed_ = doubled < 0;
+    doubled_area_ = std::abs(doubled);
+    if (is_empty()) return;
+    for (std::size_t i = 0; i < 3; ++i) edges_[i] = edge((i + 1) % 3, (i + 2) % 3);
+  }
+
+  bool is_empty() const { return box_.is_empty() || doubled_area_ == 0; }
+  bool is_reversed() const { return reversed_; }
+
+  /// The larger eigenvalue σ² of AᵀA in units², of the affine map A of the unit triangle's corners to these.
+  double squared_stretch() const {
+    const Vector u = vector(0, 1);
+    const Vector v = vector(0, 2);
+    const double uu = dot(u, u);
+    const double vv = dot(v, v);
+    const double uv = dot(u, v);
+    return 0.5 * (uu + vv + std::sqrt((uu - vv) * (uu - vv) + 4 * uv * uv));
+  }
+
+  /// Calls visit(x, y, w1, w2) for every sample that is covered, with the weights of corners 1 and 2 in it.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    const double inverse_area = 1 / static_cast<double>(doubled_area_);
+    std::array<Edge, 3> row = edges_;
+    for (int y = box_.top; y <= box_.bottom; ++y) {
+      const Span span = covered(row, box_.right - box_.left);
+      std::int64_t e1 = row[1].value + row[1].excluded + span.first * row[1].step_x;
+      std::int64_t e2 = row[2].value + row[2].excluded + span.first * row[2].step_x;
+      for (int x = box_.left + span.first; x <= box_.left + span.last; ++x) {
+        visit(x, y, static_cast<double>(e1) * inverse_area, static_cast<double>(e2) * inverse_area);
+        e1 += row[1].step_x;
+        e2 += row[2].step_x;
+      }
+      for (Edge& edge : row) edge.value += edge.step_y;
+    }
+  }
+
+ private:
+  struct Vector {
+    std::int64_t x, y;
+  };
+  struct Edge {
+    std::int64_t value;  ///< at the first sample, less `excluded`: a sample is covered where none is negative
+    std::int64_t step_x, step_y;
+    std::int64_t excluded;  ///< 1 where samples on the edge itself are not covered, else 0
+  };
+  // Steps from the first sample of a row; none where last < first.
+  struct Span {
+    int first, last;
+  };
+  using Row = std::array<Edge, 3>;
+
+  static std::int64_t cross(const Vector& u, const Vector& v) { return u.x * v.y - u.y * v.x; }
+  static double dot(const Vector& u, const Vector& v) {
+    return static_cast<double>(u.x) * static_cast<double>(v.x) + static_cast<double>(u.y) * static_cast<double>(v.y);
+  }
+  Vector vector(std::size_t from, std::size_t to) const {
+    return {std::int64_t{corners_[to].x} - corners_[from].x, std::int64_t{corners_[to].y} - corners_[from].y};
+  }
+
+  SampleBox intersection(const SampleBox& window) const {
+    const auto [min_x, max_x] = std::minmax({corners_[0].x, corners_[1].x, corners_[2].x});
+    const auto [min_y, max_y] = std::minmax({corners_[0].y, corners_[1].y, corners_[2].y});
+    return {std::max(window.left, first_sample(min_x)), std::min(window.right, last_sample(max_x)),
+            std::max(window.top, first_sample(min_y)), std::min(window.bottom, last_sample(max_y))};
+  }
+
+  // A reversed triangle's edges are taken in the opposite direction, so that its inside is on the same side as of
+  // others. Of an edge's two directions exactly one excludes, which is what moving all samples by (ε, ε²) does.
+  Edge edge(std::size_t from, std::size_t to) const {
+    const Vector along = reversed_ ? vector(to, from) : vector(from, to);
+    const bool excludes = along.y > 0 || (along.y == 0 && along.x < 0);
+    const Vector to_first = {std::int64_t{box_.left} * kUnitsPerSample - corners_[from].x,
+                             std::int64_t{box_.top} * kUnitsPerSample - corners_[from].y};
+    return {cross(along, to_first) - (excludes ? 1 : 0), -along.y * kUnitsPerSample, along.x * kUnitsPerSample,
+            excludes ? 1 : 0};
+  }
+
+  // Few steps are tested one by one; divisions are quicker for many.
+  static Span covered(const Row& row, int last) {
+    constexpr int kFewSteps = 12;
+    return last < kFewSteps ? covered_by_steps(row, last) : covered_by_division(row, last);
+  }
+
+  static bool is_outside(const Row& row, int step) {
+    return ((row[0].value + step * row[0].step_x) | (row[1].value + step * row[1].step_x) |
+            (row[2].value + step * row[2].step_x)) < 0;
+  }
+
+  static Span covered_by_steps(const Row& row, int last) {
+    Span span = {0, last};
+    while (span.first <= span.last && is_outside(row, span.first)) ++span.first;
+    while (span.first < span.last && is_outside(row, span.last)) --span.last;
+    return span;
+  }
+
+  static Span covered_by_division(const Row& row, int last) {
+    std::int64_t first = 0;
+    std::int64_t end = last;
+    for (const Edge& edge : row) {
+      if (edge.step_x > 0 && edge.value < 0) first = std::max(first, (-edge.value + edge.step_x - 1) / edge.step_x);
+      if (edge.step_x < 0) end = std::min(end, edge.value < 0 ? -1 : edge.value / -edge.step_x);
+      if (edge.step_x == 0 && edge.value < 0) end = -1;
+    }
+    if (first > end) return {0, -1};
+    return {static_cast<int>(first), static_cast<int>(end)};
+  }
+
+  std::array<FixedPoint, 3> corners_;
+  SampleBox box_;
+  std::int64_t doubled_area_ = 0;
+  bool reversed_ = false;
+  Row edges_{};
+};
 
 inline std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 

@@ -1,5 +1,3 @@
-#include "pulson/warp/label_space.hpp"
-
 #include <cmath>
 #include <utility>
 
@@ -7,9 +5,10 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/warp/material_flow.hpp"
 
 namespace pulson {
 namespace {

@@ -1,12 +1,10 @@
 #include "pulson/warp/material_flow.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <string>
 
 #include <Eigen/LU>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
 #include "space_motion.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pulson/dynamics/stochastic_system.hpp"
-#include "pulson/integrators/space_step.hpp"
+#include "pulson/integrators/integrator.hpp"
 
 namespace pulson {
 

@@ -1,5 +1,3 @@
-#include "pulson/warp/triangulation.hpp"
-
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -7,7 +5,8 @@
 
 #include <libqhull_r/qhull_ra.h>
 
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
+#include "pulson/warp/sampled_map.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,3 @@
-#include "pulson/compare/cohort.hpp"
-
 #include <cmath>
 #include <string>
 #include <vector>
@@ -12,6 +10,7 @@
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
+#include "pulson/compare/cohort_fit.hpp"
 #include "pulson/compare/comparison.hpp"
 
 namespace pulson {

@@ -10,7 +10,6 @@
 
 #include "cohort_examples.hpp"
 #include "error_of.hpp"
-#include "pulson/compare/recovery.hpp"
 
 namespace pulson {
 namespace {

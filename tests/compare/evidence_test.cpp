@@ -12,8 +12,7 @@
 #include "cohort_examples.hpp"
 #include "combinations.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/matching/laplace.hpp"
-#include "pulson/matching/minimise.hpp"
+#include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "random/normals.hpp"
 

@@ -6,16 +6,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pulson/compare/prediction.hpp"
+#include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/ensemble/ensemble.hpp"
-#include "pulson/matching/displacement_model.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/matching/objective.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/warp/material_flow.hpp"
-#include "pulson/warp/triangulation.hpp"
+#include "pulson/warp/sampled_map.hpp"
 #include "random/normals.hpp"
 
 namespace pulson {

@@ -1,5 +1,3 @@
-#include "pulson/compare/prediction.hpp"
-
 #include <cmath>
 #include <vector>
 
@@ -10,6 +8,7 @@
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
+#include "pulson/compare/comparison.hpp"
 #include "random/normals.hpp"
 
 namespace pulson {

@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/coincident_landmarks.hpp"
-#include "core/coordinate_frame.hpp"
 #include "error_of.hpp"
 
 namespace pulson {

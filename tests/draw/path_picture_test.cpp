@@ -1,5 +1,3 @@
-#include "pulson/draw/path_picture.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -12,6 +10,7 @@
 #include "draw/thinning.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson {
 namespace {

@@ -1,6 +1,4 @@
 // Pictures of registrations whose target does not correspond to the source, or misses coordinates.
-#include "pulson/draw/registration_picture.hpp"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "picture_files.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson {
 namespace {

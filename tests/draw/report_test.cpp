@@ -12,7 +12,7 @@
 #include "draw/gnuplot.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/draw/registration_picture.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson {
 namespace {

@@ -1,7 +1,5 @@
 // What ensembles add up, against direct computation.
 
-#include "pulson/ensemble/ensemble_sums.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -10,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "numbers.hpp"
+#include "pulson/ensemble/ensemble.hpp"
 
 namespace pulson {
 namespace {

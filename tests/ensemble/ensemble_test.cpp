@@ -1,9 +1,10 @@
 // Sample paths: what they are a function of, and what becomes of those that cannot be followed.
 
+#include "pulson/ensemble/ensemble.hpp"
+
 #include <gtest/gtest.h>
 
 #include "pulson/core/parallel.hpp"
-#include "pulson/ensemble/sample_paths.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
 

@@ -1,7 +1,5 @@
 // The densities (15) and (18) of free pulsons, and the law of the scheme (20).
 
-#include "pulson/fokker_planck/densities.hpp"
-
 #include <cmath>
 #include <string>
 
@@ -10,6 +8,7 @@
 
 #include "numbers.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/fokker_planck/pair_equation.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/noise/noise_table.hpp"
 

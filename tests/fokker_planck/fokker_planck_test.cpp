@@ -13,7 +13,6 @@
 #include "numbers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/fokker_planck/densities.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 
 namespace pulson {

@@ -1,11 +1,10 @@
-#include "pulson/formats/observation_files.hpp"
-
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "pulson/formats/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/utf8.hpp"
+#include "core/text.hpp"
 #include "reading_files.hpp"
 
 namespace pulson {

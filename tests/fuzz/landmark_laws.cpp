@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "formats/shape_lines.hpp"
+#include "formats/shape_options.hpp"
 #include "fuzzing.hpp"
 
 namespace pulson::fuzz {

@@ -1,7 +1,7 @@
 #include "fuzz_targets.hpp"
 #include "fuzzing.hpp"
 #include "landmark_laws.hpp"
-#include "pulson/formats/observation_files.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson::fuzz {
 

@@ -5,8 +5,7 @@
 #include "pulson/core/version.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "pulson/records/ensemble_record.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson::fuzz {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pulson/images/image.hpp"
-#include "pulson/images/remap.hpp"
+#include "pulson/images/image_warp.hpp"
 
 namespace pulson {
 

@@ -17,8 +17,8 @@
 #include <ceres/jet.h>
 
 #include "kernel_definition.hpp"
+#include "pulson/core/landmarks.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/phase_state.hpp"
 
 namespace pulson {
 

@@ -1,7 +1,5 @@
 // Images read from files and written to them.
 
-#include "pulson/images/image_files.hpp"
-
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
@@ -16,6 +14,7 @@
 #include <unistd.h>
 
 #include "image_examples.hpp"
+#include "pulson/images/image.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {

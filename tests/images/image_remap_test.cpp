@@ -10,7 +10,7 @@
 
 #include "error_of.hpp"
 #include "image_examples.hpp"
-#include "pulson/images/remap.hpp"
+#include "pulson/images/image_warp.hpp"
 
 namespace pulson {
 namespace {

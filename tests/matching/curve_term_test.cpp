@@ -1,5 +1,3 @@
-#include "pulson/matching/curve_term.hpp"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -12,6 +10,7 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "shape.hpp"
 
 namespace pulson {

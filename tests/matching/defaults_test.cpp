@@ -8,7 +8,7 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
-#include "pulson/core/length.hpp"
+#include "pulson/core/name_table.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
 

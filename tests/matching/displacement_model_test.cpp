@@ -1,5 +1,3 @@
-#include "pulson/matching/displacement_model.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pulson/matching/minimise.hpp"
+#include "pulson/matching/objective.hpp"
 #include "registration_problem.hpp"
 #include "shape.hpp"
 

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "carriers.hpp"
-#include "pulson/dynamics/hamiltonian.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/dynamics/stochastic_system.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson {

@@ -1,5 +1,3 @@
-#include "pulson/matching/landmark_term.hpp"
-
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -12,9 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "combinations.hpp"
-#include "core/number_checks.hpp"
+#include "core/text.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
+#include "pulson/matching/data_term.hpp"
 
 namespace pulson {
 namespace {

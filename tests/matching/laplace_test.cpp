@@ -1,5 +1,3 @@
-#include "pulson/matching/laplace.hpp"
-
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -13,9 +11,8 @@
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
-#include "pulson/matching/curve_term.hpp"
-#include "pulson/matching/landmark_term.hpp"
-#include "pulson/matching/minimise.hpp"
+#include "pulson/matching/data_term.hpp"
+#include "pulson/matching/objective.hpp"
 #include "random/normals.hpp"
 
 namespace pulson {

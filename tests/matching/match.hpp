@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "pulson/matching/landmark_term.hpp"
-#include "pulson/matching/minimise.hpp"
+#include "pulson/matching/data_term.hpp"
+#include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson {

@@ -7,7 +7,7 @@
 #include "combinations.hpp"
 #include "plain_options.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/matching/registration.hpp"
 #include "shape.hpp"
 

@@ -16,7 +16,7 @@
 
 #include "combinations.hpp"
 #include "numbers.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 

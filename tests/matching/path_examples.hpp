@@ -14,8 +14,7 @@
 #include "numbers.hpp"
 #include "path_model.hpp"
 #include "path_search.hpp"
-#include "pulson/matching/curve_term.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "shape.hpp"
 
 namespace pulson {

@@ -7,7 +7,7 @@
 
 #include "error_of.hpp"
 #include "plain_options.hpp"
-#include "pulson/matching/landmark_term.hpp"
+#include "pulson/matching/data_term.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"

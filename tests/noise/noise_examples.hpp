@@ -9,7 +9,7 @@
 
 #include "kernel_definition.hpp"
 #include "pulson/core/landmarks.hpp"
-#include "pulson/dynamics/hamiltonian.hpp"
+#include "pulson/dynamics/stochastic_system.hpp"
 
 namespace pulson {
 

@@ -18,7 +18,7 @@
 #include "noise_definition.hpp"
 #include "noise_examples.hpp"
 #include "numbers.hpp"
-#include "pulson/dynamics/hamiltonian.hpp"
+#include "pulson/dynamics/stochastic_system.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson {

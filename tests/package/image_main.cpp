@@ -1,5 +1,5 @@
 // Reads a picture, by the installed package.
 
-#include <pulson/images/image_files.hpp>
+#include <pulson/images/image.hpp>
 
 int main(int argc, char** argv) { return argc > 1 && pulson::read_image(argv[1]).width() > 1 ? 0 : 1; }

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "program.hpp"
-#include "pulson/images/image_files.hpp"
+#include "pulson/images/image.hpp"
 
 namespace pulson {
 namespace {

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "image_examples.hpp"
-#include "pulson/images/image_files.hpp"
+#include "pulson/images/image.hpp"
 #include "warp_program.hpp"
 
 namespace pulson {
@@ -38,7 +38,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   const auto refuse = [&](const std::string& line, const std::string& message) {
     expect_refused(joined({registration}, words(line)), message);
   };
-  expect_refused(words("missing.json grey.png -o w.png"), "missing.json: the file cannot be opened");
+  expect_refused(words("missing.json grey.png -o w.png"), "cannot read 'missing.json': No such file or directory");
   expect_refused(words("grey.png grey.png -o w.png"), "grey.png is an image; the registration comes first");
   refuse("missing.png -o w.png", "cannot read 'missing.png'");
   refuse("word.png -o w.png", "it is not an image");

@@ -15,7 +15,7 @@
 #include "image_examples.hpp"
 #include "pulson/fields/grid_fields.hpp"
 #include "pulson/formats/landmark_files.hpp"
-#include "pulson/images/image_files.hpp"
+#include "pulson/images/image.hpp"
 
 namespace pulson {
 namespace {

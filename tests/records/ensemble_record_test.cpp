@@ -11,7 +11,7 @@
 #include "ensemble_examples.hpp"
 #include "ensemble_runs.hpp"
 #include "lines_of.hpp"
-#include "pulson/formats/npy.hpp"
+#include "pulson/formats/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "ensemble_examples.hpp"
-#include "pulson/records/ensemble_record.hpp"
+#include "pulson/records/records.hpp"
 
 namespace pulson {
 

@@ -7,9 +7,8 @@
 
 #include "plain_options.hpp"
 #include "pulson/compare/comparison.hpp"
-#include "pulson/compare/recovery.hpp"
 #include "pulson/matching/fit_parameters.hpp"
-#include "pulson/records/registration_record.hpp"
+#include "pulson/records/records.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {

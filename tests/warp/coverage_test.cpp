@@ -1,7 +1,5 @@
 // Folds of a mesh, holes in what it covers, and sums over bands.
 
-#include "warp/coverage.hpp"
-
 #include <cmath>
 #include <cstddef>
 #include <string>

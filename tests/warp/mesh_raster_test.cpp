@@ -18,7 +18,6 @@
 #include "error_of.hpp"
 #include "mesh_raster_examples.hpp"
 #include "pulson/core/parallel.hpp"
-#include "warp/coverage.hpp"
 
 namespace pulson {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "error_of.hpp"
 #include "mesh_raster_examples.hpp"
-#include "warp/coverage.hpp"
 #include "warp/mesh_raster.hpp"
 
 namespace pulson {

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "kernel_definition.hpp"
-#include "pulson/warp/triangulation.hpp"
+#include "pulson/warp/sampled_map.hpp"
 
 namespace pulson {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -7,10 +8,43 @@
 #include <vector>
 
 #include "pulson/compare/cohort_fit.hpp"
-#include "pulson/compare/prediction.hpp"
 #include "pulson/core/estimate.hpp"
 
 namespace pulson {
+
+/// How well a model predicts one shape.
+struct ShapePrediction {
+  double energy_score = 0;  ///< length units per landmark, see energy_score(); lower is better
+  double coverage = 0;      ///< fraction of the coordinates within the central 90 % of the samples
+};
+
+/// Of held-out shapes.
+struct Prediction {
+  double energy_score = 0, energy_score_error = 0;  ///< mean and its standard error
+  double coverage = 0, coverage_error = 0;
+  std::vector<ShapePrediction> shapes;
+};
+
+/// The energy score of samples X_i for the outcome y (T. Gneiting, A. Raftery 2007, (21)), unbiased:
+///
+///     (1/M) Σ_i |X_i − y| − 1/(2M(M−1)) Σ_ij |X_i − X_j|
+///
+/// over the observed coordinates of y. Zero only for the distribution concentrated at y.
+/// @param samples n×M @param outcome n, NaN where unknown @throws InputError for fewer than two samples
+double energy_score(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outcome);
+
+/// The fraction of the known coordinates of an outcome within the central `part` of the samples: at least as high as
+/// quantile (1 − part)/2 and at most as high as (1 + part)/2, by linear interpolation.
+double coverage(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outcome, double part);
+
+/// Samples drawn from a model, with errors of observation, and aligned as the cohort's shapes are: dN×M.
+Eigen::MatrixXd aligned_samples(const Cohort& cohort, const MatchingProblem& model, int count, std::uint64_t seed);
+
+/// Of the targets of `held`, by a model that was fitted to others.
+/// @param samples of that model, aligned onto the source of `held`
+std::vector<ShapePrediction> predict(const Cohort& held, const Eigen::MatrixXd& samples);
+
+Prediction summary(std::vector<ShapePrediction> shapes);
 
 /// The shapes as given, and the source that they are compared with.
 struct CohortShapes {
@@ -78,5 +112,46 @@ struct Comparison {
 /// @throws InputError where a model cannot be fitted; the message names it
 Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseChoice>& noises,
                           const CompareOptions& options = {});
+
+/// A model that shapes are drawn from.
+struct TrueModel {
+  NoiseChoice noise = "none";  ///< complete
+  double lambda = 0;           ///< 1/variance of the momenta: must be given
+  std::string kernel{};        ///< empty: that of the settings
+};
+
+struct RecoveryOptions {
+  CohortSettings settings{};  ///< kernel, σ and grid of all models; its λ, where given, is held in every fit
+  int cohorts = 20;           ///< from each model
+  int shapes = 20;            ///< in each cohort
+  AlignmentKind alignment = AlignmentKind::kNone;
+  std::uint64_t seed = 1;
+  /// Called after each cohort, for progress; from one thread at a time.
+  std::function<void(int done, int all)> on_cohort{};
+};
+
+/// What one candidate made of one cohort.
+struct RecoveredFit {
+  std::vector<FittedNumber> numbers;
+  double log_evidence = 0;  ///< NaN where it cannot be fitted
+};
+
+/// How the cohorts drawn from one model were classified.
+struct RecoveryRow {
+  TrueModel truth;
+  std::vector<int> chosen;                      ///< how often each candidate had the greatest score
+  std::vector<std::vector<RecoveredFit>> fits;  ///< [cohort][candidate]
+  int unfit = 0;                                ///< cohorts to which no candidate could be fitted
+  /// Fraction of the variance of the displacements from the source due to the noise: 1 − variance without noise over
+  /// variance with noise, from 1000 forward samples.
+  double noise_share = 0;
+  double displacement = 0;  ///< root mean square of a coordinate of the displacements, length units
+};
+
+/// Draws cohorts from several models and fits all candidates to each: how often would the right one be chosen with this
+/// sample size? Parameters that a candidate leaves open are fitted each time.
+/// @throws InputError where a model is incomplete or draws no shapes
+std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
+                                        const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options);
 
 }  // namespace pulson

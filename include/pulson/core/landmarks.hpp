@@ -1,14 +1,11 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
-
-#include "pulson/core/eigen_layout.hpp"
 
 namespace pulson {
 
@@ -68,5 +65,19 @@ std::optional<std::pair<int, int>> find_coincident(const Points& points, double 
 
 /// The smallest axis-aligned box that holds all points, as {lower corner, upper corner}; NaN where there are none.
 std::pair<Eigen::VectorXd, Eigen::VectorXd> bounding_box(const Points& points);
+
+/// A point (q, p) of phase space: positions and momenta of N landmarks, both d×N.
+struct PhaseState {
+  Points q;
+  Points p;
+};
+
+/// How Eigen allocates its matrices, which -mavx, -march=native and -fsanitize=address change. Declared for every
+/// layout but defined only for the one pulson was compiled with: a program that would free memory differently from how
+/// pulson allocated it does not link. Compile it with the same of these options.
+template <int alignment, bool by_malloc>
+int eigen_layout();
+
+inline const int kEigenLayout = eigen_layout<EIGEN_DEFAULT_ALIGN_BYTES, EIGEN_MALLOC_ALREADY_ALIGNED != 0>();
 
 }  // namespace pulson

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "pulson/core/landmarks.hpp"
 
@@ -49,6 +53,9 @@ struct LandmarkFormat {
 
 /// All formats, in the order in which they are tried.
 const std::vector<LandmarkFormat>& landmark_formats();
+
+/// Their names.
+std::vector<std::string> landmark_format_names();
 
 /// The format of this name or, where it is empty, the first that can be written and has the extension of `path`.
 /// @throws InputError where none can be written
@@ -107,5 +114,25 @@ std::string landmarks_csv(const Landmarks& shape);
 
 /// Writes landmarks_csv(shape) by write_file_atomically. @throws InputError if the file cannot be written.
 void write_landmarks_csv(const std::filesystem::path& path, const Landmarks& shape);
+
+// Tables with a row per landmark, in the order of the shape. The first line may name the columns; blank lines and
+// comments ('#') are skipped. Fields are separated by the first of ; , tab that the first line has, else by blanks.
+
+/// The weights of `count` landmarks, one in each row: finite numbers, 0 or greater.
+/// @throws InputError that names file and line
+Eigen::VectorXd read_weights(const std::filesystem::path& path, int count);
+
+/// The covariances of `count` landmarks in d dimensions, d×d each, length units squared. A row holds 1 number (the
+/// variance of each coordinate), d (the variances of the axes), d(d+1)/2 (the upper triangle by rows) or d² (all by
+/// rows). @throws InputError that names file and line, also where one is not symmetric and positive definite
+std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, int count, int dimension);
+
+/// Numbers in numpy's format, version 1.0: doubles in C order, to be read by `numpy.load`. The product of `shape` is
+/// the count of the numbers.
+std::string npy_bytes(std::span<const double> numbers, const std::vector<std::size_t>& shape);
+
+/// Writes npy_bytes by write_file_atomically. @throws InputError if the file cannot be written
+void write_npy(const std::filesystem::path& path, std::span<const double> numbers,
+               const std::vector<std::size_t>& shape);
 
 }  // namespace pulson

@@ -1,12 +1,59 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "pulson/core/alignment.hpp"
+#include "pulson/core/name_table.hpp"
+#include "pulson/images/image.hpp"
 #include "pulson/warp/material_flow.hpp"
 
 namespace pulson {
+
+/// How the value between pixels is made: of the nearest, or of the 2×2 (linear), 4×4 (cubic, a = -3/4) or 8×8 (lanczos)
+/// nearest. Cubic and lanczos overshoot at edges. `label` is for numbers that name something, which have no mean: the
+/// nearest, and where a pixel has several samples the value of most of them, so that no value is made up.
+enum class Interpolation : std::uint8_t { kNearest, kLinear, kCubic, kLanczos, kLabel };
+
+/// The values beyond the edge, here of abcd: a fill value; aaa|abcd|ddd; cba|abcd|dcb; or nothing: alpha 0, and the
+/// result has an alpha channel whether or not the source has.
+enum class Border : std::uint8_t { kConstant, kReplicate, kReflect, kTransparent };
+
+/// Names and help of each: nearest, linear, cubic, lanczos, label; constant, replicate, reflect, transparent.
+const NameTable<Interpolation>& interpolation_table();
+const NameTable<Border>& border_table();
+
+/// @throws InputError that lists the valid names
+Interpolation parse_interpolation(std::string_view name);
+Border parse_border(std::string_view name);
+
+/// For each pixel of a result, row by row, the position in the source that it shows: the inverse of the map that moves
+/// the picture.
+struct PixelMap {
+  int width = 0;
+  int height = 0;
+  /// x to the right, y downwards, in pixels of the source with pixel centres at integers; width·height of them. A place
+  /// that is not finite is nowhere: there the result is the fill, or transparent where the border is.
+  std::vector<std::array<float, 2>> places;
+};
+
+struct RemapOptions {
+  Interpolation interpolation = Interpolation::kLinear;
+  Border border = Border::kConstant;
+  /// In units and order of the source's channels, for nowhere and beyond a constant border. For images with alpha the
+  /// default is transparent.
+  std::array<double, 4> fill{};
+};
+
+/// result(i) = source(map.places[i]), with the source's depth and channels (but see Border::kTransparent), by
+/// cv::remap. It rounds places to 1/32 pixel, so shifts below that are lost; whole pixels are exact. With alpha,
+/// colours are mixed in proportion to their opacity; the colour of a fully transparent pixel becomes 0, but for
+/// nearest and label. Nothing is averaged where the map shrinks: see scaled_down. Memory: 9 bytes a pixel of the
+/// result, and with alpha 16 a pixel of it and of the rows of the source that it shows. @throws InputError where a side
+/// of source or result is longer than 32766 pixels, the limit of cv::remap
+Image remap(const Image& source, const PixelMap& map, const RemapOptions& options = {});
 
 /// Where the pixels of an image are in the coordinates of landmarks: the centre of pixel (x, y) is at
 ///

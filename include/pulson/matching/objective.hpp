@@ -1,7 +1,11 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "pulson/integrators/integrator.hpp"
@@ -118,5 +122,78 @@ class MatchingObjective {
   int channels_;
   std::shared_ptr<const MomentumBasis> basis_;
 };
+
+/// How the objective is minimised.
+enum class Solver {
+  kAuto,         ///< paths where the problem is one of paths in midpoint steps, else shooting by its size
+  kPaths,        ///< Newton's method on paths, see search_paths()
+  kGaussNewton,  ///< shooting, Levenberg–Marquardt with dense Jacobians: few iterations
+  kLbfgs,        ///< shooting, limited-memory quasi-Newton on the adjoint gradient: O(N²) an iteration, O(NK) memory
+};
+
+/// @throws InputError that lists `auto`, `paths`, `gauss-newton`, `lbfgs`
+Solver parse_solver(std::string_view name);
+std::string solver_name(Solver solver);
+
+struct MinimiseOptions {
+  Solver solver = Solver::kAuto;
+  int max_iterations = 500;
+  /// Converged where the relative gradient is at most this: √(gᵀB⁻¹g / 2J) with g = ∇J and B Gauss–Newton's model of
+  /// the second derivatives; its square is the part of J that is still to be gained. L-BFGS, which has no B:
+  /// relative_gradient().
+  double gradient_tolerance = 1e-3;
+  std::uint64_t seed = 1;  ///< of the disturbance of a start
+  /// Called after each iteration, for progress.
+  std::function<void(int iteration, double cost, double relative_gradient)> on_iteration{};
+};
+
+struct MinimiseSummary {
+  Solver solver = Solver::kAuto;  ///< the one that was used
+  bool converged = false;
+  std::string reason{};  ///< why it stopped, in words
+  int iterations = 0;    ///< of the search over paths and of shooting
+  int evaluations = 0;
+  double relative_gradient = 0;
+  MatchingObjective::Evaluation solution{};
+};
+
+/// Minimises the objective by shooting, from what a search over paths finds: with the noise as a control where it is to
+/// be fitted and linear in p, else without noise.
+MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptions& options);
+
+/// |∇J| / (|z| + |∇J − z|), 0 where both vanish.
+double relative_gradient(const Eigen::VectorXd& z, const Eigen::VectorXd& gradient);
+
+/// The posterior of a match near its minimum as a Gaussian, and how well the model explains the data.
+struct LaplaceApproximation {
+  Points momentum_deviation;  ///< standard deviations of p0, d×N; 0 at landmarks without a momentum of their own
+  Points velocity_deviation;  ///< of v0 = K(q0)p0 at the landmarks, d×N: well conditioned where momenta are not
+  Points end_deviation;       ///< of q(T), d×N, length units; of several realisations: of the mean of their ends
+  double log_evidence = 0;    ///< log p(y), see log_evidence(); NaN where the data have no normalised density
+};
+
+/// Laplace's approximation (D. MacKay, Information Theory, Inference, and Learning Algorithms, 2003, chapter 27) of the
+/// posterior of the whitened unknowns z with the prior N(0, I) and the likelihood exp(−D(q(T))):
+///
+///     z | y ≈ N(z*, B⁻¹),   B = I + JᵀJ,   cov(Az) = A B⁻¹ Aᵀ,
+///
+/// z* the minimum of the objective and B Gauss–Newton's Hessian there (MatchingObjective::Linearisation): exact where
+/// q(T) is linear in z and the data are landmarks. A is ∂p0/∂z, K(q0)∂p0/∂z and ∂q(T)/∂z. In terms of momenta the prior
+/// is N(0, (λK)⁻¹) at the landmarks of the basis, and no momentum at all elsewhere; increments of fitted noise are
+/// N(0, Δt). The deviations are those of one minimum, and of given kernel, noise, σ and λ.
+///
+/// Cost: two linearisations, O(UD·min(U, D)) time and O(U(D + dN)) memory for U unknowns and D residuals.
+/// @param minimum where ∇J vanishes: MinimiseSummary::solution
+LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum);
+
+/// The log of the density of the data y, the unknowns integrated out by Laplace's approximation,
+///
+///     log p(y) ≈ −J(z*) + ½ gᵀB⁻¹g − ½ log det B − ½ Σ_a log det(2πR_a/w_a),
+///
+/// with g = ∇J, which vanishes at a minimum but for what the search left; the last sum LandmarkTerm::log_determinant().
+/// It is a density in the length units of y to the power of minus the number of coordinates observed. Where there are
+/// several realisations, D is a mean over them, and so is the log of the likelihood here.
+/// @throws InputError where the data are not landmarks: their term is no log of a normalised density
+double log_evidence(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum);
 
 }  // namespace pulson

@@ -1,15 +1,49 @@
 #pragma once
 
-// The columns of a table: what their names mean, and which holds what.
+// Tables: their lines and fields, what the names of columns mean and which holds what, and layouts other than a
+// landmark per line.
 
+#include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "csv_records.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson::io {
+
+/// One line of a table, split into fields: blanks around a field and the quotes around it are taken off.
+struct CsvRecord {
+  std::size_t line;
+  std::vector<std::string> fields;
+  bool follows_blank_line = false;
+  bool follows_empty_row = false;  ///< a line of empty cells alone, as Excel writes it
+};
+
+/// The lines of a table but blank ones, comments (`#`, `//`) and those of empty cells alone, at most `limit` of them.
+/// Fields are separated by what a first line `sep=;` names, else by the first of ; , tab that the first line has
+/// outside quotes, else by blanks; a tab goes before commas that all stand between digits. Last columns that are empty,
+/// without a name too, are left out. A comment just above the first line that names coordinates, as many as that line
+/// has fields, is the header. The numbers may have decimal commas (1,5), between commas in quotes, which become points,
+/// if no number has a point or several commas. @throws InputError on a broken quote.
+std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text,
+                                   std::size_t limit = std::string::npos);
+
+/// Whether each comma stands between two digits, as in `1,5`.
+bool commas_may_be_decimal(std::string_view text);
+
+/// Makes the decimal commas of numbers points, if some number has one and none says that commas or points are anything
+/// else. Columns that hold names stay as they are; between commas, numbers such as 1,234 alone say nothing.
+void use_decimal_points(std::vector<CsvRecord>& records, char delimiter);
+
+/// The first `count` lines of `text`, for a look at what it is: none where it is no table.
+std::vector<CsvRecord> first_records(std::string_view text, std::size_t count);
+
+/// The name repeats with each shape, so that a long one would take far more memory than the file has.
+/// @throws InputError if it is
+void require_short_name(const std::string& path, const CsvRecord& record, const std::string& name);
 
 enum class ColumnRole { kX, kY, kZ, kLabel, kGroup, kSpecimen, kDefined };
 
@@ -113,5 +147,69 @@ CsvColumns columns_of_named_points(const CsvRecord& first);
 
 /// A table without header: x[,y[,z]]. @throws InputError if `first` has other than 1 to 3 numbers.
 CsvColumns columns_without_header(const std::string& path, const CsvRecord& first);
+
+/// One row of the table of layouts.
+struct CsvLayout {
+  /// Whether a table has this layout; `records` are all of its lines, or the first of them.
+  bool (*fits)(const std::vector<CsvRecord>& records);
+  LandmarkFile (*read)(const std::string& path, const std::vector<CsvRecord>& records);
+};
+
+/// The first layout that fits; null for a table with a landmark per line. `records` are not empty.
+const CsvLayout* find_layout(const std::vector<CsvRecord>& records);
+
+/// A coordinate per line: columns axis, value, landmark[, specimen][, group], lines in any order.
+bool fits_coordinate_rows(const std::vector<CsvRecord>& records);
+LandmarkFile read_coordinate_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// A shape per line: columns x1, y1, x2, y2, ... or 1.X, 1.Y, ... or nose_x, nose_y, ... in any order, others may name
+/// the shape.
+bool fits_shape_rows(const std::vector<CsvRecord>& records);
+LandmarkFile read_shape_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// An axis per line, without header: [name,]x-coordinates,1,2,3,... then y and perhaps z, and so on for each shape.
+bool fits_named_axis_rows(const std::vector<CsvRecord>& records);
+LandmarkFile read_named_axis_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// Two or three lines of many numbers: all x, all y and perhaps all z.
+bool fits_axis_rows(const std::vector<CsvRecord>& records);
+LandmarkFile read_axis_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// A shape per line, without header: a name and the coordinates of its landmarks, four numbers or more, x1, y1, x2, y2,
+/// ...
+bool fits_named_shape_rows(const std::vector<CsvRecord>& records);
+LandmarkFile read_named_shape_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// @throws InputError if a line has more or fewer fields than the first.
+void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// The warning of columns that mean nothing here, if there are any.
+std::vector<std::string> unused_columns(const std::string& path, const std::vector<std::string>& names);
+
+/// Whether the labels are 1, 2, 3, ..., which says nothing that the order of the landmarks does not.
+bool counts_from_one(const std::vector<std::string>& labels);
+
+/// A column as `X1` or `1.X` names it, or `nose_x`.
+struct CoordinateName {
+  std::size_t axis;
+  std::optional<std::size_t> number;  ///< of the landmark
+  std::string label;                  ///< where it has no number
+};
+
+/// `X1`, `1.X`, `LM 1_X`, `x[1]`
+std::optional<CoordinateName> parse_numbered_coordinate(std::string_view name);
+
+/// `nose_x`, `nose.X`, `noseX`, `L1x` or `x_nose`
+std::optional<CoordinateName> parse_named_coordinate(std::string_view name);
+
+/// Gives the columns that `columns` lists (x → he_col) names with this meaning, and other columns that have it others.
+/// @throws InputError that lists the columns where one is not there, or where the table has no header
+void name_columns(const std::string& path, CsvRecord& header, const std::map<std::string, std::string>& columns);
+
+/// Whether each line holds one field.
+bool is_one_column(const std::vector<CsvRecord>& records);
+
+/// One shape of a table of one column, where the d coordinates of each landmark take turns.
+LandmarkFile read_in_turn(const std::string& path, const std::vector<CsvRecord>& records, std::size_t dimension);
 
 }  // namespace pulson::io

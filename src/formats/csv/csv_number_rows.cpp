@@ -8,7 +8,6 @@
 
 #include "core/text.hpp"
 #include "csv_columns.hpp"
-#include "csv_layouts.hpp"
 
 namespace pulson::io {
 namespace {

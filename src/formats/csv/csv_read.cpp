@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -11,8 +10,6 @@
 
 #include "core/text.hpp"
 #include "csv_columns.hpp"
-#include "csv_layouts.hpp"
-#include "csv_records.hpp"
 #include "formats/formats.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -252,8 +249,6 @@ LandmarkFile read_point_rows(const std::string& path, std::vector<CsvRecord> rec
   return read_table_without_header(path, records);
 }
 
-}  // namespace
-
 bool sniff_csv(std::string_view text) {
   constexpr std::size_t kTelling = 64;
   try {
@@ -274,6 +269,8 @@ bool sniff_csv(std::string_view text) {
 
 LandmarkFile read_csv(const std::string& path, std::string_view text) { return read_table(path, text, {}); }
 
+}  // namespace
+
 LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options) {
   std::vector<CsvRecord> records = csv_records(path, text);
   if (records.empty()) throw InputError(path + " holds only blank lines and comments; it needs lines x[,y[,z]]");
@@ -286,6 +283,20 @@ LandmarkFile read_table(const std::string& path, std::string_view text, const Re
   }
   const CsvLayout* const layout = find_layout(records);
   return layout != nullptr ? layout->read(path, records) : read_point_rows(path, std::move(records));
+}
+
+LandmarkFormat csv_format() {
+  return {
+      .name = "csv",
+      .extensions = {"csv", "tsv"},
+      .help =
+          "table x[,y[,z]] with , ; tab or blanks between, with or without header (label, group); several shapes with "
+          "a "
+          "column specimen, as lines id,x1,y1,... or id,nose_x,nose_y,..., as lines of all x and all y, or as lines "
+          "landmark,axis,value",
+      .sniff = sniff_csv,
+      .read = read_csv,
+      .write = write_csv};
 }
 
 }  // namespace pulson::io

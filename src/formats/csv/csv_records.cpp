@@ -1,12 +1,14 @@
-#include "csv_records.hpp"
 
 #include <algorithm>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/text.hpp"
 #include "csv_columns.hpp"
+#include "pulson/core/errors.hpp"
 
 namespace pulson::io {
 namespace {
@@ -267,6 +269,20 @@ void use_decimal_points(std::vector<CsvRecord>& records, char delimiter) {
     for (std::size_t i = 0; i < record.fields.size(); ++i)
       if (const std::size_t comma = find_decimal_comma(record.fields[i]); comma != std::string::npos)
         if (!names.contains(i)) record.fields[i][comma] = '.';
+}
+
+std::vector<CsvRecord> first_records(std::string_view text, std::size_t count) {
+  try {
+    return csv_records("", text, count);
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+void require_short_name(const std::string& path, const CsvRecord& record, const std::string& name) {
+  constexpr std::size_t kLongest = 200;
+  if (name.size() > kLongest)
+    fail(path, record.line, fmt::format("the name {} is longer than {} bytes", in_quotes(name), kLongest));
 }
 
 }  // namespace pulson::io

@@ -10,7 +10,6 @@
 
 #include "core/text.hpp"
 #include "csv_columns.hpp"
-#include "csv_layouts.hpp"
 #include "formats/text/text_lines.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -176,17 +175,10 @@ class ShapeColumnFinder {
 
   ShapeLandmark& landmark_of(const CoordinateName& name) {
     const std::string label = name.number ? std::to_string(*name.number) : name.label;
-    require_short(label);
+    require_short_name(path_, header_, label);
     const auto [entry, is_new] = places_.try_emplace(label, columns_.landmarks.size());
     if (is_new) columns_.landmarks.push_back({label});
     return columns_.landmarks[entry->second];
-  }
-
-  /// Each shape repeats the labels, so that long ones would take far more memory than the file has.
-  void require_short(const std::string& label) const {
-    constexpr std::size_t kLongest = 200;
-    if (label.size() > kLongest)
-      fail(path_, header_.line, fmt::format("the name {} is longer than {} bytes", in_quotes(label), kLongest));
   }
 
   void order_by_number() {

@@ -20,12 +20,7 @@ bool needs_quotes(const std::string& text) {
   return text.find_first_of(",;\t\"# ") != std::string::npos || text.starts_with("//");
 }
 
-std::string csv_field(const std::string& text) {
-  if (!needs_quotes(text)) return text;
-  std::string field = "\"";
-  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
-  return field + '"';
-}
+std::string csv_field(const std::string& text) { return needs_quotes(text) ? io::csv_quoted(text) : text; }
 
 /// `x`, `x,y` or `x,y,z`
 std::string coordinate_names(int dimension) {

@@ -14,7 +14,6 @@
 #include "formats/formats.hpp"
 #include "formats/landmark_writers.hpp"
 #include "json_reader.hpp"
-#include "json_text.hpp"
 
 namespace pulson::io {
 namespace {
@@ -154,8 +153,6 @@ Json shape_json(const Landmarks& shape) {
   return json;
 }
 
-}  // namespace
-
 /// An object or a list; a word in brackets begins other texts, such as `[individuals]` of morphologika.
 bool sniff_json(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n";
@@ -204,6 +201,23 @@ WrittenLandmarks write_json(const std::string& path, const LandmarkFile& file) {
   written.text += "\n}\n";
   if (is_changed) written.losses.push_back(path + ": bytes in names that are not UTF-8 are replaced");
   return written;
+}
+
+}  // namespace
+
+LandmarkFormat json_format() {
+  return {
+      .name = "json",
+      .extensions = {"json"},
+      .help =
+          R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
+          R"("image": "a.jpg", "scale": 0.1, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
+          R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
+          R"(properties are [["COMMENT", "old"]] where their order matters; also a single shape, its points only, )"
+          "a list of such lists, or registration.json as shapes source, target and result",
+      .sniff = sniff_json,
+      .read = read_json,
+      .write = write_json};
 }
 
 }  // namespace pulson::io

@@ -2,13 +2,42 @@
 
 #include <algorithm>
 #include <limits>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
+namespace pulson {
+
+Json points_json(const Points& points) {
+  Json rows = Json::array();
+  for (const auto& column : points.colwise()) rows.push_back(std::vector<double>(column.begin(), column.end()));
+  return rows;
+}
+
+std::string json_line(const Json& json, bool& is_changed) {
+  try {
+    return json.dump();
+  } catch (const Json::type_error&) {
+    is_changed = true;
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+}
+
+std::string one_key_a_line(const Json& json) {
+  std::string text = "{";
+  for (const auto& [key, value] : json.items())
+    text += (text.size() > 1 ? ",\n  " : "\n  ") + Json(key).dump() + ": " +
+            value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return text + "\n}\n";
+}
+
+}  // namespace pulson
+
 namespace pulson::io {
+
 namespace {
 
 using Json = nlohmann::json;
@@ -114,6 +143,42 @@ std::vector<std::string> JsonValue::texts() const {
     all.push_back(item.get<std::string>());
   }
   return all;
+}
+
+int JsonValue::count() const {
+  if (!value_->is_number_integer()) fail("is not a whole number");
+  const auto number = value_->get<std::int64_t>();
+  if (number < 0 || number > std::numeric_limits<int>::max()) fail("is out of range");
+  return static_cast<int>(number);
+}
+
+std::uint64_t JsonValue::seed() const {
+  if (!value_->is_number_unsigned()) fail("is not a seed, a whole number from 0");
+  return value_->get<std::uint64_t>();
+}
+
+Eigen::VectorXd JsonValue::numbers() const {
+  const std::vector<JsonValue> all = items();
+  Eigen::VectorXd numbers(std::ssize(all));
+  for (std::size_t i = 0; i < all.size(); ++i) numbers[static_cast<Eigen::Index>(i)] = all[i].number();
+  return numbers;
+}
+
+Eigen::MatrixXd JsonValue::columns(Eigen::Index size, bool may_lack) const {
+  const auto is_known = [&](const Json& item) { return item.is_number() || (may_lack && item.is_null()); };
+  if (!value_->is_array()) fail("is not a list of lists of numbers");
+  Eigen::MatrixXd matrix(size, std::ssize(*value_));
+  for (Eigen::Index i = 0; i < matrix.cols(); ++i) {
+    const Json& row = (*value_)[static_cast<std::size_t>(i)];
+    if (!row.is_array() || !std::all_of(row.begin(), row.end(), is_known)) fail("is not a list of lists of numbers");
+    if (std::ssize(row) != size)
+      fail(fmt::format("has {} in row {}; {} are needed", counted(row.size(), "number"), i + 1, size));
+    for (Eigen::Index c = 0; c < size; ++c) {
+      const Json& item = row[static_cast<std::size_t>(c)];
+      matrix(c, i) = item.is_null() ? kMissing : item.get<double>();
+    }
+  }
+  return matrix;
 }
 
 std::vector<JsonValue> JsonValue::items() const {

@@ -1,7 +1,8 @@
 #pragma once
 
-// What the readers of landmarks in JSON share. Every error names the file and the place in it: `shapes[2].points[0]`.
+// What the readers and writers of JSON share. Every error names the file and the place in it: `shapes[2].points[0]`.
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,21 @@
 #include <nlohmann/json.hpp>
 
 #include "pulson/core/landmarks.hpp"
+
+namespace pulson {
+
+using Json = nlohmann::ordered_json;
+
+/// The columns of a matrix as a list of lists: [landmark][axis].
+Json points_json(const Points& points);
+
+/// JSON without line ends. Bytes of texts that are not UTF-8 are replaced, and then `is_changed` is set.
+std::string json_line(const Json& json, bool& is_changed);
+
+/// Valid JSON in which each key of the top level has a line of its own: to be read by people and compared by diff.
+std::string one_key_a_line(const Json& json);
+
+}  // namespace pulson
 
 namespace pulson::io {
 
@@ -28,8 +44,14 @@ class JsonValue {
   std::string text() const;
   double number() const;
   bool boolean() const;
+  int count() const;           ///< a whole number, not negative
+  std::uint64_t seed() const;  ///< the same, of 64 bits
   std::vector<std::string> texts() const;
+  Eigen::VectorXd numbers() const;
   std::vector<JsonValue> items() const;
+
+  /// A list of lists of `size` numbers, as the columns of a matrix. @param may_lack null is NaN, else it is refused
+  Eigen::MatrixXd columns(Eigen::Index size, bool may_lack = false) const;
 
   /// A list of points, each a list of 1, 2 or 3 numbers, all of one length; null is NaN, in place of a point too.
   /// Without points they are in the plane.

@@ -136,13 +136,8 @@ class FcsvReader {
 };
 
 std::string quoted_where_needed(const std::string& label) {
-  if (label.find_first_of(",\"") == std::string::npos) return label;
-  std::string field = "\"";
-  for (const char c : label) field += c == '"' ? "\"\"" : std::string(1, c);
-  return field + '"';
+  return label.find_first_of(",\"") == std::string::npos ? label : csv_quoted(label);
 }
-
-}  // namespace
 
 bool sniff_fcsv(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n\xEF\xBB\xBF"), text.size()));
@@ -181,6 +176,19 @@ WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file) {
   }
   if (is_changed) written.losses.push_back(cannot_hold_breaks(target));
   return written;
+}
+
+}  // namespace
+
+LandmarkFormat fcsv_format() {
+  return {.name = "fcsv",
+          .extensions = {"fcsv"},
+          .help =
+              "3D Slicer point list as a table, versions 3 (which is in RAS) and 4, RAS or LPS: x, y, z and label; one "
+              "shape",
+          .sniff = sniff_fcsv,
+          .read = read_fcsv,
+          .write = write_fcsv};
 }
 
 }  // namespace pulson::io

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -11,7 +10,6 @@
 #include "core/text.hpp"
 #include "formats/formats.hpp"
 #include "formats/json/json_reader.hpp"
-#include "formats/json/json_text.hpp"
 #include "formats/landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -156,8 +154,6 @@ bool misses_some_only(const Landmarks& shape) {
                      [&](int index) { return !shape.points.col(index).array().isNaN().all(); });
 }
 
-}  // namespace
-
 /// The key `markups` with a list.
 bool sniff_markups(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n";
@@ -224,6 +220,17 @@ WrittenLandmarks write_markups(const std::string& path, const LandmarkFile& file
   written.text += "\n  ]\n}\n";
   if (is_changed) written.losses.push_back(path + ": bytes in names that are not UTF-8 are replaced");
   return written;
+}
+
+}  // namespace
+
+LandmarkFormat markups_format() {
+  return {.name = "mrk.json",
+          .extensions = {"mrk.json"},
+          .help = "3D Slicer markups: position, label and positionStatus of controlPoints; each of markups is a shape",
+          .sniff = sniff_markups,
+          .read = read_markups,
+          .write = write_markups};
 }
 
 }  // namespace pulson::io

@@ -1,16 +1,13 @@
-#include "pulson/formats/observation_files.hpp"
-
 #include <cmath>
 #include <string>
 
 #include <fmt/format.h>
 
-#include "core/number_checks.hpp"
 #include "core/text.hpp"
 #include "formats/csv/csv_columns.hpp"
-#include "formats/csv/csv_records.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/formats/landmark_files.hpp"
 
 namespace pulson {
 namespace {

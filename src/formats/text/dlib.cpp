@@ -137,12 +137,6 @@ class Tags {
   char line_end_ = '\n';
 };
 
-/// `photos/fish 1.jpg` → `fish 1`
-std::string stem_of(std::string_view image) {
-  image.remove_prefix(image.find_last_of("/\\") + 1);
-  return std::string(image.substr(0, image.rfind('.')));
-}
-
 /// The landmarks of a box, and their names.
 struct Box {
   std::vector<std::pair<double, double>> places;
@@ -261,7 +255,7 @@ class DlibReader {
 
   /// A box alone is called as its image is, several have their numbers behind it.
   void name_boxes() {
-    const std::string stem = stem_of(image_);
+    const std::string stem = image_stem(image_);
     const bool is_alone = file_.shapes.size() == first_of_image_ + 1;
     for (std::size_t i = first_of_image_; i < file_.shapes.size() && !stem.empty(); ++i)
       file_.shapes[i].name = is_alone ? stem : fmt::format("{}_{}", stem, i - first_of_image_ + 1);
@@ -280,8 +274,6 @@ class DlibReader {
   std::size_t empty_boxes_ = 0;
 };
 
-}  // namespace
-
 /// XML with the elements dataset and image or images.
 bool sniff_dlib(std::string_view text) {
   text = without_byte_order_mark(text);
@@ -293,6 +285,20 @@ bool sniff_dlib(std::string_view text) {
 LandmarkFile read_dlib(const std::string& path, std::string_view text) {
   if (text.find('\0') != std::string_view::npos) split_lines(path, text);  // refuses it
   return DlibReader(path, text).read();
+}
+
+}  // namespace
+
+LandmarkFormat dlib_format() {
+  return {
+      .name = "dlib",
+      .extensions = {"xml"},
+      .help =
+          "landmarks of dlib and imglab: each <box> of an <image> is a shape, each <part> a landmark with its name as "
+          "label",
+      .sniff = sniff_dlib,
+      .read = read_dlib,
+      .y_down = true};
 }
 
 }  // namespace pulson::io

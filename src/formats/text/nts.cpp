@@ -241,8 +241,6 @@ bool has_the_words(std::string_view text, const NtsHeader& header) {
   return words % header.columns.count == 0 && words / header.columns.count == header.rows.count;
 }
 
-}  // namespace
-
 bool sniff_nts(std::string_view text) {
   std::string_view first;
   while (true) {
@@ -258,5 +256,15 @@ bool sniff_nts(std::string_view text) {
 }
 
 LandmarkFile read_nts(const std::string& path, std::string_view text) { return NtsReader(path, text).read(); }
+
+}  // namespace
+
+LandmarkFormat nts_format() {
+  return {.name = "nts",
+          .extensions = {"nts", "dta"},
+          .help = "NTSYS matrix with dim= in its header: a row for each specimen, or for each landmark of one",
+          .sniff = sniff_nts,
+          .read = read_nts};
+}
 
 }  // namespace pulson::io

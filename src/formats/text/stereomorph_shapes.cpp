@@ -164,8 +164,6 @@ void keep_properties(const std::vector<Element>& elements, Landmarks& shape) {
   }
 }
 
-}  // namespace
-
 bool sniff_stereomorph(std::string_view text) {
   const std::vector<std::string_view> lines = first_lines(text, 1);
   return !lines.empty() && (lines.front().starts_with("<shapes") || lines.front().starts_with("<landmarks."));
@@ -193,6 +191,17 @@ LandmarkFile read_stereomorph(const std::string& path, std::string_view text) {
       shape.curves.push_back(points_of(path, element).first);
   keep_properties(elements, shape);
   return file;
+}
+
+}  // namespace
+
+LandmarkFormat stereomorph_format() {
+  return {.name = "stereomorph",
+          .extensions = {"txt"},
+          .help = "StereoMorph shape: <landmarks.pixel> or else <landmarks.scaled>; <curves.pixel>",
+          .sniff = sniff_stereomorph,
+          .read = read_stereomorph,
+          .y_down = true};
 }
 
 }  // namespace pulson::io

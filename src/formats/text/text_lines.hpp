@@ -73,4 +73,9 @@ Points take_points(TextLines& lines, std::size_t count, PointList list, const st
 /// How many of the words of the next line are coordinates, where `others` are none. @throws InputError unless 2 or 3
 std::size_t dimension_of_next(const TextLines& lines, std::size_t others = 0);
 
+/// Whether a line that begins so is a comment: with # or a quote, as some programs write them and nts has them.
+inline bool is_tps_comment(std::string_view line) {
+  return !line.empty() && std::string_view("#\"'").find(line.front()) != std::string_view::npos;
+}
+
 }  // namespace pulson::io

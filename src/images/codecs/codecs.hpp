@@ -9,7 +9,7 @@ namespace pulson::images {
 
 // The formats of image files, one pair of functions each. `bytes` is a whole file that begins with the format's
 // signature. Every decode_ throws InputError for a file that is damaged or cut off, or whose image is too large; the
-// message does not name the file. Every encode_ takes an image without fully checking it: image_files.cpp asks for what
+// message does not name the file. Every encode_ takes an image without fully checking it: image.cpp asks for what
 // the format holds, and for 1, 3 or 4 channels. An encode_ returns an empty string for sizes that the format does not
 // take. None prints anything. Thread-safe.
 

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdio>  // jpeglib.h needs it
 #include <cstdlib>
-#include <optional>
 
 #include <jerror.h>
 #include <jpeglib.h>

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pulson/ensemble/ensemble.hpp"
+#include "pulson/matching/fit_parameters.hpp"
+
+namespace pulson {
+
+/// Counts that measure how far the result is from a diffeomorphic image of the source; none where undefined.
+struct TopologyCounts {
+  std::optional<int> order_inversions;   ///< d = 1: pairs of landmarks that changed order
+  std::optional<int> flipped_triangles;  ///< d = 2: flipped triangles of the source's Delaunay triangulation
+};
+
+/// Additional facts about a registration.
+struct RegistrationFacts {
+  TopologyCounts counts{};
+  LandmarkShares shares{};
+  std::optional<FittedParameters> fitted{};  ///< where parameters were fitted before
+  std::vector<HomotopyStep> homotopy{};      ///< where it was followed
+};
+
+/// `registration.json`: the record of a registration, arrays as [landmark][axis] and increments as [step][channel],
+/// numbers in the fewest digits that read back to the same bits. `source` is q0, where the flow begins: the original
+/// after alignment.
+std::string registration_json(const Registration& registration, const RegistrationFacts& facts);
+
+/// Reads what registration_json wrote. @param own the noise models, where the record's is one of your own
+/// @throws InputError that names the file, the key and what would be right
+Registration read_registration(const std::filesystem::path& path, const NoiseTable* own = nullptr);
+
+/// `residuals.csv`: one row per landmark with result and distance; for landmark data also with target and residual; and
+/// with what there is of its shares. A number that is not there, as of a target that was not observed, is NA.
+std::string residuals_csv(const Registration& registration, const LandmarkShares& shares);
+
+/// `trajectory.csv`: one row per step and landmark with time, position and momentum.
+std::string trajectory_csv(const Registration& registration, const Trajectory& path);
+
+/// An ensemble and all that it was made from.
+struct EnsembleRun {
+  StochasticSystem system;
+  std::string integrator;
+  Landmarks shape;  ///< at q
+  PhaseState start;
+  EnsembleOptions options;
+  std::vector<int> densities;  ///< steps of those histograms that are to be written
+  EnsembleSums sums;
+  std::string method;  ///< how paths were computed
+  int threads = 1;
+  double seconds = 0;
+
+  bool partial() const { return sums.samples < options.samples; }
+};
+
+/// The text of ensemble.json; NaN and what is not defined, as crossing in the plane, are null.
+std::string ensemble_json(const EnsembleRun& run);
+
+/// `time,landmark,quantity,axis,mean,standard_error,standard_deviation,q05,q25,q50,q75,q95`: a row for each recorded
+/// time and coordinate; quantiles are empty where there is no histogram.
+std::string ensemble_means_csv(const EnsembleRun& run);
+
+/// `time,landmark,quantity,axis,low,high,density`: the bins that are not empty, of the
+/// histograms that are to be written.
+std::string ensemble_densities_csv(const EnsembleRun& run);
+
+/// The sums of an unfinished ensemble, exact, as a binary text (CBOR) that belongs to this run only: a run with
+/// a different seed, noise or initial state cannot read it.
+std::string ensemble_checkpoint(const EnsembleRun& run);
+
+/// What ensemble_checkpoint wrote. @throws InputError if it is damaged or of another run; `name` is the file's
+EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name);
+
+/// What a simulation was made of, and its sample paths.
+struct Simulation {
+  StochasticSystem system;
+  std::string integrator;
+  Landmarks shape;  ///< of the start
+  PhaseState start;
+  SamplePathsOptions options;
+  std::vector<SamplePath> samples;
+  double seconds = 0;
+};
+
+/// The record of a simulation as JSON: what it takes to repeat it, and for each path its status, the adapted state
+/// (q, p̂) at its end as [landmark][axis], and diagnostics of its steps.
+std::string simulation_json(const Simulation& simulation);
+
+/// csv of all paths: `sample,step,time,landmark,q_x,…,p_x,…`, every `every`-th step and the last; samples and landmarks
+/// count from 1, sample m being path m − 1 of brownian_increments; p is the adapted momentum.
+std::string sample_paths_csv(const Simulation& simulation, int every = 1);
+
+}  // namespace pulson

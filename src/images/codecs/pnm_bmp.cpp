@@ -1,0 +1,286 @@
+// pbm, pgm and ppm as the manual pages of Netpbm define them.
+
+// Windows' BMP, as its header BITMAPINFOHEADER and its successors say, and that of OS/2 1.x, by BITMAPCOREHEADER.
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "codecs.hpp"
+
+namespace pulson::images {
+
+namespace {
+
+class PnmReader {
+ public:
+  explicit PnmReader(std::string_view bytes) : rest_(bytes) {}
+
+  Image read() {
+    const char kind = rest_[1];
+    rest_.remove_prefix(2);
+    const bool is_text = kind <= '3', is_bitmap = kind == '1' || kind == '4', has_colour = kind == '3' || kind == '6';
+    const unsigned width = number(), height = number();
+    highest_ = is_bitmap ? 1 : number();
+    if (highest_ < 1 || highest_ > 65535) fail_as_damaged();
+    Image image =
+        new_image(width, height, has_colour ? 3 : 1, highest_ > 255 ? PixelDepth::kUint16 : PixelDepth::kUint8);
+    if (!is_text) byte();  // one white character
+    if (kind == '4')
+      read_bits(image);
+    else if (highest_ > 255)
+      for (std::uint16_t& value : image.values<std::uint16_t>())
+        value = scaled<std::uint16_t>(is_text ? number() : 256U * byte() + byte());
+    else
+      for (std::uint8_t& value : image.values<std::uint8_t>())
+        value = scaled<std::uint8_t>(kind == '1' ? 1U - bit() : (is_text ? number() : byte()));
+    return image;
+  }
+
+ private:
+  unsigned byte() {
+    if (rest_.empty()) fail_as_damaged();
+    const auto value = static_cast<unsigned char>(rest_.front());
+    rest_.remove_prefix(1);
+    return value;
+  }
+
+  /// Blanks, and comments to the end of their line.
+  void skip() {
+    while (!rest_.empty() && (rest_.front() == '#' || std::isspace(static_cast<unsigned char>(rest_.front())) != 0))
+      rest_.remove_prefix(rest_.front() == '#' ? std::min(rest_.find_first_of("\r\n"), rest_.size()) : 1);
+  }
+
+  unsigned number() {
+    skip();
+    if (rest_.empty() || std::isdigit(static_cast<unsigned char>(rest_.front())) == 0) fail_as_damaged();
+    unsigned value = 0;
+    while (!rest_.empty() && std::isdigit(static_cast<unsigned char>(rest_.front())) != 0) {
+      value = 10 * value + (byte() - '0');
+      if (value > 1U << 30U) fail_as_damaged();
+    }
+    return value;
+  }
+
+  /// Of a text, in which bits need not be parted.
+  unsigned bit() {
+    skip();
+    const unsigned digit = byte() - '0';
+    if (digit > 1) fail_as_damaged();
+    return digit;
+  }
+
+  void read_bits(Image& image) {
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0, bits = 0; x < image.width(); ++x, bits *= 2) {
+        if (x % 8 == 0) bits = static_cast<int>(byte());
+        row(image, y)[x] = (bits & 128) != 0 ? 0 : 255;
+      }
+  }
+
+  template <class Value>
+  Value scaled(unsigned value) const {
+    constexpr unsigned kFull = static_cast<Value>(-1);
+    return static_cast<Value>((std::min(value, highest_) * kFull + highest_ / 2) / highest_);
+  }
+
+  std::string_view rest_;
+  unsigned highest_ = 1;
+};
+
+}  // namespace
+
+Image decode_pnm(std::string_view bytes) { return PnmReader(bytes).read(); }
+
+std::string encode_pnm(const Image& image) {
+  std::string bytes = std::string(image.channels() == 1 ? "P5" : "P6") + "\n" + std::to_string(image.width()) + " " +
+                      std::to_string(image.height()) + "\n" + (image.depth() == PixelDepth::kUint8 ? "255" : "65535") +
+                      "\n";
+  const std::size_t start = bytes.size();
+  bytes.append(reinterpret_cast<const char*>(image.bytes().data()), image.bytes().size());
+  if (image.depth() == PixelDepth::kUint16 && std::endian::native == std::endian::little)
+    for (std::size_t i = start; i < bytes.size(); i += 2) std::swap(bytes[i], bytes[i + 1]);
+  return bytes;
+}
+
+namespace {
+
+enum Compression : std::uint32_t { kNone = 0, kRle8 = 1, kRle4 = 2, kBitFields = 3, kAlphaBitFields = 6 };
+
+constexpr std::size_t kFileHeader = 14;
+using Colour = std::array<std::uint8_t, 4>;
+
+/// One channel's bits in a pixel.
+struct BitField {
+  std::uint32_t mask;
+  std::uint8_t value(std::uint32_t pixel) const {
+    if (mask == 0) return 0;
+    const int shift = std::countr_zero(mask);
+    const std::uint64_t full = mask >> shift, part = (pixel & mask) >> shift;
+    return static_cast<std::uint8_t>((part * 255 + full / 2) / full);
+  }
+};
+
+class BmpReader {
+ public:
+  explicit BmpReader(std::string_view bytes) : bytes_(bytes) {
+    const std::uint32_t header = number(kFileHeader, 4);
+    pixels_at_ = number(10, 4);
+    if (header == 12) {
+      width_ = static_cast<std::int32_t>(number(18, 2)), height_ = static_cast<std::int32_t>(number(20, 2));
+      bits_ = number(24, 2);
+    } else {
+      if (header < 40) fail_as_damaged();
+      width_ = static_cast<std::int32_t>(number(18, 4)), height_ = static_cast<std::int32_t>(number(22, 4));
+      bits_ = number(28, 2), compression_ = number(30, 4);
+    }
+    read_bit_fields(header);
+    if (bits_ <= 8) read_palette(header);
+  }
+
+  Image read() {
+    const bool is_packed = compression_ == kRle8 || compression_ == kRle4;
+    const bool is_known = bits_ == 1 || bits_ == 4 || bits_ == 8 || bits_ == 16 || bits_ == 24 || bits_ == 32;
+    const bool is_fit = is_packed
+                            ? bits_ == (compression_ == kRle8 ? 8U : 4U)
+                            : compression_ == kNone || compression_ == kBitFields || compression_ == kAlphaBitFields;
+    if (!is_known || !is_fit) fail_as_damaged();
+    const bool is_grey = bits_ <= 8 && std::all_of(palette_.begin(), palette_.end(), [](const Colour& colour) {
+                           return colour[0] == colour[1] && colour[1] == colour[2];
+                         });
+    Image image = new_image(width_, std::abs(std::int64_t{height_}), is_grey ? 1 : (fields_[3].mask != 0 ? 4 : 3),
+                            PixelDepth::kUint8);
+    if (is_packed)
+      read_packed(image);
+    else
+      for (int y = 0; y < image.height(); ++y) read_row(image, y);
+    return image;
+  }
+
+ private:
+  std::uint32_t number(std::size_t at, std::size_t width) const {
+    if (at + width > bytes_.size()) fail_as_damaged();
+    std::uint32_t result = 0;
+    for (std::size_t i = width; i-- > 0;) result = result << 8U | static_cast<unsigned char>(bytes_[at + i]);
+    return result;
+  }
+
+  void read_bit_fields(std::uint32_t header) {
+    if (bits_ == 16) fields_ = {{{0x7C00}, {0x03E0}, {0x001F}, {0}}};
+    if (bits_ <= 8 || (compression_ != kBitFields && compression_ != kAlphaBitFields)) return;
+    const std::size_t count = header >= 56 || compression_ == kAlphaBitFields ? 4 : 3;
+    for (std::size_t i = 0; i < count; ++i) fields_[i].mask = number(kFileHeader + 40 + 4 * i, 4);
+  }
+
+  void read_palette(std::uint32_t header) {
+    const std::size_t used = header == 12 ? 0 : number(46, 4), all = std::size_t{1} << bits_;
+    const std::size_t width = header == 12 ? 3 : 4;
+    palette_.resize(all);
+    for (std::size_t i = 0; i < (used == 0 ? all : std::min(used, all)); ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        palette_[i][2 - c] = static_cast<std::uint8_t>(number(kFileHeader + header + width * i + c, 1));
+  }
+
+  /// The image's row that is row y of the file.
+  unsigned char* place(Image& image, int x, int y) const {
+    const int line = height_ > 0 ? image.height() - 1 - y : y;
+    return row(image, line) + std::ptrdiff_t{x} * image.channels();
+  }
+
+  void put(Image& image, int x, int y, const Colour& colour) const {
+    std::copy_n(colour.begin(), image.channels(), place(image, x, y));
+  }
+
+  Colour colour_of(std::uint32_t pixel) const {
+    if (bits_ <= 8) return palette_[pixel];
+    return {fields_[0].value(pixel), fields_[1].value(pixel), fields_[2].value(pixel), fields_[3].value(pixel)};
+  }
+
+  void read_row(Image& image, int y) const {
+    const std::size_t stride = (static_cast<std::size_t>(width_) * bits_ + 31) / 32 * 4;
+    const std::size_t start = pixels_at_ + stride * static_cast<std::size_t>(y);
+    for (int x = 0; x < width_; ++x) {
+      const std::size_t bit = static_cast<std::size_t>(x) * bits_;
+      std::uint32_t pixel = number(start + bit / 8, std::max<std::size_t>(bits_ / 8, 1));
+      if (bits_ < 8) pixel = pixel >> (8 - bits_ - bit % 8) & ((1U << bits_) - 1);
+      put(image, x, y, colour_of(pixel));
+    }
+  }
+
+  /// Runs of one or two alternating colours, and stretches as they are, of 8 or 4 bits a pixel. What the file leaves
+  /// out is of the first colour.
+  void read_packed(Image& image) const {
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < width_; ++x) put(image, x, y, palette_[0]);
+    std::size_t at = pixels_at_;
+    const auto byte = [&] { return number(at++, 1); };
+    int x = 0, y = 0;
+    const auto put_next = [&](std::uint32_t pair, std::uint32_t i) {
+      const std::uint32_t pixel = bits_ == 8 ? pair : (i % 2 == 0 ? pair >> 4U : pair & 15U);
+      if (x < width_ && y < image.height()) put(image, x, y, palette_[pixel]);
+      if (x < width_) ++x;
+    };
+    constexpr std::uint32_t kEndOfRow = 0, kEndOfImage = 1, kMove = 2;
+    while (y < image.height()) {
+      const std::uint32_t count = byte(), value = byte();
+      if (count > 0) {
+        for (std::uint32_t i = 0; i < count; ++i) put_next(value, i);
+      } else if (value == kEndOfRow) {
+        x = 0, ++y;
+      } else if (value == kEndOfImage) {
+        return;
+      } else if (value == kMove) {
+        x = std::min(width_, x + static_cast<int>(byte())), y += static_cast<int>(byte());
+      } else {
+        const std::size_t in_byte = 8 / bits_, start = at;
+        for (std::uint32_t i = 0; i < value; ++i) put_next(number(start + i / in_byte, 1), i);
+        at += ((value + in_byte - 1) / in_byte + 1) / 2 * 2;
+      }
+    }
+  }
+
+  std::string_view bytes_;
+  std::size_t pixels_at_;
+  std::int32_t width_ = 0, height_ = 0;  ///< a negative height: rows from the top
+  std::uint32_t bits_ = 0, compression_ = kNone;
+  std::array<BitField, 4> fields_{{{0xFF0000}, {0xFF00}, {0xFF}, {0}}};
+  std::vector<Colour> palette_;
+};
+
+void append_number(std::string& bytes, std::size_t value, int width) {
+  for (int i = 0; i < width; ++i) bytes += static_cast<char>(value >> (8 * i) & 255U);
+}
+
+}  // namespace
+
+Image decode_bmp(std::string_view bytes) { return BmpReader(bytes).read(); }
+
+std::string encode_bmp(const Image& image) {
+  const bool is_grey = image.channels() == 1;
+  const std::size_t padding = (4 - row_size(image) % 4) % 4;
+  const std::size_t pixels_at = kFileHeader + 40 + (is_grey ? 4 * 256 : 0);
+  std::string bytes = "BM";
+  append_number(bytes, pixels_at + (row_size(image) + padding) * static_cast<std::size_t>(image.height()), 4);
+  append_number(bytes, 0, 4);
+  append_number(bytes, pixels_at, 4);
+  append_number(bytes, 40, 4);
+  append_number(bytes, static_cast<std::size_t>(image.width()), 4);
+  append_number(bytes, static_cast<std::size_t>(image.height()), 4);
+  append_number(bytes, 1, 2);  // planes
+  append_number(bytes, is_grey ? 8 : 24, 2);
+  bytes.append(24, '\0');
+  for (std::size_t grey = 0; is_grey && grey < 256; ++grey) append_number(bytes, grey * 0x10101U, 4);
+  for (int y = image.height(); y-- > 0;) {
+    const std::size_t start = bytes.size();
+    bytes.append(reinterpret_cast<const char*>(row(image, y)), row_size(image));
+    for (std::size_t i = start; !is_grey && i < bytes.size(); i += 3) std::swap(bytes[i], bytes[i + 2]);
+    bytes.append(padding, '\0');
+  }
+  return bytes;
+}
+
+}  // namespace pulson::images

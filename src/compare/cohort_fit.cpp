@@ -5,6 +5,7 @@
 
 #include "amplitudes.hpp"
 #include "fitter.hpp"
+#include "forward_samples.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -23,15 +24,17 @@ CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const Cohor
 int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
   constexpr int kFewest = 5, kMost = 80;
   constexpr double kExact = 0.1;  // of σ
+  constexpr int kDrawn = 100;
+  constexpr int kWithPath = 98;
   settings.importance_samples = 0;
-  settings.fit_width = false;
   const double sigma = settings.sigma.in(diameter(cohort.source.points));
   const auto integrator = make_integrator(settings.integrator);
   int steps = kFewest;
   for (; steps < kMost; steps *= 2) try {
       settings.grid.steps = steps;
       const CohortFit fit = fit_cohort(cohort, "none", settings);
-      const StochasticSystem system = shape_problem(cohort, fit, settings, 0).system;
+      const MatchingProblem problem = shape_problem(cohort, fit, settings, 0);
+      const StochasticSystem& system = problem.system;
       const TimeGrid finer{settings.grid.time, 2 * steps};
       const bool exact = std::all_of(fit.shapes.begin(), fit.shapes.end(), [&](const ShapeFit& shape) {
         const Points end =
@@ -41,7 +44,8 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
                 .q;
         return (end - shape.end).norm() <= kExact * sigma * std::sqrt(static_cast<double>(end.size()));
       });
-      if (exact && fit.converged) break;
+      const ForwardSamples drawn = draw_shapes(problem, kDrawn, settings.seed);
+      if (exact && fit.converged && drawn.ends.cols() >= kWithPath) break;
     } catch (const NumericalError&) {
       // too few for these shapes
     }

@@ -8,6 +8,7 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/core.h>
 
+#include "importance.hpp"
 #include "map_facts.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -21,7 +22,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kConfounded = 0.9;
-constexpr double kFewEffective = 0.1;
 
 // Eigenvectors of K(q0) in the order of falling eigenvalues.
 struct KernelBasis {
@@ -213,8 +213,8 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
                                   model.noise, lost));
     if (model.fit.effective_part < kFewEffective)
       notes.push_back(
-          fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; the evidence there is "
-                      "uncertain",
+          fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; its evidence is "
+                      "uncertain, and the fit may be that of Laplace's approximation",
                       model.noise, 100 * model.fit.effective_part));
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -174,7 +175,7 @@ MatrixXd Fitter::information(const State& best) const {
   return sum;
 }
 
-// How much the evidence of the samples is above Laplace's; NaN where some shape has none.
+// How much the evidence of the samples is above Laplace's; NaN where too few of some shape's are effective to tell.
 double Fitter::sampled_excess(const State& state, Draws& draws) const {
   const MatchingObjective objective = this->objective(state);
   const auto shapes = static_cast<int>(state.matches.size());
@@ -185,7 +186,8 @@ double Fitter::sampled_excess(const State& state, Draws& draws) const {
     const Linearised& match = state.matches[at(s)];
     const ImportanceEstimate sampled =
         importance_sample(objective, observations_[at(s)], match, count, 0, settings_.seed + at(s), draws[at(s)]);
-    excess[s] = sampled.log_evidence - match.log_evidence;
+    excess[s] = sampled.effective_samples < kFewEffective * sampled.samples ? std::numeric_limits<double>::quiet_NaN()
+                                                                            : sampled.log_evidence - match.log_evidence;
     if (settings_.on_match) settings_.on_match();
   });
   return excess.allFinite() ? excess.sum() : std::numeric_limits<double>::quiet_NaN();
@@ -193,8 +195,9 @@ double Fitter::sampled_excess(const State& state, Draws& draws) const {
 
 // Laplace's evidence is corrected by a quadratic function of the numbers, which agrees with that of the samples, drawn
 // with the same random numbers at each place, where it was taken: first by its slope from differences to one side, and
-// from one place to the next by the secant; at the end by central differences, along each number.
-Fitter::Maximum Fitter::correct(const State& start, const VectorXd& scale, Draws& draws) const {
+// from one place to the next by the secant; at the end by central differences, along each number. Nothing where too few
+// samples are effective at some place.
+std::optional<Fitter::Maximum> Fitter::correct(const State& start, const VectorXd& scale, Draws& draws) const {
   const Index n = scale.size();
   const auto sampled_at = [&](const State& from, Index i, double step) {
     try {
@@ -205,15 +208,15 @@ Fitter::Maximum Fitter::correct(const State& start, const VectorXd& scale, Draws
   };
   Excess excess{place(start), sampled_excess(start, draws), VectorXd::Zero(n), VectorXd::Zero(n)};
   Maximum best{start, start.log_evidence() + excess.value, {}};
-  for (Index i = 0; i < n; ++i)
-    if (const double aside = sampled_at(start, i, 1); std::isfinite(aside))
-      excess.slope[i] = (aside - excess.value) / scale[i];
+  for (Index i = 0; i < n; ++i) excess.slope[i] = (sampled_at(start, i, 1) - excess.value) / scale[i];
+  if (!std::isfinite(excess.value) || !excess.slope.allFinite()) return std::nullopt;
   double range = kCorrectionRange;
   bool central = false;
   for (int count = 0; count < kMostCorrections; ++count) {
+    if (range < kTolerance) return Maximum{best.state, best.value, excess.bend};
     Maximum next = maximise(best.state, excess, scale, range);
     if (next.value - best.value < kCorrected) {
-      if (central) return {best.state, best.value, excess.bend};
+      if (central) return Maximum{best.state, best.value, excess.bend};
       central = true;
       for (Index i = 0; i < n; ++i) {
         const double above = sampled_at(best.state, i, 1);
@@ -227,10 +230,7 @@ Fitter::Maximum Fitter::correct(const State& start, const VectorXd& scale, Draws
     }
     const double now = sampled_excess(next.state, draws);
     const VectorXd y = (place(next.state) - excess.at).cwiseQuotient(scale);
-    if (!std::isfinite(now)) {
-      range = y.cwiseAbs().maxCoeff() / 3;
-      continue;
-    }
+    if (!std::isfinite(now)) return std::nullopt;
     const double off = now - excess(place(next.state));
     next.value = next.state.log_evidence() + now;
     if (next.value > best.value) {
@@ -260,25 +260,31 @@ Fitter::Maximum Fitter::search(const State& start) const {
   const Excess nothing{zero, 0, zero, zero};
   Draws draws;
   const VectorXd scale = scale_at(start);
-  // Where a shape has no sample with a path, Laplace's evidence is all that there is.
-  const bool sampled = settings_.importance_samples > 0 && std::isfinite(sampled_excess(start, draws));
-  Maximum best = sampled ? correct(start, scale, draws) : maximise(start, nothing, scale, kAnywhere);
-  if (amplitudes_.empty()) return best;
   VectorXd of_geodesic = scale;
   VectorXd without = place(start);
   for (Index g = lambda_open_ ? 1 : 0; g < groups(); ++g) {
     of_geodesic[g] = 0;
     without[g] = least_place(g);
   }
-  const State geodesic = maximise(moved(start, without), nothing, of_geodesic, kAnywhere).state;
-  const VectorXd scale_there = scale_at(geodesic);
-  Maximum other = maximise(geodesic, nothing, scale_there, kAnywhere);
-  if (sampled) {
-    const VectorXd apart = (place(other.state) - place(best.state)).cwiseQuotient(scale_there);
-    if (apart.cwiseAbs().maxCoeff() < kTheSame) return best;
-    if (other.value + sampled_excess(other.state, draws) < best.value - kHopeless) return best;
-    other = correct(other.state, scale_there, draws);
-  }
+  const auto from_geodesic = [&] {
+    const State geodesic = maximise(moved(start, without), nothing, of_geodesic, kAnywhere).state;
+    return maximise(geodesic, nothing, scale_at(geodesic), kAnywhere);
+  };
+  if (settings_.importance_samples > 0)
+    if (std::optional<Maximum> best = correct(start, scale, draws)) {
+      if (amplitudes_.empty()) return *best;
+      const State other = from_geodesic().state;
+      const VectorXd scale_there = scale_at(other);
+      const VectorXd apart = (place(other) - place(best->state)).cwiseQuotient(scale_there);
+      if (apart.cwiseAbs().maxCoeff() < kTheSame) return *best;
+      if (other.log_evidence() + sampled_excess(other, draws) < best->value - kHopeless) return *best;
+      const std::optional<Maximum> corrected = correct(other, scale_there, draws);
+      return corrected && corrected->value > best->value ? *corrected : *best;
+    }
+  // Laplace's alone, also where too few samples are effective.
+  Maximum best = maximise(start, nothing, scale, kAnywhere);
+  if (amplitudes_.empty()) return best;
+  Maximum other = from_geodesic();
   return other.value > best.value ? other : best;
 }
 

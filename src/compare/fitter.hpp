@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -84,7 +85,7 @@ class Fitter {
   Eigen::MatrixXd information(const State& best) const;
   Eigen::MatrixXd information(const Maximum& maximum) const;
   double sampled_excess(const State& state, Draws& draws) const;
-  Maximum correct(const State& start, const Eigen::VectorXd& scale, Draws& draws) const;
+  std::optional<Maximum> correct(const State& start, const Eigen::VectorXd& scale, Draws& draws) const;
   Maximum search(const State& start) const;
 
   void check_observable(const MatchingObjective& objective, const State& at_rest) const;

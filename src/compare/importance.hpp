@@ -7,6 +7,9 @@
 
 namespace pulson {
 
+/// Fraction of effective samples below which their evidence is uncertain.
+inline constexpr double kFewEffective = 0.1;
+
 /// The evidence of one shape by importance sampling.
 struct ImportanceEstimate {
   double log_evidence = 0;  ///< of the mean weight, and half of its variance, which the logarithm takes off

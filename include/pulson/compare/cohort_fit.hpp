@@ -126,7 +126,7 @@ CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const Cohor
 
 /// The least of 5, 10, 20, 40 and 80 time steps with which the ends of the geodesics that match the shapes are exact to
 /// a tenth of σ, root mean square over the coordinates of each shape, beside those shot with twice the steps, and the
-/// matches converge.
+/// matches converge; and with which 98 of 100 geodesics drawn from the fit have a path.
 int sufficient_steps(const Cohort& cohort, CohortSettings settings);
 
 /// Whether the specification of a noise model has all required parameters.

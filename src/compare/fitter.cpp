@@ -24,7 +24,6 @@ using Eigen::VectorXd;
 
 constexpr int kMostFits = 30;
 constexpr double kLeastGain = 0.01;      // nats that a further round would still gain by the linear model
-constexpr double kFirstStep = 0.3;       // of the search for the greatest evidence, of a logarithm
 constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
 constexpr int kMostBackoffs = 30;

@@ -184,7 +184,7 @@ void add_notes_of_data(Comparison& comparison) {
   if (square < count * sigma * sigma)
     comparison.notes.push_back(fmt::format(
         "the shapes differ from their source by {:.3g} (root mean square of a coordinate), less than sigma, "
-        "{:.3g}: they say nothing of any model; give a smaller `sigma` if you measured it",
+        "{:.3g}: they say nothing of any model; a measured sigma may be smaller",
         std::sqrt(square / count), sigma));
 }
 

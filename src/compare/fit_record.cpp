@@ -47,7 +47,7 @@ VectorXd deviations(const MatrixXd& information) {
 
 // The observed one, with what sampling adds to it, where it determines all numbers; else Fisher's.
 MatrixXd Fitter::information(const Maximum& maximum) const {
-  const MatrixXd expected = information(maximum.state);
+  MatrixXd expected = information(maximum.state);
   const VectorXd scale = expected.diagonal().cwiseSqrt().cwiseInverse().cwiseMax(kLeastScale).cwiseMin(kMostScale);
   try {
     MatrixXd observed = curvature(maximum.state, scale);

@@ -94,7 +94,7 @@ TEST_F(Reproduce, FindsTheCrossingProbabilityOnAGrid) {
   const ProgramRun done = run(words(std::string(kGrid) + "--samples 4096"));
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"), ElementsAre("crossing.csv", "densities.csv", "fokker_planck.json", "fokker_planck.png",
-                                           "fokker_planck.svg"));
+                                           "fokker_planck.svg", "report.html"));
   const nlohmann::json record = read_json("out/fokker_planck.json");
   EXPECT_NEAR(record["probability"], 0.2747, 0.001);
   EXPECT_LT(record["error"], 0.001);

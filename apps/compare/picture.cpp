@@ -115,7 +115,7 @@ Chart comparison_chart(const Comparison& comparison) {
       .title = as_title(verdict(comparison)),
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
-                              shortened_spec(comparison.settings.kernel.spec()), comparison.settings.sigma.in(0)),
+                              kernel_words(comparison.settings), comparison.settings.sigma.in(0)),
       .rows = {{scores(comparison), spectrum(comparison)}, {predictions(comparison), noise_displacements(comparison)}}};
   if (chart.rows[1][0].series.empty()) chart.rows[1].erase(chart.rows[1].begin());
   return chart;
@@ -141,7 +141,7 @@ Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std
   }
   return {.title = "Which model is chosen?",
           .subtitle = fmt::format("{} cohorts of {} shapes, {}, sigma {:.3g}", options.cohorts, options.shapes,
-                                  shortened_spec(options.settings.kernel.spec()), options.settings.sigma.in(0)),
+                                  kernel_words(options.settings), options.settings.sigma.in(0)),
           .rows = {{panel}}};
 }
 

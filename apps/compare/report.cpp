@@ -115,12 +115,12 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
   HtmlReport report{.title = "Which noise model best explains these shapes?",
                     .lead = as_title(verdict(comparison)) + "."};
   ReportSection models{"Models", {}};
-  models.blocks.emplace_back(ReportParagraph{fmt::format(
-      "{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
-      counted(comparison.cohort.targets.size(), "shape"), counted(comparison.cohort.source.count(), "landmark"),
-      comparison.cohort.source.dimension(), comparison.cohort.source.source,
-      alignment_name(comparison.cohort.alignment), shortened_spec(comparison.settings.kernel.spec()),
-      comparison.settings.grid.steps, comparison.settings.sigma.in(0))});
+  models.blocks.emplace_back(ReportParagraph{
+      fmt::format("{} of {} in {}D from {}, aligned: {}. Kernel {}, {} steps, sigma {:.4g}.",
+                  counted(comparison.cohort.targets.size(), "shape"),
+                  counted(comparison.cohort.source.count(), "landmark"), comparison.cohort.source.dimension(),
+                  comparison.cohort.source.source, alignment_name(comparison.cohort.alignment),
+                  kernel_words(comparison.settings), comparison.settings.grid.steps, comparison.settings.sigma.in(0))});
   models.blocks.emplace_back(evidence_table(comparison));
   if (!picture.empty())
     models.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
@@ -139,11 +139,10 @@ HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vect
       .lead =
           fmt::format("{} cohorts of {} shapes were drawn from each model, and all models were fitted to each cohort.",
                       options.cohorts, options.shapes)};
-  ReportTable table{
-      {"drawn from", "lambda", "noise share"},
-      {},
-      fmt::format("Number of cohorts for which each model was chosen. Kernel {}, sigma {:.4g}, seed {}.",
-                  shortened_spec(options.settings.kernel.spec()), options.settings.sigma.in(0), options.seed)};
+  ReportTable table{{"drawn from", "lambda", "noise share"},
+                    {},
+                    fmt::format("Number of cohorts for which each model was chosen. Kernel {}, sigma {:.4g}, seed {}.",
+                                kernel_words(options.settings), options.settings.sigma.in(0), options.seed)};
   for (const std::string& candidate : candidates) table.header.push_back(shortened_spec(candidate));
   table.header.emplace_back("no model could be fitted");
   for (const RecoveryRow& row : rows) {

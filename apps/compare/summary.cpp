@@ -51,6 +51,10 @@ void print_fitted(const ComparedModel& model) {
 
 }  // namespace
 
+std::string kernel_words(const CohortSettings& settings) {
+  return shortened_spec(settings.kernel.spec()) + (settings.fit_width ? " (width fitted)" : "");
+}
+
 std::string number(double value, const char* format) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
@@ -98,7 +102,7 @@ void print_comparison(const Comparison& comparison) {
   fmt::print("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
              counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
-  fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", shortened_spec(comparison.settings.kernel.spec()),
+  fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", kernel_words(comparison.settings),
              comparison.settings.grid.steps, comparison.settings.sigma.in(0));
   print_row({"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"});
   const std::vector<std::size_t> order = ranked(comparison);
@@ -129,8 +133,7 @@ void print_comparison(const Comparison& comparison) {
 void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                     const RecoveryOptions& options) {
   fmt::print("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
-             options.cohorts, options.shapes, shortened_spec(options.settings.kernel.spec()),
-             options.settings.sigma.in(0));
+             options.cohorts, options.shapes, kernel_words(options.settings), options.settings.sigma.in(0));
   std::vector<std::string> head = {"drawn from", "noise share"};
   for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));
   print_row(head);

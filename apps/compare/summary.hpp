@@ -7,6 +7,9 @@
 
 namespace pulson {
 
+/// The kernel that all models begin with, and whether each has a width of its own.
+std::string kernel_words(const CohortSettings& settings);
+
 void print_comparison(const Comparison& comparison);
 
 /// One line: which model explains the shapes best, or that they do not decide.

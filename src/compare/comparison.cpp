@@ -147,8 +147,9 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
   for (std::size_t i = 0; i < models.size(); ++i) {
     if (models[i].fit.fitted.size() <= none->fit.fitted.size()) continue;
     const double gain = models[i].fit.log_evidence - none->fit.log_evidence;
-    const bool same = std::any_of(models[i].fit.fitted.begin(), models[i].fit.fitted.end(),
-                                  [](const FittedNumber& number) { return number.vanishes; });
+    const bool same =
+        std::any_of(models[i].fit.fitted.begin(), models[i].fit.fitted.end(),
+                    [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; });
     models[i].p_value = gain > 0 && !same ? 0.5 * std::erfc(std::sqrt(gain)) : 1;
     if (drawn.empty()) continue;
     int greater = 0;

@@ -128,6 +128,29 @@ TEST(FitCohort, GeodesicShapesWantNoNoise) {
   EXPECT_GE(vanished, 1);  // none of 8: once in 256
 }
 
+TEST(FitCohort, FindsTheWidthOfTheKernel) {
+  CohortSettings settings = cohort_settings();
+  settings.kernel = "gaussian:alpha=0.6";  // the shapes are drawn with 0.5
+  settings.fit_width = true;
+  const CohortFit fit = fit_cohort(drawn_from("none", 7), "none", settings);
+  const FittedNumber width = fitted_number(fit, "alpha");
+  expect_recovered(width, 0.5);
+  EXPECT_LT(width.low, width.value);
+  EXPECT_GT(width.high, width.value);
+  settings.fit_width = false;
+  EXPECT_GT(fit.log_evidence, fit_cohort(drawn_from("none", 7), "none", settings).log_evidence + 10);
+}
+
+TEST(FitCohort, TakesEnoughStepsForTheErrorOfTheEnds) {
+  const Cohort cohort = drawn_from("none", 7, 4);
+  CohortSettings settings = cohort_settings();
+  const int steps = sufficient_steps(cohort, settings);
+  EXPECT_GE(steps, 5);
+  EXPECT_LE(steps, 80);
+  settings.sigma = 1e-4;  // a hundredth: a tenth of the step where the scheme is of second order
+  EXPECT_GT(sufficient_steps(cohort, settings), steps);
+}
+
 TEST(FitCohort, BitsAreTheSameForAnyNumberOfThreads) {
   const Cohort cohort = drawn_from("ch-sd:beta=0.05", 6, 6);
   CohortSettings settings = cohort_settings();

@@ -115,6 +115,20 @@ TEST(CompareModels, OneTargetHasNoPredictionAndNoErrors) {
   EXPECT_LE(model.fit.effective_part, 1);
 }
 
+TEST(CompareModels, ANoiseThatMadeTheShapesHasASmallProbabilityByChance) {
+  CompareOptions options = quick();
+  options.settings = cohort_settings();
+  options.bootstrap = 4;
+  const Landmarks source = oval(6);
+  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.2", 50, options.settings, 8, 4)};
+  const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
+  EXPECT_TRUE(std::isnan(comparison.models[0].p_value));
+  EXPECT_EQ(comparison.models[1].bootstrapped, 4);
+  EXPECT_DOUBLE_EQ(comparison.models[1].p_value, 0.2);  // more than in any of the four without noise
+  options.bootstrap = 0;
+  EXPECT_LT(compare_models(shapes, {"none", "ch-sd"}, options).models[1].p_value, 1e-3);
+}
+
 TEST(CompareModels, AboutTheMeanOfShapesThatLieAnyhow) {
   CompareOptions options = quick();
   options.settings.kernel = "gaussian:alpha=auto";

@@ -15,9 +15,7 @@ target_compile_options(
             # The compiler collects its garbage from 400 MB on: a quarter less time.
             $<$<AND:$<BOOL:${PULSON_UNITY}>,$<CXX_COMPILER_ID:GNU>>:--param=ggc-min-expand=400>
             $<$<AND:$<BOOL:${PULSON_UNITY}>,$<CXX_COMPILER_ID:GNU>>:--param=ggc-min-heapsize=400000>
-            # False alarms of g++ 12 on std::string (its bug 105651), the second at -O3 alone.
-            $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
-            $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-stringop-overflow>
+            $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # false alarms of g++ 12 on std::string (its bug 105651)
             $<$<BOOL:${PULSON_WARNINGS_AS_ERRORS}>:-Werror>)
 
 # Eigen's products of matrices by BLAS, in all of our code or in none: the linker keeps one of several equal names. It is

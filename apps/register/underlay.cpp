@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "draw/child_process.hpp"
+#include "draw/gnuplot.hpp"
 #include "picture.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/records/records.hpp"

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 
@@ -50,7 +52,132 @@ void check_numbers_file(const std::string& file) {
     throw InputError(fmt::format("{}: numbers are written as .png, .svg, .pdf (colours), .tif, .mha or .nrrd", file));
 }
 
+// ---- files beside the result
+
+void check_grid(const std::string& file) {
+  if (!is_grid_file(file)) throw InputError(fmt::format("{}: displacement fields are written as .mha or .nrrd", file));
+  check_output_file(file);
+}
+
+void check_animation(const std::string& file) {
+  check_output_file(file);
+  if (!Animation::available()) throw InputError("--animate needs ffmpeg; install it, or leave the animation out");
+  Animation(file, 2, 2, 1);  // refuses what it cannot write
+}
+
+void check_page(const std::string& file) { check_output_file(file); }
+
+constexpr const char* kMoreResults = "More results";
+constexpr const char* kEnsembles = "Ensembles";
+
+struct FileOption {
+  const char* name;
+  std::string WarpArguments::*file;
+  void (*check)(const std::string& file);
+  const char* help;
+  bool needs_inverse = false;  // with --inverse
+  bool of_images = true;
+  const char* group = kMoreResults;
+};
+
+const std::vector<FileOption>& file_options() {
+  using W = WarpArguments;
+  static const std::vector<FileOption> kOptions = {
+      {"--field", &W::field, check_grid, "displacement field (mha, nrrd)"},
+      {"--jacobian", &W::jacobian, check_numbers_file,
+       "signed Jacobian on the image, as colours (png, svg, pdf) or numbers (tif, mha, nrrd)", true},
+      {"--log-jacobian", &W::log_jacobian, check_numbers_file, "its logarithm to base 2, likewise", true},
+      {"--multiplicity", &W::multiplicity, check_numbers_file,
+       "how many points of the image land on each pixel, likewise"},
+      {"--displacement", &W::displacement, check_numbers_file,
+       "how far each pixel of the image moves after the alignment, likewise", true},
+      {"--folds", &W::folds, check_drawing_file, "mask of the image's pixels that are flipped (png)", true},
+      {"--holes", &W::holes, check_drawing_file, "mask of holes in the result (png)"},
+      {"--grid", &W::grid, check_drawing_file, "the result with the deformed grid and the landmarks' paths (png)",
+       true},
+      {"--side-by-side", &W::side_by_side, check_captioned_file,
+       "image, result and --like side by side (png, svg, pdf)", true},
+      {"--overlay", &W::overlay, check_captioned_file,
+       "the result over --like: checkerboard, blend and difference (png, svg, pdf)"},
+      {"--report", &W::report, check_page,
+       "a page (html) with the motion, the result over --like, drawings and numbers", true, false},
+      {"--animate", &W::animate, check_animation, "the motion (gif, mp4, webp; needs ffmpeg)"},
+      {"--deviation", &W::deviation, check_numbers_file, "standard deviation of each pixel, as colours or numbers",
+       false, true, kEnsembles},
+      {"--fold-probability", &W::fold_probability, check_numbers_file,
+       "probability that a pixel of the image is flipped", false, true, kEnsembles}};
+  return kOptions;
+}
+
 }  // namespace
+
+void WarpArguments::add_to(CLI::App& verb) {
+  const auto add = [&](const char* group, const char* name, auto& value, const char* help, const char* type = nullptr) {
+    CLI::Option* option = verb.add_option(name, value, help);
+    if (type != nullptr) option->type_name(type);
+    if constexpr (!std::is_same_v<decltype(value), std::optional<double>&>) option->capture_default_str();
+    if (group != nullptr) option->group(group);
+    return option;
+  };
+  add(nullptr, "REGISTRATION", registration, "registration.json of pulson register")->required();
+  add(nullptr, "INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks")
+      ->required();
+  add(nullptr, "-o,--out", out, "the warped image; or landmarks, in the format of its extension", "FILE")->required();
+  add(nullptr, "--json", json, "write the numbers to this file; -: to standard output, and nothing else there", "FILE");
+  add_quiet_option(verb);
+  verb.add_flag("--inverse", inverse, "map from target to source");
+  only_known(add(nullptr, "--labels", labels,
+                 "interpolation of the displacements by noise between landmarks: metric or thin-plate", "NAME"),
+             "labels");
+
+  constexpr const char* kCoordinates = "Coordinates";
+  add(kCoordinates, "--like", like, "image of the target: the result has its size", "FILE");
+  add(kCoordinates, "--size", size, "size of the result, as in 640x480 [that of the image]", "WxH");
+  add(kCoordinates, "--pixel-size", pixel_size, "landmark units per pixel of the image [1; mha, nrrd: of the file]");
+  add(kCoordinates, "--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]");
+  add(kCoordinates, "--origin", origin,
+      "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]", "X,Y");
+  add(kCoordinates, "--target-origin", target_origin, "the same for the result [--origin]", "X,Y");
+  // Not bound to the variable: CLI11 would set an optional to false where the flag is not given.
+  verb.add_flag_function(
+          "--flip-y,!--no-flip-y", [this](std::int64_t count) { flip_y = count > 0; },
+          "y of the landmarks points up [if they come from a tps file]")
+      ->group(kCoordinates);
+
+  constexpr const char* kPicture = "Picture";
+  only_known(add(kPicture, "--method", method, "pull (needs a map that does not fold), push, or auto", "NAME"),
+             "method");
+  add(kPicture, "--over", over, "sheet on top where the map folds: least-stretched, first, label-order, or average",
+      "NAME");
+  add(kPicture, "--interpolation", interpolation,
+      "nearest, linear, cubic or lanczos; label: of numbers that name regions, none of which is made up", "NAME");
+  only_known(
+      add(kPicture, "--border", border,
+          "beyond the image: transparent, constant (see --background), replicate or reflect; auto: transparent if "
+          "the image has an alpha channel, else constant",
+          "NAME"),
+      "border");
+  add(kPicture, "--background", background,
+      "what lies beyond the image: a colour r,g,b of 0 to 255, or one value in the units of the image [white; of "
+      "labels, floating-point images, mha and nrrd 0]",
+      "COLOUR");
+  add(kPicture, "--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8");
+  add(kPicture, "--tolerance", tolerance, "largest interpolation error of the map, pixels");
+
+  const auto add_files = [&](const char* group) {
+    for (const FileOption& row : file_options())
+      if (row.group == group) add(group, row.name, this->*row.file, row.help, "FILE");
+  };
+  add_files(kMoreResults);
+  verb.add_flag("--numbers", numbers, "numbers of the landmarks in --side-by-side")->group(kMoreResults);
+  add(kMoreResults, "--width", width, "width of drawings in mm [about 420]");
+  add(kMoreResults, "--dpi", dpi, "pixels per inch of png drawings");
+  add_read_options(verb, reading);
+  add(kEnsembles, "--samples", samples, "number of samples of the noise, with the fitted momenta; OUT is their mean");
+  add(kEnsembles, "--seed", seed, "seed of the random numbers");
+  add_files(kEnsembles);
+  add_threads_option(verb);
+}
 
 WarpMethod WarpArguments::warp_method() const {
   constexpr EnumNames<WarpMethod, 3> kMethods = {
@@ -77,8 +204,9 @@ std::optional<std::array<double, 2>> WarpArguments::origin_of_result() const {
 }
 
 std::vector<std::string> WarpArguments::outputs() const {
-  return {out,   field, json, jacobian,     log_jacobian, multiplicity, deviation, fold_probability,
-          folds, holes, grid, side_by_side, overlay,      displacement, animate,   report};
+  std::vector<std::string> files = {out, json};
+  for (const FileOption& row : file_options()) files.push_back(this->*row.file);
+  return files;
 }
 
 void WarpArguments::check() const {
@@ -106,41 +234,23 @@ void WarpArguments::check() const {
     throw InputError("--like and --size both set the size of the result; give one of them");
   if (!overlay.empty() && like.empty())
     throw InputError("--overlay shows the result over the target's image; give that with --like");
-  for (const std::string& file : {jacobian, log_jacobian, multiplicity, deviation, fold_probability, displacement})
-    if (!file.empty()) check_numbers_file(file);
-  for (const std::string& file : {folds, holes, grid})
-    if (!file.empty()) check_drawing_file(file);
-  for (const std::string& file : {side_by_side, overlay})
-    if (!file.empty()) check_captioned_file(file);
-  check_picture_size(width, dpi);
-  if (!report.empty()) check_output_file(report);
-  for (const std::string& file : {out, field, animate})
-    if (!file.empty()) check_output_file(file);
   for (const std::string& file : outputs())
     for (const std::string& read : {input, like, registration})
       if (is_same_file(file, read))
         throw InputError(fmt::format("'{}' is an input; the result needs another name", file));
+  check_picture_size(width, dpi);
+  check_output_file(out);
+  for (const FileOption& row : file_options())
+    if (const std::string& file = this->*row.file; !file.empty()) row.check(file);
   if (!json.empty() && json != "-") check_output_file(json);
-  if (!field.empty() && !is_grid_file(field))
-    throw InputError(fmt::format("{}: displacement fields are written as .mha or .nrrd", field));
-  if (!animate.empty() && !Animation::available())
-    throw InputError("--animate needs ffmpeg; install it, or leave the animation out");
-  if (!animate.empty()) Animation(animate, 2, 2, 1);  // refuses what it cannot write
 }
 
 void WarpArguments::check_for_landmarks() const {
-  for (const auto& [name, file] : {std::pair("--field", field),
-                                   {"--jacobian", jacobian},
-                                   {"--log-jacobian", log_jacobian},
-                                   {"--multiplicity", multiplicity},
-                                   {"--folds", folds},
-                                   {"--holes", holes},
-                                   {"--grid", grid},
-                                   {"--side-by-side", side_by_side},
-                                   {"--overlay", overlay},
-                                   {"--displacement", displacement},
-                                   {"--animate", animate}})
-    if (!file.empty()) throw InputError(fmt::format("{} is for images, and {} holds landmarks", name, input));
+  const auto refuse = [&](const char* name) {
+    throw InputError(fmt::format("{} is for images, and {} holds landmarks", name, input));
+  };
+  for (const FileOption& row : file_options())
+    if (row.of_images && !(this->*row.file).empty()) refuse(row.name);
   for (const auto& [name, is_given] : {std::pair("--samples", samples > 0),
                                        {"--like", !like.empty()},
                                        {"--size", !size.empty()},
@@ -149,24 +259,15 @@ void WarpArguments::check_for_landmarks() const {
                                        {"--origin", !origin.empty()},
                                        {"--target-origin", !target_origin.empty()},
                                        {"--flip-y", flip_y.has_value()}})
-    if (is_given) throw InputError(fmt::format("{} is for images, and {} holds landmarks", name, input));
+    if (is_given) refuse(name);
   landmark_format_to_write(out);
 }
 
 void WarpArguments::check_for_fold() const {
-  if (!inverse) return;
-  if (!report.empty())
-    throw InputError(
-        "--report with --inverse needs a map that has an inverse; here the noise moves landmarks individually");
-  for (const auto& [name, file] : {std::pair("--jacobian", jacobian),
-                                   {"--log-jacobian", log_jacobian},
-                                   {"--folds", folds},
-                                   {"--grid", grid},
-                                   {"--displacement", displacement},
-                                   {"--side-by-side", side_by_side}})
-    if (!file.empty())
+  for (const FileOption& row : file_options())
+    if (inverse && row.needs_inverse && !(this->*row.file).empty())
       throw InputError(fmt::format(
-          "{} with --inverse needs a map that has an inverse; here the noise moves landmarks individually", name));
+          "{} with --inverse needs a map that has an inverse; here the noise moves landmarks individually", row.name));
 }
 
 }  // namespace pulson

@@ -8,7 +8,7 @@
 
 #include "drawings.hpp"
 #include "images/colour_maps.hpp"
-#include "images/drawing.hpp"
+#include "images/compose.hpp"
 #include "register/picture.hpp"
 
 namespace pulson {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "chart_layout.hpp"
-#include "chart_legend.hpp"
+#include "chart_strokes.hpp"
 #include "draw/checks.hpp"
 
 namespace pulson {

@@ -1,4 +1,3 @@
-#include "chart_legend.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -8,7 +7,6 @@
 #include "chart_strokes.hpp"
 #include "draw/layers.hpp"
 #include "draw/layout.hpp"
-#include "draw/legend.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::picture {

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "charts/chart.hpp"
 #include "draw/canvas.hpp"
 #include "draw/layout.hpp"
 
@@ -48,5 +50,39 @@ std::span<const double> dashes_at(std::size_t place);
 /// Filled marks around the columns of `centres` (2×M), whose areas are about that of a disc of this radius: discs,
 /// squares, triangles, diamonds, triangles that point down, crosses, and over again.
 void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look);
+
+/// The names of a chart's series, each with its colour and with the kinds of marks that have this colour.
+class ChartLegend {
+ public:
+  /// @throws InputError where series of one name have different colours.
+  explicit ChartLegend(const Chart& chart);
+
+  SeriesLook look_of(const Series& series) const;
+
+  /// Room that it takes below all panels.
+  double height() const;
+
+  /// The entries around the middle of the canvas, above its bottom edge.
+  void draw(Canvas& canvas) const;
+
+ private:
+  struct Entry {
+    std::string name;
+    int asked;  // for a colour
+    int colour;
+    bool band = false, area = false, line = false, dashes = false, dots = false, errors = false;
+  };
+
+  void add(const Series& series);
+  const Entry* find(const std::string& name) const;
+  /// Entries fill row after row of a table with as many columns as there is room for.
+  std::vector<double> column_widths() const;
+  std::size_t count_rows() const;
+  static double width_of(const Entry& entry);
+  static void draw_sample(Canvas& canvas, double left, double middle, const Entry& entry);
+
+  std::vector<Entry> entries_;
+  int by_name_ = 0;  // colours given to names so far
+};
 
 }  // namespace pulson::picture

@@ -116,7 +116,7 @@ std::string as_one_line(std::string_view text) {
   return text.size() > kLongest ? shown + "..." : shown;
 }
 
-std::string in_quotes(std::string_view text) { return "'" + as_one_line(text) + "'"; }
+std::string in_quotes(std::string_view text) { return fmt::format("'{}'", as_one_line(text)); }
 
 std::string with_decimal_point(std::string_view text) {
   std::string number(text);

@@ -16,7 +16,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "child_process.hpp"
+#include "gnuplot.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {

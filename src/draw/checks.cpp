@@ -1,12 +1,18 @@
 #include "checks.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
 
 #include <fmt/format.h>
 
+#include "draw/checks.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::picture {
+
 namespace {
 
 bool can_be_drawn(const Points& points) { return (points.array().abs() <= kLargestDrawn).all(); }
@@ -73,3 +79,146 @@ void Checks::times(const std::vector<double>& times, std::size_t entries, const 
 }
 
 }  // namespace pulson::picture
+
+namespace pulson {
+
+namespace {
+
+constexpr double kFlat = 0.02;  // of a line to be simplified, in its own unit
+
+/// Where one coordinate of one landmark was least and greatest since the piece of time began.
+struct Extremes {
+  std::size_t least;
+  std::size_t greatest;
+  double low;
+  double high;
+
+  Extremes(std::size_t k, double value) : least(k), greatest(k), low(value), high(value) {}
+
+  void add(std::size_t k, double value) {
+    if (value < low) {
+      least = k;
+      low = value;
+    } else if (value > high) {
+      greatest = k;
+      high = value;
+    }
+  }
+};
+
+/// Adds to `kept`, in order and each once, what is later than its last.
+void keep(std::vector<std::size_t>& kept, std::vector<std::size_t>& indices) {
+  std::sort(indices.begin(), indices.end());
+  for (const std::size_t k : indices)
+    if (k > kept.back()) kept.push_back(k);
+}
+
+double distance_to_segment(const Eigen::Vector2d& point, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  const Eigen::Vector2d along = to - from;
+  const double square = along.squaredNorm();
+  const double s = square > 0 ? std::clamp((point - from).dot(along) / square, 0.0, 1.0) : 0;
+  return (point - from - s * along).norm();
+}
+
+/// How far the line would move at the least without its vertex i, for each i; infinite at the ends.
+std::vector<double> weights_of(const Points& line) {
+  std::vector<double> weights(static_cast<std::size_t>(line.cols()), std::numeric_limits<double>::infinity());
+  struct Part {
+    Eigen::Index first, last;
+    double most;  // the weight of what divided it off
+  };
+  std::vector<Part> parts{{0, line.cols() - 1, std::numeric_limits<double>::infinity()}};
+  while (!parts.empty()) {
+    const auto [first, last, most] = parts.back();
+    parts.pop_back();
+    double farthest = -1;
+    Eigen::Index divider = first;
+    for (Eigen::Index i = first + 1; i < last; ++i)
+      if (const double d = distance_to_segment(line.col(i), line.col(first), line.col(last)); d > farthest) {
+        farthest = d;
+        divider = i;
+      }
+    if (divider == first) continue;
+    weights[divider] = std::min(farthest, most);
+    if (farthest < kFlat) {
+      std::fill(weights.begin() + first + 1, weights.begin() + last, weights[divider]);
+    } else {
+      parts.push_back({first, divider, weights[divider]});
+      parts.push_back({divider, last, weights[divider]});
+    }
+  }
+  return weights;
+}
+
+std::vector<std::size_t> all_indices(std::size_t count) {
+  std::vector<std::size_t> indices(count);
+  std::iota(indices.begin(), indices.end(), std::size_t{0});
+  return indices;
+}
+
+}  // namespace
+
+std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most) {
+  if (count <= most) return all_indices(count);
+  std::vector<std::size_t> indices(most);
+  for (std::size_t i = 0; i < most; ++i) indices[i] = i * (count - 1) / (most - 1);
+  return indices;
+}
+
+std::vector<std::vector<std::size_t>> thin_paths(const std::vector<Points>& trajectory,
+                                                 const std::vector<int>& landmarks, const std::vector<double>& times,
+                                                 std::size_t most) {
+  const std::size_t count = trajectory.size(), n = landmarks.size();
+  if (count <= most) return {n, all_indices(count)};
+  const auto d = static_cast<std::size_t>(trajectory.front().rows());
+  const double pieces = std::max(1.0, std::floor((static_cast<double>(most) - 2) / (2.0 * static_cast<double>(d))));
+  const double start = times.front(), duration = times.back() - times.front();
+  const auto piece_of = [&](std::size_t k) {
+    return std::min(std::floor((times[k] - start) / duration * pieces), pieces - 1);
+  };
+
+  std::vector<std::vector<std::size_t>> kept(n, {0});
+  std::vector<Extremes> extremes;  // d of the first landmark, d of the second, …
+  std::vector<std::size_t> indices;
+  for (std::size_t k = 0; k < count;) {
+    const double piece = piece_of(k);
+    extremes.clear();
+    for (const int a : landmarks)
+      for (std::size_t row = 0; row < d; ++row) extremes.emplace_back(k, trajectory[k](row, a));
+    for (++k; k < count && piece_of(k) == piece; ++k)
+      for (std::size_t i = 0; i < extremes.size(); ++i) extremes[i].add(k, trajectory[k](i % d, landmarks[i / d]));
+    for (std::size_t i = 0; i < n; ++i) {
+      indices.clear();
+      for (std::size_t row = 0; row < d; ++row) {
+        indices.push_back(extremes[d * i + row].least);
+        indices.push_back(extremes[d * i + row].greatest);
+      }
+      keep(kept[i], indices);
+    }
+  }
+  indices.assign({count - 1});
+  for (auto& path : kept) keep(path, indices);
+  return kept;
+}
+
+void simplify_lines(std::vector<Points>& lines, std::size_t most) {
+  std::vector<std::vector<double>> weights;
+  std::vector<double> sorted;
+  std::size_t count = 0;
+  for (const Points& line : lines) count += static_cast<std::size_t>(line.cols());
+  if (count <= most) return;
+  for (const Points& line : lines) {
+    weights.push_back(weights_of(line));
+    sorted.insert(sorted.end(), weights.back().begin(), weights.back().end());
+  }
+  const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(most);
+  std::nth_element(sorted.begin(), place, sorted.end(), std::greater<>());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::vector<Eigen::Index> kept;
+    for (std::size_t j = 0; j < weights[i].size(); ++j)
+      if (weights[i][j] > *place || std::isinf(weights[i][j])) kept.push_back(static_cast<Eigen::Index>(j));
+    lines[i] = Points(lines[i](Eigen::all, kept));
+  }
+}
+
+}  // namespace pulson

@@ -9,10 +9,8 @@
 #include <fmt/format.h>
 
 #include "checks.hpp"
-#include "draw/thinning.hpp"
 #include "layers.hpp"
 #include "layout.hpp"
-#include "legend.hpp"
 #include "space_panels.hpp"
 
 namespace pulson::picture {

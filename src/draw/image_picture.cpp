@@ -7,7 +7,6 @@
 
 #include "layers.hpp"
 #include "layout.hpp"
-#include "legend.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::picture {

@@ -3,11 +3,141 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
-#include "draw/thinning.hpp"
+#include <fmt/format.h>
+
+#include "draw/checks.hpp"
+#include "layout.hpp"
+#include "pulson/draw/pictures.hpp"
+
+namespace pulson {
+
+namespace {
+
+constexpr Eigen::Index kFewestPoints = 12;
+constexpr double kLargestGap = 3;   // in median gaps
+constexpr double kLargestStep = 2;  // median gap in median distances to the nearest point
+constexpr double kDenseGap = 7;     // pixels between neighbours, below which marks would run into one another
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<double> gaps_of(const Points& points) {
+  std::vector<double> gaps(static_cast<std::size_t>(points.cols() - 1));
+  for (Eigen::Index i = 0; i + 1 < points.cols(); ++i) gaps[i] = (points.col(i + 1) - points.col(i)).norm();
+  return gaps;
+}
+
+double cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
+
+// Whether the open segments ab and cd cross.
+bool cross_each_other(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
+                      const Eigen::Vector2d& d) {
+  return cross(b - a, c - a) * cross(b - a, d - a) < 0 && cross(d - c, a - c) * cross(d - c, b - c) < 0;
+}
+
+bool crosses_itself(const Points& points) {
+  for (Eigen::Index j = 2; j + 1 < points.cols(); ++j)
+    for (Eigen::Index i = 0; i + 1 < j; ++i)
+      if (cross_each_other(points.col(i), points.col(i + 1), points.col(j), points.col(j + 1))) return true;
+  return false;
+}
+
+}  // namespace
+
+OutlineKind outline_kind(const Points& points) {
+  const Eigen::Index n = points.cols();
+  if (points.rows() < 2 || n < kFewestPoints) return OutlineKind::kNone;
+  std::vector<double> gaps = gaps_of(points);
+  const double largest = *std::max_element(gaps.begin(), gaps.end());
+  const double typical = median(std::move(gaps));
+  if (!(typical > 0) || largest > kLargestGap * typical) return OutlineKind::kNone;
+  if (typical > kLargestStep * median_nearest_distance(points)) return OutlineKind::kNone;
+  if (points.rows() == 2 && crosses_itself(points)) return OutlineKind::kNone;
+  const bool closes = (points.col(n - 1) - points.col(0)).norm() <= kLargestGap * typical;
+  return closes ? OutlineKind::kClosed : OutlineKind::kOpen;
+}
+
+namespace picture {
+
+namespace {
+
+void remove(std::vector<int>& from, const std::vector<int>& landmarks) {
+  std::erase_if(from, [&](int a) { return std::binary_search(landmarks.begin(), landmarks.end(), a); });
+}
+
+std::vector<std::vector<int>> complete_landmarks_by_group(const Landmarks& shape) {
+  const std::vector<int> incomplete = incomplete_points(shape.points);
+  std::vector<std::vector<int>> groups = landmarks_by_group(shape);
+  for (std::vector<int>& members : groups) remove(members, incomplete);
+  std::erase_if(groups, [](const std::vector<int>& members) { return members.empty(); });
+  return groups;
+}
+
+}  // namespace
+
+Figure plan_figure(const Landmarks& shape, double scale) {
+  Figure figure{};
+  for (const std::vector<int>& members : complete_landmarks_by_group(shape)) {
+    const Points points = shape.points(Eigen::all, members);
+    const OutlineKind kind = outline_kind(points);
+    std::size_t stride = 1;
+    if (kind != OutlineKind::kNone) {
+      const double gap = scale * median(gaps_of(points));
+      if (gap < kDenseGap) stride = static_cast<std::size_t>(std::ceil(kDenseGap / gap));
+      figure.outlines.push_back({members, figure.groups.size(), stride > 1});
+      if (kind == OutlineKind::kClosed) figure.outlines.back().members.push_back(members.front());
+    }
+    figure.groups.push_back(stride == 1 ? members : std::vector<int>());
+    if (!shape.groups.empty()) figure.names.push_back(shape.groups[static_cast<std::size_t>(members.front())]);
+    figure.marked.insert(figure.marked.end(), figure.groups.back().begin(), figure.groups.back().end());
+    for (std::size_t i = 0; i < members.size(); i += stride) figure.with_path.push_back(members[i]);
+  }
+  if (figure.groups.size() < 2) figure.names.clear();
+  figure.spacing = std::numeric_limits<double>::infinity();
+  if (figure.marked.size() > 1)
+    figure.spacing = scale * median_nearest_distance(shape.points(Eigen::all, figure.marked));
+  return figure;
+}
+
+Figure without(Figure figure, const std::vector<int>& left_out) {
+  for (std::vector<int>& members : figure.groups) remove(members, left_out);
+  remove(figure.marked, left_out);
+  for (Outline& outline : figure.outlines) {
+    const bool closed = outline.members.front() == outline.members.back();
+    if (closed) outline.members.pop_back();
+    remove(outline.members, left_out);
+    if (closed && outline.members.size() > 1) outline.members.push_back(outline.members.front());
+  }
+  std::erase_if(figure.outlines, [](const Outline& outline) { return outline.members.size() < 2; });
+  return figure;
+}
+
+std::vector<Points> trace(const Figure& figure, bool dense, const Points& points, std::size_t group) {
+  std::vector<Points> lines;
+  for (const Outline& outline : figure.outlines)
+    if (outline.dense == dense && outline.group == group) lines.emplace_back(points(Eigen::all, outline.members));
+  return lines;
+}
+
+std::vector<Points> trace(const Figure& figure, bool dense, const Points& points) {
+  std::vector<Points> lines;
+  for (const Outline& outline : figure.outlines)
+    if (outline.dense == dense) lines.emplace_back(points(Eigen::all, outline.members));
+  return lines;
+}
+
+}  // namespace picture
+
+}  // namespace pulson
 
 namespace pulson::picture {
+
 namespace {
 
 constexpr std::size_t kFewestVertices = 24;  // of one path
@@ -108,6 +238,103 @@ std::vector<Colour> colours_by_position(const Points& source) {
   for (std::size_t rank = 0; rank < n; ++rank)
     colours[order[rank]] = time_colour(n < 2 ? 0.4 : static_cast<double>(rank) / static_cast<double>(n - 1));
   return colours;
+}
+
+namespace {
+
+constexpr double kLeastEntryGap = 22;
+constexpr std::size_t kMostGroups = kGroupColours;
+constexpr double kBarLength = 190;
+constexpr double kBarHeight = 12;
+
+Points point(double x, double y) { return (Points(2, 1) << x, y).finished(); }
+
+Points horizontal(double from, double to, double y) { return (Points(2, 2) << from, to, y, y).finished(); }
+
+void draw_colour_bar(Canvas& canvas, double left, double y) {
+  // Round ends reach out by r. Each piece covers the end of the one before it, so no seams show.
+  constexpr double r = kBarHeight / 2, kPiece = (kBarLength - 2 * r) / kTimeColours;
+  for (int i = 0; i < kTimeColours; ++i) {
+    const double from = left + r + kPiece * i;
+    canvas.lines({horizontal(from, from + kPiece, y)}, {time_colour((i + 0.5) / kTimeColours), kBarHeight});
+  }
+}
+
+double sample_width(Sample sample) {
+  return sample == Sample::kColourBar ? kBarLength : sample == Sample::kDot || sample == Sample::kRing ? 20 : 36;
+}
+
+/// `scale`: of the texts.
+double entry_width(const LegendEntry& entry, double scale) {
+  double width = sample_width(entry.sample) + kSampleGap + scale * text_width(entry.text, kLegendText);
+  if (!entry.end_text.empty()) width += kSampleGap + scale * text_width(entry.end_text, kLegendText);
+  return width;
+}
+
+void draw_sample(Canvas& canvas, double left, double y, const LegendEntry& entry) {
+  const double width = sample_width(entry.sample);
+  switch (entry.sample) {
+    case Sample::kDot:
+      return canvas.dots(point(left + width / 2, y), 6.5, entry.colour);
+    case Sample::kRing:
+      return canvas.rings(point(left + width / 2, y), 8.5, {entry.colour, 2.2});
+    case Sample::kLine:
+      return canvas.lines({horizontal(left, left + width, y)}, {entry.colour, 2.4});
+    case Sample::kArrow:
+      return canvas.arrows(point(left, y), point(left + width, y), {entry.colour, 2});
+    case Sample::kColourBar:
+      return draw_colour_bar(canvas, left, y);
+  }
+}
+
+void draw_entry(Canvas& canvas, double left, const LegendEntry& entry, double scale) {
+  const double sample = sample_width(entry.sample);
+  const auto write = [&](double x, const std::string& text) {
+    canvas.text(x, kLegendHeight, text, kLegendText, colour::kText, Align::kLeft,
+                scale < 1 ? scale * text_width(text, kLegendText) : 1e9);
+  };
+  if (entry.sample == Sample::kColourBar) {
+    const double sample_left = left + scale * text_width(entry.text, kLegendText) + kSampleGap;
+    write(left, entry.text);
+    draw_sample(canvas, sample_left, kLegendHeight, entry);
+    write(sample_left + sample + kSampleGap, entry.end_text);
+  } else {
+    draw_sample(canvas, left, kLegendHeight, entry);
+    write(left + sample + kSampleGap, entry.text);
+  }
+}
+
+}  // namespace
+
+std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& colour, const std::string& text) {
+  if (figure.names.empty()) return {{figure.marked.empty() ? Sample::kLine : Sample::kDot, colour, text, ""}};
+  std::vector<LegendEntry> entries;
+  for (std::size_t group = 0; group < std::min(figure.names.size(), kMostGroups); ++group) {
+    const std::string& name = figure.names[group];
+    const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
+    entries.push_back({Sample::kDot, group_colour(group), is_number ? "group " + name : name, ""});
+  }
+  return entries;
+}
+
+LegendEntry legend_of_time(const std::vector<double>& times) {
+  return {Sample::kColourBar, "", fmt::format("path, t = {:.4g}", times.front()), fmt::format("{:.4g}", times.back())};
+}
+
+void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
+  const double gaps = std::max<double>(static_cast<double>(entries.size()) - 1, 1), room = canvas.width() - 2 * kEdge;
+  double samples = 0, texts = 0;
+  for (const LegendEntry& entry : entries) {
+    samples += entry_width(entry, 0);
+    texts += entry_width(entry, 1) - entry_width(entry, 0);
+  }
+  const double gap = std::clamp((room - samples - texts) / gaps, kLeastEntryGap, kEntryGap);
+  const double scale = std::min(1.0, (room - samples - gap * gaps) / std::max(texts, 1.0));
+  double left = (canvas.width() - samples - scale * texts - gap * (static_cast<double>(entries.size()) - 1)) / 2;
+  for (const LegendEntry& entry : entries) {
+    draw_entry(canvas, left, entry, scale);
+    left += entry_width(entry, scale) + gap;
+  }
 }
 
 }  // namespace pulson::picture

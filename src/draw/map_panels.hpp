@@ -1,7 +1,7 @@
 #pragma once
 
+#include "layers.hpp"
 #include "layout.hpp"
-#include "outline.hpp"
 #include "pulson/draw/pictures.hpp"
 
 namespace pulson::picture {

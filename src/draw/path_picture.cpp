@@ -5,10 +5,8 @@
 #include <fmt/format.h>
 
 #include "checks.hpp"
-#include "draw/thinning.hpp"
 #include "layers.hpp"
 #include "layout.hpp"
-#include "legend.hpp"
 #include "path_panels.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"

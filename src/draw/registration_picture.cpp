@@ -4,14 +4,12 @@
 #include <fmt/format.h>
 
 #include "checks.hpp"
-#include "draw/thinning.hpp"
 #include "layers.hpp"
 #include "layout.hpp"
-#include "legend.hpp"
 #include "map_panels.hpp"
+#include "path_panels.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"
-#include "time_panels.hpp"
 
 namespace pulson::picture {
 namespace {

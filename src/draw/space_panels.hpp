@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "layers.hpp"
 #include "layout.hpp"
-#include "outline.hpp"
 
 namespace pulson::picture {
 

@@ -3,7 +3,7 @@
 #include <limits>
 #include <numeric>
 
-#include "integrators/variational.hpp"
+#include "integrators/schemes.hpp"
 #include "landmark_lanes.hpp"
 #include "path_sampler.hpp"
 

@@ -173,7 +173,7 @@ std::string nrrd_file(const GridField& field, bool compressed) {
   std::string directions = has_vectors ? " none" : "", kinds = has_vectors ? " vector" : "";
   for (std::size_t k = 0; k < d; ++k) {
     const Eigen::VectorXd axis = field.spacing[k] * field.direction.col(static_cast<Eigen::Index>(k));
-    directions += " " + in_brackets(axis);
+    directions += fmt::format(" {}", in_brackets(axis));
     kinds += " domain";
   }
   return fmt::format(

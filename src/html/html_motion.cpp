@@ -1,5 +1,3 @@
-#include "html_motion.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "draw/outline.hpp"
-#include "html_embed.hpp"
+#include "draw/layers.hpp"
+#include "html_parts.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"
 

@@ -5,10 +5,7 @@
 #include <fmt/core.h>
 
 #include "core/text.hpp"
-#include "integrators/midpoint.hpp"
-#include "integrators/runge_kutta.hpp"
-#include "integrators/symmetric_variational.hpp"
-#include "integrators/variational.hpp"
+#include "integrators/schemes.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

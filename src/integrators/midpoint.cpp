@@ -1,4 +1,4 @@
-#include "integrators/midpoint.hpp"
+#include "integrators/schemes.hpp"
 
 namespace pulson {
 

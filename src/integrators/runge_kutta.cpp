@@ -1,6 +1,5 @@
-#include "integrators/runge_kutta.hpp"
-
 #include "implicit_step.hpp"
+#include "integrators/schemes.hpp"
 
 namespace pulson {
 namespace {

@@ -1,9 +1,7 @@
-#include "integrators/symmetric_variational.hpp"
-
 #include <algorithm>
 
 #include "core/text.hpp"
-#include "midpoint.hpp"
+#include "integrators/schemes.hpp"
 #include "variational_parts.hpp"
 
 namespace pulson {

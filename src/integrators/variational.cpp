@@ -1,6 +1,5 @@
-#include "integrators/variational.hpp"
-
 #include "core/text.hpp"
+#include "integrators/schemes.hpp"
 #include "variational_parts.hpp"
 
 namespace pulson {

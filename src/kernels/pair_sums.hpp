@@ -9,7 +9,7 @@
 namespace pulson {
 
 /// All that the scalar code knows of a profile. A new kernel needs its value of KernelProfile, its entry in
-/// kernel_table.cpp, and its vector code: a struct in profiles_body.hpp, chosen in pair_sums_body.hpp.
+/// kernel_table.cpp, and its vector code: a struct in profiles_body.hpp, chosen in pair_sums.cpp.
 struct ProfileFacts {
   KernelProfile profile;
   std::string_view name;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrators/runge_kutta.hpp"
+#include "integrators/schemes.hpp"
 #include "random/normals.hpp"
 
 namespace pulson {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "draw/thinning.hpp"
+#include "draw/checks.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"

@@ -10,7 +10,6 @@
 #include "image_examples.hpp"
 #include "images/colour_maps.hpp"
 #include "images/compose.hpp"
-#include "images/drawing.hpp"
 
 namespace pulson {
 namespace {

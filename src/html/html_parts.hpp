@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "html/html_report.hpp"
+
 namespace pulson::html {
 
 /// The text as HTML shows it between tags and between double quotes. Control characters become spaces, bytes that are
@@ -20,5 +22,13 @@ std::string base64(std::string_view bytes);
 /// same ids in each, and an image runs no scripts and loads nothing. @throws InputError if the file cannot be read or
 /// is not SVG, PNG or JPEG.
 std::string data_address(const std::filesystem::path& picture);
+
+/// The motion as a figure: a canvas, a slider, and the numbers as JSON, which page/motion.js draws. Places are whole
+/// numbers of units of a hundred thousandth of the box that holds all. @throws InputError where sizes disagree or a
+/// number is not finite
+std::string motion(const ReportMotion& motion);
+
+/// Two pictures over one another, which page/stack.js mixes. @throws InputError as data_address does
+std::string stack(const ReportStack& stack);
 
 }  // namespace pulson::html

@@ -59,11 +59,17 @@ if(PULSON_UNITY)
 endif()
 
 # Tests spend their time in the libraries; with less optimisation of their own they compile a fifth faster, and those that
-# compute nothing themselves, of the kind text_test, by another fifth without any. So do the verbs of a build for work.
+# compute nothing themselves, of the kind text_test, by another fifth without any. So do, in a build for work, the verbs
+# and the folders that read, write and draw, of the kind app.
 # g++ 12 takes members of Eigen's matrices for uninitialised at -O1.
 set(PULSON_OPTIONS_test $<$<NOT:$<CONFIG:Debug>>:-O1> -Wno-maybe-uninitialized)
 set(PULSON_OPTIONS_text_test -O0)
 set(PULSON_OPTIONS_app $<$<CONFIG:RelWithDebInfo>:-O1> $<$<CONFIG:RelWithDebInfo>:-Wno-maybe-uninitialized>)
+
+# The headers that most files of this kind include; not CLI11's and nlohmann's, with which precompiled ones are slower
+# than none.
+set(PULSON_APP_HEADERS <algorithm> <cmath> <functional> <memory> <optional> <string> <vector> <Eigen/Core> <fmt/format.h>
+                       <fmt/ranges.h>)
 
 # pulson_precompile(<target> <kind> <headers...>): the first target of a kind makes them, the others take them from it.
 # Kinds: source, app, test, and text_test. The macros of a command must be those of the headers: fmt's are in sources
@@ -108,14 +114,15 @@ function(pulson_take_prebuilt folder)
                      COMMAND ${CMAKE_COMMAND} -E copy ${prebuilt} $<TARGET_FILE:pulson_${folder}>)
 endfunction()
 
-# pulson_library(<folder> [PROGRAMS_ONLY] SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>] [EXPORT <set>])
+# pulson_library(<folder> [PROGRAMS_ONLY] [APP] SOURCES <files...> [PUBLIC <targets...>] [PRIVATE <targets...>] [EXPORT <set>])
 # makes the static library pulson_<folder> with the alias pulson::<folder>, which an installed package has too. PUBLIC:
 # what its headers include; PRIVATE: what its .cpp files alone use. Headers of other packages count as system headers.
 # Private headers of other folders are named from src/: "core/text.hpp".
 # PROGRAMS_ONLY: it has no public headers and is not installed.
+# APP: it computes next to nothing, and is compiled as the verbs are.
 # EXPORT: the package's list of targets that it belongs to [pulsonTargets].
 function(pulson_library folder)
-  cmake_parse_arguments(ARG "PROGRAMS_ONLY" "EXPORT" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAMS_ONLY;APP" "EXPORT" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   if(PULSON_PREBUILT AND NOT folder IN_LIST PULSON_PREBUILT_EXCEPT)
     pulson_take_prebuilt(${folder})
   else()
@@ -133,7 +140,10 @@ function(pulson_library folder)
     pulson_${folder}
     PUBLIC ${ARG_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:pulson_options> ${ARG_PRIVATE})
-  if(fmt::fmt IN_LIST ARG_PRIVATE)
+  if(ARG_APP)
+    target_compile_options(pulson_${folder} PRIVATE ${PULSON_OPTIONS_app})
+    pulson_precompile(pulson_${folder} app ${PULSON_APP_HEADERS})
+  elseif(fmt::fmt IN_LIST ARG_PRIVATE)
     pulson_precompile(
       pulson_${folder} source <algorithm> <cmath> <functional> <map> <memory> <optional> <string> <vector>
       <Eigen/Core> <fmt/format.h> <fmt/ranges.h> ${PROJECT_SOURCE_DIR}/src/core/factorisations.hpp)

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "charts/chart.hpp"
-#include "draw/ensemble_picture.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 
 namespace pulson {

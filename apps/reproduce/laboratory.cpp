@@ -8,7 +8,6 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
-#include "shell/messages.hpp"
 
 namespace pulson {
 

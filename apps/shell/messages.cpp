@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <set>
-#include <string>
 
 #include <fmt/core.h>
 #include <sys/ioctl.h>

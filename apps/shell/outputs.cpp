@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"

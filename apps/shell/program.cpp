@@ -8,9 +8,6 @@
 #include <filesystem>
 #include <new>
 #include <sstream>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include <CLI/Error.hpp>
 #include <fmt/format.h>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <type_traits>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,7 +17,6 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
-#include "shell/options.hpp"
 #include "shell/outputs.hpp"
 
 namespace pulson {

@@ -5,12 +5,10 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
-#include <string>
 #include <type_traits>
 
 #include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/images/image.hpp"
 
 namespace pulson {
 

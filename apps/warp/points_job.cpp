@@ -3,9 +3,9 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "core/factorisations.hpp"
 #include "core/landmark_pairs.hpp"
 #include "jobs.hpp"
 #include "pulson/formats/landmark_files.hpp"

@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "draw/layout.hpp"
-
 namespace pulson::picture {
 
 namespace {

@@ -1,7 +1,5 @@
 #include "pulson/core/alignment.hpp"
 
-#include <vector>
-
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>

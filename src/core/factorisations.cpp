@@ -10,4 +10,11 @@ template void ColPivHouseholderQR<MatrixXd>::computeInPlace();
 template SelfAdjointEigenSolver<MatrixXd>& SelfAdjointEigenSolver<MatrixXd>::compute<MatrixXd>(
     const EigenBase<MatrixXd>&, int);
 
+namespace internal {
+template void apply_block_householder_on_the_left(Block<MatrixXd>&, const Block<MatrixXd>&,
+                                                  const VectorBlock<const VectorXd>&, bool);
+template void tridiagonalization_inplace(MatrixXd&, VectorXd&);
+template ComputationInfo computeFromTridiagonal_impl(VectorXd&, VectorXd&, Index, bool, MatrixXd&);
+}  // namespace internal
+
 }  // namespace Eigen

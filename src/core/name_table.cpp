@@ -1,7 +1,6 @@
 #include "pulson/core/name_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>

@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "core/colours.hpp"
 #include "core/text.hpp"
 #include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "draw/checks.hpp"
-#include "layout.hpp"
 #include "pulson/draw/pictures.hpp"
 
 namespace pulson {

@@ -1,6 +1,5 @@
 #include "layout.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

@@ -5,8 +5,6 @@
 #include <numeric>
 #include <vector>
 
-#include "layers.hpp"
-
 namespace pulson::picture {
 namespace {
 

@@ -8,8 +8,6 @@
 #include <fmt/format.h>
 
 #include "draw/checks.hpp"
-#include "layers.hpp"
-#include "layout.hpp"
 
 namespace pulson::picture {
 

@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "layers.hpp"
-
 namespace pulson::picture {
 namespace {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string_view>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/factorisations.hpp"
 #include "core/text.hpp"
 #include "grid_formats.hpp"
 #include "pulson/core/errors.hpp"

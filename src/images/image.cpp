@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <new>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "channels.hpp"
 #include "core/atomic_file.hpp"

@@ -1,7 +1,6 @@
 #include "images/push_forward.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <mutex>

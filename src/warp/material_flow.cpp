@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include <Eigen/LU>
-
+#include "core/factorisations.hpp"
 #include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
 #include "space_motion.hpp"

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <span>
-#include <string>
 #include <utility>
 
 #include "band_writers.hpp"

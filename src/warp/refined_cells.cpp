@@ -1,9 +1,7 @@
 #include "refined_cells.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <string>
 #include <utility>
 

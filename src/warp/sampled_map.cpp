@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/LU>
+#include "core/factorisations.hpp"
 
 namespace pulson {
 namespace {

@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::io {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -37,8 +38,8 @@ void require_file_path(const fs::path& path) {
 
 TemporaryFile::TemporaryFile(fs::path target, fs::path named) : target_(std::move(target)), named_(std::move(named)) {
   static std::atomic<unsigned> serial{0};
-  path_ = target_.parent_path() / ("." + target_.stem().string() + "." + std::to_string(::getpid()) + "-" +
-                                   std::to_string(serial++) + ".part" + target_.extension().string());
+  path_ = target_.parent_path() /
+          fmt::format(".{}.{}-{}.part{}", target_.stem().string(), ::getpid(), serial++, target_.extension().string());
   std::FILE* const file = std::fopen(path_.c_str(), "wbx");
   if (file == nullptr) fail_to_write(named_, last_error());
   std::fclose(file);

@@ -171,6 +171,16 @@ double parse_coordinate(std::string_view text, const CoordinatePlace& place) {
   return std::isnan(value) ? kMissing : value;
 }
 
+Eigen::MatrixXd points_from(const std::vector<double>& coordinates, std::size_t dimension) {
+  return Eigen::MatrixXd::Map(coordinates.data(), static_cast<Eigen::Index>(dimension),
+                              static_cast<Eigen::Index>(coordinates.size() / dimension));
+}
+
+std::vector<std::string> unless_all_empty(std::vector<std::string> texts) {
+  if (std::all_of(texts.begin(), texts.end(), [](const std::string& text) { return text.empty(); })) texts.clear();
+  return texts;
+}
+
 }  // namespace pulson::io
 
 namespace pulson {

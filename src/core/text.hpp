@@ -99,6 +99,12 @@ bool is_number(std::string_view text);
 /// names the place.
 double parse_coordinate(std::string_view text, const CoordinatePlace& place);
 
+/// Points whose coordinates follow one another, `dimension` of each.
+Eigen::MatrixXd points_from(const std::vector<double>& coordinates, std::size_t dimension);
+
+/// The texts; nothing where all of them are empty.
+std::vector<std::string> unless_all_empty(std::vector<std::string> texts);
+
 }  // namespace pulson::io
 
 namespace pulson {

@@ -140,8 +140,7 @@ LandmarkFile read_in_turn(const std::string& path, const std::vector<CsvRecord>&
                          {path, records[i].line, std::to_string(place / dimension + 1), "", place % dimension}));
   }
   LandmarkFile file;
-  file.shapes.emplace_back().points = Points::Map(coordinates.data(), static_cast<Eigen::Index>(dimension),
-                                                  static_cast<Eigen::Index>(count / dimension));
+  file.shapes.emplace_back().points = points_from(coordinates, dimension);
   return file;
 }
 

@@ -41,8 +41,7 @@ struct AxisRows {
   }
 
   Landmarks finish() {
-    const auto d = static_cast<Eigen::Index>(dimension);
-    shape.points = Points::Map(coordinates.data(), static_cast<Eigen::Index>(count()), d).transpose();
+    shape.points = points_from(coordinates, count()).transpose();
     return std::move(shape);
   }
 };
@@ -168,8 +167,7 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, std::size
                                 (i - 1) % dimension};
     coordinates.push_back(parse_coordinate(record.fields[i], place));
   }
-  shape.points = Points::Map(coordinates.data(), static_cast<Eigen::Index>(dimension),
-                             static_cast<Eigen::Index>(coordinates.size() / dimension));
+  shape.points = points_from(coordinates, dimension);
   return shape;
 }
 

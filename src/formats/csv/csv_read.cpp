@@ -52,16 +52,14 @@ class ShapeBuilder {
 
   Landmarks finish() {
     Landmarks shape;
-    const auto d = static_cast<Eigen::Index>(columns_.coordinates.size());
-    shape.points = Points::Map(coordinates_.data(), d, static_cast<Eigen::Index>(labels_.size()));
+    shape.points = points_from(coordinates_, columns_.coordinates.size());
     if (columns_.are_numbered || (columns_.label && counts_from_one(labels_))) {
       shape.numbers.resize(labels_.size());
       std::iota(shape.numbers.begin(), shape.numbers.end(), 1);
     } else if (columns_.label) {
       shape.labels = std::move(labels_);
     }
-    if (std::any_of(groups_.begin(), groups_.end(), [](const std::string& group) { return !group.empty(); }))
-      shape.groups = std::move(groups_);
+    shape.groups = unless_all_empty(std::move(groups_));
     shape.name = std::move(name_);
     shape.image = std::move(image_);
     return shape;

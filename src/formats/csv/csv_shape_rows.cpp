@@ -213,8 +213,7 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, const Sha
     for (; place.axis < columns.dimension; ++place.axis)
       coordinates.push_back(parse_coordinate(record.fields[*landmark.columns[place.axis]], place));
   }
-  const auto d = static_cast<Eigen::Index>(columns.dimension);
-  shape.points = Points::Map(coordinates.data(), d, static_cast<Eigen::Index>(columns.landmarks.size()));
+  shape.points = points_from(coordinates, columns.dimension);
   shape.labels = labels;
   return shape;
 }

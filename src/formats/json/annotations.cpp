@@ -28,10 +28,6 @@ std::string text_of(const JsonValue& object, const std::string& key) {
   return json.value().is_number() ? json.value().dump() : json.text();
 }
 
-bool has_some(const std::vector<std::string>& texts) {
-  return std::any_of(texts.begin(), texts.end(), [](const std::string& text) { return !text.empty(); });
-}
-
 /// One pass over the annotations of a file.
 class LabelmeReader {
  public:
@@ -40,10 +36,11 @@ class LabelmeReader {
   LandmarkFile read() {
     shape_.image = text_of(json_, "imagePath");
     for (const JsonValue& annotation : json_.at("shapes").items()) read_annotation(annotation);
-    shape_.points = Points::Map(coordinates_.data(), 2, std::ssize(coordinates_) / 2);
-    if (has_some(labels_)) shape_.labels = std::move(labels_);
+    shape_.points = points_from(coordinates_, 2);
+    shape_.labels = unless_all_empty(std::move(labels_));
     const bool all_have_groups = std::find(groups_.begin(), groups_.end(), "") == groups_.end();
-    if (has_some(groups_) && !all_have_groups) warn("a group_id that not all points have is not used");
+    const bool some_have_groups = !unless_all_empty(groups_).empty();
+    if (some_have_groups && !all_have_groups) warn("a group_id that not all points have is not used");
     if (all_have_groups) shape_.groups = std::move(groups_);
     if (take_lines_as_landmarks(shape_)) warn(taken_as_landmarks(1));
     file_.shapes.push_back(std::move(shape_));

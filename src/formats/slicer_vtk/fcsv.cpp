@@ -57,10 +57,8 @@ class FcsvReader {
     }
     if (!has_version_ && !has_axes_) file_.axes = "RAS";  // as Slicer takes files of its version 3
     Landmarks& shape = file_.shapes.emplace_back();
-    shape.points = Points::Map(coordinates_.data(), 3, std::ssize(coordinates_) / 3);
-    const bool has_labels =
-        std::any_of(labels_.begin(), labels_.end(), [](const auto& label) { return !label.empty(); });
-    if (has_labels) shape.labels = std::move(labels_);
+    shape.points = points_from(coordinates_, 3);
+    shape.labels = unless_all_empty(std::move(labels_));
     return std::move(file_);
   }
 

@@ -89,9 +89,7 @@ Landmarks read_markup(const JsonValue& markup) {
     shape.points.col(static_cast<Eigen::Index>(i)) = read_position(items[i]);
     shape.labels.push_back(read_label(items[i]));
   }
-  const bool has_labels =
-      std::any_of(shape.labels.begin(), shape.labels.end(), [](const std::string& label) { return !label.empty(); });
-  if (!has_labels) shape.labels.clear();
+  shape.labels = unless_all_empty(std::move(shape.labels));
   return shape;
 }
 

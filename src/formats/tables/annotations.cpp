@@ -2,6 +2,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -87,8 +88,7 @@ class BigWarpReader {
     Landmarks shape;
     shape.name = name;
     shape.labels = labels;
-    shape.points = Points::Map(coordinates.data(), static_cast<Eigen::Index>(dimension_),
-                               static_cast<Eigen::Index>(records_.size()));
+    shape.points = points_from(coordinates, dimension_);
     return shape;
   }
 
@@ -227,15 +227,14 @@ class DeepLabCutReader {
       shape.labels.push_back(part.name);
       if (header_.individuals != nullptr) shape.groups.push_back(part.individual);
     }
-    shape.points = Points::Map(coordinates.data(), static_cast<Eigen::Index>(dimension_),
-                               static_cast<Eigen::Index>(parts_.size()));
+    shape.points = points_from(coordinates, dimension_);
   }
 
   /// Predictions have the number of the frame where labelled data have the path of the image.
   void name_shape(const CsvRecord& record, Landmarks& shape) const {
-    std::string image;
-    for (std::size_t i = 0; i < image_columns_; ++i)
-      if (!record.fields[i].empty()) image += (image.empty() ? "" : "/") + record.fields[i];
+    std::vector<std::size_t> columns(image_columns_);
+    std::iota(columns.begin(), columns.end(), std::size_t{0});
+    std::string image = joined_fields(record, columns);
     if (is_number(image)) {
       shape.name = image;
       return;

@@ -242,13 +242,12 @@ class DlibReader {
     }
     Landmarks& shape = file_.shapes.emplace_back();
     shape.points.resize(2, static_cast<Eigen::Index>(box.names.size()));
-    const bool has_labels =
-        std::any_of(box.names.begin(), box.names.end(), [](const std::string& name) { return !name.empty(); });
     Eigen::Index column = 0;
     for (const std::size_t i : order_of(box.names)) {
       shape.points.col(column++) = Eigen::Vector2d(box.places[i].first, box.places[i].second);
-      if (has_labels) shape.labels.push_back(box.names[i]);
+      shape.labels.push_back(box.names[i]);
     }
+    shape.labels = unless_all_empty(std::move(shape.labels));
     shape.image = image_;
     shape.properties = std::exchange(properties_, {});
   }

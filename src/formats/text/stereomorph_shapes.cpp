@@ -140,8 +140,7 @@ std::pair<Points, std::vector<std::string>> points_of(const std::string& path, c
     const std::string called = labels.back().empty() ? std::to_string(labels.size()) : in_quotes(labels.back());
     list.add(std::span(words).subspan(names), {path, row.number, called, "", 0});
   }
-  if (std::all_of(labels.begin(), labels.end(), [](const std::string& label) { return label.empty(); })) labels.clear();
-  return {list.points(), labels};
+  return {list.points(), unless_all_empty(std::move(labels))};
 }
 
 const Element* find(const std::vector<Element>& elements, std::string_view name) {

@@ -63,11 +63,6 @@ void PointList::add(std::span<const std::string_view> words, CoordinatePlace pla
   }
 }
 
-Points PointList::points() const {
-  const std::size_t count = coordinates_.size() / dimension_;
-  return Points::Map(coordinates_.data(), static_cast<Eigen::Index>(dimension_), static_cast<Eigen::Index>(count));
-}
-
 Points take_points(TextLines& lines, std::size_t count, PointList list, const std::string& shape) {
   const std::string of_shape = shape.empty() ? "" : " of " + shape;
   for (std::size_t i = 1; i <= count; ++i) {

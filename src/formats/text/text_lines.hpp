@@ -59,7 +59,7 @@ class PointList {
   /// Takes decimal commas too. @throws InputError unless there are as many words as dimensions, each a coordinate
   void add(std::span<const std::string_view> words, CoordinatePlace place);
 
-  Points points() const;
+  Points points() const { return points_from(coordinates_, dimension_); }
 
  private:
   std::size_t dimension_;

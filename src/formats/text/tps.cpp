@@ -147,7 +147,7 @@ class TpsReader {
       CoordinatePlace place{path_, line().number, std::to_string(i), owner, 0};
       read_point(place, coordinates);
     }
-    return Points::Map(coordinates.data(), dimension_, static_cast<Eigen::Index>(count));
+    return points_from(coordinates, static_cast<std::size_t>(dimension_));
   }
 
   void read_point(CoordinatePlace& place, std::vector<double>& coordinates) const {

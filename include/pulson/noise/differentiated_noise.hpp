@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -90,8 +91,9 @@ class DifferentiatedNoise final : public NoiseModel {
 /// A model of this formula and these parameters, in the order of its names.
 template <class Formula>
 std::shared_ptr<const NoiseModel> make_differentiated(Formula formula, std::initializer_list<double> theta) {
-  return std::make_shared<DifferentiatedNoise<Formula>>(
-      std::move(formula), Eigen::Map<const Eigen::VectorXd>(theta.begin(), static_cast<Eigen::Index>(theta.size())));
+  Eigen::VectorXd parameters(static_cast<Eigen::Index>(theta.size()));
+  std::copy(theta.begin(), theta.end(), parameters.begin());
+  return std::make_shared<DifferentiatedNoise<Formula>>(std::move(formula), std::move(parameters));
 }
 
 }  // namespace pulson

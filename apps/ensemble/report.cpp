@@ -2,11 +2,7 @@
 
 #include <cmath>
 
-#include <fmt/format.h>
-
-#include "pulson/core/name_table.hpp"
 #include "shell/messages.hpp"
-#include "shell/report_parts.hpp"
 #include "simulate/report.hpp"
 
 namespace pulson {
@@ -64,15 +60,8 @@ std::optional<ReportMotion> motion_of(const EnsembleRun& run, const EnsemblePict
 }
 
 ReportTable facts(const EnsembleRun& run) {
-  FactTable table("setting");
+  FactTable table = settings(run);
   const PathCounts& paths = run.sums.paths;
-  table.add("start", run.shape.source);
-  table.add("kernel", run.system.kernel.spec(4));
-  table.add("noise", shortened_spec(run.system.noise->spec()));
-  table.add("integrator", run.integrator);
-  table.add("time", run.options.grid.time);
-  table.add("steps", fmt::to_string(run.options.grid.steps));
-  table.add("seed", fmt::to_string(run.options.seed));
   table.add("clean paths", fmt::to_string(paths.clean));
   table.add("without a root", fmt::to_string(paths.no_root));
   table.add(fmt::format("with momenta beyond {:.3g}", run.options.momentum_bound),

@@ -3,12 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <fmt/format.h>
-
-#include "pulson/core/name_table.hpp"
 #include "register/picture.hpp"
 #include "shell/messages.hpp"
-#include "shell/report_parts.hpp"
 
 namespace pulson {
 namespace {
@@ -67,14 +63,7 @@ std::optional<ReportMotion> motion_of(const Simulation& simulation) {
 }
 
 ReportTable facts(const Simulation& simulation) {
-  FactTable table("setting");
-  table.add("start", simulation.shape.source);
-  table.add("kernel", simulation.system.kernel.spec(4));
-  table.add("noise", shortened_spec(simulation.system.noise->spec()));
-  table.add("integrator", simulation.integrator);
-  table.add("time", simulation.options.grid.time);
-  table.add("steps", fmt::to_string(simulation.options.grid.steps));
-  table.add("seed", fmt::to_string(simulation.options.seed));
+  FactTable table = settings(simulation);
   table.add("seconds", fmt::format("{:.2f}", simulation.seconds));
   return std::move(table).table();
 }

@@ -75,7 +75,7 @@ void draw(std::string& svg, const Points& points, const Landmarks& source, const
     if (begun && kind == OutlineKind::kClosed) lines += "Z";
   }
   if (const std::string path = lines + marks; !path.empty())
-    fmt::format_to(std::back_inserter(svg), "<path class=\"{}\" d=\"{}\"/>", style, path);
+    fmt::format_to(std::back_inserter(svg), R"(<path class="{}" d="{}"/>)", style, path);
 }
 
 }  // namespace
@@ -89,13 +89,13 @@ std::string sketch(const ReportSketch& sketch) {
     throw InputError("report: a sketch needs landmarks that are finite");
   const Place place(sketch);
   const double radius = source.cols() > kManyMarks ? 1 : 2;
-  std::string svg = fmt::format("<svg class=\"sketch\" viewBox=\"0 0 {} {}\" aria-hidden=\"true\">", kWidth, kHeight);
+  std::string svg = fmt::format(R"(<svg class="sketch" viewBox="0 0 {} {}" aria-hidden="true">)", kWidth, kHeight);
   std::string moves;
   for (Eigen::Index a = 0; a < source.cols(); ++a) {
     const Eigen::Vector2d from = place(source.col(a), -1), to = place(sketch.result.col(a), 1);
     fmt::format_to(std::back_inserter(moves), "M{:.1f} {:.1f}L{:.1f} {:.1f}", from.x(), from.y(), to.x(), to.y());
   }
-  svg += "<path class=\"move\" d=\"" + moves + "\"/>";
+  svg += R"(<path class="move" d=")" + moves + "\"/>";
   draw(svg, source, sketch.source, place, "source", -1, radius);
   if (sketch.target.size() > 0) draw(svg, sketch.target, sketch.source, place, "target", 1, 1.75 * radius);
   draw(svg, sketch.result, sketch.source, place, "result", 1, radius);

@@ -1,14 +1,12 @@
 #include "arguments.hpp"
 
-#include <algorithm>
-#include <iterator>
 #include <string_view>
 
 #include <fmt/core.h>
 
-#include "core/landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/cohort_shapes.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
@@ -16,24 +14,6 @@ namespace {
 
 constexpr double kUsualSigma = 0.01;  // of the diameter
 constexpr std::string_view kFittedWidth = "alpha=fit";
-
-// With the source or, where it is their mean, with the first of them; in its axes and unit of length.
-void pair_shapes(CohortShapes& cohort, std::vector<std::string>& notes) {
-  if (cohort.targets.empty()) return;
-  const Landmarks first = cohort.source.value_or(cohort.targets.front());
-  std::vector<std::string> first_notes;
-  int others = 0;
-  for (Landmarks& target : cohort.targets) {
-    std::vector<std::string> of_target;
-    target = in_order_of(first, in_frame_of(first, target, of_target), of_target);
-    if (first_notes.empty())
-      first_notes = std::move(of_target);
-    else if (!of_target.empty())
-      ++others;
-  }
-  if (others > 0) first_notes.back() += fmt::format("; likewise for {} more shapes", others);
-  notes.insert(notes.end(), first_notes.begin(), first_notes.end());
-}
 
 }  // namespace
 
@@ -102,12 +82,7 @@ void CompareArguments::add_to(CLI::App& verb) {
 }
 
 CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
-  std::vector<Landmarks> all;
-  for (const std::string& address : shapes) {
-    LandmarkFile file = read_addressed_shapes(address, reading);
-    notes.insert(notes.end(), file.warnings.begin(), file.warnings.end());
-    std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all));
-  }
+  std::vector<Landmarks> all = read_shapes(shapes, reading, notes);
   CohortShapes cohort;
   if (source && *source != "mean")
     cohort.source = read_landmarks(*source, &notes, reading);
@@ -116,7 +91,7 @@ CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
     all.erase(all.begin());
   }
   cohort.targets = std::move(all);
-  pair_shapes(cohort, notes);
+  if (!cohort.targets.empty()) put_in_order_of(cohort.source.value_or(cohort.targets.front()), cohort.targets, notes);
   if (!cohort.source && cohort.targets.size() == 1 && !simulate.empty() && true_lambda) {
     cohort.source = cohort.targets.front();  // nothing is fitted to it
     cohort.alignment = align == "auto" ? AlignmentKind::kNone : parse_alignment(align);

@@ -77,8 +77,13 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
 }  // namespace
 
 void RegisterArguments::add_to(CLI::App& verb) {
-  verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
-  verb.add_option("TARGET", target, "shape to match: as SOURCE")->required();
+  verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME; with --template a target, too")
+      ->required();
+  verb.add_option("TARGET", targets,
+                  "shapes to match, each on its own: as SOURCE, or a file with several; none: SOURCE is a file with "
+                  "several, which are registered to their mean");
+  verb.add_option("--template", from, "source of all shapes: a shape, or mean: their Procrustes mean")
+      ->type_name("SHAPE");
   add_read_options(verb, reading);
   output.add_to(verb, "registration.png and .svg");
   add_flip_option(verb, reading);
@@ -109,6 +114,10 @@ void RegisterArguments::add_to(CLI::App& verb) {
   add_solver_options(verb, *this);
   time.add_to(verb, "1");
   add_threads_option(verb);
+}
+
+bool RegisterArguments::asks_for_cohort() const {
+  return !from.empty() || targets.size() != 1 || read_addressed_shapes(targets.front(), reading).shapes.size() > 1;
 }
 
 SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) const {

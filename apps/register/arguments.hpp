@@ -13,7 +13,8 @@ namespace pulson {
 /// The command line of `pulson register`.
 struct RegisterArguments {
   std::string source;
-  std::string target;
+  std::vector<std::string> targets;
+  std::string from;  ///< --template: a shape, `mean`, or empty: SOURCE is the source
   ReadOptions reading;
   OutputOptions output;
   RegistrationOptions options;
@@ -37,6 +38,10 @@ struct RegisterArguments {
   std::string origin;                ///< of its first pixel: x,y
 
   void add_to(CLI::App& verb);
+
+  /// Whether several shapes are asked for: a template, or other than one target, or a target file that holds several.
+  /// @throws InputError
+  bool asks_for_cohort() const;
 
   /// The image of the source, which says that landmarks of both are in its rows. @throws InputError
   SourceImage source_image(Landmarks& shape, Landmarks& other) const;

@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "arguments.hpp"
+#include "cohort.hpp"
 #include "core/atomic_file.hpp"
 #include "homotopy.hpp"
 #include "picture.hpp"
@@ -31,13 +32,17 @@ std::vector<std::string> with(std::vector<std::string> names, bool wanted, const
   return names;
 }
 
-TopologyCounts topology_counts(const Registration& registration) {
+}  // namespace
+
+RegistrationFacts registration_facts(const Registration& registration, const std::optional<FittedParameters>& fitted) {
   TopologyCounts counts;
   const Points& source = registration.source.points;
   if (source.rows() == 1) counts.order_inversions = order_inversions(source, registration.result);
   if (source.rows() == 2) counts.flipped_triangles = flipped_triangles(source, registration.result);
-  return counts;
+  return {counts, landmark_shares(registration), fitted};
 }
+
+namespace {
 
 void write_results(const Registration& registration, const RegistrationFacts& facts, const SourceImage& image,
                    std::vector<std::string>& notes, const OutputOptions& output) {
@@ -64,8 +69,9 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
   staged.commit();
 }
 
-// Fits the parameters named, and sets the options to them.
-std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmarks& target,
+}  // namespace
+
+std::optional<FittedParameters> fit_first(const Landmarks& source, const std::vector<Landmarks>& targets,
                                           const std::vector<std::string>& names, RegistrationOptions& options,
                                           Progress& progress) {
   if (names.empty()) return std::nullopt;
@@ -76,7 +82,7 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
   };
   RegistrationOptions quiet = options;
   quiet.minimise.on_iteration = {};
-  FittedParameters fitted = fit_parameters(source, {target}, quiet, fit);
+  FittedParameters fitted = fit_parameters(source, targets, quiet, fit);
   options.kernel = fitted.kernel;
   options.noise = fitted.noise;
   options.sigma = fitted.sigma;
@@ -84,6 +90,8 @@ std::optional<FittedParameters> fit_first(const Landmarks& source, const Landmar
   if (!options.mode && options.noise.spec() != "none") options.mode = MatchingMode::kMap;  // that of the evidence
   return fitted;
 }
+
+namespace {
 
 // What was noted of the files may be why they do not fit together.
 Registration register_or_tell(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options,
@@ -97,12 +105,13 @@ Registration register_or_tell(const Landmarks& source, const Landmarks& target, 
 }
 
 int run_register(const RegisterArguments& arguments) {
+  if (arguments.asks_for_cohort()) return run_register_cohort(arguments);
   std::vector<std::string> notes;
   Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
-  Landmarks target = read_landmarks(arguments.target, &notes, arguments.reading);
+  Landmarks target = read_landmarks(arguments.targets.front(), &notes, arguments.reading);
   const SourceImage image = arguments.source_image(source, target);
-  log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.target, source.count(),
-                       target.count(), source.dimension()));
+  log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
+                       source.count(), target.count(), source.dimension()));
   RegistrationOptions options = arguments.registration_options(source);
   Progress progress;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
@@ -114,11 +123,11 @@ int run_register(const RegisterArguments& arguments) {
   const LossNotice lost(
       fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
   if (arguments.homotopy) require_homotopy(source, target, options);
-  const std::optional<FittedParameters> fitted = fit_first(source, target, arguments.fit, options, progress);
+  const std::optional<FittedParameters> fitted = fit_first(source, {target}, arguments.fit, options, progress);
   const Registration registration = register_or_tell(source, target, options, notes);
   progress.clear();
   log_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
-  RegistrationFacts facts{topology_counts(registration), landmark_shares(registration), fitted};
+  RegistrationFacts facts = registration_facts(registration, fitted);
   if (arguments.homotopy) {
     facts.homotopy = follow_homotopy(source, target, options, registration);
     progress.clear();
@@ -142,18 +151,20 @@ int run_register(const RegisterArguments& arguments) {
 }  // namespace
 
 void add_register_verb(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand("register", "Fit momenta, and noise, so that SOURCE flows to TARGET");
+  CLI::App* verb = program.add_subcommand(
+      "register", "Fit momenta, and noise, so that SOURCE flows to TARGET, or a template to many");
   auto arguments = std::make_shared<RegisterArguments>();
   arguments->add_to(*verb);
   verb->footer(
       "Examples:\n"
       "  pulson register a.csv b.csv -o out\n"
       "  pulson register skulls.tps#1 skulls.tps#2 -o out --sigma 1%\n"
+      "  pulson register skulls.tps -o out --template mean\n"
       "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10%\n"
       "  pulson register a.csv b.csv -o out --kernel gaussian:alpha=30% --align none\n"
       "  pulson register outline_a.csv outline_b.csv -o out --data varifold\n"
       "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10% --fit beta,alpha --uncertainty\n"
-      "Exit codes: 0 done, 2 bad input, 3 not converged (results are written).");
+      "Exit codes: 0 done, 2 bad input, 3 not converged, or some of several shapes failed (results are written).");
   verb->callback([arguments, &exit_code] { exit_code = run_register(*arguments); });
 }
 

@@ -14,6 +14,7 @@
 #include "core/colours.hpp"
 #include "core/text.hpp"
 #include "html_parts.hpp"
+#include "html_sketch.hpp"
 #include "page.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -204,6 +205,7 @@ class BlockWriter {
       page_ += fmt::format(R"(<span class="verdict {}" role="img" aria-label="{}">{}</span>)", look.style, look.words,
                            look.sign);
     }
+    if (cell.sketch) page_ += html::sketch(*cell.sketch);
     if (cell.outlier) page_ += R"(<span class="outlier" role="img" aria-label="outlier">▲</span>)";
     page_ += escaped(cell.text) + "</td>";
   }

@@ -24,10 +24,18 @@ struct ReportPicture {
   bool has_photograph = false;  ///< which a dark page shows as it is; drawings become dark there
 };
 
+/// A small drawing of a shape that moves; in space, its view along the axis of the least extent.
+struct ReportSketch {
+  Landmarks source;    ///< d×N; its curves are lines (outline_kind)
+  Points target = {};  ///< d×N as rings, may miss coordinates; empty: none
+  Points result = {};  ///< d×N
+};
+
 struct ReportCell {
   std::string text;
-  std::optional<Verdict> verdict = {};  ///< shown as a coloured mark before the text
-  bool outlier = false;                 ///< shown as a mark before the text
+  std::optional<Verdict> verdict = {};      ///< shown as a coloured mark before the text
+  bool outlier = false;                     ///< shown as a mark before the text
+  std::optional<ReportSketch> sketch = {};  ///< above the text
 };
 
 /// A table that sorts by a click on a column heading; numbers sort as numbers.

@@ -22,8 +22,6 @@ using Eigen::VectorXd;
 using testing::AllOf;
 using testing::HasSubstr;
 
-double centroid_size(const Points& points) { return (points.colwise() - points.rowwise().mean()).norm(); }
-
 // A turn by the angles given, in the plane of each pair of axes.
 MatrixXd turn(Index d, double angle) {
   MatrixXd whole = MatrixXd::Identity(d, d);

@@ -106,6 +106,28 @@ TEST_F(HtmlReportTest, MarksOutliersBySignAndWord) {
   EXPECT_TRUE(contains(page, R"(<span class="outlier" role="img" aria-label="outlier">▲</span>9</td>)"));
 }
 
+TEST_F(HtmlReportTest, DrawsSketchesInCells) {
+  Landmarks source;
+  source.points.resize(2, 3);
+  source.points << 0, 1, 0, 0, 0, 1;
+  Points target = source.points;
+  target(0, 1) = std::numeric_limits<double>::quiet_NaN();
+  const Points result = 2 * source.points;
+  const auto page = [&](const Points& end) {
+    return html_report(
+        report_of(ReportTable{{"shape"}, {{{.text = "a", .sketch = ReportSketch{source, target, end}}}}}));
+  };
+  const std::string drawn = page(result);
+  EXPECT_NE(drawn.find("<svg class=\"sketch\""), std::string::npos);
+  EXPECT_EQ(body_of(drawn).find("nan"), std::string::npos);
+  EXPECT_TRUE(is_balanced_html(drawn));
+  const std::string rings = drawn.substr(drawn.find("class=\"target\""), 200);
+  EXPECT_EQ(std::count(rings.begin(), rings.begin() + static_cast<long>(rings.find("/>")), 'M'), 2) << "of those known";
+  EXPECT_THROW(page(Points::Zero(2, 4)), InputError);
+  source.y_down = true;
+  EXPECT_NE(page(result), drawn);
+}
+
 TEST_F(HtmlReportTest, AlignsColumnsOfNumbers) {
   const ReportTable table{{"name", "value"}, {{{"a"}, {"−1.5 ± 0.1"}}, {{"2"}, {"3"}}, {{"b"}, {""}}}};
   const std::string page = html_report(report_of(table));

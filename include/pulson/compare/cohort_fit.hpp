@@ -25,6 +25,10 @@ struct Cohort {
 /// differ, or the source has a missing coordinate
 Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment);
 
+/// The root of the sum of squared distances of the points to their mean, length units; points that have a missing
+/// coordinate are left out.
+double centroid_size(const Points& points);
+
 /// The generalised Procrustes mean (J. Gower 1975): shapes are aligned with the mean and the mean is recomputed until
 /// it converges. It has the orientation of the first shape and, where the alignment scales, the mean centroid size of
 /// all shapes. Missing landmarks are left out of the mean. `none` gives the plain mean.

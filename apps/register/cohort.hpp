@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arguments.hpp"
+#include "html/html_report.hpp"
+#include "pulson/records/records.hpp"
+
+namespace pulson {
+
+/// One shape of a cohort, and what was found.
+struct SpecimenMatch {
+  std::string name;    ///< of its folder
+  std::string source;  ///< where its landmarks came from
+  double centroid_size = 0;
+  std::optional<Registration> registration{};  ///< none where it failed
+  RegistrationFacts facts{};
+  std::string error{};  ///< why it failed
+
+  /// √(p0ᵀKp0), the length of the geodesic, length units.
+  double momenta_norm() const;
+};
+
+/// A source and the matches of several shapes.
+struct CohortMatches {
+  Landmarks source;
+  std::vector<SpecimenMatch> specimens;
+  std::vector<std::string> notes;
+  double seconds = 0;
+
+  int failed() const;
+  int unconverged() const;  ///< of those that did not fail
+};
+
+/// Registers the source to each of several shapes, in parallel. A shape that fails is reported, and the others are
+/// kept.
+/// @return the exit code @throws InputError where all of them fail
+int run_register_cohort(const RegisterArguments& arguments);
+
+/// The merged table: a row per specimen, NA where it failed.
+std::string cohort_csv(const CohortMatches& cohort);
+/// `cohort.json`
+std::string cohort_json(const CohortMatches& cohort);
+/// The report: a table with a thumbnail for each specimen, which sorts by each column.
+HtmlReport cohort_report(const CohortMatches& cohort);
+
+/// Fits the parameters named to all targets, and sets the options to them. None where no name is given.
+std::optional<FittedParameters> fit_first(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                          const std::vector<std::string>& names, RegistrationOptions& options,
+                                          Progress& progress);
+
+RegistrationFacts registration_facts(const Registration& registration, const std::optional<FittedParameters>& fitted);
+
+}  // namespace pulson

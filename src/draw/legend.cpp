@@ -82,6 +82,8 @@ std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& col
     const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
     entries.push_back({Sample::kDot, group_colour(group), is_number ? "group " + name : name, ""});
   }
+  if (figure.names.size() > kMostGroups)
+    entries.back().text += fmt::format(", {} more in these colours", figure.names.size() - kMostGroups);
   return entries;
 }
 

@@ -204,8 +204,8 @@ void print_summary(const EnsembleRun& run) {
   fmt::print("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
              run.partial() ? "PARTIAL: " : "", sums.samples, run.shape.count(), run.shape.dimension(), grid.time,
              grid.steps, grid.dt(), run.options.seed, run.options.antithetic ? ", antithetic" : "");
-  fmt::print("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4), run.system.noise->spec(),
-             run.integrator);
+  fmt::print("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
+             shortened_spec(run.system.noise->spec()), run.integrator);
   fmt::print("sampled    in {:.2f} s on {} threads, {}\n", run.seconds, run.threads, run.method);
   fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {:.3g}, {} ties\n", sums.paths.clean,
              sums.paths.no_root, sums.paths.momentum_bound, run.options.momentum_bound, sums.paths.tie);

@@ -94,8 +94,9 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kOptionOf{{
     {"applies_scale", "--scale apply"},
+    {"columns", "--columns x=NAME,y=NAME"},
     {"curve_points", "--curves"},
     {"data.kind", "--data"},
     {"dimension", "--dim"},

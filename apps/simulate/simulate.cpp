@@ -118,7 +118,7 @@ void print_summary(const Simulation& simulation) {
              simulation.options.samples, simulation.options.samples == 1 ? "" : "s", simulation.shape.count(),
              simulation.shape.dimension(), grid.time, grid.steps, grid.dt(), simulation.options.seed);
   fmt::print("model      {}, noise {}, integrator {}\n", simulation.system.kernel.spec(4),
-             simulation.system.noise->spec(), simulation.integrator);
+             shortened_spec(simulation.system.noise->spec()), simulation.integrator);
   double kappa = 0;
   double momentum = 0;
   double error = 0;

@@ -150,6 +150,38 @@ const std::vector<Colour>& palette() {
   return kColours;
 }
 
+/// What a text in `place` would cover: marks of radius `ring`, and texts.
+int covered(const Box& place, double ring, const Points& marks, const std::vector<Box>& taken) {
+  const Eigen::Vector2d low(place.left, place.bottom), high(place.left + place.width, place.bottom + place.height);
+  int count = 0;
+  for (const auto& mark : marks.colwise()) {
+    const Eigen::Vector2d away = mark.cwiseMax(low).cwiseMin(high) - mark;
+    if (away.norm() < ring) ++count;
+  }
+  for (const Box& other : taken)
+    if (other.left < high.x() && low.x() < other.left + other.width && other.bottom < high.y() &&
+        low.y() < other.bottom + other.height)
+      ++count;
+  return count;
+}
+
+/// The first of eight boxes around a mark, for a text of that width, that covers least.
+Box freest_place(const Eigen::Vector2d& mark, double width, double ring, const Points& marks,
+                 const std::vector<Box>& taken) {
+  constexpr double kApart = 2;
+  const double away = ring + kApart, beside = 0.7 * away, height = kNumberSize;
+  const auto box = [&](double x, double y, double left, double below) {
+    return Box{mark.x() + x - left * width, mark.y() + y - below * height, width, height};
+  };
+  const std::array<Box, 8> places = {
+      box(beside, beside, 0, 0), box(beside, -beside, 0, 1), box(-beside, beside, 1, 0), box(-beside, -beside, 1, 1),
+      box(away, 0, 0, 0.5),      box(-away, 0, 1, 0.5),      box(0, away, 0.5, 0),       box(0, -away, 0.5, 1)};
+  const auto less = [&](const Box& a, const Box& b) {
+    return covered(a, ring, marks, taken) < covered(b, ring, marks, taken);
+  };
+  return *std::min_element(places.begin(), places.end(), less);
+}
+
 }  // namespace
 
 const Colour& group_colour(std::size_t group) { return palette()[group % kGroupColours]; }
@@ -175,13 +207,19 @@ void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, cons
   }
 }
 
-void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers) {
+void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers,
+                  const Points& others) {
   if (pixels.cols() > kMostNumbers || !figure.outlines.empty() || figure.spacing < 2 * kNumberSize) return;
-  const double offset = Marks(figure).ring + 3;
+  const double ring = Marks(figure).ring;
+  Points marks(2, pixels.cols() + others.cols());
+  marks << pixels, others;
+  std::vector<Box> taken;
   for (Eigen::Index a = 0; a < pixels.cols(); ++a) {
     const auto number = numbers.empty() ? static_cast<int>(a) + 1 : numbers[static_cast<std::size_t>(a)];
-    canvas.text_on_image(pixels(0, a) + offset, pixels(1, a) + offset, std::to_string(number), kNumberSize,
-                         colour::kText);
+    const std::string text = std::to_string(number);
+    const Box place = freest_place(pixels.col(a), text_width(text, kNumberSize), ring, marks, taken);
+    taken.push_back(place);
+    canvas.text_on_image(place.left, place.bottom + place.height / 2, text, kNumberSize, colour::kText);
   }
 }
 

@@ -56,8 +56,10 @@ struct Marks {
 /// where there is one group, else of their group's.
 void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour);
 
-/// The numbers of the landmarks, from 1, beside their marks, where they are few enough to be legible.
-void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers = {});
+/// The numbers of the landmarks, from 1, beside their marks, where they are few enough to be legible: each on the side
+/// where it covers the fewest marks, those at `others` (2×M) included, and numbers.
+void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers = {},
+                  const Points& others = Points(2, 0));
 
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks);

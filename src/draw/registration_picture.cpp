@@ -132,7 +132,8 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   canvas.lines(before.pixels(picture.grid_before), kGridStroke);
   draw_target(canvas, before.pixels(picture.target.points), figures);
   draw_shape(canvas, before.pixels(picture.source.points), figure, colour::kSource);
-  draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers);
+  draw_numbers(canvas, before.pixels(picture.source.points), figure, picture.source.numbers,
+               before.pixels(Points(picture.target.points(Eigen::all, figures.target.marked))));
 
   draw_frame(canvas, after, "Result", stacked);
   draw_image(canvas, after, picture.image_after);

@@ -238,6 +238,18 @@ TEST(OutlineKindTest, IsScaleFreeAndHeedsJumps) {
   EXPECT_EQ(outline_kind(two_circles), OutlineKind::kNone);
 }
 
+// Twelve landmarks around the head of a salamander, of which two of ten turns are sharp.
+TEST(OutlineKindTest, CornersAreNoCurve) {
+  Points head{{8.9, 9.3, 5.6, 1.8, 1.2, 1.1, 0.8, 3.2, 6.2, 8.9, 10.7, 14.4},
+              {53.8, 52.8, 54.2, 53.0, 53.3, 53.5, 55.0, 56.0, 55.9, 55.4, 55.5, 52.7}};
+  EXPECT_EQ(outline_kind(head), OutlineKind::kNone);
+  Points zigzag(2, 30);
+  for (Eigen::Index i = 0; i < zigzag.cols(); ++i) zigzag.col(i) << static_cast<double>(i), static_cast<double>(i % 2);
+  EXPECT_EQ(outline_kind(zigzag), OutlineKind::kNone);
+  zigzag.row(1) *= 0.3;
+  EXPECT_EQ(outline_kind(zigzag), OutlineKind::kOpen);
+}
+
 TEST(OutlineKindTest, ScatteredPointsAreNoCurve) {
   std::mt19937 generator(1);
   std::uniform_real_distribution<double> uniform;

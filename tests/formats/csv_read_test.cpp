@@ -122,7 +122,8 @@ TEST_F(CsvFile, WarnsWhereItHadToChoose) {
 TEST_F(CsvFile, RefusesTablesWithoutCoordinates) {
   EXPECT_EQ(read_error("mice_groups.csv", "specimen,group\n1,c\n2,c\n"),
             "mice_groups.csv:1: no coordinates in the columns 'specimen', 'group'; a landmark table has columns "
-            "x[,y[,z]] or pos1[,pos2[,pos3]], and specimen,landmark before them where it holds several shapes");
+            "x[,y[,z]] or pos1[,pos2[,pos3]], and specimen,landmark before them where it holds several shapes; "
+            "`columns` names others");
   EXPECT_THAT(read_error("wide.csv", "id,A1,B1,A2,B2,A3,B3\na,1,2,3,4,5,6\n"),
               StartsWith("wide.csv:1: no coordinates in the columns 'id', 'A1', 'B1', 'A2', 'B2', 'A3', ...;"));
   EXPECT_THAT(read_error("t.csv", "x,z\n1,2\n"), StartsWith("t.csv:1: there is a column 'z' but none for y;"));

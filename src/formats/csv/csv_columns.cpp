@@ -209,7 +209,9 @@ void find_coordinates(const std::string& path, const CsvRecord& header, CsvColum
   }
   const NamedAxes* const named = find_named_axes(header, found);
   if (named == nullptr)
-    fail(path, header.line, fmt::format("no coordinates in the columns {}; {}", list_fields(header), kRightHeader));
+    fail(
+        path, header.line,
+        fmt::format("no coordinates in the columns {}; {}; `columns` names others", list_fields(header), kRightHeader));
   result.axes = named->axes;
   if (result.axes.empty())
     result.notes.push_back(fmt::format("the columns {} are read as {}, as napari counts rows first",

@@ -180,6 +180,29 @@ TEST(StudyRecovery, ModelsThatDifferMuchAreToldApart) {
   EXPECT_NEAR(rows[0].noise_share, 0, 1e-12);
   EXPECT_GT(rows[1].noise_share, 0.3);
   EXPECT_LT(rows[1].noise_share, 1);
+  // What each candidate made of each cohort: its numbers within their intervals, and no model behind that it nests.
+  for (const RecoveryRow& row : rows) {
+    ASSERT_EQ(row.fits.size(), 6U);
+    for (const std::vector<RecoveredFit>& fits : row.fits) {
+      ASSERT_EQ(fits.size(), 2U);
+      ASSERT_EQ(fits[0].numbers.size(), 1U);
+      ASSERT_EQ(fits[1].numbers.size(), 2U);
+      EXPECT_GE(fits[1].log_evidence, fits[0].log_evidence - 0.1);
+      for (const RecoveredFit& fit : fits)
+        for (const FittedNumber& number : fit.numbers) {
+          EXPECT_LE(number.low, number.value) << number.name;
+          EXPECT_GE(number.high, number.value) << number.name;
+        }
+    }
+  }
+  for (const std::vector<RecoveredFit>& fits : rows[0].fits) {
+    const FittedNumber& lambda = fits[0].numbers[0];
+    EXPECT_NEAR(std::log(lambda.high / lambda.low), 2 * 1.645 * lambda.log_deviation, 0.15);
+  }
+  int covered = 0;  // 9 of 10 in the mean; fewer than 3 of 6 once in 800
+  for (const std::vector<RecoveredFit>& fits : rows[1].fits)
+    if (fits[1].numbers[1].low <= 0.15 && fits[1].numbers[1].high >= 0.15) ++covered;
+  EXPECT_GE(covered, 3);
 }
 
 TEST(StudyRecovery, Refuses) {

@@ -124,17 +124,8 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
 
 std::string specimens_csv(const CohortShapes& shapes) {
   std::string text = "shape,centroid_size\n";
-  for (const Landmarks& shape : shapes.targets) {
-    const auto present = shape.points.array().isFinite().colwise().all();
-    const auto count = static_cast<double>(present.count());
-    Eigen::VectorXd middle = Eigen::VectorXd::Zero(shape.points.rows());
-    for (Eigen::Index a = 0; a < shape.points.cols(); ++a)
-      if (present[a]) middle += shape.points.col(a) / count;
-    double square = 0;
-    for (Eigen::Index a = 0; a < shape.points.cols(); ++a)
-      if (present[a]) square += (shape.points.col(a) - middle).squaredNorm();
-    fmt::format_to(std::back_inserter(text), "\"{}\",{}\n", shape.source, std::sqrt(square));
-  }
+  for (const Landmarks& shape : shapes.targets)
+    fmt::format_to(std::back_inserter(text), "\"{}\",{}\n", shape.source, centroid_size(shape.points));
   return text;
 }
 

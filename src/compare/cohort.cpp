@@ -29,22 +29,6 @@ void check_alike(const Landmarks& first, const Landmarks& other) {
                   first.source, first.count(), first.dimension(), other.source, other.count(), other.dimension()));
 }
 
-// About the middle of the landmarks that are complete.
-double centroid_size(const Points& points) {
-  VectorXd middle = VectorXd::Zero(points.rows());
-  Index count = 0;
-  for (const auto& point : points.colwise())
-    if (point.allFinite()) {
-      middle += point;
-      ++count;
-    }
-  middle /= static_cast<double>(count);
-  double sum = 0;
-  for (const auto& point : points.colwise())
-    if (point.allFinite()) sum += (point - middle).squaredNorm();
-  return std::sqrt(sum);
-}
-
 Points mean_of(const std::vector<Points>& shapes, const Landmarks& first) {
   Points sum = Points::Zero(shapes.front().rows(), shapes.front().cols());
   VectorXd counts = VectorXd::Zero(sum.cols());
@@ -61,6 +45,21 @@ Points mean_of(const std::vector<Points>& shapes, const Landmarks& first) {
 }
 
 }  // namespace
+
+double centroid_size(const Points& points) {
+  VectorXd middle = VectorXd::Zero(points.rows());
+  Index count = 0;
+  for (const auto& point : points.colwise())
+    if (point.allFinite()) {
+      middle += point;
+      ++count;
+    }
+  middle /= static_cast<double>(count);
+  double sum = 0;
+  for (const auto& point : points.colwise())
+    if (point.allFinite()) sum += (point - middle).squaredNorm();
+  return std::sqrt(sum);
+}
 
 Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment) {
   if (targets.empty()) throw InputError("there is no target; a comparison needs at least one");

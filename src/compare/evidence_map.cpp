@@ -75,18 +75,18 @@ const VectorXd& EvidenceMap::best_place() const {
 bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metric) const {
   constexpr double kNear = 1.0 / 6;
   const auto& places = sampled ? sampled_ : places_;
-  return std::any_of(places.begin(), places.end(), [&](const VectorXd& place) {
-    return (place - x).dot(metric * (place - x)) < kNear * kNear;
-  });
+  return std::any_of(places.begin(), places.end(),
+                     [&](const VectorXd& place) { return (place - x).dot(metric * (place - x)) < kNear * kNear; });
 }
 
 Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int left_out) const {
-  const auto laplace = std::make_shared<ResponseSurface>(
-      columns_of(places_), VectorXd::Map(laplace_.data(), std::ssize(laplace_)), metric);
+  const auto laplace = std::make_shared<ResponseSurface>(columns_of(places_),
+                                                         VectorXd::Map(laplace_.data(), std::ssize(laplace_)), metric);
   std::shared_ptr<ResponseSurface> added;
   if (has_samples()) {
     VectorXd values(std::ssize(sampled_));
-    for (Index k = 0; k < values.size(); ++k) values[k] = sum_of_log_means(excess_[static_cast<std::size_t>(k)], left_out);
+    for (Index k = 0; k < values.size(); ++k)
+      values[k] = sum_of_log_means(excess_[static_cast<std::size_t>(k)], left_out);
     added = std::make_shared<ResponseSurface>(columns_of(sampled_), values, metric);
   }
   return {[=](const VectorXd& x) { return (*laplace)(x) + (added ? (*added)(x) : 0); },
@@ -96,8 +96,7 @@ Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int l
             const SecondOrder more = added->second_order(x);
             return SecondOrder{sum.gradient + more.gradient, sum.information + more.information};
           },
-          box,
-          places_.front()};
+          box, places_.front()};
 }
 
 }  // namespace pulson

@@ -24,9 +24,9 @@ constexpr double kOtherRange = 3.4;  // of other logarithms: a factor of 30
 // Of coordinates for differences: a part of a standard deviation, within limits.
 constexpr double kPart = 0.2, kFirstDifference = 0.05, kLeastDifference = 0.01, kMostDifference = 0.25;
 constexpr double kLevels[] = {1.5, 2.7, 0.5, 0};  // of noise, of log(1 + v/v₀): amplitudes of 4.6, 9, 2 and 0 σ
-constexpr int kRoundsOfWidth = 5;  // of the alternation, by which widths are compared
-constexpr double kNear = 0.05;     // nats, at which a climb ends: a chart of the evidence finds the rest
-constexpr double kLongest = 1;        // of a step of Newton's method, in each coordinate
+constexpr int kRoundsOfWidth = 5;                 // of the alternation, by which widths are compared
+constexpr double kNear = 0.05;                    // nats, at which a climb ends: a chart of the evidence finds the rest
+constexpr double kLongest = 1;                    // of a step of Newton's method, in each coordinate
 
 MatrixXd covariance_of(const Linearised& match) {
   return squared(match.jacobian) + MatrixXd::Identity(match.jacobian.rows(), match.jacobian.rows());

@@ -18,7 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostIterations = 40;
-constexpr double kAccuracy = 1e-2;  // of v, in standard deviations of the data; each weight is that of its z in any case
+constexpr double kAccuracy =
+    1e-2;  // of v, in standard deviations of the data; each weight is that of its z in any case
 
 // The draws of one shape.
 class Draws {
@@ -100,7 +101,8 @@ constexpr double kNone = -std::numeric_limits<double>::infinity();
 ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weights) {
   const double largest = log_weights.maxCoeff();
   const auto samples = static_cast<int>(log_weights.size());
-  if (!std::isfinite(largest)) return {largest, 0, samples, 0, samples, Eigen::VectorXd::Constant(samples / 2, largest)};
+  if (!std::isfinite(largest))
+    return {largest, 0, samples, 0, samples, Eigen::VectorXd::Constant(samples / 2, largest)};
   const Eigen::Array2Xd weights = (log_weights.array() - largest).exp();
   const Eigen::ArrayXd of_pairs = weights.colwise().mean();
   const double mean = of_pairs.mean();

@@ -26,8 +26,8 @@ struct BoxMaximum {
 };
 
 struct NewtonOptions {
-  double tolerance = 1e-4;   ///< of the value, which a further step would still gain
-  double longest_step = 1;   ///< of each number
+  double tolerance = 1e-4;  ///< of the value, which a further step would still gain
+  double longest_step = 1;  ///< of each number
   int most_steps = 30;
 };
 

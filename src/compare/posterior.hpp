@@ -40,8 +40,8 @@ Eigen::VectorXd observable_unknowns(const MatchingObjective& objective);
 Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const Eigen::VectorXd& z);
 
 /// Searches for the maximum of the posterior from the start of least cost, or from rest where none has a path, by
-/// Gauss–Newton steps in the space of the data, halved until the cost falls. @throws NumericalError where even landmarks
-/// at rest have no path
+/// Gauss–Newton steps in the space of the data, halved until the cost falls. @throws NumericalError where even
+/// landmarks at rest have no path
 Linearised find_match(const MatchingObjective& objective, const Observation& observation,
                       const std::vector<Eigen::VectorXd>& starts);
 

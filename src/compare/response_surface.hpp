@@ -25,10 +25,10 @@ class ResponseSurface {
  private:
   Eigen::VectorXd polynomials(const Eigen::VectorXd& y) const;
 
-  Eigen::MatrixXd root_;    // R
-  Eigen::VectorXd origin_;  // x₀
-  Eigen::MatrixXd centres_; // y_k
-  Eigen::VectorXd weights_; // w
+  Eigen::MatrixXd root_;     // R
+  Eigen::VectorXd origin_;   // x₀
+  Eigen::MatrixXd centres_;  // y_k
+  Eigen::VectorXd weights_;  // w
   int degree_ = 2;
   Eigen::VectorXd coefficients_;
 };

@@ -21,13 +21,13 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
-constexpr double kHopeless = 15;           // nats that Laplace's evidence is below another candidate's
-constexpr double kMostDeviation = 2;       // of a coordinate, and least, of a chart
+constexpr double kHopeless = 15;      // nats that Laplace's evidence is below another candidate's
+constexpr double kMostDeviation = 2;  // of a coordinate, and least, of a chart
 constexpr double kLeastDeviation = 0.01;
-constexpr double kExtent = 6;              // deviations, of a chart's box
-constexpr double kTrusted = 2.5;           // deviations that the maximum may be from a chart's centre
-constexpr double kDifference = 0.05;       // of coordinates
-constexpr double kAtRest = 1.0 / 6;          // deviations that the maximum of a chart still moves
+constexpr double kExtent = 6;         // deviations, of a chart's box
+constexpr double kTrusted = 2.5;      // deviations that the maximum may be from a chart's centre
+constexpr double kDifference = 0.05;  // of coordinates
+constexpr double kAtRest = 1.0 / 6;   // deviations that the maximum of a chart still moves
 constexpr int kMostCharts = 3, kMostPlaces = 6;
 // Of the evidence's places in a chart, deviations along the axes, and along two at once.
 constexpr double kSampledAxis = 1.5, kSampledPair = 1.1;
@@ -186,9 +186,9 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
         const double bound = (direction < 0 ? chart.box.least : chart.box.most)[i];
         const bool is_bound = (direction < 0 ? box.least : box.most)[i] == bound;
         // Where the chart has no end, as too few places about it have matches, that of a parabola.
-        const double otherwise =
-            is_bound ? direction * kNowhere
-                     : found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
+        const double otherwise = is_bound
+                                     ? direction * kNowhere
+                                     : found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
         (direction < 0 ? found.low : found.high)[i] = end ? (*end)[i] : otherwise;
         if (end && !last) chart_at(chart, *end, true, map, draws);
       }

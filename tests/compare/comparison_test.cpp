@@ -129,6 +129,25 @@ TEST(CompareModels, ANoiseThatMadeTheShapesHasASmallProbabilityByChance) {
   EXPECT_LT(compare_models(shapes, {"none", "ch-sd"}, options).models[1].p_value, 1e-3);
 }
 
+// Large displacements of landmarks that are known exactly: too few draws are effective.
+TEST(CompareModels, TheEvidenceOfAllModelsIsOfOneKind) {
+  CompareOptions options = quick();
+  options.settings.importance_samples = 40;
+  const Landmarks source = oval(8);
+  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.2", 6, options.settings, 3, 5)};
+  const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
+  bool few = false;
+  for (const ComparedModel& model : comparison.models) few = few || model.fit.effective_part < 0.1;
+  ASSERT_TRUE(few);
+  for (const ComparedModel& model : comparison.models) {
+    EXPECT_EQ(model.fit.log_evidence, model.fit.laplace);
+    EXPECT_EQ(model.score, model.fit.score());
+    EXPECT_EQ(model.fit.sampling_error, 0);
+    for (const ShapeFit& shape : model.fit.shapes) EXPECT_EQ(shape.log_evidence, shape.laplace);
+  }
+  EXPECT_THAT(comparison.notes, testing::Contains(HasSubstr("the evidence of every model is that of Laplace's")));
+}
+
 TEST(CompareModels, AboutTheMeanOfShapesThatLieAnyhow) {
   CompareOptions options = quick();
   options.settings.kernel = "gaussian:alpha=auto";

@@ -53,8 +53,7 @@ TEST(ResponseSurface, PassesThroughAnyValuesWithItsOwnDerivatives) {
   for (Index i = 0; i < 2; ++i) {
     const VectorXd step = h * VectorXd::Unit(2, i);
     EXPECT_NEAR(here.gradient[i], (surface(x + step) - surface(x - step)) / (2 * h), 1e-6);
-    const VectorXd bend =
-        (surface.second_order(x + step).gradient - surface.second_order(x - step).gradient) / (2 * h);
+    const VectorXd bend = (surface.second_order(x + step).gradient - surface.second_order(x - step).gradient) / (2 * h);
     EXPECT_LE((here.information.col(i) + bend).norm(), 1e-6);
   }
 }

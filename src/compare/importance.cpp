@@ -136,7 +136,7 @@ ImportanceEstimate importance_sample(const MatchingObjective& objective, const O
       if (log_weight) log_weights(sign, i) = *log_weight;
     }
     if (i + 1 < kLeastPairs) continue;
-    const ImportanceEstimate so_far = estimate(log_weights.leftCols(i + 1));
+    ImportanceEstimate so_far = estimate(log_weights.leftCols(i + 1));
     if (std::isfinite(so_far.log_evidence) && so_far.variance <= enough) return so_far;
   }
   return estimate(log_weights);

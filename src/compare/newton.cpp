@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostStepHalvings = 10;
+constexpr int kMostNewtonHalvings = 10;
 constexpr double kLeastCurvature = 1e-6;  // of the greatest
 
 // information⁻¹·gradient with the sizes of the eigenvalues.
@@ -54,7 +54,7 @@ BoxMaximum maximise_in_box(const std::function<double(const VectorXd&)>& value,
       break;
     }
     bool risen = false;
-    for (int halving = 0; halving < kMostStepHalvings && !risen; ++halving, step /= 2) {
+    for (int halving = 0; halving < kMostNewtonHalvings && !risen; ++halving, step /= 2) {
       const VectorXd to = box.clipped(best.x + step);
       const double there = value(to);
       if (there <= best.value) continue;

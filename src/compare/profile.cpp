@@ -11,7 +11,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr int kBisections = 12;
-constexpr int kMostSteps = 40;
+constexpr int kMostOutward = 40;
 
 double upper_tail(double x) { return 0.5 * std::erfc(x / std::numbers::sqrt2); }
 
@@ -49,7 +49,7 @@ std::optional<VectorXd> profile_end(const Likelihood& likelihood, Index i, int d
     const bool beyond = direction * (t - end) >= 0;
     outside = inside;
     if (!is_inside(beyond ? end : t, outside)) break;
-    if (beyond || count == kMostSteps) return std::nullopt;
+    if (beyond || count == kMostOutward) return std::nullopt;
     inside = outside;
   }
   for (int k = 0; k < kBisections; ++k) {

@@ -109,6 +109,25 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
   return summary(std::move(predictions));
 }
 
+bool has_few_effective(const ComparedModel& model) { return model.fit.effective_part < kFewEffective; }
+
+// Where the samples of some model do not tell its evidence, that of all is Laplace's approximation, so that no model is
+// above another by the kind of its evidence.
+bool with_the_same_evidence(Comparison& comparison) {
+  auto& models = comparison.models;
+  if (std::none_of(models.begin(), models.end(), has_few_effective)) return false;
+  for (ComparedModel& model : models) {
+    model.fit.log_evidence = model.fit.laplace;
+    model.fit.sampling_error = 0;
+    for (ShapeFit& shape : model.fit.shapes) {
+      shape.log_evidence = shape.laplace;
+      shape.variance = 0;
+    }
+    model.score = model.fit.score();
+  }
+  return true;
+}
+
 void rank(Comparison& comparison) {
   auto& models = comparison.models;
   const auto best =
@@ -212,10 +231,11 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
     if (lost > 0)
       notes.push_back(fmt::format("{}: {} of the importance samples have no path and count as 0; try more `grid.steps`",
                                   model.noise, lost));
-    if (model.fit.effective_part < kFewEffective)
+    if (has_few_effective(model))
       notes.push_back(
-          fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; its evidence is "
-                      "uncertain, and the fit may be that of Laplace's approximation",
+          fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; the evidence of every "
+                      "model is that "
+                      "of Laplace's approximation",
                       model.noise, 100 * model.fit.effective_part));
   }
 }
@@ -255,9 +275,10 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     comparison.models.push_back(std::move(model));
   }
+  if (with_the_same_evidence(comparison)) same.settings.importance_samples = 0;
   rank(comparison);
   test_against_none(comparison, noises, same);
-  add_notes(comparison, same);
+  add_notes(comparison, options);
   return comparison;
 }
 

@@ -1,15 +1,13 @@
-// The search for the numbers of a model over the evidence itself: Laplace's approximation, then that of the samples.
+// The search for the numbers of a model of greatest evidence by Laplace's approximation.
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include <Eigen/Cholesky>
 
 #include "fitter.hpp"
-#include "importance.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -20,22 +18,19 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kFirstStep = 1;        // of a search, in standard deviations of each number
-constexpr double kTolerance = 0.05;     // in the same
-constexpr double kDifference = 0.05;    // of coordinates, see Fitter::place()
-constexpr double kGroupRange = 8;       // of logarithms of variances
-constexpr double kWidthRange = 2.1;     // of the logarithm of the kernel's width: a factor of 8
-constexpr double kOtherRange = 3.4;     // of other logarithms: a factor of 30
-constexpr int kEvaluations = 40;        // of a search, and 20 for each number
-constexpr double kSmall = 0.2;          // deviations of a variance that is tried without
-constexpr double kNoLoss = 1e-3;        // nats
-constexpr double kCorrected = 0.02;     // nats that a search still gains, at which the correction has converged
-constexpr double kCorrectionRange = 3;  // deviations, of one search
-constexpr int kMostCorrections = 12;
-constexpr double kTheSame = 1;                    // deviations
-constexpr double kHopeless = 2;                   // nats below
-constexpr int kDrawsOfCohort = 640;               // that the correction is found with
-constexpr int kFewestDraws = 8, kMostDraws = 32;  // of a shape
+constexpr double kGroupRange = 8;    // of logarithms of variances
+constexpr double kWidthRange = 2.1;  // of the logarithm of the kernel's width: a factor of 8
+constexpr double kOtherRange = 3.4;  // of other logarithms: a factor of 30
+// Of coordinates for differences: a part of a standard deviation, within limits.
+constexpr double kPart = 0.2, kFirstDifference = 0.05, kLeastDifference = 0.01, kMostDifference = 0.25;
+constexpr double kLevels[] = {1.5, 2.7, 0.5, 0};  // of noise, of log(1 + v/v₀): amplitudes of 4.6, 9, 2 and 0 σ
+constexpr int kRoundsOfWidth = 5;                 // of the alternation, by which widths are compared
+constexpr double kNear = 0.05;                    // nats, at which a climb ends: a chart of the evidence finds the rest
+constexpr double kLongest = 1;                    // of a step of Newton's method, in each coordinate
+
+MatrixXd covariance_of(const Linearised& match) {
+  return squared(match.jacobian) + MatrixXd::Identity(match.jacobian.rows(), match.jacobian.rows());
+}
 
 }  // namespace
 
@@ -44,8 +39,8 @@ double Fitter::variance(const State& state, Index group) const {
   return std::pow(state.parameters[amplitudes_[at(group - (lambda_open_ ? 1 : 0))]], 2);
 }
 
-// Each number of the model on a scale on which the evidence is nearly quadratic: log(1 + v/v₀) of variances, with that
-// of σ² as v₀, from 0 where noise vanishes; the logarithm of others.
+// Each number of the model on a scale on which the evidence is nearly quadratic: log(1 + v/v₀) of variances, with
+// v₀ a few times that of σ², from 0 where noise vanishes; the logarithm of others.
 VectorXd Fitter::place(const State& state) const {
   VectorXd x(numbers_open());
   Index i = 0;
@@ -67,7 +62,11 @@ Fitter::State Fitter::moved(const State& from, const VectorXd& to) const {
     state.width = std::exp(to[i++]);
     if (state.width != from.width) {
       const MatchingObjective after = objective(state);
-      for (VectorXd& of_shape : z) of_shape = after.white(before.momenta(of_shape), before.increments(of_shape));
+      const auto to_new_basis = [&](VectorXd& of_shape) {
+        of_shape = after.white(before.momenta(of_shape), before.increments(of_shape));
+      };
+      std::for_each(z.begin(), z.end(), to_new_basis);
+      for (Linearised& match : state.matches) to_new_basis(match.at.z);
     }
   }
   for (const Index other : others_) state.parameters[other] = std::exp(to[i++]);
@@ -75,239 +74,127 @@ Fitter::State Fitter::moved(const State& from, const VectorXd& to) const {
   return state;
 }
 
-// About x, over the numbers that are free; in units of their scales, and no further than `range` of them.
-LogSearch Fitter::box(const VectorXd& x, const VectorXd& scale, const std::vector<Index>& free, double range) const {
-  const Index n = x.size();
-  VectorXd least = VectorXd::Constant(n, -kOtherRange);
-  VectorXd most = VectorXd::Constant(n, kOtherRange);
-  least.head(groups()) = std::log1p(kNegligible) - x.head(groups()).array();
-  most.head(groups()).setConstant(kGroupRange);
+Box Fitter::everywhere(const State& start) const {
+  const VectorXd x = place(start);
+  Box box{x.array() - kOtherRange, x.array() + kOtherRange};
+  box.least.head(groups()).setConstant(std::log1p(kNegligible));
+  box.most.head(groups()).array() = x.head(groups()).array() + kGroupRange;
   if (settings_.fit_width) {
-    least[groups()] = -kWidthRange - x[groups()];
-    most[groups()] = kWidthRange - x[groups()];
+    box.least[groups()] = -kWidthRange;
+    box.most[groups()] = kWidthRange;
   }
-  const auto count = static_cast<int>(free.size());
-  LogSearch search = log_search(count, 0, kTolerance, kEvaluations + 20 * count);
-  search.least = least(free).cwiseMin(0).cwiseQuotient(scale(free)).cwiseMax(-range);
-  search.most = most(free).cwiseMax(0).cwiseQuotient(scale(free)).cwiseMin(range);
-  search.first_step = std::min(kFirstStep, 0.4 * (search.most - search.least).minCoeff());
-  search.with_deviations = false;
-  return search;
+  return box;
 }
 
-double Fitter::least_place(Index i) const {
-  return i < groups() ? std::log1p(kNegligible) : -std::numeric_limits<double>::infinity();
-}
-
-double Fitter::Excess::operator()(const VectorXd& x) const {
-  const VectorXd step = x - at;
-  return value + slope.dot(step) - 0.5 * bend.dot(step.cwiseAbs2());
-}
-
-// Of Laplace's evidence and what is added to it. All matches begin from those of one place, so that the evidence is one
-// function of the numbers. Numbers of scale 0 are held.
-Fitter::Maximum Fitter::maximise(const State& from, const Excess& excess, const VectorXd& scale, double range) const {
-  const auto value_of = [&](const State& state) { return state.log_evidence() + excess(place(state)); };
-  const double first = value_of(from);
-  const VectorXd start = place(from);
-  Maximum best{from, first, {}};
-  const auto tried = [&](const VectorXd& x) {
-    try {
-      State state = moved(from, x);
-      const double value = value_of(state);
-      if (value > best.value) best = {std::move(state), value, {}};
-      return value;
-    } catch (const Error&) {
-      return -std::numeric_limits<double>::infinity();
-    }
-  };
-  std::vector<Index> free;
-  for (Index i = 0; i < scale.size(); ++i)
-    if (scale[i] > 0) free.push_back(i);
-  if (free.empty()) return best;
-  const LogMaximum found = maximise_over_logs(
-      [&](const VectorXd& y) {
-        if (y.isZero(0)) return first;
-        VectorXd x = start;
-        x(free) += scale(free).cwiseProduct(y);
-        return tried(x);
-      },
-      box(start, scale, free, range));
-  for (Index g = 0; g < groups(); ++g) {
-    VectorXd x = place(best.state);
-    if (x[g] > kSmall * scale[g] || x[g] <= least_place(g)) continue;
-    x[g] = least_place(g);
-    State without = moved(from, x);
-    if (value_of(without) >= best.value - kNoLoss) best.state = std::move(without);
-  }
-  best.state.converged = found.converged && std::all_of(best.state.matches.begin(), best.state.matches.end(),
-                                                        [](const auto& match) { return match.converged; });
-  return best;
-}
-
-// Fisher's information of the model linear about the matches, in the coordinates of place(): with C_i the derivative of
-// C, Σ ½ tr C⁻¹C_i C⁻¹C_j over the shapes.
-MatrixXd Fitter::information(const State& best) const {
-  const VectorXd x = place(best);
+// The gradient of the evidence, and Fisher's information of the model linear about the matches, in the coordinates of
+// place(), by differences to one side: with C_i the derivative of C, Σ ½ tr C⁻¹C_i C⁻¹C_j over the shapes.
+SecondOrder Fitter::second_order(const State& here, const Box& box, const VectorXd& steps) const {
+  const VectorXd x = place(here);
   const Index n = x.size();
-  const auto shapes = static_cast<int>(best.matches.size());
+  const auto shapes = static_cast<int>(here.matches.size());
+  SecondOrder model{VectorXd(n), MatrixXd(n, n)};
   std::vector<MatrixXd> parts(at(n * shapes));  // L⁻¹ C_i L⁻ᵀ with C = LLᵀ
-  const auto covariance = [](const Linearised& match) {
-    return MatrixXd(squared(match.jacobian) + MatrixXd::Identity(match.jacobian.rows(), match.jacobian.rows()));
-  };
   for (Index i = 0; i < n; ++i) {
-    const State aside = moved(best, x + kDifference * VectorXd::Unit(n, i));
+    const double h = x[i] + steps[i] <= box.most[i] ? steps[i] : -steps[i];
+    const State aside = moved(here, x + h * VectorXd::Unit(n, i));
+    model.gradient[i] = (aside.log_evidence() - here.log_evidence()) / h;
     parallel_for(shapes, [&](int s) {
-      const MatrixXd here = covariance(best.matches[at(s)]);
-      const auto lower = here.llt();
-      const MatrixXd half = lower.matrixL().solve(covariance(aside.matches[at(s)]) - here);
-      parts[at(i * shapes + s)] = lower.matrixL().solve(MatrixXd(half.transpose())) / kDifference;
+      const MatrixXd middle = covariance_of(here.matches[at(s)]);
+      const auto lower = middle.llt();
+      const MatrixXd half = lower.matrixL().solve(MatrixXd(covariance_of(aside.matches[at(s)]) - middle));
+      parts[at(i * shapes + s)] = lower.matrixL().solve(MatrixXd(half.transpose())) / h;
     });
   }
-  MatrixXd sum(n, n);
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j <= i; ++j) {
       double both = 0;
       for (Index s = 0; s < shapes; ++s)
         both += 0.5 * parts[at(i * shapes + s)].cwiseProduct(parts[at(j * shapes + s)]).sum();
-      sum(i, j) = sum(j, i) = both;
+      model.information(i, j) = model.information(j, i) = both;
     }
-  return sum;
+  return model;
 }
 
-// How much the evidence of the samples is above Laplace's; NaN where too few of some shape's are effective to tell.
-double Fitter::sampled_excess(const State& state, Draws& draws) const {
-  const MatchingObjective objective = this->objective(state);
-  const auto shapes = static_cast<int>(state.matches.size());
-  const int count = std::clamp(kDrawsOfCohort / shapes, kFewestDraws, kMostDraws);
-  draws.resize(at(shapes));
-  VectorXd excess(shapes);
-  parallel_for(shapes, [&](int s) {
-    const Linearised& match = state.matches[at(s)];
-    const ImportanceEstimate sampled =
-        importance_sample(objective, observations_[at(s)], match, count, 0, settings_.seed + at(s), draws[at(s)]);
-    excess[s] = sampled.effective_samples < kFewEffective * sampled.samples ? std::numeric_limits<double>::quiet_NaN()
-                                                                            : sampled.log_evidence - match.log_evidence;
-    if (settings_.on_match) settings_.on_match();
-  });
-  return excess.allFinite() ? excess.sum() : std::numeric_limits<double>::quiet_NaN();
-}
-
-// Laplace's evidence is corrected by a quadratic function of the numbers, which agrees with that of the samples, drawn
-// with the same random numbers at each place, where it was taken: first by its slope from differences to one side, and
-// from one place to the next by the secant; at the end by central differences, along each number. Nothing where too few
-// samples are effective at some place.
-std::optional<Fitter::Maximum> Fitter::correct(const State& start, const VectorXd& scale, Draws& draws) const {
-  const Index n = scale.size();
-  const auto sampled_at = [&](const State& from, Index i, double step) {
+// Fisher scoring.
+Fitter::State Fitter::climb(const State& from, const Box& box) const {
+  State best = from;
+  double greatest = from.log_evidence();
+  const auto value = [&](const VectorXd& x) {
     try {
-      return sampled_excess(moved(from, place(from) + step * scale[i] * VectorXd::Unit(n, i)), draws);
+      State state = x == place(best) ? best : moved(best, x);
+      const double here = state.log_evidence();
+      if (here > greatest) {
+        greatest = here;
+        best = std::move(state);
+      }
+      return here;
     } catch (const Error&) {
-      return std::numeric_limits<double>::quiet_NaN();
+      return -std::numeric_limits<double>::infinity();
     }
   };
-  Excess excess{place(start), sampled_excess(start, draws), VectorXd::Zero(n), VectorXd::Zero(n)};
-  Maximum best{start, start.log_evidence() + excess.value, {}};
-  for (Index i = 0; i < n; ++i) excess.slope[i] = (sampled_at(start, i, 1) - excess.value) / scale[i];
-  if (!std::isfinite(excess.value) || !excess.slope.allFinite()) return std::nullopt;
-  double range = kCorrectionRange;
-  bool central = false;
-  for (int count = 0; count < kMostCorrections; ++count) {
-    if (range < kTolerance) return Maximum{best.state, best.value, excess.bend};
-    Maximum next = maximise(best.state, excess, scale, range);
-    if (next.value - best.value < kCorrected) {
-      if (central) return Maximum{best.state, best.value, excess.bend};
-      central = true;
-      for (Index i = 0; i < n; ++i) {
-        const double above = sampled_at(best.state, i, 1);
-        if (excess.at[i] - scale[i] <= least_place(i)) continue;  // at its bound the slope is that to one side
-        const double below = sampled_at(best.state, i, -1);
-        if (!std::isfinite(above + below)) continue;
-        excess.slope[i] = (above - below) / (2 * scale[i]);
-        excess.bend[i] = (2 * excess.value - above - below) / (scale[i] * scale[i]);
-      }
-      continue;
-    }
-    const double now = sampled_excess(next.state, draws);
-    const VectorXd y = (place(next.state) - excess.at).cwiseQuotient(scale);
-    if (!std::isfinite(now)) return std::nullopt;
-    const double off = now - excess(place(next.state));
-    next.value = next.state.log_evidence() + now;
-    if (next.value > best.value) {
-      const VectorXd to = place(next.state);
-      excess.slope -= excess.bend.cwiseProduct(to - excess.at);
-      excess.slope += y.cwiseQuotient(scale) * (off / y.squaredNorm());
-      excess.at = to;
-      excess.value = now;
-      best = std::move(next);
-    } else {
-      excess.slope += y.cwiseQuotient(scale) * (off / y.squaredNorm());
-      range = y.cwiseAbs().maxCoeff() / 3;
-    }
+  VectorXd steps = VectorXd::Constant(numbers_open(), kFirstDifference);
+  const auto model = [&](const VectorXd& /*x*/) {
+    SecondOrder here = second_order(best, box, steps);
+    steps = (kPart * here.information.diagonal().cwiseSqrt().cwiseInverse())
+                .cwiseMax(kLeastDifference)
+                .cwiseMin(kMostDifference);
+    return here;
+  };
+  NewtonOptions options;
+  options.longest_step = kLongest;
+  options.tolerance = kNear;
+  bool converged = false;
+  try {
+    converged = maximise_in_box(value, model, box, place(from), options).converged;
+  } catch (const Error&) {
+    // no path at some place beside the best
   }
-  best.state.converged = false;
+  best.converged = converged && best.all_matched();
   return best;
 }
 
-// The numbers of greatest evidence: near where the alternation ended and, as there may be two maxima, near those
-// without noise, unless that is the same or hopeless.
-Fitter::Maximum Fitter::search(const State& start) const {
-  const auto scale_at = [&](const State& state) -> VectorXd {
-    return information(state).diagonal().cwiseSqrt().cwiseInverse().cwiseMax(kLeastScale).cwiseMin(kMostScale);
-  };
-  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
-  const VectorXd zero = VectorXd::Zero(numbers_open());
-  const Excess nothing{zero, 0, zero, zero};
-  Draws draws;
-  const VectorXd scale = scale_at(start);
-  VectorXd of_geodesic = scale;
-  VectorXd without = place(start);
-  for (Index g = lambda_open_ ? 1 : 0; g < groups(); ++g) {
-    of_geodesic[g] = 0;
-    without[g] = least_place(g);
-  }
-  const auto from_geodesic = [&] {
-    const State geodesic = maximise(moved(start, without), nothing, of_geodesic, kAnywhere).state;
-    return maximise(geodesic, nothing, scale_at(geodesic), kAnywhere);
-  };
-  if (settings_.importance_samples > 0)
-    if (std::optional<Maximum> best = correct(start, scale, draws)) {
-      if (amplitudes_.empty()) return *best;
-      const State other = from_geodesic().state;
-      const VectorXd scale_there = scale_at(other);
-      const VectorXd apart = (place(other) - place(best->state)).cwiseQuotient(scale_there);
-      if (apart.cwiseAbs().maxCoeff() < kTheSame) return *best;
-      if (other.log_evidence() + sampled_excess(other, draws) < best->value - kHopeless) return *best;
-      const std::optional<Maximum> corrected = correct(other, scale_there, draws);
-      return corrected && corrected->value > best->value ? *corrected : *best;
+// Alternating between matches and amplitudes, which holds the matches' slopes fixed, comes near the maximum of the
+// evidence. Where the kernel is much too wide, matches do not converge and no slope leads to a better width, so that
+// the best of those a factor of 2 apart is taken.
+Fitter::State Fitter::best_start() const {
+  if (!settings_.fit_width) return alternate(start(1), kMostAlternations);
+  const auto at_width = [&](double width) -> std::optional<State> {
+    try {
+      return alternate(start(width), kRoundsOfWidth);
+    } catch (const NumericalError&) {
+      return std::nullopt;
     }
-  // Laplace's alone, also where too few samples are effective.
-  Maximum best = maximise(start, nothing, scale, kAnywhere);
-  if (amplitudes_.empty()) return best;
-  Maximum other = from_geodesic();
-  return other.value > best.value ? other : best;
+  };
+  std::optional<State> best = at_width(1);
+  for (const double factor : {0.5, 2.0})
+    for (double width = factor; std::abs(std::log(width)) < kWidthRange; width *= factor) {
+      std::optional<State> next = at_width(width);
+      if (best && (!next || next->log_evidence() <= best->log_evidence())) break;
+      if (next) best = std::move(next);
+    }
+  return best ? *best : alternate(start(1), kMostAlternations);
 }
 
-// −∇² of Laplace's evidence in the coordinates of place(), by differences; beside a bound they begin at it.
-MatrixXd Fitter::curvature(const State& best, const VectorXd& scale) const {
-  const Index n = scale.size();
-  VectorXd centre = place(best);
-  for (Index i = 0; i < n; ++i) centre[i] = std::max(centre[i], least_place(i) + scale[i]);
-  const auto value = [&](const VectorXd& step) {
-    return moved(best, centre + scale.cwiseProduct(step)).log_evidence();
-  };
-  const double middle = value(VectorXd::Zero(n));
-  MatrixXd bend(n, n);
-  VectorXd both(n);  // sums of both sides
-  for (Index i = 0; i < n; ++i) {
-    both[i] = value(VectorXd::Unit(n, i)) + value(-VectorXd::Unit(n, i));
-    bend(i, i) = 2 * middle - both[i];
-    for (Index j = 0; j < i; ++j) {
-      const VectorXd step = VectorXd::Unit(n, i) + VectorXd::Unit(n, j);
-      bend(i, j) = bend(j, i) = 0.5 * (both[i] + both[j] - value(step) - value(-step)) - middle;
+// Where the evidence may be greatest: near the start, and, as Laplace's evidence falls with the noise where that of the
+// samples does not, at the best of each of some levels of noise, from none up to ten times sigma.
+std::vector<Fitter::State> Fitter::candidates(const State& start) const {
+  const Box box = everywhere(start);
+  std::vector<State> found{climb(start, box)};
+  if (amplitudes_.empty()) return found;
+  const Index first = lambda_open_ ? 1 : 0;
+  State nearest = start;
+  for (const double level : kLevels) {
+    Box held = box;
+    held.least.segment(first, groups() - first) = box.least.segment(first, groups() - first).cwiseMax(level);
+    held.most.segment(first, groups() - first) = held.least.segment(first, groups() - first);
+    try {
+      nearest = climb(moved(nearest, held.clipped(place(nearest))), held);
+      found.push_back(nearest);
+    } catch (const Error&) {
+      // no path with so much noise
     }
   }
-  return scale.cwiseInverse().asDiagonal() * bend * scale.cwiseInverse().asDiagonal();
+  return found;
 }
 
 }  // namespace pulson

@@ -22,8 +22,6 @@ using Eigen::VectorXd;
 // Of logarithms of variances: a standard deviation above 3, a factor of 24, determines nothing.
 constexpr double kLeastInformation = 0.1;
 
-constexpr double kNinety = 1.6449;  // standard deviations to either side
-
 // Variance of the end points, in units of σ², below which neither momenta nor noise show.
 constexpr double kDetectable = 10 * kNegligible;
 
@@ -45,26 +43,12 @@ VectorXd deviations(const MatrixXd& information) {
 
 }  // namespace
 
-// The observed one, with what sampling adds to it, where it determines all numbers; else Fisher's.
-MatrixXd Fitter::information(const Maximum& maximum) const {
-  MatrixXd expected = information(maximum.state);
-  const VectorXd scale = expected.diagonal().cwiseSqrt().cwiseInverse().cwiseMax(kLeastScale).cwiseMin(kMostScale);
-  try {
-    MatrixXd observed = curvature(maximum.state, scale);
-    if (maximum.bend.size() > 0) observed.diagonal() += maximum.bend;
-    if (Eigen::LLT<MatrixXd>(observed).info() == Eigen::Success) return observed;
-  } catch (const Error&) {
-    // no path at some place beside the maximum
-  }
-  return expected;
-}
-
-// Intervals are symmetric in the coordinates of place().
+// Intervals are NaN where the data do not determine the number.
 std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
   const State& state = maximum.state;
   const VectorXd x = place(state);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const VectorXd spread = deviations(information(maximum));
+  const VectorXd spread = deviations(maximum.information);
   const std::vector<std::string> names = noise_.model->parameter_names();
   const MatrixXd& with_sigma = state.variances.information;
   const Index of_sigma = groups();
@@ -86,14 +70,16 @@ std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
       number.correlation_with_sigma =
           with_sigma(g, of_sigma) / std::sqrt(with_sigma(g, g) * with_sigma(of_sigma, of_sigma));
     }
-    number.low = at_place(x[g] + (is_lambda ? kNinety : -kNinety) * spread[g]);
-    number.high = at_place(x[g] + (is_lambda ? -kNinety : kNinety) * spread[g]);
+    const bool determined = std::isfinite(spread[g]);
+    number.low = determined ? at_place(is_lambda ? maximum.high[g] : maximum.low[g]) : nan;
+    number.high = determined ? at_place(is_lambda ? maximum.low[g] : maximum.high[g]) : nan;
     numbers.push_back(number);
   }
   const auto add_by_logarithm = [&](const std::string& name, double value) {
-    const double deviation = spread[std::ssize(numbers)];
-    numbers.push_back({name, value, deviation, false, nan, value * std::exp(-kNinety * deviation),
-                       value * std::exp(kNinety * deviation)});
+    const Index i = std::ssize(numbers);
+    const bool determined = std::isfinite(spread[i]);
+    numbers.push_back({name, value, spread[i], false, nan, determined ? value * std::exp(maximum.low[i] - x[i]) : nan,
+                       determined ? value * std::exp(maximum.high[i] - x[i]) : nan});
   };
   if (settings_.fit_width) add_by_logarithm("alpha", kernel(state).terms().front().alpha);
   for (const Index i : others_) add_by_logarithm(names[at(i)], state.parameters[i]);

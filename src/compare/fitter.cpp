@@ -22,7 +22,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostFits = 30;
+constexpr double kUnit = 6;              // of units_, in variances whose effect is σ²
 constexpr double kLeastGain = 0.01;      // nats that a further round would still gain by the linear model
 constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
@@ -60,6 +60,10 @@ double Fitter::State::log_evidence() const {
   double sum = 0;
   for (const Linearised& match : matches) sum += match.log_evidence;
   return sum;
+}
+
+bool Fitter::State::all_matched() const {
+  return std::all_of(matches.begin(), matches.end(), [](const Linearised& match) { return match.converged; });
 }
 
 Fitter::Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings)
@@ -148,8 +152,9 @@ VarianceData Fitter::variance_data(const MatchingObjective& objective, int targe
 
 // Amplitudes such that momenta and every open channel explain equal shares of the observed variance, linearised at
 // rest.
-Fitter::State Fitter::start() const {
+Fitter::State Fitter::start(double width) const {
   State state;
+  state.width = width;
   state.parameters = noise_.model->parameters();
   const double size = difference(observations_, cohort_.source.points, sigma_);
   for (const Index i : amplitudes_) state.parameters[i] = kTrial * size;
@@ -213,11 +218,14 @@ void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_ot
   state.matches.resize(observations_.size());
   parallel_for(static_cast<int>(observations_.size()), [&](int s) {
     const Observation& observation = observations_[at(s)];
-    Linearised found = find_match(objective, observation, from[at(s)]);
+    // What the linear model predicts may be far off, and the match before is at hand.
+    std::vector<VectorXd> starts{from[at(s)]};
+    if (const VectorXd& before = state.matches[at(s)].at.z; before.size() == starts[0].size()) starts.push_back(before);
+    Linearised found = find_match(objective, observation, starts);
     const double data = found.cost - 0.5 * found.at.z.squaredNorm();
     if (with_other_starts && (!found.converged || data > static_cast<double>(observation.count()))) {
       const MinimiseSummary other = minimise(MatchingObjective(problem(state, s)), {});
-      Linearised again = find_match(objective, observation, other.solution.z);
+      Linearised again = find_match(objective, observation, {other.solution.z});
       if (again.cost < found.cost) found = std::move(again);
     }
     state.matches[at(s)] = std::move(found);
@@ -250,7 +258,7 @@ Fitter::State Fitter::alternate(State state, int most_rounds) const {
     for (const Observation& observation : observations_) constant += observation.log_volume;
     const double gain = state.variances.log_likelihood - constant - now;
     if (gain < kLeastGain) {
-      best.converged = std::all_of(best.matches.begin(), best.matches.end(), [](const auto& m) { return m.converged; });
+      best.converged = best.all_matched();
       break;
     }
     u = state.variances.u;
@@ -274,15 +282,13 @@ std::vector<VectorXd> Fitter::match_with_backoff(State& state, std::vector<Vecto
     }
 }
 
-// Alternating between matches and amplitudes, which holds the matches' slopes fixed, comes near the maximum of the
-// evidence, and a search over all numbers finds it.
 CohortFit Fitter::run() {
-  State first = alternate(start(), kMostFits);
-  if (numbers_open() == 0) return record({std::move(first), 0, {}});
+  State first = best_start();
+  if (numbers_open() == 0) return record({std::move(first), {}, {}, {}});
   find_variances(first);
   units_.resize(groups());
   for (Index g = 0; g < groups(); ++g)
-    units_[g] = variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
+    units_[g] = kUnit * variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
   Maximum best = search(first);
   find_variances(best.state);
   return record(best);

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "amplitudes.hpp"
-#include "matching/log_maximum.hpp"
+#include "evidence_map.hpp"
+#include "newton.hpp"
 #include "posterior.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 #include "variances.hpp"
@@ -16,11 +17,11 @@ namespace pulson {
 
 inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-/// Deviations of the numbers in a search, at least and at most.
-inline constexpr double kLeastScale = 0.02, kMostScale = 0.5;
-
 /// factor·factorᵀ
 Eigen::MatrixXd squared(const Eigen::MatrixXd& factor);
+
+/// Of Fitter::alternate() at most.
+inline constexpr int kMostAlternations = 30;
 
 /// One fit of a model to a cohort, see fit_cohort().
 class Fitter {
@@ -40,20 +41,25 @@ class Fitter {
     int rounds = 0;
     bool converged = false;
     double log_evidence() const;
+    bool all_matched() const;
   };
-  /// The numbers of greatest evidence.
+  /// The numbers of greatest evidence, in the coordinates of place(), and their intervals of 90 %.
   struct Maximum {
     State state;
-    double value = 0;      ///< the evidence
-    Eigen::VectorXd bend;  ///< what sampling adds to the curvature along each number; empty where nothing
+    Eigen::MatrixXd information;  ///< −∇² of the evidence
+    Eigen::VectorXd low, high;    ///< ±∞ where the evidence does not fall
   };
-
-  /// A quadratic model of what is added to Laplace's evidence, in the coordinates of place().
+  /// What the samples add to Laplace's evidence of each shape, see EvidenceMap::add_samples().
   struct Excess {
-    Eigen::VectorXd at;
-    double value = 0;
-    Eigen::VectorXd slope, bend;  ///< −∂² along each
-    double operator()(const Eigen::VectorXd& x) const;
+    std::vector<Eigen::VectorXd> of_shapes;
+    bool enough = true;  ///< whether enough draws of each are effective
+  };
+  /// Where the evidence is charted: about the place of a state, from whose matches all others begin.
+  struct Chart {
+    State centre;
+    Eigen::MatrixXd metric;  ///< about −∇² there
+    Box box;
+    bool sampled = false;
   };
   using Draws = std::vector<std::vector<Eigen::VectorXd>>;  ///< where the iteration of each draw of a shape begins
 
@@ -65,7 +71,7 @@ class Fitter {
                         Eigen::Index group) const;
   Eigen::Index groups() const { return (lambda_open_ ? 1 : 0) + std::ssize(amplitudes_); }
   Eigen::Index numbers_open() const { return groups() + (settings_.fit_width ? 1 : 0) + std::ssize(others_); }
-  State start() const;
+  State start(double width) const;
   void match(State& state, const std::vector<Eigen::VectorXd>& from, bool with_other_starts) const;
   std::vector<Eigen::VectorXd> rescale(State& state, const Eigen::VectorXd& u) const;
   std::vector<Eigen::VectorXd> match_with_backoff(State& state, std::vector<Eigen::VectorXd> from,
@@ -73,19 +79,24 @@ class Fitter {
   void find_variances(State& state) const;
   State alternate(State state, int most_rounds) const;
 
-  // In evidence_search.cpp.
+  // In evidence_search.cpp: Laplace's evidence.
   double variance(const State& state, Eigen::Index group) const;
   Eigen::VectorXd place(const State& state) const;
   State moved(const State& from, const Eigen::VectorXd& to) const;
-  LogSearch box(const Eigen::VectorXd& x, const Eigen::VectorXd& scale, const std::vector<Eigen::Index>& free,
-                double range) const;
-  double least_place(Eigen::Index i) const;
-  Maximum maximise(const State& from, const Excess& excess, const Eigen::VectorXd& scale, double range) const;
-  Eigen::MatrixXd curvature(const State& best, const Eigen::VectorXd& scale) const;
-  Eigen::MatrixXd information(const State& best) const;
-  Eigen::MatrixXd information(const Maximum& maximum) const;
-  double sampled_excess(const State& state, Draws& draws) const;
-  std::optional<Maximum> correct(const State& start, const Eigen::VectorXd& scale, Draws& draws) const;
+  Box everywhere(const State& start) const;
+  SecondOrder second_order(const State& here, const Box& box, const Eigen::VectorXd& steps) const;
+  State climb(const State& from, const Box& box) const;
+  State best_start() const;
+  std::vector<State> candidates(const State& start) const;
+
+  // In sampled_search.cpp: that of the samples.
+  Excess sampled_excess(const State& state, Draws& draws) const;
+  State best_candidate(const std::vector<State>& candidates, EvidenceMap& map, Draws& draws) const;
+  std::optional<State> chart_at(const Chart& chart, const Eigen::VectorXd& x, bool sampled, EvidenceMap& map,
+                                Draws& draws) const;
+  Chart chart_about(const State& state, const Box& box, bool sampled) const;
+  void survey(const Chart& chart, EvidenceMap& map, Draws& draws) const;
+  Maximum find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) const;
   Maximum search(const State& start) const;
 
   void check_observable(const MatchingObjective& objective, const State& at_rest) const;
@@ -103,7 +114,7 @@ class Fitter {
   std::vector<Eigen::Index> amplitudes_;  ///< open parameters that are amplitudes
   std::vector<Eigen::Index> others_;      ///< those that are not
   std::vector<int> group_of_channel_;     ///< −1: fixed
-  Eigen::VectorXd units_;                 ///< variances of the groups whose effect is σ²
+  Eigen::VectorXd units_;                 ///< variances of the groups, v₀ of place()
   std::vector<Observation> observations_;
 };
 

@@ -18,7 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostIterations = 40;
-constexpr double kAccuracy = 1e-3;  // of v, in standard deviations of the data
+constexpr double kAccuracy =
+    1e-2;  // of v, in standard deviations of the data; each weight is that of its z in any case
 
 // The draws of one shape.
 class Draws {
@@ -100,7 +101,8 @@ constexpr double kNone = -std::numeric_limits<double>::infinity();
 ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weights) {
   const double largest = log_weights.maxCoeff();
   const auto samples = static_cast<int>(log_weights.size());
-  if (!std::isfinite(largest)) return {largest, 0, samples, 0, samples};
+  if (!std::isfinite(largest))
+    return {largest, 0, samples, 0, samples, Eigen::VectorXd::Constant(samples / 2, largest)};
   const Eigen::Array2Xd weights = (log_weights.array() - largest).exp();
   const Eigen::ArrayXd of_pairs = weights.colwise().mean();
   const double mean = of_pairs.mean();
@@ -110,6 +112,7 @@ ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weight
   found.log_evidence = largest + std::log(mean) + 0.5 * found.variance;
   found.samples = samples;
   found.effective_samples = weights.sum() * weights.sum() / weights.square().sum();
+  found.log_pairs = largest + of_pairs.log();
   found.lost = static_cast<int>((log_weights.array() == kNone).count());
   return found;
 }
@@ -119,7 +122,7 @@ ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weight
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
                                      const Linearised& match, int samples, double enough, std::uint64_t seed,
                                      std::vector<VectorXd>& begin) {
-  constexpr Index kLeastPairs = 4;
+  constexpr Index kLeastPairs = 8;
   const Draws draws(objective, observation, match);
   const Index pairs = (samples + 1) / 2;
   begin.resize(static_cast<std::size_t>(2 * pairs));
@@ -133,7 +136,7 @@ ImportanceEstimate importance_sample(const MatchingObjective& objective, const O
       if (log_weight) log_weights(sign, i) = *log_weight;
     }
     if (i + 1 < kLeastPairs) continue;
-    const ImportanceEstimate so_far = estimate(log_weights.leftCols(i + 1));
+    ImportanceEstimate so_far = estimate(log_weights.leftCols(i + 1));
     if (std::isfinite(so_far.log_evidence) && so_far.variance <= enough) return so_far;
   }
   return estimate(log_weights);

@@ -17,6 +17,7 @@ struct ImportanceEstimate {
   int samples = 0;
   double effective_samples = 0;  ///< (Σw)²/Σw²
   int lost = 0;                  ///< draws without a path, of weight 0
+  Eigen::VectorXd log_pairs;     ///< log of the mean weight of each pair
 };
 
 /// Randomise then optimise (Bardsley, Solonen, Haario & Laine 2014): with r(z) the residual and J its derivative at the

@@ -45,7 +45,7 @@ using Evaluation = MatchingObjective::Evaluation;
 
 constexpr int kMostSteps = 60;
 constexpr int kMostHalvings = 12;
-constexpr double kSmallGain = 1e-3;  // nats, which the evidence of the linear model already counts
+constexpr double kSmallGain = 1e-4;  // nats; an error of z by its root changes the determinant by less than that
 constexpr const char* kNoPath =
     "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`";
 
@@ -97,10 +97,21 @@ Linearised linearised_at(const MatchingObjective& objective, const Observation& 
   return linearise(objective, observation, std::move(*at)).from;
 }
 
-Linearised find_match(const MatchingObjective& objective, const Observation& observation, VectorXd z) {
-  z.array() *= observable_unknowns(objective).array();
-  std::optional<Evaluation> at = objective.evaluate(z);
-  if (!at) at = objective.evaluate(VectorXd::Zero(z.size()));
+Linearised find_match(const MatchingObjective& objective, const Observation& observation,
+                      const std::vector<VectorXd>& starts) {
+  const VectorXd observable = observable_unknowns(objective);
+  std::optional<Evaluation> at;
+  double least = 0;
+  const auto begin_at = [&](const VectorXd& z) {
+    std::optional<Evaluation> tried = objective.evaluate(z);
+    if (!tried) return;
+    const double cost = cost_of(z, observation.residual(tried->path().final().q));
+    if (at && cost >= least) return;
+    least = cost;
+    at = std::move(tried);
+  };
+  for (const VectorXd& z : starts) begin_at(z.cwiseProduct(observable));
+  if (!at) begin_at(VectorXd::Zero(observable.size()));
   if (!at) throw NumericalError(kNoPath);
   Step step = linearise(objective, observation, std::move(*at));
   for (int count = 0; count < kMostSteps && !step.from.converged; ++count) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/matching/objective.hpp"
 
@@ -37,8 +39,10 @@ Eigen::VectorXd observable_unknowns(const MatchingObjective& objective);
 /// About z. @throws InputError where it has no path
 Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const Eigen::VectorXd& z);
 
-/// Searches for the maximum of the posterior from z by Gauss–Newton steps in the space of the data, halved until the
-/// cost falls. @throws InputError where even landmarks at rest have no path
-Linearised find_match(const MatchingObjective& objective, const Observation& observation, Eigen::VectorXd z);
+/// Searches for the maximum of the posterior from the start of least cost, or from rest where none has a path, by
+/// Gauss–Newton steps in the space of the data, halved until the cost falls. @throws NumericalError where even
+/// landmarks at rest have no path
+Linearised find_match(const MatchingObjective& objective, const Observation& observation,
+                      const std::vector<Eigen::VectorXd>& starts);
 
 }  // namespace pulson

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <limits>
 #include <numeric>
 
@@ -18,6 +19,8 @@ namespace {
 constexpr Eigen::Index kFewestPoints = 12;
 constexpr double kLargestGap = 3;   // in median gaps
 constexpr double kLargestStep = 2;  // median gap in median distances to the nearest point
+constexpr double kSharpTurn = 60;   // degrees
+constexpr double kMostSharp = 6;    // of so many turns, one may be sharp
 constexpr double kDenseGap = 7;     // pixels between neighbours, below which marks would run into one another
 
 double median(std::vector<double> values) {
@@ -30,6 +33,17 @@ std::vector<double> gaps_of(const Points& points) {
   std::vector<double> gaps(static_cast<std::size_t>(points.cols() - 1));
   for (Eigen::Index i = 0; i + 1 < points.cols(); ++i) gaps[i] = (points.col(i + 1) - points.col(i)).norm();
   return gaps;
+}
+
+// Whether so many turns are sharp that the points in their order are corners and not samples of a curve.
+bool is_jagged(const Points& points) {
+  const double least = std::cos(kSharpTurn * std::numbers::pi / 180);
+  Eigen::Index sharp = 0;
+  for (Eigen::Index i = 1; i + 1 < points.cols(); ++i) {
+    const Eigen::VectorXd before = points.col(i) - points.col(i - 1), after = points.col(i + 1) - points.col(i);
+    if (before.dot(after) < least * before.norm() * after.norm()) ++sharp;
+  }
+  return kMostSharp * static_cast<double>(sharp) > static_cast<double>(points.cols() - 2);
 }
 
 double cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) { return u.x() * v.y() - u.y() * v.x(); }
@@ -57,6 +71,7 @@ OutlineKind outline_kind(const Points& points) {
   const double typical = median(std::move(gaps));
   if (!(typical > 0) || largest > kLargestGap * typical) return OutlineKind::kNone;
   if (typical > kLargestStep * median_nearest_distance(points)) return OutlineKind::kNone;
+  if (is_jagged(points)) return OutlineKind::kNone;
   if (points.rows() == 2 && crosses_itself(points)) return OutlineKind::kNone;
   const bool closes = (points.col(n - 1) - points.col(0)).norm() <= kLargestGap * typical;
   return closes ? OutlineKind::kClosed : OutlineKind::kOpen;
@@ -351,6 +366,8 @@ std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& col
     const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
     entries.push_back({Sample::kDot, group_colour(group), is_number ? "group " + name : name, ""});
   }
+  if (figure.names.size() > kMostGroups)
+    entries.back().text += fmt::format(", {} more in these colours", figure.names.size() - kMostGroups);
   return entries;
 }
 

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,13 @@ TEST_P(InDimension, ALandmarkThatOneShapeMissesIsTakenFromTheOthers) {
     const Landmarks mean = procrustes_mean(shapes, AlignmentKind::kRigid);
     EXPECT_LE((mean.points - first).norm(), 1e-8) << of;
   }
+}
+
+TEST(CentroidSize, IsThatOfTheLandmarksThatAreComplete) {
+  Points points(2, 4);
+  points << 0, 2, 0, 9, 0, 0, 2, std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NEAR(centroid_size(points), std::sqrt(16.0 / 3), 1e-12);
+  EXPECT_NEAR(centroid_size(10 * points), 10 * std::sqrt(16.0 / 3), 1e-12);
 }
 
 TEST(ProcrustesMean, ByNoMotionIsThePlainMean) {

@@ -129,6 +129,25 @@ TEST(CompareModels, ANoiseThatMadeTheShapesHasASmallProbabilityByChance) {
   EXPECT_LT(compare_models(shapes, {"none", "ch-sd"}, options).models[1].p_value, 1e-3);
 }
 
+// Large displacements of landmarks that are known exactly: too few draws are effective.
+TEST(CompareModels, TheEvidenceOfAllModelsIsOfOneKind) {
+  CompareOptions options = quick();
+  options.settings.importance_samples = 40;
+  const Landmarks source = oval(8);
+  const CohortShapes shapes{source, drawn_shapes(source, "ch-sd:beta=0.2", 6, options.settings, 3, 5)};
+  const Comparison comparison = compare_models(shapes, {"none", "ch-sd"}, options);
+  bool few = false;
+  for (const ComparedModel& model : comparison.models) few = few || model.fit.effective_part < 0.1;
+  ASSERT_TRUE(few);
+  for (const ComparedModel& model : comparison.models) {
+    EXPECT_EQ(model.fit.log_evidence, model.fit.laplace);
+    EXPECT_EQ(model.score, model.fit.score());
+    EXPECT_EQ(model.fit.sampling_error, 0);
+    for (const ShapeFit& shape : model.fit.shapes) EXPECT_EQ(shape.log_evidence, shape.laplace);
+  }
+  EXPECT_THAT(comparison.notes, testing::Contains(HasSubstr("the evidence of every model is that of Laplace's")));
+}
+
 TEST(CompareModels, AboutTheMeanOfShapesThatLieAnyhow) {
   CompareOptions options = quick();
   options.settings.kernel = "gaussian:alpha=auto";
@@ -180,6 +199,29 @@ TEST(StudyRecovery, ModelsThatDifferMuchAreToldApart) {
   EXPECT_NEAR(rows[0].noise_share, 0, 1e-12);
   EXPECT_GT(rows[1].noise_share, 0.3);
   EXPECT_LT(rows[1].noise_share, 1);
+  // What each candidate made of each cohort: its numbers within their intervals, and no model behind that it nests.
+  for (const RecoveryRow& row : rows) {
+    ASSERT_EQ(row.fits.size(), 6U);
+    for (const std::vector<RecoveredFit>& fits : row.fits) {
+      ASSERT_EQ(fits.size(), 2U);
+      ASSERT_EQ(fits[0].numbers.size(), 1U);
+      ASSERT_EQ(fits[1].numbers.size(), 2U);
+      EXPECT_GE(fits[1].log_evidence, fits[0].log_evidence - 0.1);
+      for (const RecoveredFit& fit : fits)
+        for (const FittedNumber& number : fit.numbers) {
+          EXPECT_LE(number.low, number.value) << number.name;
+          EXPECT_GE(number.high, number.value) << number.name;
+        }
+    }
+  }
+  for (const std::vector<RecoveredFit>& fits : rows[0].fits) {
+    const FittedNumber& lambda = fits[0].numbers[0];
+    EXPECT_NEAR(std::log(lambda.high / lambda.low), 2 * 1.645 * lambda.log_deviation, 0.15);
+  }
+  int covered = 0;  // 9 of 10 in the mean; fewer than 3 of 6 once in 800
+  for (const std::vector<RecoveredFit>& fits : rows[1].fits)
+    if (fits[1].numbers[1].low <= 0.15 && fits[1].numbers[1].high >= 0.15) ++covered;
+  EXPECT_GE(covered, 3);
 }
 
 TEST(StudyRecovery, Refuses) {

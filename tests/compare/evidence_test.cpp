@@ -195,6 +195,24 @@ TEST_P(OfTheIntegral, LaplaceIsNearAndImportanceSamplingWithinItsErrors) {
   }
 }
 
+// The noise a tenth of σ, as large as the displacement, and three times that, where the posterior is bent.
+TEST(Evidence, OfSmallAndLargeNoiseIsTheIntegralWithinItsError) {
+  const Points q0 = Eigen::RowVector2d(0, 1);
+  const Points y = Eigen::RowVector2d(0.3, 1.1);
+  for (const char* noise :
+       {"ch-sd:beta=0.01", "ch-sd:beta=0.3", "ch-sd:beta=1", "p-sd:beta=0.02,fields=cos,wavenumber=1",
+        "p-sd:beta=0.8,fields=cos,wavenumber=1", "trouve-vialard:sigma=1.2"}) {
+    const Estimated truth = by_monte_carlo(noise, q0, y, 8, {1, 2}, {0.1}).front();
+    CohortSettings settings = complete_settings(0.1, 8, 2);
+    settings.importance_samples = 1000;
+    const ShapeFit shape = fit_cohort({named_shape(q0), {named_shape(y)}}, noise, settings).shapes.front();
+    EXPECT_LE(truth.error, 0.03) << noise;
+    EXPECT_LE(std::sqrt(shape.variance), 0.03) << noise;
+    EXPECT_NEAR(shape.log_evidence, truth.log_evidence, 3 * std::hypot(std::sqrt(shape.variance), truth.error))
+        << noise << ", Laplace " << shape.laplace << ", effective " << shape.effective_samples;
+  }
+}
+
 // Displacements by the noise of ten times σ, where the posterior is thin and bent: draws from a normal distribution
 // miss it, 1 of 40 being effective.
 TEST(Evidence, IsSampledWhereTheNoiseIsMuchGreaterThanSigma) {

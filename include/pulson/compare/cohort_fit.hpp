@@ -25,8 +25,7 @@ struct Cohort {
 /// differ, or the source has a missing coordinate
 Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment);
 
-/// The root of the sum of squared distances of the points to their mean, length units; points that have a missing
-/// coordinate are left out.
+/// √(Σ_a |x_a − x̄|²) over the landmarks without a missing coordinate, x̄ their mean; length units.
 double centroid_size(const Points& points);
 
 /// The generalised Procrustes mean (J. Gower 1975): shapes are aligned with the mean and the mean is recomputed until
@@ -61,7 +60,10 @@ struct FittedNumber {
   /// Correlation with the logarithm of σ if σ were fitted too and all other parameters known, from Fisher's
   /// information: ±1 where the data cannot distinguish the two. NaN where it vanishes.
   double correlation_with_sigma = 0;
-  double low = 0, high = 0;  ///< interval of 90 %; NaN where the deviation is
+  /// Interval of 90 %: where the evidence, maximised over the other numbers, is at most 1.35 nats below its maximum,
+  /// less near a bound; wider by what the samples leave uncertain. NaN where the deviation is, unless the number
+  /// vanishes.
+  double low = 0, high = 0;
 };
 
 /// A model's match of one shape: the maximum of its posterior, and Laplace's approximation there.

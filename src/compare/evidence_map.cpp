@@ -1,0 +1,102 @@
+#include "evidence_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "response_surface.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MatrixXd columns_of(const std::vector<VectorXd>& places) {
+  MatrixXd columns(places.front().size(), std::ssize(places));
+  for (Index k = 0; k < columns.cols(); ++k) columns.col(k) = places[static_cast<std::size_t>(k)];
+  return columns;
+}
+
+// log of the mean of e^l over the pairs of other groups, and half of its variance, which the logarithm takes off.
+double log_mean(const VectorXd& logs, int left_out) {
+  const double largest = logs.maxCoeff();
+  if (!std::isfinite(largest)) return largest;
+  double sum = 0;
+  double squares = 0;
+  double count = 0;
+  for (Index i = 0; i < logs.size(); ++i) {
+    if (i % EvidenceMap::kGroups == left_out) continue;
+    const double weight = std::exp(logs[i] - largest);
+    sum += weight;
+    squares += weight * weight;
+    ++count;
+  }
+  const double mean = sum / count;
+  const double variance = (squares / count - mean * mean) / (mean * mean * std::max(1.0, count - 1));
+  return largest + std::log(mean) + 0.5 * variance;
+}
+
+}  // namespace
+
+double sum_of_log_means(const std::vector<VectorXd>& excess, int left_out) {
+  double sum = 0;
+  for (const VectorXd& logs : excess) sum += log_mean(logs, left_out);
+  return sum;
+}
+
+void EvidenceMap::add(const VectorXd& x, double laplace) {
+  if (std::find(places_.begin(), places_.end(), x) != places_.end()) return;
+  places_.push_back(x);
+  laplace_.push_back(laplace);
+}
+
+void EvidenceMap::add_samples(const VectorXd& x, std::vector<VectorXd> excess) {
+  if (std::find(sampled_.begin(), sampled_.end(), x) != sampled_.end()) return;
+  sampled_.push_back(x);
+  excess_.push_back(std::move(excess));
+}
+
+const VectorXd& EvidenceMap::best_place() const {
+  const auto value = [&](std::size_t k) {
+    const std::size_t place = static_cast<std::size_t>(
+        std::find(places_.begin(), places_.end(), (has_samples() ? sampled_ : places_)[k]) - places_.begin());
+    return laplace_[place] + (has_samples() ? sum_of_log_means(excess_[k]) : 0);
+  };
+  const auto& places = has_samples() ? sampled_ : places_;
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < places.size(); ++k)
+    if (value(k) > value(best)) best = k;
+  return places[best];
+}
+
+bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metric) const {
+  constexpr double kNear = 1.0 / 6;
+  const auto& places = sampled ? sampled_ : places_;
+  return std::any_of(places.begin(), places.end(),
+                     [&](const VectorXd& place) { return (place - x).dot(metric * (place - x)) < kNear * kNear; });
+}
+
+Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int left_out) const {
+  const auto laplace = std::make_shared<ResponseSurface>(columns_of(places_),
+                                                         VectorXd::Map(laplace_.data(), std::ssize(laplace_)), metric);
+  std::shared_ptr<ResponseSurface> added;
+  if (has_samples()) {
+    VectorXd values(std::ssize(sampled_));
+    for (Index k = 0; k < values.size(); ++k)
+      values[k] = sum_of_log_means(excess_[static_cast<std::size_t>(k)], left_out);
+    added = std::make_shared<ResponseSurface>(columns_of(sampled_), values, metric);
+  }
+  return {[=](const VectorXd& x) { return (*laplace)(x) + (added ? (*added)(x) : 0); },
+          [=](const VectorXd& x) {
+            SecondOrder sum = laplace->second_order(x);
+            if (!added) return sum;
+            const SecondOrder more = added->second_order(x);
+            return SecondOrder{sum.gradient + more.gradient, sum.information + more.information};
+          },
+          box, places_.front()};
+}
+
+}  // namespace pulson

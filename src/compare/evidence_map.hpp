@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "profile.hpp"
+
+namespace pulson {
+
+/// Σ_s log of the mean over pairs of draws of e^excess, and half of the variance that the logarithm takes off.
+/// @param left_out those pairs i of i mod EvidenceMap::kGroups that are left out; −1: none
+double sum_of_log_means(const std::vector<Eigen::VectorXd>& excess, int left_out = -1);
+
+/// The evidence of a cohort about a place: Laplace's approximation at many places, and what the samples add to it at
+/// some of them, each continued by a ResponseSurface.
+class EvidenceMap {
+ public:
+  static constexpr int kGroups = 8;  ///< of draws, of which one may be left out
+
+  void add(const Eigen::VectorXd& x, double laplace);
+  /// @param excess of each shape, for each pair of draws, log of its mean weight over Laplace's evidence
+  void add_samples(const Eigen::VectorXd& x, std::vector<Eigen::VectorXd> excess);
+  bool has_samples() const { return !sampled_.empty(); }
+  /// The known place of greatest evidence, of the sampled ones where there are any.
+  const Eigen::VectorXd& best_place() const;
+  /// Whether there is a place within a sixth of a deviation, so that another says nothing more.
+  bool is_known(const Eigen::VectorXd& x, bool sampled, const Eigen::MatrixXd& metric) const;
+
+  /// @param metric the scale of distances @param left_out group of draws, or −1
+  Likelihood likelihood(const Eigen::MatrixXd& metric, const Box& box, int left_out = -1) const;
+
+ private:
+  std::vector<Eigen::VectorXd> places_, sampled_;
+  std::vector<double> laplace_;
+  std::vector<std::vector<Eigen::VectorXd>> excess_;
+};
+
+}  // namespace pulson

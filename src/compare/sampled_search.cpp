@@ -1,0 +1,251 @@
+// The numbers of greatest evidence by the samples, and their intervals, from charts of the evidence about them.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "fitter.hpp"
+#include "importance.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
+constexpr double kHopeless = 15;      // nats that Laplace's evidence is below another candidate's
+constexpr double kMostDeviation = 2;  // of a coordinate, and least, of a chart
+constexpr double kLeastDeviation = 0.01;
+constexpr double kExtent = 6;         // deviations, of a chart's box
+constexpr double kTrusted = 2.5;      // deviations that the maximum may be from a chart's centre
+constexpr double kDifference = 0.05;  // of coordinates
+constexpr double kAtRest = 1.0 / 6;   // deviations that the maximum of a chart still moves
+constexpr int kMostCharts = 3, kMostPlaces = 6;
+// Of the evidence's places in a chart, deviations along the axes, and along two at once.
+constexpr double kSampledAxis = 1.5, kSampledPair = 1.1;
+constexpr double kAxes[] = {0.75, 2.4};
+constexpr double kPair = 1.2;
+constexpr double kBeside = 4;  // deviations to a bound
+
+// Eigenvalues within the range of deviations.
+MatrixXd metric_of(const MatrixXd& information) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
+  const VectorXd values =
+      axes.eigenvalues().cwiseMax(std::pow(kMostDeviation, -2)).cwiseMin(std::pow(kLeastDeviation, -2));
+  return axes.eigenvectors() * values.asDiagonal() * axes.eigenvectors().transpose();
+}
+
+VectorXd deviations_of(const MatrixXd& metric) {
+  return metric.llt().solve(MatrixXd::Identity(metric.rows(), metric.cols())).diagonal().cwiseSqrt();
+}
+
+double distance(const MatrixXd& metric, const VectorXd& x) { return std::sqrt(x.dot(metric * x)); }
+
+Box extent(const Box& box, const VectorXd& x, const MatrixXd& metric, double deviations) {
+  const VectorXd reach = deviations * deviations_of(metric);
+  return {box.least.cwiseMax(x - reach), box.most.cwiseMin(x + reach)};
+}
+
+VectorXd maximum_of(const Likelihood& likelihood, const VectorXd& from) {
+  return maximise_in_box(likelihood.value, likelihood.second_order, likelihood.box, from).x;
+}
+
+VectorXd greatest_of(const Likelihood& likelihood, const std::vector<VectorXd>& starts) {
+  BoxMaximum best{starts.front(), -std::numeric_limits<double>::infinity(), false};
+  for (const VectorXd& start : starts)
+    if (BoxMaximum found = maximise_in_box(likelihood.value, likelihood.second_order, likelihood.box, start);
+        found.value > best.value)
+      best = std::move(found);
+  return best.x;
+}
+
+// Variances of the maximum by the draws, by the jackknife over their groups.
+VectorXd variances_by_draws(const EvidenceMap& map, const MatrixXd& metric, const Box& box, const VectorXd& maximum) {
+  constexpr int kGroups = EvidenceMap::kGroups;
+  MatrixXd maxima(maximum.size(), kGroups);
+  for (int g = 0; g < kGroups; ++g) maxima.col(g) = maximum_of(map.likelihood(metric, box, g), maximum);
+  return (maxima.colwise() - maxima.rowwise().mean()).rowwise().squaredNorm() * ((kGroups - 1.0) / kGroups);
+}
+
+}  // namespace
+
+Fitter::Excess Fitter::sampled_excess(const State& state, Draws& draws) const {
+  const MatchingObjective objective = this->objective(state);
+  const auto shapes = static_cast<int>(state.matches.size());
+  const int count = std::clamp(kDrawsOfCohort / shapes, kFewestDraws, kMostDraws);
+  draws.resize(at(shapes));
+  Excess excess{std::vector<VectorXd>(at(shapes))};
+  std::vector<char> enough(at(shapes));
+  parallel_for(shapes, [&](int s) {
+    const Linearised& match = state.matches[at(s)];
+    const ImportanceEstimate sampled =
+        importance_sample(objective, observations_[at(s)], match, count, 0, settings_.seed + at(s), draws[at(s)]);
+    excess.of_shapes[at(s)] = sampled.log_pairs.array() - match.log_evidence;
+    enough[at(s)] = sampled.effective_samples >= kFewEffective * sampled.samples ? 1 : 0;
+    if (settings_.on_match) settings_.on_match();
+  });
+  excess.enough = std::all_of(enough.begin(), enough.end(), [](char is) { return is != 0; });
+  return excess;
+}
+
+// Charts the candidates, and finds the best: by the samples, or by Laplace's approximation where they do not tell.
+Fitter::State Fitter::best_candidate(const std::vector<State>& candidates, EvidenceMap& map, Draws& draws) const {
+  const auto least = [](const State& a, const State& b) { return a.log_evidence() < b.log_evidence(); };
+  const State& laplace = *std::max_element(candidates.begin(), candidates.end(), least);
+  const State* greatest = nullptr;
+  double value = -std::numeric_limits<double>::infinity();
+  for (const State& state : candidates) {
+    if (!state.all_matched() || state.log_evidence() < laplace.log_evidence() - kHopeless) continue;
+    map.add(place(state), state.log_evidence());
+    if (settings_.importance_samples == 0) continue;
+    Excess excess = sampled_excess(state, draws);
+    if (!excess.enough) continue;
+    const double here = state.log_evidence() + sum_of_log_means(excess.of_shapes);
+    map.add_samples(place(state), std::move(excess.of_shapes));
+    if (here <= value) continue;
+    value = here;
+    greatest = &state;
+  }
+  return greatest == nullptr ? laplace : *greatest;
+}
+
+// Adds a place to the map, unless it is known; none where some shape has no match, as time steps are too few for it.
+std::optional<Fitter::State> Fitter::chart_at(const Chart& chart, const VectorXd& x, bool sampled, EvidenceMap& map,
+                                              Draws& draws) const {
+  const VectorXd to = chart.box.clipped(x);
+  try {
+    const bool is_centre = to == place(chart.centre);
+    State state = is_centre ? chart.centre : moved(chart.centre, to);
+    if (!is_centre && !state.all_matched()) return std::nullopt;
+    const bool adds_samples = sampled && chart.sampled && !map.is_known(to, true, chart.metric);
+    if (adds_samples || !map.is_known(to, false, chart.metric)) map.add(to, state.log_evidence());
+    if (adds_samples)
+      if (Excess excess = sampled_excess(state, draws); excess.enough) map.add_samples(to, std::move(excess.of_shapes));
+    return state;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+// Places along the axes of the metric, and at bounds that are near.
+void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) const {
+  const VectorXd centre = place(chart.centre);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(chart.metric);
+  const MatrixXd axes = solver.eigenvectors() * solver.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
+  const auto add = [&](const VectorXd& aside, bool sampled) {
+    if (const VectorXd x = chart.box.clipped(centre + aside); !map.is_known(x, sampled, chart.metric))
+      chart_at(chart, x, sampled, map, draws);
+  };
+  add(VectorXd::Zero(centre.size()), true);
+  const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(centre.size(), centre.size()));
+  for (Index g = 0; g < groups(); ++g)
+    if (const double down = chart.box.least[g] - centre[g]; -down < kBeside * std::sqrt(covariance(g, g)))
+      add(covariance.col(g) * (down / covariance(g, g)), true);
+  for (Index i = 0; i < axes.cols(); ++i)
+    for (const double sign : {1.0, -1.0}) {
+      add(sign * kSampledAxis * axes.col(i), true);
+      for (const double part : kAxes) add(sign * part * axes.col(i), false);
+      for (Index j = 0; j < i; ++j) {
+        add(sign * kSampledPair * (axes.col(i) + axes.col(j)), sign > 0);
+        add(sign * kPair * (axes.col(i) - axes.col(j)), false);
+      }
+    }
+}
+
+// Profile intervals, widened by what the draws leave uncertain. The ends are charted, and found once more.
+Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) const {
+  const Index n = numbers_open();
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  Maximum found{std::move(best), chart.metric, VectorXd::Constant(n, -kNowhere), VectorXd::Constant(n, kNowhere)};
+  const VectorXd found_at = place(found.state);
+  const VectorXd by_metric = deviations_of(chart.metric);
+  const Box box = extent(chart.box, found_at, chart.metric, kExtent);
+  for (const bool last : {false, true}) {
+    Likelihood likelihood = map.likelihood(chart.metric, box);
+    likelihood.maximum = maximum_of(likelihood, found_at);
+    const MatrixXd information = likelihood.second_order(likelihood.maximum).information;
+    if (Eigen::LLT<MatrixXd>(information).info() == Eigen::Success) found.information = information;
+    const VectorXd deviations = deviations_of(metric_of(found.information));
+    VectorXd by_draws = VectorXd::Zero(n);
+    if (map.has_samples()) by_draws = variances_by_draws(map, chart.metric, box, likelihood.maximum);
+    for (Index i = 0; i < n; ++i)
+      for (const int direction : {-1, 1}) {
+        const double wider = 1 + by_draws[i] / (deviations[i] * deviations[i]);
+        const auto drop = [&](double t) {
+          return wider * (i < groups() ? drop_of_ninety((t - chart.box.least[i]) / deviations[i]) : kDropOfNinety);
+        };
+        const auto end = profile_end(likelihood, i, direction, deviations[i], drop);
+        const double bound = (direction < 0 ? chart.box.least : chart.box.most)[i];
+        const bool is_bound = (direction < 0 ? box.least : box.most)[i] == bound;
+        // Where the chart has no end, as too few places about it have matches, that of a parabola.
+        const double otherwise = is_bound
+                                     ? direction * kNowhere
+                                     : found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
+        (direction < 0 ? found.low : found.high)[i] = end ? (*end)[i] : otherwise;
+        if (end && !last) chart_at(chart, *end, true, map, draws);
+      }
+  }
+  return found;
+}
+
+// About a state, or, where a variance is near its bound, so far from that that the places of a survey are not, with the
+// others where the metric has them best.
+Fitter::Chart Fitter::chart_about(const State& state, const Box& box, bool sampled) const {
+  const VectorXd steps = VectorXd::Constant(numbers_open(), kDifference);
+  const auto about = [&](const State& centre) {
+    return Chart{centre, metric_of(second_order(centre, box, steps).information), box, sampled};
+  };
+  Chart chart = about(state);
+  const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(chart.metric.rows(), chart.metric.cols()));
+  VectorXd x = place(state);
+  for (Index g = 0; g < groups(); ++g) {
+    const double missing = box.least[g] + kSampledAxis * std::sqrt(covariance(g, g)) - x[g];
+    if (missing > 0) x += covariance.col(g) * (missing / covariance(g, g));
+  }
+  try {
+    if (const State aside = moved(state, box.clipped(x)); aside.all_matched() && x != place(state)) return about(aside);
+  } catch (const Error&) {
+    // too few time steps there
+  }
+  return chart;
+}
+
+Fitter::Maximum Fitter::search(const State& start) const {
+  Draws draws;
+  const Box box = everywhere(start);
+  EvidenceMap map;
+  State best = best_candidate(candidates(start), map, draws);
+  const bool sampled = map.has_samples();
+  Chart chart;
+  for (int count = 0; count < kMostCharts; ++count) {
+    chart = chart_about(best, box, sampled);
+    survey(chart, map, draws);
+    const VectorXd centre = place(chart.centre);
+    bool at_rest = false;
+    for (int places = 0; places < kMostPlaces && !at_rest; ++places) {
+      const VectorXd before = map.best_place();
+      Box near = extent(box, centre, chart.metric, kTrusted);
+      near = {near.least.cwiseMin(before), near.most.cwiseMax(before)};
+      const VectorXd x = greatest_of(map.likelihood(chart.metric, near), {before, place(best), centre});
+      at_rest = distance(chart.metric, x - before) < kAtRest;
+      std::optional<State> next;
+      for (const double part : {1.0, 0.5, 0.25})
+        if (!at_rest && !next) next = chart_at(chart, before + part * (x - before), true, map, draws);
+      if (!next) break;
+    }
+    if (auto there = chart_at(chart, map.best_place(), false, map, draws)) best = std::move(*there);
+    best.converged = at_rest && best.all_matched();
+    if (distance(chart.metric, place(best) - centre) < kTrusted) break;
+  }
+  return find_intervals(chart, best, map, draws);
+}
+
+}  // namespace pulson

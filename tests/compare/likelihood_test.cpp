@@ -1,0 +1,128 @@
+// The surfaces by which the evidence is searched, and the intervals from them.
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "evidence_map.hpp"
+#include "profile.hpp"
+#include "response_surface.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// −½ (x − m)ᵀA(x − m) with m = (1, −2)
+const MatrixXd kInformation{{4, 1.5}, {1.5, 1}};
+const VectorXd kMiddle{{1, -2}};
+double quadratic(const VectorXd& x) { return -0.5 * (x - kMiddle).dot(kInformation * (x - kMiddle)); }
+SecondOrder second_order(const VectorXd& x) { return {-kInformation * (x - kMiddle), kInformation}; }
+
+MatrixXd places() {
+  MatrixXd places(2, 9);
+  places << 0, 1, 2, 0, 1, 2, 0, 1, 2.5, -3, -3, -3, -2, -2, -2, -1, -1, -1;
+  return places;
+}
+
+TEST(ResponseSurface, IsTheQuadraticThroughItsValues) {
+  const MatrixXd at = places();
+  VectorXd values(at.cols());
+  for (Index k = 0; k < at.cols(); ++k) values[k] = quadratic(at.col(k));
+  const ResponseSurface surface(at, values, kInformation);
+  const VectorXd x{{0.3, -1.4}};
+  EXPECT_NEAR(surface(x), quadratic(x), 1e-10);
+  EXPECT_LE((surface.second_order(x).gradient - second_order(x).gradient).norm(), 1e-9);
+  EXPECT_LE((surface.second_order(x).information - kInformation).norm(), 1e-9);
+}
+
+TEST(ResponseSurface, PassesThroughAnyValuesWithItsOwnDerivatives) {
+  const MatrixXd at = places();
+  const VectorXd values = (0.3 * at.row(0).array()).exp() * (0.5 * at.row(1).array()).sin();
+  const ResponseSurface surface(at, values, kInformation);
+  for (Index k = 0; k < at.cols(); ++k) EXPECT_NEAR(surface(at.col(k)), values[k], 1e-9);
+  const VectorXd x{{0.3, -1.4}};
+  EXPECT_NEAR(surface(x), std::exp(0.3 * x[0]) * std::sin(0.5 * x[1]), 0.02);
+  const double h = 1e-4;
+  const SecondOrder here = surface.second_order(x);
+  for (Index i = 0; i < 2; ++i) {
+    const VectorXd step = h * VectorXd::Unit(2, i);
+    EXPECT_NEAR(here.gradient[i], (surface(x + step) - surface(x - step)) / (2 * h), 1e-6);
+    const VectorXd bend = (surface.second_order(x + step).gradient - surface.second_order(x - step).gradient) / (2 * h);
+    EXPECT_LE((here.information.col(i) + bend).norm(), 1e-6);
+  }
+}
+
+// One number never varies, so that no quadratic is determined.
+TEST(ResponseSurface, OfPlacesOnALineIsFlatAcrossIt) {
+  MatrixXd at(2, 4);
+  at << 0, 1, 2, 3, 5, 5, 5, 5;
+  const ResponseSurface surface(at, VectorXd{{0, 1, 4, 9}}, MatrixXd::Identity(2, 2));
+  EXPECT_NEAR(surface(VectorXd{{2, 5}}), 4, 1e-9);
+  EXPECT_TRUE(std::isfinite(surface(VectorXd{{2, 6}})));
+}
+
+TEST(MaximiseInBox, FindsTheMaximumInsideAndAtABound) {
+  const Box wide{VectorXd{{-9, -9}}, VectorXd{{9, 9}}};
+  const BoxMaximum inside = maximise_in_box(quadratic, second_order, wide, VectorXd{{0, 0}});
+  EXPECT_TRUE(inside.converged);
+  EXPECT_LE((inside.x - kMiddle).norm(), 1e-6);
+  const Box narrow{VectorXd{{-9, -1}}, VectorXd{{9, 9}}};
+  const BoxMaximum bound = maximise_in_box(quadratic, second_order, narrow, VectorXd{{0, 0}});
+  EXPECT_NEAR(bound.x[1], -1, 1e-12);
+  EXPECT_NEAR(bound.x[0], 1 - 1.5 / 4, 1e-6);  // the best with the other held
+}
+
+TEST(ProfileEnd, OfAQuadraticIsTheMarginalDeviation) {
+  const Likelihood likelihood{quadratic, second_order, {VectorXd{{-99, -99}}, VectorXd{{99, 99}}}, kMiddle};
+  const MatrixXd covariance = kInformation.inverse();
+  for (const Index i : {0, 1})
+    for (const int direction : {-1, 1}) {
+      const double deviation = std::sqrt(covariance(i, i));
+      const auto end = profile_end(likelihood, i, direction, deviation, [](double) { return kDropOfNinety; });
+      ASSERT_TRUE(end);
+      EXPECT_NEAR((*end)[i], kMiddle[i] + direction * 1.64485 * deviation, 2e-3 * deviation);
+    }
+}
+
+TEST(ProfileEnd, IsNoneBeyondTheBox) {
+  const Likelihood likelihood{quadratic, second_order, {VectorXd{{0.9, -99}}, VectorXd{{99, 99}}}, kMiddle};
+  EXPECT_FALSE(profile_end(likelihood, 0, -1, 1, [](double) { return kDropOfNinety; }));
+}
+
+// An estimate that would be N(d, 1) were there no bound at 0: the likelihood ratio of the truth d over a grid of 2e5
+// quantiles.
+TEST(DropOfNinety, CoversNinetyPerCentAtAnyDistanceFromABound) {
+  EXPECT_NEAR(2 * drop_of_ninety(0), 1.6424, 1e-3);
+  EXPECT_DOUBLE_EQ(drop_of_ninety(5), kDropOfNinety);
+  for (const double d : {0.0, 0.3, 0.8, 1.2, 1.6, 2.0}) {
+    constexpr double kStep = 1e-4;
+    double covered = 0;
+    for (double z = -8; z < 8; z += kStep) {
+      const double seen = d + z;
+      const double best = std::max(seen, 0.0);
+      const double drop = 0.5 * ((seen - d) * (seen - d) - (seen - best) * (seen - best));
+      if (drop <= drop_of_ninety(d)) covered += kStep * std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
+    }
+    EXPECT_NEAR(covered, 0.9, 1e-3) << d;
+  }
+}
+
+TEST(SumOfLogMeans, LeavesOutAGroup) {
+  const VectorXd logs = VectorXd::LinSpaced(16, 0, 1.5);
+  const std::vector<VectorXd> two{logs, logs};
+  EXPECT_NEAR(sum_of_log_means(two), 2 * sum_of_log_means({logs}), 1e-12);
+  VectorXd without(14);
+  without << logs.segment(0, 3), logs.segment(4, 7), logs.tail(4);
+  EXPECT_NEAR(sum_of_log_means({logs}, 3), sum_of_log_means({without}), 1e-12);
+  const VectorXd alike = VectorXd::Constant(16, 2.5);
+  EXPECT_NEAR(sum_of_log_means({alike}), 2.5, 1e-12);
+}
+
+}  // namespace
+}  // namespace pulson

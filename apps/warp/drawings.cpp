@@ -146,7 +146,7 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
                        .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
                        .subtitle = fmt::format("Mean difference of the colours, where both are: {:.1f} of 255",
                                                mean_difference(shown, there))};
-  for (const char* heading : {"Squares of both by turns", "Half of each", "Difference: white where both agree"})
+  for (const char* heading : {"Checkerboard of both", "Half of each", "Difference: white where both agree"})
     picture.panels.push_back(panel_of(heading, frames.width, frames.height));
   write(std::move(picture), images, arguments_.overlay);
 }

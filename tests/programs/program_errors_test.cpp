@@ -91,7 +91,7 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"RegisterAlone", "register", {"SOURCE"}},
     {"NoTarget", "register a.csv -o out", {"TARGET"}},
     {"NoFolder", "register a.csv b.csv", {"--out"}},
-    {"OneFileTooMany", "register a.csv b.csv a.csv -o out", {"a.csv"}},
+    {"OneFileTooMany", "warp out a.csv b.csv -o new", {"'b.csv' is one argument too many"}},
     {"InfoAlone", "info", {"WHAT"}},
     {"InfoNonsense", "info nonsense", {"'nonsense'", "kernels, noises, integrators, formats"}},
     {"InfoFolder", "info folder", {"'folder'", "a file is needed"}},

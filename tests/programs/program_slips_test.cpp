@@ -175,7 +175,7 @@ TEST_F(Slips, WordsOfTheParserAreOurs) {
   write("a.csv", "0,0\n1,0\n1,1\n");
   EXPECT_THAT(run(words("register a.csv a.csv -o out --sigma half")).err,
               HasSubstr("--sigma is 'half'; a number is needed"));
-  EXPECT_THAT(run(words("register a.tps 1 2 -o out")).err, HasSubstr("'2' is one argument too many"));
+  EXPECT_THAT(run(words("warp out 1 2 -o new")).err, HasSubstr("'2' is one argument too many"));
   EXPECT_THAT(run(words("register a.tps b.tps")).err, HasSubstr("--out is required: -o FOLDER"));
 }
 

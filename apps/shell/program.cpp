@@ -202,6 +202,8 @@ std::string parse_error_text(const CLI::ParseError& error) {
     return fmt::format("{} is '{}'; a number is needed", text.substr(kNoNumber.size(), equals - kNoNumber.size()),
                        text.substr(equals + 3));
   if (begins(kExtra)) return fmt::format("'{}' is one argument too many", text.substr(kExtra.size()));
+  if (constexpr std::string_view kMore = "The following arguments were not expected: "; begins(kMore))
+    return fmt::format("arguments too many: {}", text.substr(kMore.size()));
   if (begins("--out is required")) return "--out is required: -o FOLDER or FILE says where the results go";
   return text;
 }

@@ -78,9 +78,9 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
     fmt::print("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.spacing[0],
                frames->input.spacing[0] == 1 ? "unit" : "units", frames->input.y_up ? "up (flipped)" : "down");
   }
-  fmt::print("accuracy   landmarks to {:.1e} {}{}\n", figures.landmark_error_max,
+  fmt::print("accuracy   landmarks to {:.2g} {}{}\n", figures.landmark_error_max,
              frames != nullptr ? "pixels" : "units",
-             frames != nullptr ? fmt::format(", map to {:.1e} pixels", figures.map_error) : "");
+             frames != nullptr ? fmt::format(", map to {:.2g} pixels", figures.map_error) : "");
   if (figures.ridge > 0)
     fmt::print("ridge      {:.1e}: landmarks are so close that the map reproduces their noise only approximately\n",
                figures.ridge);

@@ -176,6 +176,7 @@ TEST_F(Slips, WordsOfTheParserAreOurs) {
   EXPECT_THAT(run(words("register a.csv a.csv -o out --sigma half")).err,
               HasSubstr("--sigma is 'half'; a number is needed"));
   EXPECT_THAT(run(words("warp out 1 2 -o new")).err, HasSubstr("'2' is one argument too many"));
+  EXPECT_THAT(run(words("warp out 1 2 3 -o new")).err, HasSubstr("arguments too many: "));
   EXPECT_THAT(run(words("register a.tps b.tps")).err, HasSubstr("--out is required: -o FOLDER"));
 }
 

@@ -1,5 +1,6 @@
 #include "report.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 
@@ -53,6 +54,18 @@ ReportTable evidence_table(const Comparison& comparison) {
   return table;
 }
 
+// Inversions are of shapes on a line, triangles of the plane, scores of shapes that were held out.
+ReportTable without_empty_columns(ReportTable table) {
+  for (std::size_t column = table.header.size(); column-- > 0;) {
+    const auto is_empty = [&](const std::vector<ReportCell>& row) { return row[column].text.empty(); };
+    if (!std::all_of(table.rows.begin(), table.rows.end(), is_empty)) continue;
+    const auto at = static_cast<std::ptrdiff_t>(column);
+    table.header.erase(table.header.begin() + at);
+    for (std::vector<ReportCell>& row : table.rows) row.erase(row.begin() + at);
+  }
+  return table;
+}
+
 ReportTable fit_table(const Comparison& comparison) {
   ReportTable table{
       {"noise", "rms", "energy", "action", "inversions", "triangles", "folded", "energy score", "coverage 90 %",
@@ -75,7 +88,7 @@ ReportTable fit_table(const Comparison& comparison) {
          prediction ? cell({prediction->coverage, prediction->coverage_error}, "{:.2f}") : ReportCell{""},
          cell(model.seconds, "{:.2f}")});
   }
-  return table;
+  return without_empty_columns(std::move(table));
 }
 
 ReportTable shape_table(const Comparison& comparison) {

@@ -21,6 +21,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
+// Fewer shapes have deviations that are far larger than the bias of Laplace's numbers, which does not shrink with them.
+constexpr Index kFewestSampled = 3;
 constexpr double kHopeless = 15;      // nats that Laplace's evidence is below another candidate's
 constexpr double kMostDeviation = 2;  // of a coordinate, and least, of a chart
 constexpr double kLeastDeviation = 0.01;
@@ -105,7 +107,7 @@ Fitter::State Fitter::best_candidate(const std::vector<State>& candidates, Evide
   for (const State& state : candidates) {
     if (!state.all_matched() || state.log_evidence() < laplace.log_evidence() - kHopeless) continue;
     map.add(place(state), state.log_evidence());
-    if (settings_.importance_samples == 0) continue;
+    if (settings_.importance_samples == 0 || std::ssize(state.matches) < kFewestSampled) continue;
     Excess excess = sampled_excess(state, draws);
     if (!excess.enough) continue;
     const double here = state.log_evidence() + sum_of_log_means(excess.of_shapes);

@@ -172,6 +172,7 @@ double parse_coordinate(std::string_view text, const CoordinatePlace& place) {
 }
 
 Eigen::MatrixXd points_from(const std::vector<double>& coordinates, std::size_t dimension) {
+  if (dimension == 0) return {};
   return Eigen::MatrixXd::Map(coordinates.data(), static_cast<Eigen::Index>(dimension),
                               static_cast<Eigen::Index>(coordinates.size() / dimension));
 }

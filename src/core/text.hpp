@@ -99,7 +99,7 @@ bool is_number(std::string_view text);
 /// names the place.
 double parse_coordinate(std::string_view text, const CoordinatePlace& place);
 
-/// Points whose coordinates follow one another, `dimension` of each.
+/// Points whose coordinates follow one another, `dimension` of each; of none there are no points.
 Eigen::MatrixXd points_from(const std::vector<double>& coordinates, std::size_t dimension);
 
 /// The texts; nothing where all of them are empty.

@@ -92,7 +92,7 @@ TEST_F(RegisterCohort, NothingIsWrittenWhereAllFail) {
 TEST_F(RegisterCohort, NamesOfFoldersAreSafeAndDiffer) {
   std::string text = "specimen,x,y\n";
   for (const std::string name : {"../a b", ".._a_b", "cohort.csv"})
-    for (const std::string row : {"0,0", "1,0", "0.1,1"}) text += name + "," + row + "\n";
+    for (const std::string row : {"0,0", "1,0", "0.1,1"}) text.append(name).append(",").append(row).append("\n");
   std::ofstream("odd.csv") << text;
   ASSERT_EQ(run(words("register odd.csv -q -o out")).exit_code, 0);
   EXPECT_THAT(names_in("out"),

@@ -41,7 +41,8 @@ struct AxisRows {
   }
 
   Landmarks finish() {
-    shape.points = points_from(coordinates, count()).transpose();
+    const auto d = static_cast<Eigen::Index>(dimension);
+    shape.points = Points::Map(coordinates.data(), static_cast<Eigen::Index>(count()), d).transpose();  // may be d×0
     return std::move(shape);
   }
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <mutex>
 
 #include <cblas.h>
@@ -12,6 +13,8 @@
 
 namespace pulson {
 namespace {
+
+using oneapi::tbb::task_arena;
 
 std::atomic<int> requested_threads{0};
 thread_local bool inside_task = false;
@@ -25,6 +28,16 @@ int blas_threads_before = 1;
 int available_threads() {
   using oneapi::tbb::global_control;
   return static_cast<int>(global_control::active_value(global_control::max_allowed_parallelism));
+}
+
+// The arena of the last call, which the next takes where it may use as many threads: to end one, TBB waits until its
+// threads have left it.
+std::shared_ptr<task_arena> arena_of(int threads) {
+  static std::mutex mutex;
+  static auto* last = new std::shared_ptr<task_arena>();  // lives as long as TBB's threads
+  const std::lock_guard lock(mutex);
+  if (*last == nullptr || (*last)->max_concurrency() != threads) *last = std::make_shared<task_arena>(threads);
+  return *last;
 }
 
 }  // namespace
@@ -54,13 +67,12 @@ SerialBlas::~SerialBlas() {
 
 void parallel_for(int count, const std::function<void(int)>& task) {
   const SerialBlas serial;
-  const int threads = inside_task ? 1 : std::min(thread_count(), count);
-  if (threads <= 1) {
+  const int threads = inside_task ? 1 : thread_count();
+  if (std::min(threads, count) <= 1) {
     for (int i = 0; i < count; ++i) task(i);
     return;
   }
-  oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] {
+  arena_of(threads)->execute([&] {
     oneapi::tbb::parallel_for(
         oneapi::tbb::blocked_range<int>(0, count, 1),
         [&](const oneapi::tbb::blocked_range<int>& range) {

@@ -67,7 +67,7 @@ Points EffectiveHamiltonian::velocity_change(const PhaseState& state, const Poin
 }
 
 Points EffectiveHamiltonian::force_change(const PhaseState& state, const PhaseState& change) const {
-  Points df = system_.kernel.hessian(state.q, state.p, change.q) + system_.kernel.gradient(state.q, change.p, state.p);
+  Points df = system_.kernel.flow_tangent(state.q, state.p, change.q, change.p).force;
   if (!noisy_) return df;
   const NoiseModel& noise = *system_.noise;
   df += noise.hessian(state, controls(state), change).q;

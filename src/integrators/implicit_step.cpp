@@ -227,8 +227,8 @@ PhaseState operator*(double factor, const PhaseState& a) { return {factor * a.q,
 PhaseState StepField::value(const PhaseState& z) const {
   PhaseState f = zero(z);
   if (dt_ != 0) {
-    const Points velocity = hamiltonian_p(system_.kernel, z.q, z.p);
-    f = {dt_ * velocity, -dt_ * hamiltonian_q(system_.kernel, z.q, z.p) - dt_ * system_.noise->friction() * velocity};
+    const Flow flow = system_.kernel.flow(z.q, z.p);
+    f = {dt_ * flow.velocity, -dt_ * flow.force - dt_ * system_.noise->friction() * flow.velocity};
   }
   if (!has_noise()) return f;
   const PhaseState h = system_.noise->gradient(z, w_);
@@ -236,25 +236,22 @@ PhaseState StepField::value(const PhaseState& z) const {
 }
 
 PhaseState StepField::tangent(const PhaseState& z, const PhaseState& delta) const {
-  const KernelOperator& kernel = system_.kernel;
   PhaseState f = zero(z);
   if (dt_ != 0) {
-    const Points velocity = kernel.apply_tangent(z.q, z.p, delta.q) + kernel.apply(z.q, z.q, delta.p);
-    const Points force = kernel.hessian(z.q, z.p, delta.q) + kernel.gradient(z.q, delta.p, z.p);
-    f = {dt_ * velocity, -dt_ * force - dt_ * system_.noise->friction() * velocity};
+    const Flow change = system_.kernel.flow_tangent(z.q, z.p, delta.q, delta.p);
+    f = {dt_ * change.velocity, -dt_ * change.force - dt_ * system_.noise->friction() * change.velocity};
   }
   if (!has_noise()) return f;
   const PhaseState h = system_.noise->hessian(z, w_, delta);
   return {f.q + h.p, f.p - h.q};
 }
 
+// The second derivatives of H are symmetric: the tangent along (−μ_p, μ_q), its parts exchanged.
 PhaseState StepField::transposed(const PhaseState& z, const PhaseState& mu) const {
-  const KernelOperator& kernel = system_.kernel;
   PhaseState f = zero(z);
   if (dt_ != 0) {
-    const Points v = mu.q - system_.noise->friction() * mu.p;
-    f = {dt_ * (kernel.gradient(z.q, v, z.p) - kernel.hessian(z.q, z.p, mu.p)),
-         dt_ * (kernel.apply(z.q, z.q, v) - kernel.apply_tangent(z.q, z.p, mu.p))};
+    const Flow change = system_.kernel.flow_tangent(z.q, z.p, -mu.p, mu.q - system_.noise->friction() * mu.p);
+    f = {dt_ * change.force, dt_ * change.velocity};
   }
   if (!has_noise()) return f;
   return f + system_.noise->hessian(z, w_, {-mu.p, mu.q});

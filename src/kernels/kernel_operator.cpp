@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/core.h>
 
@@ -57,13 +58,14 @@ void run(PairSumArguments& arguments, const std::vector<KernelTerm>& terms) {
   }
 }
 
-// Σ over the pairs of targets x, which carry u and v, and sources y, which carry a and b; null where a sum needs none.
-// `rows` numbers a target.
+// Σ over the pairs of targets x, which carry u, v and w, and sources y, which carry a, b and c; null where a sum needs
+// none. `rows` numbers a target.
 CoordinateRows pair_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& x, const Points* u,
-                        const Points* v, const Points& y, const Points& a, const Points* b, Eigen::Index rows) {
+                        const Points* v, const Points& y, const Points& a, const Points* b, Eigen::Index rows,
+                        const Points* w = nullptr, const Points* c = nullptr) {
   const Points none(x.rows(), 0);
-  const CoordinateRows x_rows(x), u_rows(u ? *u : none), v_rows(v ? *v : none);
-  const CoordinateRows y_rows(y), a_rows(a), b_rows(b ? *b : none);
+  const CoordinateRows x_rows(x), u_rows(u ? *u : none), v_rows(v ? *v : none), w_rows(w ? *w : none);
+  const CoordinateRows y_rows(y), a_rows(a), b_rows(b ? *b : none), c_rows(c ? *c : none);
   CoordinateRows out(x_rows.stride(), rows);
   PairSumArguments arguments{.sum = sum,
                              .dimension = static_cast<int>(x.rows()),
@@ -75,9 +77,11 @@ CoordinateRows pair_sum(PairSum sum, const std::vector<KernelTerm>& terms, const
                              .x = x_rows.data(),
                              .u = u_rows.data(),
                              .v = v_rows.data(),
+                             .w = w_rows.data(),
                              .y = y_rows.data(),
                              .a = a_rows.data(),
                              .b = b_rows.data(),
+                             .c = c_rows.data(),
                              .out = out.data()};
   run(arguments, terms);
   return out;
@@ -91,6 +95,17 @@ Indices nonzero_columns(const Points& p) {
   for (Eigen::Index j = 0; j < p.cols(); ++j)
     if (!(p.col(j).array() == 0).all()) columns.push_back(j);
   return columns;
+}
+
+Indices all_columns(const Points& points) {
+  Indices columns(static_cast<std::size_t>(points.cols()));
+  std::iota(columns.begin(), columns.end(), Eigen::Index(0));
+  return columns;
+}
+
+// All points, or those of the columns.
+Points part(const Points& points, const Indices& columns) {
+  return static_cast<Eigen::Index>(columns.size()) == points.cols() ? points : Points(points(Eigen::all, columns));
 }
 
 Indices complement(const Indices& columns, Eigen::Index count) {
@@ -118,16 +133,11 @@ CoordinateRows field_sum(PairSum sum, const std::vector<KernelTerm>& terms, cons
 void add_self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& q, const Points& u, const Points& v,
                   const Points& a, const Points& b, const Indices& targets, const Indices& sources, Points& out) {
   if (targets.empty() || sources.empty()) return;
-  const auto part = [](const Points& points, const Indices& columns) -> Points {
-    return static_cast<Eigen::Index>(columns.size()) == points.cols() ? points : Points(points(Eigen::all, columns));
-  };
   const Points of_u = part(u, targets), of_v = part(v, targets), of_b = part(b, sources);
   const CoordinateRows sums =
       pair_sum(sum, terms, part(q, targets), &of_u, &of_v, part(q, sources), part(a, sources), &of_b, q.rows());
   out(Eigen::all, targets) += sums.points(0, q.rows(), static_cast<Eigen::Index>(targets.size()));
 }
-
-Indices all_columns(const Points& points) { return complement({}, points.cols()); }
 
 template <int d>
 StepMatrices step_matrices_in(const KernelOperator& kernel, const Points& q, const Points& p, double dt,
@@ -252,6 +262,27 @@ Points KernelOperator::hessian(const Points& q, const Points& p, const Points& d
   const Indices moving = nonzero_columns(p);
   add_self_sum(PairSum::kHessian, terms_, q, delta, p, p, delta, moving, moving, sum);
   return sum;
+}
+
+// Landmarks without momentum add nothing.
+Flow KernelOperator::flow(const Points& q, const Points& p) const {
+  check_sources(q, q, p);
+  const Eigen::Index d = q.rows();
+  const Indices moving = nonzero_columns(p);
+  const CoordinateRows sums =
+      pair_sum(PairSum::kFlow, terms_, q, nullptr, &p, part(q, moving), part(p, moving), nullptr, 2 * d);
+  return {sums.points(0, d, q.cols()), sums.points(d, d, q.cols())};
+}
+
+Flow KernelOperator::flow_tangent(const Points& q, const Points& p, const Points& dq, const Points& dp) const {
+  check_vectors(q, p, dq);
+  require_size("the change of the momenta of a kernel sum", dp, q.rows(), q.cols());
+  const Eigen::Index d = q.rows();
+  const Indices moving = nonzero_columns(p.cwiseAbs() + dp.cwiseAbs());
+  const Points b = part(dq, moving), c = part(dp, moving);
+  const CoordinateRows sums =
+      pair_sum(PairSum::kFlowTangent, terms_, q, &dq, &p, part(q, moving), part(p, moving), &b, 2 * d, &dp, &c);
+  return {sums.points(0, d, q.cols()), sums.points(d, d, q.cols())};
 }
 
 Eigen::MatrixXd KernelOperator::gram(const Points& x, const Points& y) const {

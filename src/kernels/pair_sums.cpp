@@ -149,6 +149,64 @@ struct HessianSum {
   Vector x[d], u[d], v[d];
 };
 
+template <int d>
+struct FlowSum {
+  static constexpr int kRows = 2 * d;
+  static constexpr int kUnroll = 2;
+  using Source = typename ApplySum<d>::Source;
+  HWY_INLINE void Begin(const PairSumArguments& g, std::size_t i) {
+    Load<d>(g.x, g.target_stride, i, x);
+    Load<d>(g.v, g.target_stride, i, v);
+  }
+  template <class Profile>
+  HWY_INLINE void Add(const Profile& profile, const Source& source, Vector* sum) const {
+    Vector z[d];
+    const Jet jet = profile.First(Difference<d>(x, source.y, z));
+    const Vector slope = hn::Mul(jet.first, Dot<d>(v, source.a));
+    for (int c = 0; c < d; ++c) sum[c] = hn::MulAdd(jet.value, source.a[c], sum[c]);
+    for (int c = 0; c < d; ++c) sum[d + c] = hn::MulAdd(slope, z[c], sum[d + c]);
+  }
+  Vector x[d], v[d];
+};
+
+template <int d>
+struct FlowTangentSum {
+  static constexpr int kRows = 2 * d;
+  static constexpr int kUnroll = d == 1 ? 2 : 1;  // more would not find registers
+  struct Source {
+    Vector y[d], a[d], b[d], c[d];
+    Source(const PairSumArguments& g, std::size_t j) {
+      Broadcast<d>(g.y, g.source_stride, j, y);
+      Broadcast<d>(g.a, g.source_stride, j, a);
+      Broadcast<d>(g.b, g.source_stride, j, b);
+      Broadcast<d>(g.c, g.source_stride, j, c);
+    }
+  };
+  HWY_INLINE void Begin(const PairSumArguments& g, std::size_t i) {
+    Load<d>(g.x, g.target_stride, i, x);
+    Load<d>(g.u, g.target_stride, i, u);
+    Load<d>(g.v, g.target_stride, i, v);
+    Load<d>(g.w, g.target_stride, i, w);
+  }
+  template <class Profile>
+  HWY_INLINE void Add(const Profile& profile, const Source& source, Vector* sum) const {
+    Vector z[d], change[d];
+    const Jet jet = profile.Second(Difference<d>(x, source.y, z));
+    for (int i = 0; i < d; ++i) change[i] = hn::Sub(u[i], source.b[i]);
+    const Vector along = Dot<d>(z, change);
+    const Vector slope = hn::Mul(jet.first, along);
+    const Vector both = Dot<d>(v, source.a);
+    const Vector along_change = hn::Mul(both, jet.first);
+    const Vector crossed = hn::MulAdd(jet.first, hn::Add(Dot<d>(w, source.a), Dot<d>(v, source.c)),
+                                      hn::Mul(both, hn::Mul(jet.second, along)));
+    for (int i = 0; i < d; ++i) {
+      sum[i] = hn::MulAdd(jet.value, source.c[i], hn::MulAdd(slope, source.a[i], sum[i]));
+      sum[d + i] = hn::MulAdd(along_change, change[i], hn::MulAdd(crossed, z[i], sum[d + i]));
+    }
+  }
+  Vector x[d], u[d], v[d], w[d];
+};
+
 // kTargetBlock targets, `unroll` vectors of them at a time: independent chains hide the latency of the exponential.
 template <class Sum, class Profile, int unroll>
 HWY_INLINE std::size_t AddVectors(const PairSumArguments& g, const Profile& profile, std::size_t i) {
@@ -220,6 +278,10 @@ void AddPairSums(const PairSumArguments& g, std::size_t first) {
       return AddBlockWithProfile<GradientSum>(g, first);
     case PairSum::kHessian:
       return AddBlockWithProfile<HessianSum>(g, first);
+    case PairSum::kFlow:
+      return AddBlockWithProfile<FlowSum>(g, first);
+    case PairSum::kFlowTangent:
+      return AddBlockWithProfile<FlowTangentSum>(g, first);
   }
 }
 

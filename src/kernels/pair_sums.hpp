@@ -23,19 +23,21 @@ std::span<const ProfileFacts> kernel_profiles();
 
 const ProfileFacts& facts_of(KernelProfile profile);
 
-/// The sums over pairs that KernelOperator is made of; z = x_i − y_j. Targets carry u, v and sources a, b.
+/// The sums over pairs that KernelOperator is made of; z = x_i − y_j. Targets carry u, v, w and sources a, b, c.
 enum class PairSum {
   kApply,          ///< Σ_j K a_j
   kApplyJacobian,  ///< Σ_j K a_j and Σ_j a_j ∇Kᵀ (d + d² rows)
   kTangent,        ///< Σ_j a_j ∇K·(u_i − b_j)
   kGradient,       ///< Σ_j (u_i·b_j + v_i·a_j) ∇K, where targets carry (u, v) = sources' (a, b)
   kHessian,        ///< Σ_j (v_i·a_j) ∇²K (u_i − b_j)
+  kFlow,           ///< kApply and Σ_j (v_i·a_j) ∇K (2d rows)
+  kFlowTangent,    ///< Σ_j K c_j + kTangent, and kHessian + Σ_j (w_i·a_j + v_i·c_j) ∇K (2d rows)
 };
 
 /// Targets are processed in blocks of this many, so arrays over targets are padded to a multiple of it.
 inline constexpr std::size_t kTargetBlock = 64;
 
-/// Coordinate-major arrays: row c of x is x + c·target_stride, of y, a, b likewise with source_stride.
+/// Coordinate-major arrays: row c of x is x + c·target_stride, of y, a, b, c likewise with source_stride.
 struct PairSumArguments {
   PairSum sum = PairSum::kApply;
   int dimension = 2;
@@ -47,9 +49,11 @@ struct PairSumArguments {
   const double* x = nullptr;
   const double* u = nullptr;
   const double* v = nullptr;
+  const double* w = nullptr;
   const double* y = nullptr;
   const double* a = nullptr;
   const double* b = nullptr;
+  const double* c = nullptr;
   double* out = nullptr;  ///< rows of target_stride, added to
 };
 

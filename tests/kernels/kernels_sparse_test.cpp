@@ -94,6 +94,8 @@ TEST(SparseMomenta, GiveTheSameBitsOnAnyNumberOfThreads) {
     std::vector<Points> all = {kernel.apply(q, q, p), kernel.apply_with_jacobian(q, q, p, jacobian),
                                kernel.apply_tangent(q, p, a), kernel.gradient(q, a, p), kernel.hessian(q, p, a)};
     all.push_back(jacobian);
+    const Flow flow = kernel.flow(q, p), change = kernel.flow_tangent(q, p, a, p);
+    all.insert(all.end(), {flow.velocity, flow.force, change.velocity, change.force});
     set_thread_count(0);
     return all;
   };

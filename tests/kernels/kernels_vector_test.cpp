@@ -30,8 +30,17 @@ std::vector<Eigen::MatrixXd> every_sum(const KernelOperator& kernel, int dimensi
   const Points a = random_points(dimension, count, 3);
   Eigen::MatrixXd jacobian;
   const Points u = kernel.apply_with_jacobian(q, q, p, jacobian);
-  return {kernel.apply(q, q, p),  u, jacobian, kernel.apply_tangent(q, p, a), kernel.gradient(q, a, p),
-          kernel.hessian(q, p, a)};
+  const Flow flow = kernel.flow(q, p), change = kernel.flow_tangent(q, p, a, u);
+  return {kernel.apply(q, q, p),
+          u,
+          jacobian,
+          kernel.apply_tangent(q, p, a),
+          kernel.gradient(q, a, p),
+          kernel.hessian(q, p, a),
+          flow.velocity,
+          flow.force,
+          change.velocity,
+          change.force};
 }
 
 TEST(VectorTarget, ForcingATargetIsSeen) {

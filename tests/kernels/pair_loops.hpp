@@ -62,23 +62,38 @@ inline void expect_self_sums(const DefinedKernel& definition, const KernelOperat
   Sums tangent(d, q.cols());
   Sums gradient(d, q.cols());
   Sums hessian(d, q.cols());
+  Sums velocity(d, q.cols()), force(d, q.cols());
+  Sums velocity_change(d, q.cols()), force_change(d, q.cols());
   for (Eigen::Index i = 0; i < q.cols(); ++i) {
     for (Eigen::Index j = 0; j < q.cols(); ++j) {
       const Eigen::VectorXd z = q.col(i) - q.col(j);
       const Eigen::VectorXd w = delta.col(i) - delta.col(j);
       const RadialJet k = definition.factors(z.norm());
       const double slope = std::abs(k.first) * z.norm();
-      tangent.add(i, p.col(j) * k.first * z.dot(w), p.col(j).norm() * slope * w.norm());
-      gradient.add(i, (a.col(i).dot(p.col(j)) + p.col(i).dot(a.col(j))) * k.first * z,
-                   (a.col(i).norm() * p.col(j).norm() + p.col(i).norm() * a.col(j).norm()) * slope);
-      hessian.add(
-          i, p.col(i).dot(p.col(j)) * (k.first * w + k.second * z.dot(w) * z),
-          p.col(i).norm() * p.col(j).norm() * w.norm() * (std::abs(k.first) + std::abs(k.second) * z.squaredNorm()));
+      const double both = p.col(i).dot(p.col(j)), sizes = p.col(i).norm() * p.col(j).norm();
+      const Eigen::VectorXd shift = p.col(j) * k.first * z.dot(w);
+      const double shift_size = p.col(j).norm() * slope * w.norm();
+      tangent.add(i, shift, shift_size);
+      const Eigen::VectorXd pull = (a.col(i).dot(p.col(j)) + p.col(i).dot(a.col(j))) * k.first * z;
+      const double pull_size = (a.col(i).norm() * p.col(j).norm() + p.col(i).norm() * a.col(j).norm()) * slope;
+      gradient.add(i, pull, pull_size);
+      const Eigen::VectorXd bend = both * (k.first * w + k.second * z.dot(w) * z);
+      const double bend_size = sizes * w.norm() * (std::abs(k.first) + std::abs(k.second) * z.squaredNorm());
+      hessian.add(i, bend, bend_size);
+      velocity.add(i, k.value * p.col(j), k.value * p.col(j).norm());
+      force.add(i, both * k.first * z, sizes * slope);
+      velocity_change.add(i, k.value * a.col(j) + shift, k.value * a.col(j).norm() + shift_size);
+      force_change.add(i, bend + pull, bend_size + pull_size);
     }
   }
   tangent.expect_near(kernel.apply_tangent(q, p, delta), "apply_tangent");
   gradient.expect_near(kernel.gradient(q, a, p), "gradient");
   hessian.expect_near(kernel.hessian(q, p, delta), "hessian");
+  const Flow flow = kernel.flow(q, p), change = kernel.flow_tangent(q, p, delta, a);
+  velocity.expect_near(flow.velocity, "velocity of flow");
+  force.expect_near(flow.force, "force of flow");
+  velocity_change.expect_near(change.velocity, "velocity of flow_tangent");
+  force_change.expect_near(change.force, "force of flow_tangent");
 }
 
 }  // namespace pulson

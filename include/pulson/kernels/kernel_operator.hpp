@@ -48,6 +48,12 @@ struct StepMatrices {
   Eigen::MatrixXd hessian;
 };
 
+/// Velocities and forces of landmarks, d×N each: H_p and H_q, or their derivatives.
+struct Flow {
+  Points velocity;
+  Points force;
+};
+
 /// The kernel sums on which everything else is built, for K(z) = Σ_terms w k(|z|/α) in d = 1, 2, 3 dimensions.
 ///
 /// Points, momenta and displacements are d×N. Sums over pairs are vectorised over targets with run-time dispatch (SSE4,
@@ -90,6 +96,12 @@ class KernelOperator {
 
   /// H_qq δ: column i is Σ_j (p_i·p_j) ∇²K(q_i − q_j)(δ_i − δ_j).
   Points hessian(const Points& q, const Points& p, const Points& delta) const;
+
+  /// H_p = K(q)p and H_q, from one pass over the pairs. @param q, p d×N
+  Flow flow(const Points& q, const Points& p) const;
+
+  /// Their derivatives along (δq, δp), Aδq + K δp and H_qq δq + Aᵀδp, from one pass over the pairs.
+  Flow flow_tangent(const Points& q, const Points& p, const Points& dq, const Points& dp) const;
 
   /// K(x_i − y_j), M×N.
   Eigen::MatrixXd gram(const Points& x, const Points& y) const;

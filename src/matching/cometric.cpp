@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "kernels/symmetric_matrix.hpp"
+
 namespace pulson {
 namespace {
 
@@ -70,36 +72,30 @@ Cometric::Cometric(const KernelOperator& kernel, const NoiseCometric& noise, dou
   matrix_ += lambda * noise.matrix;
   matrix_.diagonal().array() += regularisation(kernel);
   diagonal_ = matrix_.diagonal();
-  const Eigen::LLT<Eigen::Ref<MatrixXd>> in_place(matrix_);
-  regular_ = in_place.info() == Eigen::Success;
+  regular_ = factorise_in_place(matrix_);
 }
 
 namespace {
 
-// f(V), V with a row or a column for each line of the matrix.
-template <class Function>
-Points of_lines(const Points& v, bool isotropic, const Function& f) {
-  MatrixXd lines = isotropic ? MatrixXd(v.transpose()) : MatrixXd(v.reshaped());
-  f(lines);
-  return isotropic ? Points(lines.transpose()) : Points(lines.reshaped(v.rows(), v.cols()));
+// V with a row or a column for each line of the matrix.
+MatrixXd lines_of(const Points& v, bool isotropic) {
+  return isotropic ? MatrixXd(v.transpose()) : MatrixXd(v.reshaped());
+}
+
+Points from_lines(const MatrixXd& lines, bool isotropic, Index d) {
+  return isotropic ? Points(lines.transpose()) : Points(lines.reshaped(d, lines.size() / d));
 }
 
 }  // namespace
 
 Points Cometric::apply(const Points& p) const {
-  return of_lines(p, isotropic_, [&](MatrixXd& lines) {
-    const VectorXd replaced = diagonal_ - matrix_.diagonal();
-    const MatrixXd product = matrix_.selfadjointView<Eigen::Upper>() * lines;
-    lines = product + replaced.asDiagonal() * lines;
-  });
+  return from_lines(symmetric_product(matrix_, diagonal_, lines_of(p, isotropic_)), isotropic_, dimension_);
 }
 
 Points Cometric::solve(const Points& v) const {
-  return of_lines(v, isotropic_, [&](MatrixXd& lines) {
-    const auto root = matrix_.triangularView<Eigen::Lower>();
-    root.solveInPlace(lines);
-    root.transpose().solveInPlace(lines);
-  });
+  MatrixXd lines = lines_of(v, isotropic_);
+  solve_factorised(matrix_, lines);
+  return from_lines(lines, isotropic_, dimension_);
 }
 
 VectorXd Cometric::column(Index l, Index m, Index b) const {

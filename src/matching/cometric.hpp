@@ -2,7 +2,6 @@
 
 #include <memory>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Sparse>
 
 #include "dynamics/effective_hamiltonian.hpp"

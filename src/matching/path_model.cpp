@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "kernels/symmetric_matrix.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
@@ -144,7 +145,8 @@ void PathModel::factorise() {
     }
     system.diagonal().array() += 1;
   }
-  factors_.compute(system.selfadjointView<Eigen::Upper>());
+  factor_ = system.selfadjointView<Eigen::Upper>();
+  factorise_in_place(factor_);
 }
 
 VectorXd PathModel::observed(const Points& end_change) const {
@@ -175,6 +177,12 @@ VectorXd PathModel::weighed(const VectorXd& r) const {
   const auto root = form_->root.triangularView<Eigen::Upper>();
   const MatrixXd half = root * r.reshaped(n, d);
   return weight_ * MatrixXd(root.transpose() * half).reshaped();
+}
+
+VectorXd PathModel::system_solve(const VectorXd& r) const {
+  MatrixXd solved = r;
+  solve_factorised(factor_, solved);
+  return solved;
 }
 
 VectorXd PathModel::system_product(std::size_t k, const VectorXd& r) const {
@@ -251,7 +259,7 @@ PathDirection PathModel::swept(const NodeCovector& covector, const Points& at_en
 PathDirection PathModel::solve(const NodeCovector& covector) const {
   const Points none = Points::Zero(path_.end().rows(), path_.end().cols());
   const PathDirection free = swept(covector, none, 0, none);
-  return swept(covector, -observed_transposed(factors_.solve(observed(free.nodes.back()))), 0, none);
+  return swept(covector, -observed_transposed(system_solve(observed(free.nodes.back()))), 0, none);
 }
 
 double PathModel::misfit(std::size_t k, const Points& deviation) const {
@@ -262,7 +270,7 @@ double PathModel::misfit(std::size_t k, const Points& deviation) const {
 PathDirection PathModel::feedback(std::size_t k, const Points& deviation, double accuracy) const {
   VectorXd residual = observed_from(k, deviation);
   VectorXd answer = VectorXd::Zero(residual.size());
-  VectorXd along = factors_.solve(residual);
+  VectorXd along = system_solve(residual);
   double squared = residual.dot(along);
   const double enough = accuracy * accuracy * squared;
   while (squared > enough) {
@@ -270,7 +278,7 @@ PathDirection PathModel::feedback(std::size_t k, const Points& deviation, double
     const double length = squared / along.dot(product);
     answer += length * along;
     residual -= length * product;
-    const VectorXd solved = factors_.solve(residual);
+    const VectorXd solved = system_solve(residual);
     const double before = squared;
     squared = residual.dot(solved);
     along = solved + (squared / before) * along;

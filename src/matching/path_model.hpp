@@ -56,8 +56,6 @@ class PathModel {
   PathDirection feedback(std::size_t k, const Points& deviation, double accuracy = kFeedbackAccuracy) const;
 
  private:
-  using Factors = Eigen::LLT<Eigen::MatrixXd>;
-
   void propagate();
   void factorise();
   Eigen::MatrixXd end_covariance() const;  ///< the upper triangle of P, or of CPCᵀ with C of landmarks
@@ -65,6 +63,7 @@ class PathModel {
   Points observed_transposed(const Eigen::VectorXd& r) const;
   Eigen::VectorXd observed_from(std::size_t k, const Points& deviation) const;    ///< CΦ_kδq
   Eigen::VectorXd weighed(const Eigen::VectorXd& r) const;                        ///< N⁻¹r
+  Eigen::VectorXd system_solve(const Eigen::VectorXd& r) const;                   ///< S⁻¹r
   Eigen::VectorXd system_product(std::size_t k, const Eigen::VectorXd& r) const;  ///< S_k r
   PathDirection swept(const NodeCovector& covector, const Points& at_end, std::size_t first,
                       const Points& deviation) const;
@@ -79,7 +78,7 @@ class PathModel {
   std::vector<Eigen::MatrixXd> roots_;                    ///< N, d×d: C of landmarks, symmetric; empty for other data
   Eigen::MatrixXd root_;                                  ///< C of data that are neither
   std::vector<Eigen::MatrixXd> from_steps_, from_nodes_;  ///< K, d²×N: Ψ_k and Φ_k, times C of landmarks
-  Factors factors_;                                       ///< of S
+  Eigen::MatrixXd factor_;                                ///< L on and below its diagonal, LLᵀ = S
 };
 
 }  // namespace pulson

@@ -47,18 +47,19 @@ class GeodesicSearch {
   }
 
  private:
-  PathSolution search(const MatchingProblem& problem, const StepFields* start, Finish finish = Finish::kNoSaddle) {
-    PathSolution found = search_paths(problem, options_, start, finish);
+  PathSolution counted(PathSolution found) {
     iterations_ += found.iterations;
     evaluations_ += found.evaluations;
     return found;
   }
 
+  PathSolution search(const MatchingProblem& problem, const StepFields* start, Finish finish = Finish::kNoSaddle) {
+    return counted(search_paths(problem, options_, start, finish));
+  }
+
   PathSolution path_alone(const PathSolution& first) {
     if (!more_steps_) return search(problem_, &first.fields, Finish::kRoundOff);
-    PathSolution found = search_accurate_paths(problem_, options_, &first.fields);
-    iterations_ += found.iterations;
-    evaluations_ += found.evaluations;
+    PathSolution found = counted(search_accurate_paths(problem_, options_, &first.fields));
     grid_ = found.path.grid;
     return found;
   }
@@ -110,7 +111,8 @@ class GeodesicSearch {
       const double apart = std::abs(problem_.data->value(*end) - path.cost.data);
       if (!(apart < 0.5 * before[2])) break;
       before = before[0] == kFar ? std::array{apart, apart, apart} : std::array{apart, before[0], before[1]};
-      path = search(corrected(path.path.end(), *end), &path.fields, Finish::kShootable);
+      const MatchingProblem next = corrected(path.path.end(), *end);
+      path = counted(continue_path(next, options_, std::move(path.path)));
     }
     return std::nullopt;
   }

@@ -63,19 +63,34 @@ class PathSearch {
 
   PathSolution run(const StepFields* start, Finish finish) {
     finish_ = finish;
-    const double at_rest = problem_.data->value(problem_.source);
-    const bool warm = begin(start);
-    const double data = problem_.data->value(path_.end());
-    if (data < kNoCost && path_.energy == 0) {
-      relative_ = 0;
-      stop(true, "the shapes are equal");
-      return solution();
-    }
-    first_inflation_ = std::max(1.0, kFirstPart * std::sqrt(2 * at_rest / static_cast<double>(problem_.source.cols())));
-    if (!warm) {
+    at_rest_ = problem_.data->value(problem_.source);
+    first_inflation_ =
+        std::max(1.0, kFirstPart * std::sqrt(2 * at_rest_ / static_cast<double>(problem_.source.cols())));
+    if (start == nullptr || !begin_in(*start)) {
+      begin_at_rest();
+      if (at_rest_ < kNoCost) return equal_shapes();
       sigma_inflation_ = first_inflation_;
       disturb();
+    } else if (problem_.data->value(path_.end()) < kNoCost && path_.energy == 0) {
+      return equal_shapes();
     }
+    return search();
+  }
+
+  PathSolution run(DiscretePath path) {
+    finish_ = Finish::kShootable;
+    path_ = std::move(path);
+    return search();
+  }
+
+ private:
+  PathSolution equal_shapes() {
+    relative_ = 0;
+    stop(true, "the shapes are equal");
+    return solution();
+  }
+
+  PathSolution search() {
     while (!finished()) {
       const bool may_be_saddle = is_flat() && flat_ == 1 && saddles_ < kMostSaddles && finish_ != Finish::kShootable;
       if (!(may_be_saddle && leave_saddle()) && !advance()) break;
@@ -84,7 +99,6 @@ class PathSearch {
     return solution();
   }
 
- private:
   double weight() const { return 1 / (problem_.lambda * sigma_inflation_ * sigma_inflation_); }
   double cost(const DiscretePath& path) const { return path.energy + weight() * problem_.data->value(path.end()); }
 
@@ -102,16 +116,20 @@ class PathSearch {
     return path;
   }
 
-  // At the path of `start`, where there is one that is better than rest: whether it is.
-  bool begin(const StepFields* start) {
-    const std::vector<Points> rest(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
-    std::optional<DiscretePath> path = along(system_, problem_.grid, rest);
-    if (!path || !std::isfinite(cost(*path)))
-      throw NumericalError("the distances to the target, divided by sigma, leave the range of numbers");
+  std::vector<Points> rest() const {
+    return std::vector<Points>(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
+  }
+
+  void begin_at_rest() {
+    std::optional<DiscretePath> path = measured(rest());
+    if (!path) throw NumericalError("the distances to the target, divided by sigma, leave the range of numbers");
     path_ = std::move(*path);
-    if (start == nullptr) return false;
-    path = follow(*start, rest);
-    if (!path || cost(*path) >= cost(path_)) return false;
+  }
+
+  // At the path of `start`, if there is one that is better than rest: whether it is.
+  bool begin_in(const StepFields& start) {
+    std::optional<DiscretePath> path = follow(start, rest());
+    if (!path || cost(*path) >= weight() * at_rest_) return false;
     path_ = std::move(*path);
     return true;
   }
@@ -328,6 +346,7 @@ class PathSearch {
   DiscretePath path_;
   double sigma_inflation_ = 1;
   double first_inflation_ = 1;
+  double at_rest_ = 0;  ///< the data's cost of the source
   double radius_ = -1;  ///< of the trust region, in the norm of the model; below 0: that of the full step
   double relative_ = 1;
   double slope_ = 0;
@@ -343,6 +362,10 @@ class PathSearch {
 };
 
 }  // namespace
+
+PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path) {
+  return PathSearch(problem, options).run(std::move(path));
+}
 
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start,
                           Finish finish) {

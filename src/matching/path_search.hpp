@@ -30,8 +30,10 @@ struct PathSolution {
 /// Minimises λ∫H dt + ½∫Σ u_i² dt + D(q(T)) over paths in midpoint steps and controls u of the noise, whose potentials
 /// are linear in p or none: see path_search.cpp. `realisations` of the problem and its integrator play no part.
 /// @param start fields to begin with; else landmarks at rest
-/// @param finish kShootable if `start` is from the minimum of nearly the same problem
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options,
                           const StepFields* start = nullptr, Finish finish = Finish::kRoundOff);
+
+/// The same, to Finish::kShootable, from a path that is the minimum of a problem that differs in the data alone.
+PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path);
 
 }  // namespace pulson

@@ -78,7 +78,12 @@ TEST(PathMinima, LeaveTheSaddlesThatMinimaOnALineAre) {
     const PathSolution leaves = match.search(&start);
     EXPECT_NEAR(leaves.cost.total(), best, 1e-6 * best);
     EXPECT_LE(leaves.iterations, 60);
-    const PathSolution stays = search_paths(match.problem(), {}, &start, Finish::kShootable);
+    std::vector<Points> nodes;
+    for (const Points& node : on_line.path.nodes) nodes.push_back(raised(node));
+    const MatchingProblem problem = match.problem();
+    std::optional<DiscretePath> line = along({problem.system, problem.lambda}, problem.grid, nodes);
+    ASSERT_TRUE(line);
+    const PathSolution stays = continue_path(problem, {}, std::move(*line));
     EXPECT_NEAR(stays.cost.total(), on_line.cost.total(), 1e-9 * on_line.cost.total());
   }
 }

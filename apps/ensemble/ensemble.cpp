@@ -16,6 +16,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/report_parts.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 
@@ -206,9 +207,10 @@ void print_summary(const EnsembleRun& run) {
              grid.steps, grid.dt(), run.options.seed, run.options.antithetic ? ", antithetic" : "");
   fmt::print("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
              shortened_spec(run.system.noise->spec()), run.integrator);
-  fmt::print("sampled    in {:.2f} s on {} threads, {}\n", run.seconds, run.threads, run.method);
-  fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {:.3g}, {} ties\n", sums.paths.clean,
-             sums.paths.no_root, sums.paths.momentum_bound, run.options.momentum_bound, sums.paths.tie);
+  fmt::print("sampled    in {:.2f} s on {}, {}\n", run.seconds,
+             counted(static_cast<std::size_t>(run.threads), "thread"), run.method);
+  fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
+             sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
   if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
     const Estimate crossing = sums.crossing_probability();
     fmt::print(
@@ -218,7 +220,7 @@ void print_summary(const EnsembleRun& run) {
   }
   const NoiseTraits traits = run.system.noise->traits();
   if (traits.translation_invariant && traits.hamiltonian)
-    fmt::print("momentum   total conserved to {:.1e}\n", sums.momentum_error);
+    fmt::print("momentum   total {}\n", conservation(sums.momentum_error));
 }
 
 int run_ensemble(const EnsembleArguments& arguments) {

@@ -63,11 +63,11 @@ ReportTable facts(const EnsembleRun& run) {
   FactTable table = settings(run);
   const PathCounts& paths = run.sums.paths;
   table.add("clean paths", fmt::to_string(paths.clean));
-  table.add("without a root", fmt::to_string(paths.no_root));
-  table.add(fmt::format("with momenta beyond {:.3g}", run.options.momentum_bound),
+  table.add("paths without a root", fmt::to_string(paths.no_root));
+  table.add(fmt::format("paths with momenta beyond {}", short_number(run.options.momentum_bound)),
             fmt::to_string(paths.momentum_bound));
   if (is_on_line(run) && run.shape.count() > 1 && paths.clean > 0)
-    table.add("out of order at some step",
+    table.add("fraction of paths out of order at some step",
               report_number(static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean)));
   table.add("seconds", fmt::format("{:.2f}", run.seconds));
   return std::move(table).table();

@@ -94,6 +94,10 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("--origin", origin,
                   "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
       ->type_name("X,Y");
+  verb.add_option("--mesh", mesh,
+                  "surface of the source in 3D (ply, stl, obj), drawn below the landmarks [the one beside its file, of "
+                  "the same name]")
+      ->type_name("FILE");
   verb.add_option("--kernel", kernel,
                   "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
       ->type_name("SPEC")

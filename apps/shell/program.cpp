@@ -75,6 +75,7 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string make_option(const CLI::Option* option, bool is_positional) const override {
     std::string name = make_option_name(option, is_positional);
+    if (const std::size_t at = name.find("{false}"); at != std::string::npos) name.erase(at, 7);
     if (!is_positional && option->get_type_size() != 0) name += " " + get_label(option->get_type_name());
     if (option->get_expected_max() == CLI::detail::expected_max_vector_size) name += " ...";
     return entry(name, description_of(*option), kOptionColumn);
@@ -94,6 +95,12 @@ class HelpFormatter : public CLI::Formatter {
     std::string text = CLI::Formatter::make_subcommands(app, mode);
     constexpr std::string_view kTheirs = "\nSubcommands:\n";
     if (text.rfind(kTheirs, 0) == 0) text.replace(0, kTheirs.size(), "\nVerbs:\n");
+    return text;
+  }
+
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
+    for (std::size_t at = 0; (at = text.find("\n\n\n", at)) != std::string::npos;) text.erase(at, 1);
     return text;
   }
 

@@ -130,7 +130,7 @@ void print_summary(const Simulation& simulation) {
   const NoiseTraits traits = simulation.system.noise->traits();
   fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
              kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
-  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total conserved to {:.1e}\n", error);
+  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total {}\n", conservation(error));
   if (simulation.start.q.size() > 6) return;
   for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
     fmt::print("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),

@@ -81,13 +81,40 @@ ColourBar bar_of(const DivergingScale& scale) {
   return bar;
 }
 
+namespace {
+
+// A field for each of 0, 1, …, most; of many, some have a number.
+ColourBar bar_of_counts(double most) {
+  constexpr double kMostNumbers = 16;
+  std::vector<float> values;
+  ColourBar bar{.colours = {}, .labels = {}};
+  const double step = std::ceil((most + 1) / kMostNumbers);
+  for (double value = 0; value <= most; ++value) {
+    values.push_back(static_cast<float>(value));
+    if (std::fmod(value, step) == 0) bar.labels.emplace_back((value + 0.5) / (most + 1), bar_number(value));
+  }
+  bar.colours = colours_of(viridis(values, static_cast<int>(values.size()), 1, 0, most));
+  return bar;
+}
+
+// The picture with a grey of its own where it is transparent.
+Image on_grey(Image picture) {
+  constexpr std::uint8_t kGrey = 222;
+  const auto values = picture.values<std::uint8_t>();
+  for (std::size_t i = 0; i < values.size(); i += 4)
+    if (values[i + 3] == 0) std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(i), 3, kGrey), values[i + 3] = 255;
+  return picture;
+}
+
+}  // namespace
+
 ColourBar bar_of(double most, bool whole) {
+  if (whole) return bar_of_counts(most);
   ColourBar bar{.colours = colours_of(viridis(even(0, most), kBarColours, 1, 0, most)), .labels = {}};
   const double power = std::pow(10, std::floor(std::log10(most / 5)));
   double step = 10 * power;
   for (const double factor : {5.0, 2.0, 1.0})
     if (factor * power >= most / 5) step = factor * power;
-  if (whole) step = std::max(1.0, std::ceil(most / 8));
   for (double value = 0; value <= most * (1 + 1e-9); value += step)
     bar.labels.emplace_back(value / most, bar_number(value));
   return bar;
@@ -141,12 +168,13 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
   for (std::size_t i = 0; i < result.multiplicity.size(); ++i)  // where nothing of the source arrives
     if (result.multiplicity[i] == 0) shown.values<std::uint8_t>()[4 * i + 3] = 0;
   const std::vector<Image> images = {checkerboard(shown, there, kSquares), blend(shown, there),
-                                     difference(shown, there)};
+                                     on_grey(difference(shown, there))};
   ImagePicture picture{.panels = {},
                        .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
                        .subtitle = fmt::format("Mean difference of the colours, where both are: {:.1f} of 255",
                                                mean_difference(shown, there))};
-  for (const char* heading : {"Checkerboard of both", "Half of each", "Difference: white where both agree"})
+  for (const char* heading :
+       {"Checkerboard of both", "Half of each", "Difference: white where both agree, grey beyond either"})
     picture.panels.push_back(panel_of(heading, frames.width, frames.height));
   write(std::move(picture), images, arguments_.overlay);
 }

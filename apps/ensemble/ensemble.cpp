@@ -172,8 +172,9 @@ std::vector<std::string> warnings_of(const EnsembleRun& run) {
 
 void write_results(const EnsembleRun& run, const std::vector<std::string>& notes, const EnsembleArguments& arguments) {
   const OutputOptions& output = arguments.output;
-  write_file_atomically(output.file("means.csv"), ensemble_means_csv(run));
-  write_file_atomically(output.file("densities.csv"), ensemble_densities_csv(run));
+  StagedFiles staged(output.out);
+  staged.write("means.csv", ensemble_means_csv(run));
+  staged.write("densities.csv", ensemble_densities_csv(run));
   const auto n = static_cast<std::size_t>(run.start.q.cols());
   const auto d = static_cast<std::size_t>(run.start.q.rows());
   const auto samples = static_cast<std::size_t>(run.sums.samples);
@@ -189,13 +190,14 @@ void write_results(const EnsembleRun& run, const std::vector<std::string>& notes
   }
   const EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : EnsemblePicture{};
   const bool draws = !output.no_picture && run.sums.paths.clean > 1;
-  if (draws) write_ensemble_picture(run, shape, output.picture_files(output.file("ensemble")));
-  write_file_atomically(output.file("report.html"),
-                        html_report(ensemble_report(run, shape, warnings_of(run), notes,
-                                                    draws ? output.shown_picture(output.file("ensemble")) : "")));
+  const fs::path picture = staged.file("ensemble");
+  if (draws) write_ensemble_picture(run, shape, output.picture_files(picture));
+  staged.write("report.html", html_report(ensemble_report(run, shape, warnings_of(run), notes,
+                                                          draws ? output.shown_picture(picture) : "")));
   const std::string record = ensemble_json(run);
-  write_file_atomically(output.file("ensemble.json"), record);
+  staged.write("ensemble.json", record);
   output.write_json(record);
+  staged.commit();
   if (!run.partial()) fs::remove(output.file(kCheckpoint));
 }
 

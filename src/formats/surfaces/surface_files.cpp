@@ -66,8 +66,6 @@ std::pair<std::vector<int>, int> cells_of(const Points& vertices, double side) {
 
 }  // namespace
 
-bool names_surface(const std::filesystem::path& file) { return kSurfaceReaders.contains(extension_of(file)); }
-
 Surface read_surface(const std::filesystem::path& file) {
   const auto reader = kSurfaceReaders.find(extension_of(file));
   if (reader == kSurfaceReaders.end())

@@ -16,9 +16,6 @@ struct Surface {
   std::vector<std::array<int, 3>> triangles;  ///< indices of vertices, from 0; polygons are cut into fans
 };
 
-/// Whether the name ends as one of those that read_surface reads: ply, stl, obj.
-bool names_surface(const std::filesystem::path& file);
-
 /// The surface of a ply (text or binary of either order of bytes), stl (text or binary) or obj file, by its extension.
 /// Whatever else these hold, such as colours, is left out.
 ///

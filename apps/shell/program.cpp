@@ -54,6 +54,12 @@ std::string entry(const std::string& name, const std::string& description, std::
   return at > 0 ? text + '\n' : text;
 }
 
+// 1e8 for 1e+08
+std::string with_short_exponent(std::string text) {
+  if (const std::size_t at = text.find("e+0"); at != std::string::npos) text.erase(at + 1, 2);
+  return text;
+}
+
 std::string names_of(const std::set<CLI::Option*>& options) {
   std::vector<std::string> names;
   for (const CLI::Option* option : options) names.push_back(option->get_name());
@@ -119,7 +125,7 @@ class HelpFormatter : public CLI::Formatter {
   static std::string description_of(const CLI::Option& option) {
     std::string text = option.get_description();
     if (!option.get_default_str().empty() && option.get_type_size() != 0)
-      text += fmt::format(" [{}]", option.get_default_str());
+      text += fmt::format(" [{}]", with_short_exponent(option.get_default_str()));
     if (option.get_required() && !option.get_positional()) text += " (required)";
     if (!option.get_excludes().empty()) text += fmt::format(" (not with {})", names_of(option.get_excludes()));
     return text;

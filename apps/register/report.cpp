@@ -173,7 +173,7 @@ HtmlReport registration_report(const Registration& registration, const Trajector
     add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});
   }
-  add_still(report, "The registration", picture, !below.image.file.empty());
+  add_still(report, "The registration", picture, !below.image.file.empty() || !below.still.triangles.empty());
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
   return report;

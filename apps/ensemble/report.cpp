@@ -78,20 +78,20 @@ ReportTable landmarks_at_end(const EnsembleRun& run) {
   const Moments& last = run.sums.moments.back();
   const int d = run.shape.dimension(), n = run.shape.count();
   const Eigen::ArrayXd deviation = last.variance().sqrt();
-  Eigen::VectorXd moved(n), spread(n);
+  Eigen::VectorXd moved(n), total_deviation(n);
   for (int a = 0; a < n; ++a) {
     moved[a] = (last.mean.segment(a * d, d).matrix() - run.start.q.col(a)).norm();
-    spread[a] = deviation.segment(a * d, d).matrix().norm();
+    total_deviation[a] = deviation.segment(a * d, d).matrix().norm();
   }
   ReportTable table = landmark_table(run.shape);
   table.header.emplace_back("displacement of the mean");
   for (int i = 0; i < d; ++i) table.header.push_back(fmt::format("mean {}", "xyz"[i]));
   table.header.emplace_back("standard deviation");
-  for (const int a : listed_landmarks(spread)) {
+  for (const int a : listed_landmarks(total_deviation)) {
     std::vector<ReportCell> row = landmark_cells(run.shape, a);
     row.push_back({report_number(moved[a])});
     for (int i = 0; i < d; ++i) row.push_back({report_number(last.mean[a * d + i], 5)});
-    row.push_back({report_number(spread[a])});
+    row.push_back({report_number(total_deviation[a])});
     table.rows.push_back(std::move(row));
   }
   table.caption =

@@ -20,6 +20,6 @@ void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface)
 /// heading says by how much. The surface lies below them, or, where it has no triangles, the box around them.
 /// @param from, to 3×N
 void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure,
-                        const SurfaceParts& surface);
+                        const SurfaceParts& surface = kNoSurface);
 
 }  // namespace pulson::picture

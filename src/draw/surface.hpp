@@ -31,6 +31,10 @@ struct SurfaceParts {
   const std::vector<std::array<int, 3>>& triangles;
 };
 
+inline const Points kNoVertices(3, 0);
+inline const std::vector<std::array<int, 3>> kNoTriangles;
+inline const SurfaceParts kNoSurface{kNoVertices, kNoTriangles};
+
 /// The surface in pale greys that leave room for marks above it, transparent where there is none: parallel projection,
 /// the nearest of overlapping triangles, light from the upper left, normals interpolated between the vertices.
 Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& window);

@@ -65,7 +65,7 @@ bool is_drawing_file(const fs::path& path) {
   return extension == ".png" || extension == ".svg" || extension == ".pdf";
 }
 
-ColourBar bar_of(const DivergingScale& scale) {
+ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values) {
   ColourBar bar{.colours = colours_of(diverging(even(scale.centre - scale.reach, scale.centre + scale.reach),
                                                 kBarColours, 1, {.centre = scale.centre, .reach = scale.reach})),
                 .labels = {}};
@@ -73,7 +73,8 @@ ColourBar bar_of(const DivergingScale& scale) {
     const std::string sign = part == 1 ? "≥ " : part == 0 && !scale.marked_below ? "≤ " : "";
     bar.labels.emplace_back(part, sign + bar_number(scale.centre + (2 * part - 1) * scale.reach));
   }
-  if (scale.marked_below) {
+  const auto is_marked = [&](float value) { return value < *scale.marked_below; };
+  if (scale.marked_below && std::any_of(values.begin(), values.end(), is_marked)) {
     const float below = static_cast<float>(*scale.marked_below) - 1;
     bar.mark = colours_of(diverging({below}, 1, 1, scale)).front();
     bar.mark_label = fmt::format("folds, below {}", bar_number(*scale.marked_below));
@@ -182,7 +183,8 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
 void Drawings::write_jacobian(const fs::path& file, const Image& image, const ImageWarp& warp,
                               const std::vector<float>& jacobians) const {
   write_numbers({file.string(), kJacobianHeading, diverging(jacobians, image.width(), image.height(), kJacobianScale),
-                 bar_of(kJacobianScale), image.width(), image.height(), landmarks_on_image(warp, arguments_)});
+                 bar_of(kJacobianScale, jacobians), image.width(), image.height(),
+                 landmarks_on_image(warp, arguments_)});
 }
 
 void Drawings::write_numbers(const Numbers& numbers) const {

@@ -161,8 +161,8 @@ void Canvas::raster(const Raster& raster, const Box& box) {
   const double dx = box.width / raster.width, dy = box.height / raster.height;
   Layer layer;
   layer.image = fmt::format(
-      "'/proc/{}/fd/{}' binary array=({},{}) scan=xy format='%uchar%uchar%uchar%uchar' using 1:2:3:4 "
-      "origin=({:.4f},{:.4f}) dx={:.6f} dy={:.6f} flipy with rgbalpha title ''",
+      "'/proc/{}/fd/{}' binary array=({},{}) format='%uchar%uchar%uchar%uchar' flipy origin=({:.4f},{:.4f}) "
+      "dx={:.6f} dy={:.6f} using 1:2:3:4 with rgbalpha title ''",
       ::getpid(), ::fileno(file.get()), raster.width, raster.height, box.left + dx / 2, box.bottom + dy / 2, dx, dy);
   layers_.push_back(std::move(layer));
 }

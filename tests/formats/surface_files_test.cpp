@@ -21,6 +21,11 @@ using Triangle = std::array<int, 3>;
 
 /// A pyramid: vertices (0,0,0), (2,0,0), (2,3,0), (0,3,0), (1,1,4), a base of four corners and four sides.
 Points pyramid() { return (Points(3, 5) << 0, 2, 2, 0, 1, 0, 0, 3, 3, 1, 0, 0, 0, 0, 4).finished(); }
+std::vector<Eigen::Vector3d> vertices() {
+  std::vector<Eigen::Vector3d> places;
+  for (Eigen::Index i = 0; i < pyramid().cols(); ++i) places.emplace_back(pyramid().col(i));
+  return places;
+}
 const std::vector<std::vector<int>> kFaces = {{0, 1, 2, 3}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
 const std::vector<Triangle> kTriangles = {{0, 1, 2}, {0, 2, 3}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
 
@@ -40,7 +45,7 @@ std::string ply_head(const std::string& format) {
 
 std::string text_ply() {
   std::string text = ply_head("ascii");
-  for (const auto vertex : pyramid().colwise())
+  for (const Eigen::Vector3d& vertex : vertices())
     text +=
         "255 " + std::to_string(vertex[0]) + " " + std::to_string(vertex[1]) + " " + std::to_string(vertex[2]) + "\n";
   for (const auto& face : kFaces) {
@@ -53,7 +58,7 @@ std::string text_ply() {
 
 std::string binary_ply(bool is_big) {
   std::string bytes = ply_head(is_big ? "binary_big_endian" : "binary_little_endian");
-  for (const auto vertex : pyramid().colwise()) {
+  for (const Eigen::Vector3d& vertex : vertices()) {
     append(bytes, static_cast<std::uint8_t>(255), is_big);
     append(bytes, static_cast<float>(vertex[0]), is_big);
     append(bytes, vertex[1], is_big);

@@ -172,10 +172,10 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
                                      on_grey(difference(shown, there))};
   ImagePicture picture{.panels = {},
                        .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
-                       .subtitle = fmt::format("Mean difference of the colours, where both are: {:.1f} of 255",
-                                               mean_difference(shown, there))};
-  for (const char* heading :
-       {"Checkerboard of both", "Half of each", "Difference: white where both agree, grey beyond either"})
+                       .subtitle = fmt::format(
+                           "Mean difference of the colours, where both are: {:.1f} of 255  ·  grey: only one is there",
+                           mean_difference(shown, there))};
+  for (const char* heading : {"Checkerboard of both", "Half of each", "Difference, white where none"})
     picture.panels.push_back(panel_of(heading, frames.width, frames.height));
   write(std::move(picture), images, arguments_.overlay);
 }

@@ -20,7 +20,10 @@ Eigen::Matrix3Xd normals_of(const SurfaceParts& surface) {
   for (const auto& [a, b, c] : surface.triangles) {
     const Vector3d first = vertices.col(b) - vertices.col(a), second = vertices.col(c) - vertices.col(a);
     const Vector3d normal = first.cross(second);
-    for (const int corner : {a, b, c}) normals.col(corner) += normal;
+    for (const int corner : {a, b, c}) {
+      auto sum = normals.col(corner);
+      sum += sum.dot(normal) < 0 ? Vector3d(-normal) : normal;  // triangles may be the other way round
+    }
   }
   for (auto normal : normals.colwise())
     if (const double length = normal.norm(); length > 0) normal /= length;
@@ -70,8 +73,7 @@ class Shading {
     if (nearness <= nearness_[pixel]) return;
     nearness_[pixel] = nearness;
     static const Vector3d kLight = Vector3d(-0.4, 0.55, 0.75).normalized();
-    const Vector3d towards_viewer = normal.z() < 0 ? Vector3d(-normal) : normal;
-    const double lit = std::max(0.0, towards_viewer.dot(kLight)) / std::max(normal.norm(), 1e-9);
+    const double lit = std::max(0.0, normal.dot(kLight)) / std::max(normal.norm(), 1e-9);
     const double grey = 255 * (kDarkest + (kLightest - kDarkest) * std::min(lit, 1.0));
     const auto byte = [](double value) { return static_cast<std::uint8_t>(std::lround(std::min(value, 255.0))); };
     const std::array<std::uint8_t, 4> colour = {byte(grey - 2), byte(grey), byte(grey + 3), 255};
@@ -92,7 +94,9 @@ Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& w
   Eigen::Matrix3Xd places = view * surface.vertices;
   places.row(0) = scale * (places.row(0).array() - window.low.x());
   places.row(1) = scale * (window.high.y() - places.row(1).array());
-  const Eigen::Matrix3Xd normals = view * normals_of(surface);
+  Eigen::Matrix3Xd normals = view * normals_of(surface);
+  for (auto normal : normals.colwise())
+    if (normal.z() < 0) normal = -normal.eval();  // of either side, that which is seen
   Shading shading(window.width, height);
   for (const auto& triangle : surface.triangles)
     shading.draw(places(Eigen::all, triangle), normals(Eigen::all, triangle));

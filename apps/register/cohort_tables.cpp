@@ -119,9 +119,9 @@ ReportTable specimen_table(const CohortMatches& cohort) {
 
 HtmlReport cohort_report(const CohortMatches& cohort) {
   const auto count = static_cast<std::int64_t>(cohort.specimens.size());
-  std::string lead =
-      fmt::format("{} of {} landmarks in {}D, registered from {}.", count_in_words(count, "shape", "shapes"),
-                  cohort.source.count(), cohort.source.dimension(), cohort.source.source);
+  std::string lead = fmt::format(
+      "{} of {} landmarks in {}D, registered from {}.", count_in_words(count, "shape", "shapes"), cohort.source.count(),
+      cohort.source.dimension(), cohort.source.source.starts_with("mean of") ? "their mean" : cohort.source.source);
   std::vector<double> rms;
   for (const SpecimenMatch& specimen : cohort.specimens)
     if (specimen.registration) rms.push_back(specimen.registration->rms());

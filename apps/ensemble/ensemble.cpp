@@ -16,6 +16,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/report_parts.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 
@@ -171,8 +172,9 @@ std::vector<std::string> warnings_of(const EnsembleRun& run) {
 
 void write_results(const EnsembleRun& run, const std::vector<std::string>& notes, const EnsembleArguments& arguments) {
   const OutputOptions& output = arguments.output;
-  write_file_atomically(output.file("means.csv"), ensemble_means_csv(run));
-  write_file_atomically(output.file("densities.csv"), ensemble_densities_csv(run));
+  StagedFiles staged(output.out);
+  staged.write("means.csv", ensemble_means_csv(run));
+  staged.write("densities.csv", ensemble_densities_csv(run));
   const auto n = static_cast<std::size_t>(run.start.q.cols());
   const auto d = static_cast<std::size_t>(run.start.q.rows());
   const auto samples = static_cast<std::size_t>(run.sums.samples);
@@ -188,13 +190,14 @@ void write_results(const EnsembleRun& run, const std::vector<std::string>& notes
   }
   const EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : EnsemblePicture{};
   const bool draws = !output.no_picture && run.sums.paths.clean > 1;
-  if (draws) write_ensemble_picture(run, shape, output.picture_files(output.file("ensemble")));
-  write_file_atomically(output.file("report.html"),
-                        html_report(ensemble_report(run, shape, warnings_of(run), notes,
-                                                    draws ? output.shown_picture(output.file("ensemble")) : "")));
+  const fs::path picture = staged.file("ensemble");
+  if (draws) write_ensemble_picture(run, shape, output.picture_files(picture));
+  staged.write("report.html", html_report(ensemble_report(run, shape, warnings_of(run), notes,
+                                                          draws ? output.shown_picture(picture) : "")));
   const std::string record = ensemble_json(run);
-  write_file_atomically(output.file("ensemble.json"), record);
+  staged.write("ensemble.json", record);
   output.write_json(record);
+  staged.commit();
   if (!run.partial()) fs::remove(output.file(kCheckpoint));
 }
 
@@ -206,9 +209,10 @@ void print_summary(const EnsembleRun& run) {
              grid.steps, grid.dt(), run.options.seed, run.options.antithetic ? ", antithetic" : "");
   fmt::print("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
              shortened_spec(run.system.noise->spec()), run.integrator);
-  fmt::print("sampled    in {:.2f} s on {} threads, {}\n", run.seconds, run.threads, run.method);
-  fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {:.3g}, {} ties\n", sums.paths.clean,
-             sums.paths.no_root, sums.paths.momentum_bound, run.options.momentum_bound, sums.paths.tie);
+  fmt::print("sampled    in {:.2f} s on {}, {}\n", run.seconds,
+             counted(static_cast<std::size_t>(run.threads), "thread"), run.method);
+  fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
+             sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
   if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
     const Estimate crossing = sums.crossing_probability();
     fmt::print(
@@ -218,7 +222,7 @@ void print_summary(const EnsembleRun& run) {
   }
   const NoiseTraits traits = run.system.noise->traits();
   if (traits.translation_invariant && traits.hamiltonian)
-    fmt::print("momentum   total conserved to {:.1e}\n", sums.momentum_error);
+    fmt::print("momentum   total {}\n", conservation(sums.momentum_error));
 }
 
 int run_ensemble(const EnsembleArguments& arguments) {

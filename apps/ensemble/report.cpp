@@ -63,11 +63,11 @@ ReportTable facts(const EnsembleRun& run) {
   FactTable table = settings(run);
   const PathCounts& paths = run.sums.paths;
   table.add("clean paths", fmt::to_string(paths.clean));
-  table.add("without a root", fmt::to_string(paths.no_root));
-  table.add(fmt::format("with momenta beyond {:.3g}", run.options.momentum_bound),
+  table.add("paths without a root", fmt::to_string(paths.no_root));
+  table.add(fmt::format("paths with momenta beyond {}", short_number(run.options.momentum_bound)),
             fmt::to_string(paths.momentum_bound));
   if (is_on_line(run) && run.shape.count() > 1 && paths.clean > 0)
-    table.add("out of order at some step",
+    table.add("fraction of paths out of order at some step",
               report_number(static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean)));
   table.add("seconds", fmt::format("{:.2f}", run.seconds));
   return std::move(table).table();
@@ -78,20 +78,20 @@ ReportTable landmarks_at_end(const EnsembleRun& run) {
   const Moments& last = run.sums.moments.back();
   const int d = run.shape.dimension(), n = run.shape.count();
   const Eigen::ArrayXd deviation = last.variance().sqrt();
-  Eigen::VectorXd moved(n), spread(n);
+  Eigen::VectorXd moved(n), total_deviation(n);
   for (int a = 0; a < n; ++a) {
     moved[a] = (last.mean.segment(a * d, d).matrix() - run.start.q.col(a)).norm();
-    spread[a] = deviation.segment(a * d, d).matrix().norm();
+    total_deviation[a] = deviation.segment(a * d, d).matrix().norm();
   }
   ReportTable table = landmark_table(run.shape);
   table.header.emplace_back("displacement of the mean");
   for (int i = 0; i < d; ++i) table.header.push_back(fmt::format("mean {}", "xyz"[i]));
   table.header.emplace_back("standard deviation");
-  for (const int a : listed_landmarks(spread)) {
+  for (const int a : listed_landmarks(total_deviation)) {
     std::vector<ReportCell> row = landmark_cells(run.shape, a);
     row.push_back({report_number(moved[a])});
     for (int i = 0; i < d; ++i) row.push_back({report_number(last.mean[a * d + i], 5)});
-    row.push_back({report_number(spread[a])});
+    row.push_back({report_number(total_deviation[a])});
     table.rows.push_back(std::move(row));
   }
   table.caption =

@@ -223,20 +223,21 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
   const std::vector<Estimate> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
   log_step(fmt::format("sampled {} paths", arguments.samples));
-  write_file_atomically(arguments.output.file("crossing.csv"), crossing_csv(crossing, sampled));
-  write_file_atomically(arguments.output.file("densities.csv"), densities_csv(problem));
+  StagedFiles staged(arguments.output.out);
+  staged.write("crossing.csv", crossing_csv(crossing, sampled));
+  staged.write("densities.csv", densities_csv(problem));
+  const std::filesystem::path picture = staged.file("fokker_planck");
   if (!arguments.output.no_picture)
-    write_chart(chart_of(problem, crossing, sampled),
-                arguments.output.picture_files(arguments.output.file("fokker_planck")));
+    write_chart(chart_of(problem, crossing, sampled), arguments.output.picture_files(picture));
   const std::vector<std::string> warnings = warnings_of(crossing, arguments);
-  write_file_atomically(
-      arguments.output.file("report.html"),
-      html_report(pair_report(
-          {problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples}, warnings,
-          problem.start.notes, arguments.output.shown_picture(arguments.output.file("fokker_planck")))));
+  staged.write("report.html",
+               html_report(pair_report(
+                   {problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples},
+                   warnings, problem.start.notes, arguments.output.shown_picture(picture))));
   const std::string record = record_json(problem, arguments, crossing, sampled);
-  write_file_atomically(arguments.output.file("fokker_planck.json"), record);
+  staged.write("fokker_planck.json", record);
   arguments.output.write_json(record);
+  staged.commit();
   print_notes(problem.start.notes);
   if (arguments.output.prints()) {
     fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",

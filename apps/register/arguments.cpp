@@ -15,7 +15,8 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
                   "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
       ->type_name("LENGTH")
       ->capture_default_str();
-  verb.add_option("--weights", arguments.weights, "csv: a weight for each landmark, which divides its variance")
+  verb.add_option("--weights", arguments.weights,
+                  "csv: a weight for each landmark; its variance is sigma^2 divided by it")
       ->type_name("FILE");
   verb.add_option("--covariances", arguments.covariances,
                   "csv: variance, variances of the axes or covariance of each landmark, instead of sigma^2")
@@ -80,8 +81,8 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME; with --template a target, too")
       ->required();
   verb.add_option("TARGET", targets,
-                  "shapes to match, each on its own: as SOURCE, or a file with several; none: SOURCE is a file with "
-                  "several, which are registered to their mean");
+                  "shapes to match, each separately: as SOURCE, or a file of several; without one, the shapes of "
+                  "SOURCE are registered to their mean");
   verb.add_option("--template", from, "source of all shapes: a shape, or mean: their Procrustes mean")
       ->type_name("SHAPE");
   add_read_options(verb, reading);
@@ -94,8 +95,12 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("--origin", origin,
                   "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
       ->type_name("X,Y");
+  verb.add_option("--mesh", mesh,
+                  "surface of the source in 3D (ply, stl, obj), drawn below the landmarks [the one beside its file, of "
+                  "the same name]")
+      ->type_name("FILE");
   verb.add_option("--kernel", kernel,
-                  "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
+                  "kernel, see pulson info kernels; auto: matern32 of the width of maximum likelihood")
       ->type_name("SPEC")
       ->capture_default_str();
   verb.add_option("--noise", noise, "noise model, see pulson info noises")->type_name("SPEC")->capture_default_str();

@@ -36,6 +36,7 @@ struct RegisterArguments {
   std::string image;                 ///< of the source; empty: the one that its file names
   std::optional<double> pixel_size;  ///< of that image
   std::string origin;                ///< of its first pixel: x,y
+  std::string mesh;                  ///< surface of the source; empty: the one beside its file
 
   void add_to(CLI::App& verb);
 

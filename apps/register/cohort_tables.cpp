@@ -119,9 +119,16 @@ ReportTable specimen_table(const CohortMatches& cohort) {
 
 HtmlReport cohort_report(const CohortMatches& cohort) {
   const auto count = static_cast<std::int64_t>(cohort.specimens.size());
-  std::string lead =
-      fmt::format("{} of {} landmarks in {}D, registered from {}.", count_in_words(count, "shape", "shapes"),
-                  cohort.source.count(), cohort.source.dimension(), cohort.source.source);
+  std::string lead = fmt::format(
+      "{} of {} landmarks in {}D, registered from {}.", count_in_words(count, "shape", "shapes"), cohort.source.count(),
+      cohort.source.dimension(), cohort.source.source.starts_with("mean of") ? "their mean" : cohort.source.source);
+  std::vector<double> rms;
+  for (const SpecimenMatch& specimen : cohort.specimens)
+    if (specimen.registration) rms.push_back(specimen.registration->rms());
+  std::sort(rms.begin(), rms.end());
+  if (!rms.empty())
+    lead += fmt::format(" Root mean square distance: median {}, largest {}.", report_number(rms[rms.size() / 2], 3),
+                        report_number(rms.back(), 3));
   if (cohort.failed() > 0) lead += fmt::format(" {} failed.", cohort.failed());
   if (cohort.unconverged() > 0) lead += fmt::format(" {} did not converge.", cohort.unconverged());
   HtmlReport report = new_report(short_name(cohort.source) + " → " + counted(count, "shape"), lead, {}, cohort.notes);

@@ -113,7 +113,8 @@ void add_material(const Registration& registration, const Trajectory& path, Regi
 }  // namespace
 
 std::string short_name(const Landmarks& shape) {
-  const bool is_descriptive = shape.name.find_first_not_of("0123456789") != std::string::npos;
+  // "LJSON" is what menpo calls every shape.
+  const bool is_descriptive = shape.name.find_first_not_of("0123456789") != std::string::npos && shape.name != "LJSON";
   if (is_descriptive) return shape.name;
   const std::size_t number = std::min(shape.source.rfind('#'), shape.source.size());
   return std::filesystem::path(shape.source.substr(0, number)).stem().string() + shape.source.substr(number);

@@ -26,7 +26,7 @@ std::vector<Points> split_lines(const Points& points, const std::vector<Points>&
 /// What the picture of a registration shows: its path, and the grid that the flow carries along.
 RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path);
 
-/// What pictures call a shape: its name; where that is a mere number, the file's name and the number.
+/// What pictures call a shape: its name; where that is a mere number or LJSON, the file's name and the number.
 std::string short_name(const Landmarks& shape);
 
 /// Where the material of a motion is at the start, and the image below it, if its file has a name.

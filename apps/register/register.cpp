@@ -18,6 +18,7 @@
 #include "shell/messages.hpp"
 #include "shell/verbs.hpp"
 #include "summary.hpp"
+#include "surface.hpp"
 
 namespace pulson {
 namespace {
@@ -44,7 +45,13 @@ RegistrationFacts registration_facts(const Registration& registration, const std
 
 namespace {
 
-void write_results(const Registration& registration, const RegistrationFacts& facts, const SourceImage& image,
+// What lies below the landmarks.
+struct Background {
+  SourceImage image;
+  std::optional<io::Surface> surface;
+};
+
+void write_results(const Registration& registration, const RegistrationFacts& facts, const Background& background,
                    std::vector<std::string>& notes, const OutputOptions& output) {
   const Interrupt until_written;
   const Trajectory path = replay(registration);
@@ -54,7 +61,8 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
   staged.write("residuals.csv", residuals_csv(registration, facts.shares));
   staged.write("trajectory.csv", trajectory_csv(registration, path));
   RegistrationPicture still = make_registration_picture(registration, path);
-  const Underlay underlay(image, registration, still, staged, notes);
+  const Underlay underlay(background.image, registration, still, staged, notes);
+  add_surface(background.surface, registration, path, still, notes);
   if (!output.no_picture) write_registration_picture(still, output.picture_files(staged.file("registration")));
   if (!facts.homotopy.empty()) {
     staged.write("homotopy.csv", homotopy_csv(facts.homotopy));
@@ -63,7 +71,7 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
   }
   const std::filesystem::path picture = output.shown_picture(staged.file("registration"));
   staged.write("report.html", html_report(registration_report(registration, path, facts, without_repeats(notes),
-                                                              picture, underlay.aligned())));
+                                                              picture, {underlay.aligned(), still})));
   underlay.remove();
   output.write_json(record);
   staged.commit();
@@ -109,7 +117,7 @@ int run_register(const RegisterArguments& arguments) {
   std::vector<std::string> notes;
   Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
   Landmarks target = read_landmarks(arguments.targets.front(), &notes, arguments.reading);
-  const SourceImage image = arguments.source_image(source, target);
+  const Background background{arguments.source_image(source, target), surface_of(source, arguments.mesh, notes)};
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
   RegistrationOptions options = arguments.registration_options(source);
@@ -134,7 +142,7 @@ int run_register(const RegisterArguments& arguments) {
     log_step("followed J(beta)");
   }
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
-  write_results(registration, facts, image, notes, arguments.output);
+  write_results(registration, facts, background, notes, arguments.output);
   log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {

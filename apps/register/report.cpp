@@ -8,9 +8,11 @@
 #include "picture.hpp"
 #include "pulson/core/name_table.hpp"
 #include "registration_warnings.hpp"
+#include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/program.hpp"
 #include "shell/report_parts.hpp"
+#include "surface.hpp"
 
 namespace pulson {
 namespace {
@@ -36,11 +38,12 @@ std::string lead(const Registration& registration, const RegistrationFacts& fact
   if (const auto part = noise_fraction(registration, facts.shares); registration.noise != "none" && part)
     text += fmt::format(" The flow accounts for {} of the displacement, the noise for {}.", percent(1 - *part),
                         percent(*part));
-  if (facts.counts.order_inversions)
-    text += " Changed order: " + count_in_words(*facts.counts.order_inversions, "pair", "pairs") + " of landmarks.";
-  if (facts.counts.flipped_triangles)
-    text +=
-        " Flipped: " + count_in_words(*facts.counts.flipped_triangles, "triangle", "triangles") + " between landmarks.";
+  if (const auto pairs = facts.counts.order_inversions)
+    text += *pairs > 0 ? fmt::format(" {} of landmarks changed order.", counted(*pairs, "pair"))
+                       : " The landmarks kept their order.";
+  if (const auto triangles = facts.counts.flipped_triangles; triangles && *triangles > 0)
+    text += fmt::format(" {} between landmarks {} flipped.", counted(*triangles, "triangle"),
+                        *triangles == 1 ? "is" : "are");
   if (outliers > 0)
     text += " Outliers: " + count_in_words(static_cast<int>(outliers), "landmark", "landmarks") + ", marked below.";
   if (!registration.converged) text += " The search did not converge.";
@@ -161,14 +164,16 @@ std::vector<int> outlying_landmarks(const Eigen::VectorXd& distances, double sig
 
 HtmlReport registration_report(const Registration& registration, const Trajectory& path, const RegistrationFacts& facts,
                                const std::vector<std::string>& notes, const std::filesystem::path& picture,
-                               const PlacedImage& below) {
+                               const BelowLandmarks& below) {
   const std::vector<int> outliers = outlying_landmarks(registration.distances(), registration.sigma);
   HtmlReport report =
       new_report(short_name(registration.original) + " → " + short_name(registration.target),
                  lead(registration, facts, outliers.size()), registration_warnings(registration), notes);
-  if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers, below))
+  if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers, below.image)) {
+    add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});
-  add_still(report, "The registration", picture, !below.file.empty());
+  }
+  add_still(report, "The registration", picture, !below.image.file.empty() || !below.still.triangles.empty());
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
   return report;

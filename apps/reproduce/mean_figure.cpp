@@ -24,11 +24,11 @@ Series mean_over_time(const Laboratory& laboratory, const Means& means, const st
   series.name = coordinate % 2 == 0 ? "faster pulson: q₁, p₁" : "slower pulson: q₂, p₂";
   for (std::size_t record = 0; record < records.size(); ++record) {
     const double mean = means.sums.moments[record].mean[coordinate];
-    const double spread = std::sqrt(means.sums.moments[record].variance()[coordinate]);
+    const double deviation = std::sqrt(means.sums.moments[record].variance()[coordinate]);
     series.x.push_back(laboratory.options().grid.at(records[record]));
     series.y.push_back(mean);
-    series.low.push_back(mean - spread);
-    series.high.push_back(mean + spread);
+    series.low.push_back(mean - deviation);
+    series.high.push_back(mean + deviation);
   }
   return series;
 }

@@ -89,7 +89,7 @@ int run_reproduce(const ReproduceArguments& arguments) {
                                 arguments.quick ? " A quick look: fewer paths than the paper's 50,000." : ""),
                     {},
                     command_of(arguments),
-                    version()};
+                    "pulson " + version()};
   bool interrupted = false;
   for (const Experiment& experiment : chosen_experiments) {
     Progress progress;

@@ -134,14 +134,15 @@ ReportSection figure4(const Laboratory& laboratory) {
                     sums.momentum_error < 1e-10 ? Verdict::kHolds : Verdict::kDoesNotHold,
                     fmt::format("largest change, relative to Σ|p(0)|: {:.1e}, over paths with momenta up to 1e8",
                                 sums.momentum_error)});
-  const auto spread = [](const EnsembleSums& s) { return std::sqrt(s.moments.front().variance()[1]); };
-  const bool restricted = spread(sums) < 1e-3 * spread(unscreened) && crossing.value > 4 * crossing.standard_error;
+  const auto deviation_of_q2 = [](const EnsembleSums& s) { return std::sqrt(s.moments.front().variance()[1]); };
+  const bool restricted =
+      deviation_of_q2(sums) < 1e-3 * deviation_of_q2(unscreened) && crossing.value > 4 * crossing.standard_error;
   claims.push_back(
       {"Screening restricts the stochastic effects to the situation when two pulsons get close.",
        restricted ? Verdict::kHolds : Verdict::kDoesNotHold,
        fmt::format("at t = 1, with a gap of 7, q₂ has the standard deviation {:.1e}, without screening {:.3g}; "
                    "when they meet, pulsons cross: {} at the end ({})",
-                   spread(sums), spread(unscreened), text_of(crossing), share(sums))});
+                   deviation_of_q2(sums), deviation_of_q2(unscreened), text_of(crossing), share(sums))});
   const Estimate other = stratonovich.crossing_probability();
   claims.push_back(
       {"(20) converges to the Stratonovich equation (11) (§4).",

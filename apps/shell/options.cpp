@@ -239,7 +239,7 @@ void add_read_options(CLI::App& verb, ReadOptions& options) {
 void add_flip_option(CLI::App& verb, ReadOptions& options) {
   verb.add_flag_function(
       "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count > 0; },
-      "draw y downwards, as in the rows of an image [if the landmark files are of images]");
+      "draw y downwards, as in the rows of an image [if the landmarks are in rows of an image]");
 }
 
 const std::vector<std::string>& known_values(const std::string& option) {

@@ -23,7 +23,8 @@ void check_picture_size(const std::optional<double>& width, double dpi) {
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
   verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
-  verb.add_option("--json", json, "also write the record to this file; -: to standard output, and nothing else there")
+  verb.add_option("--json", json,
+                  "also write the record to this file; -: to standard output, with nothing else printed there")
       ->type_name("FILE");
   verb.add_flag("--no-picture", no_picture, "do not draw " + drawn);
   verb.add_option("--pictures", pictures, "formats of the pictures: png, svg, pdf")

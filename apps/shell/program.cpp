@@ -54,6 +54,12 @@ std::string entry(const std::string& name, const std::string& description, std::
   return at > 0 ? text + '\n' : text;
 }
 
+// 1e8 for 1e+08
+std::string with_short_exponent(std::string text) {
+  if (const std::size_t at = text.find("e+0"); at != std::string::npos) text.erase(at + 1, 2);
+  return text;
+}
+
 std::string names_of(const std::set<CLI::Option*>& options) {
   std::vector<std::string> names;
   for (const CLI::Option* option : options) names.push_back(option->get_name());
@@ -75,6 +81,7 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string make_option(const CLI::Option* option, bool is_positional) const override {
     std::string name = make_option_name(option, is_positional);
+    if (const std::size_t at = name.find("{false}"); at != std::string::npos) name.erase(at, 7);
     if (!is_positional && option->get_type_size() != 0) name += " " + get_label(option->get_type_name());
     if (option->get_expected_max() == CLI::detail::expected_max_vector_size) name += " ...";
     return entry(name, description_of(*option), kOptionColumn);
@@ -97,6 +104,12 @@ class HelpFormatter : public CLI::Formatter {
     return text;
   }
 
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    std::string text = CLI::Formatter::make_help(app, std::move(name), mode);
+    for (std::size_t at = 0; (at = text.find("\n\n\n", at)) != std::string::npos;) text.erase(at, 1);
+    return text;
+  }
+
   std::string make_footer(const CLI::App* app) const override {
     std::string text;
     for (const std::string& line : lines_of(app->get_footer())) {
@@ -112,7 +125,7 @@ class HelpFormatter : public CLI::Formatter {
   static std::string description_of(const CLI::Option& option) {
     std::string text = option.get_description();
     if (!option.get_default_str().empty() && option.get_type_size() != 0)
-      text += fmt::format(" [{}]", option.get_default_str());
+      text += fmt::format(" [{}]", with_short_exponent(option.get_default_str()));
     if (option.get_required() && !option.get_positional()) text += " (required)";
     if (!option.get_excludes().empty()) text += fmt::format(" (not with {})", names_of(option.get_excludes()));
     return text;

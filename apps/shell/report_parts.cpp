@@ -27,12 +27,35 @@ std::string report_number(double value, int digits) {
   return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : "–";
 }
 
+std::string short_number(double value) {
+  std::string text = fmt::format("{:.4g}", value);
+  for (const char* zeros : {"e+0", "e+"})
+    if (const std::size_t at = text.find(zeros); at != std::string::npos)
+      text.replace(at, std::string_view(zeros).size(), "e");
+  return text;
+}
+
+std::string conservation(double error) {
+  return error == 0 ? "conserved exactly" : fmt::format("conserved to {:.1e}", error);
+}
+
 std::string count_in_words(std::int64_t count, const std::string& one, const std::string& several) {
   return count == 1 ? "one " + one : fmt::format("{} {}", count == 0 ? "no" : std::to_string(count), several);
 }
 
 std::string start_name(const Landmarks& shape) {
   return shape.source.starts_with("--") ? counted(shape.count(), "landmark") : short_name(shape);
+}
+
+std::string start_text(const Landmarks& shape) {
+  constexpr Eigen::Index kMostNumbers = 6;
+  if (!shape.source.starts_with("--") || shape.points.size() > kMostNumbers) return shape.source;
+  std::vector<std::string> places;
+  for (const auto place : shape.points.colwise()) {
+    const std::vector<double> numbers(place.begin(), place.end());
+    places.push_back(fmt::format("{:.4g}", fmt::join(numbers, "/")));
+  }
+  return fmt::format("{} {}", shape.source, fmt::join(places, ", "));
 }
 
 ReportTable landmark_table(const Landmarks& shape) {

@@ -11,13 +11,20 @@ namespace pulson {
 /// "0.1235"; "–" where the value is not finite.
 std::string report_number(double value, int digits = 4);
 
+/// "1e8", "0.25": four digits, and a short exponent.
+std::string short_number(double value);
+
+/// "conserved to 2e-15", or "conserved exactly" where the error is 0.
+std::string conservation(double error);
+
 /// "one triangle", "no triangles", "3 triangles"
 std::string count_in_words(std::int64_t count, const std::string& one, const std::string& several);
 
 /// A table of facts: `heading` and value.
 class FactTable {
  public:
-  explicit FactTable(std::string heading) : table_{{std::move(heading), "value"}, {}, ""} {}
+  explicit FactTable(std::string heading)
+      : table_{.header = {std::move(heading), "value"}, .rows = {}, .caption = "", .has_facts = true} {}
 
   void add(const std::string& name, const std::string& value) { table_.rows.push_back({{name}, {value}}); }
   void add(const std::string& name, double value) { add(name, report_number(value)); }
@@ -30,6 +37,9 @@ class FactTable {
 
 /// What a title calls the start of paths: its name, or where it is from numbers on the command line "2 landmarks".
 std::string start_name(const Landmarks& shape);
+
+/// Where paths start, for a table of settings: the file, or the option and up to six of its numbers: `--q 0, 10`.
+std::string start_text(const Landmarks& shape);
 
 /// The head of a table of landmarks: number, and label and group where the shape has them.
 ReportTable landmark_table(const Landmarks& shape);

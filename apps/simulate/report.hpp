@@ -25,7 +25,7 @@ std::size_t shown_paths(std::size_t paths, std::int64_t numbers, std::size_t mos
 template <class Run>
 FactTable settings(const Run& run) {
   FactTable table("setting");
-  table.add("start", run.shape.source);
+  table.add("start", start_text(run.shape));
   table.add("kernel", run.system.kernel.spec(4));
   table.add("noise", shortened_spec(run.system.noise->spec()));
   table.add("integrator", run.integrator);

@@ -93,13 +93,15 @@ void write_results(const Simulation& simulation, const std::vector<std::string>&
                    const SimulateArguments& arguments) {
   const OutputOptions& output = arguments.output;
   const std::string record = simulation_json(simulation);
-  write_file_atomically(output.file("simulation.json"), record);
-  write_file_atomically(output.file("paths.csv"), sample_paths_csv(simulation, arguments.every));
+  StagedFiles staged(output.out);
+  staged.write("simulation.json", record);
+  staged.write("paths.csv", sample_paths_csv(simulation, arguments.every));
+  const std::filesystem::path picture = staged.file("paths");
+  if (!output.no_picture) write_path_picture(make_picture(simulation), output.picture_files(picture));
+  staged.write("report.html", html_report(simulation_report(simulation, warnings_of(simulation), notes,
+                                                            output.shown_picture(picture))));
   output.write_json(record);
-  if (!output.no_picture) write_path_picture(make_picture(simulation), output.picture_files(output.file("paths")));
-  write_file_atomically(output.file("report.html"),
-                        html_report(simulation_report(simulation, warnings_of(simulation), notes,
-                                                      output.shown_picture(output.file("paths")))));
+  staged.commit();
 }
 
 std::string numbers_text(const Points& points) {
@@ -130,7 +132,7 @@ void print_summary(const Simulation& simulation) {
   const NoiseTraits traits = simulation.system.noise->traits();
   fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
              kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
-  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total conserved to {:.1e}\n", error);
+  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total {}\n", conservation(error));
   if (simulation.start.q.size() > 6) return;
   for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
     fmt::print("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),

@@ -121,7 +121,8 @@ void WarpArguments::add_to(CLI::App& verb) {
   add(nullptr, "INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks")
       ->required();
   add(nullptr, "-o,--out", out, "the warped image; or landmarks, in the format of its extension", "FILE")->required();
-  add(nullptr, "--json", json, "write the numbers to this file; -: to standard output, and nothing else there", "FILE");
+  add(nullptr, "--json", json, "write the numbers to this file; -: to standard output, with nothing else printed there",
+      "FILE");
   add_quiet_option(verb);
   verb.add_flag("--inverse", inverse, "map from target to source");
   only_known(add(nullptr, "--labels", labels,
@@ -148,7 +149,7 @@ void WarpArguments::add_to(CLI::App& verb) {
   add(kPicture, "--over", over, "sheet on top where the map folds: least-stretched, first, label-order, or average",
       "NAME");
   add(kPicture, "--interpolation", interpolation,
-      "nearest, linear, cubic or lanczos; label: of numbers that name regions, none of which is made up", "NAME");
+      "nearest, linear, cubic or lanczos; label: for images of region numbers, of which it invents none", "NAME");
   only_known(
       add(kPicture, "--border", border,
           "beyond the image: transparent, constant (see --background), replicate or reflect; auto: transparent if "

@@ -65,7 +65,7 @@ bool is_drawing_file(const fs::path& path) {
   return extension == ".png" || extension == ".svg" || extension == ".pdf";
 }
 
-ColourBar bar_of(const DivergingScale& scale) {
+ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values) {
   ColourBar bar{.colours = colours_of(diverging(even(scale.centre - scale.reach, scale.centre + scale.reach),
                                                 kBarColours, 1, {.centre = scale.centre, .reach = scale.reach})),
                 .labels = {}};
@@ -73,7 +73,8 @@ ColourBar bar_of(const DivergingScale& scale) {
     const std::string sign = part == 1 ? "≥ " : part == 0 && !scale.marked_below ? "≤ " : "";
     bar.labels.emplace_back(part, sign + bar_number(scale.centre + (2 * part - 1) * scale.reach));
   }
-  if (scale.marked_below) {
+  const auto is_marked = [&](float value) { return value < *scale.marked_below; };
+  if (scale.marked_below && std::any_of(values.begin(), values.end(), is_marked)) {
     const float below = static_cast<float>(*scale.marked_below) - 1;
     bar.mark = colours_of(diverging({below}, 1, 1, scale)).front();
     bar.mark_label = fmt::format("folds, below {}", bar_number(*scale.marked_below));
@@ -81,13 +82,40 @@ ColourBar bar_of(const DivergingScale& scale) {
   return bar;
 }
 
+namespace {
+
+// A field for each of 0, 1, …, most; of many, some have a number.
+ColourBar bar_of_counts(double most) {
+  constexpr double kMostNumbers = 16;
+  std::vector<float> values;
+  ColourBar bar{.colours = {}, .labels = {}};
+  const double step = std::ceil((most + 1) / kMostNumbers);
+  for (double value = 0; value <= most; ++value) {
+    values.push_back(static_cast<float>(value));
+    if (std::fmod(value, step) == 0) bar.labels.emplace_back((value + 0.5) / (most + 1), bar_number(value));
+  }
+  bar.colours = colours_of(viridis(values, static_cast<int>(values.size()), 1, 0, most));
+  return bar;
+}
+
+// The picture with a grey of its own where it is transparent.
+Image on_grey(Image picture) {
+  constexpr std::uint8_t kGrey = 222;
+  const auto values = picture.values<std::uint8_t>();
+  for (std::size_t i = 0; i < values.size(); i += 4)
+    if (values[i + 3] == 0) std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(i), 3, kGrey), values[i + 3] = 255;
+  return picture;
+}
+
+}  // namespace
+
 ColourBar bar_of(double most, bool whole) {
+  if (whole) return bar_of_counts(most);
   ColourBar bar{.colours = colours_of(viridis(even(0, most), kBarColours, 1, 0, most)), .labels = {}};
   const double power = std::pow(10, std::floor(std::log10(most / 5)));
   double step = 10 * power;
   for (const double factor : {5.0, 2.0, 1.0})
     if (factor * power >= most / 5) step = factor * power;
-  if (whole) step = std::max(1.0, std::ceil(most / 8));
   for (double value = 0; value <= most * (1 + 1e-9); value += step)
     bar.labels.emplace_back(value / most, bar_number(value));
   return bar;
@@ -141,12 +169,13 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
   for (std::size_t i = 0; i < result.multiplicity.size(); ++i)  // where nothing of the source arrives
     if (result.multiplicity[i] == 0) shown.values<std::uint8_t>()[4 * i + 3] = 0;
   const std::vector<Image> images = {checkerboard(shown, there, kSquares), blend(shown, there),
-                                     difference(shown, there)};
+                                     on_grey(difference(shown, there))};
   ImagePicture picture{.panels = {},
                        .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
-                       .subtitle = fmt::format("Mean difference of the colours, where both are: {:.1f} of 255",
-                                               mean_difference(shown, there))};
-  for (const char* heading : {"Checkerboard of both", "Half of each", "Difference: white where both agree"})
+                       .subtitle = fmt::format(
+                           "Mean difference of the colours, where both are: {:.1f} of 255  ·  grey: only one is there",
+                           mean_difference(shown, there))};
+  for (const char* heading : {"Checkerboard of both", "Half of each", "Difference, white where none"})
     picture.panels.push_back(panel_of(heading, frames.width, frames.height));
   write(std::move(picture), images, arguments_.overlay);
 }
@@ -154,7 +183,8 @@ void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames
 void Drawings::write_jacobian(const fs::path& file, const Image& image, const ImageWarp& warp,
                               const std::vector<float>& jacobians) const {
   write_numbers({file.string(), kJacobianHeading, diverging(jacobians, image.width(), image.height(), kJacobianScale),
-                 bar_of(kJacobianScale), image.width(), image.height(), landmarks_on_image(warp, arguments_)});
+                 bar_of(kJacobianScale, jacobians), image.width(), image.height(),
+                 landmarks_on_image(warp, arguments_)});
 }
 
 void Drawings::write_numbers(const Numbers& numbers) const {

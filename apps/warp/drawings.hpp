@@ -52,8 +52,8 @@ class Drawings {
 inline constexpr DivergingScale kJacobianScale{.centre = 1, .reach = 1, .marked_below = 0.0};
 inline const std::string kJacobianHeading = "Jacobian determinant of the map, alignment included";
 
-/// The bar of a scale, with its ends and middle.
-ColourBar bar_of(const DivergingScale& scale);
+/// The bar of a scale, with its ends and middle, and the colour of folds where a value has it.
+ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values);
 /// The bar of viridis from 0 to `most`. @param whole whether values are whole numbers
 ColourBar bar_of(double most, bool whole = false);
 

@@ -66,6 +66,12 @@ std::string percent_text(double part) { return fmt::format("{:.3g} %", 100 * par
 
 namespace {
 
+// Two digits; what is less than a billionth is rounding.
+std::string short_error(double error) {
+  constexpr double kRounding = 1e-9;
+  return error > 0 && error < kRounding ? "1e-9" : fmt::format("{:.2g}", error);
+}
+
 void print_summary(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
   fmt::print("{} → {}\n", arguments.input, arguments.out);
   fmt::print("method     {}: {}\n", figures.method, figures.reason);
@@ -78,9 +84,9 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
     fmt::print("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.spacing[0],
                frames->input.spacing[0] == 1 ? "unit" : "units", frames->input.y_up ? "up (flipped)" : "down");
   }
-  fmt::print("accuracy   landmarks to {:.2g} {}{}\n", figures.landmark_error_max,
-             frames != nullptr ? "pixels" : "units",
-             frames != nullptr ? fmt::format(", map to {:.2g} pixels", figures.map_error) : "");
+  const char* unit = frames != nullptr ? "pixels" : "units";
+  fmt::print("accuracy   landmarks to {} {}{}\n", short_error(figures.landmark_error_max), unit,
+             frames != nullptr ? fmt::format(", map to {} pixels", short_error(figures.map_error)) : "");
   if (figures.ridge > 0)
     fmt::print("ridge      {:.1e}: landmarks are so close that the map reproduces their noise only approximately\n",
                figures.ridge);

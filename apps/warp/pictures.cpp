@@ -50,9 +50,9 @@ class NumberPictures {
 
   void write(What what, const DivergingScale& scale) {
     const std::string mark = scale.marked_below ? fmt::format(", yellow below {:g}", *scale.marked_below) : "";
+    const ColourBar bar = bar_of(scale, what.values);
     write(
-        std::move(what), [&](const What& of) { return diverging(of.values, of.width, of.height, scale); },
-        bar_of(scale),
+        std::move(what), [&](const What& of) { return diverging(of.values, of.width, of.height, scale); }, bar,
         fmt::format("blue {:g}, white {:g}, red {:g}{}", scale.centre - scale.reach, scale.centre,
                     scale.centre + scale.reach, mark));
   }

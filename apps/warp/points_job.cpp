@@ -82,7 +82,7 @@ WarpFigures warp_points(const MaterialFlow& flow, const Registration& registrati
 
   WarpFigures figures;
   figures.method = "points";
-  figures.reason = arguments.inverse ? "by the inverse of every step" : "by every step of the flow";
+  figures.reason = arguments.inverse ? "moved by the inverse of every step" : "moved by every step of the flow";
   const Eigen::VectorXd jacobians = moved.jacobians();
   if (jacobians.size() > 0) {
     const double least = jacobians.minCoeff();

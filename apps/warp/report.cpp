@@ -99,9 +99,12 @@ ReportTable numbers(const WarpFigures& figures, const WarpArguments& arguments, 
 }
 
 std::string lead(const WarpFigures& figures, const WarpArguments& arguments, const std::string& what) {
-  return fmt::format("{} by the map of {}{}. The map folds {} of {}; its smallest Jacobian is {}.",
-                     file_name(arguments.input), arguments.registration, arguments.inverse ? ", backwards" : "",
-                     percent_text(figures.folded_fraction), what, report_number(figures.min_jacobian, 3));
+  const std::string folds = figures.folded_fraction > 0
+                                ? fmt::format("folds {} of {}", percent_text(figures.folded_fraction), what)
+                                : "does not fold";
+  return fmt::format("{} by {}map of {}. The map {}; its smallest Jacobian is {}.", file_name(arguments.input),
+                     arguments.inverse ? "the inverse " : "the ", arguments.registration, folds,
+                     report_number(figures.min_jacobian, 3));
 }
 
 HtmlReport begun(const WarpFigures& figures, const WarpArguments& arguments, const Registration& registration,

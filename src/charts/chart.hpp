@@ -53,7 +53,7 @@ struct ChartPanel {
 };
 
 /// Panels in rows and columns; all of a column with names below share the range of x, and so do all without. A row may
-/// be shorter than others.
+/// be shorter than others; its last panel takes the room that is left, unless another has its horizontal axis.
 struct Chart {
   std::string title = {};                     ///< one line, may be empty
   std::string subtitle = {};                  ///< one line, may be empty

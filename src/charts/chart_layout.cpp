@@ -252,6 +252,13 @@ ChartAxis shared_horizontal_axis(const Chart& chart, std::size_t column, const C
   return horizontal_axis(alike);
 }
 
+/// Whether no other panel of that column shares its horizontal axis: then it may be wider than the column.
+bool has_axis_of_its_own(const Chart& chart, std::size_t column, const ChartPanel& panel) {
+  return std::count_if(chart.rows.begin(), chart.rows.end(), [&](const Row& row) {
+           return column < row.size() && row[column].x_names.empty() == panel.x_names.empty();
+         }) == 1;
+}
+
 /// The frames of the chart with their axes, but without their boxes; [row][column].
 std::vector<std::vector<ChartFrame>> make_frames(const Chart& chart) {
   std::vector<std::vector<ChartFrame>> frames;
@@ -331,6 +338,8 @@ ChartPlan plan_chart(const Chart& chart, double legend_height) {
     double left = kEdge;
     for (std::size_t c = 0; c < row.size(); ++c) {
       frames[r][c].box = {left + sides[c].left, top - room_above(row) - height, width, height};
+      if (c + 1 == row.size() && c + 1 < columns && has_axis_of_its_own(chart, c, row[c]))
+        frames[r][c].box.width = kWidth - kEdge - sides.back().right - frames[r][c].box.left;
       frames[r][c].heading_height = kHeadingHeight + y_label_room(row);
       left += sides[c].left + width + sides[c].right + kGap;
       plan.frames.push_back(frames[r][c]);

@@ -186,6 +186,7 @@ class SeriesMarks {
     std::vector<Points> lines;
     const double cap = std::min(kMostCap, kDotRoom * typical_distance());
     for (std::size_t i = 0; i < series_.error.size(); ++i) {
+      if (series_.error[i] == 0) continue;
       const std::vector<double> ends{series_.y[i] - series_.error[i], series_.y[i] + series_.error[i]};
       const Eigen::RowVectorXd place = Eigen::RowVectorXd::Constant(2, centres()[static_cast<Eigen::Index>(i)]);
       const Points bar = pixels(place, ends);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "core/text.hpp"
 #include "draw/gnuplot.hpp"
@@ -152,6 +153,20 @@ void Canvas::image(const std::filesystem::path& png, const Box& box) {
   layers_.push_back(std::move(layer));
 }
 
+void Canvas::raster(const Raster& raster, const Box& box) {
+  const std::shared_ptr<std::FILE> file = scratch_.emplace_back(make_scratch_file("gnuplot"));
+  if (std::fwrite(raster.rgba.data(), 1, raster.rgba.size(), file.get()) != raster.rgba.size() ||
+      std::fflush(file.get()) != 0)
+    throw InputError("a picture cannot be kept in the folder of temporary files");
+  const double dx = box.width / raster.width, dy = box.height / raster.height;
+  Layer layer;
+  layer.image = fmt::format(
+      "'/proc/{}/fd/{}' binary array=({},{}) format='%uchar%uchar%uchar%uchar' flipy origin=({:.4f},{:.4f}) "
+      "dx={:.6f} dy={:.6f} using 1:2:3:4 with rgbalpha title ''",
+      ::getpid(), ::fileno(file.get()), raster.width, raster.height, box.left + dx / 2, box.bottom + dy / 2, dx, dy);
+  layers_.push_back(std::move(layer));
+}
+
 void Canvas::text(double x, double y, std::string_view text, double size, const Colour& colour, Align align,
                   double max_width) {
   const double shrink = std::clamp(max_width / std::max(text_width(text, size), 1e-9), kSmallestText, 1.0);
@@ -162,9 +177,12 @@ void Canvas::text(double x, double y, std::string_view text, double size, const 
 }
 
 void Canvas::text_on_image(double x, double y, std::string_view text, double size, const Colour& colour) {
-  constexpr double kMargin = 1.2;
-  for (const auto& [dx, dy] : {std::pair(-kMargin, 0.0), {kMargin, 0.0}, {0.0, -kMargin}, {0.0, kMargin}})
-    this->text(x + dx, y + dy, text, size, colour::kPaper);
+  constexpr double kMargin = 1.9;
+  constexpr int kAround = 12;
+  for (int i = 0; i < kAround; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kAround;
+    this->text(x + kMargin * std::cos(angle), y + kMargin * std::sin(angle), text, size, colour::kPaper);
+  }
   this->text(x, y, text, size, colour);
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +10,7 @@
 #include "core/colours.hpp"
 #include "pulson/core/landmarks.hpp"
 #include "pulson/draw/pictures.hpp"
+#include "surface.hpp"
 
 namespace pulson::picture {
 
@@ -84,6 +87,9 @@ class Canvas {
   /// The png, stretched over the box. @throws InputError if it is none
   void image(const std::filesystem::path& png, const Box& box);
 
+  /// The pixels, stretched over the box.
+  void raster(const Raster& raster, const Box& box);
+
   /// One line of text, its middle at height y; made smaller where it would be wider than `max_width`.
   void text(double x, double y, std::string_view text, double size, const Colour& colour, Align align = Align::kLeft,
             double max_width = 1e9);
@@ -108,6 +114,7 @@ class Canvas {
   double height_;
   std::vector<Layer> layers_;
   std::vector<std::string> labels_;
+  std::vector<std::shared_ptr<std::FILE>> scratch_;  // of the pixels
 };
 
 }  // namespace pulson::picture

@@ -205,6 +205,7 @@ Marks::Marks(const Figure& figure) {
   const double shown = static_cast<double>(std::max(figure.marked.size(), figure.with_path.size()));
   dot = std::clamp(std::min(8.5 * std::pow(4 / shown, 0.28), 0.32 * figure.spacing), 1.8, 8.5);
   ring = 1.35 * dot + std::min(1.4, 0.4 * dot);
+  if (figure.spacing < kDenseGap) ring = std::clamp(0.6 * figure.spacing, 1.4, ring);  // or they fill a band
   stroke = std::clamp(0.3 * dot, 0.9, 2.4);
   path = std::clamp(0.5 * dot, 1.1, 4.0);
   outline = std::clamp(0.4 * dot, 1.1, 2.4);
@@ -234,7 +235,7 @@ void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, co
     const std::string text = std::to_string(number);
     const Box place = freest_place(pixels.col(a), text_width(text, kNumberSize), ring, marks, taken);
     taken.push_back(place);
-    canvas.text_on_image(place.left, place.bottom + place.height / 2, text, kNumberSize, colour::kText);
+    canvas.text_on_image(place.left, place.bottom + place.height / 2, text, kNumberSize, colour::kTitle);
   }
 }
 

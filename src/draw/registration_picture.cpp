@@ -8,6 +8,7 @@
 #include "layout.hpp"
 #include "map_panels.hpp"
 #include "path_panels.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"
 
@@ -79,7 +80,7 @@ void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImag
 std::vector<Interval> data_ranges(const RegistrationPicture& picture, double flattest) {
   const Points corners = corners_of_shapes(picture);
   std::vector<const Points*> sets = addresses({&picture.trajectory, &picture.grid_before, &picture.grid_after});
-  sets.insert(sets.end(), {&corners, &picture.result});
+  sets.insert(sets.end(), {&corners, &picture.result, &picture.surface_before, &picture.surface_after});
   std::vector<Interval> ranges;
   const std::vector<const Points*> paths = addresses({&picture.grid_paths});
   for (int row = 0; row < picture.source.dimension(); ++row) {
@@ -151,9 +152,11 @@ Canvas compose_space(const RegistrationPicture& picture) {
   Plan plan = arrange_space(titles_of(picture), data_ranges(picture, 0.4));
   const Figures figures = plan_figures(picture, scale_of(plan.views[0]));
   const Figure& figure = figures.source;
-  draw_displacements(plan.canvas, plan.side, picture.source.points, picture.result, figure);
+  draw_displacements(plan.canvas, plan.side, picture.source.points, picture.result, figure,
+                     {picture.surface_before, picture.triangles});
   for (const View& view : plan.views) {
     draw_frame(plan.canvas, view, axis_names(view), true);
+    draw_surface(plan.canvas, view, {picture.surface_after, picture.triangles});
     plan.canvas.lines(trace(figure, false, view.pixels(picture.source.points)),
                       {faded(colour::kSource, 0.4), Marks(figure).outline});
     draw_registration(plan.canvas, view, picture, figures);
@@ -183,7 +186,7 @@ Canvas compose_line(const RegistrationPicture& picture) {
   if (has_map)
     draw_map_panels(canvas, {left, view.box.bottom + panel_height + kHeading + kTicRoom, view.box.width, kMapHeight},
                     picture, figure);
-  draw_frame(canvas, view, "Position x over time t", true);
+  draw_frame(canvas, view, "Position x over time t, a colour for each landmark", true);
   canvas.lines(view.pixels(picture.grid_paths), kGridStroke);
 
   const std::vector<Colour> colours = colours_by_position(picture.source.points);
@@ -230,6 +233,14 @@ void check(const RegistrationPicture& picture) {
   check_lines(picture.grid_before, source.dimension(), "undeformed grid");
   check_lines(picture.grid_after, source.dimension(), "deformed grid");
   check_lines(picture.grid_paths, 2, "material path");
+  for (const auto& triangle : picture.triangles)
+    for (const int corner : triangle)
+      if (corner < 0 || corner >= picture.surface_before.cols() || corner >= picture.surface_after.cols())
+        throw InputError(fmt::format("registration picture: its surface has no vertex {}", corner));
+  if (!picture.triangles.empty()) {
+    checks.points(picture.surface_before, 3, "surface of the source");
+    checks.points(picture.surface_after, 3, "surface of the result");
+  }
 }
 
 }  // namespace

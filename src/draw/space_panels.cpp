@@ -15,13 +15,24 @@ constexpr double kPitch = 0.45;
 constexpr double kLongestDisplacement = 0.2;  // of the shape's diagonal
 constexpr double kNumbers = 64;               // at the left of a panel, at least
 
+Screen side_screen() {
+  const double sine = std::sin(kPitch);
+  Screen screen;
+  screen << std::cos(kYaw), std::sin(kYaw), 0,  //
+      -std::sin(kYaw) * sine, std::cos(kYaw) * sine, std::cos(kPitch);
+  return screen;
+}
+
 /// The places seen from the side: to the right and upwards, 2×N.
-Points from_the_side(const Points& points) {
-  Points seen(2, points.cols());
-  seen.row(0) = points.row(0) * std::cos(kYaw) + points.row(1) * std::sin(kYaw);
-  seen.row(1) = points.row(2) * std::cos(kPitch) +
-                (points.row(1) * std::cos(kYaw) - points.row(0) * std::sin(kYaw)) * std::sin(kPitch);
-  return seen;
+Points from_the_side(const Points& points) { return side_screen() * points; }
+
+void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface, const Screen& screen) {
+  constexpr double kFiner = 2;  // pixels of the surface in one of the canvas
+  if (surface.triangles.empty()) return;
+  const Window window{{view.x.low, view.y.low},
+                      {view.x.high, view.y.high},
+                      std::max(1, static_cast<int>(std::lround(kFiner * view.box.width)))};
+  canvas.raster(shaded(surface, screen, window), view.box);
 }
 
 /// 1, 2 or 5 times a power of ten, at most `most`; 1 where that is less.
@@ -94,19 +105,28 @@ Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, co
   return {std::move(canvas), std::move(views), side};
 }
 
-void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure) {
+void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface) {
+  Screen screen = Screen::Zero();
+  screen(0, view.row_x) = screen(1, view.row_y) = 1;
+  draw_surface(canvas, view, surface, screen);
+}
+
+void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure,
+                        const SurfaceParts& surface) {
   const Points moved = to - from;
   const auto [low, high] = bounding_box(from);
   const double longest = std::max(moved.colwise().norm().maxCoeff(), 1e-300);
   const double factor = round_factor(kLongestDisplacement * (high - low).norm() / longest);
   const Points tips = from_the_side(from + factor * moved), feet = from_the_side(from);
-  std::vector<Points> edges = edges_of_box(from);
-  std::vector<const Points*> sets = {&tips, &feet};
+  const Points vertices = surface.triangles.empty() ? Points(2, 0) : from_the_side(surface.vertices);
+  const std::vector<Points> edges = surface.triangles.empty() ? edges_of_box(from) : std::vector<Points>{};
+  std::vector<const Points*> sets = {&tips, &feet, &vertices};
   for (const Points& edge : edges) sets.push_back(&edge);
   const View view = fitted(box, sets);
   draw_frame(canvas, view,
              factor > 1 ? fmt::format("Displacements × {:g}, from the side", factor) : "Displacements, from the side",
              {}, {});
+  draw_surface(canvas, view, surface, side_screen());
   canvas.lines(view.pixels(edges), {colour::kGrid, 1.2});
   const Points seen = view.pixels(feet);
   for (std::size_t group = 0; group < figure.groups.size(); ++group)

@@ -12,9 +12,14 @@ namespace pulson::picture {
 /// below. `tallest` and `all_numbered` of the arrangement are not used.
 Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, const Arrangement& arrangement = {});
 
+/// The surface in a panel, below what is drawn after it. Nothing where it has no triangles.
+void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface);
+
 /// Draws the landmarks, seen from the side, with arrows of their displacements, which are magnified where they are
 /// small: by 1, 2 or 5 times a power of ten, so that the longest is at most a fifth of the diagonal of the shape. The
-/// heading says by how much. @param from, to 3×N
-void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure);
+/// heading says by how much. The surface lies below them, or, where it has no triangles, the box around them.
+/// @param from, to 3×N
+void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure,
+                        const SurfaceParts& surface = kNoSurface);
 
 }  // namespace pulson::picture

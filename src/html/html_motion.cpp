@@ -55,6 +55,14 @@ void check_sizes(const ReportMotion& motion) {
                           [&](int points) { return points == motion.lines.front(); }),
           "the mesh of a motion's picture is not in its grid");
   }
+  if (!motion.triangles.empty()) {
+    check(d == 3 && motion.surface.size() >= 2 && motion.surface.size() == motion.surface_times.size(),
+          "the surface of a motion needs two times or more, and three axes");
+    check_frames("surface", motion.surface, 3, motion.surface.front().cols());
+    for (const auto& triangle : motion.triangles)
+      for (const int corner : triangle)
+        check(corner >= 0 && corner < motion.surface.front().cols(), "a triangle of a motion has no such vertex");
+  }
   for (const std::vector<Points>& path : motion.others) {
     check(path.size() == motion.times.size(),
           fmt::format("another path of a motion has {} frames at {} times", path.size(), motion.times.size()));
@@ -85,6 +93,7 @@ Box box_of(const ReportMotion& motion) {
   for (const Points& frame : motion.frames) box.include(frame);
   for (const Points& line : motion.extra.lines) box.include(line);
   box.include(motion.target.points);
+  for (const Points& places : motion.surface) box.include(places);
   // Where the map folds, the grid may leave the page; the position where it begins is visible.
   if (!motion.grid.empty()) box.include(motion.grid.front());
   // Other paths may go far, and would leave the others little room.
@@ -240,6 +249,11 @@ std::string numbers_of(const ReportMotion& motion) {
     json.add("mesh", list(std::vector<int>{motion.image->columns, motion.lines.front(), motion.image->step}));
   }
   json.add_frames("grid", motion.grid);
+  std::vector<int> corners;
+  for (const auto& triangle : motion.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+  json.add("triangles", list(corners));
+  json.add_frames("surface", motion.surface);
+  json.add("surfaceTimes", list(motion.surface_times));
   json.add_paths("others", motion.others);
   json.add_frames("extra", motion.extra.lines);
   json.add("names", names(motion.source));
@@ -270,6 +284,7 @@ std::string key_of(const ReportMotion& motion) {
   add(!motion.extra.lines.empty(), "goal", "extra", motion.extra.name);
   add(!motion.grid.empty(), "mesh", "grid", motion.source.dimension() == 1 ? "points between" : "grid");
   add(motion.image.has_value(), "photo", "image", "image");
+  add(!motion.triangles.empty(), "photo", "surface", "surface");
   constexpr int kMostNumbers = 400;
   add(motion.source.count() <= kMostNumbers, "names", "numbers", "numbers", false);
   return text + "</ul>\n";

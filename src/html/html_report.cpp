@@ -153,18 +153,20 @@ class BlockWriter {
       if (table.rows[r].size() != table.header.size())
         throw InputError(fmt::format("report: row {} of a table has {} cells for {} heads", r + 1, table.rows[r].size(),
                                      table.header.size()));
-    page_ += "<figure>\n";
+    page_ += table.has_facts ? "<figure class=\"facts\">\n" : "<figure>\n";
     if (!table.caption.empty()) page_ += "<figcaption class=\"above\">" + escaped(table.caption) + "</figcaption>\n";
     // What scrolls has to be reached by the keyboard.
     constexpr std::size_t kLongTable = 20;  // rows, from which on it scrolls in a box of its own
-    page_ += fmt::format(
-        "<div class=\"box{}\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table>\n<thead>\n<tr>",
-        table.rows.size() > kLongTable ? " tall" : "", table.caption.empty() ? "table" : escaped(table.caption));
+    page_ +=
+        fmt::format("<div class=\"box{}\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n<table>\n<thead>\n<tr>",
+                    table.rows.size() > kLongTable && !table.has_facts ? " tall" : "",
+                    table.caption.empty() ? "table" : escaped(table.caption));
     std::vector<bool> numeric;
     for (std::size_t c = 0; c < table.header.size(); ++c) {
       numeric.push_back(is_numeric(table, c));
-      page_ += fmt::format(R"(<th scope="col"{}><button type="button">{}</button></th>)",
-                           numeric[c] ? R"( class="number")" : "", escaped(table.header[c]));
+      const std::string head = escaped(table.header[c]);
+      page_ += fmt::format(R"(<th scope="col"{}>{}</th>)", numeric[c] ? R"( class="number")" : "",
+                           table.has_facts ? head : "<button type=\"button\">" + head + "</button>");
     }
     page_ += "</tr>\n</thead>\n<tbody>\n";
     for (const std::vector<ReportCell>& row : table.rows) {
@@ -193,9 +195,9 @@ class BlockWriter {
 
  private:
   static bool is_numeric(const ReportTable& table, std::size_t column) {
-    return !table.rows.empty() && std::all_of(table.rows.begin(), table.rows.end(), [column](const auto& row) {
-      return row[column].text.empty() || begins_with_number(row[column].text);
-    });
+    const auto all = [&](const auto& holds) { return std::all_of(table.rows.begin(), table.rows.end(), holds); };
+    return !all([column](const auto& row) { return row[column].text.empty(); }) &&
+           all([column](const auto& row) { return row[column].text.empty() || begins_with_number(row[column].text); });
   }
 
   void cell(const ReportCell& cell, bool numeric) {
@@ -258,12 +260,26 @@ std::string styles_of(const HtmlReport& report) {
 
 }  // namespace
 
+namespace {
+
+/// Long names of files may be broken behind an underscore, a hyphen or a slash.
+std::string breakable(const std::string& text) {
+  std::string result;
+  for (const char letter : text) {
+    result += letter;
+    if (letter == '_' || letter == '-' || letter == '/') result += "<wbr>";
+  }
+  return result;
+}
+
+}  // namespace
+
 std::string html_report(const HtmlReport& report) {
   std::string page = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n<h1>{}</h1>\n",
-      escaped(report.title), styles_of(report), escaped(report.title));
+      escaped(report.title), styles_of(report), breakable(escaped(report.title)));
   if (!report.lead.empty()) page += "<p class=\"lead\">" + escaped(report.lead) + "</p>\n";
   for (const ReportSection& section : report.sections) {
     page += "<section>\n";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -43,6 +44,7 @@ struct ReportTable {
   std::vector<std::string> header;
   std::vector<std::vector<ReportCell>> rows;  ///< each as long as the header
   std::string caption = {};                   ///< may be empty
+  bool has_facts = false;  ///< whether it lists names and values, which are not sorted; two of these stand side by side
 };
 
 /// One claim, the verdict, and what was measured.
@@ -81,6 +83,10 @@ struct ReportMotion {
   std::vector<int> lines = {};    ///< of the grid: the number of points of each, L in all; for d = 1, 1 each
   std::vector<Points> grid = {};  ///< F entries d×L, or none: the points of all lines, one line after the other
   std::optional<MotionImage> image = {};
+  /// d = 3: a surface below the landmarks, each triangle three of its vertices, from 0; may be empty
+  std::vector<std::array<int, 3>> triangles = {};
+  std::vector<Points> surface = {};              ///< its vertices, 3×V, at the following times
+  std::vector<double> surface_times = {};        ///< increasing, from the first of `times` to the last
   std::vector<int> outliers = {};                ///< landmarks that are marked
   std::string others_name = {};                  ///< what the key calls the other paths
   std::vector<std::vector<Points>> others = {};  ///< [path]: F entries d×N each, drawn faintly; may be empty

@@ -61,7 +61,4 @@ struct PairSumArguments {
 /// this machine. Entries beyond `targets` up to the padded end are scratch.
 void add_pair_sums(const PairSumArguments& arguments, std::size_t first);
 
-/// Vector lanes of the chosen target, for tests.
-std::size_t vector_lanes();
-
 }  // namespace pulson

@@ -34,5 +34,35 @@ TEST(LibraryDocument, ShowsTheExamples) {
   EXPECT_GE(snippets, 6);
 }
 
+std::string whole(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// Calls use(match) for each match of the pattern.
+template <class Use>
+void for_each_match(const std::string& text, const char* pattern, const Use& use) {
+  const std::regex expression(pattern);
+  for (std::sregex_iterator match(text.begin(), text.end(), expression), none; match != none; ++match) use(*match);
+}
+
+// "Where is …" of docs/architecture.md: the files are there, and so is what is said to be in them.
+TEST(ArchitectureDocument, NamesWhatIsThere) {
+  const std::filesystem::path root = PULSON_SOURCE_DIR;
+  const std::string page = whole(root / "docs/architecture.md"), table = page.substr(page.find("## Where is"));
+  int files = 0, names = 0;
+  for_each_match(table, "`((?:src|apps|include|tests)/[a-z0-9_/.]+)`", [&](const std::smatch& match) {
+    ++files;
+    EXPECT_TRUE(std::filesystem::exists(root / match.str(1))) << match.str(1);
+  });
+  for_each_match(
+      table, "`(?:[A-Za-z]+::)?([a-zA-Z_]+)`[^`|]* in `([a-z0-9_/]+[.][a-z]+)`", [&](const std::smatch& match) {
+        ++names;
+        EXPECT_THAT(whole(root / match.str(2)), testing::ContainsRegex(match.str(1) + "[^a-z_]")) << match.str(2);
+      });
+  EXPECT_GE(files, 20);
+  EXPECT_GE(names, 8);
+}
+
 }  // namespace
 }  // namespace pulson

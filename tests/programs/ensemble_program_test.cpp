@@ -22,7 +22,7 @@ TEST_F(EnsembleProgram, WritesARecordAndTables) {
   EXPECT_EQ(done.err, "");
   EXPECT_THAT(names_in("out"), ElementsAre("densities.csv", "ensemble.json", "means.csv", "report.html"));
   EXPECT_THAT(done.out, StartsWith("200 paths of 2 landmarks in 1D to t = 10: 500 steps of 0.02, seed 3\n"));
-  EXPECT_THAT(done.out, HasSubstr("\npaths      200 clean, 0 without a root, 0 with momenta beyond 1e+08, 0 ties\n"));
+  EXPECT_THAT(done.out, HasSubstr("\npaths      200 clean, 0 without a root, 0 with momenta beyond 1e8, 0 ties\n"));
   EXPECT_THAT(done.out, HasSubstr("\ncrossing   "));
   EXPECT_THAT(done.out, HasSubstr("\nmomentum   total conserved to "));
   const nlohmann::json record = read_json("out/ensemble.json");

@@ -45,7 +45,7 @@ TEST_F(Reports, RegisterTellsWhatItDidAndShowsIt) {
   EXPECT_THAT(page, HasSubstr("pulson register " + sample("swap_source") + ' ' + sample("swap_target") +
                               " -o out --noise ch-sd:beta=2 --steps 10</code>"));
   EXPECT_THAT(page, HasSubstr("<p class=\"lead\">Matched: 2 landmarks in 1D"));
-  EXPECT_THAT(page, HasSubstr("Changed order: one pair of landmarks."));
+  EXPECT_THAT(page, HasSubstr("1 pair of landmarks changed order."));
   EXPECT_THAT(page, HasSubstr("<canvas"));
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
   EXPECT_EQ(rows_of_table(page, "landmark"), 2U);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -70,8 +71,12 @@ struct RegistrationPicture {
   std::vector<Points> grid_paths;   ///< d = 1: paths 2×M of material points, rows (t, x); may be empty
   std::optional<PlacedImage> image_before{};  ///< d = 2: below the source
   std::optional<PlacedImage> image_after{};   ///< d = 2: below the result
-  std::string title;                          ///< one line, may be empty
-  std::string subtitle;                       ///< one line, may be empty
+  /// d = 3: a surface below the landmarks, each triangle three columns, from 0, of the vertices; may be empty
+  std::vector<std::array<int, 3>> triangles{};
+  Points surface_before{};  ///< d = 3: its vertices 3×V, with the source
+  Points surface_after{};   ///< d = 3: the same with the result
+  std::string title;        ///< one line, may be empty
+  std::string subtitle;     ///< one line, may be empty
 };
 
 /// How the landmarks of one group are joined in a picture.

@@ -213,6 +213,42 @@ class Motion extends MotionView {
     pen.drawImage(this.image, 0, 0);
     pen.restore();
   }
+  // The triangles of the surface, the farthest first.
+  drawSurface() {
+    const { triangles, surface, surfaceTimes: times, size } = this.data, { pen, yaw, pitch } = this;
+    let k = 0;
+    while (k + 2 < times.length && times[k + 1] <= this.now.time) ++k;
+    const part = (this.now.time - times[k]) / (times[k + 1] - times[k]);
+    const places = surface[k].map((place, i) => place + part * (surface[k + 1][i] - place));
+    const seen = Array.from({ length: places.length / 3 }, (_, i) => {
+      const [x, y, z] = [0, 1, 2].map(c => places[3 * i + c] - size[c] / 2);
+      const into = y * Math.cos(yaw) - x * Math.sin(yaw), [across, down] = this.pixel(places, i);
+      return [across, down, this.view.scale * (z * Math.sin(pitch) - into * Math.cos(pitch))];
+    });
+    const faces = [];
+    for (let i = 0; i < triangles.length; i += 3) {
+      const corners = [0, 1, 2].map(c => seen[triangles[i + c]]);
+      faces.push([corners[0][2] + corners[1][2] + corners[2][2], corners]);
+    }
+    faces.sort((a, b) => a[0] - b[0]);
+    const [darkest, lightest] = matchMedia("(prefers-color-scheme: dark)").matches ? [52, 150] : [150, 246];
+    pen.lineWidth = 0.7;
+    for (const [, [a, b, c]] of faces) {
+      const [u, v] = [[b[0] - a[0], a[1] - b[1], b[2] - a[2]], [c[0] - a[0], a[1] - c[1], c[2] - a[2]]];
+      const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+      // Light from the upper left; either side of a triangle may be the outer one.
+      const lit = (normal[0] * -0.4 + normal[1] * 0.54 + normal[2] * 0.74) / (Math.hypot(...normal) || 1);
+      const grey = Math.round(darkest + (lightest - darkest) * Math.max(0, normal[2] < 0 ? -lit : lit));
+      pen.fillStyle = pen.strokeStyle = `rgb(${grey},${grey},${grey + 4})`;
+      pen.beginPath();
+      pen.moveTo(a[0], a[1]);
+      pen.lineTo(b[0], b[1]);
+      pen.lineTo(c[0], c[1]);
+      pen.closePath();
+      pen.fill();
+      pen.stroke();
+    }
+  }
   // d = 2 and 3
   drawSpace() {
     const { d, frames, target, groups, outlines, marked, traced, outliers, lines, grid, pairs } = this.data;
@@ -221,6 +257,7 @@ class Motion extends MotionView {
     const radius = marked.length > 800 ? 1.6 : marked.length > 150 ? 2.6 : 4;
     const has = a => target[d * a] !== null && target[d * a + d - 1] !== null;
     if (this.data.image && this.shows("image")) this.drawImage();
+    if (this.data.triangles.length && this.shows("surface")) this.drawSurface();
     if (grid.length && this.shows("grid")) {
       const places = this.placesOf(grid), colour = this.colour("grid");
       let first = 0;

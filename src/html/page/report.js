@@ -11,7 +11,7 @@ const valueOf = cell => {
   return { number: match ? parseFloat(match[1]) : Infinity, text };
 };
 for (const head of document.querySelectorAll("th")) {
-  head.querySelector("button").addEventListener("click", () => {
+  head.querySelector("button")?.addEventListener("click", () => {
     const descending = head.getAttribute("aria-sort") === "ascending";
     for (const other of head.parentNode.children) other.removeAttribute("aria-sort");
     head.setAttribute("aria-sort", descending ? "descending" : "ascending");

@@ -34,7 +34,10 @@ class MotionView {
     let high = Math.min(most, d === 1 ? Math.max(240, 0.5 * wide) : d === 2 ? wide : Math.min(540, 0.9 * wide));
     let scale = (high - above - below) / (size[0] || 1), left = rim, bottom = high - below;
     if (d === 3) {
-      scale = (Math.min(wide, high) / 2 - rim) / (Math.hypot(...size) / 2 || 1);
+      // As large as the box allows, however it is turned about its upright axis.
+      const across = Math.hypot(size[0], size[1]), tilt = Math.max(Math.abs(this.pitch), 0.45);
+      const down = size[2] * Math.cos(tilt) + across * Math.sin(tilt);
+      scale = Math.min((wide - 2 * rim) / (across || 1), (high - 2 * rim) / (down || 1));
       [left, bottom] = [wide / 2, high / 2];
     } else if (d === 2) {
       scale = Math.min((wide - rim - 16) / (size[0] || 1), (high - above - below) / (size[1] || 1));

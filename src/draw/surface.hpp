@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson::picture {
+
+/// Pixels in rows from the top: red, green, blue and opacity, 0 to 255 each.
+struct Raster {
+  int width;
+  int height;
+  std::vector<std::uint8_t> rgba;
+};
+
+/// How one looks at space: unit vectors, at right angles, to the right and upwards.
+using Screen = Eigen::Matrix<double, 2, 3>;
+
+/// A part of the screen, in length units, and how many pixels across it is drawn.
+struct Window {
+  Eigen::Vector2d low;
+  Eigen::Vector2d high;
+  int width;
+};
+
+/// Vertices 3×V and the triangles between them, as indices from 0, whichever way round.
+struct SurfaceParts {
+  const Points& vertices;
+  const std::vector<std::array<int, 3>>& triangles;
+};
+
+inline const Points kNoVertices(3, 0);
+inline const std::vector<std::array<int, 3>> kNoTriangles;
+inline const SurfaceParts kNoSurface{kNoVertices, kNoTriangles};
+
+/// The surface in pale greys that leave room for marks above it, transparent where there is none: parallel projection,
+/// the nearest of overlapping triangles, light from the upper left, normals interpolated between the vertices.
+Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& window);
+
+}  // namespace pulson::picture

@@ -1,0 +1,118 @@
+// Stereolithography files, whose triangles have corners of their own, and Wavefront's obj.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "core/text.hpp"
+#include "pulson/core/errors.hpp"
+#include "surface_files.hpp"
+
+namespace pulson::io {
+namespace {
+
+// Corners at the same position are one vertex.
+class SharedCorners {
+ public:
+  void add(const std::array<double, 3>& place) {
+    int number = static_cast<int>(coordinates_.size() / 3);
+    bool is_new = true;
+    if (std::none_of(place.begin(), place.end(), [](double x) { return std::isnan(x); })) {
+      const auto [found, inserted] = numbers_.try_emplace(place, number);
+      number = found->second;
+      is_new = inserted;
+    }
+    if (is_new) coordinates_.insert(coordinates_.end(), place.begin(), place.end());
+    corners_.push_back(number);
+  }
+
+  Surface surface() const {
+    Surface surface;
+    surface.vertices.points = points_from(coordinates_, 3);
+    for (std::size_t i = 0; i + 2 < corners_.size(); i += 3)
+      surface.triangles.push_back({corners_[i], corners_[i + 1], corners_[i + 2]});
+    return surface;
+  }
+
+ private:
+  std::map<std::array<double, 3>, int> numbers_;
+  std::vector<double> coordinates_;
+  std::vector<int> corners_;
+};
+
+// Three numbers behind the first word.
+std::array<double, 3> place_of(const std::string& path, const TextLine& line,
+                               const std::vector<std::string_view>& words) {
+  if (words.size() < 4) fail(path, line.number, "a vertex has three coordinates");
+  std::array<double, 3> place{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    place.at(axis) = parse_coordinate(words[axis + 1], {path, line.number, "a vertex", "", axis});
+  return place;
+}
+
+constexpr std::size_t kStlHead = 80, kStlTriangle = 50;
+
+std::size_t number_of_triangles(std::string_view text) {
+  std::uint32_t count = 0;
+  if (text.size() >= kStlHead + 4) std::memcpy(&count, text.data() + kStlHead, sizeof count);
+  return count;
+}
+
+Surface read_binary_stl(std::string_view text) {
+  SharedCorners corners;
+  const std::size_t count = number_of_triangles(text);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<float, 12> numbers{};  // the normal, three corners
+    std::memcpy(numbers.data(), text.data() + kStlHead + 4 + kStlTriangle * i, sizeof numbers);
+    for (std::size_t k = 3; k < 12; k += 3) corners.add({numbers.at(k), numbers.at(k + 1), numbers.at(k + 2)});
+  }
+  return corners.surface();
+}
+
+}  // namespace
+
+Surface read_stl(const std::string& path, std::string_view text) {
+  // Binary files may begin with "solid", too.
+  if (text.size() >= kStlHead + 4 && text.size() == kStlHead + 4 + kStlTriangle * number_of_triangles(text))
+    return read_binary_stl(text);
+  if (!text.starts_with("solid"))
+    throw InputError(path + ": it is neither text that begins with 'solid' nor of the length that its number of " +
+                     "triangles asks for");
+  SharedCorners corners;
+  for (const TextLine& line : split_lines(path, text))
+    if (const auto words = split_words(line.text); !words.empty() && words[0] == "vertex")
+      corners.add(place_of(path, line, words));
+  return corners.surface();
+}
+
+Surface read_obj(const std::string& path, std::string_view text) {
+  Surface surface;
+  std::vector<double> coordinates;
+  for (const TextLine& line : split_lines(path, text)) {
+    const std::vector<std::string_view> words = split_words(line.text);
+    if (words.empty()) continue;
+    if (words[0] == "v") {
+      const auto place = place_of(path, line, words);
+      coordinates.insert(coordinates.end(), place.begin(), place.end());
+    }
+    if (words[0] != "f") continue;
+    std::vector<int> corners;
+    for (std::size_t i = 1; i < words.size(); ++i) {
+      // vertex/texture/normal; from 1, or from the last backwards
+      const std::string number(words[i].substr(0, words[i].find('/')));
+      if (!is_number(number)) fail(path, line.number, fmt::format("{} is not a vertex", in_quotes(words[i])));
+      const double corner = std::strtod(number.c_str(), nullptr), count = static_cast<double>(coordinates.size()) / 3;
+      const double index = corner < 0 ? count + corner : corner - 1;
+      corners.push_back(index >= 0 && index < count ? static_cast<int>(index) : -1);
+    }
+    add_polygon(surface, corners);
+  }
+  surface.vertices.points = points_from(coordinates, 3);
+  return surface;
+}
+
+}  // namespace pulson::io

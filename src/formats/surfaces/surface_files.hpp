@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pulson/core/landmarks.hpp"
+
+namespace pulson::io {
+
+/// A surface in space.
+struct Surface {
+  Landmarks vertices;  ///< 3×V; axes where the file has `SPACE=LPS` or `SPACE=RAS`, as of 3D Slicer
+  std::vector<std::array<int, 3>> triangles;  ///< indices of vertices, from 0; polygons are cut into fans
+};
+
+/// The surface of a ply (text or binary of either order of bytes), stl (text or binary) or obj file, by its extension.
+/// Whatever else these hold, such as colours, is left out.
+///
+/// @throws InputError if it cannot be read, ends early, has no triangle, a vertex that is not finite or a triangle of
+/// vertices that are not there
+Surface read_surface(const std::filesystem::path& file);
+
+/// The surface with at most about `most` vertices: those in one cell of a grid of cubes are moved to their mean, and
+/// triangles that have then fewer than three corners are left out. The same surface where it has no more vertices.
+Surface coarsened(const Surface& surface, int most);
+
+// The formats; `text` is the whole file, and what they return is not checked.
+Surface read_ply(const std::string& path, std::string_view text);
+Surface read_stl(const std::string& path, std::string_view text);
+Surface read_obj(const std::string& path, std::string_view text);
+
+/// Adds the triangles of a polygon: a fan from its first corner.
+void add_polygon(Surface& surface, const std::vector<int>& corners);
+
+}  // namespace pulson::io

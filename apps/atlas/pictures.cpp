@@ -146,8 +146,7 @@ void draw_regression(const AtlasResults& results, const PictureFiles& files) {
 // The score along the slope, of unit norm, over the covariate, with the line of the regression.
 void draw_regression_scores(const AtlasResults& results, const PictureFiles& files) {
   const MomentumRegression& found = *results.regression;
-  const Points& q0 = results.atlas.template_shape.points;
-  const Points velocity = found.slope * results.atlas.cometric().gram(q0, q0);
+  const Points velocity = found.slope * results.atlas.metric();
   const double norm = std::sqrt(found.slope.cwiseProduct(velocity).sum());
   Points all = Points::Constant(2, std::ssize(results.names), std::nan(""));
   std::vector<double> known;

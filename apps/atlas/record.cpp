@@ -125,8 +125,7 @@ std::string atlas_json(const AtlasResults& results) {
 
 std::string specimens_csv(const AtlasResults& results) {
   std::string text = "specimen,rms,energy,action,total,converged,centroid_size,momenta_norm,data\n";
-  const Points& q0 = results.atlas.template_shape.points;
-  const Eigen::MatrixXd gram = results.atlas.cometric().gram(q0, q0);
+  const Eigen::MatrixXd gram = results.atlas.metric();
   for (std::size_t i = 0; i < results.names.size(); ++i) {
     const AtlasSpecimen& specimen = results.atlas.specimens[i];
     const double norm = std::sqrt(specimen.momenta.cwiseProduct(specimen.momenta * gram).sum());

@@ -26,7 +26,6 @@ constexpr double kMatched = 1e-12;      // defect of a match, in diameters
 constexpr double kRoundOff = 1e-8;      // one that counts as converged where the search cannot do better
 constexpr double kBelowMovement = 1e-3;  // defects, beside the last movement of the template
 constexpr double kUnmatched = 0.01;     // defect of a specimen that has no weight in the template, in diameters
-constexpr double kNarrow = 1e-4;        // width of a kernel that is 0 between landmarks, over their least distance
 constexpr int kWindow = 5;
 constexpr double kCoarse = 1e-4;  // step error, in diameters, that is reported
 
@@ -35,22 +34,6 @@ std::vector<Index> observed_landmarks(const Points& points) {
   for (Index a = 0; a < points.cols(); ++a)
     if (points.col(a).allFinite()) observed.push_back(a);
   return observed;
-}
-
-double least_distance(const Points& points) {
-  double least = std::numeric_limits<double>::infinity();
-  for (Index b = 0; b < points.cols(); ++b)
-    for (Index a = 0; a < b; ++a) least = std::min(least, (points.col(a) - points.col(b)).norm());
-  return least;
-}
-
-// K + nugget: a term that is 0 between any two landmarks.
-KernelOperator with_nugget(const KernelOperator& kernel, double nugget, const Points& q0) {
-  if (nugget == 0) return kernel;
-  std::vector<KernelTerm> terms = kernel.terms();
-  const double least = q0.cols() > 1 ? least_distance(q0) : 1;
-  terms.push_back({KernelProfile::kGaussian, kNarrow * least, nugget});
-  return KernelOperator(std::move(terms));
 }
 
 AlignmentKind alignment_of(const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
@@ -100,7 +83,7 @@ std::vector<Points> completed(const std::vector<AtlasSpecimen>& specimens, const
                               const CohortDisplacements* model) {
   std::vector<Points> complete;
   std::optional<TemplateMetric> metric;
-  if (model != nullptr) metric.emplace(model->kernel, model->lambda * model->sigma * model->sigma, mean);
+  if (model != nullptr) metric.emplace(model->kernel, 0, model->lambda * model->sigma * model->sigma, mean);
   for (const AtlasSpecimen& specimen : specimens) {
     Points points = specimen.shape.points;
     if (const std::vector<int> missing = incomplete_points(points); !missing.empty()) {
@@ -145,10 +128,10 @@ void fit_model(Atlas& atlas, const AtlasOptions& options) {
 
 // λ∫H dt, ½∫|u|² dt with u = λβp, and the data term.
 MatchingCost cost_of(const Atlas& atlas, const Trajectory& path, const AtlasSpecimen& specimen) {
-  const double nugget = atlas.lambda * atlas.beta * atlas.beta;
-  const KernelOperator cometric = atlas.cometric();
+  const double nugget = atlas.nugget();
   MatchingCost cost;
-  const double total = atlas.lambda * hamiltonian(cometric, path.initial());
+  const double total = atlas.lambda * (hamiltonian(atlas.kernel, path.initial()) +
+                                       0.5 * nugget * path.initial().p.squaredNorm());
   for (int k = 0; nugget > 0 && k < path.grid.steps; ++k) {
     const auto square = [&](int i) { return path.states[static_cast<std::size_t>(i)].p.squaredNorm(); };
     cost.action += 0.5 * atlas.lambda * nugget * path.grid.dt() * 0.5 * (square(k) + square(k + 1));
@@ -167,7 +150,7 @@ class TemplateSearch {
       : atlas_(atlas),
         options_(options),
         size_(diameter(atlas.mean.points)),
-        geodesics_(atlas.cometric(), options.steps) {
+        geodesics_(atlas.kernel, options.steps, atlas.lambda, atlas.beta) {
     for (const AtlasSpecimen& specimen : atlas.specimens) observed_.push_back(observed_landmarks(specimen.shape.points));
   }
 
@@ -176,7 +159,7 @@ class TemplateSearch {
     Points& q0 = atlas_.template_shape.points;
     double tolerance = kBelowMovement;
     for (atlas_.iterations = 1;; ++atlas_.iterations) {
-      const TemplateMetric metric(geodesics_.system().kernel, atlas_.lambda * atlas_.sigma * atlas_.sigma, q0);
+      const TemplateMetric metric(atlas_.kernel, atlas_.nugget(), atlas_.lambda * atlas_.sigma * atlas_.sigma, q0);
       match_all(metric, size_ * std::max(kMatched, kBelowMovement * tolerance));
       const Points mean = mean_momenta();
       const Points step = metric.displacement(mean);
@@ -238,11 +221,11 @@ class TemplateSearch {
     Landmarks source = atlas_.template_shape;
     source.points = metric.shape();
     RegistrationOptions options;
-    options.kernel = geodesics_.system().kernel;
+    options.kernel = atlas_.kernel;
+    if (atlas_.beta > 0) options.noise = fmt::format("ch-sd:beta={}", atlas_.beta);
     options.lambda = atlas_.lambda;
     options.sigma = std::max(atlas_.sigma, 1e-4 * size_);
     options.align = AlignmentKind::kNone;
-    options.integrator = "rk4";
     options.grid = geodesics_.grid();
     try {
       return register_shapes(source, specimen.shape, options).momenta;
@@ -264,7 +247,7 @@ class TemplateSearch {
   }
 
   void finish() {
-    const Geodesics finer(geodesics_.system().kernel, 2 * options_.steps);
+    const Geodesics finer(atlas_.kernel, 2 * options_.steps, atlas_.lambda, atlas_.beta);
     const Points& q0 = atlas_.template_shape.points;
     std::vector<double> errors(atlas_.specimens.size());
     parallel_for(static_cast<int>(atlas_.specimens.size()), [&](int i) {
@@ -300,10 +283,14 @@ double AtlasSpecimen::rms() const {
   return std::sqrt(sum / count);
 }
 
-KernelOperator Atlas::cometric() const { return with_nugget(kernel, lambda * beta * beta, mean.points); }
+MatrixXd Atlas::metric() const {
+  MatrixXd gram = kernel.gram(template_shape.points, template_shape.points);
+  gram.diagonal().array() += nugget();
+  return gram;
+}
 
 Trajectory Atlas::geodesic(const Points& p0) const {
-  return Geodesics(cometric(), steps).path(template_shape.points, p0);
+  return Geodesics(kernel, steps, lambda, beta).path(template_shape.points, p0);
 }
 
 double Atlas::exp_log_error() const {

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "anderson.hpp"
 #include "pulson/noise/noise_table.hpp"
 
@@ -43,8 +45,10 @@ std::vector<Index> others(Index count, const std::vector<Index>& chosen) {
 
 }  // namespace
 
-TemplateMetric::TemplateMetric(const KernelOperator& cometric, double tau, Points q0)
-    : q0_(std::move(q0)), gram_(cometric.gram(q0_, q0_)), tau_(tau) {}
+TemplateMetric::TemplateMetric(const KernelOperator& kernel, double nugget, double tau, Points q0)
+    : q0_(std::move(q0)), gram_(kernel.gram(q0_, q0_)), tau_(tau) {
+  gram_.diagonal().array() += nugget;
+}
 
 MatchModel::MatchModel(const TemplateMetric& metric, std::vector<Index> observed)
     : metric_(&metric),
@@ -77,11 +81,40 @@ Points MatchModel::defect(const PhaseState& end, const Points& target) const {
   return f;
 }
 
-Geodesics::Geodesics(KernelOperator cometric, int steps)
-    : system_{std::move(cometric), make_noise("none", {})}, grid_{1, steps}, integrator_(make_integrator("rk4")) {}
+Geodesics::Geodesics(const KernelOperator& kernel, int steps, double lambda, double beta)
+    : hamiltonian_({kernel, make_noise(beta > 0 ? fmt::format("ch-sd:beta={}", beta) : std::string("none"))}, lambda),
+      grid_{1, steps} {}
+
+PhaseState Geodesics::step(const PhaseState& state, int k) const {
+  const double dt = grid_.dt();
+  const auto rates = [&](const PhaseState& at) {
+    return PhaseState{hamiltonian_.velocity(at), -hamiltonian_.force(at)};
+  };
+  const auto moved = [&](const PhaseState& rate, double time) {
+    return PhaseState{state.q + time * rate.q, state.p + time * rate.p};
+  };
+  const PhaseState first = rates(state), second = rates(moved(first, dt / 2)), third = rates(moved(second, dt / 2)),
+                   last = rates(moved(third, dt));
+  PhaseState end{state.q + dt / 6 * (first.q + 2 * (second.q + third.q) + last.q),
+                 state.p + dt / 6 * (first.p + 2 * (second.p + third.p) + last.p)};
+  if (!end.q.allFinite() || !end.p.allFinite()) throw StepError(k, grid_, "the numbers leave their range");
+  return end;
+}
 
 Trajectory Geodesics::path(const Points& q0, const Points& p0) const {
-  return integrator_->integrate(system_, {q0, p0}, grid_, MatrixXd(0, grid_.steps));
+  Trajectory path;
+  path.integrator = "rk4";
+  path.grid = grid_;
+  path.increments.resize(0, grid_.steps);
+  path.states.push_back({q0, p0});
+  for (int k = 0; k < grid_.steps; ++k) path.states.push_back(step(path.states.back(), k));
+  return path;
+}
+
+PhaseState Geodesics::shoot(const Points& q0, const Points& p0) const {
+  PhaseState state{q0, p0};
+  for (int k = 0; k < grid_.steps; ++k) state = step(state, k);
+  return state;
 }
 
 GeodesicMatch Geodesics::match(const TemplateMetric& metric, const MatchModel& model, const Points& target,

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include <Eigen/Cholesky>
 
+#include "dynamics/effective_hamiltonian.hpp"
 #include "pulson/integrators/integrator.hpp"
 
 namespace pulson {
@@ -13,8 +13,8 @@ namespace pulson {
 /// and τ = λσ², momenta p move the template by Ap, and (A + τ)p = y − q0 is the match of a target y.
 class TemplateMetric {
  public:
-  /// @param cometric A(q) as a kernel @param tau 0 or greater
-  TemplateMetric(const KernelOperator& cometric, double tau, Points q0);
+  /// @param nugget A − K(q0), 0 or greater @param tau 0 or greater
+  TemplateMetric(const KernelOperator& kernel, double nugget, double tau, Points q0);
 
   const Points& shape() const { return q0_; }
   const Eigen::MatrixXd& gram() const { return gram_; }  ///< A(q0), N×N
@@ -63,7 +63,8 @@ struct GeodesicMatch {
   bool converged = false;
 };
 
-/// Geodesics of H = ½ p·A(q)p over [0, 1] in Runge–Kutta's steps, and their matches of targets. The minimum of
+/// Geodesics of H = ½ p·A(q)p, A = K + λβ², over [0, 1] in Runge–Kutta's steps of order 4, and their matches of
+/// targets. The minimum of
 ///
 ///     λ∫H dt + ½|q(1) − y|²/σ²
 ///
@@ -71,14 +72,16 @@ struct GeodesicMatch {
 /// equations for p0, which are solved by shooting alone.
 class Geodesics {
  public:
-  Geodesics(KernelOperator cometric, int steps);
+  /// @param lambda, beta of noise `ch-sd` on every landmark, whose control costs ½∫|u|² dt (EffectiveHamiltonian); a β of
+  /// 0 is none
+  Geodesics(const KernelOperator& kernel, int steps, double lambda = 1, double beta = 0);
 
-  const StochasticSystem& system() const { return system_; }
+  const KernelOperator& kernel() const { return hamiltonian_.system().kernel; }
   const TimeGrid& grid() const { return grid_; }
 
-  /// @throws StepError
+  /// @throws StepError where the numbers leave their range
   Trajectory path(const Points& q0, const Points& p0) const;
-  PhaseState shoot(const Points& q0, const Points& p0) const { return path(q0, p0).final(); }
+  PhaseState shoot(const Points& q0, const Points& p0) const;
 
   /// The match nearest to no deformation, from the momenta `start`. @param target d×N; where a landmark is not observed
   /// any numbers @param tolerance of the defect, length units
@@ -86,9 +89,10 @@ class Geodesics {
                       double tolerance) const;
 
  private:
-  StochasticSystem system_;
+  PhaseState step(const PhaseState& state, int k) const;
+
+  EffectiveHamiltonian hamiltonian_;
   TimeGrid grid_;
-  std::shared_ptr<const Integrator> integrator_;
 };
 
 }  // namespace pulson

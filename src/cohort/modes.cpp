@@ -107,8 +107,7 @@ ShapeModes momentum_modes(const Atlas& atlas) {
   const SerialBlas serial;
   std::vector<Points> momenta;
   for (const AtlasSpecimen& specimen : atlas.specimens) momenta.push_back(specimen.momenta);
-  const Points& q0 = atlas.template_shape.points;
-  return principal_components(as_columns(momenta), atlas.cometric().gram(q0, q0), q0.rows());
+  return principal_components(as_columns(momenta), atlas.metric(), atlas.mean.points.rows());
 }
 
 ProcrustesModes procrustes_modes(const std::vector<Points>& shapes) {

@@ -69,8 +69,9 @@ struct Atlas {
   std::vector<std::string> notes;
   double seconds = 0;
 
-  /// A(q) = K(q) + λβ² as a kernel: the cometric of metamorphosis, K without noise.
-  KernelOperator cometric() const;
+  double nugget() const { return lambda * beta * beta; }
+  /// A(q0) = K(q0) + λβ², N×N on each axis: the metric of momenta at the template; K(q0) without noise.
+  Eigen::MatrixXd metric() const;
 
   /// The geodesic from the template with momenta p0 over [0, 1]. @throws StepError
   Trajectory geodesic(const Points& p0) const;

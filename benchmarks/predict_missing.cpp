@@ -1,13 +1,13 @@
-// How well `pulson atlas` predicts landmarks that a specimen misses, beside what is usual, and how much its bands cover:
-// a table in Markdown, see docs/atlas.md.
+// How well `pulson atlas` predicts landmarks that a specimen misses, beside what is usual, and how much its bands
+// cover: a table in Markdown, see docs/atlas.md.
 //
 //   predict_missing [--fractions 1,5,10,20] [--draws 5] [--seed 1] NAME=FILE …
 //
-// Each specimen in turn is left out of the cohort; some of its landmarks, as many as the fraction says and at least one,
-// are hidden, anew in each draw; the model of the others predicts them. Beside it stand the thin-plate spline from their
-// mean through the landmarks that are left, the regression of the hidden coordinates on the others (two-block partial
-// least squares, as `estimate.missing` of geomorph), and the mean itself. Errors are root mean squares of distances over
-// the root mean square radius of the shape.
+// Each specimen in turn is left out of the cohort; some of its landmarks, as many as the fraction says and at least
+// one, are hidden, anew in each draw; the model of the others predicts them. Beside it stand the thin-plate spline from
+// their mean through the landmarks that are left, the regression of the hidden coordinates on the others (two-block
+// partial least squares, as `estimate.missing` of geomorph), and the mean itself. Errors are root mean squares of
+// distances over the root mean square radius of the shape.
 
 #include <cmath>
 #include <exception>
@@ -99,7 +99,8 @@ void add(Sums& sums, const Landmarks& truth, const ShapePredictor& predictor, co
   const Points& mean = predictor.mean();
   const Alignment map = align(shape.points, mean, alignment);
   const Points aligned = map.apply(truth.points), target = aligned(Eigen::all, hidden.hidden);
-  const double size = (aligned.colwise() - aligned.rowwise().mean()).squaredNorm() / static_cast<double>(aligned.cols());
+  const double size =
+      (aligned.colwise() - aligned.rowwise().mean()).squaredNorm() / static_cast<double>(aligned.cols());
   const PredictedLandmarks predicted = predictor.predict(shape);
   sums.model += (map.apply(predicted.positions) - target).squaredNorm() / size;
   sums.spline += (by_spline(mean, aligned, hidden) - target).squaredNorm() / size;
@@ -150,11 +151,13 @@ int main(int argc, char** argv) {
   program.add_option("--seed", seed);
   CLI11_PARSE(program, argc, argv);
   try {
-    fmt::print("| cohort | hidden | model | thin-plate spline | regression | mean | covered by bands of 90 % |\n"
-               "|---|---|---|---|---|---|---|\n");
+    fmt::print(
+        "| cohort | hidden | model | thin-plate spline | regression | mean | covered by bands of 90 % |\n"
+        "|---|---|---|---|---|---|---|\n");
     for (const std::string& cohort : cohorts) {
       const std::size_t equals = cohort.find('=');
-      const std::vector<Landmarks> shapes = read_cohort(equals == std::string::npos ? cohort : cohort.substr(equals + 1));
+      const std::vector<Landmarks> shapes =
+          read_cohort(equals == std::string::npos ? cohort : cohort.substr(equals + 1));
       study(fmt::format("{}, {} × {}", cohort.substr(0, equals), shapes.size(), shapes.front().count()), shapes,
             fractions, draws, seed);
     }

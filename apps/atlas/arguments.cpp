@@ -90,8 +90,7 @@ AtlasOptions AtlasArguments::atlas_options() const {
   if (terms.size() == 1 && terms.front().name == "ch-sd" && terms.front().values.size() == 1 &&
       terms.front().values.contains("beta")) {
     asked.beta = Length::parse(terms.front().values.at("beta"), "--noise ch-sd:beta");
-    if (!(asked.beta.in(1) > 0))
-      throw InputError(fmt::format("--noise {}: beta must be greater than 0", noise));
+    if (!(asked.beta.in(1) > 0)) throw InputError(fmt::format("--noise {}: beta must be greater than 0", noise));
   } else if (noise != "none") {
     throw InputError(fmt::format("--noise {}: an atlas takes none or ch-sd:beta=B", noise));
   }

@@ -21,10 +21,10 @@ struct AtlasArguments {
   std::string sigma = "auto";
   std::string noise = "none";
   std::string align = "auto";
-  std::string covariate;          ///< FILE:COLUMN, or empty
-  std::string groups;             ///< FILE:COLUMN or a property that the file has, or empty
-  std::vector<double> at;         ///< values of the covariate that are drawn
-  int modes = 3;                  ///< in pictures
+  std::string covariate;   ///< FILE:COLUMN, or empty
+  std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty
+  std::vector<double> at;  ///< values of the covariate that are drawn
+  int modes = 3;           ///< in pictures
   AtlasOptions options;
   PermutationOptions permutations;
 

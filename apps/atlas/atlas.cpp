@@ -53,8 +53,8 @@ struct Files {
       : template_file("template", arguments.shapes.front()),
         aligned("aligned", "aligned.csv"),
         complete("complete", "complete.csv"),
-        names{"atlas.json", template_file.name, "momenta.npy", "momenta.csv", aligned.name, "specimens.csv",
-              "scores.csv", "procrustes_scores.csv", "modes.csv"} {
+        names{"atlas.json",    template_file.name, "momenta.npy",           "momenta.csv", aligned.name,
+              "specimens.csv", "scores.csv",       "procrustes_scores.csv", "modes.csv"} {
     if (std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
       names.emplace_back("predicted.csv");
       names.push_back(complete.name);
@@ -71,7 +71,8 @@ struct Files {
 std::vector<double> shown_values(const AtlasArguments& arguments, const Eigen::VectorXd& covariate) {
   if (!arguments.at.empty()) return arguments.at;
   std::vector<double> known;
-  std::copy_if(covariate.begin(), covariate.end(), std::back_inserter(known), [](double x) { return std::isfinite(x); });
+  std::copy_if(covariate.begin(), covariate.end(), std::back_inserter(known),
+               [](double x) { return std::isfinite(x); });
   if (known.empty()) return {};
   const auto [low, high] = std::minmax_element(known.begin(), known.end());
   return {*low, (*low + *high) / 2, *high};
@@ -157,9 +158,10 @@ void write_results(const AtlasResults& found, const AtlasArguments& arguments, c
 
 void warn(const AtlasResults& results) {
   if (!results.atlas.converged)
-    print_warning(fmt::format("the template did not converge: it still moved by {:.2g} diameters; try more "
-                              "--max-iterations or a larger --sigma",
-                              results.atlas.movement));
+    print_warning(
+        fmt::format("the template did not converge: it still moved by {:.2g} diameters; try more "
+                    "--max-iterations or a larger --sigma",
+                    results.atlas.movement));
   std::vector<std::string> unmatched;
   for (std::size_t i = 0; i < results.names.size(); ++i)
     if (!results.atlas.specimens[i].converged) unmatched.push_back(results.names[i]);
@@ -209,7 +211,8 @@ int run_atlas(const AtlasArguments& arguments) {
 }  // namespace
 
 void add_atlas_verb(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand("atlas", "Estimate the template of a cohort, its modes and what they go with");
+  CLI::App* verb =
+      program.add_subcommand("atlas", "Estimate the template of a cohort, its modes and what they go with");
   auto arguments = std::make_shared<AtlasArguments>();
   arguments->add_to(*verb);
   verb->footer(

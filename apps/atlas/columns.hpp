@@ -9,8 +9,9 @@
 
 namespace pulson {
 
-/// What `--covariate` and `--groups` say of each specimen: the fields of column COLUMN of the table FILE. Rows belong to
-/// specimens by their names, where some column has all of them, else by their order. @param option is named in messages
+/// What `--covariate` and `--groups` say of each specimen: the fields of column COLUMN of the table FILE. Rows belong
+/// to specimens by their names, where some column has all of them, else by their order. @param option is named in
+/// messages
 /// @throws InputError where there is no such file or column, or the rows do not fit
 std::vector<std::string> column_of_table(const std::string& address, const std::vector<Landmarks>& shapes,
                                          const std::string& option);

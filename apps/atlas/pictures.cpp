@@ -22,8 +22,7 @@ constexpr Eigen::Index kBars = 20;  // of the scree plot
 std::vector<Points> deformed_grid(const Atlas& atlas, const Trajectory& path) {
   const auto [low, high] = bounding_box(atlas.template_shape.points);
   const double margin = kMargin * (high - low).maxCoeff();
-  const std::vector<Points> lines =
-      grid_lines(low.array() - margin, high.array() + margin, kCells, kPointsPerCell);
+  const std::vector<Points> lines = grid_lines(low.array() - margin, high.array() + margin, kCells, kPointsPerCell);
   try {
     const MaterialFlow flow({atlas.kernel, make_noise("none", {})}, path);
     return split_lines(flow.end(joined_lines(lines)), lines);
@@ -39,8 +38,13 @@ ShapePanel panel_of(const Atlas& atlas, const std::string& heading, const Trajec
 }
 
 ShapePanels panels_of(const Atlas& atlas, std::string title) {
-  ShapePanels picture{.reference = atlas.template_shape, .reference_name = "template", .shape_name = {}, .cloud_name = {},
-                      .rows = {}, .title = std::move(title), .subtitle = {}};
+  ShapePanels picture{.reference = atlas.template_shape,
+                      .reference_name = "template",
+                      .shape_name = {},
+                      .cloud_name = {},
+                      .rows = {},
+                      .title = std::move(title),
+                      .subtitle = {}};
   picture.subtitle = fmt::format("{} shapes of {} landmarks  ·  {}  ·  sigma {:.3g}", atlas.specimens.size(),
                                  atlas.template_shape.count(), atlas.kernel.spec(3), atlas.sigma);
   return picture;
@@ -105,7 +109,8 @@ void draw_scores(const AtlasResults& results, const ShapeModes& modes, const std
 
 void draw_scree(const AtlasResults& results, const PictureFiles& files) {
   const auto series = [](const ShapeModes& modes, const std::string& name, bool cumulative) {
-    Series found{.name = name, .x = {}, .y = {}, .style = cumulative ? SeriesStyle::kLineAndPoints : SeriesStyle::kBars};
+    Series found{
+        .name = name, .x = {}, .y = {}, .style = cumulative ? SeriesStyle::kLineAndPoints : SeriesStyle::kBars};
     double sum = 0;
     for (Eigen::Index k = 0; k < std::min(kBars, modes.eigenvalues.size()); ++k) {
       const double part = percentage(modes, k);
@@ -122,11 +127,11 @@ void draw_scree(const AtlasResults& results, const PictureFiles& files) {
                                  series(results.procrustes.modes, "Procrustes coordinates", cumulative)},
                       .y_range = cumulative ? std::optional(std::pair(0.0, 100.0)) : std::nullopt};
   };
-  write_chart({.title = "Variance of the modes",
-               .subtitle = fmt::format("{} shapes of {} landmarks", results.names.size(),
-                                       results.atlas.template_shape.count()),
-               .rows = {{panel("Part of the variance (%)", false), panel("Sum of the first modes (%)", true)}}},
-              files);
+  write_chart(
+      {.title = "Variance of the modes",
+       .subtitle = fmt::format("{} shapes of {} landmarks", results.names.size(), results.atlas.template_shape.count()),
+       .rows = {{panel("Part of the variance (%)", false), panel("Sum of the first modes (%)", true)}}},
+      files);
 }
 
 void draw_regression(const AtlasResults& results, const PictureFiles& files) {
@@ -183,8 +188,8 @@ void draw_regression_scores(const AtlasResults& results, const PictureFiles& fil
 
 void draw_groups(const AtlasResults& results, const PictureFiles& files) {
   const GroupComparison& found = *results.comparison;
-  ShapePanels picture = panels_of(results.atlas, fmt::format("Means of the groups: R² {:.3f}, p {:.3g}",
-                                                             found.r_squared, found.p_value));
+  ShapePanels picture =
+      panels_of(results.atlas, fmt::format("Means of the groups: R² {:.3f}, p {:.3g}", found.r_squared, found.p_value));
   picture.shape_name = "mean of the group";
   for (std::size_t g = 0; g < found.names.size(); ++g) {
     if (g % 3 == 0) picture.rows.emplace_back();

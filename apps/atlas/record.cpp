@@ -33,15 +33,10 @@ Json rows_of(const Eigen::MatrixXd& matrix) {
 
 Json specimen_json(const AtlasResults& results, std::size_t i) {
   const AtlasSpecimen& specimen = results.atlas.specimens[i];
-  Json json{{"name", results.names[i]},
-            {"source", specimen.shape.source},
-            {"rms", specimen.rms()},
-            {"energy", specimen.cost.energy},
-            {"action", specimen.cost.action},
-            {"data", specimen.cost.data},
-            {"total", specimen.cost.total()},
-            {"converged", specimen.converged},
-            {"centroid_size", specimen.centroid_size}};
+  Json json{
+      {"name", results.names[i]},       {"source", specimen.shape.source}, {"rms", specimen.rms()},
+      {"energy", specimen.cost.energy}, {"action", specimen.cost.action},  {"data", specimen.cost.data},
+      {"total", specimen.cost.total()}, {"converged", specimen.converged}, {"centroid_size", specimen.centroid_size}};
   if (!results.groups.empty()) json["group"] = results.groups[i];
   if (!results.covariate.empty() && std::isfinite(results.covariate[i]))
     json[results.covariate_name] = results.covariate[i];
@@ -72,14 +67,15 @@ Json regression_json(const AtlasResults& results) {
 }
 
 Json groups_json(const GroupComparison& found) {
-  Json json{{"names", found.names},          {"sizes", found.sizes},     {"r_squared", found.r_squared}, {"f", found.f},
-            {"p_value", found.p_value},      {"permutations", found.permutations},
-            {"pairs", Json::array()},        {"means", Json::array()}};
+  Json json{{"names", found.names},   {"sizes", found.sizes},     {"r_squared", found.r_squared},
+            {"f", found.f},           {"p_value", found.p_value}, {"permutations", found.permutations},
+            {"pairs", Json::array()}, {"means", Json::array()}};
   for (const auto& pair : found.pairs)
-    json["pairs"].push_back({{"groups", {found.names[static_cast<std::size_t>(pair.first)],
-                                         found.names[static_cast<std::size_t>(pair.second)]}},
-                             {"distance", pair.distance},
-                             {"p_value", pair.p_value}});
+    json["pairs"].push_back(
+        {{"groups",
+          {found.names[static_cast<std::size_t>(pair.first)], found.names[static_cast<std::size_t>(pair.second)]}},
+         {"distance", pair.distance},
+         {"p_value", pair.p_value}});
   for (const Points& mean : found.means) json["means"].push_back(landmarks(mean));
   return json;
 }
@@ -206,7 +202,8 @@ std::string momenta_npy(const AtlasResults& results) {
   for (const AtlasSpecimen& specimen : results.atlas.specimens)
     all.insert(all.end(), specimen.momenta.reshaped().begin(), specimen.momenta.reshaped().end());
   const Points& q0 = results.atlas.template_shape.points;
-  return npy_bytes(all, {results.names.size(), static_cast<std::size_t>(q0.cols()), static_cast<std::size_t>(q0.rows())});
+  return npy_bytes(all,
+                   {results.names.size(), static_cast<std::size_t>(q0.cols()), static_cast<std::size_t>(q0.rows())});
 }
 
 std::string groups_csv(const GroupComparison& comparison) {

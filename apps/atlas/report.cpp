@@ -48,8 +48,7 @@ ReportTable model_table(const AtlasResults& results) {
   table.add("last movement of the template, in diameters", atlas.movement);
   table.add("exp(log) error, in diameters", atlas.exp_log_error());
   table.add("error of the time steps, in diameters", atlas.step_error);
-  if (results.prior_weight > 0)
-    table.add("weight of the kernel in predictions, in specimens", results.prior_weight);
+  if (results.prior_weight > 0) table.add("weight of the kernel in predictions, in specimens", results.prior_weight);
   table.add("seconds", fmt::format("{:.2f}", results.seconds));
   return std::move(table).table();
 }
@@ -70,8 +69,7 @@ ReportTable specimen_table(const AtlasResults& results) {
     const AtlasSpecimen& specimen = atlas.specimens[i];
     std::vector<ReportCell> row = {{results.names[i]}};
     row.push_back({.text = ""});
-    if (has_sketches)
-      row.back().sketch = ReportSketch{atlas.template_shape, specimen.shape.points, specimen.result};
+    if (has_sketches) row.back().sketch = ReportSketch{atlas.template_shape, specimen.shape.points, specimen.result};
     for (const double value : {specimen.rms(), specimen.cost.total(), specimen.cost.energy, specimen.centroid_size})
       row.push_back({report_number(value)});
     for (Eigen::Index k = 0; k < scores; ++k)
@@ -148,9 +146,8 @@ std::string atlas_report(const AtlasResults& results, int modes, const OutputOpt
   const auto picture = [&](const std::string& stem) {
     return folder.empty() ? std::filesystem::path() : output.shown_picture(folder / stem);
   };
-  HtmlReport report =
-      new_report("Atlas of " + short_name(results.atlas.specimens.front().shape) + " and others", lead(results), {},
-                 in_option_words(results.notes));
+  HtmlReport report = new_report("Atlas of " + short_name(results.atlas.specimens.front().shape) + " and others",
+                                 lead(results), {}, in_option_words(results.notes));
   const std::vector<std::string> stems = picture_stems(results);
   const auto add = [&](const std::string& heading, const std::string& stem) {
     if (std::find(stems.begin(), stems.end(), stem) != stems.end()) add_still(report, heading, picture(stem));

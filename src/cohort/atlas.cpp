@@ -22,10 +22,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kMatched = 1e-12;      // defect of a match, in diameters
-constexpr double kRoundOff = 1e-8;      // one that counts as converged where the search cannot do better
+constexpr double kMatched = 1e-12;       // defect of a match, in diameters
+constexpr double kRoundOff = 1e-8;       // one that counts as converged where the search cannot do better
 constexpr double kBelowMovement = 1e-3;  // defects, beside the last movement of the template
-constexpr double kUnmatched = 0.01;     // defect of a specimen that has no weight in the template, in diameters
+constexpr double kUnmatched = 0.01;      // defect of a specimen that has no weight in the template, in diameters
 constexpr int kWindow = 5;
 constexpr double kCoarse = 1e-4;  // step error, in diameters, that is reported
 
@@ -58,8 +58,9 @@ void check(const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
 
 void refuse_coincident(const Landmarks& mean) {
   if (const auto pair = find_coincident(mean.points))
-    throw InputError(fmt::format("landmarks {} and {} of the mean shape lie at the same position; leave one of them out",
-                                 mean.describe(pair->first), mean.describe(pair->second)));
+    throw InputError(
+        fmt::format("landmarks {} and {} of the mean shape lie at the same position; leave one of them out",
+                    mean.describe(pair->first), mean.describe(pair->second)));
 }
 
 // Each shape aligned with the mean.
@@ -109,8 +110,7 @@ void fit_model(Atlas& atlas, const AtlasOptions& options) {
   if (options.sigma) fit.sigma = options.sigma->in(size);
   if (fit.sigma && !(*fit.sigma >= 0))
     throw InputError(fmt::format("sigma is {}; it must be 0 or greater", *fit.sigma));
-  CohortDisplacements model =
-      fit_cohort_displacements(completed(atlas.specimens, atlas.mean.points, nullptr), fit);
+  CohortDisplacements model = fit_cohort_displacements(completed(atlas.specimens, atlas.mean.points, nullptr), fit);
   const bool has_missing = std::any_of(atlas.specimens.begin(), atlas.specimens.end(), [](const auto& specimen) {
     return !incomplete_points(specimen.shape.points).empty();
   });
@@ -130,8 +130,8 @@ void fit_model(Atlas& atlas, const AtlasOptions& options) {
 MatchingCost cost_of(const Atlas& atlas, const Trajectory& path, const AtlasSpecimen& specimen) {
   const double nugget = atlas.nugget();
   MatchingCost cost;
-  const double total = atlas.lambda * (hamiltonian(atlas.kernel, path.initial()) +
-                                       0.5 * nugget * path.initial().p.squaredNorm());
+  const double total =
+      atlas.lambda * (hamiltonian(atlas.kernel, path.initial()) + 0.5 * nugget * path.initial().p.squaredNorm());
   for (int k = 0; nugget > 0 && k < path.grid.steps; ++k) {
     const auto square = [&](int i) { return path.states[static_cast<std::size_t>(i)].p.squaredNorm(); };
     cost.action += 0.5 * atlas.lambda * nugget * path.grid.dt() * 0.5 * (square(k) + square(k + 1));
@@ -151,7 +151,8 @@ class TemplateSearch {
         options_(options),
         size_(diameter(atlas.mean.points)),
         geodesics_(atlas.kernel, options.steps, atlas.lambda, atlas.beta) {
-    for (const AtlasSpecimen& specimen : atlas.specimens) observed_.push_back(observed_landmarks(specimen.shape.points));
+    for (const AtlasSpecimen& specimen : atlas.specimens)
+      observed_.push_back(observed_landmarks(specimen.shape.points));
   }
 
   void run() {
@@ -261,8 +262,8 @@ class TemplateSearch {
     });
     atlas_.step_error = *std::max_element(errors.begin(), errors.end());
     if (atlas_.step_error > kCoarse)
-      atlas_.notes.push_back(fmt::format("twice the steps move an end by {:.2g} diameters: more `steps` are needed",
-                                         atlas_.step_error));
+      atlas_.notes.push_back(
+          fmt::format("twice the steps move an end by {:.2g} diameters: more `steps` are needed", atlas_.step_error));
   }
 
   Atlas& atlas_;

@@ -85,8 +85,8 @@ class KernelLikelihood {
 
   double operator()(double tau, double variance) const {
     const auto [determinant, squares] = terms(tau);
-    return -0.5 * (static_cast<double>(specimens_ - 1) * determinant + degrees() * std::log(variance) +
-                   squares / variance);
+    return -0.5 *
+           (static_cast<double>(specimens_ - 1) * determinant + degrees() * std::log(variance) + squares / variance);
   }
 
  private:

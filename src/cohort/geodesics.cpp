@@ -69,8 +69,7 @@ Points MatchModel::unknowns(const Points& p) const {
 Points MatchModel::momenta(const Points& x) const {
   Points p(x.rows(), x.cols());
   p(Eigen::all, missing_) = x(Eigen::all, missing_) / scale_;
-  const Points rest =
-      x(Eigen::all, observed_) - p(Eigen::all, missing_) * metric_->gram()(missing_, observed_);
+  const Points rest = x(Eigen::all, observed_) - p(Eigen::all, missing_) * metric_->gram()(missing_, observed_);
   p(Eigen::all, observed_) = factors_.solve(rest.transpose()).transpose();
   return p;
 }

@@ -56,10 +56,10 @@ class MatchModel {
 
 /// A geodesic that matches a target.
 struct GeodesicMatch {
-  Points momenta;   ///< p0, d×N
-  PhaseState end;   ///< (q, p)(T)
-  double defect;    ///< largest |q(T) + τp(T) − y|, length units
-  int shots = 0;    ///< geodesics that were shot
+  Points momenta;  ///< p0, d×N
+  PhaseState end;  ///< (q, p)(T)
+  double defect;   ///< largest |q(T) + τp(T) − y|, length units
+  int shots = 0;   ///< geodesics that were shot
   bool converged = false;
 };
 
@@ -72,8 +72,8 @@ struct GeodesicMatch {
 /// equations for p0, which are solved by shooting alone.
 class Geodesics {
  public:
-  /// @param lambda, beta of noise `ch-sd` on every landmark, whose control costs ½∫|u|² dt (EffectiveHamiltonian); a β of
-  /// 0 is none
+  /// @param lambda, beta of noise `ch-sd` on every landmark, whose control costs ½∫|u|² dt (EffectiveHamiltonian); a β
+  /// of 0 is none
   Geodesics(const KernelOperator& kernel, int steps, double lambda = 1, double beta = 0);
 
   const KernelOperator& kernel() const { return hamiltonian_.system().kernel; }

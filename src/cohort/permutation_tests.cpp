@@ -19,7 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kBatch = 64;           // permutations per task
+constexpr int kBatch = 64;            // permutations per task
 constexpr double kEqual = 1 - 1e-12;  // statistics of equal permutations differ by rounding
 
 // Scores of momenta, n×r: distances between rows are those in the metric of the kernel.
@@ -44,8 +44,7 @@ double permutation_p(const Statistic& statistic, int size, const PermutationOpti
 }
 
 void check(const PermutationOptions& options) {
-  if (options.count < 1)
-    throw InputError(fmt::format("permutations is {}; it must be at least 1", options.count));
+  if (options.count < 1) throw InputError(fmt::format("permutations is {}; it must be at least 1", options.count));
 }
 
 MatrixXd centred(MatrixXd rows) {
@@ -65,8 +64,7 @@ double between_squares(const MatrixXd& rows, const std::vector<int>& group_of, c
   MatrixXd sums = MatrixXd::Zero(std::ssize(sizes), rows.cols());
   for (std::size_t i = 0; i < order.size(); ++i) sums.row(group_of[i]) += rows.row(order[i]);
   double squares = 0;
-  for (std::size_t g = 0; g < sizes.size(); ++g)
-    squares += sums.row(static_cast<Index>(g)).squaredNorm() / sizes[g];
+  for (std::size_t g = 0; g < sizes.size(); ++g) squares += sums.row(static_cast<Index>(g)).squaredNorm() / sizes[g];
   return squares;
 }
 
@@ -90,9 +88,9 @@ Grouping group(const std::vector<std::string>& names, GroupComparison& compariso
     grouping.group_of.push_back(place->second);
   }
   if (comparison.names.size() < 2)
-    throw InputError(fmt::format("there {}; a comparison needs two groups",
-                                 comparison.names.empty() ? std::string("are no groups")
-                                                          : "is one group, '" + comparison.names.front() + "'"));
+    throw InputError(fmt::format(
+        "there {}; a comparison needs two groups",
+        comparison.names.empty() ? std::string("are no groups") : "is one group, '" + comparison.names.front() + "'"));
   if (comparison.names.size() == grouping.specimens.size())
     throw InputError("each specimen is a group of its own; some group needs two");
   return grouping;
@@ -133,7 +131,8 @@ MomentumRegression regress_momenta(const Atlas& atlas, const VectorXd& covariate
   for (Index i = 0; i < covariate.size(); ++i)
     if (std::isfinite(covariate[i])) chosen.push_back(static_cast<int>(i));
   if (chosen.size() < 3)
-    throw InputError(fmt::format("{} specimens have a value of the covariate; a regression needs three", chosen.size()));
+    throw InputError(
+        fmt::format("{} specimens have a value of the covariate; a regression needs three", chosen.size()));
   MomentumRegression found;
   const auto n = static_cast<double>(chosen.size());
   VectorXd x = covariate(chosen);

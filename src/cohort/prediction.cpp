@@ -56,8 +56,8 @@ struct PriorFit {
       if (const double here = log_marginal(at, log_scale); here > best) log_weight = at, best = here;
     LogSearch search = log_search(2, 1.5, 1e-3, 100);
     search.with_deviations = false;
-    const LogMaximum found =
-        maximise_over_logs([&](const VectorXd& x) { return log_marginal(log_weight + x[0], log_scale + x[1]); }, search);
+    const LogMaximum found = maximise_over_logs(
+        [&](const VectorXd& x) { return log_marginal(log_weight + x[0], log_scale + x[1]); }, search);
     weight = std::exp(log_weight + found.x[0]);
     scale = std::exp(log_scale + found.x[1]);
   }
@@ -165,8 +165,7 @@ void ShapePredictor::fit(const Atlas& atlas, const std::vector<Points>& aligned)
       const Conditional found = condition(aligned[i]);
       complete[i].reshaped()(found.missing) = mean_.reshaped()(found.missing) + found.mean;
       uncertain(found.missing, found.missing) += found.covariance_given_model;
-      if (alignment_ != AlignmentKind::kNone)
-        complete[i] = align(complete[i], mean_, alignment_).apply(complete[i]);
+      if (alignment_ != AlignmentKind::kNone) complete[i] = align(complete[i], mean_, alignment_).apply(complete[i]);
     }
     update(prior, complete, uncertain);
   }
@@ -191,7 +190,8 @@ PredictedLandmarks ShapePredictor::predict(const Landmarks& shape) const {
   for (const int a : predicted.landmarks) points.col(a).setConstant(std::nan(""));
   const Index d = points.rows(), left = points.cols() - std::ssize(predicted.landmarks);
   if (d * left <= directions_.cols())
-    throw InputError(fmt::format("{}: {} landmarks are not missing; the alignment alone needs more", shape.source, left));
+    throw InputError(
+        fmt::format("{}: {} landmarks are not missing; the alignment alone needs more", shape.source, left));
   Alignment map{AlignmentKind::kNone, 1, MatrixXd::Identity(d, d), VectorXd::Zero(d)};
   if (alignment_ != AlignmentKind::kNone) map = align(points, mean_, alignment_);
   const Conditional found = condition(map.apply(points));

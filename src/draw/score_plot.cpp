@@ -94,8 +94,7 @@ Canvas compose(const ScorePlot& plot) {
   for (std::size_t g = 0; g < plot.groups.size(); ++g) {
     canvas.dots(view.pixels(plot.groups[g].scores), kDot + 1.5, colour::kPaper);
     canvas.dots(view.pixels(plot.groups[g].scores), kDot, group_colour(g));
-    if (!plot.groups[g].name.empty())
-      legend.push_back({Sample::kDot, group_colour(g), plot.groups[g].name, ""});
+    if (!plot.groups[g].name.empty()) legend.push_back({Sample::kDot, group_colour(g), plot.groups[g].name, ""});
   }
   draw_labels(canvas, view, plot);
   if (!legend.empty()) draw_legend(canvas, legend);

@@ -39,8 +39,7 @@ std::vector<View> views_of(const ShapePanels& picture) {
   const std::vector<Interval> ranges = ranges_of(picture);
   if (ranges.size() == 2) return {{{}, ranges[0], ranges[1], 0, 1, picture.reference.y_down}};
   std::vector<int> axes{0, 1, 2};
-  std::stable_sort(axes.begin(), axes.end(),
-                   [&](int a, int b) { return ranges[a].span() > ranges[b].span(); });
+  std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return ranges[a].span() > ranges[b].span(); });
   return {{{}, ranges[axes[0]], ranges[axes[1]], axes[0], axes[1]},
           {{}, ranges[axes[0]], ranges[axes[2]], axes[0], axes[2]}};
 }
@@ -86,7 +85,8 @@ std::vector<LegendEntry> legend_of(const ShapePanels& picture, const Figure& fig
   } else {
     legend.push_back({sample, colour::kResult, picture.reference_name, ""});
   }
-  if (!picture.cloud_name.empty()) legend.push_back({Sample::kDot, faded(colour::kSource, 0.3), picture.cloud_name, ""});
+  if (!picture.cloud_name.empty())
+    legend.push_back({Sample::kDot, faded(colour::kSource, 0.3), picture.cloud_name, ""});
   return legend;
 }
 
@@ -97,8 +97,7 @@ Canvas compose(const ShapePanels& picture) {
   const auto count = static_cast<double>(columns);
   const double room = (kWidth - 2 * kEdge - (count - 1) * kGap) / count;
   double scale = 1e300;
-  for (const View& plane : planes)
-    scale = std::min({scale, room / plane.x.span(), kTallest / plane.y.span()});
+  for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), kTallest / plane.y.span()});
   double rows_height = 0;
   for (const View& plane : planes) rows_height += scale * plane.y.span() + kHeading + kRowGap;
   const Titles titles{picture.title, picture.subtitle};
@@ -118,8 +117,7 @@ Canvas compose(const ShapePanels& picture) {
         View view = plane;
         view.box = {left + static_cast<double>(c) * (panel_width + kGap), top, panel_width, height};
         draw_panel(canvas, view, row[c], picture, figure);
-        draw_heading(canvas, view.box,
-                     planes.size() > 1 ? row[c].heading + "   " + axis_names(plane) : row[c].heading);
+        draw_heading(canvas, view.box, planes.size() > 1 ? row[c].heading + "   " + axis_names(plane) : row[c].heading);
       }
       top -= kRowGap;
     }

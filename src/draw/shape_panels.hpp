@@ -27,23 +27,23 @@ struct ShapePanels {
   std::string subtitle;  ///< one line, may be empty
 };
 
-/// @throws InputError on a value that is not finite, except for those of clouds, where a folder does not exist and where
-/// gnuplot is missing or fails; no file is then written
+/// @throws InputError on a value that is not finite, except for those of clouds, where a folder does not exist and
+/// where gnuplot is missing or fails; no file is then written
 void write_shape_panels(const ShapePanels& picture, const PictureFiles& files);
 
 /// A scatter plot of shapes.
 struct ScorePlot {
   struct Group {
-    std::string name;  ///< empty: none, and no entry in the legend
-    Points scores;     ///< 2×n
+    std::string name;                      ///< empty: none, and no entry in the legend
+    Points scores;                         ///< 2×n
     std::vector<std::string> labels = {};  ///< n, beside the dots, where they are few enough to be legible
   };
 
-  std::vector<Group> groups;  ///< each in a colour with its convex hull
+  std::vector<Group> groups;       ///< each in a colour with its convex hull
   std::vector<Points> lines = {};  ///< 2×M each, dark
   std::string x_label, y_label;
-  std::string title;     ///< one line, may be empty
-  std::string subtitle;  ///< one line, may be empty
+  std::string title;       ///< one line, may be empty
+  std::string subtitle;    ///< one line, may be empty
   bool same_scale = true;  ///< of both axes
 };
 

@@ -44,8 +44,7 @@ inline std::vector<Landmarks> drawn_shapes(const CohortLaw& law, int count, std:
   const Eigen::LLT<Eigen::MatrixXd> factors(law.kernel.gram(law.q0, law.q0));
   std::vector<Landmarks> shapes;
   for (int i = 0; i < count; ++i) {
-    const Eigen::MatrixXd normals =
-        standard_normals(seed, static_cast<std::uint64_t>(i), 2 * d * n, 1);
+    const Eigen::MatrixXd normals = standard_normals(seed, static_cast<std::uint64_t>(i), 2 * d * n, 1);
     const Points z = normals.topRows(d * n).reshaped(d, n), e = normals.bottomRows(d * n).reshaped(d, n);
     // p = L⁻ᵀz/√λ has the covariance (λK)⁻¹
     const Points p = factors.matrixU().solve(z.transpose()).transpose() / std::sqrt(law.lambda);

@@ -64,8 +64,7 @@ TEST(Atlas, ShotsOfMomentaReachTheirTargetsWithoutSigma) {
     ASSERT_TRUE(atlas.converged);
     EXPECT_LT(atlas.exp_log_error(), 1e-10);
     for (const AtlasSpecimen& specimen : atlas.specimens)
-      EXPECT_LT((atlas.geodesic(specimen.momenta).final().q - specimen.shape.points).cwiseAbs().maxCoeff(),
-                1e-10 * 2);
+      EXPECT_LT((atlas.geodesic(specimen.momenta).final().q - specimen.shape.points).cwiseAbs().maxCoeff(), 1e-10 * 2);
   }
 }
 

@@ -1,7 +1,8 @@
+#include "cohort/displacement_fit.hpp"
+
 #include <gtest/gtest.h>
 
 #include "atlas_examples.hpp"
-#include "cohort/displacement_fit.hpp"
 
 namespace pulson {
 namespace {
@@ -14,8 +15,7 @@ std::vector<Points> linear_draws(const CohortLaw& law, int count, std::uint64_t 
   const Eigen::LLT<Eigen::MatrixXd> factors(v);
   std::vector<Points> shapes;
   for (int i = 0; i < count; ++i) {
-    const Points z =
-        standard_normals(seed, static_cast<std::uint64_t>(i), static_cast<int>(d * n), 1).reshaped(d, n);
+    const Points z = standard_normals(seed, static_cast<std::uint64_t>(i), static_cast<int>(d * n), 1).reshaped(d, n);
     shapes.emplace_back(law.q0 + (factors.matrixL() * z.transpose()).transpose());
   }
   return shapes;

@@ -98,8 +98,8 @@ TEST(Geodesics, AMissingLandmarkIsCarriedAlong) {
   observed.erase(observed.begin() + 4);
   const double tau = law.lambda * law.sigma * law.sigma;
   const TemplateMetric metric(law.kernel, 0, tau, law.q0);
-  const GeodesicMatch found = Geodesics(law.kernel, 20).match(metric, MatchModel(metric, observed), target,
-                                                             0 * law.q0, 1e-12);
+  const GeodesicMatch found =
+      Geodesics(law.kernel, 20).match(metric, MatchModel(metric, observed), target, 0 * law.q0, 1e-12);
   ASSERT_TRUE(found.converged);
   EXPECT_LT(found.end.p.col(4).norm(), 1e-11);
   EXPECT_LT(found.momenta.col(4).norm(), 1e-11);

@@ -73,8 +73,8 @@ TEST(Regression, FindsAPlantedSlope) {
   EXPECT_GT(found.r_squared, 0.4);
   EXPECT_EQ(found.p_value, 1e-3);
   // The shape at one more than the mean differs from that at the mean by the bend.
-  const Points moved = atlas.geodesic(found.momenta(found.mean + 1)).final().q -
-                       atlas.geodesic(found.momenta(found.mean)).final().q;
+  const Points moved =
+      atlas.geodesic(found.momenta(found.mean + 1)).final().q - atlas.geodesic(found.momenta(found.mean)).final().q;
   const double along = moved.cwiseProduct(direction).sum() / direction.squaredNorm();
   EXPECT_NEAR(along, 0.1, 0.02);
 }

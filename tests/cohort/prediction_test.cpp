@@ -1,9 +1,10 @@
+#include "pulson/cohort/prediction.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "atlas_examples.hpp"
 #include "error_of.hpp"
-#include "pulson/cohort/prediction.hpp"
 
 namespace pulson {
 namespace {
@@ -90,7 +91,9 @@ TEST(ShapePredictor, PredictsInTheCoordinatesOfTheShape) {
   const PredictedLandmarks here = predictor.predict(shape);
   EXPECT_THAT(here.landmarks, ElementsAre(3, 8));
   const Eigen::Matrix2d quarter{{0, -1}, {1, 0}};
-  const auto moved = [&](const Points& points) { return Points((300 * quarter * points).colwise() + Eigen::Vector2d(70, 9)); };
+  const auto moved = [&](const Points& points) {
+    return Points((300 * quarter * points).colwise() + Eigen::Vector2d(70, 9));
+  };
   Landmarks there = shape;
   there.points = moved(shape.points);
   const PredictedLandmarks found = predictor.predict(there);

@@ -40,8 +40,7 @@ struct TwoModes {
     for (int i = 0; i < kShapes; ++i) {
       const Eigen::MatrixXd z = standard_normals(seed, static_cast<std::uint64_t>(i), 26, 1);
       const Points p = deviations[0] * z(0) * directions[0] + deviations[1] * z(1) * directions[1];
-      shapes.push_back(
-          shape_of(geodesics.shoot(law.q0, p).q + law.sigma * Points(z.bottomRows(24).reshaped(2, 12))));
+      shapes.push_back(shape_of(geodesics.shoot(law.q0, p).q + law.sigma * Points(z.bottomRows(24).reshaped(2, 12))));
     }
     return shapes;
   }

@@ -1,9 +1,10 @@
+#include "pulson/cohort/transport.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "atlas_examples.hpp"
 #include "error_of.hpp"
-#include "pulson/cohort/transport.hpp"
 
 namespace pulson {
 namespace {
@@ -70,10 +71,11 @@ TEST(Transport, IsOfSecondOrderAndAgreesWithJacobiFields) {
 
 TEST(Transport, RefusesWrongOptions) {
   const Setting s;
-  EXPECT_THAT(error_of([&] { transported(s.kernel, s.q0, s.along, s.momentum, {0, 20}); }),
+  EXPECT_THAT(error_of([&] {
+                transported(s.kernel, s.q0, s.along, s.momentum, {0, 20});
+              }),
               testing::HasSubstr("rungs is 0"));
-  EXPECT_THAT(error_of([&] { transported(s.kernel, s.q0, s.along, Points(2, 3)); }),
-              testing::HasSubstr("the momenta"));
+  EXPECT_THAT(error_of([&] { transported(s.kernel, s.q0, s.along, Points(2, 3)); }), testing::HasSubstr("the momenta"));
 }
 
 }  // namespace

@@ -28,7 +28,8 @@ class AtlasProgram : public Program {
   static void write_table() {
     std::ofstream table("leaves.csv");
     table << "specimen,kind,length\n";
-    for (int i = 8; i >= 1; --i) table << "leaf_" << i << "," << (i % 2 == 0 ? "even" : "odd") << "," << 0.5 * i << "\n";
+    for (int i = 8; i >= 1; --i)
+      table << "leaf_" << i << "," << (i % 2 == 0 ? "even" : "odd") << "," << 0.5 * i << "\n";
   }
 
   static nlohmann::json record() {

@@ -24,9 +24,9 @@ struct AtlasOptions {
   Length beta = 0;
   /// Of each specimen onto the mean; none: similarity, on a line none. Any but `affine`.
   std::optional<AlignmentKind> align{};
-  int steps = 10;             ///< Runge–Kutta's of each geodesic
-  double tolerance = 1e-8;    ///< converged where the template moves by no more, root mean square in diameters
-  int max_iterations = 100;   ///< of the template
+  int steps = 10;            ///< Runge–Kutta's of each geodesic
+  double tolerance = 1e-8;   ///< converged where the template moves by no more, root mean square in diameters
+  int max_iterations = 100;  ///< of the template
   std::function<void(int iteration, double movement)> on_iteration{};
 };
 
@@ -62,10 +62,11 @@ struct Atlas {
   int steps = 0;
   std::vector<AtlasSpecimen> specimens;
   bool converged = false;
-  int iterations = 0;     ///< of the template
-  long shots = 0;         ///< geodesics shot in all
-  double movement = 0;    ///< of the template in the last iteration, root mean square in diameters
-  double step_error = 0;  ///< root mean square change of the ends in twice the steps, largest over specimens, in diameters
+  int iterations = 0;   ///< of the template
+  long shots = 0;       ///< geodesics shot in all
+  double movement = 0;  ///< of the template in the last iteration, root mean square in diameters
+  double step_error =
+      0;  ///< root mean square change of the ends in twice the steps, largest over specimens, in diameters
   std::vector<std::string> notes;
   double seconds = 0;
 

@@ -10,9 +10,9 @@ struct TransportOptions {
   int steps = 20;  ///< Runge–Kutta's of each geodesic
 };
 
-/// Momenta carried by parallel transport along the geodesic from q0 with momenta `along` over [0, 1], by the pole ladder
-/// (M. Lorenzi and X. Pennec, "Efficient parallel transport of deformations in time series of images", 2014): of each of
-/// n pieces of the geodesic, with ends q and q' and the middle m,
+/// Momenta carried by parallel transport along the geodesic from q0 with momenta `along` over [0, 1], by the pole
+/// ladder (M. Lorenzi and X. Pennec, "Efficient parallel transport of deformations in time series of images", 2014): of
+/// each of n pieces of the geodesic, with ends q and q' and the middle m,
 ///
 ///     p' = −n² log_q'(exp_m(−log_m(exp_q(p/n²)))).
 ///

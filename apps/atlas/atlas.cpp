@@ -11,6 +11,7 @@
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
+#include "register/report.hpp"
 #include "results.hpp"
 #include "shell/cohort_shapes.hpp"
 #include "shell/verbs.hpp"
@@ -156,6 +157,26 @@ void write_results(const AtlasResults& found, const AtlasArguments& arguments, c
   staged.commit();
 }
 
+// Shapes much further away from the template than most, by the length of their geodesics.
+void note_outliers(AtlasResults& results) {
+  const Eigen::MatrixXd metric = results.atlas.metric();
+  Eigen::VectorXd lengths(std::ssize(results.names));
+  for (std::size_t i = 0; i < results.names.size(); ++i) {
+    const Points& p = results.atlas.specimens[i].momenta;
+    lengths[static_cast<Eigen::Index>(i)] = std::sqrt(p.cwiseProduct(p * metric).sum());
+  }
+  std::vector<std::string> far;
+  for (const int i : outlying_landmarks(lengths, 0)) far.push_back(results.names[static_cast<std::size_t>(i)]);
+  if (far.empty()) return;
+  const std::size_t count = far.size();
+  far.resize(std::min<std::size_t>(count, 5));
+  results.notes.push_back(fmt::format("{}{} much further from the template than the others: are landmarks exchanged?",
+                                      fmt::join(far, ", "),
+                                      count > far.size() ? fmt::format(" and {} more are", count - far.size())
+                                      : count == 1       ? std::string(" is")
+                                                         : std::string(" are")));
+}
+
 void warn(const AtlasResults& results) {
   if (!results.atlas.converged)
     print_warning(
@@ -198,6 +219,7 @@ int run_atlas(const AtlasArguments& arguments) {
   results.seconds = seconds_now() - start;
   notes.insert(notes.end(), results.atlas.notes.begin(), results.atlas.notes.end());
   results.notes = without_repeats(notes);
+  note_outliers(results);
   write_results(results, arguments, files);
   print_notes(in_option_words(results.notes));
   if (arguments.output.prints()) {

@@ -148,16 +148,16 @@ CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, 
   }
   const Index free = (options.kernel ? 0 : 1) + (tau ? 0 : 1);
   if (free > 0) {
-    LogSearch search = log_search(free, half, 0.01, 60);
+    LogSearch search = log_search(free, half, 0.01, 60);  // the grid's best may lie on a bound, up to rounding
     search.with_deviations = false;
     Index next = 0;
     if (!options.kernel) {
-      search.least[next] = middle - half - log_width;
-      search.most[next++] = middle + half - log_width;
+      search.least[next] = std::min(0.0, middle - half - log_width);
+      search.most[next++] = std::max(0.0, middle + half - log_width);
     }
     if (!tau) {
-      search.least[next] = least - log_tau;
-      search.most[next] = most - log_tau;
+      search.least[next] = std::min(0.0, least - log_tau);
+      search.most[next] = std::max(0.0, most - log_tau);
     }
     const auto place = [&](const VectorXd& x) {
       return std::pair(log_width + (options.kernel ? 0 : x[0]), log_tau + (tau ? 0 : x[x.size() - 1]));

@@ -83,7 +83,8 @@ TEST(Recovery, OfTemplateAndModesWithinTheirStandardErrors) {
   double square = ratio / (kShapes * std::pow(ratio - 1, 2));
   // The same for the noise of landmarks, of variance σ²k/(k + λσ²)² along the eigenvectors of K.
   const double tau = truth.law.lambda * truth.law.sigma * truth.law.sigma;
-  for (const double k : Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(gram).eigenvalues())
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(gram).eigenvalues();
+  for (const double k : values)
     square += 2 * std::pow(truth.law.sigma / (k + tau), 2) * k / (kShapes * std::pow(truth.deviations[0], 2));
   EXPECT_GT(cosine, 1 - square);  // 1 − cos is half of it on average
 }

@@ -182,8 +182,8 @@ namespace {
 constexpr const char* kPrint = "--print-config";
 
 // Of both programs, each of which knows its own alone.
-const std::vector<std::string> kVerbs = {"register",      "warp",      "simulate", "ensemble", "compare",
-                                         "fokker-planck", "reproduce", "convert",  "info"};
+const std::vector<std::string> kVerbs = {"register", "atlas",         "warp",      "simulate", "ensemble",
+                                         "compare",  "fokker-planck", "reproduce", "convert",  "info"};
 
 /// "steps" of --steps, "source" of SOURCE; empty for --help and what else no file holds.
 std::string key_of(const CLI::Option& option) {

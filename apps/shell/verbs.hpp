@@ -11,6 +11,7 @@ enum ExitCode { kDone = 0, kInternalError = 1, kBadInput = 2, kNotConverged = 3 
 
 /// Each adds its verb to the program; the verb's callback sets `exit_code` where it is not kDone.
 void add_register_verb(CLI::App& program, int& exit_code);
+void add_atlas_verb(CLI::App& program, int& exit_code);
 void add_warp_verb(CLI::App& program, int& exit_code);
 void add_simulate_verb(CLI::App& program, int& exit_code);
 void add_ensemble_verb(CLI::App& program, int& exit_code);

@@ -2,6 +2,10 @@
 
 // The public headers of pulson::pulson: all but those of pulson::images.
 
+#include "pulson/cohort/atlas.hpp"
+#include "pulson/cohort/prediction.hpp"
+#include "pulson/cohort/statistics.hpp"
+#include "pulson/cohort/transport.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/landmarks.hpp"

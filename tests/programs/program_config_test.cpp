@@ -84,8 +84,8 @@ TEST_F(ConfiguredProgram, PrefersTheSectionToWhatStandsAboveAll) {
 
 TEST_F(ConfiguredProgram, LetsOneFileServeAllVerbs) {
   std::string sections;
-  for (const std::string verb :
-       {"register", "warp", "simulate", "ensemble", "compare", "fokker-planck", "reproduce", "convert", "info"})
+  for (const std::string verb : {"register", "atlas", "warp", "simulate", "ensemble", "compare", "fokker-planck",
+                                 "reproduce", "convert", "info"})
     sections += "[" + verb + "]\nverbose = false\n";
   write("all.toml", sections);
   EXPECT_EQ(run(words("register a.csv b.csv -o out --config all.toml --print-config")).exit_code, 0);

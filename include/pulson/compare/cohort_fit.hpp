@@ -8,6 +8,7 @@
 
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/name_table.hpp"
+#include "pulson/core/procrustes.hpp"
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 
@@ -24,15 +25,6 @@ struct Cohort {
 /// coordinate are ignored. @throws InputError where there is no target, numbers of landmarks or dimensions
 /// differ, or the source has a missing coordinate
 Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment);
-
-/// √(Σ_a |x_a − x̄|²) over the landmarks without a missing coordinate, x̄ their mean; length units.
-double centroid_size(const Points& points);
-
-/// The generalised Procrustes mean (J. Gower 1975): shapes are aligned with the mean and the mean is recomputed until
-/// it converges. It has the orientation of the first shape and, where the alignment scales, the mean centroid size of
-/// all shapes. Missing landmarks are left out of the mean. `none` gives the plain mean.
-/// @param kind any but `affine` @throws InputError where counts differ, or a landmark is missing in all shapes
-Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind kind);
 
 /// The settings that all models of a comparison share.
 struct CohortSettings {

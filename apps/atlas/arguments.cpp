@@ -1,0 +1,100 @@
+#include "arguments.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "shell/cohort_shapes.hpp"
+
+namespace pulson {
+
+void AtlasArguments::add_to(CLI::App& verb) {
+  verb.add_option("COHORT", shapes, "a file with several shapes, or several files")->required();
+  add_read_options(verb, reading);
+  output.add_to(verb, "the pictures");
+  add_flip_option(verb, reading);
+  verb.add_option("--kernel", kernel,
+                  "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
+      ->type_name("SPEC")
+      ->capture_default_str();
+  verb.add_option("--lambda", lambda, "weight of the energy; auto: fitted")->type_name("NUMBER")->capture_default_str();
+  verb.add_option("--sigma", sigma,
+                  "standard deviation of a landmark's position: a length, or per cent of the mean's diameter; auto: "
+                  "fitted; 0: the template is carried onto each shape exactly")
+      ->type_name("LENGTH")
+      ->capture_default_str();
+  verb.add_option("--noise", noise, "none, or ch-sd:beta=B: metamorphosis, in which landmarks move individually, too")
+      ->type_name("SPEC")
+      ->capture_default_str();
+  only_known(verb.add_option("--align", align,
+                             "transformation removed first: none, translation, rigid, similarity; auto: similarity in "
+                             "the plane and in space, none on a line")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "alignment", {"auto"});
+  verb.add_option("--covariate", covariate,
+                  "regression of the momenta on a column of numbers of a csv file, such as size or age")
+      ->type_name("FILE.csv:COLUMN");
+  verb.add_option("--at", at, "values of the covariate at which the shape is drawn [the least, middle and greatest]")
+      ->type_name("NUMBERS")
+      ->delimiter(',');
+  verb.add_option("--groups", groups,
+                  "comparison of the means of groups: a column of a csv file, or a comment that the cohort's file has "
+                  "for each shape")
+      ->type_name("FILE.csv:COLUMN");
+  verb.add_option("--permutations", permutations.count, "permutations of each test")->capture_default_str();
+  verb.add_option("--modes", modes, "principal components in the pictures")->capture_default_str();
+  add_seed_option(verb, permutations.seed);
+  verb.add_option("--steps", options.steps, "time steps of each geodesic")->capture_default_str();
+  verb.add_option("--tolerance", options.tolerance,
+                  "movement of the template, in diameters, below which it counts as converged")
+      ->capture_default_str();
+  verb.add_option("--max-iterations", options.max_iterations, "maximum number of iterations of the template")
+      ->capture_default_str();
+  add_threads_option(verb);
+}
+
+std::vector<Landmarks> AtlasArguments::read(std::vector<std::string>& notes) const {
+  std::vector<Landmarks> all = read_shapes(shapes, reading, notes);
+  if (all.size() < 2)
+    throw InputError(fmt::format("there is one shape in '{}'; an atlas needs two or more", shapes.front()));
+  put_in_order_of(Landmarks(all.front()), all, notes);
+  return all;
+}
+
+AtlasOptions AtlasArguments::atlas_options() const {
+  AtlasOptions asked = options;
+  check_at_least(asked.steps, 1, "--steps");
+  check_at_least(asked.max_iterations, 1, "--max-iterations");
+  check_at_least(modes, 1, "--modes");
+  check_at_least(permutations.count, 1, "--permutations");
+  if (!at.empty() && covariate.empty()) throw InputError("--at needs --covariate");
+  for (const double value : at)
+    if (!std::isfinite(value)) throw InputError(fmt::format("--at: {} is not a finite number", value));
+  if (!(asked.tolerance > 0))
+    throw InputError(fmt::format("--tolerance is {}; it must be greater than 0", asked.tolerance));
+  if (kernel != "auto") asked.kernel = kernel;
+  if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
+  if (asked.lambda && !(*asked.lambda > 0))
+    throw InputError(fmt::format("--lambda is {}; it must be greater than 0", lambda));
+  if (sigma != "auto") {
+    asked.sigma = Length::parse(sigma, "--sigma");
+    if (!(asked.sigma->in(1) >= 0)) throw InputError(fmt::format("--sigma is {}; it must be 0 or greater", sigma));
+  }
+  if (align != "auto") asked.align = parse_alignment(align);
+  if (asked.align == AlignmentKind::kAffine)
+    throw InputError("--align affine: a mean under affine alignment would shrink to a point; use similarity");
+  const std::vector<Spec> terms = parse_spec_sum(noise, "noise");
+  if (terms.size() == 1 && terms.front().name == "ch-sd" && terms.front().values.size() == 1 &&
+      terms.front().values.contains("beta")) {
+    asked.beta = Length::parse(terms.front().values.at("beta"), "--noise ch-sd:beta");
+    if (!(asked.beta.in(1) > 0)) throw InputError(fmt::format("--noise {}: beta must be greater than 0", noise));
+  } else if (noise != "none") {
+    throw InputError(fmt::format("--noise {}: an atlas takes none or ch-sd:beta=B", noise));
+  }
+  return asked;
+}
+
+}  // namespace pulson

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pulson/cohort/atlas.hpp"
+#include "pulson/cohort/statistics.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+
+namespace pulson {
+
+/// The command line of `pulson atlas`.
+struct AtlasArguments {
+  std::vector<std::string> shapes;
+  ReadOptions reading;
+  OutputOptions output;
+  std::string kernel = "auto";
+  std::string lambda = "auto";
+  std::string sigma = "auto";
+  std::string noise = "none";
+  std::string align = "auto";
+  std::string covariate;   ///< FILE:COLUMN, or empty
+  std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty
+  std::vector<double> at;  ///< values of the covariate that are drawn
+  int modes = 3;           ///< in pictures
+  AtlasOptions options;
+  PermutationOptions permutations;
+
+  void add_to(CLI::App& verb);
+
+  /// The shapes, alike, in the order of the first. @throws InputError
+  std::vector<Landmarks> read(std::vector<std::string>& notes) const;
+
+  /// What is asked for. @throws InputError
+  AtlasOptions atlas_options() const;
+};
+
+}  // namespace pulson

@@ -1,0 +1,249 @@
+// `pulson atlas`: template, momenta, modes, regression.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "arguments.hpp"
+#include "columns.hpp"
+#include "core/atomic_file.hpp"
+#include "core/text.hpp"
+#include "pulson/core/errors.hpp"
+#include "register/report.hpp"
+#include "results.hpp"
+#include "shell/cohort_shapes.hpp"
+#include "shell/verbs.hpp"
+
+namespace pulson {
+namespace {
+
+// The file of these shapes in the cohort's own format, or in csv where that is not written.
+struct ShapeFile {
+  std::string name;
+  const LandmarkFormat* format;
+
+  ShapeFile(const std::string& stem, const std::string& address) : format(nullptr) {
+    const std::string path = address.substr(0, address.find('#'));
+    const std::string extension = std::filesystem::path(path).extension().string();
+    try {
+      format = &landmark_format_to_write(stem + extension);
+      name = stem + extension;
+    } catch (const InputError&) {
+      name = stem + ".csv";
+      format = &landmark_format_to_write(name);
+    }
+  }
+
+  std::string text(std::vector<Landmarks> shapes, std::vector<std::string>& notes) const {
+    const auto write = [&](const LandmarkFormat& as) {
+      return as.write(name, {as.name, shapes, {}, shapes.front().units, shapes.front().axes});
+    };
+    const WrittenLandmarks written = write(*format);
+    for (const std::string& loss : written.losses) notes.push_back(name + ": " + loss);
+    return written.text;
+  }
+};
+
+struct Files {
+  ShapeFile template_file, aligned, complete;
+  std::vector<std::string> names;
+
+  Files(const AtlasArguments& arguments, const std::vector<Landmarks>& shapes)
+      : template_file("template", arguments.shapes.front()),
+        aligned("aligned", "aligned.csv"),
+        complete("complete", "complete.csv"),
+        names{"atlas.json",    template_file.name, "momenta.npy",           "momenta.csv", aligned.name,
+              "specimens.csv", "scores.csv",       "procrustes_scores.csv", "modes.csv"} {
+    if (std::any_of(shapes.begin(), shapes.end(), misses_landmarks)) {
+      names.emplace_back("predicted.csv");
+      names.push_back(complete.name);
+    }
+    if (!arguments.covariate.empty()) names.emplace_back("regression.csv");
+    if (!arguments.groups.empty()) names.emplace_back("groups.csv");
+    names.emplace_back("report.html");
+  }
+
+  static bool misses_landmarks(const Landmarks& shape) { return !incomplete_points(shape.points).empty(); }
+};
+
+// The values of the covariate that are drawn: those asked for, or least, mean and greatest.
+std::vector<double> shown_values(const AtlasArguments& arguments, const Eigen::VectorXd& covariate) {
+  if (!arguments.at.empty()) return arguments.at;
+  std::vector<double> known;
+  std::copy_if(covariate.begin(), covariate.end(), std::back_inserter(known),
+               [](double x) { return std::isfinite(x); });
+  if (known.empty()) return {};
+  const auto [low, high] = std::minmax_element(known.begin(), known.end());
+  return {*low, (*low + *high) / 2, *high};
+}
+
+void predict_missing(AtlasResults& results, const std::vector<Landmarks>& shapes) {
+  if (std::none_of(shapes.begin(), shapes.end(), Files::misses_landmarks)) return;
+  const ShapePredictor predictor(results.atlas);
+  results.prior_weight = predictor.prior_weight();
+  results.complete = shapes;
+  for (Landmarks& shape : results.complete) {
+    results.predicted.push_back(Files::misses_landmarks(shape) ? predictor.predict(shape) : PredictedLandmarks());
+    const PredictedLandmarks& predicted = results.predicted.back();
+    for (std::size_t k = 0; k < predicted.landmarks.size(); ++k)
+      shape.points.col(predicted.landmarks[k]) = predicted.positions.col(static_cast<Eigen::Index>(k));
+  }
+}
+
+void find_statistics(AtlasResults& results, const AtlasArguments& arguments, const std::vector<Landmarks>& shapes,
+                     const Eigen::VectorXd& covariate) {
+  results.modes = momentum_modes(results.atlas);
+  if (results.modes.eigenvalues.size() == 0)
+    throw InputError("the shapes are all the same once they are aligned: there is no variation");
+  predict_missing(results, shapes);
+  std::vector<Points> complete;
+  for (const Landmarks& shape : results.complete.empty() ? shapes : results.complete) complete.push_back(shape.points);
+  results.procrustes = procrustes_modes(complete);
+  if (!arguments.covariate.empty()) {
+    results.covariate.assign(covariate.begin(), covariate.end());
+    results.covariate_name = arguments.covariate.substr(arguments.covariate.rfind(':') + 1);
+    results.shown_values = shown_values(arguments, covariate);
+    results.regression = regress_momenta(results.atlas, covariate, arguments.permutations);
+  }
+  if (!results.groups.empty())
+    results.comparison = compare_groups(results.atlas, results.groups, arguments.permutations);
+}
+
+Landmarks written_template(const AtlasResults& results) {
+  Landmarks shape = results.atlas.template_shape;
+  shape.image.clear();
+  shape.properties.clear();
+  shape.curves.clear();
+  shape.outlines.clear();
+  return shape;
+}
+
+void write_results(const AtlasResults& found, const AtlasArguments& arguments, const Files& files) {
+  const Interrupt until_written;
+  const OutputOptions& output = arguments.output;
+  AtlasResults results = found;
+  StagedFiles staged(output.out);
+  const std::filesystem::path folder = staged.file("");
+  staged.write(files.template_file.name, files.template_file.text({written_template(results)}, results.notes));
+  std::vector<Landmarks> aligned;
+  for (std::size_t i = 0; i < results.names.size(); ++i) {
+    aligned.push_back(results.atlas.specimens[i].shape);
+    aligned.back().name = results.names[i];
+  }
+  std::vector<std::string> of_csv;  // images and the like, which csv does not hold
+  staged.write(files.aligned.name, files.aligned.text(aligned, of_csv));
+  staged.write("momenta.npy", momenta_npy(results));
+  staged.write("momenta.csv", momenta_csv(results));
+  staged.write("specimens.csv", specimens_csv(results));
+  staged.write("scores.csv", scores_csv(results, results.modes.scores));
+  staged.write("procrustes_scores.csv", scores_csv(results, results.procrustes.modes.scores));
+  staged.write("modes.csv", modes_csv(results));
+  if (!results.predicted.empty()) {
+    staged.write("predicted.csv", predicted_csv(results));
+    std::vector<Landmarks> complete = results.complete;
+    for (std::size_t i = 0; i < complete.size(); ++i) complete[i].name = results.names[i];
+    staged.write(files.complete.name, files.complete.text(complete, of_csv));
+  }
+  if (results.regression) staged.write("regression.csv", regression_csv(results));
+  if (results.comparison) staged.write("groups.csv", groups_csv(*results.comparison));
+  if (!output.no_picture) draw_atlas(results, arguments.modes, output, folder);
+  staged.write("report.html",
+               atlas_report(results, arguments.modes, output, output.no_picture ? std::filesystem::path() : folder));
+  const std::string record = atlas_json(results);
+  staged.write("atlas.json", record);
+  output.write_json(record);
+  staged.commit();
+}
+
+// Shapes much further away from the template than most, by the length of their geodesics.
+void note_outliers(AtlasResults& results) {
+  const Eigen::MatrixXd metric = results.atlas.metric();
+  Eigen::VectorXd lengths(std::ssize(results.names));
+  for (std::size_t i = 0; i < results.names.size(); ++i) {
+    const Points& p = results.atlas.specimens[i].momenta;
+    lengths[static_cast<Eigen::Index>(i)] = std::sqrt(p.cwiseProduct(p * metric).sum());
+  }
+  std::vector<std::string> far;
+  for (const int i : outlying_landmarks(lengths, 0)) far.push_back(results.names[static_cast<std::size_t>(i)]);
+  if (far.empty()) return;
+  const std::size_t count = far.size();
+  far.resize(std::min<std::size_t>(count, 5));
+  results.notes.push_back(fmt::format("{}{} much further from the template than the others: are landmarks exchanged?",
+                                      fmt::join(far, ", "),
+                                      count > far.size() ? fmt::format(" and {} more are", count - far.size())
+                                      : count == 1       ? std::string(" is")
+                                                         : std::string(" are")));
+}
+
+void warn(const AtlasResults& results) {
+  if (!results.atlas.converged)
+    print_warning(
+        fmt::format("the template did not converge: it still moved by {:.2g} diameters; try more "
+                    "--max-iterations or a larger --sigma",
+                    results.atlas.movement));
+  std::vector<std::string> unmatched;
+  for (std::size_t i = 0; i < results.names.size(); ++i)
+    if (!results.atlas.specimens[i].converged) unmatched.push_back(results.names[i]);
+  if (unmatched.empty()) return;
+  const std::size_t more = unmatched.size() > 5 ? unmatched.size() - 5 : 0;
+  unmatched.resize(unmatched.size() - more);
+  print_warning(fmt::format("no geodesic to {}{} was found; try a larger --sigma, or --noise ch-sd:beta=10%",
+                            fmt::join(unmatched, ", "), more > 0 ? fmt::format(" and {} more", more) : std::string()));
+}
+
+int run_atlas(const AtlasArguments& arguments) {
+  std::vector<std::string> notes;
+  const std::vector<Landmarks> shapes = arguments.read(notes);
+  AtlasOptions options = arguments.atlas_options();
+  Eigen::VectorXd covariate;
+  if (!arguments.covariate.empty()) covariate = numbers_of_table(arguments.covariate, shapes, "--covariate");
+  AtlasResults results;
+  if (!arguments.groups.empty()) results.groups = groups_of(arguments.groups, shapes);
+  const Files files(arguments, shapes);
+  const std::vector<std::string> stems =
+      picture_stems(shapes.front().dimension(), !arguments.covariate.empty(), !arguments.groups.empty());
+  arguments.output.check(files.names, stems);
+  const LossNotice lost(
+      fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
+  const double start = seconds_now();
+  Progress progress;
+  options.on_iteration = [&](int iteration, double movement) {
+    progress.show(fmt::format("iteration {}: the template moved by {:.2g} diameters", iteration, movement));
+  };
+  results.atlas = make_atlas(shapes, options);
+  results.names = folder_names(shapes, {});
+  find_statistics(results, arguments, shapes, covariate);
+  progress.clear();
+  results.seconds = seconds_now() - start;
+  notes.insert(notes.end(), results.atlas.notes.begin(), results.atlas.notes.end());
+  results.notes = without_repeats(notes);
+  note_outliers(results);
+  write_results(results, arguments, files);
+  print_notes(in_option_words(results.notes));
+  if (arguments.output.prints()) {
+    print_atlas(results);
+    arguments.output.print_written(files.names, stems);
+  }
+  warn(results);
+  return results.converged() ? kDone : kNotConverged;
+}
+
+}  // namespace
+
+void add_atlas_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb =
+      program.add_subcommand("atlas", "Estimate the template of a cohort, its modes and what they go with");
+  auto arguments = std::make_shared<AtlasArguments>();
+  arguments->add_to(*verb);
+  verb->footer(
+      "Examples:\n"
+      "  pulson atlas skulls.tps -o out\n"
+      "  pulson atlas skulls.csv -o out --groups species.csv:species --covariate sizes.csv:size\n"
+      "  pulson atlas skulls.tps -o out --sigma 0 --kernel matern52:alpha=30\n"
+      "Exit codes: 0 done, 2 bad input, 3 did not converge (results are written).");
+  verb->callback([arguments, &exit_code] { exit_code = run_atlas(*arguments); });
+}
+
+}  // namespace pulson

@@ -1,0 +1,248 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "charts/chart.hpp"
+#include "draw/shape_panels.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "pulson/warp/material_flow.hpp"
+#include "register/picture.hpp"
+#include "results.hpp"
+
+namespace pulson {
+namespace {
+
+constexpr double kDeviations = 2;  // of the pictures of modes
+constexpr double kMargin = 0.1;    // of the grid, over its larger side
+constexpr int kCells = 18, kPointsPerCell = 5;
+constexpr Eigen::Index kBars = 20;  // of the scree plot
+
+// The grid about the template, before and after a path. None where the plane has no path.
+std::vector<Points> deformed_grid(const Atlas& atlas, const Trajectory& path) {
+  const auto [low, high] = bounding_box(atlas.template_shape.points);
+  const double margin = kMargin * (high - low).maxCoeff();
+  const std::vector<Points> lines = grid_lines(low.array() - margin, high.array() + margin, kCells, kPointsPerCell);
+  try {
+    const MaterialFlow flow({atlas.kernel, make_noise("none", {})}, path);
+    return split_lines(flow.end(joined_lines(lines)), lines);
+  } catch (const StepError&) {
+    return {};
+  }
+}
+
+ShapePanel panel_of(const Atlas& atlas, const std::string& heading, const Trajectory& path) {
+  ShapePanel panel{heading, path.final().q};
+  if (atlas.template_shape.dimension() == 2) panel.grid = deformed_grid(atlas, path);
+  return panel;
+}
+
+ShapePanels panels_of(const Atlas& atlas, std::string title) {
+  ShapePanels picture{.reference = atlas.template_shape,
+                      .reference_name = "template",
+                      .shape_name = {},
+                      .cloud_name = {},
+                      .rows = {},
+                      .title = std::move(title),
+                      .subtitle = {}};
+  picture.subtitle = fmt::format("{} shapes of {} landmarks  ·  {}  ·  sigma {:.3g}", atlas.specimens.size(),
+                                 atlas.template_shape.count(), atlas.kernel.spec(3), atlas.sigma);
+  return picture;
+}
+
+double percentage(const ShapeModes& modes, Eigen::Index k) { return 100 * modes.eigenvalues[k] / modes.total(); }
+
+void draw_template(const Atlas& atlas, const PictureFiles& files) {
+  ShapePanels picture = panels_of(atlas, "Template");
+  ShapePanel panel{"Template and aligned shapes", {}};
+  for (const AtlasSpecimen& specimen : atlas.specimens) panel.cloud.push_back(specimen.shape.points);
+  picture.cloud_name = "aligned shapes";
+  picture.rows = {{std::move(panel)}};
+  write_shape_panels(picture, files);
+}
+
+void draw_modes(const AtlasResults& results, int modes, const PictureFiles& files) {
+  ShapePanels picture = panels_of(results.atlas, "Modes of variation");
+  picture.shape_name = "2 standard deviations along a mode";
+  for (int k = 0; k < std::min<int>(modes, static_cast<int>(results.modes.eigenvalues.size())); ++k) {
+    picture.rows.emplace_back();
+    for (const double s : {-kDeviations, kDeviations})
+      picture.rows.back().push_back(panel_of(results.atlas,
+                                             fmt::format("mode {} ({:.1f} %), {} {:g} s.d.", k + 1,
+                                                         percentage(results.modes, k), s < 0 ? "−" : "+", std::abs(s)),
+                                             mode_path(results, k, s)));
+  }
+  write_shape_panels(picture, files);
+}
+
+// Specimens by group; of no group last, without a name.
+std::vector<ScorePlot::Group> plotted_groups(const AtlasResults& results, const Points& scores) {
+  std::vector<std::string> names = results.comparison ? results.comparison->names : std::vector<std::string>{""};
+  std::vector<ScorePlot::Group> groups;
+  for (const std::string& name : names) {
+    std::vector<int> members;
+    for (std::size_t i = 0; i < results.names.size(); ++i)
+      if (results.groups.empty() || results.groups[i] == name) members.push_back(static_cast<int>(i));
+    ScorePlot::Group group{name, scores(Eigen::all, members)};
+    for (const int i : members) group.labels.push_back(results.names[static_cast<std::size_t>(i)]);
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+void draw_scores(const AtlasResults& results, const ShapeModes& modes, const std::string& title,
+                 const PictureFiles& files) {
+  Points scores = Points::Zero(2, modes.scores.rows());
+  const Eigen::Index shown = std::min<Eigen::Index>(2, modes.scores.cols());
+  scores.topRows(shown) = modes.scores.leftCols(shown).transpose();
+  const auto label = [&](Eigen::Index k) {
+    return k < modes.eigenvalues.size() ? fmt::format("mode {} ({:.1f} % of the variance)", k + 1, percentage(modes, k))
+                                        : std::string("no second mode");
+  };
+  write_score_plot({.groups = plotted_groups(results, scores),
+                    .x_label = label(0) + " →",
+                    .y_label = label(1) + " ↑",
+                    .title = title,
+                    .subtitle = fmt::format("{} shapes", results.names.size())},
+                   files);
+}
+
+void draw_scree(const AtlasResults& results, const PictureFiles& files) {
+  const auto series = [](const ShapeModes& modes, const std::string& name, bool cumulative) {
+    Series found{
+        .name = name, .x = {}, .y = {}, .style = cumulative ? SeriesStyle::kLineAndPoints : SeriesStyle::kBars};
+    double sum = 0;
+    for (Eigen::Index k = 0; k < std::min(kBars, modes.eigenvalues.size()); ++k) {
+      const double part = percentage(modes, k);
+      sum += part;
+      found.x.push_back(static_cast<double>(k + 1));
+      found.y.push_back(cumulative ? sum : part);
+    }
+    return found;
+  };
+  const auto panel = [&](const std::string& heading, bool cumulative) {
+    return ChartPanel{.heading = heading,
+                      .x_label = "mode",
+                      .series = {series(results.modes, "momenta, in the kernel's metric", cumulative),
+                                 series(results.procrustes.modes, "Procrustes coordinates", cumulative)},
+                      .y_range = cumulative ? std::optional(std::pair(0.0, 100.0)) : std::nullopt};
+  };
+  write_chart(
+      {.title = "Variance of the modes",
+       .subtitle = fmt::format("{} shapes of {} landmarks", results.names.size(), results.atlas.template_shape.count()),
+       .rows = {{panel("Part of the variance (%)", false), panel("Sum of the first modes (%)", true)}}},
+      files);
+}
+
+void draw_regression(const AtlasResults& results, const PictureFiles& files) {
+  const MomentumRegression& found = *results.regression;
+  ShapePanels picture = panels_of(results.atlas, fmt::format("Regression on {}: R² {:.3f}, p {:.3g}",
+                                                             results.covariate_name, found.r_squared, found.p_value));
+  picture.shape_name = "predicted";
+  picture.rows.emplace_back();
+  for (const double value : results.shown_values) {
+    if (picture.rows.back().size() == 3) picture.rows.emplace_back();
+    picture.rows.back().push_back(panel_of(results.atlas, fmt::format("{} = {:.4g}", results.covariate_name, value),
+                                           results.atlas.geodesic(found.momenta(value))));
+  }
+  write_shape_panels(picture, files);
+}
+
+// The score along the slope, of unit norm, over the covariate, with the line of the regression.
+void draw_regression_scores(const AtlasResults& results, const PictureFiles& files) {
+  const MomentumRegression& found = *results.regression;
+  const Points velocity = found.slope * results.atlas.metric();
+  const double norm = std::sqrt(found.slope.cwiseProduct(velocity).sum());
+  Points all = Points::Constant(2, std::ssize(results.names), std::nan(""));
+  std::vector<double> known;
+  for (std::size_t i = 0; i < results.names.size(); ++i)
+    if (std::isfinite(results.covariate[i])) {
+      all.col(static_cast<Eigen::Index>(i)) << results.covariate[i],
+          (results.atlas.specimens[i].momenta - found.intercept).cwiseProduct(velocity).sum() / norm;
+      known.push_back(results.covariate[i]);
+    }
+  std::vector<ScorePlot::Group> groups;
+  for (ScorePlot::Group& group : plotted_groups(results, all)) {
+    std::vector<int> kept;
+    std::vector<std::string> labels;
+    for (int i = 0; i < group.scores.cols(); ++i)
+      if (group.scores.col(i).allFinite()) {
+        kept.push_back(i);
+        labels.push_back(group.labels[static_cast<std::size_t>(i)]);
+      }
+    if (!kept.empty()) groups.push_back({group.name, group.scores(Eigen::all, kept), labels});
+  }
+  const auto [low, high] = std::minmax_element(known.begin(), known.end());
+  Points line(2, 2);
+  line << *low, *high, norm * (*low - found.mean), norm * (*high - found.mean);
+  write_score_plot({.groups = groups,
+                    .lines = {line},
+                    .x_label = results.covariate_name + " →",
+                    .y_label = "score along the regression ↑",
+                    .title = fmt::format("Regression on {}", results.covariate_name),
+                    .subtitle = fmt::format("R² {:.4f}, p {:.4g} by {} permutations", found.r_squared, found.p_value,
+                                            found.permutations),
+                    .same_scale = false},
+                   files);
+}
+
+void draw_groups(const AtlasResults& results, const PictureFiles& files) {
+  const GroupComparison& found = *results.comparison;
+  ShapePanels picture =
+      panels_of(results.atlas, fmt::format("Means of the groups: R² {:.3f}, p {:.3g}", found.r_squared, found.p_value));
+  picture.shape_name = "mean of the group";
+  for (std::size_t g = 0; g < found.names.size(); ++g) {
+    if (g % 3 == 0) picture.rows.emplace_back();
+    picture.rows.back().push_back(panel_of(results.atlas, fmt::format("{} ({})", found.names[g], found.sizes[g]),
+                                           results.atlas.geodesic(found.means[g])));
+  }
+  write_shape_panels(picture, files);
+}
+
+}  // namespace
+
+Trajectory mode_path(const AtlasResults& results, int k, double deviations) {
+  const double length = deviations * std::sqrt(results.modes.eigenvalues[k]);
+  return results.atlas.geodesic(length * results.modes.directions[static_cast<std::size_t>(k)]);
+}
+
+std::vector<std::string> picture_stems(int dimension, bool has_regression, bool has_groups) {
+  const bool has_shapes = dimension > 1;
+  std::vector<std::string> stems;
+  if (has_shapes) stems = {"template", "modes"};
+  stems.insert(stems.end(), {"scores", "procrustes_scores", "scree"});
+  if (has_shapes && has_regression) stems.emplace_back("regression");
+  if (has_regression) stems.emplace_back("regression_scores");
+  if (has_shapes && has_groups) stems.emplace_back("groups");
+  return stems;
+}
+
+std::vector<std::string> picture_stems(const AtlasResults& results) {
+  return picture_stems(results.atlas.template_shape.dimension(), results.regression.has_value(),
+                       results.comparison.has_value());
+}
+
+void draw_atlas(const AtlasResults& results, int modes, const OutputOptions& output,
+                const std::filesystem::path& folder) {
+  for (const std::string& stem : picture_stems(results)) {
+    const PictureFiles files = output.picture_files(folder / stem);
+    if (stem == "template")
+      draw_template(results.atlas, files);
+    else if (stem == "modes")
+      draw_modes(results, modes, files);
+    else if (stem == "scores")
+      draw_scores(results, results.modes, "Scores of the momenta", files);
+    else if (stem == "procrustes_scores")
+      draw_scores(results, results.procrustes.modes, "Scores of Procrustes coordinates", files);
+    else if (stem == "scree")
+      draw_scree(results, files);
+    else if (stem == "regression")
+      draw_regression(results, files);
+    else if (stem == "regression_scores")
+      draw_regression_scores(results, files);
+    else if (stem == "groups")
+      draw_groups(results, files);
+  }
+}
+
+}  // namespace pulson

@@ -1,0 +1,235 @@
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/text.hpp"
+#include "pulson/core/version.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "results.hpp"
+#include "shell/options.hpp"
+
+namespace pulson {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json numbers(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
+
+// [landmark][axis]
+Json landmarks(const Points& points) {
+  Json rows = Json::array();
+  for (const auto& point : points.colwise()) rows.push_back(numbers(point));
+  return rows;
+}
+
+// [row][column]
+Json rows_of(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (const auto& row : matrix.rowwise()) rows.push_back(numbers(row.transpose()));
+  return rows;
+}
+
+Json specimen_json(const AtlasResults& results, std::size_t i) {
+  const AtlasSpecimen& specimen = results.atlas.specimens[i];
+  Json json{
+      {"name", results.names[i]},       {"source", specimen.shape.source}, {"rms", specimen.rms()},
+      {"energy", specimen.cost.energy}, {"action", specimen.cost.action},  {"data", specimen.cost.data},
+      {"total", specimen.cost.total()}, {"converged", specimen.converged}, {"centroid_size", specimen.centroid_size}};
+  if (!results.groups.empty()) json["group"] = results.groups[i];
+  if (!results.covariate.empty() && std::isfinite(results.covariate[i]))
+    json[results.covariate_name] = results.covariate[i];
+  if (!results.predicted.empty() && !results.predicted[i].landmarks.empty()) {
+    json["predicted"] = Json::array();
+    const PredictedLandmarks& predicted = results.predicted[i];
+    for (std::size_t k = 0; k < predicted.landmarks.size(); ++k) {
+      const auto column = static_cast<Eigen::Index>(k);
+      json["predicted"].push_back({{"landmark", predicted.landmarks[k] + 1},
+                                   {"position", numbers(predicted.positions.col(column))},
+                                   {"half_width_90", numbers(predicted.half_widths.col(column))}});
+    }
+  }
+  return json;
+}
+
+Json regression_json(const AtlasResults& results) {
+  const MomentumRegression& found = *results.regression;
+  return {{"covariate", results.covariate_name},
+          {"specimens", found.specimens},
+          {"mean", found.mean},
+          {"r_squared", found.r_squared},
+          {"f", found.f},
+          {"p_value", found.p_value},
+          {"permutations", found.permutations},
+          {"slope", landmarks(found.slope)},
+          {"intercept", landmarks(found.intercept)}};
+}
+
+Json groups_json(const GroupComparison& found) {
+  Json json{{"names", found.names},   {"sizes", found.sizes},     {"r_squared", found.r_squared},
+            {"f", found.f},           {"p_value", found.p_value}, {"permutations", found.permutations},
+            {"pairs", Json::array()}, {"means", Json::array()}};
+  for (const auto& pair : found.pairs)
+    json["pairs"].push_back(
+        {{"groups",
+          {found.names[static_cast<std::size_t>(pair.first)], found.names[static_cast<std::size_t>(pair.second)]}},
+         {"distance", pair.distance},
+         {"p_value", pair.p_value}});
+  for (const Points& mean : found.means) json["means"].push_back(landmarks(mean));
+  return json;
+}
+
+}  // namespace
+
+bool AtlasResults::converged() const {
+  bool all = atlas.converged;
+  for (const AtlasSpecimen& specimen : atlas.specimens) all = all && specimen.converged;
+  return all;
+}
+
+std::string atlas_json(const AtlasResults& results) {
+  const Atlas& atlas = results.atlas;
+  Json json{{"kernel", atlas.kernel.spec()},
+            {"lambda", atlas.lambda},
+            {"sigma", atlas.sigma},
+            {"noise", atlas.beta > 0 ? fmt::format("ch-sd:beta={}", atlas.beta) : std::string("none")},
+            {"mode", atlas.beta > 0 ? "metamorphosis" : "deterministic"},
+            {"alignment", alignment_name(atlas.alignment)},
+            {"steps", atlas.steps},
+            {"converged", results.converged()},
+            {"iterations", atlas.iterations},
+            {"movement", atlas.movement},
+            {"shots", atlas.shots},
+            {"exp_log_error", atlas.exp_log_error()},
+            {"step_error", atlas.step_error},
+            {"template", landmarks(atlas.template_shape.points)},
+            {"specimens", Json::array()},
+            {"modes", {{"eigenvalues", numbers(results.modes.eigenvalues)}, {"scores", rows_of(results.modes.scores)}}},
+            {"procrustes",
+             {{"mean", landmarks(results.procrustes.mean)},
+              {"eigenvalues", numbers(results.procrustes.modes.eigenvalues)},
+              {"scores", rows_of(results.procrustes.modes.scores)}}}};
+  for (std::size_t i = 0; i < results.names.size(); ++i) json["specimens"].push_back(specimen_json(results, i));
+  if (results.regression) json["regression"] = regression_json(results);
+  if (results.comparison) json["groups"] = groups_json(*results.comparison);
+  json["notes"] = in_option_words(results.notes);
+  json["seconds"] = results.seconds;
+  json["version"] = version();
+  return json.dump(2) + "\n";
+}
+
+std::string specimens_csv(const AtlasResults& results) {
+  std::string text = "specimen,rms,energy,action,total,converged,centroid_size,momenta_norm,data\n";
+  const Eigen::MatrixXd gram = results.atlas.metric();
+  for (std::size_t i = 0; i < results.names.size(); ++i) {
+    const AtlasSpecimen& specimen = results.atlas.specimens[i];
+    const double norm = std::sqrt(specimen.momenta.cwiseProduct(specimen.momenta * gram).sum());
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", io::csv_quoted(results.names[i]),
+                   specimen.rms(), specimen.cost.energy, specimen.cost.action, specimen.cost.total(),
+                   specimen.converged ? 1 : 0, specimen.centroid_size, norm, specimen.cost.data);
+  }
+  return text;
+}
+
+std::string scores_csv(const AtlasResults& results, const Eigen::MatrixXd& scores) {
+  std::string text = "specimen";
+  if (!results.groups.empty()) text += ",group";
+  if (!results.covariate.empty()) text += "," + io::csv_quoted(results.covariate_name);
+  for (Eigen::Index k = 0; k < scores.cols(); ++k) text += fmt::format(",PC{}", k + 1);
+  text += "\n";
+  for (std::size_t i = 0; i < results.names.size(); ++i) {
+    text += io::csv_quoted(results.names[i]);
+    if (!results.groups.empty()) text += "," + io::csv_quoted(results.groups[i]);
+    if (!results.covariate.empty())
+      text += std::isfinite(results.covariate[i]) ? fmt::format(",{}", results.covariate[i]) : ",NA";
+    for (const double score : scores.row(static_cast<Eigen::Index>(i))) text += fmt::format(",{}", score);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string modes_csv(const AtlasResults& results) {
+  std::string text = "mode,eigenvalue,fraction,procrustes_eigenvalue,procrustes_fraction\n";
+  const Eigen::VectorXd &of_momenta = results.modes.eigenvalues, &of_shapes = results.procrustes.modes.eigenvalues;
+  const auto cells = [](const Eigen::VectorXd& values, Eigen::Index k) {
+    return k < values.size() ? fmt::format(",{},{}", values[k], values[k] / values.sum()) : std::string(",NA,NA");
+  };
+  for (Eigen::Index k = 0; k < std::max(of_momenta.size(), of_shapes.size()); ++k)
+    text += fmt::format("{}{}{}\n", k + 1, cells(of_momenta, k), cells(of_shapes, k));
+  return text;
+}
+
+std::string predicted_csv(const AtlasResults& results) {
+  const Landmarks& shape = results.atlas.template_shape;
+  std::string text = "specimen,landmark";
+  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",{}", io::kAxisLetters[axis]);
+  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",half_width_90_{}", io::kAxisLetters[axis]);
+  text += "\n";
+  for (std::size_t i = 0; i < results.predicted.size(); ++i) {
+    const PredictedLandmarks& predicted = results.predicted[i];
+    for (std::size_t k = 0; k < predicted.landmarks.size(); ++k) {
+      const int a = predicted.landmarks[k];
+      text += io::csv_quoted(results.names[i]) + ",";
+      text += shape.labels.empty() ? fmt::to_string(shape.number(a))
+                                   : io::csv_quoted(shape.labels[static_cast<std::size_t>(a)]);
+      const auto column = static_cast<Eigen::Index>(k);
+      for (const double value : predicted.positions.col(column)) text += fmt::format(",{}", value);
+      for (const double value : predicted.half_widths.col(column)) text += fmt::format(",{}", value);
+      text += "\n";
+    }
+  }
+  return text;
+}
+
+std::string momenta_csv(const AtlasResults& results) {
+  const Landmarks& shape = results.atlas.template_shape;
+  std::string text = "specimen,landmark";
+  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",p{}", io::kAxisLetters[axis]);
+  text += "\n";
+  for (std::size_t i = 0; i < results.names.size(); ++i)
+    for (int a = 0; a < shape.count(); ++a) {
+      fmt::format_to(std::back_inserter(text), "{},{}", io::csv_quoted(results.names[i]), shape.number(a));
+      for (const double value : results.atlas.specimens[i].momenta.col(a))
+        fmt::format_to(std::back_inserter(text), ",{}", value);
+      text += "\n";
+    }
+  return text;
+}
+
+std::string momenta_npy(const AtlasResults& results) {
+  std::vector<double> all;
+  for (const AtlasSpecimen& specimen : results.atlas.specimens)
+    all.insert(all.end(), specimen.momenta.reshaped().begin(), specimen.momenta.reshaped().end());
+  const Points& q0 = results.atlas.template_shape.points;
+  return npy_bytes(all,
+                   {results.names.size(), static_cast<std::size_t>(q0.cols()), static_cast<std::size_t>(q0.rows())});
+}
+
+std::string groups_csv(const GroupComparison& comparison) {
+  std::string text = "first,second,distance,p_value\n";
+  for (const auto& pair : comparison.pairs)
+    text += fmt::format("{},{},{},{}\n", io::csv_quoted(comparison.names[static_cast<std::size_t>(pair.first)]),
+                        io::csv_quoted(comparison.names[static_cast<std::size_t>(pair.second)]), pair.distance,
+                        pair.p_value);
+  return text;
+}
+
+// The shapes of the regression at the values shown, a landmark in each row.
+std::string regression_csv(const AtlasResults& results) {
+  const Landmarks& shape = results.atlas.template_shape;
+  std::string text = io::csv_quoted(results.covariate_name) + ",landmark";
+  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",{}", io::kAxisLetters[axis]);
+  text += "\n";
+  for (const double value : results.shown_values) {
+    const Points q = results.atlas.geodesic(results.regression->momenta(value)).final().q;
+    for (int a = 0; a < shape.count(); ++a) {
+      text += fmt::format("{},{}", value, shape.number(a));
+      for (const double coordinate : q.col(a)) text += fmt::format(",{}", coordinate);
+      text += "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace pulson

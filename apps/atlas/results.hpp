@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pulson/cohort/atlas.hpp"
+#include "pulson/cohort/prediction.hpp"
+#include "pulson/cohort/statistics.hpp"
+#include "shell/outputs.hpp"
+
+namespace pulson {
+
+/// Everything that `pulson atlas` finds.
+struct AtlasResults {
+  Atlas atlas;
+  std::vector<std::string> names;  ///< of the specimens
+  ShapeModes modes;
+  ProcrustesModes procrustes;
+  /// Of each specimen, what it misses; empty where none does.
+  std::vector<PredictedLandmarks> predicted;
+  double prior_weight = 0;          ///< of the predictions
+  std::vector<Landmarks> complete;  ///< the shapes as given with predictions for what is missing; empty likewise
+  std::vector<double> covariate;    ///< empty: none
+  std::string covariate_name;
+  std::vector<double> shown_values;  ///< of it, in pictures
+  std::optional<MomentumRegression> regression;
+  std::vector<std::string> groups;  ///< empty: none
+  std::optional<GroupComparison> comparison;
+  std::vector<std::string> notes;
+  double seconds = 0;
+
+  bool converged() const;
+};
+
+/// `atlas.json`
+std::string atlas_json(const AtlasResults& results);
+std::string specimens_csv(const AtlasResults& results);
+/// A row per specimen with its scores; `group` and covariate where there are any.
+std::string scores_csv(const AtlasResults& results, const Eigen::MatrixXd& scores);
+std::string modes_csv(const AtlasResults& results);
+std::string predicted_csv(const AtlasResults& results);
+std::string momenta_csv(const AtlasResults& results);
+std::string momenta_npy(const AtlasResults& results);
+std::string groups_csv(const GroupComparison& comparison);
+std::string regression_csv(const AtlasResults& results);
+
+void print_atlas(const AtlasResults& results);
+
+/// Names of the pictures, without extension: shapes on a line have none of shapes.
+std::vector<std::string> picture_stems(int dimension, bool has_regression, bool has_groups);
+std::vector<std::string> picture_stems(const AtlasResults& results);
+/// Draws them into the folder of these files' stems.
+void draw_atlas(const AtlasResults& results, int modes, const OutputOptions& output,
+                const std::filesystem::path& folder);
+
+/// @param folder of the pictures; empty: none are shown
+std::string atlas_report(const AtlasResults& results, int modes, const OutputOptions& output,
+                         const std::filesystem::path& folder);
+
+/// The template s standard deviations along mode k, and the path there.
+Trajectory mode_path(const AtlasResults& results, int k, double deviations);
+
+}  // namespace pulson

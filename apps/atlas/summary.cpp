@@ -1,0 +1,58 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "results.hpp"
+#include "shell/messages.hpp"
+#include "shell/options.hpp"
+
+namespace pulson {
+namespace {
+
+std::string origin(bool fitted) { return fitted ? " (fitted)" : ""; }
+
+std::string shares(const ShapeModes& modes) {
+  std::vector<std::string> texts;
+  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(3, modes.eigenvalues.size()); ++k)
+    texts.push_back(fmt::format("{:.1f} %", 100 * modes.eigenvalues[k] / modes.total()));
+  if (texts.empty()) return "none: the shapes are all the same";
+  return fmt::format("{} of the variance", fmt::join(texts, ", "));
+}
+
+}  // namespace
+
+void print_atlas(const AtlasResults& results) {
+  const Atlas& atlas = results.atlas;
+  const Landmarks& shape = atlas.template_shape;
+  std::vector<double> rms;
+  for (const AtlasSpecimen& specimen : atlas.specimens) rms.push_back(specimen.rms());
+  std::sort(rms.begin(), rms.end());
+  fmt::print("template    of {}: {} in {}D, {} iterations, {}\n", counted(std::ssize(atlas.specimens), "shape"),
+             counted(shape.count(), "landmark"), shape.dimension(), atlas.iterations,
+             atlas.converged ? "converged" : "NOT CONVERGED");
+  fmt::print("model       {}{}, lambda {:.4g}{}, sigma {:.4g}{}\n", atlas.kernel.spec(4), origin(atlas.fitted_kernel),
+             atlas.lambda, origin(atlas.fitted_lambda), atlas.sigma, origin(atlas.fitted_sigma));
+  fmt::print("rms         median {:.4g}, largest {:.4g}; exp(log) error {:.2g} diameters\n", rms[rms.size() / 2],
+             rms.back(), atlas.exp_log_error());
+  fmt::print("modes       {}; of Procrustes coordinates {}\n", shares(results.modes), shares(results.procrustes.modes));
+  if (const auto& found = results.regression)
+    fmt::print("regression  on {}: R² {:.4f}, p {:.4g} by {} permutations, {}\n", results.covariate_name,
+               found->r_squared, found->p_value, found->permutations, counted(found->specimens, "specimen"));
+  if (const auto& found = results.comparison) {
+    fmt::print("groups      R² {:.4f}, p {:.4g} by {} permutations\n", found->r_squared, found->p_value,
+               found->permutations);
+    for (std::size_t i = 0; i < std::min<std::size_t>(10, found->pairs.size()); ++i) {
+      const auto& pair = found->pairs[i];
+      fmt::print("            {} – {}: distance {:.4g}, p {:.4g}\n", found->names[static_cast<std::size_t>(pair.first)],
+                 found->names[static_cast<std::size_t>(pair.second)], pair.distance, pair.p_value);
+    }
+  }
+  if (!results.predicted.empty()) {
+    std::int64_t count = 0;
+    for (const PredictedLandmarks& predicted : results.predicted) count += std::ssize(predicted.landmarks);
+    fmt::print("predicted   {}, with bands of 90 %\n", counted(count, "missing landmark"));
+  }
+  fmt::print("time        {:.2f} s\n", results.seconds);
+}
+
+}  // namespace pulson

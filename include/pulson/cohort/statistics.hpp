@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pulson/cohort/atlas.hpp"
+
+namespace pulson {
+
+/// Principal components of n shapes, r of them with a variance that is not 0 within rounding.
+struct ShapeModes {
+  Eigen::VectorXd eigenvalues;     ///< r variances, decreasing, with the denominator n − 1
+  Eigen::MatrixXd scores;          ///< n×r, whose columns have these variances and the mean 0
+  std::vector<Points> directions;  ///< r, each d×N of norm 1; the largest element is positive
+
+  /// The variance of all, Σ eigenvalues.
+  double total() const { return eigenvalues.sum(); }
+};
+
+/// Principal components of the momenta in the metric of the kernel at the template (tangent PCA; M. Vaillant,
+/// M. Miller, L. Younes and A. Trouvé, "Statistics on diffeomorphisms via tangent space representations", 2004):
+/// ⟨p, p'⟩ = p·A(q0)p', in which |p| is the length of the geodesic. directions are momenta π_k with π_k·Aπ_k = 1,
+/// eigenvalues length units squared; the shape s standard deviations along mode k is where the geodesic with momenta
+/// s√eigenvalue_k π_k ends. Cost O(min(n, dN)³ + n²dN) or O(n(dN)²), whichever is less.
+ShapeModes momentum_modes(const Atlas& atlas);
+
+/// Shapes of unit centroid size in the tangent space at their mean.
+struct ProcrustesModes {
+  Points mean;       ///< d×N, of centroid size 1 about the origin
+  ShapeModes modes;  ///< eigenvalues without unit; directions are displacements
+};
+
+/// The principal components that are usual in geometric morphometrics: shapes are scaled to centroid size 1 and rotated
+/// onto their mean (partial generalised Procrustes analysis), projected orthogonally to the mean (I. Dryden and K.
+/// Mardia, Statistical Shape Analysis, 2016, chapter 7), and centred: what `gpagen` and `gm.prcomp` of R's geomorph
+/// compute. @param shapes d×N, complete
+ProcrustesModes procrustes_modes(const std::vector<Points>& shapes);
+
+/// Random permutations of specimens.
+struct PermutationOptions {
+  int count = 9999;
+  std::uint64_t seed = 1;
+};
+
+/// Momenta that are linear in a covariate: a geodesic through the template for each value.
+struct MomentumRegression {
+  Points slope;          ///< d×N, momenta per unit of the covariate
+  Points intercept;      ///< d×N: where the covariate is `mean`
+  double mean = 0;       ///< of the covariate
+  double r_squared = 0;  ///< of the variance in the metric of the kernel
+  double f = 0;          ///< r²(n − 2)/(1 − r²)
+  /// Part of the permutations of the covariate, the one observed included, that have as large a value of r².
+  double p_value = 1;
+  int specimens = 0;  ///< that have a value
+  int permutations = 0;
+
+  Points momenta(double covariate) const { return intercept + (covariate - mean) * slope; }
+};
+
+/// @param covariate n numbers, NaN where a specimen has none @throws InputError where fewer than three have one, or all
+/// the same
+MomentumRegression regress_momenta(const Atlas& atlas, const Eigen::VectorXd& covariate,
+                                   const PermutationOptions& options = {});
+
+/// Whether the means of groups differ, in the metric of the kernel at the template.
+struct GroupComparison {
+  struct Pair {
+    int first, second;  ///< groups
+    double distance;    ///< |p̄_first − p̄_second|, length units
+    double p_value;     ///< by permutations within the two
+  };
+
+  std::vector<std::string> names;  ///< of the groups, in order of appearance
+  std::vector<int> sizes;
+  std::vector<Points> means;  ///< momenta, d×N each
+  double r_squared = 0;       ///< sum of squares between groups over that of all
+  double f = 0;               ///< r²(n − g)/((1 − r²)(g − 1))
+  double p_value = 1;         ///< as of MomentumRegression
+  int permutations = 0;
+  std::vector<Pair> pairs;
+};
+
+/// @param groups n names; specimens with an empty one are left out @throws InputError where there are fewer than two
+/// groups, or as many as specimens
+GroupComparison compare_groups(const Atlas& atlas, const std::vector<std::string>& groups,
+                               const PermutationOptions& options = {});
+
+/// The permutation number `index` of 0 … size − 1: a function of these and the seed.
+std::vector<int> random_permutation(std::uint64_t seed, std::uint64_t index, int size);
+
+}  // namespace pulson

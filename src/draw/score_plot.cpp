@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "checks.hpp"
+#include "layers.hpp"
+#include "layout.hpp"
+#include "shape_panels.hpp"
+
+namespace pulson {
+
+Points convex_hull(const Points& points) {
+  std::vector<int> order(static_cast<std::size_t>(points.cols()));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return std::pair(points(0, a), points(1, a)) < std::pair(points(0, b), points(1, b));
+  });
+  if (order.size() < 3) return points(Eigen::all, order);
+  const auto turns_left = [&](int a, int b, int c) {
+    const Eigen::Vector2d first = points.col(b) - points.col(a), second = points.col(c) - points.col(a);
+    return first.x() * second.y() - first.y() * second.x() > 0;
+  };
+  std::vector<int> hull;
+  const auto add_chain = [&](const std::vector<int>& chain) {
+    const std::size_t begin = hull.size();
+    for (const int next : chain) {
+      while (hull.size() >= begin + 2 && !turns_left(hull[hull.size() - 2], hull.back(), next)) hull.pop_back();
+      hull.push_back(next);
+    }
+    hull.pop_back();
+  };
+  add_chain(order);
+  std::reverse(order.begin(), order.end());
+  add_chain(order);
+  return points(Eigen::all, hull);
+}
+
+namespace picture {
+namespace {
+
+constexpr double kPanelWidth = 1000, kTallest = 760, kLeastHeight = 420;
+constexpr double kDot = 5.5;
+constexpr double kLabelText = 15;
+constexpr std::size_t kMostLabels = 80;
+constexpr double kAxisLabel = 18;
+
+Interval range_of_scores(const ScorePlot& plot, int row) {
+  std::vector<const Points*> sets;
+  for (const ScorePlot::Group& group : plot.groups) sets.push_back(&group.scores);
+  for (const Points& line : plot.lines) sets.push_back(&line);
+  const Interval range = range_of(sets, row);
+  return range.with_span(range.span() * (1 + 2 * 0.06));
+}
+
+// Labels at the right of their dots, or at the left where another dot would lie below them.
+void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
+  std::size_t count = 0;
+  for (const auto& group : plot.groups) count += group.labels.size();
+  if (count > kMostLabels) return;
+  for (std::size_t g = 0; g < plot.groups.size(); ++g) {
+    const Points pixels = view.pixels(plot.groups[g].scores);
+    for (std::size_t i = 0; i < plot.groups[g].labels.size(); ++i) {
+      const Eigen::Vector2d at = pixels.col(static_cast<Eigen::Index>(i));
+      const double width = text_width(plot.groups[g].labels[i], kLabelText);
+      const bool fits = at.x() + kDot + 4 + width < view.box.left + view.box.width;
+      canvas.text(at.x() + (fits ? kDot + 4 : -kDot - 4), at.y(), plot.groups[g].labels[i], kLabelText, colour::kText,
+                  fits ? Align::kLeft : Align::kRight);
+    }
+  }
+}
+
+Canvas compose(const ScorePlot& plot) {
+  Interval x = range_of_scores(plot, 0), y = range_of_scores(plot, 1);
+  double height = plot.same_scale ? std::clamp(kPanelWidth * y.span() / x.span(), kLeastHeight, kTallest) : 620;
+  if (plot.same_scale) {
+    const double scale = std::min(kPanelWidth / x.span(), height / y.span());
+    x = x.with_span(kPanelWidth / scale);
+    y = y.with_span(height / scale);
+  }
+  const Titles titles{plot.title, plot.subtitle};
+  const double left = (kLeastWidth - kPanelWidth) / 2 + 30;
+  Canvas canvas(kLeastWidth, std::round(title_height(titles) + kHeading + height + kTicRoom + 30 + kLegendRoom));
+  const View view{{left, kLegendRoom + kTicRoom + 30, kPanelWidth, height}, x, y};
+  draw_titles(canvas, titles, left);
+  draw_frame(canvas, view, plot.y_label, true);
+  canvas.text(left + kPanelWidth, view.box.bottom - kTicRoom - 8, plot.x_label, kAxisLabel, colour::kText,
+              Align::kRight);
+  std::vector<LegendEntry> legend;
+  const bool grouped = plot.groups.size() > 1 || !plot.groups.front().name.empty();
+  for (std::size_t g = 0; g < plot.groups.size() && grouped; ++g)
+    if (plot.groups[g].scores.cols() > 2)
+      canvas.areas({view.pixels(convex_hull(plot.groups[g].scores))}, faded(group_colour(g), 0.86));
+  for (const Points& line : plot.lines) canvas.lines({view.pixels(line)}, {colour::kResult, 2});
+  for (std::size_t g = 0; g < plot.groups.size(); ++g) {
+    canvas.dots(view.pixels(plot.groups[g].scores), kDot + 1.5, colour::kPaper);
+    canvas.dots(view.pixels(plot.groups[g].scores), kDot, group_colour(g));
+    if (!plot.groups[g].name.empty()) legend.push_back({Sample::kDot, group_colour(g), plot.groups[g].name, ""});
+  }
+  draw_labels(canvas, view, plot);
+  if (!legend.empty()) draw_legend(canvas, legend);
+  return canvas;
+}
+
+}  // namespace
+}  // namespace picture
+
+void write_score_plot(const ScorePlot& plot, const PictureFiles& files) {
+  const picture::Checks checks("scores plot");
+  if (plot.groups.empty()) checks.refuse("there are no groups");
+  for (const ScorePlot::Group& group : plot.groups) checks.points(group.scores, 2, "the scores");
+  picture::compose(plot).write(files);
+}
+
+}  // namespace pulson

@@ -1,0 +1,143 @@
+#include "shape_panels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "checks.hpp"
+#include "layers.hpp"
+#include "layout.hpp"
+
+namespace pulson::picture {
+namespace {
+
+const Stroke kGridStroke{colour::kGrid, 1.1};
+constexpr double kTallest = 520;  // of a panel
+constexpr double kRowGap = 16;
+constexpr double kFlattest = 0.15;
+
+// The ranges of all coordinates that panels show.
+std::vector<Interval> ranges_of(const ShapePanels& picture) {
+  std::vector<Interval> ranges;
+  for (int row = 0; row < picture.reference.dimension(); ++row) {
+    Interval range = range_of({&picture.reference.points}, row);
+    for (const auto& panels : picture.rows)
+      for (const ShapePanel& panel : panels) {
+        if (panel.shape.size() > 0) range = range.joined(range_of({&panel.shape}, row));
+        for (const Points& line : panel.grid) range = range.joined(range_of({&line}, row));
+        for (const Points& dots : panel.cloud)
+          for (const double value : dots.row(row))
+            if (std::isfinite(value)) range = range.joined({value, value});
+      }
+    ranges.push_back(range);
+  }
+  return with_margins(std::move(ranges), kFlattest);
+}
+
+// The planes that each panel shows: in space those of the longest axis with each of the others.
+std::vector<View> views_of(const ShapePanels& picture) {
+  const std::vector<Interval> ranges = ranges_of(picture);
+  if (ranges.size() == 2) return {{{}, ranges[0], ranges[1], 0, 1, picture.reference.y_down}};
+  std::vector<int> axes{0, 1, 2};
+  std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return ranges[a].span() > ranges[b].span(); });
+  return {{{}, ranges[axes[0]], ranges[axes[1]], axes[0], axes[1]},
+          {{}, ranges[axes[0]], ranges[axes[2]], axes[0], axes[2]}};
+}
+
+Points complete(const Points& points) {
+  std::vector<int> kept;
+  for (int a = 0; a < points.cols(); ++a)
+    if (points.col(a).allFinite()) kept.push_back(a);
+  return points(Eigen::all, kept);
+}
+
+void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const ShapePanels& picture,
+                const Figure& figure) {
+  const Marks marks(figure);
+  Points frame(2, 5);
+  const Box& box = view.box;
+  const double right = box.left + box.width, top = box.bottom + box.height;
+  frame << box.left, right, right, box.left, box.left, box.bottom, box.bottom, top, top, box.bottom;
+  canvas.lines(view.pixels(panel.grid), kGridStroke);
+  for (const Points& dots : panel.cloud)
+    canvas.dots(view.pixels(complete(dots)), std::min(2.2, marks.dot), faded(colour::kSource, 0.45));
+  const Points reference = view.pixels(picture.reference.points);
+  if (panel.shape.size() == 0) {
+    draw_shape(canvas, reference, figure, colour::kResult);
+  } else {
+    const Points shape = view.pixels(panel.shape);
+    canvas.lines(trace(figure, true, reference), {colour::kReference, marks.outline});
+    canvas.lines(trace(figure, false, reference), {colour::kReference, marks.outline});
+    canvas.segments(reference(Eigen::all, figure.marked), shape(Eigen::all, figure.marked),
+                    {colour::kMomentum, marks.path});
+    canvas.dots(reference(Eigen::all, figure.marked), 0.6 * marks.dot, colour::kReference);
+    draw_shape(canvas, shape, figure, colour::kResult);
+  }
+  canvas.lines({frame}, {colour::kFrame, 1.4});
+}
+
+std::vector<LegendEntry> legend_of(const ShapePanels& picture, const Figure& figure) {
+  const Sample sample = figure.marked.empty() ? Sample::kLine : Sample::kDot;
+  std::vector<LegendEntry> legend;
+  if (!picture.shape_name.empty()) {
+    legend.push_back({sample, colour::kReference, picture.reference_name, ""});
+    legend.push_back({sample, colour::kResult, picture.shape_name, ""});
+  } else {
+    legend.push_back({sample, colour::kResult, picture.reference_name, ""});
+  }
+  if (!picture.cloud_name.empty())
+    legend.push_back({Sample::kDot, faded(colour::kSource, 0.3), picture.cloud_name, ""});
+  return legend;
+}
+
+Canvas compose(const ShapePanels& picture) {
+  const std::vector<View> planes = views_of(picture);
+  std::size_t columns = 1;
+  for (const auto& row : picture.rows) columns = std::max(columns, row.size());
+  const auto count = static_cast<double>(columns);
+  const double room = (kWidth - 2 * kEdge - (count - 1) * kGap) / count;
+  double scale = 1e300;
+  for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), kTallest / plane.y.span()});
+  double rows_height = 0;
+  for (const View& plane : planes) rows_height += scale * plane.y.span() + kHeading + kRowGap;
+  const Titles titles{picture.title, picture.subtitle};
+  const double used = count * scale * planes.front().x.span() + (count - 1) * kGap + 2 * kEdge;
+  const double width = std::max(kLeastWidth, used), left = (width - used) / 2 + kEdge;
+  Canvas canvas(std::round(width), std::round(title_height(titles) +
+                                              static_cast<double>(picture.rows.size()) * rows_height + kLegendRoom));
+  draw_titles(canvas, titles, left);
+  Landmarks one_colour = picture.reference;
+  const Figure figure = plan_figure(one_colour, scale);
+  double top = canvas.height() - title_height(titles);
+  for (const auto& row : picture.rows)
+    for (const View& plane : planes) {
+      const double panel_width = scale * plane.x.span(), height = scale * plane.y.span();
+      top -= kHeading + height;
+      for (std::size_t c = 0; c < row.size(); ++c) {
+        View view = plane;
+        view.box = {left + static_cast<double>(c) * (panel_width + kGap), top, panel_width, height};
+        draw_panel(canvas, view, row[c], picture, figure);
+        draw_heading(canvas, view.box, planes.size() > 1 ? row[c].heading + "   " + axis_names(plane) : row[c].heading);
+      }
+      top -= kRowGap;
+    }
+  draw_legend(canvas, legend_of(picture, figure));
+  return canvas;
+}
+
+}  // namespace
+}  // namespace pulson::picture
+
+namespace pulson {
+
+void write_shape_panels(const ShapePanels& picture, const PictureFiles& files) {
+  const picture::Checks checks("picture of shapes");
+  checks.shape(picture.reference, "the reference");
+  for (const auto& row : picture.rows)
+    for (const ShapePanel& panel : row)
+      if (panel.shape.size() > 0)
+        checks.landmarks(panel.shape, picture.reference, "the reference", "the shape '" + panel.heading + "'");
+  picture::compose(picture).write(files);
+}
+
+}  // namespace pulson

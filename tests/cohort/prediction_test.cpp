@@ -1,0 +1,130 @@
+#include "pulson/cohort/prediction.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "atlas_examples.hpp"
+#include "error_of.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Abramowitz and Stegun, table 26.10.
+TEST(Student, QuantilesAreThoseOfTables) {
+  EXPECT_NEAR(student_quantile(0.95, 1), 6.314, 5e-4);
+  EXPECT_NEAR(student_quantile(0.95, 10), 1.812, 5e-4);
+  EXPECT_NEAR(student_quantile(0.975, 30), 2.042, 5e-4);
+  EXPECT_NEAR(student_quantile(0.95, 1e7), 1.6448536, 1e-5);
+  EXPECT_NEAR(student_quantile(0.75, 1), 1, 1e-9);  // Cauchy's: tan(π/4)
+}
+
+// The rms of predictions over the shapes' standard deviation there, and how many coordinates the bands cover.
+struct Score {
+  double rms = 0, rms_of_mean = 0, covered = 0, count = 0;
+};
+
+Score score(const ShapePredictor& predictor, const std::vector<Landmarks>& shapes, int missing) {
+  Score found;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    Landmarks shape = shapes[i];
+    for (int k = 0; k < missing; ++k)
+      shape.points.col(static_cast<Index>((i + static_cast<std::size_t>(5 * k)) % 12)).setConstant(std::nan(""));
+    const PredictedLandmarks predicted = predictor.predict(shape);
+    for (std::size_t k = 0; k < predicted.landmarks.size(); ++k) {
+      const Eigen::VectorXd truth = shapes[i].points.col(predicted.landmarks[k]);
+      const auto column = static_cast<Index>(k);
+      const Eigen::ArrayXd error = (truth - predicted.positions.col(column)).array().abs();
+      found.rms += error.square().sum();
+      found.rms_of_mean += (truth - predictor.mean().col(predicted.landmarks[k])).squaredNorm();
+      found.covered += (error < predicted.half_widths.col(column).array()).cast<double>().sum();
+      found.count += static_cast<double>(error.size());
+    }
+  }
+  found.rms = std::sqrt(found.rms / found.count);
+  found.rms_of_mean = std::sqrt(found.rms_of_mean / found.count);
+  return found;
+}
+
+TEST(ShapePredictor, BandsCoverNineOfTen) {
+  const CohortLaw law;
+  const Atlas atlas = make_atlas(drawn_shapes(law, 30, 31), options_of(law));
+  const ShapePredictor predictor(atlas);
+  const Score found = score(predictor, drawn_shapes(law, 600, 32), 2);
+  EXPECT_LT(found.rms, 0.8 * found.rms_of_mean);
+  // 2400 coordinates, about two of each landmark dependent.
+  EXPECT_NEAR(found.covered / found.count, 0.9, 4 * std::sqrt(0.9 * 0.1 * 2 / found.count));
+}
+
+// With the law itself instead of what 30 shapes show, the error is that of Gaussian regression.
+TEST(ShapePredictor, IsNearlyAsGoodAsTheLawItself) {
+  const CohortLaw law;
+  const ShapePredictor predictor(make_atlas(drawn_shapes(law, 30, 33), options_of(law)));
+  const std::vector<Landmarks> shapes = drawn_shapes(law, 300, 34);
+  Eigen::MatrixXd v = law.kernel.gram(law.q0, law.q0) / law.lambda;
+  v.diagonal().array() += law.sigma * law.sigma;
+  double squares = 0;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const auto a = static_cast<Index>(i % 12);
+    std::vector<Index> rest;
+    for (Index b = 0; b < 12; ++b)
+      if (b != a) rest.push_back(b);
+    const Eigen::VectorXd weights = v(rest, rest).llt().solve(v(rest, a));
+    const Points displacement = shapes[i].points - law.q0;
+    squares += (displacement.col(a) - displacement(Eigen::all, rest) * weights).squaredNorm();
+  }
+  const double best = std::sqrt(squares / (2 * static_cast<double>(shapes.size())));
+  EXPECT_LT(score(predictor, shapes, 1).rms, 1.1 * best);
+}
+
+// In pixels, turned and moved: the prediction moves along.
+TEST(ShapePredictor, PredictsInTheCoordinatesOfTheShape) {
+  const CohortLaw law;
+  AtlasOptions options;
+  const ShapePredictor predictor(make_atlas(drawn_shapes(law, 20, 35), options));
+  Landmarks shape = drawn_shapes(law, 1, 36).front();
+  shape.points.col(3).setConstant(std::nan(""));
+  shape.points(1, 8) = std::nan("");
+  const PredictedLandmarks here = predictor.predict(shape);
+  EXPECT_THAT(here.landmarks, ElementsAre(3, 8));
+  const Eigen::Matrix2d quarter{{0, -1}, {1, 0}};
+  const auto moved = [&](const Points& points) {
+    return Points((300 * quarter * points).colwise() + Eigen::Vector2d(70, 9));
+  };
+  Landmarks there = shape;
+  there.points = moved(shape.points);
+  const PredictedLandmarks found = predictor.predict(there);
+  EXPECT_LT((found.positions - moved(here.positions)).norm(), 1e-8 * 300);
+  EXPECT_NEAR(found.half_widths(0, 0), 300 * here.half_widths(1, 0), 1e-8 * 300);
+  EXPECT_NEAR(found.half_widths(1, 1), 300 * here.half_widths(0, 1), 1e-8 * 300);
+}
+
+TEST(ShapePredictor, LearnsFromSpecimensThatMissLandmarks) {
+  const CohortLaw law;
+  std::vector<Landmarks> shapes = drawn_shapes(law, 40, 37);
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    for (std::size_t k = 0; k < 2; ++k)
+      shapes[i].points.col(static_cast<Index>((3 * i + 7 * k) % 12)).setConstant(std::nan(""));
+  const ShapePredictor predictor(make_atlas(shapes, options_of(law)));
+  const Score found = score(predictor, drawn_shapes(law, 600, 38), 2);
+  EXPECT_LT(found.rms, 0.8 * found.rms_of_mean);
+  EXPECT_NEAR(found.covered / found.count, 0.9, 4 * std::sqrt(0.9 * 0.1 * 2 / found.count));
+}
+
+TEST(ShapePredictor, RefusesAShapeWithTooFewLandmarks) {
+  const CohortLaw law;
+  AtlasOptions options;
+  options.align = AlignmentKind::kSimilarity;
+  const ShapePredictor predictor(make_atlas(drawn_shapes(law, 10, 39), options));
+  Landmarks shape = shape_of(law.q0);
+  for (Index a = 0; a < 10; ++a) shape.points.col(a).setConstant(std::nan(""));
+  EXPECT_THAT(error_of([&] { predictor.predict(shape); }), HasSubstr("2 landmarks are not missing"));
+  shape.points.conservativeResize(2, 5);
+  EXPECT_THAT(error_of([&] { predictor.predict(shape); }), HasSubstr("must agree in both"));
+}
+
+}  // namespace
+}  // namespace pulson

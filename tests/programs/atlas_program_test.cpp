@@ -1,0 +1,145 @@
+// `pulson atlas`.
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+
+#include "program.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+class AtlasProgram : public Program {
+ protected:
+  static std::string leaves() {
+    return (std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes" / "leaves.tps").string();
+  }
+
+  static ProgramRun atlas(const std::string& options, const std::string& cohort = leaves()) {
+    return run(joined({"atlas", cohort}, words("-o out " + options)));
+  }
+
+  // Of the eight leaves.
+  static void write_table() {
+    std::ofstream table("leaves.csv");
+    table << "specimen,kind,length\n";
+    for (int i = 8; i >= 1; --i)
+      table << "leaf_" << i << "," << (i % 2 == 0 ? "even" : "odd") << "," << 0.5 * i << "\n";
+  }
+
+  static nlohmann::json record() {
+    nlohmann::json json = read_json("out/atlas.json");
+    json.erase("seconds");
+    return json;
+  }
+};
+
+TEST_F(AtlasProgram, WritesWhatScriptsReadAndPeopleLookAt) {
+  const ProgramRun done = atlas("");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("template    of 8 shapes: 19 landmarks in 2D"), HasSubstr("converged"),
+                              HasSubstr("modes       "), HasSubstr("wrote      out: atlas.json, template.tps")));
+  for (const std::string name :
+       {"atlas.json", "template.tps", "momenta.npy", "momenta.csv", "aligned.csv", "specimens.csv", "scores.csv",
+        "procrustes_scores.csv", "modes.csv", "report.html", "template.png", "modes.svg", "scores.png", "scree.png"})
+    EXPECT_TRUE(std::filesystem::exists("out/" + name)) << name;
+  const nlohmann::json json = record();
+  EXPECT_EQ(json["template"].size(), 19U);
+  EXPECT_EQ(json["specimens"].size(), 8U);
+  EXPECT_EQ(json["specimens"][2]["name"], "leaf_3");
+  EXPECT_EQ(json["modes"]["scores"].size(), 8U);
+  EXPECT_EQ(json["modes"]["eigenvalues"].size(), 7U);
+  EXPECT_EQ(json["procrustes"]["mean"].size(), 19U);
+  EXPECT_TRUE(json["converged"]);
+  EXPECT_EQ(count_lines(contents("out/scores.csv")), 9);
+  EXPECT_EQ(count_lines(contents("out/momenta.csv")), 8 * 19 + 1);
+  // Momenta have the sum 0; the file is numpy's: a header and 8·19·2 doubles.
+  double sum = 0;
+  std::istringstream rows(contents("out/momenta.csv"));
+  std::string row;
+  std::getline(rows, row);
+  while (std::getline(rows, row)) sum += std::stod(row.substr(row.rfind(',') + 1));
+  EXPECT_NEAR(sum, 0, 1e-6);
+  EXPECT_EQ(contents("out/momenta.npy").size() % 64, 8U * 19 * 2 * 8 % 64);
+  EXPECT_THAT(contents("out/report.html"), AllOf(HasSubstr("leaf_8"), HasSubstr("Mode 1")));
+}
+
+TEST_F(AtlasProgram, IsTheSameForAnyNumberOfThreads) {
+  ASSERT_EQ(atlas("--no-picture -q --threads 1").exit_code, 0);
+  const nlohmann::json one = record();
+  ASSERT_EQ(atlas("--no-picture -q --threads 2").exit_code, 0);
+  EXPECT_EQ(record(), one);
+}
+
+TEST_F(AtlasProgram, ReachesEveryShapeExactlyWhereSigmaIsZero) {
+  const ProgramRun done = atlas("--no-picture --sigma 0");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_LT(record()["exp_log_error"], 1e-10);
+}
+
+TEST_F(AtlasProgram, ACovariateAndGroupsOfATableBelongToSpecimensByName) {
+  write_table();
+  const ProgramRun done =
+      atlas("--no-picture --covariate leaves.csv:length --groups leaves.csv:kind --permutations 99");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("regression  on length: R² "), HasSubstr("groups      R² "),
+                              HasSubstr("odd – even: distance ")));
+  const nlohmann::json json = record();
+  EXPECT_EQ(json["specimens"][0]["length"], 0.5);
+  EXPECT_EQ(json["specimens"][0]["group"], "odd");
+  EXPECT_EQ(json["regression"]["specimens"], 8);
+  EXPECT_EQ(json["groups"]["sizes"], (std::vector<int>{4, 4}));
+  EXPECT_THAT(contents("out/scores.csv"), HasSubstr("specimen,group,\"length\",PC1"));
+  EXPECT_EQ(count_lines(contents("out/regression.csv")), 3 * 19 + 1);
+  EXPECT_EQ(count_lines(contents("out/groups.csv")), 2);
+}
+
+TEST_F(AtlasProgram, PredictsWhatIsMissing) {
+  std::string text = contents(leaves());
+  const std::size_t first = text.find('\n') + 1;
+  text.replace(first, text.find('\n', first) - first, "NA NA");
+  std::ofstream("missing.tps") << text;
+  const ProgramRun done = atlas("--no-picture", "missing.tps");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("predicted   1 missing landmark"));
+  EXPECT_EQ(count_lines(contents("out/predicted.csv")), 2);
+  EXPECT_THAT(contents("out/complete.csv"), Not(HasSubstr("NA")));
+  const nlohmann::json predicted = record()["specimens"][0]["predicted"][0];
+  EXPECT_EQ(predicted["landmark"], 1);
+  EXPECT_GT(predicted["half_width_90"][0], 0);
+}
+
+TEST_F(AtlasProgram, WhatIsWrongIsToldInOneLineAndNothingIsWritten) {
+  write_table();
+  std::ofstream("short.csv") << "size\n1\n2\n";
+  std::ofstream("words.csv") << "size\n1\n2\n3\n4\n5\n6\n7\nbig\n";
+  for (const auto& [options, message] : std::vector<std::pair<std::string, std::string>>{
+           {"--covariate leaves.csv", "--covariate is 'leaves.csv'; it must be FILE.csv:COLUMN"},
+           {"--covariate leaves.csv:width", "there is no column 'width'; there are specimen, kind, length"},
+           {"--covariate leaves.csv:kind", "is not a number"},
+           {"--covariate short.csv:size", "there are 2 rows for 8 shapes"},
+           {"--covariate words.csv:size", "is not a number"},
+           {"--groups species", "--groups is 'species'; it must be FILE.csv:COLUMN"},
+           {"--sigma -1", "--sigma is -1; it must be 0 or greater"},
+           {"--align affine", "use similarity"},
+           {"--noise p-sd:beta=1", "an atlas takes none or ch-sd:beta=B"},
+           {"--at 3", "--at needs --covariate"},
+           {"--lambda 0", "--lambda is 0; it must be greater than 0"}}) {
+    const ProgramRun failed = atlas("--no-picture " + options);
+    EXPECT_EQ(failed.exit_code, 2) << options;
+    EXPECT_THAT(failed.err, HasSubstr(message));
+    EXPECT_EQ(count_lines(failed.err), 1) << failed.err;
+    EXPECT_FALSE(std::filesystem::exists("out/atlas.json"));
+  }
+  const ProgramRun single = atlas("--no-picture", leaves() + "#1");
+  EXPECT_EQ(single.exit_code, 2);
+  EXPECT_THAT(single.err, HasSubstr("an atlas needs two or more"));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -48,7 +48,8 @@ void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("--draws", sampler.draws, "draws of each chain")->capture_default_str();
   verb.add_option("--warmup", sampler.warmup, "iterations of each chain that adapt and are not kept")
       ->capture_default_str();
-  verb.add_option("--searches", sampler.searches, "searches for modes, from different initial guesses")
+  verb.add_option("--searches", sampler.searches,
+                  "searches for modes, from different initial guesses; 0: 4 for up to 12 coordinates, else 1")
       ->capture_default_str();
   verb.add_option("--keep-paths", sampler.paths_kept, "number of paths in paths.npy")->capture_default_str();
   verb.add_option("--calibrate", calibrate,
@@ -69,7 +70,7 @@ PosteriorProblem SampleArguments::problem(std::vector<std::string>& notes) const
   check_at_least(sampler.chains, 1, "--chains");
   check_at_least(sampler.draws, 4, "--draws");
   check_at_least(sampler.warmup, 0, "--warmup");
-  check_at_least(sampler.searches, 1, "--searches");
+  check_at_least(sampler.searches, 0, "--searches");
   check_at_least(sampler.paths_kept, 2, "--keep-paths");
   check_at_least(calibrate, 0, "--calibrate");
   static_cast<void>(sampler_table().find(sampler.method));

@@ -147,6 +147,7 @@ Calibration calibrate(const PosteriorProblem& problem, const CalibrationOptions&
     SamplerOptions sampler = options.sampler;
     sampler.chains = 1;
     sampler.paths_kept = 0;
+    sampler.evidence = false;
     sampler.seed = options.sampler.seed + 1 + static_cast<std::uint64_t>(s);
     sampler.on_progress = {};
     try {

@@ -20,9 +20,11 @@ namespace {
 
 constexpr int kMostSteps = 60;
 constexpr int kMostHalvings = 12;
-constexpr double kSmallGain = 1e-3;  // nats
+constexpr double kSmallGain = 0.05;  // nats: the minimum is that of a reference
 constexpr double kFarBelow = 12;     // nats
-constexpr int kTurns = 3;            // of θ and z
+constexpr int kTurns = 2;            // of θ and z
+constexpr Index kFewData = 12;
+constexpr int kSearchesOfFew = 4;
 constexpr std::uint64_t kGuessPath = 1ULL << 60U;
 
 double cost_of(const VectorXd& z, const Specimen::Shot& shot) {
@@ -81,6 +83,7 @@ Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, con
 
 std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,
                                  std::uint64_t seed) {
+  if (searches == 0) searches = specimen.data() <= kFewData ? kSearchesOfFew : 1;
   std::vector<Minimum> minima;
   std::vector<double> evidences;
   for (int search = 0; search < searches; ++search) {

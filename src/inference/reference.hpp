@@ -21,6 +21,7 @@ Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, con
 
 /// The distinct minima that searches from several guesses find, in order of their linear evidence; those more than 12
 /// nats below the first are dropped.
+/// @param searches 0: 4 where there are at most 12 data, else 1
 std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,
                                  std::uint64_t seed);
 

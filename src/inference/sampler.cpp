@@ -42,8 +42,8 @@ void check(const SamplerOptions& options) {
     throw InputError(fmt::format("there are {} draws of a chain; at least 4 are needed", options.draws));
   if (options.warmup < 0)
     throw InputError(fmt::format("the warm-up has {} iterations; it must not be negative", options.warmup));
-  if (options.searches < 1)
-    throw InputError(fmt::format("there are {} searches; at least 1 is needed", options.searches));
+  if (options.searches < 0)
+    throw InputError(fmt::format("there are {} searches; the number must not be negative", options.searches));
 }
 
 // What all chains have drawn, draw·chains + chain.
@@ -134,7 +134,7 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   }
   for (const auto& minima : reference.minima) out.modes = std::max(out.modes, static_cast<int>(minima.size()));
   out.laplace_log_evidence = reference.laplace_log_evidence;
-  out.log_evidence = bridge_log_evidence(setting, out);
+  if (options.evidence) out.log_evidence = bridge_log_evidence(setting, out);
   out.warmup_seconds = *std::max_element(warm.begin(), warm.end());
   out.seconds = seconds_since(start);
   return std::move(out);

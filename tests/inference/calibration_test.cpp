@@ -28,6 +28,7 @@ Calibration calibration_of(const std::string& fault, double factor) {
   options.grid = {1, 4};
   const PosteriorProblem problem = make_posterior_problem(ring(8), {ring(8)}, options, {"beta=0.3"});
   CalibrationOptions calibration;
+  calibration.sampler.method = "pcn";
   calibration.sampler.warmup = 100;
   calibration.sampler.draws = 310;
   calibration.sampler.searches = 1;

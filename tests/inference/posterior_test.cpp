@@ -123,7 +123,7 @@ TEST(Parameters, OfFreePulsonsAreThoseOfQuadrature) {
     const double sigma = 0.4;
     const PosteriorProblem problem =
         make_posterior_problem(shape(Points::Zero(2, 1)), targets, plain(noise, sigma), {name});
-    const PosteriorDraws draws = sample_posterior(problem, sampler("hmc", 2000));
+    const PosteriorDraws draws = sample_posterior(problem, sampler("pcn", 1000));
     const ParameterPrior& prior = problem.parameters.front();
     const double beta = std::string(noise) == "none" ? 0 : 0.5;
     double mass = 0, first = 0, second = 0;

@@ -63,7 +63,8 @@ struct SamplerOptions {
   int warmup = 500;
   int draws = 1000;      ///< of each chain, after the warm-up
   int paths_kept = 400;  ///< of all chains, evenly spaced
-  int searches = 4;      ///< for modes, from different initial guesses
+  int searches = 0;      ///< for modes, from different initial guesses; 0: 4 where data are at most 12, else 1
+  bool evidence = true;  ///< whether the evidence is computed, from up to 2000 draws of the reference
   std::uint64_t seed = 1;
   /// Called with the fraction done, for progress; from several threads.
   std::function<void(double fraction)> on_progress{};

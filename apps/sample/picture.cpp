@@ -62,28 +62,30 @@ ChartPanel ranks(const PosteriorDraws& draws, const MatrixXd& values) {
   return panel;
 }
 
-// Of the logarithm, about the median of the prior in units of its deviation where there is one.
-ChartPanel density(const MatrixXd& values, const ParameterPrior* prior) {
+// Of θ over its prior median, on a logarithmic axis that all parameters share; densities are those of log θ.
+ChartPanel density(const MatrixXd& values, const ParameterPrior& prior) {
   std::vector<double> x(values.data(), values.data() + values.size());
+  for (double& value : x) value = std::log(value / prior.median);
   std::sort(x.begin(), x.end());
   const double low = x[x.size() / 500], high = x[x.size() - 1 - x.size() / 500];
   const int bins = std::clamp(static_cast<int>(2 * std::cbrt(static_cast<double>(x.size()))), 8, 40);
-  ChartPanel panel{.heading = prior != nullptr ? "posterior, and prior (dashed)" : "posterior"};
+  ChartPanel panel{.heading = prior.name + ": posterior, and prior (dashed)",
+                   .x_label = "value over the prior median",
+                   .log_x = true};
   Series bars{
       .name = "", .x = {}, .y = std::vector<double>(static_cast<std::size_t>(bins), 0), .style = SeriesStyle::kSteps};
   if (!(high > low)) return panel;
-  for (int b = 0; b <= bins; ++b) bars.x.push_back(low + b * (high - low) / bins);
+  for (int b = 0; b <= bins; ++b) bars.x.push_back(std::exp(low + b * (high - low) / bins));
   const double each = bins / (high - low) / static_cast<double>(x.size());
   for (const double value : x)
     if (value >= low && value < high) bars.y[static_cast<std::size_t>((value - low) / (high - low) * bins)] += each;
   panel.series.push_back(std::move(bars));
-  if (prior == nullptr) return panel;
   Series line{.name = "", .x = {}, .y = {}, .colour = Series::kInk, .dashed = true};
+  constexpr double kDeviations = 2.5;  // of the prior, to either side
   for (int i = 0; i <= 100; ++i) {
-    const double at = low + i * (high - low) / 100;
-    const double phi = std::log(at / prior->median) / prior->log_deviation;
-    line.x.push_back(at);
-    line.y.push_back(std::exp(-0.5 * phi * phi) / (at * prior->log_deviation * std::sqrt(2 * std::numbers::pi)));
+    const double phi = kDeviations * (i / 50.0 - 1);
+    line.x.push_back(std::exp(prior.log_deviation * phi));
+    line.y.push_back(std::exp(-0.5 * phi * phi) / (prior.log_deviation * std::sqrt(2 * std::numbers::pi)));
   }
   panel.series.push_back(std::move(line));
   return panel;
@@ -98,7 +100,8 @@ Chart chains_chart(const PosteriorProblem& problem, const PosteriorDraws& draws,
               .subtitle = subtitle(problem, draws),
               .rows = {}};
   const auto add = [&](const std::string& name, const MatrixXd& values, const ParameterPrior* prior) {
-    chart.rows.push_back({trace(draws, values, name), ranks(draws, values), density(values, prior)});
+    chart.rows.push_back({trace(draws, values, name), ranks(draws, values)});
+    if (prior != nullptr) chart.rows.back().push_back(density(values, *prior));
   };
   for (std::size_t j = 0; j < draws.names.size(); ++j)
     add(draws.names[j], draws.by_chain(draws.parameters.row(static_cast<Index>(j))), &problem.parameters[j]);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <tuple>
 
 #include "core/factorisations.hpp"
 #include "normal_quantile.hpp"
@@ -24,7 +23,7 @@ constexpr double kFirstAngle = 0.8;
 constexpr double kLeastAngle = 1e-4;
 constexpr int kMostKicks = 32;
 constexpr double kThetaAcceptance = 0.3;
-constexpr int kThetaMoves = 2;  // an iteration
+constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
 constexpr double kAdaptation = 0.6;
 constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
 constexpr double kNone = -std::numeric_limits<double>::infinity();
@@ -116,7 +115,6 @@ Chain::Chain(const ChainSetting& setting, int number)
       number_(static_cast<std::uint64_t>(number)),
       log_angle_(std::log(setting.move.adapts ? kFirstAngle : kQuarterTurn)),
       log_scale_(std::log(2.4 / std::sqrt(std::max<double>(1, static_cast<double>(setting.space.count()))))),
-      centre_(setting.reference.centre),
       root_(setting.reference.root) {
   const Index k = setting_.space.count();
   double size = 1;  // of the first normal numbers: smaller where there is no path
@@ -173,12 +171,12 @@ std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& t
   return at;
 }
 
-VectorXd Chain::gradient(std::size_t specimen, const ThetaPoint& theta, const ChainPoint& at) const {
+VectorXd Chain::gradient(std::size_t specimen, const ChainPoint& at) {
   VectorXd responsibilities;
   std::vector<VectorXd> residuals;
-  log_weight_of(setting_, specimen, theta, at.z, at.shot, &responsibilities, &residuals);
-  VectorXd by_z = -setting_.specimens[specimen].misfit_gradient(theta.models[specimen], at.shot);
-  const std::vector<LinearAt>& linear = theta.linear[specimen];
+  log_weight_of(setting_, specimen, theta_, at.z, at.shot, &responsibilities, &residuals);
+  VectorXd by_z = -setting_.specimens[specimen].misfit_gradient(theta_.models[specimen], at.shot);
+  const std::vector<LinearAt>& linear = theta_.linear[specimen];
   for (std::size_t m = 0; m < linear.size(); ++m)
     by_z += linear[m].transposed(responsibilities[static_cast<Index>(m)] * residuals[m]);
   return linear[at.mode].pull_back(by_z);
@@ -197,7 +195,7 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
   double energy = -from.log_weight + 0.5 * from.v.squaredNorm() + 0.5 * eta.squaredNorm();
   ChainPoint at = from;
   bool lost = false;
-  VectorXd kick = setting_.move.uses_gradient ? gradient(specimen, theta_, at) : VectorXd::Zero(eta.size());
+  VectorXd kick = setting_.move.uses_gradient ? gradient(specimen, at) : VectorXd::Zero(eta.size());
   for (int step = 0; step < steps && !lost; ++step) {
     eta += 0.5 * angle * kick;
     VectorXd turned = std::cos(angle) * at.v + std::sin(angle) * eta;
@@ -207,7 +205,7 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
     if (lost) break;
     at = std::move(*next);
     if (setting_.move.uses_gradient) {
-      kick = gradient(specimen, theta_, at);
+      kick = gradient(specimen, at);
       eta += 0.5 * angle * kick;
     }
   }
@@ -217,10 +215,6 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
     probability = std::isnan(energy) ? 0 : std::min(1.0, std::exp(energy));
   }
   if (uniform(kind + 2) < probability) points_[specimen] = std::move(at);
-  adapt_angle(probability, adapting);
-}
-
-void Chain::adapt_angle(double probability, bool adapting) {
   if (!adapting) {
     accepted_ += probability;
     ++moves_;
@@ -276,98 +270,6 @@ void Chain::move_theta(int turn, bool adapting) {
   }
 }
 
-std::optional<Chain::Place> Chain::place(const VectorXd& phi, const std::vector<VectorXd>& v) {
-  try {
-    Place at{make_theta(setting_, phi), {}};
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      auto found = point(i, at.theta, points_[i].mode, v[i]);
-      if (!found) return std::nullopt;
-      at.points.push_back(std::move(*found));
-    }
-    return at;
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
-// log of the density of (v, φ) relative to N(v; 0, I) N(φ; centre, BBᵀ), but for a constant.
-double Chain::log_density(const Place& at) const {
-  const VectorXd u = root_.triangularView<Eigen::Lower>().solve(at.theta.phi - centre_);
-  double sum = log_standard_normal(at.theta.phi) + 0.5 * u.squaredNorm();
-  for (const ChainPoint& point : at.points) sum += point.log_weight;
-  return sum;
-}
-
-// Of it by u = B⁻¹(φ − centre), by forward differences: a kick need not be a gradient to be reversible.
-VectorXd Chain::theta_gradient(const Place& at) {
-  constexpr double kDifference = 1e-3;
-  const Index k = at.theta.phi.size();
-  std::vector<VectorXd> v;
-  for (const ChainPoint& point : at.points) v.push_back(point.v);
-  VectorXd by_u = VectorXd::Zero(k);
-  const double here = log_density(at);
-  for (Index j = 0; j < k; ++j)
-    if (const auto there = place(at.theta.phi + kDifference * root_.col(j), v))
-      by_u[j] = (log_density(*there) - here) / kDifference;
-  return by_u;
-}
-
-// As move_path(), of all paths and θ at once.
-void Chain::move_all(bool adapting) {
-  const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (points_.size() + 1) + 2 * kThetaMoves;
-  const double angle = std::exp(log_angle_) * (0.8 + 0.4 * uniform(kind));
-  const int steps =
-      setting_.move.whole_rotation ? std::clamp(static_cast<int>(std::lround(kQuarterTurn / angle)), 1, kMostKicks) : 1;
-  Place at{theta_, points_};
-  std::vector<VectorXd> eta;
-  VectorXd of_theta = normals(kind + 1, theta_.phi.size());
-  for (std::size_t i = 0; i < points_.size(); ++i)
-    eta.push_back(normals(kFirstTheta + kKindsOfSpecimen * (i + 1) + 1, points_[i].v.size()));
-  VectorXd u = root_.triangularView<Eigen::Lower>().solve(theta_.phi - centre_);
-  const auto energy = [&](const Place& place) {
-    double sum = -log_density(place) + 0.5 * u.squaredNorm() + 0.5 * of_theta.squaredNorm();
-    for (std::size_t i = 0; i < eta.size(); ++i)
-      sum += 0.5 * place.points[i].v.squaredNorm() + 0.5 * eta[i].squaredNorm();
-    return sum;
-  };
-  const double before = energy(at);
-  const auto kick = [&](const std::vector<VectorXd>& by_v, const VectorXd& by_u) {
-    for (std::size_t i = 0; i < eta.size(); ++i) eta[i] += 0.5 * angle * by_v[i];
-    of_theta += 0.5 * angle * by_u;
-  };
-  const auto gradients = [&] {
-    std::vector<VectorXd> by_v;
-    for (std::size_t i = 0; i < at.points.size(); ++i) by_v.push_back(gradient(i, at.theta, at.points[i]));
-    return std::pair(std::move(by_v), theta_gradient(at));
-  };
-  auto [by_v, by_u] = gradients();
-  bool lost = false;
-  for (int step = 0; step < steps && !lost; ++step) {
-    kick(by_v, by_u);
-    std::vector<VectorXd> turned;
-    for (std::size_t i = 0; i < eta.size(); ++i) {
-      turned.emplace_back(std::cos(angle) * at.points[i].v + std::sin(angle) * eta[i]);
-      eta[i] = std::cos(angle) * eta[i] - std::sin(angle) * at.points[i].v;
-    }
-    const VectorXd turned_u = std::cos(angle) * u + std::sin(angle) * of_theta;
-    of_theta = std::cos(angle) * of_theta - std::sin(angle) * u;
-    u = turned_u;
-    auto next = place(centre_ + VectorXd(root_.triangularView<Eigen::Lower>() * u), turned);
-    lost = !next;
-    if (lost) break;
-    at = std::move(*next);
-    std::tie(by_v, by_u) = gradients();
-    kick(by_v, by_u);
-  }
-  const double change = lost ? 0 : before - energy(at);
-  const double probability = lost || std::isnan(change) ? 0 : std::min(1.0, std::exp(change));
-  if (uniform(kind + 2) < probability) {
-    theta_ = std::move(at.theta);
-    points_ = std::move(at.points);
-  }
-  adapt_angle(probability, adapting);
-}
-
 // Halfway through the warm-up the moves of φ take the covariance of the second quarter of it.
 void Chain::learn(int warmup) {
   const Index k = setting_.space.count();
@@ -382,25 +284,19 @@ void Chain::learn(int warmup) {
   const double weight = 5.0 / (5.0 + static_cast<double>(last - first));
   const Eigen::LLT<MatrixXd> factors(MatrixXd(
       (1 - weight) / static_cast<double>(last - first) * centred * centred.transpose() + weight * of_reference));
-  if (factors.info() != Eigen::Success) return;
-  root_ = factors.matrixL();
-  centre_ = some.rowwise().mean();
+  if (factors.info() == Eigen::Success) root_ = factors.matrixL();
 }
 
 void Chain::advance(int warmup) {
   const bool adapting = iteration_ < static_cast<std::uint64_t>(warmup);
-  const bool samples_theta = setting_.space.count() > 0;
-  if (samples_theta && setting_.move.uses_gradient) {
-    move_all(adapting);
-    for (std::size_t i = 0; i < points_.size(); ++i) jump(i);
-  } else {
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      move_path(i, adapting);
-      jump(i);
-    }
-    for (int turn = 0; samples_theta && turn < kThetaMoves; ++turn) move_theta(turn, adapting);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    move_path(i, adapting);
+    jump(i);
   }
-  if (samples_theta && adapting) learn(warmup);
+  if (setting_.space.count() > 0) {
+    for (int turn = 0; turn < kThetaMoves; ++turn) move_theta(turn, adapting);
+    if (adapting) learn(warmup);
+  }
   ++iteration_;
 }
 

@@ -60,19 +60,9 @@ class Chain {
   void move_path(std::size_t specimen, bool adapting);
   void jump(std::size_t specimen);
   void move_theta(int turn, bool adapting);
-  void move_all(bool adapting);
   void learn(int warmup);
   std::optional<ChainPoint> point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, Eigen::VectorXd v);
-  Eigen::VectorXd gradient(std::size_t specimen, const ThetaPoint& theta, const ChainPoint& at) const;
-  /// A point in all coordinates.
-  struct Place {
-    ThetaPoint theta;
-    std::vector<ChainPoint> points;
-  };
-  std::optional<Place> place(const Eigen::VectorXd& phi, const std::vector<Eigen::VectorXd>& v);
-  double log_density(const Place& at) const;
-  Eigen::VectorXd theta_gradient(const Place& at);
-  void adapt_angle(double probability, bool adapting);
+  Eigen::VectorXd gradient(std::size_t specimen, const ChainPoint& at);
 
   ChainSetting setting_;
   std::uint64_t number_;
@@ -81,7 +71,6 @@ class Chain {
   std::vector<ChainPoint> points_;
   double log_angle_;
   double log_scale_;         ///< of the moves of φ
-  Eigen::VectorXd centre_;   ///< about which φ is rotated
   Eigen::MatrixXd root_;     ///< of their covariance
   Eigen::MatrixXd visited_;  ///< φ of the warm-up
   double accepted_ = 0, theta_accepted_ = 0;

@@ -1,0 +1,111 @@
+#include "arguments.hpp"
+
+#include <fmt/core.h>
+
+#include "core/text.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "shell/cohort_shapes.hpp"
+
+namespace pulson {
+
+void SampleArguments::add_to(CLI::App& verb) {
+  verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
+  verb.add_option("TARGET", targets, "shapes, each an independent path from SOURCE; a file may hold several")
+      ->required();
+  add_read_options(verb, reading);
+  add_flip_option(verb, reading);
+  output.add_to(verb, "paths.png, chains.png and their .svg");
+  verb.add_option("--kernel", kernel,
+                  "kernel, see pulson info kernels; auto: matern32 of the width with the greatest likelihood")
+      ->type_name("SPEC")
+      ->capture_default_str();
+  verb.add_option("--noise", noise, "noise model, see pulson info noises")->type_name("SPEC")->capture_default_str();
+  verb.add_option("--parameters", parameters,
+                  "parameters that are sampled too, NAME or NAME=LOGSD: log-normal priors about the values given, with "
+                  "this deviation of the logarithm [0.5; of alpha and data-sigma 0.25]; all; none")
+      ->type_name("NAMES")
+      ->delimiter(',')
+      ->capture_default_str();
+  verb.add_option("--sigma", sigma,
+                  "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
+      ->type_name("LENGTH")
+      ->capture_default_str();
+  verb.add_option("--lambda", lambda,
+                  "inverse variance of the momenta; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
+      ->type_name("NUMBER")
+      ->capture_default_str();
+  only_known(verb.add_option("--align", align,
+                             "transformation removed first: none, translation, rigid, similarity, affine; auto: "
+                             "similarity in the plane and in space, none on a line")
+                 ->type_name("NAME")
+                 ->capture_default_str(),
+             "alignment", {"auto"});
+  verb.add_option("--integrator", integrator, "see pulson info integrators")->type_name("NAME")->capture_default_str();
+  verb.add_option("--method", sampler.method, "hmc, mala, pcn or independence")
+      ->type_name("NAME")
+      ->capture_default_str();
+  verb.add_option("--chains", sampler.chains, "number of chains")->capture_default_str();
+  verb.add_option("--draws", sampler.draws, "draws of each chain")->capture_default_str();
+  verb.add_option("--warmup", sampler.warmup, "iterations of each chain that adapt and are not kept")
+      ->capture_default_str();
+  verb.add_option("--searches", sampler.searches,
+                  "searches for modes, from different initial guesses; 0: 4 for up to 12 coordinates, else 1")
+      ->capture_default_str();
+  verb.add_option("--keep-paths", sampler.paths_kept, "number of paths in paths.npy")->capture_default_str();
+  verb.add_option("--calibrate", calibrate,
+                  "simulation-based calibration instead: shapes drawn from the prior, and ranks of the true values "
+                  "among the posterior's draws")
+      ->type_name("COUNT");
+  verb.add_option("--ranks", ranks, "thinned draws of each simulation, among which values are ranked")
+      ->capture_default_str();
+  verb.add_option("--fault", fault,
+                  "with --calibrate: draw the shapes with this parameter times FACTOR, to see that it is caught")
+      ->type_name("NAME=FACTOR");
+  add_seed_option(verb, sampler.seed);
+  time.add_to(verb, "1");
+  add_threads_option(verb);
+}
+
+PosteriorProblem SampleArguments::problem(std::vector<std::string>& notes) const {
+  check_at_least(sampler.chains, 1, "--chains");
+  check_at_least(sampler.draws, 4, "--draws");
+  check_at_least(sampler.warmup, 0, "--warmup");
+  check_at_least(sampler.searches, 0, "--searches");
+  check_at_least(sampler.paths_kept, 2, "--keep-paths");
+  check_at_least(calibrate, 0, "--calibrate");
+  static_cast<void>(sampler_table().find(sampler.method));
+  RegistrationOptions options;
+  options.kernel = kernel;
+  options.noise = noise;
+  options.integrator = integrator;
+  options.grid = time.grid();
+  options.sigma = Length::parse(sigma, "--sigma");
+  if (!(options.sigma.in(1) > 0)) throw InputError(fmt::format("--sigma is {}; it must be greater than 0", sigma));
+  if (lambda != "auto") options.lambda = parse_number(lambda, "--lambda");
+  if (align != "auto") options.align = parse_alignment(align);
+  const Landmarks shape = read_landmarks(source, &notes, reading);
+  std::vector<Landmarks> shapes = read_shapes(targets, reading, notes);
+  put_in_order_of(shape, shapes, notes);
+  std::vector<std::string> names = parameters;
+  if (names == std::vector<std::string>{"none"}) names.clear();
+  PosteriorProblem made = make_posterior_problem(shape, shapes, options, names);
+  notes.insert(notes.end(), made.notes.begin(), made.notes.end());
+  return made;
+}
+
+CalibrationOptions SampleArguments::calibration() const {
+  check_at_least(ranks, 1, "--ranks");
+  CalibrationOptions options{sampler, calibrate, ranks, {}, 1};
+  if (sampler.draws < ranks)
+    throw InputError(fmt::format("--draws is {}; it must be at least --ranks, {}", sampler.draws, ranks));
+  if (fault.empty()) return options;
+  const std::size_t equals = fault.find('=');
+  if (equals == std::string::npos)
+    throw InputError(fmt::format("--fault is '{}'; give NAME=FACTOR, as in beta=1.2", fault));
+  options.fault_name = fault.substr(0, equals);
+  options.fault_factor = parse_number(std::string_view(fault).substr(equals + 1), "--fault");
+  require_positive("--fault", options.fault_factor);
+  return options;
+}
+
+}  // namespace pulson

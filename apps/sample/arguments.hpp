@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pulson/inference/posterior.hpp"
+#include "shell/options.hpp"
+#include "shell/outputs.hpp"
+
+namespace pulson {
+
+/// The command line of `pulson sample`.
+struct SampleArguments {
+  std::string source;
+  std::vector<std::string> targets;
+  ReadOptions reading;
+  OutputOptions output;
+  TimeOptions time;
+  std::string kernel = "auto";
+  std::string noise = "none";
+  std::string integrator = "heun";
+  std::string sigma = "0.5%";
+  std::string lambda = "auto";
+  std::string align = "auto";
+  std::vector<std::string> parameters = {"all"};
+  SamplerOptions sampler;
+  int calibrate = 0;  ///< simulations; 0: sample the posterior
+  std::string fault;  ///< NAME=FACTOR, or empty
+  int ranks = 63;
+
+  void add_to(CLI::App& verb);
+
+  /// @throws InputError
+  PosteriorProblem problem(std::vector<std::string>& notes) const;
+  CalibrationOptions calibration() const;
+};
+
+}  // namespace pulson

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "charts/chart.hpp"
+#include "draw/ensemble_picture.hpp"
+#include "record.hpp"
+
+namespace pulson {
+
+/// Traces, ranks of the draws by chain, and posterior against prior, for each θ and the log likelihood.
+Chart chains_chart(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary);
+
+/// Draws the paths of one specimen: in the plane and in space halfway, with an ellipse for each landmark; on a line
+/// over time, with a band of nine tenths.
+void write_paths_picture(const PosteriorProblem& problem, const PosteriorDraws& draws, std::size_t specimen,
+                         const PictureFiles& files);
+
+/// The mean path of one specimen over the draws that are kept, d×N at each time.
+std::vector<Points> mean_path(const PosteriorDraws& draws, std::size_t specimen);
+
+/// The histograms of the ranks and their empirical distribution functions less uniform, with the simultaneous band.
+Chart calibration_chart(const Calibration& calibration, const std::string& subtitle);
+
+}  // namespace pulson

@@ -1,0 +1,210 @@
+#include "record.hpp"
+
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "pulson/core/parallel.hpp"
+#include "pulson/core/version.hpp"
+#include "pulson/formats/landmark_files.hpp"
+#include "shell/options.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Json = nlohmann::ordered_json;  // NaN is written as null
+
+std::vector<DrawSummary> summaries(const PosteriorDraws& draws, const Eigen::MatrixXd& rows) {
+  std::vector<DrawSummary> all(static_cast<std::size_t>(rows.rows()));
+  parallel_for(static_cast<int>(rows.rows()),
+               [&](int i) { all[static_cast<std::size_t>(i)] = summarise(draws.by_chain(rows.row(i))); });
+  return all;
+}
+
+Json summary_of(const DrawSummary& numbers) {
+  return {{"mean", numbers.mean},
+          {"sd", numbers.sd},
+          {"mcse", numbers.mcse},
+          {"rhat", numbers.rhat},
+          {"ess_bulk", numbers.ess_bulk},
+          {"ess_tail", numbers.ess_tail},
+          {"q05", numbers.q05},
+          {"q50", numbers.q50},
+          {"q95", numbers.q95}};
+}
+
+Json landmark_rows(const PosteriorProblem& problem, const std::vector<std::vector<DrawSummary>>& specimens) {
+  Json rows = Json::array();
+  for (std::size_t s = 0; s < specimens.size(); ++s) {
+    const auto d = static_cast<std::size_t>(problem.sources[s].dimension());
+    for (std::size_t i = 0; i < specimens[s].size(); ++i) {
+      Json row{{"specimen", s + 1}, {"landmark", i / d + 1}, {"axis", i % d + 1}};
+      row.update(summary_of(specimens[s][i]));
+      rows.push_back(std::move(row));
+    }
+  }
+  return rows;
+}
+
+Json priors(const PosteriorProblem& problem) {
+  Json all = Json::object();
+  for (const ParameterPrior& prior : problem.parameters)
+    all[prior.name] = {{"median", prior.median}, {"log_deviation", prior.log_deviation}};
+  return all;
+}
+
+Json models(const PosteriorProblem& problem) {
+  const MatchingProblem& first = problem.specimens.front();
+  Json names = Json::array();
+  for (const Landmarks& target : problem.targets) names.push_back(target.source);
+  return {{"source", problem.sources.front().source},
+          {"targets", std::move(names)},
+          {"kernel", first.system.kernel.spec()},
+          {"noise", first.system.noise->spec()},
+          {"integrator", first.integrator->name()},
+          {"time", first.grid.time},
+          {"steps", first.grid.steps},
+          {"sigma", first.sigma},
+          {"lambda", first.lambda},
+          {"priors", priors(problem)}};
+}
+
+Json settings(const SamplerOptions& options) {
+  return {{"method", options.method}, {"warmup", options.warmup}, {"seed", options.seed}};
+}
+
+}  // namespace
+
+PosteriorSummary summarise_posterior(const PosteriorDraws& draws) {
+  PosteriorSummary summary;
+  for (std::size_t j = 0; j < draws.names.size(); ++j)
+    summary.parameters.push_back(
+        {draws.names[j], summarise(draws.by_chain(draws.parameters.row(static_cast<Index>(j))))});
+  summary.parameters.push_back({"log_likelihood", summarise(draws.by_chain(draws.log_likelihood.transpose()))});
+  const auto consider = [&](const DrawSummary& numbers, const std::string& name, double& rhat, double& ess) {
+    rhat = std::fmax(rhat, numbers.rhat);
+    ess = std::fmin(ess, std::fmin(numbers.ess_bulk, numbers.ess_tail));
+    if (numbers.rhat > summary.worst_rhat) {
+      summary.worst_rhat = numbers.rhat;
+      summary.worst = name;
+    }
+  };
+  double unused_rhat = 0, unused_ess = INFINITY;
+  for (const NamedSummary& parameter : summary.parameters)
+    consider(parameter.numbers, parameter.name, unused_rhat, unused_ess);
+  summary.ess_min = summary.momenta_ess_min = INFINITY;
+  for (std::size_t s = 0; s < draws.momenta.size(); ++s) {
+    summary.momenta.push_back(summaries(draws, draws.momenta[s]));
+    summary.middles.push_back(summaries(draws, draws.middles[s]));
+    summary.ends.push_back(summaries(draws, draws.ends[s]));
+    for (const DrawSummary& numbers : summary.momenta.back())
+      consider(numbers, "momenta", summary.momenta_rhat_max, summary.momenta_ess_min);
+    for (const auto* of_path : {&summary.middles.back(), &summary.ends.back()})
+      for (const DrawSummary& numbers : *of_path) consider(numbers, "paths", summary.rhat_max, summary.ess_min);
+  }
+  summary.converged = summary.worst_rhat <= kHighRhat;
+  return summary;
+}
+
+std::string summary_json(const PosteriorProblem& problem, const SamplerOptions& options, const PosteriorDraws& draws,
+                         const PosteriorSummary& summary, const std::vector<std::string>& notes) {
+  Json json{
+      {"chains", draws.chains}, {"draws", draws.draws}, {"seconds", draws.seconds}, {"acceptance", draws.acceptance}};
+  json["parameters"] = Json::object();
+  for (const NamedSummary& parameter : summary.parameters)
+    json["parameters"][parameter.name] = summary_of(parameter.numbers);
+  json["momenta"] = landmark_rows(problem, summary.momenta);
+  json["path"] = {{"rhat_max", summary.rhat_max}, {"ess_min", summary.ess_min}};
+  json["path"]["middle"] = landmark_rows(problem, summary.middles);
+  json["path"]["end"] = landmark_rows(problem, summary.ends);
+  json["log_evidence"] = {{"value", draws.log_evidence.value},
+                          {"standard_error", draws.log_evidence.standard_error},
+                          {"laplace", draws.laplace_log_evidence}};
+  json["converged"] = summary.converged;
+  json["rhat_max"] = summary.worst_rhat;
+  json["parameter_acceptance"] = draws.parameter_acceptance;
+  json["step_angle"] = draws.step_angle;
+  json["modes"] = draws.modes;
+  json["path_evaluations"] = draws.path_evaluations;
+  json["warmup_seconds"] = draws.warmup_seconds;
+  json.update(models(problem));
+  json.update(settings(options));
+  json["notes"] = in_option_words(notes);
+  json["version"] = version();
+  return json.dump(2) + "\n";
+}
+
+std::string draws_csv(const PosteriorDraws& draws) {
+  std::string text =
+      fmt::format("chain,draw,{}{}log_likelihood\n", fmt::join(draws.names, ","), draws.names.empty() ? "" : ",");
+  for (int c = 0; c < draws.chains; ++c)
+    for (int i = 0; i < draws.draws; ++i) {
+      const Index column = static_cast<Index>(i) * draws.chains + c;
+      fmt::format_to(std::back_inserter(text), "{},{},", c + 1, i + 1);
+      for (Index j = 0; j < draws.parameters.rows(); ++j)
+        fmt::format_to(std::back_inserter(text), "{},", draws.parameters(j, column));
+      fmt::format_to(std::back_inserter(text), "{}\n", draws.log_likelihood[column]);
+    }
+  return text;
+}
+
+std::string momenta_npy(const PosteriorProblem& problem, const PosteriorDraws& draws) {
+  std::vector<double> numbers;
+  for (int c = 0; c < draws.chains; ++c)
+    for (int i = 0; i < draws.draws; ++i)
+      for (const Eigen::MatrixXd& momenta : draws.momenta) {
+        const auto column = momenta.col(static_cast<Index>(i) * draws.chains + c);
+        numbers.insert(numbers.end(), column.begin(), column.end());
+      }
+  const Landmarks& source = problem.sources.front();
+  return npy_bytes(numbers,
+                   {static_cast<std::size_t>(draws.chains), static_cast<std::size_t>(draws.draws), draws.momenta.size(),
+                    static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
+}
+
+std::string paths_npy(const PosteriorProblem& problem, const PosteriorDraws& draws) {
+  std::vector<double> numbers;
+  for (std::size_t m = 0; m < draws.kept.size(); ++m)
+    for (const auto& of_specimen : draws.paths)
+      for (const Points& q : of_specimen[m]) numbers.insert(numbers.end(), q.data(), q.data() + q.size());
+  const Landmarks& source = problem.sources.front();
+  return npy_bytes(numbers, {draws.kept.size(), draws.paths.size(),
+                             static_cast<std::size_t>(problem.specimens.front().grid.steps) + 1,
+                             static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
+}
+
+std::string calibration_json(const PosteriorProblem& problem, const CalibrationOptions& options,
+                             const Calibration& calibration) {
+  Json ranks = Json::object(), inside = Json::object(), p_values = Json::object();
+  bool all = true;
+  for (const CalibratedQuantity& quantity : calibration.quantities) {
+    ranks[quantity.name] = quantity.ranks;
+    inside[quantity.name] = quantity.inside_band;
+    p_values[quantity.name] = quantity.deviation;
+    all = all && quantity.inside_band;
+  }
+  Json json{{"ranks", std::move(ranks)},
+            {"bins", calibration.ranks + 1},
+            {"inside_band", all},
+            {"inside", std::move(inside)},
+            {"p_values", std::move(p_values)},
+            {"band",
+             {{"level", 0.95},
+              {"pointwise", 1 - calibration.pointwise},
+              {"lower", calibration.lower},
+              {"upper", calibration.upper}}},
+            {"simulations", calibration.simulations},
+            {"failed", calibration.failed},
+            {"seconds", calibration.seconds},
+            {"draws", options.sampler.draws}};
+  if (!options.fault_name.empty()) json["fault"] = {{options.fault_name, options.fault_factor}};
+  json.update(models(problem));
+  json.update(settings(options.sampler));
+  json["version"] = version();
+  return json.dump(2) + "\n";
+}
+
+}  // namespace pulson

@@ -1,0 +1,167 @@
+#include "report.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "picture.hpp"
+#include "pulson/core/name_table.hpp"
+#include "shell/messages.hpp"
+#include "shell/report_parts.hpp"
+
+namespace pulson {
+namespace {
+
+ReportTable parameter_table(const PosteriorProblem& problem, const PosteriorSummary& summary) {
+  ReportTable table{
+      {"parameter", "prior median", "mean", "sd", "5 %", "50 %", "95 %", "MCSE", "R-hat", "bulk ESS", "tail ESS"},
+      {},
+      ""};
+  for (std::size_t j = 0; j < summary.parameters.size(); ++j) {
+    const auto& [name, numbers] = summary.parameters[j];
+    const std::string median = j < problem.parameters.size() ? report_number(problem.parameters[j].median) : "–";
+    table.rows.push_back({{name},
+                          {median},
+                          {report_number(numbers.mean)},
+                          {report_number(numbers.sd)},
+                          {report_number(numbers.q05)},
+                          {report_number(numbers.q50)},
+                          {report_number(numbers.q95)},
+                          {report_number(numbers.mcse, 2)},
+                          {report_number(numbers.rhat)},
+                          {fmt::format("{:.0f}", numbers.ess_bulk)},
+                          {fmt::format("{:.0f}", numbers.ess_tail)}});
+  }
+  return table;
+}
+
+ReportTable landmarks(const PosteriorProblem& problem, const PosteriorSummary& summary) {
+  const Landmarks& source = problem.sources.front();
+  ReportTable table = landmark_table(source);
+  const char* const axes[] = {"x", "y", "z"};
+  for (int i = 0; i < source.dimension(); ++i) {
+    table.header.push_back(fmt::format("p0 {}", axes[i]));
+    table.header.emplace_back("sd");
+  }
+  table.header.insert(table.header.end(), {"sd of q(T/2)", "R-hat", "least ESS"});
+  const auto d = static_cast<std::size_t>(source.dimension());
+  Eigen::VectorXd deviations(source.count());
+  for (int a = 0; a < source.count(); ++a) {
+    double square = 0;
+    for (std::size_t i = 0; i < d; ++i)
+      square += std::pow(summary.middles.front()[static_cast<std::size_t>(a) * d + i].sd, 2);
+    deviations[a] = std::sqrt(square);
+  }
+  for (const int a : listed_landmarks(deviations)) {
+    std::vector<ReportCell> row = landmark_cells(source, a);
+    double rhat = 0, ess = INFINITY;
+    for (std::size_t i = 0; i < d; ++i) {
+      const std::size_t at = static_cast<std::size_t>(a) * d + i;
+      const DrawSummary& momentum = summary.momenta.front()[at];
+      row.push_back({report_number(momentum.mean)});
+      row.push_back({report_number(momentum.sd)});
+      for (const auto* of : {&momentum, &summary.middles.front()[at], &summary.ends.front()[at]}) {
+        rhat = std::fmax(rhat, of->rhat);
+        ess = std::fmin(ess, std::fmin(of->ess_bulk, of->ess_tail));
+      }
+    }
+    row.insert(row.end(), {{report_number(deviations[a])}, {report_number(rhat)}, {fmt::format("{:.0f}", ess)}});
+    table.rows.push_back(std::move(row));
+  }
+  table.caption =
+      "The first target's path: momenta, and the position at half of the time. summary.json has all targets and times.";
+  return table;
+}
+
+ReportTable facts(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary) {
+  FactTable table("setting");
+  table.add("noise", problem.specimens.front().system.noise->spec());
+  table.add("kernel", problem.specimens.front().system.kernel.spec(6));
+  table.add("sigma", problem.specimens.front().sigma);
+  table.add("lambda", problem.specimens.front().lambda);
+  table.add("steps", fmt::format("{} of {}", problem.specimens.front().grid.steps,
+                                 problem.specimens.front().integrator->name()));
+  table.add("chains", fmt::format("{} of {} draws", draws.chains, draws.draws));
+  table.add("acceptance of paths", draws.acceptance);
+  if (!draws.names.empty()) table.add("acceptance of parameters", draws.parameter_acceptance);
+  table.add("modes found", fmt::to_string(draws.modes));
+  table.add("log evidence",
+            fmt::format("{:.3f} ± {:.2g}", draws.log_evidence.value, draws.log_evidence.standard_error));
+  table.add("the same by Laplace's approximation", fmt::format("{:.3f}", draws.laplace_log_evidence));
+  table.add("least ESS of a position", fmt::format("{:.0f}", summary.ess_min));
+  table.add("seconds", fmt::format("{:.1f}", draws.seconds));
+  return std::move(table).table();
+}
+
+std::optional<ReportMotion> motion_of(const PosteriorProblem& problem, const PosteriorDraws& draws) {
+  const std::vector<Points> mean = mean_path(draws, 0);
+  const TimeGrid& grid = problem.specimens.front().grid;
+  ReportMotion motion;
+  motion.source = problem.sources.front();
+  motion.target = problem.targets.front().points.size() > 0 ? problem.targets.front() : Landmarks{};
+  const std::vector<int> shown = shown_frames(grid.steps, motion.source.points.size());
+  for (const int k : shown) {
+    motion.times.push_back(grid.at(k));
+    motion.frames.push_back(mean[static_cast<std::size_t>(k)]);
+  }
+  constexpr std::size_t kMostOthers = 20;
+  const auto& paths = draws.paths.front();
+  for (std::size_t m = 0; m < paths.size(); m += std::max<std::size_t>(1, paths.size() / kMostOthers)) {
+    std::vector<Points> frames;
+    for (const int k : shown) frames.push_back(paths[m][static_cast<std::size_t>(k)]);
+    motion.others.push_back(std::move(frames));
+  }
+  if (motion.frames.size() < 2 || !can_be_drawn(motion.frames)) return std::nullopt;
+  motion.others_name = fmt::format("{} posterior paths", motion.others.size());
+  motion.caption = "The posterior mean path, and faintly draws of it.";
+  return motion;
+}
+
+}  // namespace
+
+std::string model_words(const PosteriorProblem& problem) {
+  const MatchingProblem& first = problem.specimens.front();
+  return fmt::format("{}, {}, lambda {:.4g}, sigma {:.4g}, {} in {} steps", shortened_spec(first.system.noise->spec()),
+                     first.system.kernel.spec(4), first.lambda, first.sigma, first.integrator->name(),
+                     first.grid.steps);
+}
+
+HtmlReport sample_report(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary,
+                         const std::vector<std::string>& warnings, const std::vector<std::string>& notes,
+                         const std::filesystem::path& paths, const std::filesystem::path& chains) {
+  const std::string lead =
+      fmt::format("{} of {}, {} in {}D: {}. Largest R-hat {:.3f}, least effective sample size of a position {:.0f}.",
+                  counted(draws.chains * static_cast<std::int64_t>(draws.draws), "draw"),
+                  counted(static_cast<std::int64_t>(problem.targets.size()), "path"),
+                  counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension(),
+                  model_words(problem), summary.worst_rhat, summary.ess_min);
+  HtmlReport report = new_report("Posterior of " + start_name(problem.sources.front()), lead, warnings, notes);
+  if (std::optional<ReportMotion> motion = motion_of(problem, draws))
+    report.sections.push_back({"Motion", {std::move(*motion)}});
+  add_still(report, "Paths", paths);
+  report.sections.push_back({"Parameters", {parameter_table(problem, summary)}});
+  add_still(report, "Chains", chains);
+  report.sections.push_back({"Numbers", {facts(problem, draws, summary)}});
+  report.sections.push_back({"Landmarks", {landmarks(problem, summary)}});
+  return report;
+}
+
+HtmlReport calibration_report(const PosteriorProblem& problem, const Calibration& calibration,
+                              const std::vector<std::string>& notes, const std::filesystem::path& picture) {
+  HtmlReport report =
+      new_report("Calibration of the posterior",
+                 fmt::format("Ranks of true values among {} posterior draws in each of {} simulations: {}.",
+                             calibration.ranks, calibration.simulations, model_words(problem)),
+                 {}, notes);
+  ReportTable table{{"quantity", "within the band of 95 %", "p-value"}, {}, ""};
+  for (const CalibratedQuantity& quantity : calibration.quantities)
+    table.rows.push_back(
+        {{quantity.name},
+         {quantity.inside_band ? "yes" : "no", quantity.inside_band ? Verdict::kHolds : Verdict::kDoesNotHold},
+         {report_number(quantity.deviation, 3)}});
+  report.sections.push_back({"Ranks", {std::move(table)}});
+  add_still(report, "Rank histograms", picture);
+  return report;
+}
+
+}  // namespace pulson

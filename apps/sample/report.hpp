@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "html/html_report.hpp"
+#include "record.hpp"
+
+namespace pulson {
+
+/// @param paths, chains the pictures; empty: none
+HtmlReport sample_report(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary,
+                         const std::vector<std::string>& warnings, const std::vector<std::string>& notes,
+                         const std::filesystem::path& paths, const std::filesystem::path& chains);
+
+HtmlReport calibration_report(const PosteriorProblem& problem, const Calibration& calibration,
+                              const std::vector<std::string>& notes, const std::filesystem::path& picture);
+
+/// "ch-sd:beta=0.1, gaussian:alpha=0.5, lambda 2.3, sigma 0.01, heun in 20 steps"
+std::string model_words(const PosteriorProblem& problem);
+
+}  // namespace pulson

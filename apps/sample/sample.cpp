@@ -1,0 +1,160 @@
+// `pulson sample`: the posterior of momenta, paths and parameters.
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "arguments.hpp"
+#include "core/atomic_file.hpp"
+#include "picture.hpp"
+#include "report.hpp"
+#include "shell/messages.hpp"
+#include "shell/verbs.hpp"
+
+namespace pulson {
+namespace {
+
+const std::vector<std::string> kSampleFiles = {"summary.json", "draws.csv", "momenta.npy", "paths.npy", "report.html"};
+const std::vector<std::string> kSamplePictures = {"paths", "chains"};
+const std::vector<std::string> kCalibrationFiles = {"calibration.json", "report.html"};
+const std::vector<std::string> kCalibrationPictures = {"calibration"};
+
+std::vector<std::string> warnings_of(const PosteriorSummary& summary) {
+  constexpr double kFewEffective = 400;
+  std::vector<std::string> warnings;
+  if (!summary.converged)
+    warnings.push_back(fmt::format(
+        "the chains have not converged: R-hat of {} is {:.3g}, more than {}; take more --draws and --warmup",
+        summary.worst, summary.worst_rhat, kHighRhat));
+  double least = summary.ess_min;
+  for (const NamedSummary& parameter : summary.parameters)
+    least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
+  if (summary.converged && least < kFewEffective)
+    warnings.push_back(
+        fmt::format("the least effective sample size is {:.0f}; for R-hat and quantiles to be reliable take more "
+                    "--draws ({:.0f} are usual)",
+                    least, kFewEffective));
+  return warnings;
+}
+
+void print_summary(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary) {
+  fmt::print("{}: {} of {} in {}D\n",
+             problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
+             counted(static_cast<std::int64_t>(problem.targets.size()), "target"),
+             counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension());
+  fmt::print("model      {}\n", model_words(problem));
+  fmt::print("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
+             draws.seconds, draws.acceptance);
+  fmt::print("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
+  for (const auto& [name, numbers] : summary.parameters)
+    fmt::print("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8.3f}{:>8.0f}\n", name, numbers.mean, numbers.sd,
+               numbers.q05, numbers.q95, numbers.rhat, numbers.ess_bulk);
+  fmt::print("paths      R-hat at most {:.3f}, ESS at least {:.0f}; momenta {:.3f}, {:.0f}\n", summary.rhat_max,
+             summary.ess_min, summary.momenta_rhat_max, summary.momenta_ess_min);
+  if (draws.modes > 1) fmt::print("modes      {} found\n", draws.modes);
+  fmt::print("evidence   log p(y) = {:.3f} ± {:.2g} by bridge sampling, {:.3f} by Laplace's approximation\n",
+             draws.log_evidence.value, draws.log_evidence.standard_error, draws.laplace_log_evidence);
+}
+
+int run_posterior(const SampleArguments& arguments, const PosteriorProblem& problem,
+                  const std::vector<std::string>& notes) {
+  const OutputOptions& output = arguments.output;
+  output.check(kSampleFiles, kSamplePictures);
+  Progress progress;
+  std::mutex turn;
+  SamplerOptions options = arguments.sampler;
+  options.on_progress = [&](double fraction) {
+    const std::lock_guard lock(turn);
+    progress.show(fraction, "sampling");
+  };
+  const LossNotice notice("interrupted: the draws are lost");
+  const PosteriorDraws draws = sample_posterior(problem, options);
+  progress.clear();
+  const PosteriorSummary summary = summarise_posterior(draws);
+  const std::vector<std::string> warnings = warnings_of(summary);
+  const std::string record = summary_json(problem, options, draws, summary, notes);
+  const bool draws_pictures = !output.no_picture;
+  StagedFiles files(output.out);
+  files.write("summary.json", record);
+  files.write("draws.csv", draws_csv(draws));
+  files.write("momenta.npy", momenta_npy(problem, draws));
+  files.write("paths.npy", paths_npy(problem, draws));
+  if (draws_pictures) {
+    write_paths_picture(problem, draws, 0, output.picture_files(files.file("paths")));
+    write_chart(chains_chart(problem, draws, summary), output.picture_files(files.file("chains")));
+  }
+  files.write("report.html",
+              html_report(sample_report(problem, draws, summary, warnings, notes,
+                                        draws_pictures ? output.shown_picture(files.file("paths")) : "",
+                                        draws_pictures ? output.shown_picture(files.file("chains")) : "")));
+  output.write_json(record);
+  files.commit();
+  print_notes(notes);
+  if (output.prints()) {
+    print_summary(problem, draws, summary);
+    output.print_written(kSampleFiles, kSamplePictures);
+  }
+  for (const std::string& text : warnings) print_warning(text);
+  return summary.converged ? kDone : kNotConverged;
+}
+
+int run_calibration(const SampleArguments& arguments, const PosteriorProblem& problem,
+                    const std::vector<std::string>& notes) {
+  const OutputOptions& output = arguments.output;
+  CalibrationOptions options = arguments.calibration();
+  output.check(kCalibrationFiles, kCalibrationPictures);
+  Progress progress;
+  std::mutex turn;
+  options.sampler.on_progress = [&](double fraction) {
+    const std::lock_guard lock(turn);
+    progress.show(fraction, fmt::format("{} simulations", options.simulations));
+  };
+  const Calibration calibration = calibrate(problem, options);
+  progress.clear();
+  const std::string record = calibration_json(problem, options, calibration);
+  StagedFiles files(output.out);
+  files.write("calibration.json", record);
+  if (!output.no_picture)
+    write_chart(calibration_chart(calibration,
+                                  fmt::format("{} simulations  ·  {}", calibration.simulations, model_words(problem))),
+                output.picture_files(files.file("calibration")));
+  files.write("report.html", html_report(calibration_report(problem, calibration, notes,
+                                                            output.shown_picture(files.file("calibration")))));
+  output.write_json(record);
+  files.commit();
+  print_notes(notes);
+  if (!output.prints()) return kDone;
+  fmt::print("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
+             calibration.failed, model_words(problem));
+  for (const CalibratedQuantity& quantity : calibration.quantities)
+    fmt::print("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
+               quantity.inside_band ? "within the band of 95 %" : "LEAVES THE BAND OF 95 %");
+  output.print_written(kCalibrationFiles, kCalibrationPictures);
+  return kDone;
+}
+
+int run_sample(const SampleArguments& arguments) {
+  std::vector<std::string> notes;
+  const PosteriorProblem problem = arguments.problem(notes);
+  return arguments.calibrate > 0 ? run_calibration(arguments, problem, notes)
+                                 : run_posterior(arguments, problem, notes);
+}
+
+}  // namespace
+
+void add_sample_verb(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("sample", "Sample the posterior of momenta, paths and parameters");
+  auto arguments = std::make_shared<SampleArguments>();
+  arguments->add_to(*verb);
+  verb->footer(
+      "Examples:\n"
+      "  pulson sample source.csv target.csv --noise ch-sd:beta=2% -o out\n"
+      "  pulson sample wings.tps#1 wings.tps#2 wings.tps#3 --noise ch-sd:beta=2% --parameters beta,lambda -o out\n"
+      "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 -o out\n"
+      "Exit codes: 0 done, 2 bad input, 3 the chains have not converged (results are written).");
+  verb->callback([arguments, &exit_code] { exit_code = run_sample(*arguments); });
+}
+
+}  // namespace pulson

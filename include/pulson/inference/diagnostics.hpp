@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace pulson {
+
+/// Convergence diagnostics of Markov chains, after A. Vehtari, A. Gelman, D. Simpson, B. Carpenter and P.-C. Bürkner,
+/// "Rank-normalization, folding, and localization: an improved R-hat for assessing convergence of MCMC", Bayesian
+/// Analysis 16(2), 2021. Draws of one quantity are a matrix draws×chains, at least 4 draws each; all values are NaN
+/// where fewer are given, one is not finite, or all are equal.
+
+/// The larger of the rank-normalised split R-hat of the draws and that of their distances to the median (§4).
+double rank_rhat(const Eigen::MatrixXd& draws);
+
+/// Split-chain effective sample size of the mean of the draws as they are, by Geyer's initial monotone sequence (§3.2).
+double effective_sample_size(const Eigen::MatrixXd& draws);
+
+/// The same of the rank-normalised draws.
+double bulk_ess(const Eigen::MatrixXd& draws);
+
+/// The smaller of those of the indicators of the 5 % and the 95 % quantile.
+double tail_ess(const Eigen::MatrixXd& draws);
+
+/// The quantile of all draws, by linear interpolation between order statistics.
+double quantile(const Eigen::MatrixXd& draws, double probability);
+
+/// Summary of the draws of one quantity.
+struct DrawSummary {
+  double mean = 0;
+  double sd = 0;
+  double mcse = 0;  ///< Monte Carlo standard error of the mean, sd/√effective_sample_size
+  double rhat = 0;
+  double ess_bulk = 0;
+  double ess_tail = 0;
+  double q05 = 0, q50 = 0, q95 = 0;
+};
+
+DrawSummary summarise(const Eigen::MatrixXd& draws);
+
+/// R-hat above which chains have not converged (§1).
+inline constexpr double kHighRhat = 1.01;
+
+}  // namespace pulson

@@ -1,0 +1,160 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pulson/core/estimate.hpp"
+#include "pulson/core/name_table.hpp"
+#include "pulson/inference/diagnostics.hpp"
+#include "pulson/matching/registration.hpp"
+
+namespace pulson {
+
+/// A parameter θ_j of the models that is sampled, with the prior log θ_j ~ N(log median, log_deviation²).
+struct ParameterPrior {
+  std::string name;  ///< as in fit_parameters(): `alpha`, `beta`, `lambda`, `data-sigma`, …
+  double median = 0;
+  double log_deviation = 0.5;
+};
+
+/// The posterior of one or more targets, each an independent path from the source,
+///
+///     y = q(T) + N(0, R),   p0 ~ N(0, (λ(K(q0) + εI))⁻¹),   ΔW ~ N(0, Δt),   log θ_j ~ N(log m_j, s_j²),
+///
+/// with one θ for all. ε = 1e-3 λσ²/T², at the medians: momenta in directions whose eigenvalue of K is below ε would
+/// move no landmark by more than 0.03 σ; ε keeps them finite where K is singular to rounding, and changes
+/// the velocities K p0 of the others by a fraction ε over their eigenvalue.
+struct PosteriorProblem {
+  std::vector<MatchingProblem> specimens;   ///< at the medians; the data are landmarks
+  std::vector<Landmarks> sources, targets;  ///< aligned, of the same landmarks
+  std::vector<ParameterPrior> parameters;   ///< θ, may be empty
+  std::vector<std::string> notes;           ///< what a user should know, a line each
+};
+
+/// Prior deviations of log θ where none is given: `data-sigma` and `alpha` 0.25, others 0.5.
+double usual_log_deviation(std::string_view name);
+
+/// @param options kernel, noise, σ, λ, grid, alignment and integrator, of which automatic choices are made for the
+/// first target; `integrator = auto` is heun
+/// @param parameters names, `NAME` or `NAME=LOG_DEVIATION`; `all`: the width of the kernel, all positive parameters of
+/// the noise, `data-sigma` and `lambda`
+/// @throws InputError where shapes do not fit together, an option is wrong, or the data are no landmarks
+PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                        RegistrationOptions options, const std::vector<std::string>& parameters);
+
+/// How a chain moves in the whitened coordinates of the Gauss–Newton Gaussian.
+struct MoveKind {
+  bool uses_gradient = false;
+  bool whole_rotation = false;  ///< trajectories of a quarter turn, else of one step
+  bool adapts = true;           ///< the angle of a step; else it is a quarter turn
+  double target_acceptance = 0;
+};
+
+/// hmc, mala, pcn, independence.
+const NameTable<MoveKind>& sampler_table();
+
+struct SamplerOptions {
+  std::string method = "hmc";  ///< a name of sampler_table()
+  int chains = 4;
+  int warmup = 500;
+  int draws = 1000;      ///< of each chain, after the warm-up
+  int paths_kept = 400;  ///< of all chains, evenly spaced
+  int searches = 0;      ///< for modes, from different initial guesses; 0: 4 where data are at most 12, else 1
+  bool evidence = true;  ///< whether the evidence is computed, from up to 2000 draws of the reference
+  std::uint64_t seed = 1;
+  /// Called with the fraction done, for progress; from several threads.
+  std::function<void(double fraction)> on_progress{};
+};
+
+/// Draws of all chains; index draw·chains + chain throughout.
+struct PosteriorDraws {
+  int chains = 0, draws = 0;
+  std::vector<std::string> names;        ///< of θ
+  Eigen::MatrixXd parameters;            ///< θ, k × draws
+  std::vector<Eigen::MatrixXd> momenta;  ///< [specimen] p0, dN × draws
+  std::vector<Eigen::MatrixXd> ends;     ///< [specimen] q(T), dN × draws
+  std::vector<Eigen::MatrixXd> middles;  ///< [specimen] q(T/2), dN × draws
+  Eigen::VectorXd log_likelihood;        ///< log p(y | p0, ΔW, θ)
+  Eigen::VectorXd log_weight;            ///< log of the density relative to the reference, normalised by p(y)
+  Eigen::VectorXi mode;                  ///< of the first specimen, from 0
+  std::vector<int> kept;                 ///< draws whose paths are kept
+  std::vector<std::vector<std::vector<Points>>> paths;  ///< [specimen][kept][time] q, d×N
+  int modes = 1;                                        ///< found by the searches, of the specimen that has most
+  double acceptance = 0;                                ///< mean probability of the moves of paths
+  double parameter_acceptance = 0;                      ///< of the moves of θ; 0 without parameters
+  double step_angle = 0;                                ///< mean over chains, radians
+  double warmup_seconds = 0, seconds = 0;               ///< all, warm-up included
+  Estimate log_evidence;                                ///< log p(y) by bridge sampling
+  double laplace_log_evidence = 0;                      ///< of the reference
+  std::int64_t path_evaluations = 0;
+
+  /// Draws of one row by chain, draws×chains.
+  Eigen::MatrixXd by_chain(const Eigen::Ref<const Eigen::RowVectorXd>& row) const;
+};
+
+/// Samples the posterior by Markov chains in coordinates in which Laplace's approximation is a standard normal law.
+///
+/// In z, where momenta and increments are N(0, I) a priori, let r(z) ≈ Jz + c be the residual linearised at a minimum,
+/// S = I + JJᵀ. By Matheron's rule
+///
+///     z = ζ − JᵀS⁻¹(Jζ + c + ε),   ζ, ε ~ N(0, I),
+///
+/// has the posterior law g(z | θ) of the linear model. A chain holds (ζ, ε, θ) with the density
+///
+///     N(ζ, ε; 0, I) p(y, z, θ) / g(z | θ),
+///
+/// whose marginal of (z, θ) is the posterior, however far from linear. J and c scale with θ, so θ moves at fixed (ζ, ε)
+/// are those of a sampler of the marginal p(θ | y) where the model is linear. The moves of (ζ, ε) rotate them towards
+/// new normal numbers, which leaves the normal law invariant, with kicks by the gradient of the log weight (A. Beskos,
+/// F. Pinski, J. Sanz-Serna, A. Stuart 2011); the acceptance does not depend on the number of steps. Of several minima
+/// the reference is the mixture of their Gaussians, and chains jump between them by independent proposals.
+///
+/// The evidence is that of bridge sampling (X.-L. Meng and W. Wong 1996) between the posterior and the reference.
+/// Chains run in parallel; the draws have the same bits for any number of threads.
+PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOptions& options);
+
+/// Simulation-based calibration (S. Talts et al. 2018) of the posterior of one shape.
+struct CalibrationOptions {
+  SamplerOptions sampler{};  ///< of each simulation; one chain
+  int simulations = 100;
+  int ranks = 63;            ///< L: ranks are 0 … L, of a true value among L thinned draws
+  std::string fault_name{};  ///< a parameter that the data are drawn with `fault_factor` times; empty: none
+  double fault_factor = 1;
+};
+
+struct CalibratedQuantity {
+  std::string name;
+  std::vector<int> ranks;  ///< one for each simulation
+  double deviation = 0;    ///< p-value of the ECDF's largest pointwise significance, see rank_band()
+  bool inside_band = true;
+};
+
+struct Calibration {
+  std::vector<CalibratedQuantity> quantities;  ///< θ, then p0 of the first landmark, q(T/2) of the last, log likelihood
+  int simulations = 0, ranks = 63, failed = 0;  ///< failed: simulations whose path or minimum was not found
+  double pointwise = 0;                         ///< γ of the simultaneous band of 95 %
+  std::vector<int> lower, upper;                ///< of the number of ranks ≤ i, i = 0 … ranks, within the band
+  double seconds = 0;
+};
+
+/// Draws θ, p0, ΔW and y from the prior, samples the posterior of each, and ranks the true values.
+/// @param problem whose first specimen gives source and models; its target only which coordinates are observed
+Calibration calibrate(const PosteriorProblem& problem, const CalibrationOptions& options);
+
+/// The simultaneous band of 95 % of the empirical distribution function of `simulations` uniform ranks 0 … L: the
+/// central intervals of level 1 − γ of the binomial counts at each i, with γ such that all hold with 95 %; exact by the
+/// recursion of T. Säilynoja, P.-C. Bürkner and A. Vehtari (Statistics and Computing 32, 2022, §2.3).
+struct RankBand {
+  double pointwise = 0;           ///< γ
+  std::vector<int> lower, upper;  ///< L + 1 counts
+};
+RankBand rank_band(int simulations, int ranks, double level = 0.95);
+
+/// The probability that the counts stay within [lower, upper] at every i, for uniform ranks.
+double band_probability(const std::vector<int>& lower, const std::vector<int>& upper, int simulations);
+
+}  // namespace pulson

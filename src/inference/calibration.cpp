@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/core.h>
+
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/inference/posterior.hpp"
+#include "pulson/matching/data_term.hpp"
+#include "random/normals.hpp"
+#include "rank_statistics.hpp"
+#include "specimen.hpp"
+
+namespace pulson {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr std::uint64_t kTruths = 1ULL << 62U;
+constexpr int kMostTries = 100;
+constexpr double kBand = 0.95;
+
+// What is drawn from the prior, and the quantities that are ranked.
+struct Truth {
+  PosteriorProblem problem;
+  VectorXd quantities;
+};
+
+std::vector<std::string> quantity_names(const PosteriorProblem& problem) {
+  std::vector<std::string> names;
+  for (const ParameterPrior& prior : problem.parameters) names.push_back(prior.name);
+  names.insert(names.end(), {"p0", "q(T/2)", "log_likelihood"});
+  return names;
+}
+
+VectorXd quantities(const VectorXd& theta, double p0, double middle, double log_likelihood) {
+  VectorXd all(theta.size() + 3);
+  all << theta, p0, middle, log_likelihood;
+  return all;
+}
+
+class Simulations {
+ public:
+  Simulations(const PosteriorProblem& problem, const CalibrationOptions& options)
+      : options_(options), template_(problem), space_(problem), specimen_(problem.specimens.front()) {
+    template_.specimens.erase(template_.specimens.begin() + 1, template_.specimens.end());
+    fault_ = VectorXd::Zero(space_.count());
+    if (options.fault_name.empty()) return;
+    bool known = false;
+    for (Index j = 0; j < space_.count(); ++j) {
+      const ParameterPrior& prior = space_.priors()[static_cast<std::size_t>(j)];
+      if (prior.name != options.fault_name) continue;
+      fault_[j] = std::log(options.fault_factor) / prior.log_deviation;
+      known = true;
+    }
+    if (!known) throw InputError(fmt::format("the fault is of '{}', which is not sampled", options.fault_name));
+  }
+
+  Truth draw(int simulation) const {
+    const Points& source = template_.specimens.front().source;
+    const auto count = static_cast<int>(specimen_.unknowns() + space_.count() + source.size());
+    for (int attempt = 0; attempt < kMostTries; ++attempt) {
+      const std::uint64_t path =
+          kTruths + static_cast<std::uint64_t>(simulation) * kMostTries + static_cast<std::uint64_t>(attempt);
+      const VectorXd normals = standard_normals(options_.sampler.seed, path, count, 1);
+      const VectorXd phi = normals.head(space_.count());
+      const VectorXd z = normals.segment(space_.count(), specimen_.unknowns());
+      const Specimen::Model model = specimen_.model(space_.at(phi + fault_));
+      const auto drawn = specimen_.path(model, z);
+      if (!drawn) continue;
+      return observed(model, *drawn, phi, normals.tail(source.size()).reshaped(source.rows(), source.cols()));
+    }
+    throw NumericalError("paths drawn from the prior do not exist; use more `grid.steps` or a smaller amplitude");
+  }
+
+ private:
+  // y = q(T) + √R ε, of the coordinates that the target has.
+  Truth observed(const Specimen::Model& model, const Trajectory& path, const VectorXd& phi,
+                 const Points& errors) const {
+    Truth truth{template_, {}};
+    MatchingProblem& problem = truth.problem.specimens.front();
+    const Points& end = path.final().q;
+    Points target = end;
+    const LandmarkTerm& data = *problem.data->landmarks();
+    for (Index a = 0; a < target.cols(); ++a) {
+      const MatrixXd precision = data.precision(a);
+      for (Index i = 0; i < target.rows(); ++i)
+        target(i, a) = precision(i, i) > 0 ? target(i, a) + model.sigma / std::sqrt(precision(i, i)) * errors(i, a)
+                                           : std::numeric_limits<double>::quiet_NaN();
+    }
+    problem.data = std::make_shared<LandmarkTerm>(LandmarkObservations{target, problem.sigma, weights(data)});
+    const VectorXd residual = problem.data->residual(end) / model.sigma;
+    const double log_likelihood = -0.5 * residual.squaredNorm() - specimen_.log_volume(model);
+    truth.quantities =
+        quantities(space_.values(phi), path.initial().p(0, 0),
+                   path.states[path.states.size() / 2].q(target.rows() - 1, target.cols() - 1), log_likelihood);
+    return truth;
+  }
+
+  VectorXd weights(const LandmarkTerm& data) const {
+    const double sigma = template_.specimens.front().sigma;
+    VectorXd weights(template_.specimens.front().source.cols());
+    for (Index a = 0; a < weights.size(); ++a) weights[a] = data.precision(a).diagonal().maxCoeff() * sigma * sigma;
+    return weights;
+  }
+
+  const CalibrationOptions& options_;
+  PosteriorProblem template_;
+  ParameterSpace space_;
+  Specimen specimen_;
+  VectorXd fault_;
+};
+
+// Ranks of the true values among L thinned draws.
+std::vector<int> ranks_of(const Truth& truth, const PosteriorDraws& draws, int ranks) {
+  std::vector<int> below(static_cast<std::size_t>(truth.quantities.size()), 0);
+  const Index all = draws.log_likelihood.size();
+  const Index last = draws.middles.front().rows() - 1;
+  for (int i = 0; i < ranks; ++i) {
+    const Index at = (i + 1) * all / ranks - 1;
+    const VectorXd drawn = quantities(draws.parameters.col(at), draws.momenta.front()(0, at),
+                                      draws.middles.front()(last, at), draws.log_likelihood[at]);
+    for (Index j = 0; j < drawn.size(); ++j)
+      if (drawn[j] < truth.quantities[j]) ++below[static_cast<std::size_t>(j)];
+  }
+  return below;
+}
+
+}  // namespace
+
+Calibration calibrate(const PosteriorProblem& problem, const CalibrationOptions& options) {
+  if (options.simulations < 1)
+    throw InputError(fmt::format("there are {} simulations; at least 1 is needed", options.simulations));
+  if (options.ranks < 1 || options.sampler.draws < options.ranks)
+    throw InputError(fmt::format("{} draws are too few for {} ranks", options.sampler.draws, options.ranks));
+  const SerialBlas serial;
+  const auto start = std::chrono::steady_clock::now();
+  const Simulations simulations(problem, options);
+  std::vector<std::vector<int>> all(static_cast<std::size_t>(options.simulations));
+  std::atomic<int> done = 0;
+  parallel_for(options.simulations, [&](int s) {
+    SamplerOptions sampler = options.sampler;
+    sampler.chains = 1;
+    sampler.paths_kept = 0;
+    sampler.evidence = false;
+    sampler.seed = options.sampler.seed + 1 + static_cast<std::uint64_t>(s);
+    sampler.on_progress = {};
+    try {
+      const Truth truth = simulations.draw(s);
+      all[static_cast<std::size_t>(s)] = ranks_of(truth, sample_posterior(truth.problem, sampler), options.ranks);
+    } catch (const NumericalError&) {
+      all[static_cast<std::size_t>(s)].clear();
+    }
+    const int now = ++done;
+    if (options.sampler.on_progress) options.sampler.on_progress(static_cast<double>(now) / options.simulations);
+  });
+  Calibration calibration;
+  calibration.ranks = options.ranks;
+  const std::vector<std::string> names = quantity_names(problem);
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    CalibratedQuantity& quantity = calibration.quantities.emplace_back();
+    quantity.name = names[j];
+    for (const std::vector<int>& ranks : all)
+      if (!ranks.empty()) quantity.ranks.push_back(ranks[j]);
+  }
+  calibration.simulations = static_cast<int>(calibration.quantities.front().ranks.size());
+  calibration.failed = options.simulations - calibration.simulations;
+  if (calibration.simulations == 0) throw NumericalError("no simulation has a posterior that could be sampled");
+  const RankBand band = rank_band(calibration.simulations, options.ranks, kBand);
+  calibration.pointwise = band.pointwise;
+  calibration.lower = band.lower;
+  calibration.upper = band.upper;
+  for (CalibratedQuantity& quantity : calibration.quantities) {
+    const std::vector<int> counts = rank_counts(quantity.ranks, options.ranks);
+    quantity.deviation = rank_p_value(counts);
+    for (std::size_t i = 0; i < counts.size(); ++i)
+      quantity.inside_band = quantity.inside_band && counts[i] >= band.lower[i] && counts[i] <= band.upper[i];
+  }
+  calibration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return calibration;
+}
+
+}  // namespace pulson

@@ -1,0 +1,303 @@
+#include "chain.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/factorisations.hpp"
+#include "normal_quantile.hpp"
+#include "pulson/core/errors.hpp"
+#include "random/normals.hpp"
+
+namespace pulson {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double kQuarterTurn = std::numbers::pi / 2;
+constexpr double kFirstAngle = 0.8;
+constexpr double kLeastAngle = 1e-4;
+constexpr int kMostKicks = 32;
+constexpr double kThetaAcceptance = 0.3;
+constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
+constexpr double kAdaptation = 0.6;
+constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
+constexpr double kNone = -std::numeric_limits<double>::infinity();
+
+// Kinds of random numbers within an iteration.
+constexpr std::size_t kKindsOfSpecimen = 6, kFirstTheta = 1;
+constexpr std::uint64_t kStartIterations = 1ULL << 30U;
+constexpr std::uint64_t kReferenceChains = 1ULL << 20U;
+
+VectorXd drawn(std::uint64_t seed, std::uint64_t chain, std::uint64_t iteration, std::size_t kind, Index count) {
+  constexpr std::uint64_t kKinds = 1ULL << 10U, kIterations = 1ULL << 31U;
+  const std::uint64_t path = (chain * kIterations + iteration) * kKinds + kind;
+  // Steps are drawn four at a time.
+  const auto channels = static_cast<int>((count + 3) / 4);
+  return standard_normals(seed, path, channels, 4).reshaped().head(count);
+}
+
+}  // namespace
+
+ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi) {
+  ThetaPoint theta{phi, {}, {}};
+  const ModelNumbers numbers = setting.space.at(phi);
+  for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
+    theta.models.push_back(setting.specimens[i].model(numbers));
+    std::vector<LinearAt>& linear = theta.linear.emplace_back();
+    for (const Minimum& minimum : setting.reference.minima[i])
+      linear.emplace_back(*minimum.linear, theta.models.back());
+  }
+  return theta;
+}
+
+double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, const VectorXd& z,
+                     const Specimen::Shot& shot, VectorXd* responsibilities, std::vector<VectorXd>* residuals) {
+  const std::vector<LinearAt>& linear = theta.linear[specimen];
+  const double volume = setting.specimens[specimen].log_volume(theta.models[specimen]);
+  VectorXd logs(std::ssize(linear));
+  for (std::size_t m = 0; m < linear.size(); ++m) {
+    VectorXd residual = linear[m].residual(z);
+    const auto index = static_cast<Index>(m);
+    logs[index] = setting.reference.log_weights[specimen][index] - 0.5 * residual.squaredNorm() - volume -
+                  linear[m].log_evidence();
+    if (residuals != nullptr) residuals->push_back(std::move(residual));
+  }
+  const double largest = logs.maxCoeff();
+  const VectorXd parts = (logs.array() - largest).exp();
+  if (responsibilities != nullptr) *responsibilities = parts / parts.sum();
+  return shot.log_likelihood - largest - std::log(parts.sum());
+}
+
+namespace {
+
+std::size_t drawn_mode(const VectorXd& log_weights, double uniform) {
+  double below = 0;
+  for (Index m = 0; m + 1 < log_weights.size(); ++m) {
+    below += std::exp(log_weights[m]);
+    if (uniform < below) return static_cast<std::size_t>(m);
+  }
+  return static_cast<std::size_t>(log_weights.size() - 1);
+}
+
+}  // namespace
+
+double reference_log_weight(const ChainSetting& setting, std::uint64_t number) {
+  const std::uint64_t chain = kReferenceChains;
+  const Index k = setting.space.count();
+  try {
+    VectorXd phi = drawn(setting.seed, chain, number, 0, k);
+    if (k > 0) phi = setting.reference.centre + VectorXd(setting.reference.root.triangularView<Eigen::Lower>() * phi);
+    const ThetaPoint theta = make_theta(setting, phi);
+    double sum = log_standard_normal(phi) - setting.reference.log_density(phi);
+    for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
+      const Specimen& specimen = setting.specimens[i];
+      const double uniform = normal_probability(drawn(setting.seed, chain, number, 2 * i + 1, 1)[0]);
+      const std::size_t mode = drawn_mode(setting.reference.log_weights[i], uniform);
+      const VectorXd z = theta.linear[i][mode].draw(
+          drawn(setting.seed, chain, number, 2 * i + 2, specimen.unknowns() + specimen.data()));
+      const auto shot = specimen.shoot(theta.models[i], z);
+      if (!shot) return kNone;
+      sum += log_weight_of(setting, i, theta, z, *shot);
+    }
+    return sum;
+  } catch (const Error&) {
+    return kNone;
+  }
+}
+
+Chain::Chain(const ChainSetting& setting, int number)
+    : setting_(setting),
+      number_(static_cast<std::uint64_t>(number)),
+      log_angle_(std::log(setting.move.adapts ? kFirstAngle : kQuarterTurn)),
+      log_scale_(std::log(2.4 / std::sqrt(std::max<double>(1, static_cast<double>(setting.space.count()))))),
+      root_(setting.reference.root) {
+  const Index k = setting_.space.count();
+  double size = 1;  // of the first normal numbers: smaller where there is no path
+  for (int start = 0; start < kStarts; ++start, size *= 0.9) {
+    iteration_ = kStartIterations + static_cast<std::uint64_t>(start);
+    points_.clear();
+    VectorXd phi = setting_.reference.centre;
+    if (k > 0) phi += size * VectorXd(root_.triangularView<Eigen::Lower>() * normals(0, k));
+    theta_ = make_theta(setting_, phi);
+    for (std::size_t i = 0; i < setting_.specimens.size(); ++i) {
+      const std::size_t mode =
+          drawn_mode(setting_.reference.log_weights[i], uniform(kFirstTheta + kKindsOfSpecimen * (i + 1)));
+      const Specimen& specimen = setting_.specimens[i];
+      auto begun =
+          point(i, theta_, mode,
+                size * normals(kFirstTheta + kKindsOfSpecimen * (i + 1) + 1, specimen.unknowns() + specimen.data()));
+      if (!begun) break;
+      points_.push_back(std::move(*begun));
+    }
+    if (points_.size() == setting_.specimens.size()) break;
+  }
+  if (points_.size() != setting_.specimens.size())
+    throw NumericalError("no path is found where chains begin; use more `grid.steps`");
+  iteration_ = 0;
+}
+
+VectorXd Chain::normals(std::size_t kind, Index count) const {
+  return drawn(setting_.seed, number_, iteration_, kind, count);
+}
+
+double Chain::uniform(std::size_t kind) const { return normal_probability(normals(kind, 1)[0]); }
+
+double Chain::log_weight() const {
+  double sum = log_standard_normal(theta_.phi) - setting_.reference.log_density(theta_.phi);
+  for (const ChainPoint& point : points_) sum += point.log_weight;
+  return sum;
+}
+
+double Chain::log_likelihood() const {
+  double sum = 0;
+  for (const ChainPoint& point : points_) sum += point.shot.log_likelihood;
+  return sum;
+}
+
+std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, VectorXd v) {
+  ++evaluations_;
+  ChainPoint at{mode, std::move(v), {}, {}, 0};
+  at.z = theta.linear[specimen][mode].draw(at.v);
+  std::optional<Specimen::Shot> shot = setting_.specimens[specimen].shoot(theta.models[specimen], at.z);
+  if (!shot) return std::nullopt;
+  at.shot = std::move(*shot);
+  at.log_weight = log_weight_of(setting_, specimen, theta, at.z, at.shot);
+  if (!std::isfinite(at.log_weight)) return std::nullopt;
+  return at;
+}
+
+VectorXd Chain::gradient(std::size_t specimen, const ChainPoint& at) {
+  VectorXd responsibilities;
+  std::vector<VectorXd> residuals;
+  log_weight_of(setting_, specimen, theta_, at.z, at.shot, &responsibilities, &residuals);
+  VectorXd by_z = -setting_.specimens[specimen].misfit_gradient(theta_.models[specimen], at.shot);
+  const std::vector<LinearAt>& linear = theta_.linear[specimen];
+  for (std::size_t m = 0; m < linear.size(); ++m)
+    by_z += linear[m].transposed(responsibilities[static_cast<Index>(m)] * residuals[m]);
+  return linear[at.mode].pull_back(by_z);
+}
+
+// Rotations of (v, η) by the angle of a step, which leave N(0, I) invariant, between kicks of η by the gradient of the
+// log weight: reversible, and of the volume of (v, η).
+void Chain::move_path(std::size_t specimen, bool adapting) {
+  const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (specimen + 1);
+  const ChainPoint& from = points_[specimen];
+  // Steps of different lengths, so that no trajectory is periodic.
+  const double angle = setting_.move.adapts ? std::exp(log_angle_) * (0.8 + 0.4 * uniform(kind)) : kQuarterTurn;
+  const int steps =
+      setting_.move.whole_rotation ? std::clamp(static_cast<int>(std::lround(kQuarterTurn / angle)), 1, kMostKicks) : 1;
+  VectorXd eta = normals(kind + 1, from.v.size());
+  double energy = -from.log_weight + 0.5 * from.v.squaredNorm() + 0.5 * eta.squaredNorm();
+  ChainPoint at = from;
+  bool lost = false;
+  VectorXd kick = setting_.move.uses_gradient ? gradient(specimen, at) : VectorXd::Zero(eta.size());
+  for (int step = 0; step < steps && !lost; ++step) {
+    eta += 0.5 * angle * kick;
+    VectorXd turned = std::cos(angle) * at.v + std::sin(angle) * eta;
+    eta = std::cos(angle) * eta - std::sin(angle) * at.v;
+    auto next = point(specimen, theta_, at.mode, std::move(turned));
+    lost = !next;
+    if (lost) break;
+    at = std::move(*next);
+    if (setting_.move.uses_gradient) {
+      kick = gradient(specimen, at);
+      eta += 0.5 * angle * kick;
+    }
+  }
+  double probability = 0;
+  if (!lost) {
+    energy -= -at.log_weight + 0.5 * at.v.squaredNorm() + 0.5 * eta.squaredNorm();
+    probability = std::isnan(energy) ? 0 : std::min(1.0, std::exp(energy));
+  }
+  if (uniform(kind + 2) < probability) points_[specimen] = std::move(at);
+  if (!adapting) {
+    accepted_ += probability;
+    ++moves_;
+  } else if (setting_.move.adapts) {
+    log_angle_ +=
+        (probability - setting_.move.target_acceptance) / std::pow(static_cast<double>(iteration_ + 1), kAdaptation);
+    log_angle_ = std::clamp(log_angle_, std::log(kLeastAngle), std::log(kQuarterTurn));
+  }
+}
+
+// An independent draw of the reference's mode and v.
+void Chain::jump(std::size_t specimen) {
+  if (theta_.linear[specimen].size() < 2) return;
+  const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (specimen + 1) + 3;
+  const std::size_t mode = drawn_mode(setting_.reference.log_weights[specimen], uniform(kind));
+  auto next = point(specimen, theta_, mode, normals(kind + 1, points_[specimen].v.size()));
+  if (!next) return;
+  if (std::log(uniform(kind + 2)) < next->log_weight - points_[specimen].log_weight)
+    points_[specimen] = std::move(*next);
+}
+
+void Chain::move_theta(int turn, bool adapting) {
+  const Index k = setting_.space.count();
+  const std::size_t kind =
+      kFirstTheta + kKindsOfSpecimen * (setting_.specimens.size() + 1) + 2 * static_cast<std::size_t>(turn);
+  const VectorXd phi =
+      theta_.phi + std::exp(log_scale_) * VectorXd(root_.triangularView<Eigen::Lower>() * normals(kind, k));
+  double probability = 0;
+  std::vector<ChainPoint> next;
+  ThetaPoint theta;
+  try {
+    theta = make_theta(setting_, phi);
+    double change = log_standard_normal(phi) - log_standard_normal(theta_.phi);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      auto moved = point(i, theta, points_[i].mode, points_[i].v);
+      if (!moved) break;
+      change += moved->log_weight - points_[i].log_weight;
+      next.push_back(std::move(*moved));
+    }
+    if (next.size() == points_.size()) probability = std::min(1.0, std::exp(change));
+  } catch (const Error&) {
+    probability = 0;
+  }
+  if (uniform(kind + 1) < probability) {
+    theta_ = std::move(theta);
+    points_ = std::move(next);
+  }
+  if (adapting) {
+    log_scale_ += (probability - kThetaAcceptance) / std::pow(static_cast<double>(iteration_ + 1), kAdaptation);
+  } else {
+    theta_accepted_ += probability;
+    ++theta_moves_;
+  }
+}
+
+// Halfway through the warm-up the moves of φ take the covariance of the second quarter of it.
+void Chain::learn(int warmup) {
+  const Index k = setting_.space.count();
+  const auto done = static_cast<Index>(iteration_);
+  if (visited_.cols() != warmup) visited_.resize(k, warmup);
+  if (done < warmup) visited_.col(done) = theta_.phi;
+  const Index first = warmup / 4, last = warmup / 2;
+  if (done != last || last - first < 20 * k) return;
+  const MatrixXd some = visited_.middleCols(first, last - first);
+  const MatrixXd centred = some.colwise() - some.rowwise().mean();
+  const MatrixXd of_reference = setting_.reference.root * setting_.reference.root.transpose();
+  const double weight = 5.0 / (5.0 + static_cast<double>(last - first));
+  const Eigen::LLT<MatrixXd> factors(MatrixXd(
+      (1 - weight) / static_cast<double>(last - first) * centred * centred.transpose() + weight * of_reference));
+  if (factors.info() == Eigen::Success) root_ = factors.matrixL();
+}
+
+void Chain::advance(int warmup) {
+  const bool adapting = iteration_ < static_cast<std::uint64_t>(warmup);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    move_path(i, adapting);
+    jump(i);
+  }
+  if (setting_.space.count() > 0) {
+    for (int turn = 0; turn < kThetaMoves; ++turn) move_theta(turn, adapting);
+    if (adapting) learn(warmup);
+  }
+  ++iteration_;
+}
+
+}  // namespace pulson

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "reference.hpp"
+
+namespace pulson {
+
+/// What the moves of all chains share.
+struct ChainSetting {
+  const std::vector<Specimen>& specimens;
+  const ParameterSpace& space;
+  const Reference& reference;
+  MoveKind move;
+  std::uint64_t seed = 1;
+};
+
+/// A point of the posterior of one specimen in whitened coordinates v = (ζ, ε) of mode m.
+struct ChainPoint {
+  std::size_t mode = 0;
+  Eigen::VectorXd v;
+  Eigen::VectorXd z;
+  Specimen::Shot shot;
+  double log_weight = 0;  ///< log p(y, z | θ) / Σ_m a_m g_m(z | θ)
+};
+
+/// The models of one θ for all specimens, and the linear ones of all modes.
+struct ThetaPoint {
+  Eigen::VectorXd phi;
+  std::vector<Specimen::Model> models;
+  std::vector<std::vector<LinearAt>> linear;  ///< [specimen][mode]
+};
+
+/// One Markov chain, see sample_posterior(). Its random numbers are a function of seed, number and iteration.
+class Chain {
+ public:
+  /// @param specimens, one of each: begins at draws of the reference
+  Chain(const ChainSetting& setting, int number);
+
+  /// One iteration: each specimen's path, its mode, θ; `warmup` is how many iterations adapt.
+  void advance(int warmup);
+
+  const ThetaPoint& theta() const { return theta_; }
+  const std::vector<ChainPoint>& points() const { return points_; }
+  /// log N(φ; 0, I)/N(φ; φ̂, BBᵀ) + Σ log weights
+  double log_weight() const;
+  double log_likelihood() const;
+  double angle() const { return std::exp(log_angle_); }
+  double acceptance() const { return moves_ > 0 ? accepted_ / static_cast<double>(moves_) : 0; }
+  double parameter_acceptance() const {
+    return theta_moves_ > 0 ? theta_accepted_ / static_cast<double>(theta_moves_) : 0;
+  }
+  std::int64_t evaluations() const { return evaluations_; }
+
+ private:
+  Eigen::VectorXd normals(std::size_t kind, Eigen::Index count) const;
+  double uniform(std::size_t kind) const;
+  void move_path(std::size_t specimen, bool adapting);
+  void jump(std::size_t specimen);
+  void move_theta(int turn, bool adapting);
+  void learn(int warmup);
+  std::optional<ChainPoint> point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, Eigen::VectorXd v);
+  Eigen::VectorXd gradient(std::size_t specimen, const ChainPoint& at);
+
+  ChainSetting setting_;
+  std::uint64_t number_;
+  std::uint64_t iteration_ = 0;
+  ThetaPoint theta_;
+  std::vector<ChainPoint> points_;
+  double log_angle_;
+  double log_scale_;         ///< of the moves of φ
+  Eigen::MatrixXd root_;     ///< of their covariance
+  Eigen::MatrixXd visited_;  ///< φ of the warm-up
+  double accepted_ = 0, theta_accepted_ = 0;
+  std::int64_t moves_ = 0, theta_moves_ = 0, evaluations_ = 0;
+};
+
+ThetaPoint make_theta(const ChainSetting& setting, const Eigen::VectorXd& phi);
+
+/// log p(y, z | θ)/Σ_m a_m g_m(z | θ); with the responsibilities of the modes if these are asked for
+double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta,
+                     const Eigen::VectorXd& z, const Specimen::Shot& shot, Eigen::VectorXd* responsibilities = nullptr,
+                     std::vector<Eigen::VectorXd>* residuals = nullptr);
+
+/// The log weight of an independent draw of the reference; −∞ without a path.
+double reference_log_weight(const ChainSetting& setting, std::uint64_t number);
+
+}  // namespace pulson

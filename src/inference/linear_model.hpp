@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "specimen.hpp"
+
+namespace pulson {
+
+/// The residual of one specimen linearised about a point, in physical variables, at the σ of the data:
+///
+///     r ≈ c + G_v K p0 + G_W (ρ ∘ ΔW),
+///
+/// ρ_i(θ) the strength of channel i relative to that of the models it was made with: so it holds for other θ as well,
+/// exactly for amplitudes, λ and σ where the path is linear in what moves it.
+class LinearModel {
+ public:
+  /// @param at a path of `z`
+  LinearModel(const Specimen& specimen, const Specimen::Model& model, const Specimen::Shot& at,
+              const Eigen::VectorXd& z);
+
+ private:
+  friend class LinearAt;
+  Eigen::VectorXd strengths(const NoiseModel& noise) const;  ///< of each channel
+
+  const Specimen* specimen_;
+  Eigen::MatrixXd by_velocity_;    ///< G_v, n×dN
+  Eigen::MatrixXd by_increments_;  ///< G_W, n×CK
+  Eigen::VectorXd offset_;         ///< c
+  PhaseState middle_;              ///< where strengths are measured
+  std::vector<PhaseState> probes_;
+  std::shared_ptr<const NoiseModel> noise_;
+  Eigen::VectorXd strengths_;          ///< at the θ it was made with
+  std::vector<int> group_;             ///< of each channel: those of one group change alike with θ
+  std::vector<Eigen::MatrixXd> gram_;  ///< of each group, Δt G_W G_Wᵀ over its channels
+  std::shared_ptr<const Eigen::MatrixXd> root_;
+  Eigen::MatrixXd momentum_gram_;  ///< G_v (K + ε) G_vᵀ with that root
+};
+
+/// It at one θ in whitened unknowns: r ≈ Jz + c, S = I + JJᵀ.
+class LinearAt {
+ public:
+  LinearAt(const LinearModel& linear, const Specimen::Model& model);
+
+  Eigen::VectorXd apply(const Eigen::VectorXd& z) const;       ///< Jz
+  Eigen::VectorXd transposed(const Eigen::VectorXd& v) const;  ///< Jᵀv
+  const Eigen::VectorXd& offset() const { return offset_; }    ///< c
+  Eigen::VectorXd residual(const Eigen::VectorXd& z) const { return apply(z) + offset_; }
+  Eigen::VectorXd solve(const Eigen::VectorXd& v) const { return factors_.solve(v); }  ///< S⁻¹v
+
+  /// The z of standard normal numbers (ζ, ε): a draw of the linear posterior.
+  Eigen::VectorXd draw(const Eigen::VectorXd& normals) const;
+  /// The transpose of its derivative.
+  Eigen::VectorXd pull_back(const Eigen::VectorXd& z_bar) const;
+  /// −JᵀS⁻¹c
+  Eigen::VectorXd mean() const;
+
+  double log_evidence() const { return log_evidence_; }  ///< log p(y | θ) of the linear model
+
+ private:
+  const LinearModel* linear_;
+  double scale_velocity_ = 1;
+  Eigen::VectorXd scale_channels_;  ///< C
+  std::shared_ptr<const Eigen::MatrixXd> root_;
+  Eigen::VectorXd offset_;
+  Eigen::LLT<Eigen::MatrixXd> factors_;
+  double log_evidence_ = 0;
+};
+
+}  // namespace pulson

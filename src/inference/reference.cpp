@@ -1,0 +1,258 @@
+#include "reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/factorisations.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "random/normals.hpp"
+
+namespace pulson {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int kMostSteps = 60;
+constexpr int kMostHalvings = 12;
+constexpr double kSmallGain = 0.05;  // nats: the minimum is that of a reference
+constexpr double kFarBelow = 12;     // nats
+constexpr int kTurns = 2;            // of θ and z
+constexpr Index kFewData = 12;
+constexpr int kSearchesOfFew = 4;
+constexpr std::uint64_t kGuessPath = 1ULL << 60U;
+
+double cost_of(const VectorXd& z, const Specimen::Shot& shot) {
+  return 0.5 * (z.squaredNorm() + shot.residual.squaredNorm());
+}
+
+// The z of greatest probability by the searches of registration.
+VectorXd registered(const Specimen& specimen, const Specimen::Model& model, std::uint64_t seed) {
+  MatchingProblem problem = specimen.problem();
+  problem.integrator = make_integrator("variational-2");
+  const MatchingObjective objective(problem);
+  MinimiseOptions options;
+  options.seed = seed;
+  const MinimiseSummary summary = minimise(objective, options);
+  return specimen.white(model, objective.momenta(summary.solution.z), objective.increments(summary.solution.z));
+}
+
+// Whether two minima are within a standard deviation of each other.
+bool same_minimum(const LinearAt& linear, const VectorXd& a, const VectorXd& b) {
+  const VectorXd apart = a - b;
+  return apart.squaredNorm() + linear.apply(apart).squaredNorm() < 1;
+}
+
+}  // namespace
+
+Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, const VectorXd& start) {
+  Minimum at{start, 0, false, nullptr};
+  std::optional<Specimen::Shot> shot = specimen.shoot(model, at.z);
+  if (!shot) shot = specimen.shoot(model, at.z = VectorXd::Zero(specimen.unknowns()));
+  if (!shot)
+    throw NumericalError(
+        "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`");
+  at.cost = cost_of(at.z, *shot);
+  for (int step = 0;; ++step) {
+    at.linear = std::make_shared<LinearModel>(specimen, model, *shot, at.z);
+    const LinearAt linear(*at.linear, model);
+    const VectorXd way = linear.mean() - at.z;
+    const VectorXd least = at.z + way;
+    const double gain = at.cost - 0.5 * (least.squaredNorm() + linear.residual(least).squaredNorm());
+    at.converged = gain <= kSmallGain;
+    if (at.converged || step == kMostSteps) return at;
+    bool fell = false;
+    double part = 1;
+    for (int halving = 0; halving < kMostHalvings && !fell; ++halving, part /= 2) {
+      const VectorXd tried = at.z + part * way;
+      std::optional<Specimen::Shot> there = specimen.shoot(model, tried);
+      if (!there || cost_of(tried, *there) >= at.cost - 1e-4 * part * gain) continue;
+      at.z = tried;
+      at.cost = cost_of(tried, *there);
+      shot = std::move(there);
+      fell = true;
+    }
+    if (!fell) return at;
+  }
+}
+
+std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,
+                                 std::uint64_t seed) {
+  if (searches == 0) searches = specimen.data() <= kFewData ? kSearchesOfFew : 1;
+  std::vector<Minimum> minima;
+  std::vector<double> evidences;
+  for (int search = 0; search < searches; ++search) {
+    try {
+      const int unknowns = static_cast<int>(specimen.unknowns());
+      const VectorXd guess =
+          search == 0 ? registered(specimen, model, seed)
+                      : VectorXd(standard_normals(seed, kGuessPath + static_cast<std::uint64_t>(search), unknowns, 1));
+      Minimum found = find_minimum(specimen, model, guess);
+      const LinearAt linear(*found.linear, model);
+      const bool known = std::any_of(minima.begin(), minima.end(),
+                                     [&](const Minimum& other) { return same_minimum(linear, found.z, other.z); });
+      if (known || (!found.converged && !minima.empty())) continue;
+      evidences.push_back(linear.log_evidence());
+      minima.push_back(std::move(found));
+    } catch (const NumericalError&) {
+      if (search + 1 == searches && minima.empty()) throw;
+    }
+  }
+  const double best = *std::max_element(evidences.begin(), evidences.end());
+  std::vector<Minimum> kept;
+  for (std::size_t m = 0; m < minima.size(); ++m)
+    if (evidences[m] > best - kFarBelow) kept.push_back(std::move(minima[m]));
+  return kept;
+}
+
+double log_standard_normal(const VectorXd& phi) {
+  return -0.5 * phi.squaredNorm() - 0.5 * static_cast<double>(phi.size()) * std::log(2 * std::numbers::pi);
+}
+
+double Reference::log_density(const VectorXd& phi) const {
+  if (phi.size() == 0) return 0;
+  const VectorXd white = root.triangularView<Eigen::Lower>().solve(phi - centre);
+  return log_standard_normal(white) - root.diagonal().array().log().sum();
+}
+
+namespace {
+
+// log p(φ) + Σ log Σ_m p_m(y | φ), of the linear models.
+class LinearPosterior {
+ public:
+  LinearPosterior(const std::vector<Specimen>& specimens, const ParameterSpace& space, const Reference& reference)
+      : specimens_(specimens), space_(space), reference_(reference) {}
+
+  double operator()(const VectorXd& phi) const {
+    double sum = log_standard_normal(phi);
+    try {
+      const ModelNumbers numbers = space_.at(phi);
+      for (std::size_t i = 0; i < specimens_.size(); ++i) {
+        const Specimen::Model model = specimens_[i].model(numbers);
+        double best = -std::numeric_limits<double>::infinity();
+        for (const Minimum& minimum : reference_.minima[i])
+          best = std::max(best, LinearAt(*minimum.linear, model).log_evidence());
+        sum += best;
+      }
+    } catch (const Error&) {
+      return -std::numeric_limits<double>::infinity();
+    }
+    return std::isfinite(sum) ? sum : -std::numeric_limits<double>::infinity();
+  }
+
+ private:
+  const std::vector<Specimen>& specimens_;
+  const ParameterSpace& space_;
+  const Reference& reference_;
+};
+
+struct Quadratic {
+  double value = 0;
+  VectorXd gradient;
+  MatrixXd information;
+};
+
+// By central differences; eigenvalues of the information are raised to 1/4, half the precision that the prior adds.
+Quadratic quadratic(const LinearPosterior& f, const VectorXd& phi) {
+  constexpr double kStep = 0.1;
+  constexpr double kLeastInformation = 0.25;
+  const Index k = phi.size();
+  Quadratic model{f(phi), VectorXd(k), MatrixXd(k, k)};
+  std::vector<std::function<double()>> tasks;
+  MatrixXd plus(k, k), minus(k, k);
+  parallel_for(static_cast<int>(2 * k * k), [&](int task) {
+    const Index i = task / 2 % k, j = task / 2 / k;
+    if (i < j) return;
+    const double sign = task % 2 == 0 ? 1 : -1;
+    VectorXd there = phi;
+    there[i] += sign * kStep;
+    if (i != j) there[j] += sign * kStep;
+    (sign > 0 ? plus : minus)(i, j) = f(there);
+  });
+  for (Index i = 0; i < k; ++i) {
+    model.gradient[i] = (plus(i, i) - minus(i, i)) / (2 * kStep);
+    model.information(i, i) = -(plus(i, i) - 2 * model.value + minus(i, i)) / (kStep * kStep);
+  }
+  for (Index i = 0; i < k; ++i)
+    for (Index j = 0; j < i; ++j) {
+      const double both = -(plus(i, j) - 2 * model.value + minus(i, j)) / (kStep * kStep);
+      model.information(i, j) = model.information(j, i) =
+          0.5 * (both - model.information(i, i) - model.information(j, j));
+    }
+  if (!model.information.allFinite()) model.information = MatrixXd::Identity(k, k);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(model.information);
+  model.information = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(kLeastInformation).asDiagonal() *
+                      eigen.eigenvectors().transpose();
+  return model;
+}
+
+// Newton's method, to a tenth of a deviation.
+Quadratic maximise(const LinearPosterior& f, VectorXd& phi) {
+  constexpr int kMost = 20;
+  constexpr double kNear = 0.1;
+  constexpr double kLongest = 1;
+  for (int step = 0;; ++step) {
+    Quadratic model = quadratic(f, phi);
+    VectorXd way = MatrixXd(model.information).llt().solve(model.gradient);
+    if (step == kMost || !way.allFinite() || way.dot(model.information * way) < kNear * kNear) return model;
+    if (const double longest = way.cwiseAbs().maxCoeff(); longest > kLongest) way *= kLongest / longest;
+    double part = 1;
+    while (part > 1e-3 && !(f(phi + part * way) > model.value)) part /= 2;
+    if (part <= 1e-3) return model;
+    phi += part * way;
+  }
+}
+
+}  // namespace
+
+Reference make_reference(const std::vector<Specimen>& specimens, const ParameterSpace& space, int searches,
+                         std::uint64_t seed) {
+  const SerialBlas serial;
+  Reference reference;
+  const Index k = space.count();
+  reference.centre = VectorXd::Zero(k);
+  reference.minima.resize(specimens.size());
+  const auto count = static_cast<int>(specimens.size());
+  ModelNumbers numbers = space.at(reference.centre);
+  parallel_for(count, [&](int i) {
+    const auto s = static_cast<std::size_t>(i);
+    reference.minima[s] = find_minima(specimens[s], specimens[s].model(numbers), searches, seed);
+  });
+  Quadratic best;
+  for (int turn = 0; k > 0 && turn < kTurns; ++turn) {
+    best = maximise(LinearPosterior(specimens, space, reference), reference.centre);
+    if (turn + 1 == kTurns) break;
+    numbers = space.at(reference.centre);
+    parallel_for(count, [&](int i) {
+      const auto s = static_cast<std::size_t>(i);
+      const Specimen::Model model = specimens[s].model(numbers);
+      for (Minimum& minimum : reference.minima[s])
+        minimum = find_minimum(specimens[s], model, LinearAt(*minimum.linear, model).mean());
+    });
+  }
+  numbers = space.at(reference.centre);
+  double laplace = 0;
+  for (std::size_t s = 0; s < specimens.size(); ++s) {
+    VectorXd logs(std::ssize(reference.minima[s]));
+    const Specimen::Model model = specimens[s].model(numbers);
+    for (Index m = 0; m < logs.size(); ++m)
+      logs[m] = LinearAt(*reference.minima[s][static_cast<std::size_t>(m)].linear, model).log_evidence();
+    const double sum = logs.maxCoeff() + std::log((logs.array() - logs.maxCoeff()).exp().sum());
+    laplace += sum;
+    reference.log_weights.push_back(logs.array() - sum);
+  }
+  if (k > 0) {
+    const MatrixXd covariance = best.information.inverse();
+    reference.root = Eigen::LLT<MatrixXd>(covariance).matrixL();
+    laplace += log_standard_normal(reference.centre) - reference.log_density(reference.centre);
+  }
+  reference.laplace_log_evidence = laplace;
+  return reference;
+}
+
+}  // namespace pulson

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "linear_model.hpp"
+
+namespace pulson {
+
+/// A minimum of one specimen's −log p(y, z | θ), and the model linear about it.
+struct Minimum {
+  Eigen::VectorXd z;
+  double cost = 0;  ///< ½|z|² + ½|r|²
+  bool converged = false;
+  std::shared_ptr<const LinearModel> linear;
+};
+
+/// Gauss–Newton steps in the space of the data from `start`, halved until the cost falls.
+/// @throws NumericalError where neither `start` nor rest has a path
+Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, const Eigen::VectorXd& start);
+
+/// The distinct minima that searches from several guesses find, in order of their linear evidence; those more than 12
+/// nats below the first are dropped.
+/// @param searches 0: 4 where there are at most 12 data, else 1
+std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,
+                                 std::uint64_t seed);
+
+/// The Gaussian reference of a posterior: for each specimen the mixture Σ_m a_m g_m(z | θ) of linear models, and
+/// N(φ̂, BBᵀ) for φ.
+struct Reference {
+  std::vector<std::vector<Minimum>> minima;  ///< [specimen][mode]
+  std::vector<Eigen::VectorXd> log_weights;  ///< log a_m
+  Eigen::VectorXd centre;                    ///< φ̂
+  Eigen::MatrixXd root;                      ///< B, lower triangle
+  double laplace_log_evidence = 0;           ///< log p(y), by Laplace's approximation over φ of the linear evidence
+
+  /// log N(φ; φ̂, BBᵀ)
+  double log_density(const Eigen::VectorXd& phi) const;
+};
+
+/// Minima at the φ of greatest linear evidence, found in turns.
+Reference make_reference(const std::vector<Specimen>& specimens, const ParameterSpace& space, int searches,
+                         std::uint64_t seed);
+
+/// log N(φ; 0, I)
+double log_standard_normal(const Eigen::VectorXd& phi);
+
+}  // namespace pulson

@@ -1,0 +1,143 @@
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include <fmt/core.h>
+
+#include "chain.hpp"
+#include "evidence.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/inference/posterior.hpp"
+
+namespace pulson {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+const NameTable<MoveKind>& sampler_table() {
+  static const NameTable<MoveKind> kTable(
+      "sampler",
+      {{"hmc", {}, "Hamiltonian Monte Carlo: a quarter turn in steps whose size is adapted", {true, true, true, 0.8}},
+       {"mala", {}, "one step of it: function-space Langevin", {true, false, true, 0.6}},
+       {"pcn",
+        {},
+        "preconditioned Crank-Nicolson: rotations of an adapted angle, without gradients",
+        {false, false, true, 0.35}},
+       {"independence", {}, "independent draws of the Gauss-Newton Gaussian", {false, false, false, 0}}});
+  return kTable;
+}
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void check(const SamplerOptions& options) {
+  if (options.chains < 1) throw InputError(fmt::format("there are {} chains; at least 1 is needed", options.chains));
+  if (options.draws < 4)
+    throw InputError(fmt::format("there are {} draws of a chain; at least 4 are needed", options.draws));
+  if (options.warmup < 0)
+    throw InputError(fmt::format("the warm-up has {} iterations; it must not be negative", options.warmup));
+  if (options.searches < 0)
+    throw InputError(fmt::format("there are {} searches; the number must not be negative", options.searches));
+}
+
+// What all chains have drawn, draw·chains + chain.
+class Recorder {
+ public:
+  Recorder(const PosteriorProblem& problem, const ParameterSpace& space, const SamplerOptions& options)
+      : space_(space), options_(options) {
+    const Index all = static_cast<Index>(options.draws) * options.chains;
+    out.chains = options.chains;
+    out.draws = options.draws;
+    for (const ParameterPrior& prior : space.priors()) out.names.push_back(prior.name);
+    out.parameters.resize(space.count(), all);
+    out.log_likelihood.resize(all);
+    out.log_weight.resize(all);
+    out.mode.resize(all);
+    const Index kept = std::min<Index>(options.paths_kept, all);
+    for (Index i = 0; i < kept; ++i) out.kept.push_back(static_cast<int>(i * all / kept));
+    for (const MatchingProblem& specimen : problem.specimens) {
+      for (auto* rows : {&out.momenta, &out.ends, &out.middles}) rows->emplace_back(specimen.source.size(), all);
+      out.paths.emplace_back(out.kept.size());
+    }
+  }
+
+  void record(int draw, int chain, const Chain& state, const std::vector<Specimen>& specimens) {
+    const Index column = static_cast<Index>(draw) * options_.chains + chain;
+    if (space_.count() > 0) out.parameters.col(column) = space_.values(state.theta().phi);
+    out.log_likelihood[column] = state.log_likelihood();
+    out.log_weight[column] = state.log_weight();
+    out.mode[column] = static_cast<int>(state.points().front().mode);
+    const auto kept = std::lower_bound(out.kept.begin(), out.kept.end(), static_cast<int>(column));
+    for (std::size_t i = 0; i < specimens.size(); ++i) {
+      const ChainPoint& point = state.points()[i];
+      const std::vector<PhaseState>& states = point.shot.path.states;
+      out.momenta[i].col(column) = states.front().p.reshaped();
+      out.ends[i].col(column) = states.back().q.reshaped();
+      out.middles[i].col(column) = states[states.size() / 2].q.reshaped();
+      if (kept == out.kept.end() || *kept != column) continue;
+      std::vector<Points>& path = out.paths[i][static_cast<std::size_t>(kept - out.kept.begin())];
+      for (const PhaseState& phase : states) path.push_back(phase.q);
+    }
+  }
+
+  PosteriorDraws out;
+
+ private:
+  const ParameterSpace& space_;
+  const SamplerOptions& options_;
+};
+
+}  // namespace
+
+MatrixXd PosteriorDraws::by_chain(const Eigen::Ref<const Eigen::RowVectorXd>& row) const {
+  return row.reshaped(chains, draws).transpose();
+}
+
+PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOptions& options) {
+  const SerialBlas serial;
+  check(options);
+  const auto start = std::chrono::steady_clock::now();
+  const MoveKind move = sampler_table().find(options.method).make;
+  const ParameterSpace space(problem);
+  std::vector<Specimen> specimens;
+  for (const MatchingProblem& specimen : problem.specimens) specimens.emplace_back(specimen);
+  const Reference reference = make_reference(specimens, space, options.searches, options.seed);
+  const ChainSetting setting{specimens, space, reference, move, options.seed};
+  Recorder recorder(problem, space, options);
+  std::vector<std::optional<Chain>> chains(static_cast<std::size_t>(options.chains));
+  std::atomic<int> done = 0;
+  const int all = options.chains * (options.warmup + options.draws);
+  std::vector<double> warm(chains.size());
+  parallel_for(options.chains, [&](int c) {
+    std::optional<Chain>& chain = chains[static_cast<std::size_t>(c)];
+    chain.emplace(setting, c);
+    for (int i = 0; i < options.warmup + options.draws; ++i) {
+      chain->advance(options.warmup);
+      if (i + 1 == options.warmup) warm[static_cast<std::size_t>(c)] = seconds_since(start);
+      if (i >= options.warmup) recorder.record(i - options.warmup, c, *chain, specimens);
+      const int now = ++done;
+      if (options.on_progress) options.on_progress(static_cast<double>(now) / all);
+    }
+  });
+  PosteriorDraws& out = recorder.out;
+  for (const std::optional<Chain>& chain : chains) {
+    out.acceptance += chain->acceptance() / options.chains;
+    out.parameter_acceptance += chain->parameter_acceptance() / options.chains;
+    out.step_angle += chain->angle() / options.chains;
+    out.path_evaluations += chain->evaluations();
+  }
+  for (const auto& minima : reference.minima) out.modes = std::max(out.modes, static_cast<int>(minima.size()));
+  out.laplace_log_evidence = reference.laplace_log_evidence;
+  if (options.evidence) out.log_evidence = bridge_log_evidence(setting, out);
+  out.warmup_seconds = *std::max_element(warm.begin(), warm.end());
+  out.seconds = seconds_since(start);
+  return std::move(out);
+}
+
+}  // namespace pulson

@@ -1,0 +1,71 @@
+// The verb `sample`: what it writes, and what it refuses.
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "program.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class SampleProgram : public Program {
+ protected:
+  static ProgramRun sample_pair(const std::string& options) {
+    return run(joined({"sample"}, words(sample("swap_source") + ' ' + sample("swap_target") + ' ' + options)));
+  }
+
+  static void expect_refused(const std::string& options, const std::string& message) {
+    const auto before = all_files();
+    const ProgramRun refused = sample_pair(options);
+    EXPECT_EQ(refused.exit_code, 2) << options;
+    EXPECT_EQ(count_lines(refused.err), 1U) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr(message)) << options;
+    EXPECT_THAT(changed_since(before), IsEmpty()) << options;
+  }
+};
+
+TEST_F(SampleProgram, WritesDrawsAndTheirSummary) {
+  const ProgramRun done = sample_pair(
+      "-o out --noise ch-sd:beta=1 --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --parameters beta=0.2 --steps 4 "
+      "--chains 2 --draws 40 --warmup 20 --searches 1 --no-picture");
+  ASSERT_TRUE(done.exit_code == 0 || done.exit_code == 3) << done.err;
+  EXPECT_THAT(names_in("out"), ElementsAre("draws.csv", "momenta.npy", "paths.npy", "report.html", "summary.json"));
+  const nlohmann::json summary = read_json("out/summary.json");
+  EXPECT_EQ(summary["chains"], 2);
+  EXPECT_EQ(summary["draws"], 40);
+  EXPECT_GT(summary["parameters"]["beta"]["mean"].get<double>(), 0);
+  EXPECT_EQ(summary["momenta"].size(), 2U);
+  EXPECT_GT(summary["path"]["ess_min"].get<double>(), 0);
+  EXPECT_TRUE(summary["log_evidence"]["value"].is_number());
+  EXPECT_EQ(summary["converged"].get<bool>(), done.exit_code == 0);
+  EXPECT_EQ(count_lines(contents("out/draws.csv")), 81U);
+}
+
+TEST_F(SampleProgram, RanksTrueValuesInSimulations) {
+  const ProgramRun done = sample_pair(
+      "-o out --noise ch-sd:beta=1 --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --parameters beta --steps 2 "
+      "--calibrate 5 --draws 40 --warmup 20 --ranks 7 --searches 1 --method pcn --no-picture");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(names_in("out"), ElementsAre("calibration.json", "report.html"));
+  const nlohmann::json record = read_json("out/calibration.json");
+  EXPECT_EQ(record["bins"], 8);
+  EXPECT_EQ(record["ranks"]["beta"].size(), 5U);
+  EXPECT_TRUE(record["inside_band"].is_boolean());
+}
+
+TEST_F(SampleProgram, RefusesWhatCannotBeSampled) {
+  expect_refused("-o out --noise ch-sd:beta=1 --parameters gamma", "'gamma' is not a positive parameter");
+  expect_refused("-o out --noise ch-sd:beta=1 --method nutz", "unknown sampler 'nutz'");
+  expect_refused("-o out --noise ch-sd:beta=1 --chains 0", "--chains");
+  expect_refused("-o out --noise ch-sd:beta=1 --calibrate 5 --fault beta", "NAME=FACTOR");
+}
+
+}  // namespace
+}  // namespace pulson

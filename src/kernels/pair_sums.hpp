@@ -32,7 +32,8 @@ enum class PairSum {
   kHessian,        ///< Σ_j (v_i·a_j) ∇²K (u_i − b_j)
 };
 
-/// Targets are processed in blocks of this many, so arrays over targets are padded to a multiple of it.
+/// Targets are processed in blocks of this many. Arrays over targets are padded to a multiple of it, of a single block to
+/// whole vectors.
 inline constexpr std::size_t kTargetBlock = 64;
 
 /// Coordinate-major arrays: row c of x is x + c·target_stride, of y, a, b likewise with source_stride.
@@ -57,7 +58,7 @@ struct PairSumArguments {
 /// this machine. Entries beyond `targets` up to the padded end are scratch.
 void add_pair_sums(const PairSumArguments& arguments, std::size_t first);
 
-/// Vector lanes of the chosen target, for tests.
+/// Vector lanes of the chosen target.
 std::size_t vector_lanes();
 
 }  // namespace pulson

@@ -8,6 +8,7 @@
 
 #include "arguments.hpp"
 #include "core/atomic_file.hpp"
+#include "noise_map.hpp"
 #include "picture.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "record.hpp"
@@ -19,9 +20,10 @@
 namespace pulson {
 namespace {
 
-const std::vector<std::string> kComparisonFiles = {"comparison.json", "shapes.csv",    "source.csv",
+const std::vector<std::string> kComparisonFiles = {"comparison.json", "models.csv",    "shapes.csv",
+                                                   "spectrum.csv",    "landmarks.csv", "source.csv",
                                                    "aligned.csv",     "specimens.csv", "report.html"};
-const std::vector<std::string> kComparisonPictures = {"comparison"};
+const std::vector<std::string> kComparisonPictures = {"comparison", "noise_map"};
 const std::vector<std::string> kStudyFiles = {"recovery.json", "report.html"};
 const std::vector<std::string> kStudyPictures = {"recovery"};
 
@@ -57,21 +59,31 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
   const double seconds = seconds_now() - start;
   const std::string record = comparison_json(comparison, seconds);
   write_file_atomically(arguments.output.file("comparison.json"), record);
+  write_file_atomically(arguments.output.file("models.csv"), models_csv(comparison));
   write_file_atomically(arguments.output.file("shapes.csv"), shapes_csv(comparison));
+  write_file_atomically(arguments.output.file("spectrum.csv"), spectrum_csv(comparison));
+  write_file_atomically(arguments.output.file("landmarks.csv"), landmarks_csv(comparison));
   write_landmarks_csv(arguments.output.file("source.csv"), comparison.cohort.source);
   write_landmark_file(arguments.output.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
   write_file_atomically(arguments.output.file("specimens.csv"), specimens_csv(shapes));
   arguments.output.write_json(record);
-  if (!arguments.output.no_picture)
+  std::vector<std::string> pictures{"comparison"};
+  if (has_noise_map(comparison)) pictures.emplace_back("noise_map");
+  if (!arguments.output.no_picture) {
     write_chart(comparison_chart(comparison), arguments.output.picture_files(arguments.output.file("comparison")));
+    if (has_noise_map(comparison))
+      write_noise_map(comparison, arguments.output.picture_files(arguments.output.file("noise_map")));
+  }
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
-  write_report(comparison_report(comparison, notes, seconds,
-                                 arguments.output.shown_picture(arguments.output.file("comparison"))),
-               arguments.output);
+  std::vector<std::filesystem::path> shown;
+  for (const std::string& picture : pictures)
+    if (std::filesystem::path file = arguments.output.shown_picture(arguments.output.file(picture)); !file.empty())
+      shown.push_back(std::move(file));
+  write_report(comparison_report(comparison, notes, seconds, shown), arguments.output);
   print_notes(notes);
   if (arguments.output.prints()) {
     print_comparison(comparison);
-    arguments.output.print_written(kComparisonFiles, kComparisonPictures);
+    arguments.output.print_written(kComparisonFiles, pictures);
   }
   const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
                                      [](const ComparedModel& model) { return model.fit.converged; });

@@ -70,8 +70,25 @@ ChartPanel predictions(const Comparison& comparison) {
               });
 }
 
+// Side by side: where models agree, one would hide the others.
+double abreast(std::size_t model, std::size_t models) {
+  constexpr double kAbreast = 0.5;  // of the distance between neighbours, for all models
+  return kAbreast * ((static_cast<double>(model) + 0.5) / static_cast<double>(models) - 0.5);
+}
+
+// Where the variance of so many shapes is in 90 of 100 cohorts: that of m independent squares of a normal distribution
+// is within 1 ± 1.645 √(2/m) of its mean on a logarithmic scale.
+void add_band(const Comparison& comparison, Series& series) {
+  const double squares = static_cast<double>(comparison.cohort.targets.size()) * comparison.cohort.source.dimension();
+  const double factor = std::exp(1.645 * std::sqrt(2 / squares));
+  for (const double value : series.y) {
+    series.low.push_back(value / factor);
+    series.high.push_back(value * factor);
+  }
+}
+
 ChartPanel spectrum(const Comparison& comparison) {
-  ChartPanel panel{.heading = "Variance of displacements along the kernel's eigenvectors",
+  ChartPanel panel{.heading = "Variance along the kernel's eigenvectors (band: 90 % of such cohorts, best model)",
                    .x_label = "eigenvector, low to high frequency",
                    .log_y = true};
   Series observed{.name = "observed", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
@@ -83,9 +100,17 @@ ChartPanel spectrum(const Comparison& comparison) {
     observed.y.push_back(comparison.observed[row]);
     observed.error.push_back(or_zero(comparison.observed_error[row]));
   }
-  for (const ComparedModel& model : comparison.models) {
+  const ComparedModel& best = comparison.models[comparison.best];
+  for (std::size_t i = 0; i < comparison.models.size(); ++i) {
+    const ComparedModel& model = comparison.models[i];
     if (!(model.spectrum.size() > 0 && (model.spectrum.array() > 0).all())) continue;
-    panel.series.push_back({.name = name_of(model), .x = places, .y = {model.spectrum.begin(), model.spectrum.end()}});
+    Series series{.name = name_of(model),
+                  .x = places,
+                  .y = {model.spectrum.begin(), model.spectrum.end()},
+                  .style = SeriesStyle::kLineAndPoints};
+    for (double& place : series.x) place += abreast(i, comparison.models.size());
+    if (&model == &best) add_band(comparison, series);
+    panel.series.push_back(std::move(series));
   }
   panel.series.push_back(std::move(observed));
   return panel;
@@ -93,13 +118,10 @@ ChartPanel spectrum(const Comparison& comparison) {
 
 ChartPanel noise_displacements(const Comparison& comparison) {
   ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)", .x_label = "landmark"};
-  // Side by side: where noises move landmarks equally, or not at all, one would hide the others.
-  constexpr double kAbreast = 0.5;  // of the distance between landmarks, for all models
-  const auto models = static_cast<double>(comparison.models.size());
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
     const ComparedModel& model = comparison.models[i];
     std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
-    for (double& place : places) place += kAbreast * ((static_cast<double>(i) + 0.5) / models - 0.5);
+    for (double& place : places) place += abreast(i, comparison.models.size());
     panel.series.push_back({.name = name_of(model),
                             .x = std::move(places),
                             .y = {model.noise_displacement.begin(), model.noise_displacement.end()},

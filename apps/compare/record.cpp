@@ -91,6 +91,17 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
                           {"energy_score_error", prediction->energy_score_error},
                           {"coverage_90", prediction->coverage},
                           {"coverage_90_error", prediction->coverage_error}};
+  json["matched"] = model.matched;
+  json["least_cost_paths"] = nullptr;
+  if (const auto& paths = model.paths)
+    json["least_cost_paths"] = {{"mode", fit.noise == "none" ? "deterministic" : "metamorphosis"},
+                                {"total", estimate(paths->total)},
+                                {"action", estimate(paths->action)},
+                                {"rms", estimate(paths->rms)},
+                                {"order_inversions", estimate(paths->order_inversions)},
+                                {"flipped_triangles", estimate(paths->flipped_triangles)},
+                                {"matched", paths->matched},
+                                {"converged", paths->converged}};
   json["spectrum"] = numbers(model.spectrum);
   json["noise_way"] = numbers(model.noise_displacement);
   json["lost_samples"] = model.lost_samples;
@@ -144,6 +155,64 @@ std::string shapes_csv(const Comparison& comparison) {
                        model.prediction->shapes[s].coverage);
       else
         text += ",NA,NA\n";
+    }
+  return text;
+}
+
+namespace {
+
+// As R reads it.
+std::string csv_number(double value) { return std::isnan(value) ? "NA" : fmt::format("{}", value); }
+
+}  // namespace
+
+std::string models_csv(const Comparison& comparison) {
+  std::string text =
+      "noise,number,value,low_90,high_90,vanishes,log_evidence,log_evidence_error,laplace,score,difference,"
+      "difference_error,weight,p,noise_share,rms,energy,action,matched,energy_score,energy_score_error,coverage_90\n";
+  for (const ComparedModel& model : comparison.models) {
+    const CohortFit& fit = model.fit;
+    const double nan = std::nan("");
+    const auto& prediction = model.prediction;
+    std::string rest;
+    for (const double value :
+         {fit.log_evidence, fit.sampling_error, fit.laplace, model.score, model.difference.value,
+          model.difference.standard_error, model.weight, model.p_value, fit.noise_share, model.rms.value,
+          model.energy.value, model.action.value, static_cast<double>(model.matched),
+          prediction ? prediction->energy_score : nan, prediction ? prediction->energy_score_error : nan,
+          prediction ? prediction->coverage : nan})
+      rest += "," + csv_number(value);
+    if (fit.fitted.empty()) text += fmt::format("\"{}\",NA,NA,NA,NA,NA{}\n", model.noise, rest);
+    for (const FittedNumber& number : fit.fitted)
+      text += fmt::format("\"{}\",{},{},{},{},{}{}\n", model.noise, number.name, csv_number(shown_value(number)),
+                          csv_number(number.low), csv_number(number.high), number.vanishes ? 1 : 0, rest);
+  }
+  return text;
+}
+
+std::string spectrum_csv(const Comparison& comparison) {
+  std::string text = "model,eigenvector,eigenvalue,variance,standard_error\n";
+  const auto add = [&](const std::string& model, const Eigen::VectorXd& values, const Eigen::VectorXd& errors) {
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+      text += fmt::format("\"{}\",{},{},{},{}\n", model, i + 1, csv_number(comparison.eigenvalues[i]),
+                          csv_number(values[i]), i < errors.size() ? csv_number(errors[i]) : "NA");
+  };
+  add("observed", comparison.observed, comparison.observed_error);
+  for (const ComparedModel& model : comparison.models) add(model.noise, model.spectrum, {});
+  return text;
+}
+
+std::string landmarks_csv(const Comparison& comparison) {
+  const Landmarks& source = comparison.cohort.source;
+  std::string text = "noise,landmark,label";
+  for (int axis = 0; axis < source.dimension(); ++axis) text += fmt::format(",{}", "xyz"[axis]);
+  text += ",noise_displacement\n";
+  for (const ComparedModel& model : comparison.models)
+    for (Eigen::Index a = 0; a < model.noise_displacement.size(); ++a) {
+      const auto i = static_cast<std::size_t>(a);
+      text += fmt::format("\"{}\",{},\"{}\"", model.noise, a + 1, i < source.labels.size() ? source.labels[i] : "");
+      for (int axis = 0; axis < source.dimension(); ++axis) text += "," + csv_number(source.points(axis, a));
+      text += "," + csv_number(model.noise_displacement[a]) + "\n";
     }
   return text;
 }

@@ -15,6 +15,15 @@ std::string specimens_csv(const CohortShapes& shapes);
 /// Each shape under each model, a line each.
 std::string shapes_csv(const Comparison& comparison);
 
+/// Each model, a line each: evidence, score, fitted numbers with their intervals, means of the matches, prediction.
+std::string models_csv(const Comparison& comparison);
+
+/// The variance of the displacements along each eigenvector of the kernel, observed and by each model, a line each.
+std::string spectrum_csv(const Comparison& comparison);
+
+/// The displacement of each landmark by the noise of each model, root mean square over the shapes, a line each.
+std::string landmarks_csv(const Comparison& comparison);
+
 /// `recovery.json`
 std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                           const RecoveryOptions& options, double seconds);

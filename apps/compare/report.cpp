@@ -91,6 +91,39 @@ ReportTable fit_table(const Comparison& comparison) {
   return without_empty_columns(std::move(table));
 }
 
+// The most probable path, and beside it that of least cost.
+ReportTable path_table(const Comparison& comparison) {
+  ReportTable table{
+      {"noise", "path", "matched", "rms", "cost", "action", "inversions", "triangles"},
+      {},
+      "The most probable paths (mode map), and the paths of least cost with the same numbers "
+      "(metamorphosis; without noise deterministic): mean of a shape. A shape is matched where its rms is "
+      "at most 3 sigma."};
+  const std::size_t shapes = comparison.cohort.targets.size();
+  for (const std::size_t i : ranked(comparison)) {
+    const ComparedModel& model = comparison.models[i];
+    const std::string name = shortened_spec(model.noise);
+    table.rows.push_back({{name},
+                          {"most probable"},
+                          {fmt::format("{} of {}", model.matched, shapes)},
+                          cell(model.rms),
+                          cell(model.total),
+                          cell(model.action),
+                          cell(model.order_inversions.value),
+                          cell(model.flipped_triangles.value)});
+    if (const auto& paths = model.paths)
+      table.rows.push_back({{name},
+                            {"least cost"},
+                            {fmt::format("{} of {}", paths->matched, shapes)},
+                            cell(paths->rms),
+                            cell(paths->total),
+                            cell(paths->action),
+                            cell(paths->order_inversions.value),
+                            cell(paths->flipped_triangles.value)});
+  }
+  return without_empty_columns(std::move(table));
+}
+
 ReportTable shape_table(const Comparison& comparison) {
   ReportTable table{{"noise", "shape", "log evidence", "rms", "energy", "action", "data", "converged"},
                     {},
@@ -124,7 +157,7 @@ void add_ends(HtmlReport& report, const std::vector<std::string>& notes, double 
 }  // namespace
 
 HtmlReport comparison_report(const Comparison& comparison, const std::vector<std::string>& notes, double seconds,
-                             const std::filesystem::path& picture) {
+                             const std::vector<std::filesystem::path>& pictures) {
   HtmlReport report{.title = "Which noise model best explains these shapes?",
                     .lead = as_title(verdict(comparison)) + "."};
   ReportSection models{"Models", {}};
@@ -135,9 +168,10 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
                   comparison.cohort.source.source, alignment_name(comparison.cohort.alignment),
                   kernel_words(comparison.settings), comparison.settings.grid.steps, comparison.settings.sigma.in(0))});
   models.blocks.emplace_back(evidence_table(comparison));
-  if (!picture.empty())
+  for (const std::filesystem::path& picture : pictures)
     models.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
   models.blocks.emplace_back(fit_table(comparison));
+  models.blocks.emplace_back(path_table(comparison));
   report.sections.push_back(std::move(models));
   report.sections.push_back({"Shapes", {shape_table(comparison)}});
   add_ends(report, notes, seconds);

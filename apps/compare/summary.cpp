@@ -49,6 +49,28 @@ void print_fitted(const ComparedModel& model) {
   fmt::print("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
 }
 
+// What the most probable paths and those of least cost make of shapes that no flow reaches.
+void print_paths(const Comparison& comparison, const std::vector<std::size_t>& order) {
+  const auto has_paths = [](const ComparedModel& model) { return model.paths.has_value(); };
+  if (std::none_of(comparison.models.begin(), comparison.models.end(), has_paths)) return;
+  const auto reversals = [](const Estimate& inversions, const Estimate& triangles) {
+    return number(std::isnan(inversions.value) ? triangles.value : inversions.value);
+  };
+  const std::size_t shapes = comparison.cohort.targets.size();
+  fmt::print("\n");
+  print_row({"matches", "path", "matched", "rms", "cost", "action", "reversals"});
+  for (const std::size_t i : order) {
+    const ComparedModel& model = comparison.models[i];
+    print_row({shortened_spec(model.noise), "most probable", fmt::format("{} of {}", model.matched, shapes),
+               with_error(model.rms), with_error(model.total), with_error(model.action),
+               reversals(model.order_inversions, model.flipped_triangles)});
+    if (const auto& paths = model.paths)
+      print_row({"", "least cost", fmt::format("{} of {}", paths->matched, shapes), with_error(paths->rms),
+                 with_error(paths->total), with_error(paths->action),
+                 reversals(paths->order_inversions, paths->flipped_triangles)});
+  }
+}
+
 }  // namespace
 
 std::string kernel_words(const CohortSettings& settings) {
@@ -125,6 +147,7 @@ void print_comparison(const Comparison& comparison) {
                number(model.order_inversions.value), number(model.flipped_triangles.value),
                number(100 * model.folded_fraction.value, "{:.2g} %"), number(model.seconds, "{:.2f}")});
   }
+  print_paths(comparison, order);
   fmt::print("\nfitted\n");
   for (const std::size_t i : order) print_fitted(comparison.models[i]);
   fmt::print("\nverdict    {}\n", verdict(comparison));

@@ -8,7 +8,9 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/core.h>
 
+#include "fitter.hpp"
 #include "importance.hpp"
+#include "least_cost_paths.hpp"
 #include "map_facts.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -74,18 +76,20 @@ VectorXd noise_displacement(const CohortFit& fit, Index landmarks) {
   return count > 0 ? VectorXd((squares / count).cwiseSqrt()) : VectorXd(squares);
 }
 
-void sum_up(ComparedModel& model) {
+void sum_up(ComparedModel& model, double sigma) {
   const CohortFit& fit = model.fit;
   model.energy = mean_over(fit, [](const ShapeFit& s) { return s.cost.energy; });
   model.action = mean_over(fit, [](const ShapeFit& s) { return s.cost.action; });
   model.total = mean_over(fit, [](const ShapeFit& s) { return s.cost.total(); });
   model.rms = mean_over(fit, [](const ShapeFit& s) { return s.rms; });
+  model.matched = static_cast<int>(
+      std::count_if(fit.shapes.begin(), fit.shapes.end(), [&](const ShapeFit& s) { return s.rms <= 3 * sigma; }));
   model.score = fit.score();
 }
 
-// With the kernel that was fitted to all shapes.
+// With the kernel that was fitted to all shapes, and from those numbers.
 Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise, const CompareOptions& options,
-                           const std::string& kernel) {
+                           const CohortFit& of_all) {
   const auto count = static_cast<int>(shapes.targets.size());
   const int folds = std::min(options.folds, count);
   std::vector<ShapePrediction> predictions(shapes.targets.size());
@@ -96,9 +100,9 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
     const Cohort cohort = shapes.cohort(training);
     CohortSettings settings = options.settings;
     settings.importance_samples = 0;
-    settings.kernel = kernel;
+    settings.kernel = of_all.kernel;
     settings.fit_width = false;
-    const CohortFit fit = fit_cohort(cohort, noise, settings);
+    const CohortFit fit = Fitter(cohort, make_open_noise(noise, cohort.source), settings).run_again(of_all);
     const MatrixXd samples = aligned_samples(cohort, shape_problem(cohort, fit, settings, 0), options.forward_samples,
                                              settings.seed + static_cast<std::uint64_t>(fold));
     std::vector<Landmarks> targets;
@@ -262,7 +266,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     ComparedModel model;
     model.noise = noise.spec();
     model.fit = fit_cohort(comparison.cohort, noise, same.settings);
-    sum_up(model);
+    sum_up(model, same.settings.sigma.in(0));
     const MatrixXd samples =
         aligned_samples(comparison.cohort, shape_problem(comparison.cohort, model.fit, same.settings, 0),
                         options.forward_samples, same.settings.seed);
@@ -270,8 +274,9 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     model.spectrum = spectrum_of(basis, source, samples).first;
     model.noise_displacement = noise_displacement(model.fit, source.cols());
     measure_maps(comparison.cohort, same, model);
+    if (options.maps) model.paths = least_cost_paths(comparison.cohort, model.fit, same.settings);
     if (options.folds > 1 && shapes.targets.size() > 1)
-      model.prediction = cross_validated(shapes, noise, same, model.fit.kernel);
+      model.prediction = cross_validated(shapes, noise, same, model.fit);
     model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     comparison.models.push_back(std::move(model));
   }

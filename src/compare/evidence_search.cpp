@@ -115,8 +115,8 @@ SecondOrder Fitter::second_order(const State& here, const Box& box, const Vector
   return model;
 }
 
-// Fisher scoring.
-Fitter::State Fitter::climb(const State& from, const Box& box) const {
+// Fisher scoring, given up where it will not come to `least`.
+Fitter::State Fitter::climb(const State& from, const Box& box, double least) const {
   State best = from;
   double greatest = from.log_evidence();
   const auto value = [&](const VectorXd& x) {
@@ -143,6 +143,7 @@ Fitter::State Fitter::climb(const State& from, const Box& box) const {
   NewtonOptions options;
   options.longest_step = kLongest;
   options.tolerance = kNear;
+  options.least = least;
   bool converged = false;
   try {
     converged = maximise_in_box(value, model, box, place(from), options).converged;
@@ -179,8 +180,9 @@ Fitter::State Fitter::best_start() const {
 // samples does not, at the best of each of some levels of noise, from none up to ten times sigma.
 std::vector<Fitter::State> Fitter::candidates(const State& start) const {
   const Box box = everywhere(start);
-  std::vector<State> found{climb(start, box)};
+  std::vector<State> found{climb(start, box, -std::numeric_limits<double>::infinity())};
   if (amplitudes_.empty()) return found;
+  double greatest = found.front().log_evidence();
   const Index first = lambda_open_ ? 1 : 0;
   State nearest = start;
   for (const double level : kLevels) {
@@ -188,7 +190,8 @@ std::vector<Fitter::State> Fitter::candidates(const State& start) const {
     held.least.segment(first, groups() - first) = box.least.segment(first, groups() - first).cwiseMax(level);
     held.most.segment(first, groups() - first) = held.least.segment(first, groups() - first);
     try {
-      nearest = climb(moved(nearest, held.clipped(place(nearest))), held);
+      nearest = climb(moved(nearest, held.clipped(place(nearest))), held, greatest - kHopeless);
+      greatest = std::max(greatest, nearest.log_evidence());
       found.push_back(nearest);
     } catch (const Error&) {
       // no path with so much noise

@@ -91,7 +91,7 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
   ShapeFit fit;
   fit.momenta = objective.momenta(match.at.z);
   fit.increments = objective.increments(match.at.z);
-  fit.end = match.at.path().final().q;
+  fit.end = match.end;
   const VectorXd residual = observation.residual(fit.end);
   fit.cost = {match.at.cost.energy, match.at.cost.action, 0.5 * residual.squaredNorm()};
   const Landmarks& shape = cohort_.targets[at(target)];
@@ -105,6 +105,15 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
                                                          enough, settings_.seed + at(target), begin);
     if (std::isfinite(sampled.log_evidence)) fit.log_evidence = sampled.log_evidence;
     fit.variance = sampled.variance;
+    const BeyondEstimate beyond =
+        sample_beyond(objective, observation, match, sampled.samples, settings_.seed + at(target));
+    if (beyond.part > 0) {
+      const double found = std::exp(fit.log_evidence - fit.laplace);
+      const double sum = found + beyond.part;
+      fit.beyond = beyond.part / sum;
+      fit.log_evidence += std::log(sum / found);
+      fit.variance = (found * found * fit.variance + beyond.variance) / (sum * sum);
+    }
     fit.samples = sampled.samples;
     fit.effective_samples = sampled.effective_samples;
     fit.lost_samples = sampled.lost;
@@ -121,6 +130,10 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
     fit.flow_end.resize(0, 0);
   }
   return fit;
+}
+
+CohortFit Fitter::record_without_intervals(const State& state) const {
+  return record({state, MatrixXd::Zero(numbers_open(), numbers_open()), {}, {}});
 }
 
 CohortFit Fitter::record(const Maximum& maximum) const {

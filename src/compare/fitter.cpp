@@ -9,6 +9,7 @@
 #include <fmt/core.h>
 
 #include "core/text.hpp"
+#include "lane_shots.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -27,6 +28,7 @@ constexpr double kLeastGain = 0.01;      // nats that a further round would stil
 constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
 constexpr int kMostBackoffs = 30;
+constexpr double kWorse = 1;  // nats that a match may cost more with other numbers, to begin at
 
 // Root mean square of what is observed beyond the source, length units.
 double difference(const std::vector<Observation>& observations, const Points& source, double sigma) {
@@ -116,7 +118,9 @@ MatchingObjective Fitter::objective(const State& state) const { return MatchingO
 VectorXd Fitter::drift(const MatchingObjective& objective, const Observation& observation, const Linearised& match,
                        Index group) const {
   const StochasticSystem& system = objective.problem().system;
-  const Trajectory& path = match.at.path();
+  const auto shot = match.at.paths.empty() ? objective.evaluate(match.at.z) : match.at;
+  if (!shot) return VectorXd::Zero(observation.count());
+  const Trajectory& path = shot->path();
   PathChange change{{Points::Zero(path.initial().q.rows(), path.initial().q.cols()),
                      Points::Zero(path.initial().q.rows(), path.initial().q.cols())},
                     MatrixXd::Zero(path.increments.rows(), path.increments.cols()),
@@ -216,20 +220,47 @@ std::vector<VectorXd> Fitter::rescale(State& state, const VectorXd& u) const {
 void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_other_starts) const {
   const MatchingObjective objective = this->objective(state);
   state.matches.resize(observations_.size());
-  parallel_for(static_cast<int>(observations_.size()), [&](int s) {
-    const Observation& observation = observations_[at(s)];
-    // What the linear model predicts may be far off, and the match before is at hand.
+  const auto shapes = static_cast<int>(observations_.size());
+  // Where what the linear model predicts is far off, the match before is at hand.
+  const auto starts_of = [&](int s) {
     std::vector<VectorXd> starts{from[at(s)]};
     if (const VectorXd& before = state.matches[at(s)].at.z; before.size() == starts[0].size()) starts.push_back(before);
-    Linearised found = find_match(objective, observation, starts);
-    const double data = found.cost - 0.5 * found.at.z.squaredNorm();
-    if (with_other_starts && (!found.converged || data > static_cast<double>(observation.count()))) {
-      const MinimiseSummary other = minimise(MatchingObjective(problem(state, s)), {});
-      Linearised again = find_match(objective, observation, {other.solution.z});
-      if (again.cost < found.cost) found = std::move(again);
+    return starts;
+  };
+  const auto good_of = [&](int s) { return state.matches[at(s)].cost + kWorse; };
+  std::optional<LaneShots> shots;
+  if (LaneShots::knows(objective)) shots.emplace(objective);
+  const int at_once = shots ? LaneShots::lanes() : 1;
+  const auto found_in_lanes = [&](int first) {
+    std::vector<const Observation*> observations;
+    std::vector<std::vector<VectorXd>> starts;
+    std::vector<double> good;
+    for (int s = first; s < std::min(first + at_once, shapes); ++s) {
+      observations.push_back(&observations_[at(s)]);
+      starts.push_back(starts_of(s));
+      good.push_back(good_of(s));
     }
-    state.matches[at(s)] = std::move(found);
-    if (settings_.on_match) settings_.on_match();
+    return find_matches(*shots, objective, observations, starts, good);
+  };
+  parallel_for((shapes + at_once - 1) / at_once, [&](int group) {
+    std::vector<Linearised> of_group;
+    const int first = group * at_once;
+    if (shots)
+      of_group = found_in_lanes(first);
+    else
+      of_group.push_back(find_match(objective, observations_[at(first)], starts_of(first), good_of(first)));
+    for (int s = first; s < first + std::ssize(of_group); ++s) {
+      Linearised& found = of_group[at(s - first)];
+      const Observation& observation = observations_[at(s)];
+      const double data = found.cost - 0.5 * found.at.z.squaredNorm();
+      if (with_other_starts && (!found.converged || data > static_cast<double>(observation.count()))) {
+        const MinimiseSummary other = minimise(MatchingObjective(problem(state, s)), {});
+        Linearised again = find_match(objective, observation, {other.solution.z});
+        if (again.cost < found.cost) found = std::move(again);
+      }
+      state.matches[at(s)] = std::move(found);
+      if (settings_.on_match) settings_.on_match();
+    }
   });
 }
 
@@ -282,13 +313,36 @@ std::vector<VectorXd> Fitter::match_with_backoff(State& state, std::vector<Vecto
     }
 }
 
+void Fitter::find_units(const State& first) {
+  units_.resize(groups());
+  for (Index g = 0; g < groups(); ++g)
+    units_[g] = kUnit * variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
+}
+
+CohortFit Fitter::run_roughly() {
+  State state = best_start();
+  find_variances(state);
+  find_units(state);
+  return record_without_intervals(state);
+}
+
+CohortFit Fitter::run_again(const CohortFit& before) {
+  State state = start(1);
+  if (lambda_open_) state.lambda = before.lambda;
+  if (before.fitted.size() > 0 && state.parameters.size() > 0)
+    state.parameters = (before.own_noise ? before.own_noise : make_noise(before.noise, cohort_.source))->parameters();
+  state = alternate(std::move(state), 1);
+  find_units(state);
+  if (numbers_open() > 0) state = climb(state, everywhere(state), -std::numeric_limits<double>::infinity());
+  find_variances(state);
+  return record_without_intervals(state);
+}
+
 CohortFit Fitter::run() {
   State first = best_start();
   if (numbers_open() == 0) return record({std::move(first), {}, {}, {}});
   find_variances(first);
-  units_.resize(groups());
-  for (Index g = 0; g < groups(); ++g)
-    units_[g] = kUnit * variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
+  find_units(first);
   Maximum best = search(first);
   find_variances(best.state);
   return record(best);

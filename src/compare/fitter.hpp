@@ -20,6 +20,9 @@ inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 /// factor·factorᵀ
 Eigen::MatrixXd squared(const Eigen::MatrixXd& factor);
 
+/// Nats of Laplace's evidence below the greatest, at which the samples of a candidate are not taken.
+inline constexpr double kHopeless = 15;
+
 /// Of Fitter::alternate() at most.
 inline constexpr int kMostAlternations = 30;
 
@@ -29,6 +32,13 @@ class Fitter {
   Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings);
 
   CohortFit run();
+
+  /// Only near the maximum of Laplace's evidence, without intervals.
+  CohortFit run_roughly();
+
+  /// From the numbers of a fit to more shapes: to the maximum of Laplace's evidence nearest to these, without
+  /// intervals.
+  CohortFit run_again(const CohortFit& before);
 
  private:
   /// The parameters of the model, and the matches for them.
@@ -72,6 +82,7 @@ class Fitter {
   Eigen::Index groups() const { return (lambda_open_ ? 1 : 0) + std::ssize(amplitudes_); }
   Eigen::Index numbers_open() const { return groups() + (settings_.fit_width ? 1 : 0) + std::ssize(others_); }
   State start(double width) const;
+  void find_units(const State& first);
   void match(State& state, const std::vector<Eigen::VectorXd>& from, bool with_other_starts) const;
   std::vector<Eigen::VectorXd> rescale(State& state, const Eigen::VectorXd& u) const;
   std::vector<Eigen::VectorXd> match_with_backoff(State& state, std::vector<Eigen::VectorXd> from,
@@ -85,7 +96,7 @@ class Fitter {
   State moved(const State& from, const Eigen::VectorXd& to) const;
   Box everywhere(const State& start) const;
   SecondOrder second_order(const State& here, const Box& box, const Eigen::VectorXd& steps) const;
-  State climb(const State& from, const Box& box) const;
+  State climb(const State& from, const Box& box, double least) const;
   State best_start() const;
   std::vector<State> candidates(const State& start) const;
 
@@ -101,6 +112,7 @@ class Fitter {
 
   void check_observable(const MatchingObjective& objective, const State& at_rest) const;
   CohortFit record(const Maximum& maximum) const;
+  CohortFit record_without_intervals(const State& state) const;
   std::vector<FittedNumber> numbers(const Maximum& maximum) const;
   ShapeFit shape_fit(const MatchingObjective& objective, const Linearised& match, int target) const;
 

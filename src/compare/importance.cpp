@@ -5,8 +5,10 @@
 #include <optional>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "lane_shots.hpp"
 #include "matching/momentum_basis.hpp"
 #include "random/normals.hpp"
 
@@ -18,6 +20,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostIterations = 40;
+constexpr double kWider = 2;               // than Laplace's approximation, draws from elsewhere
+constexpr double kNegligibleWeight = -14;  // nats, beside the evidence
+constexpr double kFlat = 1e-9;             // of s, where (1 − (1 + s)^-½)/s is ½
+constexpr double kSamePlace = 0.1;         // in white unknowns; roots that differ are farther apart
 constexpr double kAccuracy =
     1e-2;  // of v, in standard deviations of the data; each weight is that of its z in any case
 
@@ -30,6 +36,22 @@ class Draws {
     covariance.selfadjointView<Eigen::Lower>().rankUpdate(match.jacobian);
     factors_.compute(covariance);
     half_log_determinant_ = factors_.matrixLLT().diagonal().array().log().sum();
+    if (LaneShots::knows(objective)) shots_.emplace(objective, observation, match.jacobian);
+  }
+
+  // How many draws are made at once.
+  Index at_once() const { return shots_ ? LaneShots::lanes() : 1; }
+
+  // log_weight() of several draws, a column each; −∞ where there is no path.
+  VectorXd log_weights(const MatrixXd& normals, const std::vector<VectorXd*>& v) const {
+    VectorXd weights = VectorXd::Constant(normals.cols(), -std::numeric_limits<double>::infinity());
+    if (shots_) {
+      shoot_all(normals, v, weights);
+      return weights;
+    }
+    for (Index l = 0; l < weights.size(); ++l)
+      if (const auto weight = log_weight(normals.col(l), *v[static_cast<std::size_t>(l)])) weights[l] = *weight;
+    return weights;
   }
 
   Index normals() const { return observation_.count() + objective_.problem().source.size() + controls(); }
@@ -37,27 +59,144 @@ class Draws {
   // Of the evidence, where there is a path.
   // `v` is where the iteration begins and ends, if it has a size.
   std::optional<double> log_weight(const VectorXd& normals, VectorXd& v) const {
-    const MatrixXd& jacobian = match_.jacobian;
-    const VectorXd epsilon = normals.head(observation_.count());
-    VectorXd zeta(jacobian.cols());
-    zeta << white_momenta(normals.segment(epsilon.size(), objective_.problem().source.size())),
+    const std::optional<Place> end = fitted(normals.head(observation_.count()), white(normals), v);
+    if (!end) return std::nullopt;
+    const std::optional<double> density = log_density(*end);
+    if (!density) return std::nullopt;
+    return log_joint(*end) - *density;
+  }
+
+  // Before draws from elsewhere.
+  void find_axes() { axes_.emplace(MatrixXd(match_.jacobian * match_.jacobian.transpose())); }
+
+  // Log of the weight of a draw from elsewhere, half of which are from the prior and half from Laplace's approximation,
+  // twice as wide; where draws of the first kind come to it too, it counts there: none.
+  std::optional<double> log_weight_beyond(const VectorXd& normals, bool from_prior) const {
+    const VectorXd white = normals.head(match_.jacobian.cols()).cwiseProduct(observable_);
+    const VectorXd z = from_prior ? white : VectorXd(match_.at.z + kWider * posterior_root(white));
+    auto at = objective_.evaluate(z);
+    if (!at) return std::nullopt;
+    const VectorXd residual = observation_.residual(at->path().final().q);
+    const Place place{std::move(*at), residual};
+    const VectorXd off = (z - match_.at.z) / kWider;
+    const double of_prior = -0.5 * z.squaredNorm();
+    const double of_laplace = -0.5 * (off.squaredNorm() + (match_.jacobian * off).squaredNorm()) +
+                              half_log_determinant_ - observable_.sum() * std::log(kWider);
+    const double larger = std::max(of_prior, of_laplace);
+    const double density = larger + std::log(0.5 * (std::exp(of_prior - larger) + std::exp(of_laplace - larger)));
+    const double weight = log_joint(place) - density;
+    if (weight < match_.log_evidence + kNegligibleWeight || is_reached(place)) return std::nullopt;
+    return weight;
+  }
+
+ private:
+  struct Place {
+    MatchingObjective::Evaluation at;
+    VectorXd residual;
+  };
+
+  // ζ of the normals of a draw.
+  VectorXd white(const VectorXd& normals) const {
+    VectorXd zeta(match_.jacobian.cols());
+    zeta << white_momenta(normals.segment(observation_.count(), objective_.problem().source.size())),
         normals.tail(controls());
-    zeta.array() *= observable_.array();
+    return zeta.cwiseProduct(observable_);
+  }
+
+  // As fitted() and log_density() in all lanes at once.
+  void shoot_all(const MatrixXd& normals, const std::vector<VectorXd*>& begin, VectorXd& weights) const {
+    const MatrixXd& jacobian = match_.jacobian;
+    const Index count = normals.cols();
+    const MatrixXd epsilon = normals.topRows(observation_.count());
+    MatrixXd zeta(jacobian.cols(), count), v(epsilon.rows(), count);
+    for (Index l = 0; l < count; ++l) {
+      zeta.col(l) = white(normals.col(l));
+      const VectorXd& first = *begin[static_cast<std::size_t>(l)];
+      v.col(l) = first.size() > 0
+                     ? first
+                     : factors_.solve(VectorXd(epsilon.col(l) + match_.innovation - jacobian * zeta.col(l)));
+    }
+    enum class State { kMoving, kFound, kLost };
+    std::vector<State> states(static_cast<std::size_t>(count), State::kMoving);
+    MatrixXd z(zeta.rows(), count), residual(v.rows(), count);
+    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+      for (Index l = 0; l < count; ++l)
+        if (states[static_cast<std::size_t>(l)] == State::kMoving)
+          z.col(l) = zeta.col(l) + jacobian.transpose() * v.col(l);
+      const LaneShots::Shots shots = shots_->shoot(z, LaneShots::With::kNothing);
+      bool moving = false;
+      for (Index l = 0; l < count; ++l) {
+        State& state = states[static_cast<std::size_t>(l)];
+        if (state != State::kMoving) continue;
+        if (!shots.found[static_cast<std::size_t>(l)]) {
+          state = State::kLost;
+          z.col(l) = match_.at.z;
+          continue;
+        }
+        residual.col(l) = observation_.target - observation_.projection * shots.ends.col(l);
+        const VectorXd change = factors_.solve(VectorXd(epsilon.col(l) + residual.col(l) - v.col(l)));
+        if (change.norm() <= kAccuracy)
+          state = State::kFound;
+        else
+          v.col(l) += change;
+        moving |= state == State::kMoving;
+      }
+      if (!moving) break;
+    }
+    for (Index l = 0; l < count; ++l)
+      if (states[static_cast<std::size_t>(l)] == State::kMoving) z.col(l) = match_.at.z;
+    const LaneShots::Shots shots = shots_->shoot(z, LaneShots::With::kSlopes);
+    for (Index l = 0; l < count; ++l) {
+      const bool found = states[static_cast<std::size_t>(l)] == State::kFound;
+      *begin[static_cast<std::size_t>(l)] = found ? VectorXd(v.col(l)) : VectorXd();
+      if (!found) continue;
+      if (const auto density = log_density(z.col(l), residual.col(l), shots.slopes[static_cast<std::size_t>(l)]))
+        weights[l] =
+            -0.5 * (z.col(l).squaredNorm() + residual.col(l).squaredNorm()) - observation_.log_volume - *density;
+    }
+  }
+
+  // z = ζ + Jᵀv with v = ε + r(z).
+  std::optional<Place> fitted(const VectorXd& epsilon, const VectorXd& zeta, VectorXd& v) const {
+    const MatrixXd& jacobian = match_.jacobian;
     if (v.size() == 0) v = factors_.solve(VectorXd(epsilon + match_.innovation - jacobian * zeta));
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       const VectorXd z = zeta + jacobian.transpose() * v;
-      const auto at = objective_.evaluate(z);
+      auto at = objective_.evaluate(z);
       if (!at) break;
-      const VectorXd residual = observation_.residual(at->path().final().q);
+      VectorXd residual = observation_.residual(at->path().final().q);
       const VectorXd change = factors_.solve(VectorXd(epsilon + residual - v));
-      if (change.norm() <= kAccuracy) return log_weight(*at, residual);
+      if (change.norm() <= kAccuracy) return Place{std::move(*at), std::move(residual)};
       v += change;
     }
     v.resize(0);
     return std::nullopt;
   }
 
- private:
+  // Whether the iteration of the draw of this η ends there: it depends on ζ and ε by η = ζ + Jᵀε alone.
+  bool is_reached(const Place& place) const {
+    const VectorXd eta = place.at.z - match_.jacobian.transpose() * place.residual;
+    VectorXd v;
+    const auto end = fitted(VectorXd::Zero(observation_.count()), eta, v);
+    return end && (end->at.z - place.at.z).norm() <= kSamePlace;
+  }
+
+  // (I + JᵀJ)^-½ x
+  // x − Σ_k (1 − (1 + s_k)^-½) u_k u_kᵀx, u_k = Jᵀw_k/√s_k, with s_k, w_k eigenvalues and vectors of JJᵀ.
+  VectorXd posterior_root(const VectorXd& white) const {
+    VectorXd along = axes_->eigenvectors().transpose() * (match_.jacobian * white);
+    for (Index k = 0; k < along.size(); ++k) {
+      const double s = axes_->eigenvalues()[k];
+      along[k] *= s > kFlat ? (1 - 1 / std::sqrt(1 + s)) / s : 0.5;
+    }
+    return white - match_.jacobian.transpose() * (axes_->eigenvectors() * along);
+  }
+
+  // Up to (2π)^-½ for each unknown, which densities leave out too.
+  double log_joint(const Place& place) const {
+    return -0.5 * (place.at.z.squaredNorm() + place.residual.squaredNorm()) - observation_.log_volume;
+  }
+
   Index controls() const { return match_.jacobian.cols() - objective_.basis().unknowns(); }
 
   // With λK = VDVᵀ at the pivots the unknowns are those of (λK)^-½ times these normals there: Vᵀ of them.
@@ -69,18 +208,21 @@ class Draws {
     return eigenvalues.cwiseSqrt().cwiseProduct(pulled);
   }
 
-  std::optional<double> log_weight(const MatchingObjective::Evaluation& at, const VectorXd& residual) const {
+  std::optional<double> log_density(const Place& place) const {
+    const MatrixXd changes = observation_.projection * objective_.endpoint_changes(place.at.path());
+    return log_density(place.at.z, place.residual, changes * match_.jacobian.transpose());
+  }
+
+  // @param slope J(z)Jᵀ
+  std::optional<double> log_density(const VectorXd& z, const VectorXd& residual, MatrixXd slope) const {
     const MatrixXd& jacobian = match_.jacobian;
-    MatrixXd slope = observation_.projection * objective_.endpoint_changes(at.path());
-    slope = MatrixXd(slope * jacobian.transpose());
     slope.diagonal().array() += 1;
     const Eigen::PartialPivLU<MatrixXd> lu(slope);
     if (lu.determinant() <= 0) return std::nullopt;
-    const VectorXd eta = at.z - jacobian.transpose() * residual;
+    const VectorXd eta = z - jacobian.transpose() * residual;
     const VectorXd image = jacobian * eta;
-    const double drawn = 0.5 * (eta.squaredNorm() - image.dot(factors_.solve(image))) + half_log_determinant_ -
-                         lu.matrixLU().diagonal().array().abs().log().sum();
-    return drawn - 0.5 * (at.z.squaredNorm() + residual.squaredNorm()) - observation_.log_volume;
+    return -0.5 * (eta.squaredNorm() - image.dot(factors_.solve(image))) - half_log_determinant_ +
+           lu.matrixLU().diagonal().array().abs().log().sum();
   }
 
   const MatchingObjective& objective_;
@@ -89,12 +231,15 @@ class Draws {
   VectorXd observable_;
   Eigen::LLT<MatrixXd> factors_;  // of I + JJᵀ
   double half_log_determinant_ = 0;
+  std::optional<Eigen::SelfAdjointEigenSolver<MatrixXd>> axes_;  // of JJᵀ
+  std::optional<LaneShots> shots_;
 };
 
 }  // namespace
 
 namespace {
 
+constexpr std::uint64_t kBeyond = 1U << 20;  // of the streams of random numbers
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
 // Of the weights of pairs, 2×pairs.
@@ -119,6 +264,22 @@ ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weight
 
 }  // namespace
 
+BeyondEstimate sample_beyond(const MatchingObjective& objective, const Observation& observation,
+                             const Linearised& match, int samples, std::uint64_t seed) {
+  Draws draws(objective, observation, match);
+  draws.find_axes();
+  VectorXd weights = VectorXd::Zero(samples);
+  for (Index i = 0; i < samples; ++i) {
+    const VectorXd normals =
+        standard_normals(seed, kBeyond + static_cast<std::uint64_t>(i), static_cast<int>(match.jacobian.cols()), 1);
+    if (const auto log_weight = draws.log_weight_beyond(normals, i % 2 == 0))
+      weights[i] = std::exp(*log_weight - match.log_evidence);
+  }
+  const auto count = static_cast<double>(samples);
+  const double mean = weights.mean();
+  return {mean, (weights.array() - mean).square().sum() / (count * std::max(1.0, count - 1))};
+}
+
 ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
                                      const Linearised& match, int samples, double enough, std::uint64_t seed,
                                      std::vector<VectorXd>& begin) {
@@ -127,16 +288,20 @@ ImportanceEstimate importance_sample(const MatchingObjective& objective, const O
   const Index pairs = (samples + 1) / 2;
   begin.resize(static_cast<std::size_t>(2 * pairs));
   Eigen::Matrix2Xd log_weights = Eigen::Matrix2Xd::Constant(2, pairs, kNone);
-  for (Index i = 0; i < pairs; ++i) {
-    const VectorXd normals =
-        standard_normals(seed, static_cast<std::uint64_t>(i), static_cast<int>(draws.normals()), 1);
-    for (const Index sign : {0, 1}) {
-      const auto log_weight =
-          draws.log_weight(sign == 0 ? normals : VectorXd(-normals), begin[static_cast<std::size_t>(2 * i + sign)]);
-      if (log_weight) log_weights(sign, i) = *log_weight;
+  const Index at_once = std::max<Index>(1, draws.at_once() / 2);  // pairs
+  for (Index i = 0; i < pairs; i += at_once) {
+    const Index some = std::min(at_once, pairs - i);
+    MatrixXd normals(draws.normals(), 2 * some);
+    std::vector<VectorXd*> places;
+    for (Index j = 0; j < some; ++j) {
+      normals.col(2 * j) =
+          standard_normals(seed, static_cast<std::uint64_t>(i + j), static_cast<int>(draws.normals()), 1);
+      normals.col(2 * j + 1) = -normals.col(2 * j);
+      for (const Index sign : {0, 1}) places.push_back(&begin[static_cast<std::size_t>(2 * (i + j) + sign)]);
     }
-    if (i + 1 < kLeastPairs) continue;
-    ImportanceEstimate so_far = estimate(log_weights.leftCols(i + 1));
+    log_weights.middleCols(i, some).reshaped() = draws.log_weights(normals, places);
+    if (i + some < kLeastPairs) continue;
+    ImportanceEstimate so_far = estimate(log_weights.leftCols(i + some));
     if (std::isfinite(so_far.log_evidence) && so_far.variance <= enough) return so_far;
   }
   return estimate(log_weights);

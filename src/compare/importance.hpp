@@ -40,4 +40,13 @@ ImportanceEstimate importance_sample(const MatchingObjective& objective, const O
                                      const Linearised& match, int samples, double enough, std::uint64_t seed,
                                      std::vector<Eigen::VectorXd>& begin);
 
+/// The part of the evidence where no draw of importance_sample() comes, as its iteration ends elsewhere, in units of
+/// Laplace's evidence, and the variance of that: from draws of which half are from the prior and half from Laplace's
+/// approximation, twice as wide, each weighed by the mean of both densities.
+struct BeyondEstimate {
+  double part = 0, variance = 0;
+};
+BeyondEstimate sample_beyond(const MatchingObjective& objective, const Observation& observation,
+                             const Linearised& match, int samples, std::uint64_t seed);
+
 }  // namespace pulson

@@ -49,10 +49,12 @@ BoxMaximum maximise_in_box(const std::function<double(const VectorXd&)>& value,
   for (int count = 0; count < options.most_steps; ++count) {
     const SecondOrder here = model(best.x);
     VectorXd step = newton_step(here, best.x, box, options.longest_step);
-    if (0.5 * here.gradient.dot(box.clipped(best.x + step) - best.x) < options.tolerance) {
+    const double gain = 0.5 * here.gradient.dot(box.clipped(best.x + step) - best.x);
+    if (gain < options.tolerance) {
       best.converged = true;
       break;
     }
+    if (best.value + 2 * gain < options.least) break;
     bool risen = false;
     for (int halving = 0; halving < kMostNewtonHalvings && !risen; ++halving, step /= 2) {
       const VectorXd to = box.clipped(best.x + step);

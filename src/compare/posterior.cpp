@@ -1,5 +1,6 @@
 #include "posterior.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -8,6 +9,7 @@
 #include <Eigen/QR>
 #include <fmt/core.h>
 
+#include "lane_shots.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -58,12 +60,14 @@ struct Step {
   Linearised from;
 };
 
-// Linearises, and says where the minimum of the linear problem is.
-Step linearise(const MatchingObjective& objective, const Observation& observation, Evaluation at) {
+// Says where the minimum of the linear problem is. @param changes ∂q(T)/∂z
+Step linear_step(const Observation& observation, const VectorXd& observable, const MatrixXd& changes, Evaluation at,
+                 Points end) {
   Linearised here;
-  here.jacobian.noalias() = observation.projection * objective.endpoint_changes(at.path());
-  here.jacobian *= observable_unknowns(objective).asDiagonal();
-  const VectorXd residual = observation.residual(at.path().final().q);
+  here.jacobian.noalias() = observation.projection * changes;
+  here.jacobian *= observable.asDiagonal();
+  const VectorXd residual = observation.residual(end);
+  here.end = std::move(end);
   here.innovation = residual + here.jacobian * at.z;
   MatrixXd covariance = MatrixXd::Identity(observation.count(), observation.count());
   covariance.selfadjointView<Eigen::Lower>().rankUpdate(here.jacobian);
@@ -77,6 +81,12 @@ Step linearise(const MatchingObjective& objective, const Observation& observatio
   here.at = std::move(at);
   VectorXd z = here.jacobian.transpose() * weighed;
   return {std::move(z), std::move(here)};
+}
+
+Step linearise(const MatchingObjective& objective, const Observation& observation, Evaluation at) {
+  const MatrixXd changes = objective.endpoint_changes(at.path());
+  Points end = at.path().final().q;
+  return linear_step(observation, observable_unknowns(objective), changes, std::move(at), std::move(end));
 }
 
 }  // namespace
@@ -98,7 +108,7 @@ Linearised linearised_at(const MatchingObjective& objective, const Observation& 
 }
 
 Linearised find_match(const MatchingObjective& objective, const Observation& observation,
-                      const std::vector<VectorXd>& starts) {
+                      const std::vector<VectorXd>& starts, double good) {
   const VectorXd observable = observable_unknowns(objective);
   std::optional<Evaluation> at;
   double least = 0;
@@ -110,7 +120,8 @@ Linearised find_match(const MatchingObjective& objective, const Observation& obs
     least = cost;
     at = std::move(tried);
   };
-  for (const VectorXd& z : starts) begin_at(z.cwiseProduct(observable));
+  for (const VectorXd& z : starts)
+    if (!at || least > good) begin_at(z.cwiseProduct(observable));
   if (!at) begin_at(VectorXd::Zero(observable.size()));
   if (!at) throw NumericalError(kNoPath);
   Step step = linearise(objective, observation, std::move(*at));
@@ -128,6 +139,109 @@ Linearised find_match(const MatchingObjective& objective, const Observation& obs
     step = linearise(objective, observation, std::move(*next));
   }
   return std::move(step.from);
+}
+
+namespace {
+
+// The search of one lane.
+struct LaneSearch {
+  VectorXd begin;    // where it begins, once that is found
+  double least = 0;  // cost there
+  Step step;
+  double part = 1;  // of the step
+  int halvings = 0;
+  bool ended = false;
+};
+
+}  // namespace
+
+std::vector<Linearised> find_matches(const LaneShots& shots, const MatchingObjective& objective,
+                                     const std::vector<const Observation*>& observations,
+                                     const std::vector<std::vector<VectorXd>>& starts,
+                                     const std::vector<double>& good) {
+  const VectorXd observable = observable_unknowns(objective);
+  const auto shapes = std::ssize(observations);
+  const Points& source = objective.problem().source;
+  std::vector<LaneSearch> lanes(observations.size());
+  MatrixXd z = MatrixXd::Zero(observable.size(), shapes);
+  const auto lane_of = [](Index s) { return static_cast<std::size_t>(s); };
+  const auto end_of = [&](const LaneShots::Shots& shot, Index s) {
+    return Points(shot.ends.col(s).reshaped(source.rows(), source.cols()));
+  };
+  std::size_t most = 0;
+  for (const auto& of_shape : starts) most = std::max(most, of_shape.size());
+  for (std::size_t i = 0; i <= most; ++i) {  // at last, rest
+    std::vector<char> tries(observations.size());
+    for (Index s = 0; s < shapes; ++s) {
+      const LaneSearch& lane = lanes[lane_of(s)];
+      const bool is_start = i < starts[lane_of(s)].size();
+      tries[lane_of(s)] =
+          lane.begin.size() == 0 ? (is_start || i == most) : (is_start && lane.least > good[lane_of(s)]);
+      if (!tries[lane_of(s)]) continue;
+      z.col(s).setZero();
+      if (is_start) z.col(s) = starts[lane_of(s)][i].cwiseProduct(observable);
+    }
+    if (std::none_of(tries.begin(), tries.end(), [](char is) { return is != 0; })) continue;
+    const LaneShots::Shots shot = shots.shoot(z, LaneShots::With::kNothing);
+    for (Index s = 0; s < shapes; ++s) {
+      LaneSearch& lane = lanes[lane_of(s)];
+      if (!tries[lane_of(s)] || !shot.found[lane_of(s)]) continue;
+      const double cost = cost_of(z.col(s), observations[lane_of(s)]->residual(end_of(shot, s)));
+      if (lane.begin.size() > 0 && cost >= lane.least) continue;
+      lane.least = cost;
+      lane.begin = z.col(s);
+    }
+  }
+  for (Index s = 0; s < shapes; ++s) {
+    if (lanes[lane_of(s)].begin.size() == 0) throw NumericalError(kNoPath);
+    z.col(s) = lanes[lane_of(s)].begin;
+  }
+  std::vector<char> moved(observations.size(), 1);  // lanes to be linearised
+  for (int count = 0; count <= kMostSteps; ++count) {
+    const LaneShots::Shots shot = shots.shoot(z, LaneShots::With::kChanges);
+    for (Index s = 0; s < shapes; ++s) {
+      LaneSearch& lane = lanes[lane_of(s)];
+      if (!moved[lane_of(s)]) continue;
+      const Index momenta = objective.basis().unknowns();
+      Evaluation at{z.col(s), {}, {}};
+      at.cost.energy = 0.5 * z.col(s).head(momenta).squaredNorm();
+      at.cost.action = 0.5 * z.col(s).tail(z.rows() - momenta).squaredNorm();
+      lane.step =
+          linear_step(*observations[lane_of(s)], observable, shot.changes[lane_of(s)], std::move(at), end_of(shot, s));
+      lane.ended = lane.step.from.converged;
+      lane.part = 1;
+      lane.halvings = 0;
+    }
+    if (count == kMostSteps) break;
+    std::fill(moved.begin(), moved.end(), char{0});
+    const auto waits = [&](Index s) { return !lanes[lane_of(s)].ended && !moved[lane_of(s)]; };
+    for (int halving = 0; halving < kMostHalvings; ++halving) {
+      bool any = false;
+      for (Index s = 0; s < shapes; ++s) {
+        const LaneSearch& lane = lanes[lane_of(s)];
+        if (!waits(s)) continue;
+        any = true;
+        z.col(s) = lane.step.from.at.z + lane.part * (lane.step.z - lane.step.from.at.z);
+      }
+      if (!any) break;
+      const LaneShots::Shots tried = shots.shoot(z, LaneShots::With::kNothing);
+      for (Index s = 0; s < shapes; ++s) {
+        LaneSearch& lane = lanes[lane_of(s)];
+        if (!waits(s)) continue;
+        const double cost = cost_of(z.col(s), observations[lane_of(s)]->residual(end_of(tried, s)));
+        if (tried.found[lane_of(s)] && cost < lane.step.from.cost - 1e-4 * lane.part * lane.step.from.gain)
+          moved[lane_of(s)] = 1;
+        else
+          lane.part /= 2;
+      }
+    }
+    for (Index s = 0; s < shapes; ++s)
+      if (waits(s)) lanes[lane_of(s)].ended = true;  // no part of the step falls
+    if (std::none_of(moved.begin(), moved.end(), [](char is) { return is != 0; })) break;
+  }
+  std::vector<Linearised> found;
+  for (LaneSearch& lane : lanes) found.push_back(std::move(lane.step.from));
+  return found;
 }
 
 }  // namespace pulson

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "pulson/compare/cohort_fit.hpp"
@@ -22,11 +23,12 @@ Observation observe(const Cohort& cohort, int target, double sigma);
 
 /// The posterior of one shape's unknowns z about a point where it was linearised: t = r + Jz, C = I + JJᵀ.
 struct Linearised {
-  MatchingObjective::Evaluation at;
-  Eigen::MatrixXd jacobian;    ///< J, n×U
-  Eigen::VectorXd innovation;  ///< t
-  double cost = 0;             ///< ½|z|² + ½|r|²
-  double gain = 0;             ///< what the cost would still fall by, were q(T) linear
+  MatchingObjective::Evaluation at;  ///< without a path where vector code has shot it
+  Points end;                        ///< q(T)
+  Eigen::MatrixXd jacobian;          ///< J, n×U
+  Eigen::VectorXd innovation;        ///< t
+  double cost = 0;                   ///< ½|z|² + ½|r|²
+  double gain = 0;                   ///< what the cost would still fall by, were q(T) linear
   double log_evidence = 0;
   bool converged = false;
 };
@@ -40,9 +42,20 @@ Eigen::VectorXd observable_unknowns(const MatchingObjective& objective);
 Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const Eigen::VectorXd& z);
 
 /// Searches for the maximum of the posterior from the start of least cost, or from rest where none has a path, by
-/// Gauss–Newton steps in the space of the data, halved until the cost falls. @throws NumericalError where even
-/// landmarks at rest have no path
+/// Gauss–Newton steps in the space of the data, halved until the cost falls.
+/// @param good starts are not compared with others where their cost is less
+/// @throws NumericalError where even landmarks at rest have no path
 Linearised find_match(const MatchingObjective& objective, const Observation& observation,
-                      const std::vector<Eigen::VectorXd>& starts);
+                      const std::vector<Eigen::VectorXd>& starts,
+                      double good = -std::numeric_limits<double>::infinity());
+
+class LaneShots;
+
+/// find_match() of several shapes at once in vector lanes, as many as there are.
+/// @param observations of each shape @param starts of each @param good of each
+std::vector<Linearised> find_matches(const LaneShots& shots, const MatchingObjective& objective,
+                                     const std::vector<const Observation*>& observations,
+                                     const std::vector<std::vector<Eigen::VectorXd>>& starts,
+                                     const std::vector<double>& good);
 
 }  // namespace pulson

@@ -32,6 +32,18 @@ double quantile(const std::vector<double>& sorted, double part) {
   return sorted[below] + (at - static_cast<double>(below)) * (sorted[above] - sorted[below]);
 }
 
+// (1/(2M(M−1))) Σ_ij |X_i − X_j|
+double half_mean_distance(const MatrixXd& x) {
+  const auto count = static_cast<double>(x.cols());
+  double sum = 0;
+  for (Index i = 1; i < x.cols(); ++i) sum += (x.leftCols(i).colwise() - x.col(i)).colwise().norm().sum();
+  return sum / (count * (count - 1));
+}
+
+double mean_distance(const MatrixXd& x, const VectorXd& from) {
+  return (x.colwise() - from).colwise().norm().sum() / static_cast<double>(x.cols());
+}
+
 }  // namespace
 
 double energy_score(const MatrixXd& samples, const VectorXd& outcome) {
@@ -39,10 +51,7 @@ double energy_score(const MatrixXd& samples, const VectorXd& outcome) {
   if (samples.cols() < 2) throw InputError("the energy score needs at least two samples");
   const std::vector<Index> places = known(outcome);
   const MatrixXd x = samples(places, Eigen::all);
-  const auto count = static_cast<double>(x.cols());
-  double between = 0;
-  for (Index i = 1; i < x.cols(); ++i) between += (x.leftCols(i).colwise() - x.col(i)).colwise().norm().sum();
-  return (x.colwise() - outcome(places)).colwise().norm().sum() / count - between / (count * (count - 1));
+  return mean_distance(x, outcome(places)) - half_mean_distance(x);
 }
 
 double coverage(const MatrixXd& samples, const VectorXd& outcome, double part) {
@@ -71,11 +80,15 @@ MatrixXd aligned_samples(const Cohort& cohort, const MatchingProblem& model, int
 
 std::vector<ShapePrediction> predict(const Cohort& held, const MatrixXd& samples) {
   std::vector<ShapePrediction> shapes(held.targets.size());
+  if (samples.cols() < 2) throw InputError("the energy score needs at least two samples");
+  const double between = half_mean_distance(samples);  // of all complete shapes
   parallel_for(static_cast<int>(shapes.size()), [&](int s) {
     const auto place = static_cast<std::size_t>(s);
     const VectorXd outcome = held.targets[place].points.reshaped();
     const auto landmarks = static_cast<double>(known(outcome).size()) / held.source.dimension();
-    shapes[place] = {energy_score(samples, outcome) / std::sqrt(landmarks), coverage(samples, outcome, kCentralPart)};
+    const double score =
+        outcome.allFinite() ? mean_distance(samples, outcome) - between : energy_score(samples, outcome);
+    shapes[place] = {score / std::sqrt(landmarks), coverage(samples, outcome, kCentralPart)};
   });
   return shapes;
 }

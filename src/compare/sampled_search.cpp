@@ -23,7 +23,6 @@ using Eigen::VectorXd;
 constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
 // Fewer shapes have deviations that are far larger than the bias of Laplace's numbers, which does not shrink with them.
 constexpr Index kFewestSampled = 3;
-constexpr double kHopeless = 15;      // nats that Laplace's evidence is below another candidate's
 constexpr double kMostDeviation = 2;  // of a coordinate, and least, of a chart
 constexpr double kLeastDeviation = 0.01;
 constexpr double kExtent = 6;         // deviations, of a chart's box

@@ -54,15 +54,25 @@ RowSweep::RowSweep(const StochasticSystem& system, double dt, bool compensates, 
       q_bar_(one_),
       p_bar_(MatrixXd::Zero(d * n, d * n)) {}
 
+// to += (K ⊗ I) from, an axis at a time.
+void RowSweep::add_velocities(const MatrixXd& gram, const MatrixXd& from, MatrixXd& to) const {
+  using Rows = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
+  const Rows of_axis(d_ * n_, d_);
+  for (Index axis = 0; axis < d_; ++axis) {
+    const MatrixXd part = Eigen::Map<const MatrixXd, 0, Rows>(from.data() + axis, n_, from.cols(), of_axis);
+    Eigen::Map<MatrixXd, 0, Rows>(to.data() + axis, n_, to.cols(), of_axis) += (gram * part).eval();
+  }
+}
+
 void RowSweep::through_flow(const Points& q, const Points& p) {
-  const StepMatrices per_time = system_.kernel.step_matrices(q, p, 1);
-  MatrixXd tangent = dt_ * per_time.tangent;
-  MatrixXd hessian = dt_ * per_time.hessian;
-  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel.gram(q, q), d_);
+  StepMatrices step = system_.kernel.step_matrices(q, p, dt_);
+  MatrixXd& tangent = step.tangent;
+  MatrixXd& hessian = step.hessian;
   MatrixXd of_friction;
   if (!traits_.hamiltonian) {  // friction acts on K(q)p alone, and not on what compensates
     q_bar_.noalias() -= noise_.friction() * tangent.transpose() * p_bar_;
-    of_friction = noise_.friction() * velocity * p_bar_;
+    of_friction = MatrixXd::Zero(p_bar_.rows(), p_bar_.cols());
+    add_velocities(noise_.friction() * step.gram, p_bar_, of_friction);
   }
   if (compensates_) {
     const auto product = [&](const PhaseState& unit) { return noise_.compensation_hessian({q, p}, unit); };
@@ -74,7 +84,7 @@ void RowSweep::through_flow(const Points& q, const Points& p) {
   p_bar_ -= (tangent * p_bar_).eval();
   if (!traits_.hamiltonian) p_bar_ -= of_friction;
   q_bar_ = (one_ - tangent.transpose()).partialPivLu().solve(q_bar_).eval();
-  p_bar_.noalias() += velocity * q_bar_;
+  add_velocities(step.gram, q_bar_, p_bar_);
 }
 
 void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen::Ref<MatrixXd> by_w) {
@@ -92,16 +102,15 @@ void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen:
 }
 
 void RowSweep::through_adjoint_flow(const Points& q, const Points& p) {
-  const StepMatrices per_time = system_.kernel.step_matrices(q, p, 1);
-  MatrixXd tangent = dt_ * per_time.tangent;
-  MatrixXd hessian = dt_ * per_time.hessian;
-  const MatrixXd velocity = dt_ * velocity_matrix(system_.kernel.gram(q, q), d_);
+  StepMatrices step = system_.kernel.step_matrices(q, p, dt_);
+  const MatrixXd& tangent = step.tangent;
+  MatrixXd& hessian = step.hessian;
   MatrixXd implicit = one_ + tangent;
   if (!traits_.hamiltonian) {
-    implicit += noise_.friction() * velocity;
+    implicit += noise_.friction() * velocity_matrix(step.gram, d_);
     hessian += noise_.friction() * tangent.transpose();
   }
-  p_bar_.noalias() += velocity * q_bar_;
+  add_velocities(step.gram, q_bar_, p_bar_);
   p_bar_ = implicit.partialPivLu().solve(p_bar_).eval();
   q_bar_ += (tangent.transpose() * q_bar_).eval();
   q_bar_.noalias() -= hessian * p_bar_;
@@ -122,27 +131,36 @@ void RowSweep::through_midpoint_noise(const PhaseState& middle, const VectorXd& 
   p_bar_ = nu_p - p_bar_;
 }
 
-// ∇h_i·(−ν, μ) for each row and channel i: row by row where fields are constant and so inexpensive, else all at once.
-void RowSweep::rows_by_noise(const PhaseState& at, const MatrixXd& mu, const MatrixXd& nu,
-                             Eigen::Ref<MatrixXd> by_w) const {
+RowSweep::Fields RowSweep::fields(const PhaseState& at, Index channels) const {
+  Fields fields{MatrixXd(d_ * n_, channels), MatrixXd(d_ * n_, channels)};
+  VectorXd w = VectorXd::Zero(channels);
+  for (Index i = 0; i < channels; ++i) {
+    w[i] = 1;
+    const PhaseState field = noise_.gradient(at, w);
+    w[i] = 0;
+    fields.q.col(i) = field.q.reshaped();
+    fields.p.col(i) = field.p.reshaped();
+  }
+  return fields;
+}
+
+// ∇h_i·(−ν, μ) for each row and channel i. Constant fields are taken once; most move one landmark each.
+void RowSweep::rows_by_noise(const PhaseState& at, const MatrixXd& mu, const MatrixXd& nu, Eigen::Ref<MatrixXd> by_w) {
   if (by_w.cols() == 0) return;
   if (traits_.additive) {
-    for (Index r = 0; r < by_w.rows(); ++r) {
-      PhaseState with{Points::Zero(d_, n_), mu.col(r).reshaped(d_, n_)};
-      if (traits_.moves_momenta) with.q = -nu.col(r).reshaped(d_, n_);
-      by_w.row(r) = noise_.contract(at, with).transpose();
+    if (constant_p_.cols() == 0) {
+      const Fields constant = fields(at, by_w.cols());
+      constant_q_ = constant.q.sparseView();
+      constant_p_ = constant.p.sparseView();
     }
+    by_w.setZero();
+    if (traits_.moves_positions) by_w += mu.transpose() * constant_p_;
+    if (traits_.moves_momenta) by_w -= nu.transpose() * constant_q_;
     return;
   }
-  MatrixXd of_q(d_ * n_, by_w.cols());
-  MatrixXd of_p(d_ * n_, by_w.cols());
-  for (Index i = 0; i < by_w.cols(); ++i) {
-    const PhaseState field = noise_.gradient(at, VectorXd::Unit(by_w.cols(), i));
-    of_q.col(i) = field.q.reshaped();
-    of_p.col(i) = field.p.reshaped();
-  }
-  by_w.noalias() = mu.transpose() * of_p;
-  if (traits_.moves_momenta) by_w.noalias() -= nu.transpose() * of_q;
+  const Fields here = fields(at, by_w.cols());
+  by_w.noalias() = mu.transpose() * here.p;
+  if (traits_.moves_momenta) by_w.noalias() -= nu.transpose() * here.q;
 }
 
 namespace {

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include <Eigen/SparseCore>
+
 #include "implicit_step.hpp"
 #include "pulson/dynamics/stochastic_system.hpp"
 
@@ -153,8 +155,13 @@ class RowSweep {
   void through_midpoint_noise(const PhaseState& middle, const Eigen::VectorXd& w, Eigen::Ref<Eigen::MatrixXd> by_w);
 
  private:
+  void add_velocities(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& from, Eigen::MatrixXd& to) const;
+  struct Fields {
+    Eigen::MatrixXd q, p;  ///< ∇h_i, dN×C
+  };
+  Fields fields(const PhaseState& at, Eigen::Index channels) const;
   void rows_by_noise(const PhaseState& at, const Eigen::MatrixXd& mu, const Eigen::MatrixXd& nu,
-                     Eigen::Ref<Eigen::MatrixXd> by_w) const;
+                     Eigen::Ref<Eigen::MatrixXd> by_w);
 
   const StochasticSystem& system_;
   const NoiseModel& noise_;
@@ -166,6 +173,7 @@ class RowSweep {
   Eigen::MatrixXd one_;
   Eigen::MatrixXd q_bar_;
   Eigen::MatrixXd p_bar_;
+  Eigen::SparseMatrix<double> constant_q_, constant_p_;  ///< Fields of additive noise
 };
 
 /// A part of a step that has no noise, of FlowPart with (q, p) = (q⁺, p), or of AdjointFlowPart with (q, p'). It refers

@@ -1,7 +1,9 @@
 #include "pulson/kernels/kernel_operator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 #include <fmt/core.h>
@@ -13,27 +15,45 @@
 namespace pulson {
 namespace {
 
-// Coordinate-major copy of a d×N matrix, each row padded with zeros to a whole number of target blocks.
+// As many numbers as the vectors over `count` targets touch: whole blocks, or whole vectors of a single one.
+std::size_t padded(Eigen::Index count) {
+  const auto n = static_cast<std::size_t>(count);
+  const std::size_t unit = n < kTargetBlock ? vector_lanes() : kTargetBlock;
+  return (n + unit - 1) / unit * unit;
+}
+
+// Coordinate-major copy of a d×N matrix, each row padded with zeros. Small ones need no allocation.
 class CoordinateRows {
  public:
-  explicit CoordinateRows(const Points& points)
-      : stride_((static_cast<std::size_t>(points.cols()) + kTargetBlock - 1) / kTargetBlock * kTargetBlock),
-        rows_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(stride_), points.rows())) {
-    rows_.topRows(points.cols()) = points.transpose();
+  explicit CoordinateRows(const Points& points) : CoordinateRows(padded(points.cols()), points.rows()) {
+    double* to = data();
+    for (Eigen::Index a = 0; a < points.cols(); ++a)
+      for (Eigen::Index c = 0; c < points.rows(); ++c)
+        to[static_cast<std::size_t>(c) * stride_ + static_cast<std::size_t>(a)] = points(c, a);
   }
-  CoordinateRows(std::size_t stride, Eigen::Index rows)
-      : stride_(stride), rows_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(stride), rows)) {}
+  CoordinateRows(std::size_t stride, Eigen::Index rows) : stride_(stride) {
+    const std::size_t size = stride * static_cast<std::size_t>(rows);
+    if (size > kSmall) large_ = std::make_unique_for_overwrite<double[]>(size);
+    std::fill_n(data(), size, 0.0);
+  }
 
   std::size_t stride() const { return stride_; }
-  const double* data() const { return rows_.data(); }
-  double* data() { return rows_.data(); }
+  const double* data() const { return large_ ? large_.get() : small_.data(); }
+  double* data() { return large_ ? large_.get() : small_.data(); }
   Points points(Eigen::Index first_row, Eigen::Index rows, Eigen::Index count) const {
-    return rows_.block(0, first_row, count, rows).transpose();
+    Points points(rows, count);
+    const double* from = data() + static_cast<std::size_t>(first_row) * stride_;
+    for (Eigen::Index a = 0; a < count; ++a)
+      for (Eigen::Index c = 0; c < rows; ++c)
+        points(c, a) = from[static_cast<std::size_t>(c) * stride_ + static_cast<std::size_t>(a)];
+    return points;
   }
 
  private:
+  static constexpr std::size_t kSmall = 64;
   std::size_t stride_;
-  Eigen::MatrixXd rows_;
+  std::array<double, kSmall> small_;  // where `large_` is null
+  std::unique_ptr<double[]> large_;
 };
 
 // Below this many pairs one thread is faster than starting another (a few 10 µs).
@@ -43,7 +63,7 @@ constexpr std::size_t kPairsPerThread = 100'000;
 constexpr double kSmallestAlpha = 1e-70;
 
 void run(PairSumArguments& arguments, const std::vector<KernelTerm>& terms) {
-  const std::size_t blocks = arguments.target_stride / kTargetBlock;
+  const std::size_t blocks = (arguments.target_stride + kTargetBlock - 1) / kTargetBlock;
   const auto add_block = [&](int block) {
     PairSumArguments local = arguments;
     for (const KernelTerm& term : terms) {
@@ -92,6 +112,7 @@ using Indices = std::vector<Eigen::Index>;
 // The columns of p that are not zero: the sources that add something to a sum.
 Indices nonzero_columns(const Points& p) {
   Indices columns;
+  columns.reserve(static_cast<std::size_t>(p.cols()));
   for (Eigen::Index j = 0; j < p.cols(); ++j)
     if (!(p.col(j).array() == 0).all()) columns.push_back(j);
   return columns;
@@ -110,6 +131,7 @@ Points part(const Points& points, const Indices& columns) {
 
 Indices complement(const Indices& columns, Eigen::Index count) {
   Indices others;
+  others.reserve(static_cast<std::size_t>(count) - columns.size());
   std::size_t next = 0;
   for (Eigen::Index j = 0; j < count; ++j) {
     if (next < columns.size() && columns[next] == j)
@@ -133,6 +155,10 @@ CoordinateRows field_sum(PairSum sum, const std::vector<KernelTerm>& terms, cons
 void add_self_sum(PairSum sum, const std::vector<KernelTerm>& terms, const Points& q, const Points& u, const Points& v,
                   const Points& a, const Points& b, const Indices& targets, const Indices& sources, Points& out) {
   if (targets.empty() || sources.empty()) return;
+  if (static_cast<Eigen::Index>(targets.size()) == q.cols() && targets.size() == sources.size()) {
+    out += pair_sum(sum, terms, q, &u, &v, q, a, &b, q.rows()).points(0, q.rows(), q.cols());
+    return;
+  }
   const Points of_u = part(u, targets), of_v = part(v, targets), of_b = part(b, sources);
   const CoordinateRows sums =
       pair_sum(sum, terms, part(q, targets), &of_u, &of_v, part(q, sources), part(a, sources), &of_b, q.rows());

@@ -285,6 +285,8 @@ void AddPairSums(const PairSumArguments& g, std::size_t first) {
   }
 }
 
+std::size_t LaneCount() { return hn::Lanes(Tag()); }
+
 }  // namespace HWY_NAMESPACE
 }  // namespace pulson
 HWY_AFTER_NAMESPACE();
@@ -295,10 +297,13 @@ HWY_AFTER_NAMESPACE();
 namespace pulson {
 
 HWY_EXPORT(AddPairSums);
+HWY_EXPORT(LaneCount);
 
 void add_pair_sums(const PairSumArguments& arguments, std::size_t first) {
   HWY_DYNAMIC_DISPATCH(AddPairSums)(arguments, first);
 }
+
+std::size_t vector_lanes() { return HWY_DYNAMIC_DISPATCH(LaneCount)(); }
 
 std::string vector_target() { return hwy::TargetName(hwy::SupportedAndGeneratedTargets().front()); }
 

@@ -34,7 +34,8 @@ enum class PairSum {
   kFlowTangent,    ///< Σ_j K c_j + kTangent, and kHessian + Σ_j (w_i·a_j + v_i·c_j) ∇K (2d rows)
 };
 
-/// Targets are processed in blocks of this many, so arrays over targets are padded to a multiple of it.
+/// Targets are processed in blocks of this many. Arrays over targets are padded to a multiple of it, of a single block to
+/// whole vectors.
 inline constexpr std::size_t kTargetBlock = 64;
 
 /// Coordinate-major arrays: row c of x is x + c·target_stride, of y, a, b, c likewise with source_stride.
@@ -60,5 +61,8 @@ struct PairSumArguments {
 /// Adds the sums of the targets first … min(first + kTargetBlock, targets) − 1 to `out`, with the best vector target of
 /// this machine. Entries beyond `targets` up to the padded end are scratch.
 void add_pair_sums(const PairSumArguments& arguments, std::size_t first);
+
+/// Vector lanes of the chosen target.
+std::size_t vector_lanes();
 
 }  // namespace pulson

@@ -4,6 +4,7 @@
 
 #include <fmt/ranges.h>
 
+#include "bump_fields.hpp"
 #include "models.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
@@ -312,6 +313,13 @@ std::shared_ptr<const NoiseModel> make_p_sd(const Parameters& parameters, const 
 }
 
 }  // namespace
+
+std::optional<BumpFields> bump_fields(const NoiseModel& noise) {
+  const auto* model = dynamic_cast<const DifferentiatedNoise<PSd>*>(&noise);
+  if (model == nullptr || !model->formula().fields.has_centres()) return std::nullopt;
+  const Eigen::VectorXd theta = model->parameters();
+  return BumpFields{model->formula().fields.centres(), theta[0], theta[1]};
+}
 
 NoiseTable::Row p_sd() {
   return {"p-sd",

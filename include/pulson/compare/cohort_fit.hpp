@@ -72,6 +72,7 @@ struct ShapeFit {
   int samples = 0;
   double effective_samples = 0;
   int lost_samples = 0;  ///< those without a path, of weight 0
+  double beyond = 0;     ///< part of the evidence where draws about the match do not come, found by others
   int coordinates = 0;   ///< n: those observed, less the directions of the alignment
   bool converged = false;
 };

@@ -66,17 +66,29 @@ struct CompareOptions {
   CohortSettings settings{};
   int folds = 5;              ///< of the predictive scores; 0: none
   int forward_samples = 400;  ///< from each model
-  bool maps = true;           ///< whether folded areas are measured
+  bool maps = true;           ///< whether folded areas are measured, and paths of least cost are searched
   int bootstrap = 0;          ///< cohorts drawn without noise for each p-value; 0: from its limit for many shapes
   /// Called before each model is fitted, for progress.
   std::function<void(int model, const std::string& noise)> on_model{};
+};
+
+/// The paths that match the shapes at the least cost with a model's fitted numbers: metamorphoses, whose energy λ∫H dt
+/// is paid along the path (mode `metamorphosis` of a registration), geodesics where there is no noise. A mean is of a
+/// shape; NaN where the search failed for some, or where not defined.
+struct LeastCostPaths {
+  Estimate total, action, rms;
+  Estimate order_inversions, flipped_triangles;
+  int matched = 0;    ///< shapes whose rms is at most 3σ
+  int converged = 0;  ///< shapes whose search did
 };
 
 /// One model of a comparison. Standard errors are over the shapes; NaN where there is one shape.
 struct ComparedModel {
   std::string noise;  ///< as it was given
   CohortFit fit;
-  Estimate energy, action, total, rms;  ///< mean of a shape
+  Estimate energy, action, total, rms;    ///< mean of a shape
+  int matched = 0;                        ///< shapes whose rms is at most 3σ
+  std::optional<LeastCostPaths> paths{};  ///< where the noise is linear in p or there is none, and it was asked
   std::optional<Prediction> prediction{};
   Estimate order_inversions, flipped_triangles, folded_fraction;  ///< mean of a shape; NaN where not asked or defined
   double score = 0;                                               ///< CohortFit::score()

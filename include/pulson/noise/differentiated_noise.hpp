@@ -70,6 +70,8 @@ class DifferentiatedNoise final : public NoiseModel {
     return std::make_shared<DifferentiatedNoise>(formula_, parameters);
   }
 
+  const Formula& formula() const { return formula_; }
+
   void add_to(const NoiseSums<double>& sums) const override { add(sums); }
   void add_to(const NoiseSums<Dual>& sums) const override { add(sums); }
 

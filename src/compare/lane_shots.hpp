@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "noise/bump_fields.hpp"
+#include "posterior.hpp"
+
+namespace pulson {
+
+/// What the vector code of LaneShots computes with: numbers of a lane are `lanes` apart, so that entry i of lane l is
+/// at i·lanes + l.
+struct LaneShotArguments {
+  int dimension = 2;
+  int landmarks = 0;
+  int steps = 0;
+  int rows = 0;     ///< of the projection, 0 for the paths alone
+  double half = 0;  ///< ½Δt
+  const std::vector<KernelTerm>* terms = nullptr;
+  bool moves_positions = false, moves_momenta = false;  ///< the noise
+  const double* q0 = nullptr;                           ///< dN, the same in all lanes
+  const double* p0 = nullptr;                           ///< dN, of lanes
+  const double* q_kicks = nullptr;  ///< steps·dN, of lanes: Σ_i w_i h_i,p of each step, where it moves positions
+  const double* p_kicks = nullptr;  ///< the same of −Σ_i w_i h_i,q
+  int bumps = 0;                    ///< or fields over space in place of kicks: F bumps,
+  const double* centres = nullptr;  ///< d×F, of width² = 1/`sharpness`
+  double sharpness = 0;
+  const double* weights = nullptr;  ///< steps·F·d, of lanes: β w_i of each step
+  double beta = 0;
+  const double* projection = nullptr;  ///< dN×rows, column by column
+  /// dN×rows each, of steps: what a change of the kicks does to the slope, see LaneShots::slopes()
+  const double* by_q = nullptr;
+  const double* by_p = nullptr;
+  const double* by_start = nullptr;    ///< dN×rows
+  const double* by_weights = nullptr;  ///< Fd×rows each, of steps
+  double* ends = nullptr;              ///< dN, of lanes
+  double* found = nullptr;             ///< 1 or 0, of lanes
+  double* slopes = nullptr;            ///< rows×rows, of lanes; or null, and what follows
+  double* rows_by_q = nullptr;         ///< dN×rows each, of steps and lanes: the rows' derivatives by the kicks,
+  double* rows_by_p = nullptr;         ///< where the noise has them,
+  double* rows_by_start = nullptr;     ///< and by p0;
+  double* rows_by_weights = nullptr;   ///< Fd×rows each, by w_i
+  std::vector<double>* workspace = nullptr;
+};
+
+/// Shoots paths of the integrator `variational-2` for one objective, as many at once as a vector has lanes, where the
+/// noise is additive and Hamiltonian, or of bumps over space, and landmarks are few: with the same steps as
+/// MatchingObjective::evaluate() and MatchingObjective::endpoint_changes(), whose results they equal to within 1e-10 of
+/// the shape's size.
+class LaneShots {
+ public:
+  /// Whether there is vector code for the objective.
+  static bool knows(const MatchingObjective& objective);
+
+  /// @param slope J of the match, n×U: slopes() has products with its transpose @param observation of the shape
+  LaneShots(const MatchingObjective& objective, const Observation& observation, const Eigen::MatrixXd& slope);
+
+  /// Of no shape, without slopes.
+  explicit LaneShots(const MatchingObjective& objective);
+
+  /// How many are shot at once.
+  static int lanes();
+
+  /// Of up to lanes() unknowns at once, U×L.
+  struct Shots {
+    Eigen::MatrixXd ends;     ///< q(T), dN×L
+    std::vector<char> found;  ///< whether each has a path
+    /// What was asked for, of each.
+    std::vector<Eigen::MatrixXd> slopes;   ///< A ∂q(T)/∂z Jᵀ, n×n; A the projection of the observation
+    std::vector<Eigen::MatrixXd> changes;  ///< ∂q(T)/∂z, dN×U
+  };
+  enum class With { kNothing, kSlopes, kChanges };
+  Shots shoot(const Eigen::MatrixXd& z, With with) const;
+
+ private:
+  struct Rows {
+    std::vector<double> by_q, by_p, by_start, by_weights;
+  };
+  Eigen::MatrixXd changes_of(const Rows& rows, Eigen::Index lane) const;
+  Eigen::Index channels() const { return bumps_ ? bumps_->centres.size() : of_p_.cols(); }
+
+  const MatchingObjective& objective_;
+  Eigen::MatrixXd momenta_;      // ∂p0/∂z0, dN×U0
+  Eigen::MatrixXd of_q_, of_p_;  // ∇h_i, dN×C
+  Eigen::MatrixXd projection_;   // dN×n
+  Eigen::MatrixXd by_q_, by_p_;  // dN×(n·steps)
+  Eigen::MatrixXd by_start_;     // dN×n
+  std::optional<BumpFields> bumps_;
+  Eigen::MatrixXd by_weights_;  // C×(n·steps)
+};
+
+}  // namespace pulson

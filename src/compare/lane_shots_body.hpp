@@ -1,0 +1,678 @@
+// The paths of LaneShots and their slopes as vector code. Included once per vector target, so its guard toggles with
+// the target.
+#if defined(PULSON_LANE_SHOTS_BODY) == defined(HWY_TARGET_TOGGLE)
+#ifdef PULSON_LANE_SHOTS_BODY
+#undef PULSON_LANE_SHOTS_BODY
+#else
+#define PULSON_LANE_SHOTS_BODY
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <hwy/highway.h>
+
+#include "lane_shots.hpp"
+#include "profiles_body.hpp"
+
+// Functions are named in Highway's style, which they extend.
+// NOLINTBEGIN(readability-identifier-naming)
+HWY_BEFORE_NAMESPACE();
+namespace pulson {
+namespace HWY_NAMESPACE {
+
+using Flags = hn::Mask<Tag>;
+
+HWY_INLINE Vector At(const double* of_lanes, int i) { return hn::LoadU(Tag(), of_lanes + i * hn::Lanes(Tag())); }
+HWY_INLINE void Put(Vector value, double* of_lanes, int i) {
+  hn::StoreU(value, Tag(), of_lanes + i * hn::Lanes(Tag()));
+}
+
+inline Jet KernelJet(const std::vector<KernelTerm>& terms, Vector s) {
+  Jet sum{hn::Zero(Tag()), hn::Zero(Tag()), hn::Zero(Tag())};
+  const auto add = [&](const Jet& jet) {
+    sum = {hn::Add(sum.value, jet.value), hn::Add(sum.first, jet.first), hn::Add(sum.second, jet.second)};
+  };
+  for (const KernelTerm& term : terms) switch (term.profile) {
+      case KernelProfile::kGaussian:
+        add(GaussianProfile(term).Second(s));
+        break;
+      case KernelProfile::kPeakon:
+        add(PeakonProfile(term).Second(s));
+        break;
+      case KernelProfile::kMatern32:
+        add(Matern32Profile(term).Second(s));
+        break;
+      case KernelProfile::kMatern52:
+        add(Matern52Profile(term).Second(s));
+        break;
+    }
+  return sum;
+}
+
+// A tile of C += sign·A B for matrices of lanes: rows i to i + kTall, columns j to j + kWide.
+template <int kTall, int kWide>
+HWY_INLINE void AddTile(Vector sign, const double* a, const double* b, double* c, int m, int i, int j) {
+  Vector sum[kTall][kWide];
+  for (auto& row : sum)
+    for (Vector& entry : row) entry = hn::Zero(Tag());
+  for (int k = 0; k < m; ++k) {
+    Vector of_b[kWide];
+    for (int u = 0; u < kWide; ++u) of_b[u] = At(b, (j + u) * m + k);
+    for (int t = 0; t < kTall; ++t) {
+      const Vector of_a = At(a, k * m + i + t);
+      for (int u = 0; u < kWide; ++u) sum[t][u] = hn::MulAdd(of_a, of_b[u], sum[t][u]);
+    }
+  }
+  for (int u = 0; u < kWide; ++u)
+    for (int t = 0; t < kTall; ++t)
+      Put(hn::MulAdd(sign, sum[t][u], At(c, (j + u) * m + i + t)), c, (j + u) * m + i + t);
+}
+
+// C += sign·A B, column by column: A m×m, B and C m×r.
+inline void AddProduct(double sign, const double* a, const double* b, double* c, int m, int r) {
+  const Vector factor = Constant(sign);
+  int j = 0;
+  for (; j + 4 <= r; j += 4) {
+    int i = 0;
+    for (; i + 4 <= m; i += 4) AddTile<4, 4>(factor, a, b, c, m, i, j);
+    for (; i < m; ++i) AddTile<1, 4>(factor, a, b, c, m, i, j);
+  }
+  for (; j < r; ++j) {
+    int i = 0;
+    for (; i + 4 <= m; i += 4) AddTile<4, 1>(factor, a, b, c, m, i, j);
+    for (; i < m; ++i) AddTile<1, 1>(factor, a, b, c, m, i, j);
+  }
+}
+
+// Of kWide columns x at once; of A the factors, with the inverses of the pivots.
+template <int kWide>
+HWY_INLINE void SolveColumns(const double* a, double* x, int m) {
+  Vector sum[kWide];
+  for (int i = 0; i < m; ++i) {
+    for (int u = 0; u < kWide; ++u) sum[u] = At(x, u * m + i);
+    for (int k = 0; k < i; ++k) {
+      const Vector factor = At(a, k * m + i);
+      for (int u = 0; u < kWide; ++u) sum[u] = hn::NegMulAdd(factor, At(x, u * m + k), sum[u]);
+    }
+    for (int u = 0; u < kWide; ++u) Put(sum[u], x, u * m + i);
+  }
+  for (int i = m - 1; i >= 0; --i) {
+    for (int u = 0; u < kWide; ++u) sum[u] = At(x, u * m + i);
+    for (int k = i + 1; k < m; ++k) {
+      const Vector factor = At(a, k * m + i);
+      for (int u = 0; u < kWide; ++u) sum[u] = hn::NegMulAdd(factor, At(x, u * m + k), sum[u]);
+    }
+    for (int u = 0; u < kWide; ++u) Put(hn::Mul(sum[u], At(a, i * m + i)), x, u * m + i);
+  }
+}
+
+// Solves A X = B in place, A m×m near the identity, so that no pivots are sought; A is overwritten.
+inline void SolveInPlace(double* a, double* b, int m, int r) {
+  for (int k = 0; k < m; ++k) {
+    const Vector inverse = hn::Div(Constant(1), At(a, k * m + k));
+    Put(inverse, a, k * m + k);
+    for (int i = k + 1; i < m; ++i) Put(hn::Mul(At(a, k * m + i), inverse), a, k * m + i);
+    for (int j = k + 1; j < m; ++j) {
+      const Vector top = At(a, j * m + k);
+      for (int i = k + 1; i < m; ++i) Put(hn::NegMulAdd(At(a, k * m + i), top, At(a, j * m + i)), a, j * m + i);
+    }
+  }
+  const std::size_t column = static_cast<std::size_t>(m) * hn::Lanes(Tag());
+  int j = 0;
+  for (; j + 4 <= r; j += 4) SolveColumns<4>(a, b + static_cast<std::size_t>(j) * column, m);
+  for (; j < r; ++j) SolveColumns<1>(a, b + static_cast<std::size_t>(j) * column, m);
+}
+
+// A tile of S += barᵀ by, with the same `by` in all lanes.
+template <int kTall, int kWide>
+HWY_INLINE void AddSlopeTile(const double* bar, const double* by, double* slopes, int m, int n, int r, int c) {
+  Vector sum[kTall][kWide];
+  for (int t = 0; t < kTall; ++t)
+    for (int u = 0; u < kWide; ++u) sum[t][u] = At(slopes, (c + u) * n + r + t);
+  for (int i = 0; i < m; ++i) {
+    Vector of_by[kWide];
+    for (int u = 0; u < kWide; ++u) of_by[u] = Constant(by[(c + u) * m + i]);
+    for (int t = 0; t < kTall; ++t) {
+      const Vector of_bar = At(bar, (r + t) * m + i);
+      for (int u = 0; u < kWide; ++u) sum[t][u] = hn::MulAdd(of_bar, of_by[u], sum[t][u]);
+    }
+  }
+  for (int t = 0; t < kTall; ++t)
+    for (int u = 0; u < kWide; ++u) Put(sum[t][u], slopes, (c + u) * n + r + t);
+}
+
+inline void AddSlope(const double* bar, const double* by, double* slopes, int m, int n) {
+  int c = 0;
+  for (; c + 4 <= n; c += 4) {
+    int r = 0;
+    for (; r + 4 <= n; r += 4) AddSlopeTile<4, 4>(bar, by, slopes, m, n, r, c);
+    for (; r < n; ++r) AddSlopeTile<1, 4>(bar, by, slopes, m, n, r, c);
+  }
+  for (; c < n; ++c)
+    for (int r = 0; r < n; ++r) AddSlopeTile<1, 1>(bar, by, slopes, m, n, r, c);
+}
+
+template <int d>
+class LaneShooter {
+ public:
+  explicit LaneShooter(const LaneShotArguments& g)
+      : g_(g), n_(g.landmarks), m_(d * g.landmarks), lanes_(static_cast<int>(hn::Lanes(Tag()))) {
+    const int matrix = m_ * m_;
+    const int nodes = (g.steps + 1) * m_;
+    const int of_bumps = g.bumps * n_ * (1 + d) + 2 * g.steps * m_ + g.rows * g.bumps * d;
+    const int in_all = 3 * nodes + 3 * m_ + n_ * n_ * (2 + d) + 3 * matrix + 2 * m_ * g.rows + of_bumps;
+    g.workspace->resize(static_cast<std::size_t>(in_all * lanes_));
+    next_ = g.workspace->data();
+    q_ = take(nodes);
+    stage_ = take(nodes);   // p' of each step
+    second_ = take(nodes);  // p'' of each step
+    p_ = take(m_);
+    y_ = take(m_);
+    c_ = take(m_);
+    value_ = take(n_ * n_);
+    bend_ = take(n_ * n_);
+    slope_ = take(n_ * n_ * d);
+    tangent_ = take(matrix);
+    hessian_ = take(matrix);
+    system_ = take(matrix);
+    q_bar_ = take(m_ * g.rows);
+    p_bar_ = take(m_ * g.rows);
+    if (g.bumps == 0) return;
+    fields_ = take(g.bumps * n_);
+    gradients_ = take(g.bumps * n_ * d);
+    middle_q_ = take(g.steps * m_);
+    middle_p_ = take(g.steps * m_);
+    by_weights_ = take(g.rows * g.bumps * d);
+  }
+
+  void Run() {
+    const Flags none = hn::FirstN(Tag(), 0);
+    lost_ = none;
+    for (int i = 0; i < m_; ++i) {
+      Put(Constant(g_.q0[i]), q_, i);
+      Put(At(g_.p0, i), p_, i);
+    }
+    for (int k = 0; k < g_.steps; ++k) Step(k);
+    const double* end = node(q_, g_.steps);
+    for (int i = 0; i < m_; ++i) Put(At(end, i), g_.ends, i);
+    Vector all = hn::Zero(Tag());
+    for (int i = 0; i < m_; ++i) all = hn::Add(all, hn::Add(At(end, i), At(p_, i)));
+    const Flags finite = hn::Lt(hn::Abs(all), Constant(1e300));
+    Put(hn::IfThenElseZero(hn::AndNot(lost_, finite), Constant(1)), g_.found, 0);
+    if (g_.rows > 0) Sweep();
+  }
+
+ private:
+  double* take(int size) {
+    double* here = next_;
+    next_ += static_cast<std::size_t>(size) * static_cast<std::size_t>(lanes_);
+    return here;
+  }
+  double* node(double* of, int k) const { return of + static_cast<std::size_t>(k * m_ * lanes_); }
+
+  // K, first·z and second of all pairs at positions, first and second times ½Δt.
+  void Jets(const double* q) {
+    const Vector half = Constant(g_.half);
+    for (int b = 0; b < n_; ++b)
+      for (int a = 0; a <= b; ++a) {
+        Vector z[d];
+        Vector s = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) {
+          z[e] = hn::Sub(At(q, a * d + e), At(q, b * d + e));
+          s = hn::MulAdd(z[e], z[e], s);
+        }
+        const Jet jet = KernelJet(*g_.terms, s);
+        const Vector first = hn::Mul(half, jet.first);
+        Put(hn::Mul(half, jet.value), value_, a * n_ + b);
+        Put(hn::Mul(half, jet.value), value_, b * n_ + a);
+        Put(hn::Mul(half, jet.second), bend_, a * n_ + b);
+        Put(first, bend_, b * n_ + a);  // below the diagonal: first
+        for (int e = 0; e < d; ++e) {
+          Put(hn::Mul(first, z[e]), slope_, (a * n_ + b) * d + e);
+          Put(hn::Neg(hn::Mul(first, z[e])), slope_, (b * n_ + a) * d + e);
+        }
+      }
+  }
+
+  // ½Δt K p
+  void Velocity(const double* p, double* v) const {
+    for (int a = 0; a < n_; ++a) {
+      Vector sum[d];
+      for (Vector& entry : sum) entry = hn::Zero(Tag());
+      for (int b = 0; b < n_; ++b) {
+        const Vector k = At(value_, a * n_ + b);
+        for (int e = 0; e < d; ++e) sum[e] = hn::MulAdd(k, At(p, b * d + e), sum[e]);
+      }
+      for (int e = 0; e < d; ++e) Put(sum[e], v, a * d + e);
+    }
+  }
+
+  // ½Δt H_q
+  void Force(const double* p, double* f) const {
+    for (int a = 0; a < n_; ++a) {
+      Vector sum[d];
+      for (Vector& entry : sum) entry = hn::Zero(Tag());
+      for (int b = 0; b < n_; ++b) {
+        if (b == a) continue;
+        Vector product = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) product = hn::MulAdd(At(p, a * d + e), At(p, b * d + e), product);
+        for (int e = 0; e < d; ++e) sum[e] = hn::MulAdd(product, At(slope_, (a * n_ + b) * d + e), sum[e]);
+      }
+      for (int e = 0; e < d; ++e) Put(sum[e], f, a * d + e);
+    }
+  }
+
+  // ½Δt K(x) p at positions x, without the pairs' jets.
+  void VelocityAt(const double* x, const double* p, double* v) const {
+    const Vector half = Constant(g_.half);
+    for (int i = 0; i < m_; ++i) Put(hn::Zero(Tag()), v, i);
+    for (int b = 0; b < n_; ++b)
+      for (int a = 0; a <= b; ++a) {
+        Vector s = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) {
+          const Vector z = hn::Sub(At(x, a * d + e), At(x, b * d + e));
+          s = hn::MulAdd(z, z, s);
+        }
+        const Vector k = hn::Mul(half, KernelJet(*g_.terms, s).value);
+        for (int e = 0; e < d; ++e) {
+          Put(hn::MulAdd(k, At(p, b * d + e), At(v, a * d + e)), v, a * d + e);
+          if (a != b) Put(hn::MulAdd(k, At(p, a * d + e), At(v, b * d + e)), v, b * d + e);
+        }
+      }
+  }
+
+  // x ← c + map(x) in each lane until corrections are round-off; lanes in which they do not contract are lost.
+  template <class Map>
+  void Iterate(const double* c, double* x, double* of_map, double contraction, const Map& map) {
+    constexpr int kMostTurns = 100;
+    constexpr double kRoundOff = 2e-14, kUncertain = 1e-11;  // of the largest coordinate
+    Vector previous = Constant(1e300);
+    Flags done = lost_;
+    for (int turn = 0; turn < kMostTurns; ++turn) {
+      map(x, of_map);
+      Vector correction = hn::Zero(Tag());
+      Vector size = Constant(1e-300);
+      for (int i = 0; i < m_; ++i) {
+        const Vector next = hn::Add(At(c, i), At(of_map, i));
+        correction = hn::Max(correction, hn::Abs(hn::Sub(next, At(x, i))));
+        size = hn::Max(size, hn::Abs(next));
+        Put(next, x, i);
+      }
+      done = hn::Or(done, hn::Le(correction, hn::Mul(Constant(kRoundOff), size)));  // of NaN not
+      if (turn > 0) {
+        const Flags slow = hn::Not(hn::Le(correction, hn::Mul(Constant(contraction), previous)));
+        const Flags large = hn::Not(hn::Le(correction, hn::Mul(Constant(kUncertain), size)));
+        lost_ = hn::Or(lost_, hn::AndNot(done, hn::And(slow, large)));
+        done = hn::Or(done, slow);
+      }
+      if (hn::AllTrue(Tag(), done)) return;
+      previous = correction;
+    }
+    lost_ = hn::Or(lost_, hn::Not(done));
+  }
+
+  void Step(int k) {
+    const double* q = node(q_, k);
+    double* next = node(q_, k + 1);
+    double* stage = node(stage_, k);
+    double* second = node(second_, k);
+    if (k == 0) Jets(q);
+    for (int i = 0; i < m_; ++i) Put(At(p_, i), stage, i);
+    Iterate(p_, stage, y_, 0.5, [&](const double* p, double* f) {
+      Force(p, f);
+      for (int i = 0; i < m_; ++i) Put(hn::Neg(At(f, i)), f, i);
+    });
+    Velocity(stage, y_);
+    const int first = k * m_;
+    if (g_.bumps > 0) {
+      ThroughBumps(k, q, stage, y_, c_, second);
+      for (int i = 0; i < m_; ++i) Put(hn::Add(At(c_, i), At(y_, i)), next, i);  // near the root
+    }
+    for (int i = 0; g_.bumps == 0 && i < m_; ++i) {
+      Vector c = hn::Add(At(q, i), At(y_, i));
+      if (g_.moves_positions) c = hn::Add(c, At(g_.q_kicks, first + i));
+      Put(c, c_, i);
+      Vector p = At(stage, i);
+      if (g_.moves_momenta) p = hn::Add(p, At(g_.p_kicks, first + i));
+      Put(p, second, i);
+      Put(hn::Add(c, At(y_, i)), next, i);  // near the root
+    }
+    Iterate(c_, next, y_, 0.9, [&](const double* x, double* v) { VelocityAt(x, second, v); });
+    CheckTurns(c_, next);
+    Jets(next);
+    Force(second, y_);
+    for (int i = 0; i < m_; ++i) Put(hn::Sub(At(second, i), At(y_, i)), p_, i);
+  }
+
+  // φ_f, and ∇φ_f on demand, at all landmarks.
+  void Fields(const double* x, bool with_gradients) {
+    const Vector sharpness = Constant(-g_.sharpness);
+    for (int f = 0; f < g_.bumps; ++f)
+      for (int a = 0; a < n_; ++a) {
+        Vector off[d];
+        Vector s = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) {
+          off[e] = hn::Sub(At(x, a * d + e), Constant(g_.centres[f * d + e]));
+          s = hn::MulAdd(off[e], off[e], s);
+        }
+        const Vector value = Exp(ClampExponent(hn::Mul(sharpness, s)));
+        Put(value, fields_, f * n_ + a);
+        const Vector slope = hn::Mul(hn::Add(sharpness, sharpness), value);
+        for (int e = 0; with_gradients && e < d; ++e) Put(hn::Mul(slope, off[e]), gradients_, (f * n_ + a) * d + e);
+      }
+  }
+
+  // Σ_f β w_f φ_f
+  void Displacements(int k, double factor, double* to) const {
+    for (int a = 0; a < n_; ++a)
+      for (int e = 0; e < d; ++e) {
+        Vector sum = hn::Zero(Tag());
+        for (int f = 0; f < g_.bumps; ++f)
+          sum = hn::MulAdd(At(g_.weights, (k * g_.bumps + f) * d + e), At(fields_, f * n_ + a), sum);
+        Put(hn::Mul(Constant(factor), sum), to, a * d + e);
+      }
+  }
+
+  // I + sign/2 · M for the d×d matrix of a landmark, solved for the vector x; lanes that turn over are lost.
+  HWY_INLINE void SolveBlock(const Vector* matrix, double sign, Vector* x) {
+    Vector a[d][d];
+    for (int i = 0; i < d; ++i)
+      for (int j = 0; j < d; ++j) a[i][j] = hn::MulAdd(Constant(sign / 2), matrix[i * d + j], Constant(i == j ? 1 : 0));
+    for (int k = 0; k < d; ++k) {
+      lost_ = hn::Or(lost_, hn::Not(hn::Gt(a[k][k], Constant(kLeastPivot))));
+      const Vector inverse = hn::Div(Constant(1), a[k][k]);
+      for (int i = k + 1; i < d; ++i) {
+        const Vector factor = hn::Mul(a[i][k], inverse);
+        for (int j = k + 1; j < d; ++j) a[i][j] = hn::NegMulAdd(factor, a[k][j], a[i][j]);
+        x[i] = hn::NegMulAdd(factor, x[k], x[i]);
+      }
+    }
+    for (int k = d - 1; k >= 0; --k) {
+      for (int j = k + 1; j < d; ++j) x[k] = hn::NegMulAdd(a[k][j], x[j], x[k]);
+      x[k] = hn::Div(x[k], a[k][k]);
+    }
+  }
+
+  // ∇²h_w,pq at a landmark: Σ_f β w_f ∇φ_fᵀ.
+  HWY_INLINE void Mixed(int k, int a, Vector* matrix) const {
+    for (int i = 0; i < d; ++i)
+      for (int j = 0; j < d; ++j) {
+        Vector sum = hn::Zero(Tag());
+        for (int f = 0; f < g_.bumps; ++f)
+          sum = hn::MulAdd(At(g_.weights, (k * g_.bumps + f) * d + i), At(gradients_, (f * n_ + a) * d + j), sum);
+        matrix[i * d + j] = sum;
+      }
+  }
+
+  // The midpoint rule of the fields' flow: (q + moved, p) to (to_q, to_p).
+  void ThroughBumps(int k, const double* q, const double* p, const double* moved, double* to_q, double* to_p) {
+    double* middle = node(middle_q_, k);
+    double* middle_p = node(middle_p_, k);
+    for (int i = 0; i < m_; ++i) {
+      Put(hn::Add(At(q, i), At(moved, i)), to_q, i);
+      Put(At(to_q, i), middle, i);
+    }
+    Iterate(to_q, middle, system_, 0.5, [&](const double* x, double* half) {
+      Fields(x, false);
+      Displacements(k, 0.5, half);
+    });
+    Fields(middle, true);
+    Displacements(k, 1, system_);
+    for (int a = 0; a < n_; ++a) {
+      Vector mixed[d * d], transposed[d * d], x[d];
+      Mixed(k, a, mixed);
+      for (int i = 0; i < d; ++i) {
+        x[i] = At(p, a * d + i);
+        for (int j = 0; j < d; ++j) transposed[i * d + j] = mixed[j * d + i];
+      }
+      SolveBlock(transposed, 1, x);  // p_m + ½ Σ ∇φ (βw·p_m) = p
+      for (int i = 0; i < d; ++i) {
+        Put(x[i], middle_p, a * d + i);
+        Put(hn::Sub(hn::Add(x[i], x[i]), At(p, a * d + i)), to_p, a * d + i);
+        Put(hn::Add(At(to_q, a * d + i), At(system_, a * d + i)), to_q, a * d + i);
+      }
+    }
+  }
+
+  // As RowSweep::through_midpoint_noise(). by_w(i, r) for channel i and row r.
+  void SweepBumps(int k) {
+    const double* middle = node(middle_q_, k);
+    const double* p = node(middle_p_, k);
+    Fields(middle, true);
+    const Vector beta = Constant(g_.beta);
+    const Vector c = Constant(-2 * g_.sharpness);
+    for (int a = 0; a < n_; ++a) {
+      Vector mixed[d * d], bent[d * d];
+      Mixed(k, a, mixed);
+      for (Vector& entry : bent) entry = hn::Zero(Tag());
+      for (int f = 0; f < g_.bumps; ++f) {  // (βw_f·p) ∇²φ_f, ∇²φ = c (φ I + (x − c_f) ∇φᵀ)
+        Vector along = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e)
+          along = hn::MulAdd(At(g_.weights, (k * g_.bumps + f) * d + e), At(p, a * d + e), along);
+        along = hn::Mul(along, c);
+        for (int i = 0; i < d; ++i) {
+          const Vector off = hn::Sub(At(middle, a * d + i), Constant(g_.centres[f * d + i]));
+          for (int j = 0; j < d; ++j) {
+            Vector bend = hn::Mul(off, At(gradients_, (f * n_ + a) * d + j));
+            if (i == j) bend = hn::Add(bend, At(fields_, f * n_ + a));
+            bent[i * d + j] = hn::MulAdd(along, bend, bent[i * d + j]);
+          }
+        }
+      }
+      Vector transposed[d * d];
+      for (int i = 0; i < d; ++i)
+        for (int j = 0; j < d; ++j) transposed[i * d + j] = mixed[j * d + i];
+      for (int r = 0; r < g_.rows; ++r) {
+        const int first = r * m_ + a * d;
+        Vector nu_p[d], nu_q[d];
+        for (int e = 0; e < d; ++e) nu_p[e] = hn::Add(At(p_bar_, first + e), At(p_bar_, first + e));
+        SolveBlock(mixed, 1, nu_p);
+        for (int e = 0; e < d; ++e) {
+          nu_q[e] = hn::Add(At(q_bar_, first + e), At(q_bar_, first + e));
+          for (int j = 0; j < d; ++j)
+            nu_q[e] = hn::NegMulAdd(hn::Mul(Constant(0.5), bent[e * d + j]), nu_p[j], nu_q[e]);
+        }
+        SolveBlock(transposed, -1, nu_q);
+        for (int e = 0; e < d; ++e) {
+          Put(hn::Sub(nu_q[e], At(q_bar_, first + e)), q_bar_, first + e);
+          Put(hn::Sub(nu_p[e], At(p_bar_, first + e)), p_bar_, first + e);
+        }
+        for (int f = 0; f < g_.bumps; ++f) {
+          Vector slope = hn::Zero(Tag());
+          for (int j = 0; j < d; ++j) slope = hn::MulAdd(nu_p[j], At(gradients_, (f * n_ + a) * d + j), slope);
+          for (int e = 0; e < d; ++e) {
+            const int place = (r * g_.bumps + f) * d + e;
+            Vector sum = hn::Mul(nu_q[e], At(fields_, f * n_ + a));
+            sum = hn::NegMulAdd(At(p, a * d + e), slope, sum);
+            sum = hn::Mul(hn::Mul(Constant(0.5), beta), sum);
+            Put(a == 0 ? sum : hn::Add(sum, At(by_weights_, place)), by_weights_, place);
+          }
+        }
+      }
+    }
+  }
+
+  // Landmarks that have turned about each other by more than a right angle may be on another root.
+  void CheckTurns(const double* before, const double* after) {
+    for (int b = 0; b < n_; ++b)
+      for (int a = 0; a < b; ++a) {
+        Vector product = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e)
+          product = hn::MulAdd(hn::Sub(At(before, a * d + e), At(before, b * d + e)),
+                               hn::Sub(At(after, a * d + e), At(after, b * d + e)), product);
+        lost_ = hn::Or(lost_, hn::Lt(product, hn::Zero(Tag())));
+      }
+  }
+
+  // ½Δt times A = ∂(H_p)/∂q and H_qq, with the jets of the positions.
+  void Matrices(const double* p) {
+    const int matrix = m_ * m_;
+    for (int i = 0; i < matrix; ++i) {
+      Put(hn::Zero(Tag()), tangent_, i);
+      Put(hn::Zero(Tag()), hessian_, i);
+    }
+    const auto add = [&](double* to, int a, int b, int i, int j, Vector value) {
+      const int place = (b * d + j) * m_ + a * d + i;
+      Put(hn::Add(At(to, place), value), to, place);
+    };
+    for (int b = 0; b < n_; ++b)
+      for (int a = 0; a < b; ++a) {
+        Vector g[d];
+        Vector product = hn::Zero(Tag());
+        for (int e = 0; e < d; ++e) {
+          g[e] = At(slope_, (a * n_ + b) * d + e);
+          product = hn::MulAdd(At(p, a * d + e), At(p, b * d + e), product);
+        }
+        const Vector first = At(bend_, b * n_ + a);
+        const Vector second = At(bend_, a * n_ + b);
+        // second·zzᵀ from g = ½Δt first z
+        const Flags flat = hn::Lt(hn::Abs(first), Constant(1e-140));
+        const Vector unit = hn::IfThenElse(flat, Constant(1), first);
+        const Vector weight = hn::IfThenZeroElse(flat, hn::Div(second, hn::Mul(unit, unit)));
+        for (int i = 0; i < d; ++i)
+          for (int j = 0; j < d; ++j) {
+            const Vector of_b = hn::Mul(At(p, b * d + i), g[j]);
+            const Vector of_a = hn::Neg(hn::Mul(At(p, a * d + i), g[j]));
+            add(tangent_, a, a, i, j, of_b);
+            add(tangent_, a, b, i, j, hn::Neg(of_b));
+            add(tangent_, b, b, i, j, of_a);
+            add(tangent_, b, a, i, j, hn::Neg(of_a));
+            Vector bend = hn::Mul(weight, hn::Mul(g[i], g[j]));
+            if (i == j) bend = hn::Add(bend, first);
+            bend = hn::Mul(bend, product);
+            add(hessian_, a, a, i, j, bend);
+            add(hessian_, b, b, i, j, bend);
+            add(hessian_, a, b, i, j, hn::Neg(bend));
+            add(hessian_, b, a, i, j, hn::Neg(bend));
+          }
+      }
+  }
+
+  // to += (½Δt K ⊗ I) from
+  void AddVelocities(const double* from, double* to) const {
+    for (int r = 0; r < g_.rows; ++r)
+      for (int a = 0; a < n_; ++a) {
+        Vector sum[d];
+        for (int e = 0; e < d; ++e) sum[e] = At(to, r * m_ + a * d + e);
+        for (int b = 0; b < n_; ++b) {
+          const Vector k = At(value_, a * n_ + b);
+          for (int e = 0; e < d; ++e) sum[e] = hn::MulAdd(k, At(from, r * m_ + b * d + e), sum[e]);
+        }
+        for (int e = 0; e < d; ++e) Put(sum[e], to, r * m_ + a * d + e);
+      }
+  }
+
+  void TransposeTangent() {
+    for (int i = 0; i < m_; ++i)
+      for (int j = 0; j < i; ++j) {
+        const Vector above = At(tangent_, i * m_ + j);
+        Put(At(tangent_, j * m_ + i), tangent_, i * m_ + j);
+        Put(above, tangent_, j * m_ + i);
+      }
+  }
+
+  // I + sign·A
+  void System(double sign) {
+    for (int i = 0; i < m_ * m_; ++i) Put(hn::Mul(Constant(sign), At(tangent_, i)), system_, i);
+    for (int i = 0; i < m_; ++i) Put(hn::Add(At(system_, i * m_ + i), Constant(1)), system_, i * m_ + i);
+  }
+
+  // The rows of the projection backwards along the path, as RowSweep.
+  void Sweep() {
+    const int rows = g_.rows;
+    const bool slopes = g_.slopes != nullptr;
+    for (int i = 0; slopes && i < rows * rows; ++i) Put(hn::Zero(Tag()), g_.slopes, i);
+    for (int i = 0; i < m_ * rows; ++i) {
+      Put(Constant(g_.projection[i]), q_bar_, i);
+      Put(hn::Zero(Tag()), p_bar_, i);
+    }
+    for (int k = g_.steps - 1; k >= 0; --k) {
+      Jets(node(q_, k + 1));
+      Matrices(node(second_, k));
+      AddProduct(-1, hessian_, p_bar_, q_bar_, m_, rows);
+      // p̄ −= A p̄ in place: from the product
+      Copy(p_bar_, scratch(), m_ * rows);
+      AddProduct(-1, tangent_, scratch(), p_bar_, m_, rows);
+      TransposeTangent();
+      System(-1);
+      SolveInPlace(system_, q_bar_, m_, rows);
+      AddVelocities(q_bar_, p_bar_);
+      const int first = k * m_ * rows;
+      if (g_.bumps > 0) {
+        SweepBumps(k);
+        const int channels = g_.bumps * d;
+        if (slopes)
+          AddSlope(by_weights_, g_.by_weights + k * channels * rows, g_.slopes, channels, rows);
+        else
+          Copy(by_weights_, g_.rows_by_weights + static_cast<std::size_t>(k * channels * rows * lanes_),
+               channels * rows);
+      }
+      if (g_.moves_positions) {
+        if (slopes)
+          AddSlope(q_bar_, g_.by_q + first, g_.slopes, m_, rows);
+        else
+          Copy(q_bar_, g_.rows_by_q + static_cast<std::size_t>(first * lanes_), m_ * rows);
+      }
+      if (g_.moves_momenta) {
+        if (slopes)
+          AddSlope(p_bar_, g_.by_p + first, g_.slopes, m_, rows);
+        else
+          Copy(p_bar_, g_.rows_by_p + static_cast<std::size_t>(first * lanes_), m_ * rows);
+      }
+      Jets(node(q_, k));
+      Matrices(node(stage_, k));
+      AddVelocities(q_bar_, p_bar_);
+      System(1);
+      SolveInPlace(system_, p_bar_, m_, rows);
+      TransposeTangent();
+      Copy(q_bar_, scratch(), m_ * rows);
+      AddProduct(1, tangent_, scratch(), q_bar_, m_, rows);
+      AddProduct(-1, hessian_, p_bar_, q_bar_, m_, rows);
+    }
+    if (slopes)
+      AddSlope(p_bar_, g_.by_start, g_.slopes, m_, rows);
+    else
+      Copy(p_bar_, g_.rows_by_start, m_ * rows);
+  }
+
+  void Copy(const double* from, double* to, int size) const {
+    std::copy(from, from + static_cast<std::size_t>(size) * static_cast<std::size_t>(lanes_), to);
+  }
+  double* scratch() {
+    scratch_.resize(static_cast<std::size_t>(m_ * g_.rows * lanes_));
+    return scratch_.data();
+  }
+
+  const LaneShotArguments& g_;
+  int n_, m_, lanes_;
+  double* next_;
+  double *q_, *stage_, *second_, *p_, *y_, *c_;
+  static constexpr double kLeastPivot = 0.1;  // of I + ½A, which is I for small steps
+  double *fields_ = nullptr, *gradients_ = nullptr, *middle_q_ = nullptr, *middle_p_ = nullptr;
+  double* by_weights_ = nullptr;
+  double *value_, *bend_, *slope_, *tangent_, *hessian_, *system_, *q_bar_, *p_bar_;
+  std::vector<double> scratch_;
+  Flags lost_;
+};
+
+void ShootLanes(const LaneShotArguments& arguments) {
+  switch (arguments.dimension) {
+    case 1:
+      return LaneShooter<1>(arguments).Run();
+    case 2:
+      return LaneShooter<2>(arguments).Run();
+    default:
+      return LaneShooter<3>(arguments).Run();
+  }
+}
+
+std::size_t ShotLaneCount() { return hn::Lanes(Tag()); }
+
+}  // namespace HWY_NAMESPACE
+}  // namespace pulson
+HWY_AFTER_NAMESPACE();
+// NOLINTEND(readability-identifier-naming)
+
+#endif  // PULSON_LANE_SHOTS_BODY

@@ -1,0 +1,74 @@
+#include "least_cost_paths.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "matching/path_search.hpp"
+#include "posterior.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/matching/registration.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "pulson/warp/sampled_map.hpp"
+#include "statistics.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr int kFewestSteps = 20;   // of a path: the fit needs no more than its ends need
+constexpr double kMatchedRms = 3;  // σ, as Registration::matched()
+
+bool noise_vanishes(const CohortFit& fit) {
+  return std::any_of(fit.fitted.begin(), fit.fitted.end(),
+                     [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; });
+}
+
+}  // namespace
+
+std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const CohortFit& fit,
+                                               const CohortSettings& settings) {
+  const bool is_linear = shape_problem(cohort, fit, settings, 0).system.noise->traits().linear;
+  if (fit.noise != "none" && !is_linear) return std::nullopt;
+  const Points& source = cohort.source.points;
+  const auto count = std::ssize(cohort.targets);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  VectorXd total = VectorXd::Constant(count, nan);
+  VectorXd action = total, rms = total, inversions = total, flipped = total;
+  Eigen::Array<bool, Eigen::Dynamic, 1> converged = Eigen::Array<bool, Eigen::Dynamic, 1>::Constant(count, false);
+  parallel_for(static_cast<int>(count), [&](int s) {
+    MatchingProblem problem = shape_problem(cohort, fit, settings, s);
+    problem.grid.steps = std::max(problem.grid.steps, kFewestSteps);
+    problem.lambda /= problem.grid.time;  // the energy is λH there, λ∫H dt here
+    if (noise_vanishes(fit)) problem.system.noise = make_noise("none");
+    try {
+      const PathSolution found = search_paths(problem, {});
+      const Points& end = found.path.end();
+      const Observation observation = observe(cohort, s, problem.sigma);
+      const Landmarks& shape = cohort.targets[static_cast<std::size_t>(s)];
+      const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));
+      total[s] = found.cost.energy + found.cost.action + 0.5 * observation.residual(end).squaredNorm();
+      action[s] = found.cost.action;
+      rms[s] = problem.sigma * observation.residual(end).norm() / std::sqrt(std::max(landmarks, 1.0));
+      if (source.rows() == 1) inversions[s] = order_inversions(source, end);
+      if (source.rows() == 2) flipped[s] = flipped_triangles(source, end);
+      converged[s] = found.converged;
+    } catch (const NumericalError&) {
+      // no path: not matched
+    }
+  });
+  const double sigma = settings.sigma.in(diameter(source));
+  const auto estimate = [](const VectorXd& values) { return Estimate{values.mean(), standard_error(values)}; };
+  return LeastCostPaths{.total = estimate(total),
+                        .action = estimate(action),
+                        .rms = estimate(rms),
+                        .order_inversions = estimate(inversions),
+                        .flipped_triangles = estimate(flipped),
+                        .matched = static_cast<int>((rms.array() <= kMatchedRms * sigma).count()),
+                        .converged = static_cast<int>(converged.count())};
+}
+
+}  // namespace pulson

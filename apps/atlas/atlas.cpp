@@ -81,15 +81,12 @@ std::vector<double> shown_values(const AtlasArguments& arguments, const Eigen::V
 
 void predict_missing(AtlasResults& results, const std::vector<Landmarks>& shapes) {
   if (std::none_of(shapes.begin(), shapes.end(), Files::misses_landmarks)) return;
-  const ShapePredictor predictor(results.atlas);
-  results.prior_weight = predictor.prior_weight();
+  results.predicted = pulson::predict_missing(results.atlas, shapes);
   results.complete = shapes;
-  for (Landmarks& shape : results.complete) {
-    results.predicted.push_back(Files::misses_landmarks(shape) ? predictor.predict(shape) : PredictedLandmarks());
-    const PredictedLandmarks& predicted = results.predicted.back();
-    for (std::size_t k = 0; k < predicted.landmarks.size(); ++k)
-      shape.points.col(predicted.landmarks[k]) = predicted.positions.col(static_cast<Eigen::Index>(k));
-  }
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    for (std::size_t k = 0; k < results.predicted[i].landmarks.size(); ++k)
+      results.complete[i].points.col(results.predicted[i].landmarks[k]) =
+          results.predicted[i].positions.col(static_cast<Eigen::Index>(k));
 }
 
 void find_statistics(AtlasResults& results, const AtlasArguments& arguments, const std::vector<Landmarks>& shapes,

@@ -48,7 +48,6 @@ ReportTable model_table(const AtlasResults& results) {
   table.add("last movement of the template, in diameters", atlas.movement);
   table.add("exp(log) error, in diameters", atlas.exp_log_error());
   table.add("error of the time steps, in diameters", atlas.step_error);
-  if (results.prior_weight > 0) table.add("weight of the kernel in predictions, in specimens", results.prior_weight);
   table.add("seconds", fmt::format("{:.2f}", results.seconds));
   return std::move(table).table();
 }

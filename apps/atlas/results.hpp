@@ -19,7 +19,6 @@ struct AtlasResults {
   ProcrustesModes procrustes;
   /// Of each specimen, what it misses; empty where none does.
   std::vector<PredictedLandmarks> predicted;
-  double prior_weight = 0;          ///< of the predictions
   std::vector<Landmarks> complete;  ///< the shapes as given with predictions for what is missing; empty likewise
   std::vector<double> covariate;    ///< empty: none
   std::string covariate_name;

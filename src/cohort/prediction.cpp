@@ -1,5 +1,6 @@
 #include "pulson/cohort/prediction.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -17,8 +18,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kRounds = 10;
-constexpr double kCentral = 0.9;  // of a coordinate, within the band
+constexpr int kRounds = 30;
+constexpr std::size_t kParts = 10;  // in which specimens are left out by turns
+constexpr double kCentral = 0.9;    // of a coordinate, within the band
 
 std::vector<Index> coordinates_of(const Points& points, bool observed) {
   std::vector<Index> chosen;
@@ -204,6 +206,26 @@ PredictedLandmarks ShapePredictor::predict(const Landmarks& shape) const {
     const MatrixXd scale = map.linear.transpose() * found.scale.block(k * d, k * d, d, d) * map.linear;
     predicted.half_widths.col(k) = quantile / map.scale * scale.diagonal().cwiseMax(0).cwiseSqrt();
   }
+  return predicted;
+}
+
+std::vector<PredictedLandmarks> predict_missing(const Atlas& atlas, const std::vector<Landmarks>& shapes) {
+  const SerialBlas serial;
+  std::vector<std::size_t> incomplete;
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    if (!incomplete_points(shapes[i].points).empty()) incomplete.push_back(i);
+  std::vector<PredictedLandmarks> predicted(shapes.size());
+  const std::size_t parts = std::min(kParts, incomplete.size());
+  parallel_for(static_cast<int>(parts), [&](int part) {
+    std::vector<bool> left_out(shapes.size());
+    for (auto k = static_cast<std::size_t>(part); k < incomplete.size(); k += parts) left_out[incomplete[k]] = true;
+    std::vector<Points> others;
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      if (!left_out[i]) others.push_back(atlas.specimens[i].shape.points);
+    const ShapePredictor predictor(atlas, others);
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      if (left_out[i]) predicted[i] = predictor.predict(shapes[i]);
+  });
   return predicted;
 }
 

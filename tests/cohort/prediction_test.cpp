@@ -114,6 +114,26 @@ TEST(ShapePredictor, LearnsFromSpecimensThatMissLandmarks) {
   EXPECT_NEAR(found.covered / found.count, 0.9, 4 * std::sqrt(0.9 * 0.1 * 2 / found.count));
 }
 
+// Of the cohort's own shapes: what a shape shows must not count as evidence for its prediction.
+TEST(PredictMissing, BandsOfTheCohortsOwnShapesCoverNineOfTen) {
+  const CohortLaw law;
+  double covered = 0, count = 0;
+  for (std::uint64_t cohort = 0; cohort < 10; ++cohort) {
+    const std::vector<Landmarks> truth = drawn_shapes(law, 12, 400 + cohort);
+    std::vector<Landmarks> shapes = truth;
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      shapes[i].points.col(static_cast<Index>(i)).setConstant(std::nan(""));
+    const std::vector<PredictedLandmarks> found = predict_missing(make_atlas(shapes, options_of(law)), shapes);
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      ASSERT_THAT(found[i].landmarks, ElementsAre(static_cast<int>(i)));
+      const Points error = (truth[i].points.col(static_cast<Index>(i)) - found[i].positions).cwiseAbs();
+      covered += (error.array() < found[i].half_widths.array()).cast<double>().sum();
+      count += 2;
+    }
+  }
+  EXPECT_NEAR(covered / count, 0.9, 4 * std::sqrt(0.9 * 0.1 * 2 / count));
+}
+
 TEST(ShapePredictor, RefusesAShapeWithTooFewLandmarks) {
   const CohortLaw law;
   AtlasOptions options;

@@ -25,6 +25,10 @@ constexpr int kMostKicks = 32;
 constexpr double kThetaAcceptance = 0.3;
 constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
 constexpr double kAdaptation = 0.6;
+// Factor on σ in the reference of moves with kicks: where the path is far from linear a wider reference has weights
+// that vary less, and chains do not stick in the tails. Without kicks it would cost acceptance, e^{−O(n)}.
+constexpr double kInflation = 1.5;
+double inflation(const MoveKind& move) { return move.uses_gradient ? kInflation : 1; }
 constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
@@ -49,8 +53,9 @@ ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi) {
   for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
     theta.models.push_back(setting.specimens[i].model(numbers));
     std::vector<LinearAt>& linear = theta.linear.emplace_back();
-    for (const Minimum& minimum : setting.reference.minima[i])
-      linear.emplace_back(*minimum.linear, theta.models.back());
+    Specimen::Model wider = theta.models.back();
+    wider.sigma *= inflation(setting.move);
+    for (const Minimum& minimum : setting.reference.minima[i]) linear.emplace_back(*minimum.linear, wider);
   }
   return theta;
 }
@@ -58,7 +63,9 @@ ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi) {
 double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, const VectorXd& z,
                      const Specimen::Shot& shot, VectorXd* responsibilities, std::vector<VectorXd>* residuals) {
   const std::vector<LinearAt>& linear = theta.linear[specimen];
-  const double volume = setting.specimens[specimen].log_volume(theta.models[specimen]);
+  const Specimen& of = setting.specimens[specimen];
+  const double volume =
+      of.log_volume(theta.models[specimen]) + static_cast<double>(of.data()) * std::log(inflation(setting.move));
   VectorXd logs(std::ssize(linear));
   for (std::size_t m = 0; m < linear.size(); ++m) {
     VectorXd residual = linear[m].residual(z);

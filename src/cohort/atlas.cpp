@@ -26,7 +26,7 @@ constexpr double kMatched = 1e-12;       // defect of a match, in diameters
 constexpr double kRoundOff = 1e-8;       // one that counts as converged where the search cannot do better
 constexpr double kBelowMovement = 1e-3;  // defects, beside the last movement of the template
 constexpr double kUnmatched = 0.01;      // defect of a specimen that has no weight in the template, in diameters
-constexpr int kWindow = 5;
+constexpr int kTemplateWindow = 5;
 constexpr double kCoarse = 1e-4;  // step error, in diameters, that is reported
 
 std::vector<Index> observed_landmarks(const Points& points) {
@@ -156,7 +156,7 @@ class TemplateSearch {
   }
 
   void run() {
-    Anderson search(kWindow);
+    Anderson search(kTemplateWindow);
     Points& q0 = atlas_.template_shape.points;
     double tolerance = kBelowMovement;
     for (atlas_.iterations = 1;; ++atlas_.iterations) {

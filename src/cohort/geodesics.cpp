@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kMostShots = 100;
-constexpr int kWindow = 12;
+constexpr int kShotWindow = 12;
 constexpr int kStalled = 12;           // shots without progress: round-off, or no match
 constexpr double kLeastRidge = 1e-13;  // of the largest element, where Cholesky's factors need one
 constexpr double kMoreRidge = 100;
@@ -118,7 +118,7 @@ PhaseState Geodesics::shoot(const Points& q0, const Points& p0) const {
 
 GeodesicMatch Geodesics::match(const TemplateMetric& metric, const MatchModel& model, const Points& target,
                                const Points& start, double tolerance) const {
-  Anderson search(kWindow);
+  Anderson search(kShotWindow);
   GeodesicMatch best{start, {}, 0};
   VectorXd x = model.unknowns(start).reshaped();
   const Index d = start.rows(), n = start.cols();

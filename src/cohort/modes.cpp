@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 constexpr double kVanishing = 1e-12;  // of the largest eigenvalue
 constexpr int kMostRounds = 1000;
-constexpr double kRest = 1e-15;  // change of the mean, squared, which ends the rounds
+constexpr double kMeanChange = 1e-15;  // change of the mean, squared, which ends the rounds
 
 MatrixXd as_columns(const std::vector<Points>& shapes) {
   MatrixXd columns(shapes.front().size(), static_cast<Index>(shapes.size()));
@@ -125,7 +125,7 @@ ProcrustesModes procrustes_modes(const std::vector<Points>& shapes) {
     const Points next = of_unit_size(sum);
     const double change = (next - mean).squaredNorm();
     mean = next;
-    if (change < kRest * kRest) break;
+    if (change < kMeanChange * kMeanChange) break;
   }
   // The mean as the first shape lies.
   const Alignment back = align(mean, of_unit_size(shapes.front()), AlignmentKind::kRigid);

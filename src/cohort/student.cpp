@@ -8,7 +8,7 @@ namespace {
 // The continued fraction of the incomplete beta function by Lentz's method (W. Press et al., Numerical Recipes, 2007,
 // 6.4).
 double beta_fraction(double a, double b, double x) {
-  constexpr double kTiny = 1e-300, kRest = 1e-15;
+  constexpr double kTiny = 1e-300, kLastFactor = 1e-15;
   constexpr int kMostTerms = 10000;
   const auto nonzero = [](double value) { return std::abs(value) < kTiny ? kTiny : value; };
   double c = 1, d = 1 / nonzero(1 - (a + b) * x / (a + 1)), result = d;
@@ -21,7 +21,7 @@ double beta_fraction(double a, double b, double x) {
     d = 1 / nonzero(1 + odd * d);
     c = nonzero(1 + odd / c);
     result *= d * c;
-    if (std::abs(d * c - 1) < kRest) break;
+    if (std::abs(d * c - 1) < kLastFactor) break;
   }
   return result;
 }

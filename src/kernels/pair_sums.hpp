@@ -34,8 +34,8 @@ enum class PairSum {
   kFlowTangent,    ///< Σ_j K c_j + kTangent, and kHessian + Σ_j (w_i·a_j + v_i·c_j) ∇K (2d rows)
 };
 
-/// Targets are processed in blocks of this many. Arrays over targets are padded to a multiple of it, of a single block to
-/// whole vectors.
+/// Targets are processed in blocks of this many. Arrays over targets are padded to a multiple of it, of a single block
+/// to whole vectors.
 inline constexpr std::size_t kTargetBlock = 64;
 
 /// Coordinate-major arrays: row c of x is x + c·target_stride, of y, a, b, c likewise with source_stride.

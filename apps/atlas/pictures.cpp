@@ -13,16 +13,17 @@
 namespace pulson {
 namespace {
 
-constexpr double kDeviations = 2;  // of the pictures of modes
-constexpr double kMargin = 0.1;    // of the grid, over its larger side
-constexpr int kCells = 18, kPointsPerCell = 5;
+constexpr double kModeDeviations = 2;  // of the pictures of modes
+constexpr double kGridMargin = 0.1;    // of the grid, over its larger side
+constexpr int kModeCells = 18, kPointsPerModeCell = 5;
 constexpr Eigen::Index kBars = 20;  // of the scree plot
 
 // The grid about the template, before and after a path. None where the plane has no path.
 std::vector<Points> deformed_grid(const Atlas& atlas, const Trajectory& path) {
   const auto [low, high] = bounding_box(atlas.template_shape.points);
-  const double margin = kMargin * (high - low).maxCoeff();
-  const std::vector<Points> lines = grid_lines(low.array() - margin, high.array() + margin, kCells, kPointsPerCell);
+  const double margin = kGridMargin * (high - low).maxCoeff();
+  const std::vector<Points> lines =
+      grid_lines(low.array() - margin, high.array() + margin, kModeCells, kPointsPerModeCell);
   try {
     const MaterialFlow flow({atlas.kernel, make_noise("none", {})}, path);
     return split_lines(flow.end(joined_lines(lines)), lines);
@@ -66,7 +67,7 @@ void draw_modes(const AtlasResults& results, int modes, const PictureFiles& file
   picture.shape_name = "2 standard deviations along a mode";
   for (int k = 0; k < std::min<int>(modes, static_cast<int>(results.modes.eigenvalues.size())); ++k) {
     picture.rows.emplace_back();
-    for (const double s : {-kDeviations, kDeviations})
+    for (const double s : {-kModeDeviations, kModeDeviations})
       picture.rows.back().push_back(panel_of(results.atlas,
                                              fmt::format("mode {} ({:.1f} %), {} {:g} s.d.", k + 1,
                                                          percentage(results.modes, k), s < 0 ? "−" : "+", std::abs(s)),

@@ -15,19 +15,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json numbers(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
+Json number_list(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
 // [landmark][axis]
 Json landmarks(const Points& points) {
   Json rows = Json::array();
-  for (const auto& point : points.colwise()) rows.push_back(numbers(point));
+  for (const auto& point : points.colwise()) rows.push_back(number_list(point));
   return rows;
 }
 
 // [row][column]
 Json rows_of(const Eigen::MatrixXd& matrix) {
   Json rows = Json::array();
-  for (const auto& row : matrix.rowwise()) rows.push_back(numbers(row.transpose()));
+  for (const auto& row : matrix.rowwise()) rows.push_back(number_list(row.transpose()));
   return rows;
 }
 
@@ -46,8 +46,8 @@ Json specimen_json(const AtlasResults& results, std::size_t i) {
     for (std::size_t k = 0; k < predicted.landmarks.size(); ++k) {
       const auto column = static_cast<Eigen::Index>(k);
       json["predicted"].push_back({{"landmark", predicted.landmarks[k] + 1},
-                                   {"position", numbers(predicted.positions.col(column))},
-                                   {"half_width_90", numbers(predicted.half_widths.col(column))}});
+                                   {"position", number_list(predicted.positions.col(column))},
+                                   {"half_width_90", number_list(predicted.half_widths.col(column))}});
     }
   }
   return json;
@@ -90,26 +90,27 @@ bool AtlasResults::converged() const {
 
 std::string atlas_json(const AtlasResults& results) {
   const Atlas& atlas = results.atlas;
-  Json json{{"kernel", atlas.kernel.spec()},
-            {"lambda", atlas.lambda},
-            {"sigma", atlas.sigma},
-            {"noise", atlas.beta > 0 ? fmt::format("ch-sd:beta={}", atlas.beta) : std::string("none")},
-            {"mode", atlas.beta > 0 ? "metamorphosis" : "deterministic"},
-            {"alignment", alignment_name(atlas.alignment)},
-            {"steps", atlas.steps},
-            {"converged", results.converged()},
-            {"iterations", atlas.iterations},
-            {"movement", atlas.movement},
-            {"shots", atlas.shots},
-            {"exp_log_error", atlas.exp_log_error()},
-            {"step_error", atlas.step_error},
-            {"template", landmarks(atlas.template_shape.points)},
-            {"specimens", Json::array()},
-            {"modes", {{"eigenvalues", numbers(results.modes.eigenvalues)}, {"scores", rows_of(results.modes.scores)}}},
-            {"procrustes",
-             {{"mean", landmarks(results.procrustes.mean)},
-              {"eigenvalues", numbers(results.procrustes.modes.eigenvalues)},
-              {"scores", rows_of(results.procrustes.modes.scores)}}}};
+  Json json{
+      {"kernel", atlas.kernel.spec()},
+      {"lambda", atlas.lambda},
+      {"sigma", atlas.sigma},
+      {"noise", atlas.beta > 0 ? fmt::format("ch-sd:beta={}", atlas.beta) : std::string("none")},
+      {"mode", atlas.beta > 0 ? "metamorphosis" : "deterministic"},
+      {"alignment", alignment_name(atlas.alignment)},
+      {"steps", atlas.steps},
+      {"converged", results.converged()},
+      {"iterations", atlas.iterations},
+      {"movement", atlas.movement},
+      {"shots", atlas.shots},
+      {"exp_log_error", atlas.exp_log_error()},
+      {"step_error", atlas.step_error},
+      {"template", landmarks(atlas.template_shape.points)},
+      {"specimens", Json::array()},
+      {"modes", {{"eigenvalues", number_list(results.modes.eigenvalues)}, {"scores", rows_of(results.modes.scores)}}},
+      {"procrustes",
+       {{"mean", landmarks(results.procrustes.mean)},
+        {"eigenvalues", number_list(results.procrustes.modes.eigenvalues)},
+        {"scores", rows_of(results.procrustes.modes.scores)}}}};
   for (std::size_t i = 0; i < results.names.size(); ++i) json["specimens"].push_back(specimen_json(results, i));
   if (results.regression) json["regression"] = regression_json(results);
   if (results.comparison) json["groups"] = groups_json(*results.comparison);

@@ -14,9 +14,9 @@
 namespace pulson {
 namespace {
 
-constexpr int kFrames = 21;        // of a mode's motion
-constexpr double kDeviations = 2;  // from minus to plus so many
-constexpr int kCells = 14, kPointsPerCell = 3;
+constexpr int kFrames = 21;              // of a mode's motion
+constexpr double kMotionDeviations = 2;  // from minus to plus so many
+constexpr int kMotionCells = 14, kPointsPerMotionCell = 3;
 
 std::string lead(const AtlasResults& results) {
   const Atlas& atlas = results.atlas;
@@ -106,11 +106,11 @@ std::optional<ReportMotion> motion_along(const Atlas& atlas, const PathAt& path_
   if (atlas.template_shape.dimension() == 2) {
     const auto [low, high] = bounding_box(atlas.template_shape.points);
     const double margin = 0.1 * (high - low).maxCoeff();
-    lines = grid_lines(low.array() - margin, high.array() + margin, kCells, kPointsPerCell);
+    lines = grid_lines(low.array() - margin, high.array() + margin, kMotionCells, kPointsPerMotionCell);
   }
   const Points grid = lines.empty() ? Points() : joined_lines(lines);
   for (int frame = 0; frame < kFrames; ++frame) {
-    const double s = kDeviations * (2.0 * frame / (kFrames - 1) - 1);
+    const double s = kMotionDeviations * (2.0 * frame / (kFrames - 1) - 1);
     const Trajectory path = path_at(s);
     motion.times.push_back(s);
     motion.frames.push_back(path.final().q);

@@ -86,10 +86,10 @@ namespace {
 
 // A field for each of 0, 1, …, most; of many, some have a number.
 ColourBar bar_of_counts(double most) {
-  constexpr double kMostNumbers = 16;
+  constexpr double kMostTicks = 16;
   std::vector<float> values;
   ColourBar bar{.colours = {}, .labels = {}};
-  const double step = std::ceil((most + 1) / kMostNumbers);
+  const double step = std::ceil((most + 1) / kMostTicks);
   for (double value = 0; value <= most; ++value) {
     values.push_back(static_cast<float>(value));
     if (std::fmod(value, step) == 0) bar.labels.emplace_back((value + 0.5) / (most + 1), bar_number(value));

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kLongestSide = 640;
+constexpr double kLongestFrame = 640;
 constexpr double kFramesPerSecond = 12;
 constexpr int kRest = 8;     // frames at both ends
 constexpr int kSpacing = 4;  // vertices between two that are moved exactly
@@ -78,7 +78,7 @@ Points reduced(const Points& pixels, double factor) { return ((pixels.array() + 
 void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
                      const WarpArguments& arguments) {
   const int longest = std::max({image.width(), image.height(), frames.width, frames.height});
-  const double factor = std::max(1.0, longest / kLongestSide);
+  const double factor = std::max(1.0, longest / kLongestFrame);
   const Image small = scaled_down(to_rgba8(for_show(image)), factor);
   const int width = std::max(1, static_cast<int>(std::lround(frames.width / factor)));
   const int height = std::max(1, static_cast<int>(std::lround(frames.height / factor)));

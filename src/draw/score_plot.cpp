@@ -38,7 +38,7 @@ Points convex_hull(const Points& points) {
 namespace picture {
 namespace {
 
-constexpr double kPanelWidth = 1000, kTallest = 760, kLeastHeight = 420;
+constexpr double kPanelWidth = 1000, kTallestPlot = 760, kLeastHeight = 420;
 constexpr double kDot = 5.5;
 constexpr double kLabelText = 15;
 constexpr std::size_t kMostLabels = 80;
@@ -71,7 +71,7 @@ void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
 
 Canvas compose(const ScorePlot& plot) {
   Interval x = range_of_scores(plot, 0), y = range_of_scores(plot, 1);
-  double height = plot.same_scale ? std::clamp(kPanelWidth * y.span() / x.span(), kLeastHeight, kTallest) : 620;
+  double height = plot.same_scale ? std::clamp(kPanelWidth * y.span() / x.span(), kLeastHeight, kTallestPlot) : 620;
   if (plot.same_scale) {
     const double scale = std::min(kPanelWidth / x.span(), height / y.span());
     x = x.with_span(kPanelWidth / scale);

@@ -11,8 +11,8 @@
 namespace pulson::picture {
 namespace {
 
-const Stroke kGridStroke{colour::kGrid, 1.1};
-constexpr double kTallest = 520;  // of a panel
+const Stroke kPanelGridStroke{colour::kGrid, 1.1};
+constexpr double kTallestPanel = 520;  // of a panel
 constexpr double kRowGap = 16;
 constexpr double kFlattest = 0.15;
 
@@ -58,7 +58,7 @@ void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const
   const Box& box = view.box;
   const double right = box.left + box.width, top = box.bottom + box.height;
   frame << box.left, right, right, box.left, box.left, box.bottom, box.bottom, top, top, box.bottom;
-  canvas.lines(view.pixels(panel.grid), kGridStroke);
+  canvas.lines(view.pixels(panel.grid), kPanelGridStroke);
   for (const Points& dots : panel.cloud)
     canvas.dots(view.pixels(complete(dots)), std::min(2.2, marks.dot), faded(colour::kSource, 0.45));
   const Points reference = view.pixels(picture.reference.points);
@@ -97,7 +97,7 @@ Canvas compose(const ShapePanels& picture) {
   const auto count = static_cast<double>(columns);
   const double room = (kWidth - 2 * kEdge - (count - 1) * kGap) / count;
   double scale = 1e300;
-  for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), kTallest / plane.y.span()});
+  for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), kTallestPanel / plane.y.span()});
   double rows_height = 0;
   for (const View& plane : planes) rows_height += scale * plane.y.span() + kHeading + kRowGap;
   const Titles titles{picture.title, picture.subtitle};

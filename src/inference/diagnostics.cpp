@@ -42,7 +42,7 @@ double normal_quantile(double p) {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr Index kFewest = 4;
 
 bool usable(const MatrixXd& draws) {
@@ -97,7 +97,7 @@ double autocovariance(const MatrixXd& centred, Index lag) {
 
 // (10)–(11), of chains that are split already.
 double ess_of(const MatrixXd& chains) {
-  if (!usable(chains)) return kNone;
+  if (!usable(chains)) return kUndefined;
   const Index n = chains.rows();
   const auto length = static_cast<double>(n);
   const double all = static_cast<double>(chains.size());
@@ -127,23 +127,23 @@ double indicator_ess(const MatrixXd& draws, double probability) {
 }  // namespace
 
 double rank_rhat(const MatrixXd& draws) {
-  if (!usable(draws)) return kNone;
+  if (!usable(draws)) return kUndefined;
   const MatrixXd folded = (draws.array() - quantile(draws, 0.5)).abs();
   const double bulk = rhat_of(rank_normalised(halves(draws)));
   return usable(folded) ? std::max(bulk, rhat_of(rank_normalised(halves(folded)))) : bulk;
 }
 
-double effective_sample_size(const MatrixXd& draws) { return usable(draws) ? ess_of(halves(draws)) : kNone; }
+double effective_sample_size(const MatrixXd& draws) { return usable(draws) ? ess_of(halves(draws)) : kUndefined; }
 
-double bulk_ess(const MatrixXd& draws) { return usable(draws) ? ess_of(rank_normalised(halves(draws))) : kNone; }
+double bulk_ess(const MatrixXd& draws) { return usable(draws) ? ess_of(rank_normalised(halves(draws))) : kUndefined; }
 
 double tail_ess(const MatrixXd& draws) {
-  if (!usable(draws)) return kNone;
+  if (!usable(draws)) return kUndefined;
   return std::fmin(indicator_ess(draws, 0.05), indicator_ess(draws, 0.95));
 }
 
 double quantile(const MatrixXd& draws, double probability) {
-  if (draws.size() == 0) return kNone;
+  if (draws.size() == 0) return kUndefined;
   std::vector<double> values(draws.data(), draws.data() + draws.size());
   const double place = probability * static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(place);
@@ -157,7 +157,7 @@ double quantile(const MatrixXd& draws, double probability) {
 DrawSummary summarise(const MatrixXd& draws) {
   DrawSummary summary;
   summary.mean = draws.mean();
-  summary.sd = draws.size() > 1 ? std::sqrt(variance(draws.reshaped())) : kNone;
+  summary.sd = draws.size() > 1 ? std::sqrt(variance(draws.reshaped())) : kUndefined;
   summary.mcse = summary.sd / std::sqrt(effective_sample_size(draws));
   summary.rhat = rank_rhat(draws);
   summary.ess_bulk = bulk_ess(draws);

@@ -16,8 +16,10 @@ namespace {
 
 using namespace picture;  // NOLINT(google-build-using-namespace): all that is drawn
 
-constexpr double kLargestDisc = 0.06;  // radius, of the shape's diagonal, about
+constexpr double kLargestDisc = 0.1;  // radius, of the shape's diagonal, about
 constexpr double kTransparency = 0.45;
+constexpr double kMark = 3;  // radius, pixels: a landmark, smaller than its disc
+const Stroke kOutline{colour::kReference, 1.2};
 constexpr double kTallest = 620;
 constexpr std::size_t kMostPanels = 4;
 
@@ -87,9 +89,12 @@ void write_noise_map(const Comparison& comparison, const PictureFiles& files) {
       discs.push_back(circle(pixels(0, a), pixels(1, a),
                              std::max(factor * models[m]->noise_displacement[a] * scale_of(panel), 0.1)));
     plan.canvas.areas(discs, faded(colour::kMomentum, kTransparency));
-    draw_shape(plan.canvas, pixels, figure, colour::kSource);
+    for (const bool dense : {true, false}) plan.canvas.lines(trace(figure, dense, pixels), kOutline);
+    plan.canvas.dots(pixels, kMark, colour::kResult);
     draw_numbers(plan.canvas, pixels, figure);
   }
+  draw_legend(plan.canvas, {{Sample::kDot, colour::kResult, "landmark of the source", {}},
+                            {Sample::kDot, faded(colour::kMomentum, kTransparency), "displacement by the noise", {}}});
   plan.canvas.write(files);
 }
 

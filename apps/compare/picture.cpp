@@ -88,8 +88,8 @@ void add_band(const Comparison& comparison, Series& series) {
 }
 
 ChartPanel spectrum(const Comparison& comparison) {
-  ChartPanel panel{.heading = "Variance along the kernel's eigenvectors (band: 90 % of such cohorts, best model)",
-                   .x_label = "eigenvector, low to high frequency",
+  ChartPanel panel{.heading = "Variance along the kernel's eigenvectors",
+                   .x_label = "eigenvector, low to high frequency (band: 90 % of such cohorts, best model)",
                    .log_y = true};
   Series observed{.name = "observed", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.eigenvalues.size()));

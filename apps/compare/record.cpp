@@ -1,5 +1,6 @@
 #include "record.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -85,6 +86,14 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
   json["importance_sampling"] = {{"standard_error", fit.sampling_error}};
   json["importance_sampling"]["samples"] = settings.importance_samples;
   json["importance_sampling"]["least_effective_part"] = fit.effective_part;
+  int lost = 0;
+  double beyond = 0;
+  for (const ShapeFit& shape : fit.shapes) {
+    lost += shape.lost_samples;
+    beyond = std::max(beyond, shape.beyond);
+  }
+  json["importance_sampling"]["lost"] = lost;
+  json["importance_sampling"]["most_beyond"] = beyond;
   json["prediction"] = nullptr;
   if (const auto& prediction = model.prediction)
     json["prediction"] = {{"energy_score", prediction->energy_score},

@@ -108,8 +108,11 @@ std::string verdict(const Comparison& comparison) {
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (!is_behind(comparison.models[order[i]])) equal.push_back(shortened_spec(comparison.models[order[i]].noise));
-  if (is_geodesic(comparison.models[order.front()].fit))
-    return "the geodesic is enough: no noise model explains these shapes better";
+  const CohortFit& fit = comparison.models[order.front()].fit;
+  const auto vanishes = [](const FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
+  if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes))
+    return "these shapes do not differ beyond sigma, and say nothing of any model";
+  if (is_geodesic(fit)) return "the geodesic is enough: no noise model explains these shapes better";
   if (equal.empty()) return fmt::format("these shapes are best explained by {}", shortened_spec(best));
   return fmt::format("these shapes favour {}, but do not distinguish it from {}", shortened_spec(best),
                      fmt::join(equal, ", "));

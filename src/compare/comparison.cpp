@@ -24,6 +24,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kConfounded = 0.9;
+constexpr double kMuchBeyond = 0.1;
 
 // Eigenvectors of K(q0) in the order of falling eigenvalues.
 struct KernelBasis {
@@ -235,6 +236,13 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
     if (lost > 0)
       notes.push_back(fmt::format("{}: {} of the importance samples have no path and count as 0; try more `grid.steps`",
                                   model.noise, lost));
+    const auto most_beyond = std::max_element(model.fit.shapes.begin(), model.fit.shapes.end(),
+                                              [](const auto& a, const auto& b) { return a.beyond < b.beyond; });
+    if (most_beyond->beyond > kMuchBeyond)
+      notes.push_back(
+          fmt::format("{}: up to {:.0f} % of the evidence of a shape is far from its match, which the search "
+                      "for the numbers left out",
+                      model.noise, 100 * most_beyond->beyond));
     if (has_few_effective(model))
       notes.push_back(
           fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; the evidence of every "

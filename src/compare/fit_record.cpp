@@ -22,6 +22,8 @@ using Eigen::VectorXd;
 // Of logarithms of variances: a standard deviation above 3, a factor of 24, determines nothing.
 constexpr double kLeastInformation = 0.1;
 
+constexpr double kNinety = 1.645;  // deviations of a normal distribution on each side, 90 %
+
 // Variance of the end points, in units of σ², below which neither momenta nor noise show.
 constexpr double kDetectable = 10 * kNegligible;
 
@@ -41,6 +43,21 @@ VectorXd deviations(const MatrixXd& information) {
   return variances.cwiseSqrt();
 }
 
+// Half of an interval of 90 % is 1.645 deviations, of the side that has an end where the other has none. The curvature
+// at the maximum of a chart, which stays where there are no ends, is what the draws leave least certain.
+VectorXd with_intervals(VectorXd deviations, const VectorXd& x, const VectorXd& low, const VectorXd& high) {
+  for (Index i = 0; i < std::min(low.size(), deviations.size()); ++i) {
+    if (!std::isfinite(deviations[i])) continue;
+    const double below = x[i] - low[i];
+    const double above = high[i] - x[i];
+    if (std::isfinite(below) && std::isfinite(above))
+      deviations[i] = (below + above) / (2 * kNinety);
+    else if (std::isfinite(below) || std::isfinite(above))
+      deviations[i] = (std::isfinite(below) ? below : above) / kNinety;
+  }
+  return deviations;
+}
+
 }  // namespace
 
 // Intervals are NaN where the data do not determine the number.
@@ -48,7 +65,7 @@ std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
   const State& state = maximum.state;
   const VectorXd x = place(state);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const VectorXd spread = deviations(maximum.information);
+  const VectorXd spread = with_intervals(deviations(maximum.information), x, maximum.low, maximum.high);
   const std::vector<std::string> names = noise_.model->parameter_names();
   const MatrixXd& with_sigma = state.variances.information;
   const Index of_sigma = groups();
@@ -81,7 +98,10 @@ std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
     numbers.push_back({name, value, spread[i], false, nan, determined ? value * std::exp(maximum.low[i] - x[i]) : nan,
                        determined ? value * std::exp(maximum.high[i] - x[i]) : nan});
   };
-  if (settings_.fit_width) add_by_logarithm("alpha", kernel(state).terms().front().alpha);
+  if (settings_.fit_width && lambda_open_ && numbers.front().vanishes) {  // of no momenta: any width does
+    numbers.push_back({"alpha", kernel(state).terms().front().alpha, nan, false, nan, nan, nan});
+  } else if (settings_.fit_width)
+    add_by_logarithm("alpha", kernel(state).terms().front().alpha);
   for (const Index i : others_) add_by_logarithm(names[at(i)], state.parameters[i]);
   return numbers;
 }
@@ -91,7 +111,8 @@ ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised&
   ShapeFit fit;
   fit.momenta = objective.momenta(match.at.z);
   fit.increments = objective.increments(match.at.z);
-  fit.end = match.end;
+  const auto shot = objective.evaluate(match.at.z);  // with the bits of the integrator
+  fit.end = shot ? shot->path().final().q : match.end;
   const VectorXd residual = observation.residual(fit.end);
   fit.cost = {match.at.cost.energy, match.at.cost.action, 0.5 * residual.squaredNorm()};
   const Landmarks& shape = cohort_.targets[at(target)];

@@ -19,10 +19,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostIterations = 40;
+constexpr int kMostIterations = 60;
 constexpr double kWider = 2;               // than Laplace's approximation, draws from elsewhere
 constexpr double kNegligibleWeight = -14;  // nats, beside the evidence
 constexpr double kFlat = 1e-9;             // of s, where (1 − (1 + s)^-½)/s is ½
+constexpr double kExact = 1e-5;            // of v, where it is asked to what root the iteration leads
 constexpr double kSamePlace = 0.1;         // in white unknowns; roots that differ are farther apart
 constexpr double kAccuracy =
     1e-2;  // of v, in standard deviations of the data; each weight is that of its z in any case
@@ -63,7 +64,7 @@ class Draws {
     if (!end) return std::nullopt;
     const std::optional<double> density = log_density(*end);
     if (!density) return std::nullopt;
-    return log_joint(*end) - *density;
+    return log_joint(end->at.z, end->residual) - *density;
   }
 
   // Before draws from elsewhere.
@@ -74,18 +75,18 @@ class Draws {
   std::optional<double> log_weight_beyond(const VectorXd& normals, bool from_prior) const {
     const VectorXd white = normals.head(match_.jacobian.cols()).cwiseProduct(observable_);
     const VectorXd z = from_prior ? white : VectorXd(match_.at.z + kWider * posterior_root(white));
-    auto at = objective_.evaluate(z);
-    if (!at) return std::nullopt;
-    const VectorXd residual = observation_.residual(at->path().final().q);
-    const Place place{std::move(*at), residual};
+    bool contracts = true;
+    const std::optional<VectorXd> residual = residual_at(z, contracts);
+    if (!residual) return std::nullopt;
     const VectorXd off = (z - match_.at.z) / kWider;
     const double of_prior = -0.5 * z.squaredNorm();
     const double of_laplace = -0.5 * (off.squaredNorm() + (match_.jacobian * off).squaredNorm()) +
                               half_log_determinant_ - observable_.sum() * std::log(kWider);
     const double larger = std::max(of_prior, of_laplace);
     const double density = larger + std::log(0.5 * (std::exp(of_prior - larger) + std::exp(of_laplace - larger)));
-    const double weight = log_joint(place) - density;
-    if (weight < match_.log_evidence + kNegligibleWeight || is_reached(place)) return std::nullopt;
+    const double weight = log_joint(z, *residual) - density;
+    if (weight < match_.log_evidence + kNegligibleWeight) return std::nullopt;
+    if (contracts && is_reached(z, *residual)) return std::nullopt;
     return weight;
   }
 
@@ -151,13 +152,13 @@ class Draws {
       *begin[static_cast<std::size_t>(l)] = found ? VectorXd(v.col(l)) : VectorXd();
       if (!found) continue;
       if (const auto density = log_density(z.col(l), residual.col(l), shots.slopes[static_cast<std::size_t>(l)]))
-        weights[l] =
-            -0.5 * (z.col(l).squaredNorm() + residual.col(l).squaredNorm()) - observation_.log_volume - *density;
+        weights[l] = log_joint(z.col(l), residual.col(l)) - *density;
     }
   }
 
   // z = ζ + Jᵀv with v = ε + r(z).
-  std::optional<Place> fitted(const VectorXd& epsilon, const VectorXd& zeta, VectorXd& v) const {
+  std::optional<Place> fitted(const VectorXd& epsilon, const VectorXd& zeta, VectorXd& v,
+                              double accuracy = kAccuracy) const {
     const MatrixXd& jacobian = match_.jacobian;
     if (v.size() == 0) v = factors_.solve(VectorXd(epsilon + match_.innovation - jacobian * zeta));
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
@@ -166,19 +167,36 @@ class Draws {
       if (!at) break;
       VectorXd residual = observation_.residual(at->path().final().q);
       const VectorXd change = factors_.solve(VectorXd(epsilon + residual - v));
-      if (change.norm() <= kAccuracy) return Place{std::move(*at), std::move(residual)};
+      if (change.norm() <= accuracy) return Place{std::move(*at), std::move(residual)};
       v += change;
     }
     v.resize(0);
     return std::nullopt;
   }
 
+  // Of the path from z, wherever there is one: a search among those whose steps contract does not come to the others.
+  std::optional<VectorXd> residual_at(const VectorXd& z, bool& contracts) const {
+    const auto at = objective_.evaluate(z);
+    contracts = at.has_value();
+    if (at) return observation_.residual(at->path().final().q);
+    const MatchingProblem& problem = objective_.problem();
+    try {
+      return observation_.residual(problem.integrator
+                                       ->integrate(problem.system, {problem.source, objective_.momenta(z)},
+                                                   problem.grid, objective_.increments(z))
+                                       .final()
+                                       .q);
+    } catch (const StepError&) {
+      return std::nullopt;
+    }
+  }
+
   // Whether the iteration of the draw of this η ends there: it depends on ζ and ε by η = ζ + Jᵀε alone.
-  bool is_reached(const Place& place) const {
-    const VectorXd eta = place.at.z - match_.jacobian.transpose() * place.residual;
+  bool is_reached(const VectorXd& z, const VectorXd& residual) const {
+    const VectorXd eta = z - match_.jacobian.transpose() * residual;
     VectorXd v;
-    const auto end = fitted(VectorXd::Zero(observation_.count()), eta, v);
-    return end && (end->at.z - place.at.z).norm() <= kSamePlace;
+    const auto end = fitted(VectorXd::Zero(observation_.count()), eta, v, kExact);
+    return end && (end->at.z - z).norm() <= kSamePlace;
   }
 
   // (I + JᵀJ)^-½ x
@@ -193,8 +211,8 @@ class Draws {
   }
 
   // Up to (2π)^-½ for each unknown, which densities leave out too.
-  double log_joint(const Place& place) const {
-    return -0.5 * (place.at.z.squaredNorm() + place.residual.squaredNorm()) - observation_.log_volume;
+  double log_joint(const VectorXd& z, const VectorXd& residual) const {
+    return -0.5 * (z.squaredNorm() + residual.squaredNorm()) - observation_.log_volume;
   }
 
   Index controls() const { return match_.jacobian.cols() - objective_.basis().unknowns(); }
@@ -218,7 +236,7 @@ class Draws {
     const MatrixXd& jacobian = match_.jacobian;
     slope.diagonal().array() += 1;
     const Eigen::PartialPivLU<MatrixXd> lu(slope);
-    if (lu.determinant() <= 0) return std::nullopt;
+    if (lu.determinant() == 0) return std::nullopt;
     const VectorXd eta = z - jacobian.transpose() * residual;
     const VectorXd image = jacobian * eta;
     return -0.5 * (eta.squaredNorm() - image.dot(factors_.solve(image))) - half_log_determinant_ +

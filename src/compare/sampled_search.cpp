@@ -222,6 +222,12 @@ Fitter::Chart Fitter::chart_about(const State& state, const Box& box, bool sampl
 Fitter::Maximum Fitter::search(const State& start) const {
   Draws draws;
   const Box box = everywhere(start);
+  // Neither momenta nor noise: the other numbers are of no effect.
+  const auto all_vanish = [this](const State& state) {
+    for (Index g = 0; g < groups(); ++g)
+      if (variance(state, g) >= 2 * kNegligible * units_[g]) return false;
+    return groups() > 0;
+  };
   EvidenceMap map;
   State best = best_candidate(candidates(start), map, draws);
   const bool sampled = map.has_samples();
@@ -243,7 +249,7 @@ Fitter::Maximum Fitter::search(const State& start) const {
       if (!next) break;
     }
     if (auto there = chart_at(chart, map.best_place(), false, map, draws)) best = std::move(*there);
-    best.converged = at_rest && best.all_matched();
+    best.converged = (at_rest || all_vanish(best)) && best.all_matched();
     if (distance(chart.metric, place(best) - centre) < kTrusted) break;
   }
   return find_intervals(chart, best, map, draws);

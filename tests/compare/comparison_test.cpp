@@ -60,6 +60,14 @@ TEST(CompareModels, ReversalsOnALineCallForNoiseInThePositions) {
   EXPECT_EQ(comparison.models[0].folded_fraction.value, 0);
   EXPECT_GT(stochastic.noise_displacement.minCoeff(), 0.05);
   EXPECT_FALSE(stochastic.prediction.has_value());
+  // Of least cost with the same numbers: metamorphoses reverse, geodesics cannot.
+  ASSERT_TRUE(stochastic.paths && comparison.models[0].paths);
+  EXPECT_EQ(stochastic.matched, 20);
+  EXPECT_EQ(stochastic.paths->matched, 20);
+  EXPECT_EQ(stochastic.paths->order_inversions.value, stochastic.order_inversions.value);
+  EXPECT_LT(comparison.models[0].paths->matched, 20);
+  EXPECT_EQ(comparison.models[0].paths->order_inversions.value, 0);
+  EXPECT_GT(comparison.models[0].paths->total.value, stochastic.paths->total.value);
 }
 
 TEST(CompareModels, SmoothShapesOnALineDoNot) {

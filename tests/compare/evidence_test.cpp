@@ -213,6 +213,22 @@ TEST(Evidence, OfSmallAndLargeNoiseIsTheIntegralWithinItsError) {
   }
 }
 
+// The posterior has parts to which no draw about the match comes: without them the evidence would be 0.2 nats too low.
+TEST(Evidence, CountsPartsFarFromTheMatch) {
+  const Points q0 = Eigen::RowVector2d(0, 1);
+  const Points y = Eigen::RowVector2d(0.3, 1.1);
+  const char* noise = "trouve-vialard:sigma=3";
+  const Estimated truth = by_monte_carlo(noise, q0, y, 8, {1, 2}, {0.1}).front();
+  CohortSettings settings = complete_settings(0.1, 8, 2);
+  settings.importance_samples = 4000;
+  const ShapeFit shape = fit_cohort({named_shape(q0), {named_shape(y)}}, noise, settings).shapes.front();
+  EXPECT_LE(std::sqrt(shape.variance), 0.05);
+  EXPECT_GT(shape.beyond, 0.05);
+  EXPECT_NEAR(shape.log_evidence, truth.log_evidence, 3 * std::hypot(std::sqrt(shape.variance), truth.error))
+      << "Laplace " << shape.laplace << ", beyond " << shape.beyond << ", lost " << shape.lost_samples << ", effective "
+      << shape.effective_samples;
+}
+
 // Displacements by the noise of ten times σ, where the posterior is thin and bent: draws from a normal distribution
 // miss it, 1 of 40 being effective.
 TEST(Evidence, IsSampledWhereTheNoiseIsMuchGreaterThanSigma) {

@@ -44,11 +44,11 @@ struct CohortSettings {
 
 /// A fitted parameter of a model.
 struct FittedNumber {
-  std::string name;  ///< `lambda`, `beta`, …
-  double value = 0;  ///< if it vanishes, too small (λ: too large) to be detected in any data
-  double log_deviation =
-      0;  ///< standard deviation of its logarithm; NaN where it vanishes or is not determined by the data
-  bool vanishes = false;  ///< the evidence is greatest at amplitude 0, or at λ = ∞
+  std::string name;          ///< `lambda`, `beta`, …
+  double value = 0;          ///< if it vanishes, too small (λ: too large) to be detected in any data
+  double log_deviation = 0;  ///< standard deviation of its logarithm: half of the interval of 90 % over 1.645 (from the
+                             ///< curvature where there is none); NaN where it vanishes or is not determined by the data
+  bool vanishes = false;     ///< the evidence is greatest at amplitude 0, or at λ = ∞
   /// Correlation with the logarithm of σ if σ were fitted too and all other parameters known, from Fisher's
   /// information: ±1 where the data cannot distinguish the two. NaN where it vanishes.
   double correlation_with_sigma = 0;

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "cohort_examples.hpp"
-#include "numbers.hpp"
+#include "random_numbers.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 

@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "cohort_examples.hpp"
-#include "random_numbers.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "random_numbers.hpp"
 
 namespace pulson {
 namespace {

@@ -77,7 +77,9 @@ TEST_P(Method, OfAFreePulsonIsTheClosedForm) {
   EXPECT_NEAR(draws.log_evidence.value, exact, 4 * draws.log_evidence.standard_error + 1e-4);
   EXPECT_NEAR(draws.laplace_log_evidence, exact, 1e-4);
   const std::string method = GetParam();  // the reference of the others is wider than the posterior
-  if (method == "pcn" || method == "independence") EXPECT_NEAR(draws.acceptance, 1, 1e-6);
+  if (method == "pcn" || method == "independence") {
+    EXPECT_NEAR(draws.acceptance, 1, 1e-6);
+  }
 }
 
 // Degenerate noise, of the momenta alone: p(t) = p0 − σW(t), q(1) = p0 − σ∫W. In K steps of Heun's method q(1) = p0 −

@@ -14,13 +14,11 @@
 namespace pulson {
 namespace {
 
-using namespace picture;  // NOLINT(google-build-using-namespace): all that is drawn
-
 constexpr double kLargestDisc = 0.1;  // radius, of the shape's diagonal, about
 constexpr double kTransparency = 0.45;
 constexpr double kMark = 3;  // radius, pixels: a landmark, smaller than its disc
-const Stroke kOutline{colour::kReference, 1.2};
-constexpr double kTallest = 620;
+const picture::Stroke kDiscOutline{picture::colour::kReference, 1.2};
+constexpr double kTallestMap = 620;
 constexpr std::size_t kMostPanels = 4;
 
 bool is_moved(const ComparedModel& model, double size) {
@@ -60,6 +58,7 @@ bool has_noise_map(const Comparison& comparison) {
 }
 
 void write_noise_map(const Comparison& comparison, const PictureFiles& files) {
+  using namespace picture;  // NOLINT(google-build-using-namespace): all that is drawn
   const Landmarks& source = comparison.cohort.source;
   const std::vector<const ComparedModel*> models = moved_models(comparison);
   double largest = 0;
@@ -75,7 +74,7 @@ void write_noise_map(const Comparison& comparison, const PictureFiles& files) {
                        fmt::format("root mean square displacement by the noise over {}, as the radius of a disc, {}",
                                    counted(comparison.cohort.targets.size(), "shape"),
                                    factor == 1 ? "true to scale" : fmt::format("magnified {:g} times", factor))},
-                      std::vector<View>(models.size(), view), {.tallest = kTallest});
+                      std::vector<View>(models.size(), view), {.tallest = kTallestMap});
   const Figure figure = plan_figure(source, scale_of(plan.views.front()));
   for (std::size_t m = 0; m < models.size(); ++m) {
     const View& panel = plan.views[m];
@@ -89,7 +88,7 @@ void write_noise_map(const Comparison& comparison, const PictureFiles& files) {
       discs.push_back(circle(pixels(0, a), pixels(1, a),
                              std::max(factor * models[m]->noise_displacement[a] * scale_of(panel), 0.1)));
     plan.canvas.areas(discs, faded(colour::kMomentum, kTransparency));
-    for (const bool dense : {true, false}) plan.canvas.lines(trace(figure, dense, pixels), kOutline);
+    for (const bool dense : {true, false}) plan.canvas.lines(trace(figure, dense, pixels), kDiscOutline);
     plan.canvas.dots(pixels, kMark, colour::kResult);
     draw_numbers(plan.canvas, pixels, figure);
   }

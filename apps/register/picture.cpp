@@ -13,7 +13,7 @@
 namespace pulson {
 namespace {
 
-constexpr double kBoxMargin = 0.12;  // of the larger side of the box
+constexpr double kMargin = 0.12;  // of the larger side of the box
 
 // Points at `count` equal distances from `low` to `high`.
 Eigen::VectorXd even(double low, double high, int count) { return Eigen::VectorXd::LinSpaced(count, low, high); }
@@ -26,7 +26,7 @@ std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const Registration& regist
   all << registration.source.points, registration.target.points, registration.result;
   const auto [low, high] = bounding_box(all);  // of the points that miss no coordinate
   const double side = std::max((high - low).maxCoeff(), 1e-300);
-  return {low.array() - kBoxMargin * side, high.array() + kBoxMargin * side};
+  return {low.array() - kMargin * side, high.array() + kMargin * side};
 }
 
 std::vector<Points> grid_lines(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int cells,

@@ -263,7 +263,7 @@ class TemplateSearch {
     atlas_.step_error = *std::max_element(errors.begin(), errors.end());
     if (atlas_.step_error > kCoarse)
       atlas_.notes.push_back(
-          fmt::format("twice the steps move an end by {:.2g} diameters: more `steps` are needed", atlas_.step_error));
+          fmt::format("twice the steps move an end by {:.2g} diameters: more steps are needed", atlas_.step_error));
   }
 
   Atlas& atlas_;

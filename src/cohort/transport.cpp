@@ -32,7 +32,7 @@ class Shooting {
     const GeodesicMatch found =
         geodesics_.match(metric, MatchModel(metric, all), target, Points::Zero(q.rows(), q.cols()), kReached * size);
     if (found.defect > kFailed * size)
-      throw NumericalError("a piece of the transport has no geodesic: take more `rungs`");
+      throw NumericalError("a piece of the transport has no geodesic: take more rungs");
     return found.momenta;
   }
 

@@ -27,18 +27,15 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
   constexpr int kDrawn = 100;
   constexpr int kWithPath = 98;
   settings.importance_samples = 0;
-  const SerialBlas serial;
   const double sigma = settings.sigma.in(diameter(cohort.source.points));
   const auto integrator = make_integrator(settings.integrator);
   int steps = kFewest;
   for (; steps < kMost; steps *= 2) try {
       settings.grid.steps = steps;
-      const CohortFit fit = Fitter(cohort, make_open_noise("none", cohort.source), settings).run_roughly();
+      const CohortFit fit = fit_cohort(cohort, "none", settings);
       const MatchingProblem problem = shape_problem(cohort, fit, settings, 0);
       const StochasticSystem& system = problem.system;
       const TimeGrid finer{settings.grid.time, 2 * steps};
-      const bool matched =
-          std::all_of(fit.shapes.begin(), fit.shapes.end(), [](const ShapeFit& shape) { return shape.converged; });
       const bool exact = std::all_of(fit.shapes.begin(), fit.shapes.end(), [&](const ShapeFit& shape) {
         const Points end =
             integrator
@@ -48,7 +45,7 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
         return (end - shape.end).norm() <= kExact * sigma * std::sqrt(static_cast<double>(end.size()));
       });
       const ForwardSamples drawn = draw_shapes(problem, kDrawn, settings.seed);
-      if (exact && matched && drawn.ends.cols() >= kWithPath) break;
+      if (exact && fit.converged && drawn.ends.cols() >= kWithPath) break;
     } catch (const NumericalError&) {
       // too few for these shapes
     }

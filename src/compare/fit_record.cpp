@@ -44,12 +44,14 @@ VectorXd deviations(const MatrixXd& information) {
 }
 
 // Half of an interval of 90 % is 1.645 deviations, of the side that has an end where the other has none. The curvature
-// at the maximum of a chart, which stays where there are no ends, is what the draws leave least certain.
+// at the maximum of a chart, which stays where there are no ends, is what the draws leave least certain. An interval
+// that leaves out the number itself, as of a search that did not converge, says nothing.
 VectorXd with_intervals(VectorXd deviations, const VectorXd& x, const VectorXd& low, const VectorXd& high) {
   for (Index i = 0; i < std::min(low.size(), deviations.size()); ++i) {
     if (!std::isfinite(deviations[i])) continue;
     const double below = x[i] - low[i];
     const double above = high[i] - x[i];
+    if (below < 0 || above < 0) continue;
     if (std::isfinite(below) && std::isfinite(above))
       deviations[i] = (below + above) / (2 * kNinety);
     else if (std::isfinite(below) || std::isfinite(above))

@@ -319,13 +319,6 @@ void Fitter::find_units(const State& first) {
     units_[g] = kUnit * variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
 }
 
-CohortFit Fitter::run_roughly() {
-  State state = best_start();
-  find_variances(state);
-  find_units(state);
-  return record_without_intervals(state);
-}
-
 CohortFit Fitter::run_again(const CohortFit& before) {
   State state = start(1);
   if (lambda_open_) state.lambda = before.lambda;

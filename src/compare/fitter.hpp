@@ -33,9 +33,6 @@ class Fitter {
 
   CohortFit run();
 
-  /// Only near the maximum of Laplace's evidence, without intervals.
-  CohortFit run_roughly();
-
   /// From the numbers of a fit to more shapes: to the maximum of Laplace's evidence nearest to these, without
   /// intervals.
   CohortFit run_again(const CohortFit& before);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -102,7 +103,7 @@ double rank_p_value(const std::vector<int>& counts) {
         least, two_sided(simulations,
                          (i + 1.0) / (ranks + 1.0))[static_cast<std::size_t>(counts[static_cast<std::size_t>(i)])]);
   const RankBand inside = band_of(simulations, ranks, least);
-  return 1 - band_probability(inside.lower, inside.upper, simulations);
+  return std::max(0.0, 1 - band_probability(inside.lower, inside.upper, simulations));  // a sum that rounds
 }
 
 }  // namespace pulson

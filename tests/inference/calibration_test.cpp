@@ -22,8 +22,8 @@ Calibration calibration_of(const std::string& fault, double factor) {
   RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
   options.noise = "ch-sd:beta=0.1";
-  options.sigma = 0.01;
-  options.lambda = 10;
+  options.sigma = 0.02;
+  options.lambda = 1000;  // paths are nearly linear in what moves them, and short chains mix
   options.align = AlignmentKind::kNone;
   options.grid = {1, 4};
   const PosteriorProblem problem = make_posterior_problem(ring(8), {ring(8)}, options, {"beta=0.3"});

@@ -51,8 +51,8 @@ TEST_F(CompareProgram, WritesARecordOfEveryModel) {
   const ProgramRun done = compare(sample("swap_source") + ' ' + sample("swap_target") +
                                   " -o out --sigma 0.05 --noise none --noise ch-sd:beta=1 --lambda 1 --no-picture");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(names_in("out"), ElementsAre("aligned.csv", "comparison.json", "report.html", "shapes.csv", "source.csv",
-                                           "specimens.csv"));
+  EXPECT_THAT(names_in("out"), ElementsAre("aligned.csv", "comparison.json", "landmarks.csv", "models.csv",
+                                           "report.html", "shapes.csv", "source.csv", "specimens.csv", "spectrum.csv"));
   EXPECT_THAT(done.out,
               AllOf(HasSubstr("these shapes are best explained by ch-sd:beta=1"), HasSubstr("wrote      out")));
   const nlohmann::json recorded = read_json("out/comparison.json");
@@ -83,7 +83,8 @@ TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {
       "--forward-samples 50");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"), ElementsAre("aligned.csv", "comparison.json", "comparison.png", "comparison.svg",
-                                           "report.html", "shapes.csv", "source.csv", "specimens.csv"));
+                                           "landmarks.csv", "models.csv", "noise_map.png", "noise_map.svg",
+                                           "report.html", "shapes.csv", "source.csv", "specimens.csv", "spectrum.csv"));
   const nlohmann::json recorded = nlohmann::json::parse(done.out);
   EXPECT_EQ(recorded, read_json("out/comparison.json"));
   EXPECT_EQ(recorded["targets"].size(), 6U);

@@ -62,10 +62,9 @@ TEST(CompareModels, ReversalsOnALineCallForNoiseInThePositions) {
   EXPECT_FALSE(stochastic.prediction.has_value());
   // Of least cost with the same numbers: metamorphoses reverse, geodesics cannot.
   ASSERT_TRUE(stochastic.paths && comparison.models[0].paths);
-  EXPECT_EQ(stochastic.matched, 20);
-  EXPECT_EQ(stochastic.paths->matched, 20);
-  EXPECT_EQ(stochastic.paths->order_inversions.value, stochastic.order_inversions.value);
-  EXPECT_LT(comparison.models[0].paths->matched, 20);
+  EXPECT_GT(stochastic.matched, comparison.models[0].matched);
+  EXPECT_GT(stochastic.paths->matched, comparison.models[0].paths->matched);
+  EXPECT_GT(stochastic.paths->order_inversions.value, 0.3);
   EXPECT_EQ(comparison.models[0].paths->order_inversions.value, 0);
   EXPECT_GT(comparison.models[0].paths->total.value, stochastic.paths->total.value);
 }

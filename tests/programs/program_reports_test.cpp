@@ -115,7 +115,7 @@ TEST_F(Reports, CompareTellsTheVerdictAndEveryModel) {
   const std::string page = report();
   EXPECT_THAT(page, HasSubstr("<p class=\"lead\">These shapes are best explained by ch-sd:beta=1.</p>"));
   EXPECT_EQ(rows_of_table(page, "noise"), 2U);
-  EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"), 3U);  // of evidence, matches, shapes
+  EXPECT_EQ(count_of(page, "<tr><td>ch-sd:beta=1</td>"), 5U);  // of evidence, matches, two kinds of paths, shapes
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
   EXPECT_THAT(page, HasSubstr("--noise ch-sd:beta=1 --lambda 1</code>"));
   const nlohmann::json recorded = read_json("out/comparison.json");

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "pulson/core/name_table.hpp"
+#include "register/picture.hpp"
 
 namespace pulson {
 namespace {
@@ -179,9 +180,7 @@ void write_paths_picture(const PosteriorProblem& problem, const PosteriorDraws& 
   }
   for (std::size_t m = 0; m < paths.size(); m += std::max<std::size_t>(1, paths.size() / kFanPaths))
     picture.paths.push_back(paths[m]);
-  picture.title =
-      fmt::format("Posterior paths to {}, halfway",
-                  problem.targets[specimen].source.empty() ? "the target" : problem.targets[specimen].source);
+  picture.title = fmt::format("Posterior paths to {}, halfway", short_name(problem.targets[specimen]));
   picture.subtitle = subtitle(problem, draws);
   write_ensemble_picture(picture, files);
 }

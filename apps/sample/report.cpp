@@ -85,8 +85,7 @@ ReportTable facts(const PosteriorProblem& problem, const PosteriorDraws& draws, 
   table.add("acceptance of paths", draws.acceptance);
   if (!draws.names.empty()) table.add("acceptance of parameters", draws.parameter_acceptance);
   table.add("modes found", fmt::to_string(draws.modes));
-  table.add("log evidence",
-            fmt::format("{:.3f} ± {:.2g}", draws.log_evidence.value, draws.log_evidence.standard_error));
+  table.add("log evidence", evidence_text(draws));
   table.add("the same by Laplace's approximation", fmt::format("{:.3f}", draws.laplace_log_evidence));
   table.add("least ESS of a position", fmt::format("{:.0f}", summary.ess_min));
   table.add("seconds", fmt::format("{:.1f}", draws.seconds));
@@ -118,6 +117,12 @@ std::optional<ReportMotion> motion_of(const PosteriorProblem& problem, const Pos
 }
 
 }  // namespace
+
+std::string evidence_text(const PosteriorDraws& draws) {
+  const Estimate& evidence = draws.log_evidence;
+  if (!std::isfinite(evidence.standard_error)) return "undetermined";
+  return fmt::format("{:.3f} ± {:.2g}", evidence.value, evidence.standard_error);
+}
 
 std::string model_words(const PosteriorProblem& problem) {
   const MatchingProblem& first = problem.specimens.front();

@@ -17,6 +17,9 @@ HtmlReport sample_report(const PosteriorProblem& problem, const PosteriorDraws& 
 HtmlReport calibration_report(const PosteriorProblem& problem, const Calibration& calibration,
                               const std::vector<std::string>& notes, const std::filesystem::path& picture);
 
+/// "12.34 ± 0.05", or "undetermined" where the draws are too few for a standard error.
+std::string evidence_text(const PosteriorDraws& draws);
+
 /// "ch-sd:beta=0.1, gaussian:alpha=0.5, lambda 2.3, sigma 0.01, heun in 20 steps"
 std::string model_words(const PosteriorProblem& problem);
 

@@ -54,8 +54,8 @@ void print_summary(const PosteriorProblem& problem, const PosteriorDraws& draws,
   fmt::print("paths      R-hat at most {:.3f}, ESS at least {:.0f}; momenta {:.3f}, {:.0f}\n", summary.rhat_max,
              summary.ess_min, summary.momenta_rhat_max, summary.momenta_ess_min);
   if (draws.modes > 1) fmt::print("modes      {} found\n", draws.modes);
-  fmt::print("evidence   log p(y) = {:.3f} ± {:.2g} by bridge sampling, {:.3f} by Laplace's approximation\n",
-             draws.log_evidence.value, draws.log_evidence.standard_error, draws.laplace_log_evidence);
+  fmt::print("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
+             draws.laplace_log_evidence);
 }
 
 int run_posterior(const SampleArguments& arguments, const PosteriorProblem& problem,

@@ -22,9 +22,9 @@ namespace {
 // The file of these shapes in the cohort's own format, or in csv where that is not written.
 struct ShapeFile {
   std::string name;
-  const LandmarkFormat* format;
+  const LandmarkFormat* format = nullptr;
 
-  ShapeFile(const std::string& stem, const std::string& address) : format(nullptr) {
+  ShapeFile(const std::string& stem, const std::string& address) {
     const std::string path = address.substr(0, address.find('#'));
     const std::string extension = std::filesystem::path(path).extension().string();
     try {

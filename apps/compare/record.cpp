@@ -219,7 +219,7 @@ std::string landmarks_csv(const Comparison& comparison) {
   for (const ComparedModel& model : comparison.models)
     for (Eigen::Index a = 0; a < model.noise_displacement.size(); ++a) {
       const auto i = static_cast<std::size_t>(a);
-      text += fmt::format("\"{}\",{},\"{}\"", model.noise, a + 1, i < source.labels.size() ? source.labels[i] : "");
+      text += fmt::format(R"("{}",{},"{}")", model.noise, a + 1, i < source.labels.size() ? source.labels[i] : "");
       for (int axis = 0; axis < source.dimension(); ++axis) text += "," + csv_number(source.points(axis, a));
       text += "," + csv_number(model.noise_displacement[a]) + "\n";
     }

@@ -64,7 +64,7 @@ void make_signs_unique(ShapeModes& modes) {
 ShapeModes principal_components(MatrixXd columns, const MatrixXd& metric, Index dimension) {
   const Index n = columns.cols();
   columns.colwise() -= columns.rowwise().mean().eval();
-  const double denominator = static_cast<double>(n - 1);
+  const auto denominator = static_cast<double>(n - 1);
   ShapeModes modes;
   MatrixXd directions;
   if (n <= columns.rows()) {  // by specimens

@@ -322,7 +322,7 @@ void Fitter::find_units(const State& first) {
 CohortFit Fitter::run_again(const CohortFit& before) {
   State state = start(1);
   if (lambda_open_) state.lambda = before.lambda;
-  if (before.fitted.size() > 0 && state.parameters.size() > 0)
+  if (!before.fitted.empty() && state.parameters.size() > 0)
     state.parameters = (before.own_noise ? before.own_noise : make_noise(before.noise, cohort_.source))->parameters();
   state = alternate(std::move(state), 1);
   find_units(state);

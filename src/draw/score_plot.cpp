@@ -57,13 +57,13 @@ void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
   std::size_t count = 0;
   for (const auto& group : plot.groups) count += group.labels.size();
   if (count > kMostLabels) return;
-  for (std::size_t g = 0; g < plot.groups.size(); ++g) {
-    const Points pixels = view.pixels(plot.groups[g].scores);
-    for (std::size_t i = 0; i < plot.groups[g].labels.size(); ++i) {
+  for (const auto& group : plot.groups) {
+    const Points pixels = view.pixels(group.scores);
+    for (std::size_t i = 0; i < group.labels.size(); ++i) {
       const Eigen::Vector2d at = pixels.col(static_cast<Eigen::Index>(i));
-      const double width = text_width(plot.groups[g].labels[i], kLabelText);
+      const double width = text_width(group.labels[i], kLabelText);
       const bool fits = at.x() + kDot + 4 + width < view.box.left + view.box.width;
-      canvas.text(at.x() + (fits ? kDot + 4 : -kDot - 4), at.y(), plot.groups[g].labels[i], kLabelText, colour::kText,
+      canvas.text(at.x() + (fits ? kDot + 4 : -kDot - 4), at.y(), group.labels[i], kLabelText, colour::kText,
                   fits ? Align::kLeft : Align::kRight);
     }
   }

@@ -100,7 +100,7 @@ double ess_of(const MatrixXd& chains) {
   if (!usable(chains)) return kUndefined;
   const Index n = chains.rows();
   const auto length = static_cast<double>(n);
-  const double all = static_cast<double>(chains.size());
+  const auto all = static_cast<double>(chains.size());
   const MatrixXd centred = chains.rowwise() - chains.colwise().mean();
   const double within = autocovariance(centred, 0) * length / (length - 1);
   double total = within * (length - 1) / length;

@@ -244,7 +244,7 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
       logs[m] = LinearAt(*reference.minima[s][static_cast<std::size_t>(m)].linear, model).log_evidence();
     const double sum = logs.maxCoeff() + std::log((logs.array() - logs.maxCoeff()).exp().sum());
     laplace += sum;
-    reference.log_weights.push_back(logs.array() - sum);
+    reference.log_weights.emplace_back(logs.array() - sum);
   }
   if (k > 0) {
     const MatrixXd covariance = best.information.inverse();

@@ -157,6 +157,7 @@ HWY_AFTER_NAMESPACE();
 #include "core/text.hpp"
 
 // LAPACK's; OpenBLAS has it, but no header that declares it without LAPACKE.
+// NOLINTNEXTLINE(readability-identifier-naming): Fortran's
 extern "C" void dpotrf_(const char* triangle, const int* n, double* a, const int* stride, int* info,
                         std::size_t triangle_length);
 

@@ -117,7 +117,8 @@ class PathSearch {
   }
 
   std::vector<Points> rest() const {
-    return std::vector<Points>(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
+    std::vector<Points> nodes(static_cast<std::size_t>(problem_.grid.steps) + 1, problem_.source);
+    return nodes;
   }
 
   void begin_at_rest() {

@@ -70,7 +70,7 @@ Points by_spline(const Points& mean, const Points& shape, const Hidden& hidden) 
   return places + space->coefficients(shape(Eigen::all, hidden.seen) - labels) * space->basis(places);
 }
 
-// The others aligned with their mean, the shape by what is left of it.
+// The others aligned with their mean, the shape by its remaining landmarks.
 Points by_regression(const Points& mean, const std::vector<Points>& others, const Points& shape, const Hidden& hidden) {
   const Index d = mean.rows(), n = static_cast<Index>(others.size());
   const std::vector<Index> from = hidden.coordinates(hidden.seen, d), to = hidden.coordinates(hidden.hidden, d);

@@ -67,7 +67,7 @@ std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
   const State& state = maximum.state;
   const VectorXd x = place(state);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const VectorXd spread = with_intervals(deviations(maximum.information), x, maximum.low, maximum.high);
+  const VectorXd errors = with_intervals(deviations(maximum.information), x, maximum.low, maximum.high);
   const std::vector<std::string> names = noise_.model->parameter_names();
   const MatrixXd& with_sigma = state.variances.information;
   const Index of_sigma = groups();
@@ -85,19 +85,19 @@ std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
                         nan};
     const auto at_place = [&](double place) { return std::pow(units_[g] * std::max(std::expm1(place), 0.0), power); };
     if (!number.vanishes) {
-      number.log_deviation = std::abs(power) * spread[g] * (1 + units_[g] / v);
+      number.log_deviation = std::abs(power) * errors[g] * (1 + units_[g] / v);
       number.correlation_with_sigma =
           with_sigma(g, of_sigma) / std::sqrt(with_sigma(g, g) * with_sigma(of_sigma, of_sigma));
     }
-    const bool determined = std::isfinite(spread[g]);
+    const bool determined = std::isfinite(errors[g]);
     number.low = determined ? at_place(is_lambda ? maximum.high[g] : maximum.low[g]) : nan;
     number.high = determined ? at_place(is_lambda ? maximum.low[g] : maximum.high[g]) : nan;
     numbers.push_back(number);
   }
   const auto add_by_logarithm = [&](const std::string& name, double value) {
     const Index i = std::ssize(numbers);
-    const bool determined = std::isfinite(spread[i]);
-    numbers.push_back({name, value, spread[i], false, nan, determined ? value * std::exp(maximum.low[i] - x[i]) : nan,
+    const bool determined = std::isfinite(errors[i]);
+    numbers.push_back({name, value, errors[i], false, nan, determined ? value * std::exp(maximum.low[i] - x[i]) : nan,
                        determined ? value * std::exp(maximum.high[i] - x[i]) : nan});
   };
   if (settings_.fit_width && lambda_open_ && numbers.front().vanishes) {  // of no momenta: any width does

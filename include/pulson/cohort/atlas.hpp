@@ -37,7 +37,7 @@ struct AtlasSpecimen {
   Points momenta;            ///< p0, d×N, at the template
   Points result;             ///< q(1), d×N
   MatchingCost cost;
-  double defect = 0;  ///< |q(1) + λσ²p(1) − y|, the largest, length units: what is left of the equations of the match
+  double defect = 0;  ///< |q(1) + λσ²p(1) − y|, the largest, length units: the residual of the equation of the match
   bool converged = false;
 
   /// |q_a(1) − y_a|, NaN where the landmark is missing.

@@ -60,7 +60,7 @@ bool registration_records(std::string_view input) {
       demand("a record that is written is not read", [&] { return read_registration(copy.path()); });
   require(registration_json(back, {}) == *text, "a record changes when it is written and read");
   attempt([&] { return residuals_csv(*registration, {}); });
-  if (is_short(*registration)) attempt([&] { return trajectory_csv(*registration, replay(*registration)); });
+  if (is_short(*registration)) attempt<Error>([&] { return trajectory_csv(*registration, replay(*registration)); });
   return true;
 }
 

@@ -30,6 +30,12 @@ class EffectiveHamiltonian {
   /// ∂H_tot/∂q, d×N: what the momenta lose per time.
   Points force(const PhaseState& state) const;
 
+  /// Both, from one pass over the pairs.
+  Flow flow(const PhaseState& state) const;
+
+  /// Their change along a change of the state.
+  Flow flow_change(const PhaseState& state, const PhaseState& change) const;
+
   /// The change of the velocity along a change δq, d×N, of the positions only.
   Points velocity_change(const PhaseState& state, const Points& dq) const;
 

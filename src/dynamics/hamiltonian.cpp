@@ -56,6 +56,26 @@ Points EffectiveHamiltonian::force(const PhaseState& state) const {
   return f;
 }
 
+Flow EffectiveHamiltonian::flow(const PhaseState& state) const {
+  Flow flow = system_.kernel.flow(state.q, state.p);
+  if (!noisy_) return flow;
+  const PhaseState of_noise = system_.noise->gradient(state, controls(state));
+  flow.velocity += of_noise.p;
+  flow.force += of_noise.q;
+  return flow;
+}
+
+Flow EffectiveHamiltonian::flow_change(const PhaseState& state, const PhaseState& change) const {
+  Flow flow = system_.kernel.flow_tangent(state.q, state.p, change.q, change.p);
+  if (!noisy_) return flow;
+  const NoiseModel& noise = *system_.noise;
+  const PhaseState bent = noise.hessian(state, controls(state), change);
+  const PhaseState driven = noise.gradient(state, lambda_ * noise.contract(state, change));
+  flow.velocity += bent.p + driven.p;
+  flow.force += bent.q + driven.q;
+  return flow;
+}
+
 Points EffectiveHamiltonian::velocity_change(const PhaseState& state, const Points& dq) const {
   Points dv = system_.kernel.apply_tangent(state.q, state.p, dq);
   if (!noisy_) return dv;

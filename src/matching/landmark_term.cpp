@@ -100,6 +100,22 @@ LandmarkTerm LandmarkTerm::moved(const Points& shift) const {
   return LandmarkTerm(there);
 }
 
+LandmarkTerm LandmarkTerm::blurred(double variance) const {
+  LandmarkObservations there = observations_;
+  const Index d = there.target.rows();
+  there.covariances.clear();
+  const VectorXd weights = landmark_weights(there.weights, there.target.cols());
+  for (Index a = 0; a < weights.size(); ++a) {
+    const MatrixXd given = observations_.covariances.empty()
+                               ? MatrixXd(observations_.sigma * observations_.sigma * MatrixXd::Identity(d, d))
+                               : observations_.covariances[static_cast<std::size_t>(a)];
+    const double weight = weights[a] > 0 ? weights[a] : 1;
+    there.covariances.emplace_back(given / weight + variance * MatrixXd::Identity(d, d));
+  }
+  there.weights = (weights.array() > 0).cast<double>();
+  return LandmarkTerm(there);
+}
+
 VectorXd LandmarkTerm::residual(const Points& q) const {
   require_size("the landmarks that are compared with the target", q, dimension_, target_.size() / dimension_);
   return whitening_ * (q.reshaped() - target_);

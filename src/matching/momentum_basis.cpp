@@ -80,6 +80,10 @@ Factorisation factor(const KernelOperator& kernel, const Points& q, double toler
 
 }  // namespace
 
+std::vector<Index> pivoted_landmarks(const KernelOperator& kernel, const Points& q, double tolerance, Index most) {
+  return factor_pivots(kernel, q, tolerance, most).pivots;
+}
+
 MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance)
     : kernel_(kernel), q0_(q0), lambda_(lambda), dimension_(q0.rows()) {
   const SerialBlas serial;

@@ -6,6 +6,11 @@
 
 namespace pulson {
 
+/// Landmarks by pivoted Cholesky factorisation of K(q), each where K is explained worst by those before, until the
+/// trace of what is left is below a tolerance, or there are so many.
+std::vector<Eigen::Index> pivoted_landmarks(const KernelOperator& kernel, const Points& q, double tolerance,
+                                            Eigen::Index most);
+
 /// Momenta in whitened coordinates, at as few landmarks as carry them. By pivoted Cholesky factorisation of K(q0),
 /// pivots are taken, each where K is explained worst by those before, until the trace of what is left of K, its Schur
 /// complement S, is below a tolerance: a momentum at a landmark that is no pivot does what momenta at the pivots do but

@@ -1,9 +1,9 @@
 #include "path_model.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include "kernels/symmetric_matrix.hpp"
+#include "landmark_blocks.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
@@ -13,40 +13,12 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
-
-Block block(const MatrixXd& blocks, Index a, Index d) { return blocks.col(a).reshaped(d, d); }
+using Block = LandmarkBlock;
 
 MatrixXd symmetric_root(const MatrixXd& m) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(m);
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
          eigen.eigenvectors().transpose();
-}
-
-// (I + ½Δt G)v of each landmark, or of the transposed blocks.
-Points half_step(const MatrixXd& gradients, double dt, const Points& v, bool transposed) {
-  const Index d = v.rows();
-  Points moved(d, v.cols());
-  for (Index a = 0; a < v.cols(); ++a) {
-    const Block g = block(gradients, a, d);
-    if (transposed)
-      moved.col(a) = v.col(a) + 0.5 * dt * (g.transpose() * v.col(a));
-    else
-      moved.col(a) = v.col(a) + 0.5 * dt * (g * v.col(a));
-  }
-  return moved;
-}
-
-Points by_blocks(const MatrixXd& blocks, const Points& v, bool transposed) {
-  const Index d = v.rows();
-  Points moved(d, v.cols());
-  for (Index a = 0; a < v.cols(); ++a) {
-    if (transposed)
-      moved.col(a) = block(blocks, a, d).transpose() * v.col(a);
-    else
-      moved.col(a) = block(blocks, a, d) * v.col(a);
-  }
-  return moved;
 }
 
 }  // namespace
@@ -75,11 +47,7 @@ PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, c
   inverses_.resize(steps);
   parallel_for(path.grid.steps, [&](int step) {
     const auto k = static_cast<std::size_t>(step);
-    inverses_[k].resize(d * d, n);
-    for (Index a = 0; a < n; ++a) {
-      const Block slope = Block::Identity(d, d) - 0.5 * dt * block(path_.gradients[k], a, d);
-      inverses_[k].col(a) = Block(slope.inverse()).reshaped();
-    }
+    inverses_[k] = half_step_inverses(path_.gradients[k], dt, d);
   });
   if (const LandmarkTerm* landmarks = data.landmarks()) {
     for (Index a = 0; a < n; ++a) roots_.push_back(symmetric_root(weight * landmarks->precision(a)));

@@ -16,6 +16,7 @@
 #include <cmath>
 
 #include "path_curvature.hpp"
+#include "path_equations.hpp"
 #include "path_model.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/random/brownian.hpp"
@@ -368,20 +369,30 @@ PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions
   return PathSearch(problem, options).run(std::move(path));
 }
 
+namespace {
+
+PathSolution search_from(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields& start,
+                         Finish finish) {
+  if (std::optional<PathSolution> found = solve_path_equations(problem, options, start)) return std::move(*found);
+  return PathSearch(problem, options).run(&start, finish);
+}
+
+}  // namespace
+
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options, const StepFields* start,
                           Finish finish) {
   check(problem);
-  if (!problem.system.noise->traits().moves_positions) require_distinct(problem.source);
-  if (start != nullptr || problem.source.cols() <= 2 * kFewLandmarks || !can_be_subsampled(problem))
+  const Points& q0 = problem.source;
+  if (!problem.system.noise->traits().moves_positions) require_distinct(q0);
+  if (q0.cols() <= 2 * kFewLandmarks || !can_be_subsampled(problem))
     return PathSearch(problem, options).run(start, finish);
-  MatchingProblem few = subsampled(problem, representatives(problem, kFewLandmarks));
+  if (start != nullptr) return search_from(problem, options, *start, finish);
+  const MatchingProblem few = subsampled(without_own_noise(problem), representatives(problem, kFewLandmarks));
   PathSolution coarse = PathSearch(few, options).run(nullptr, finish);
-  // What the noise did to those few is nothing to the others.
-  const int channels =
-      problem.system.noise->channels(static_cast<int>(problem.source.rows()), static_cast<int>(problem.source.cols()));
-  for (Eigen::VectorXd& u : coarse.fields.controls) u = Eigen::VectorXd::Zero(channels);
+  const int channels = problem.system.noise->channels(static_cast<int>(q0.rows()), static_cast<int>(q0.cols()));
+  coarse.fields.controls.assign(coarse.fields.momenta.size(), Eigen::VectorXd::Zero(channels));
   coarse.fields.own.clear();
-  PathSolution solution = PathSearch(problem, options).run(&coarse.fields, finish);
+  PathSolution solution = search_from(problem, options, coarse.fields, finish);
   solution.iterations += coarse.iterations;
   solution.evaluations += coarse.evaluations;
   return solution;

@@ -14,27 +14,19 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kMostCondition = 1e12;
+constexpr double kMostCondition = 1e12;  // in the norm of the largest column
 
 constexpr EnumNames<LabelKernel, 2> kNames = {
     "interpolation", {{{"metric", LabelKernel::kMetric}, {"thin-plate", LabelKernel::kThinPlate}}}};
-
-// |largest| / |smallest| eigenvalue of a symmetric matrix, and the largest.
-std::pair<double, double> condition(const MatrixXd& matrix) {
-  const VectorXd sizes =
-      Eigen::SelfAdjointEigenSolver<MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();
-  return {sizes.maxCoeff() / sizes.minCoeff(), sizes.maxCoeff()};
-}
 
 class MetricLabels final : public LabelSpace {
  public:
   MetricLabels(const KernelOperator& metric, const Points& labels) : metric_(metric), labels_(labels) {
     MatrixXd gram = metric.gram(labels, labels);
-    const auto [number, largest] = condition(gram);
-    if (!(number < kMostCondition)) {
-      ridge_ = largest / kMostCondition;
-      gram.diagonal().array() += ridge_;
-    }
+    factors_.compute(gram);
+    if (factors_.info() == Eigen::Success && factors_.rcond() * kMostCondition > 1) return;
+    ridge_ = gram.colwise().lpNorm<1>().maxCoeff() / kMostCondition;
+    gram.diagonal().array() += ridge_;
     factors_.compute(gram);
   }
 
@@ -52,7 +44,7 @@ class MetricLabels final : public LabelSpace {
  private:
   KernelOperator metric_;
   Points labels_;
-  Eigen::PartialPivLU<MatrixXd> factors_;
+  Eigen::LLT<MatrixXd> factors_;
 };
 
 // Duchon's splines: φ of the distances, and 1, x, y, z.

@@ -27,8 +27,8 @@ inline void require_one_line(std::string_view message) {
           "a message is not one line: " + std::string(message));
 }
 
-/// What `action` returns, or nothing where it throws a `Refusal`, whose message must be one line: an InputError, or Error
-/// for what also computes, where the numbers may fail.
+/// What `action` returns, or nothing where it throws a `Refusal`, whose message must be one line: an InputError, or
+/// Error for what also computes, where the numbers may fail.
 template <class Refusal = InputError, class Action>
 auto attempt(const Action& action) -> std::optional<decltype(action())> {
   try {

@@ -94,6 +94,10 @@ class LandmarkTerm final : public DataTerm {
   /// The same with other targets: y + shift. @param shift d×N, length units
   LandmarkTerm moved(const Points& shift) const;
 
+  /// The same, each coordinate less certain: R_a/w_a + variance·I in place of R_a/w_a. @param variance length units
+  /// squared
+  LandmarkTerm blurred(double variance) const;
+
   /// Some of the landmarks, in the order given, with `weight` times their weights.
   /// @throws InputError if of these nothing is observed
   LandmarkTerm part(const std::vector<Eigen::Index>& landmarks, double weight) const;

@@ -18,6 +18,7 @@ bool arrays(std::string_view input);                ///< `vtk` or `npy`
 bool json_landmarks(std::string_view input);        ///< `json`, `mrk.json`, `labelme` or `menpo`
 bool shapes(std::string_view input);                ///< for all writers, made from bytes
 bool grid_fields(std::string_view input);           ///< MetaImage and NRRD
+bool surfaces(std::string_view input);              ///< `ply`, `stl` or `obj`, and a file of that kind
 bool specs(std::string_view input);                 ///< of kernels, noises, integrators
 bool registration_records(std::string_view input);  ///< registration.json, replayed where that is short
 bool ensemble_checkpoints(std::string_view input);  ///< of one small ensemble, which goes on from it
@@ -27,13 +28,14 @@ struct NamedTarget {
   Target run;
 };
 
-inline constexpr std::array<NamedTarget, 10> kTargets = {{{"landmark_files", landmark_files},
+inline constexpr std::array<NamedTarget, 11> kTargets = {{{"landmark_files", landmark_files},
                                                           {"point_lists", point_lists},
                                                           {"tables", tables},
                                                           {"arrays", arrays},
                                                           {"json_landmarks", json_landmarks},
                                                           {"shapes", shapes},
                                                           {"grid_fields", grid_fields},
+                                                          {"surfaces", surfaces},
                                                           {"specs", specs},
                                                           {"registration_records", registration_records},
                                                           {"ensemble_checkpoints", ensemble_checkpoints}}};

@@ -67,11 +67,14 @@ std::pair<std::vector<int>, int> cells_of(const Points& vertices, double side) {
 }  // namespace
 
 Surface read_surface(const std::filesystem::path& file) {
-  const auto reader = kSurfaceReaders.find(extension_of(file));
-  if (reader == kSurfaceReaders.end())
+  if (!kSurfaceReaders.contains(extension_of(file)))
     throw InputError(fmt::format("the surface '{}' is of an unknown kind; ply, stl and obj are read", file.string()));
-  const std::string path = file.string(), text = whole_file(file);
-  Surface surface = reader->second(path, text);
+  return surface_of_text(file, whole_file(file));
+}
+
+Surface surface_of_text(const std::filesystem::path& file, std::string_view text) {
+  const std::string path = file.string();
+  Surface surface = kSurfaceReaders.at(extension_of(file))(path, text);
   surface.vertices.source = path;
   surface.vertices.axes = stated_axes(text);
   check_surface(path, surface);

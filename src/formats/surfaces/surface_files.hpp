@@ -23,6 +23,9 @@ struct Surface {
 /// vertices that are not there
 Surface read_surface(const std::filesystem::path& file);
 
+/// The same where `text` is all that the file holds. Its extension is one of those above.
+Surface surface_of_text(const std::filesystem::path& file, std::string_view text);
+
 /// The surface with at most about `most` vertices: those in one cell of a grid of cubes are moved to their mean, and
 /// triangles that have then fewer than three corners are left out. The same surface where it has no more vertices.
 Surface coarsened(const Surface& surface, int most);

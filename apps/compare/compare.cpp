@@ -27,11 +27,37 @@ const std::vector<std::string> kComparisonPictures = {"comparison", "noise_map"}
 const std::vector<std::string> kStudyFiles = {"recovery.json", "report.html"};
 const std::vector<std::string> kStudyPictures = {"recovery"};
 
-void write_report(const HtmlReport& report, const OutputOptions& output) {
-  write_file_atomically(output.file("report.html"), html_report(report));
-}
-
 std::vector<NoiseChoice> choices(const std::vector<std::string>& noises) { return {noises.begin(), noises.end()}; }
+
+// All files of a comparison, or none of them. @return stems of the pictures drawn
+std::vector<std::string> write_comparison(const Comparison& comparison, const CohortShapes& shapes,
+                                          const std::vector<std::string>& notes, double seconds,
+                                          const OutputOptions& output) {
+  StagedFiles staged(output.out);
+  const std::string record = comparison_json(comparison, seconds);
+  staged.write("comparison.json", record);
+  staged.write("models.csv", models_csv(comparison));
+  staged.write("shapes.csv", shapes_csv(comparison));
+  staged.write("spectrum.csv", spectrum_csv(comparison));
+  staged.write("landmarks.csv", landmarks_csv(comparison));
+  write_landmarks_csv(staged.file("source.csv"), comparison.cohort.source);
+  write_landmark_file(staged.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
+  staged.write("specimens.csv", specimens_csv(shapes));
+  std::vector<std::string> pictures{"comparison"};
+  if (has_noise_map(comparison)) pictures.emplace_back("noise_map");
+  if (!output.no_picture) {
+    write_chart(comparison_chart(comparison), output.picture_files(staged.file("comparison")));
+    if (has_noise_map(comparison)) write_noise_map(comparison, output.picture_files(staged.file("noise_map")));
+  }
+  std::vector<std::filesystem::path> shown;
+  for (const std::string& picture : pictures)
+    if (std::filesystem::path file = output.shown_picture(staged.file(picture)); !file.empty())
+      shown.push_back(std::move(file));
+  staged.write("report.html", html_report(comparison_report(comparison, notes, seconds, shown)));
+  output.write_json(record);
+  staged.commit();
+  return pictures;
+}
 
 int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes, CompareOptions options,
                    std::vector<std::string> notes) {
@@ -57,29 +83,8 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
   const Comparison comparison = compare_models(shapes, choices(arguments.noises), options);
   progress.clear();
   const double seconds = seconds_now() - start;
-  const std::string record = comparison_json(comparison, seconds);
-  write_file_atomically(arguments.output.file("comparison.json"), record);
-  write_file_atomically(arguments.output.file("models.csv"), models_csv(comparison));
-  write_file_atomically(arguments.output.file("shapes.csv"), shapes_csv(comparison));
-  write_file_atomically(arguments.output.file("spectrum.csv"), spectrum_csv(comparison));
-  write_file_atomically(arguments.output.file("landmarks.csv"), landmarks_csv(comparison));
-  write_landmarks_csv(arguments.output.file("source.csv"), comparison.cohort.source);
-  write_landmark_file(arguments.output.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
-  write_file_atomically(arguments.output.file("specimens.csv"), specimens_csv(shapes));
-  arguments.output.write_json(record);
-  std::vector<std::string> pictures{"comparison"};
-  if (has_noise_map(comparison)) pictures.emplace_back("noise_map");
-  if (!arguments.output.no_picture) {
-    write_chart(comparison_chart(comparison), arguments.output.picture_files(arguments.output.file("comparison")));
-    if (has_noise_map(comparison))
-      write_noise_map(comparison, arguments.output.picture_files(arguments.output.file("noise_map")));
-  }
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
-  std::vector<std::filesystem::path> shown;
-  for (const std::string& picture : pictures)
-    if (std::filesystem::path file = arguments.output.shown_picture(arguments.output.file(picture)); !file.empty())
-      shown.push_back(std::move(file));
-  write_report(comparison_report(comparison, notes, seconds, shown), arguments.output);
+  const std::vector<std::string> pictures = write_comparison(comparison, shapes, notes, seconds, arguments.output);
   print_notes(notes);
   if (arguments.output.prints()) {
     print_comparison(comparison);
@@ -126,14 +131,14 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
   progress.clear();
   const double seconds = seconds_now() - start;
   const std::string record = recovery_json(rows, arguments.noises, study, seconds);
-  write_file_atomically(arguments.output.file("recovery.json"), record);
-  arguments.output.write_json(record);
+  StagedFiles staged(arguments.output.out);
+  staged.write("recovery.json", record);
   if (!arguments.output.no_picture)
-    write_chart(recovery_chart(rows, arguments.noises, study),
-                arguments.output.picture_files(arguments.output.file("recovery")));
-  write_report(recovery_report(rows, arguments.noises, study, notes, seconds,
-                               arguments.output.shown_picture(arguments.output.file("recovery"))),
-               arguments.output);
+    write_chart(recovery_chart(rows, arguments.noises, study), arguments.output.picture_files(staged.file("recovery")));
+  staged.write("report.html", html_report(recovery_report(rows, arguments.noises, study, notes, seconds,
+                                                          arguments.output.shown_picture(staged.file("recovery")))));
+  arguments.output.write_json(record);
+  staged.commit();
   print_notes(notes);
   if (arguments.output.prints()) {
     print_recovery(rows, arguments.noises, study);

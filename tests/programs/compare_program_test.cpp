@@ -1,6 +1,7 @@
 // The verb `compare`: what it writes, and what it refuses.
 
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,19 @@ TEST_F(CompareProgram, WritesARecordOfEveryModel) {
   EXPECT_LT(stochastic["rms"], 0.1);
   EXPECT_GT(geodesic["rms"], 0.3);  // (0, 1) to (1, 0): 0.5 each
   EXPECT_EQ(count_lines(contents("out/shapes.csv")), 3U);
+}
+
+// What was computed is written altogether or not at all.
+TEST_F(CompareProgram, AFullDiskLeavesNothingHalfWritten) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  const std::string line = sample("swap_source") + ' ' + sample("swap_target") +
+                           " -o out --sigma 0.05 --noise none --lambda 1 --no-picture --json /dev/full";
+  for (const std::string study : {"", " --simulate none --true-lambda 1 --count 1 --cohort-size 2"}) {
+    const ProgramRun done = compare(line + study);
+    EXPECT_EQ(done.exit_code, 2) << study;
+    EXPECT_THAT(done.err, HasSubstr("/dev/full"));
+    EXPECT_THAT(names_in("out"), IsEmpty()) << study;
+  }
 }
 
 TEST_F(CompareProgram, ComparesTheShapesOfAFileWithTheirMean) {

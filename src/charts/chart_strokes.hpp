@@ -8,6 +8,7 @@
 #include "charts/chart.hpp"
 #include "draw/canvas.hpp"
 #include "draw/layout.hpp"
+#include "draw/marks.hpp"
 
 namespace pulson::picture {
 
@@ -38,18 +39,8 @@ std::vector<Points> parts_within(const Points& line, const Interval& heights);
 /// and not by gnuplot, whose terminals do not agree on the length of a dash.
 std::vector<Points> dashes_of(const Points& line, std::span<const double> pattern);
 
-/// How a series looks: its colour, and as colour is never alone, its place among the dashes and the shapes of marks.
-struct SeriesLook {
-  Colour colour;
-  std::size_t place = 0;
-};
-
 /// Of a line: whole at first, then dashes of their own.
 std::span<const double> dashes_at(std::size_t place);
-
-/// Filled marks around the columns of `centres` (2×M), whose areas are about that of a disc of this radius: discs,
-/// squares, triangles, diamonds, triangles that point down, crosses, and over again.
-void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look);
 
 /// The names of a chart's series, each with its colour and with the kinds of marks that have this colour.
 class ChartLegend {

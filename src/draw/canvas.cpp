@@ -190,7 +190,7 @@ void Canvas::write(const PictureFiles& files) const {
   Gnuplot gnuplot;
   gnuplot.command("set encoding utf8\nunset border\nunset tics\nunset key");
   gnuplot.command("set lmargin at screen 0\nset rmargin at screen 1\nset bmargin at screen 0\nset tmargin at screen 1");
-  gnuplot.command(fmt::format("set xrange [0:{}]\nset yrange [0:{}]", width_, height_));
+  gnuplot.command(fmt::format("set xrange [0:{}]\nset yrange [{}:{}]", width_, -below_, height_));
   for (const std::string& label : labels_) gnuplot.command(label);
   std::string plot = "plot ";
   for (const Layer& layer : layers_) {
@@ -201,6 +201,7 @@ void Canvas::write(const PictureFiles& files) const {
                                                             : fmt::format("lines linewidth {:.2f}", layer.stroke.width),
                                                layer.stroke.colour);
   }
+  const double tall = height_ + below_;
   const double enlarged = files.width ? *files.width / kMillimetresPerInch * kPixelsPerInch / width_ : 1;
   const auto draw = [&](const std::filesystem::path& file, const std::string& terminal) {
     if (file.empty()) return;
@@ -209,12 +210,12 @@ void Canvas::write(const PictureFiles& files) const {
     gnuplot.command(plot);
   };
   const double of_png = enlarged * files.dpi / kPixelsPerInch;
-  draw(files.png, terminal("pngcairo", in_pixels(width_ * of_png, height_ * of_png), kPointsPerPixel * of_png, of_png));
-  draw(files.svg, terminal("svg", in_pixels(width_ * enlarged, height_ * enlarged), enlarged, enlarged));
-  draw(files.pdf, terminal("pdfcairo",
-                           fmt::format("{:.4f}in,{:.4f}in", enlarged * width_ / kPixelsPerInch,
-                                       enlarged * height_ / kPixelsPerInch),
-                           kPdfText * enlarged, kPdfLine * enlarged));
+  draw(files.png, terminal("pngcairo", in_pixels(width_ * of_png, tall * of_png), kPointsPerPixel * of_png, of_png));
+  draw(files.svg, terminal("svg", in_pixels(width_ * enlarged, tall * enlarged), enlarged, enlarged));
+  draw(files.pdf,
+       terminal("pdfcairo",
+                fmt::format("{:.4f}in,{:.4f}in", enlarged * width_ / kPixelsPerInch, enlarged * tall / kPixelsPerInch),
+                kPdfText * enlarged, kPdfLine * enlarged));
   gnuplot.run();
 }
 

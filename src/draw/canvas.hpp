@@ -66,6 +66,9 @@ class Canvas {
   double width() const { return width_; }
   double height() const { return height_; }
 
+  /// More room below what is there, at negative heights.
+  void extend_below(double height) { below_ += height; }
+
   /// Lines 2×M each, in one stroke.
   void lines(const std::vector<Points>& lines, const Stroke& stroke);
 
@@ -112,6 +115,7 @@ class Canvas {
 
   double width_;
   double height_;
+  double below_ = 0;
   std::vector<Layer> layers_;
   std::vector<std::string> labels_;
   std::vector<std::shared_ptr<std::FILE>> scratch_;  // of the pixels

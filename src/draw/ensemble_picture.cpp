@@ -98,6 +98,18 @@ void draw_ellipses(Canvas& canvas, const View& view, const EnsemblePicture& pict
     canvas.lines({outline}, {are_few ? colour::kTarget : faded(colour::kTarget, kOutlineFade), 1.4});
 }
 
+/// A dot of the mean that an ellipse, of the median radius, surrounds in sight. In pixels.
+double largest_dot(const EnsemblePicture& picture, const View& view) {
+  constexpr double kOfRadius = 0.5, kLeast = 2;
+  const double quantile = -2 * std::log(1 - kEllipsePart);
+  std::vector<double> radii;
+  for (const Eigen::MatrixXd& covariance : picture.covariances)
+    radii.push_back(std::sqrt(quantile * covariance.trace() / static_cast<double>(covariance.rows())));
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  return std::max(kLeast, kOfRadius * *middle * scale_of(view));
+}
+
 Canvas compose(const EnsemblePicture& picture) {
   const std::vector<Interval> ranges = data_ranges(picture);
   const bool in_plane = picture.start.dimension() == 2;
@@ -114,11 +126,12 @@ Canvas compose(const EnsemblePicture& picture) {
     draw_start(canvas, view.pixels(picture.start.points), figure);
     draw_paths_by_time(canvas, view, {picture.mean, picture.times}, figure, Marks(figure).path,
                        kMeanVertices / plan.views.size());
-    draw_shape(canvas, view.pixels(picture.mean.back()), figure, colour::kResult);
+    draw_shape(canvas, view.pixels(picture.mean.back()), figure, colour::kResult, largest_dot(picture, view));
     draw_frame(canvas, view,
                in_plane ? fmt::format("Mean shape at t = {:.4g}", picture.times.back()) : axis_names(view), true);
   }
-  std::vector<LegendEntry> legend = legend_of_shape(figure, colour::kResult, "mean at the end");
+  std::vector<LegendEntry> legend =
+      legend_of_shape(figure, colour::kResult, fmt::format("mean at t = {:.4g}", picture.times.back()));
   legend.push_back({Sample::kRing, colour::kTarget, fmt::format("ellipse of {:.0f} %", 100 * kEllipsePart), ""});
   if (!picture.paths.empty())
     legend.push_back({Sample::kLine, faded(colour::kSource, kFanFade / 2),

@@ -180,26 +180,27 @@ int covered(const Box& place, double ring, const Points& marks, const std::vecto
   return count;
 }
 
-/// The first of eight boxes around a mark, for a text of that width, that covers least.
-Box freest_place(const Eigen::Vector2d& mark, double width, double ring, const Points& marks,
-                 const std::vector<Box>& taken) {
-  constexpr double kApart = 2;
-  const double away = ring + kApart, beside = 0.7 * away, height = kNumberSize;
-  const auto box = [&](double x, double y, double left, double below) {
-    return Box{mark.x() + x - left * width, mark.y() + y - below * height, width, height};
-  };
-  const std::array<Box, 8> places = {
-      box(beside, beside, 0, 0), box(beside, -beside, 0, 1), box(-beside, beside, 1, 0), box(-beside, -beside, 1, 1),
-      box(away, 0, 0, 0.5),      box(-away, 0, 1, 0.5),      box(0, away, 0.5, 0),       box(0, -away, 0.5, 1)};
-  const auto less = [&](const Box& a, const Box& b) {
-    return covered(a, ring, marks, taken) < covered(b, ring, marks, taken);
-  };
-  return *std::min_element(places.begin(), places.end(), less);
-}
-
 }  // namespace
 
+TextPlace freest_place(const Eigen::Vector2d& mark, double width, double height, double ring, const Points& marks,
+                       const std::vector<Box>& taken) {
+  constexpr double kApart = 2;
+  const double away = ring + kApart, beside = 0.7 * away;
+  const auto place = [&](double x, double y, double left, double below) {
+    const Box box{mark.x() + x - left * width, mark.y() + y - below * height, width, height};
+    return TextPlace{box, covered(box, ring, marks, taken)};
+  };
+  const std::array<TextPlace, 8> places = {place(beside, beside, 0, 0),  place(beside, -beside, 0, 1),
+                                           place(-beside, beside, 1, 0), place(-beside, -beside, 1, 1),
+                                           place(away, 0, 0, 0.5),       place(-away, 0, 1, 0.5),
+                                           place(0, away, 0.5, 0),       place(0, -away, 0.5, 1)};
+  return *std::min_element(places.begin(), places.end(),
+                           [](const TextPlace& a, const TextPlace& b) { return a.covered < b.covered; });
+}
+
 const Colour& group_colour(std::size_t group) { return palette()[group % kGroupColours]; }
+
+SeriesLook group_look(std::size_t group) { return {group_colour(group), group / kGroupColours}; }
 
 Marks::Marks(const Figure& figure) {
   const double shown = static_cast<double>(std::max(figure.marked.size(), figure.with_path.size()));
@@ -211,15 +212,16 @@ Marks::Marks(const Figure& figure) {
   outline = std::clamp(0.4 * dot, 1.1, 2.4);
 }
 
-void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour) {
+void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour, double most_dot) {
   const Marks marks(figure);
+  const double dot = std::min(marks.dot, most_dot);
   for (std::size_t group = 0; group < figure.groups.size(); ++group) {
-    const Colour own = figure.names.empty() ? colour : group_colour(group);
-    canvas.lines(trace(figure, false, pixels, group), {own, marks.outline});
-    canvas.lines(trace(figure, true, pixels, group), {own, kDenseOutline});
+    const SeriesLook own = figure.names.empty() ? SeriesLook{colour} : group_look(group);
+    canvas.lines(trace(figure, false, pixels, group), {own.colour, marks.outline});
+    canvas.lines(trace(figure, true, pixels, group), {own.colour, kDenseOutline});
     const Points marked = pixels(Eigen::all, figure.groups[group]);
-    canvas.dots(marked, marks.dot + std::min(1.2, 0.25 * marks.dot), colour::kPaper);
-    canvas.dots(marked, marks.dot, own);
+    draw_marks(canvas, marked, dot + std::min(1.2, 0.25 * dot), {colour::kPaper, own.place});
+    draw_marks(canvas, marked, dot, own);
   }
 }
 
@@ -233,7 +235,7 @@ void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, co
   for (Eigen::Index a = 0; a < pixels.cols(); ++a) {
     const auto number = numbers.empty() ? static_cast<int>(a) + 1 : numbers[static_cast<std::size_t>(a)];
     const std::string text = std::to_string(number);
-    const Box place = freest_place(pixels.col(a), text_width(text, kNumberSize), ring, marks, taken);
+    const Box place = freest_place(pixels.col(a), text_width(text, kNumberSize), kNumberSize, ring, marks, taken).box;
     taken.push_back(place);
     canvas.text_on_image(place.left, place.bottom + place.height / 2, text, kNumberSize, colour::kTitle);
   }
@@ -274,9 +276,9 @@ void draw_paths_by_time(Canvas& canvas, const View& view, const Paths& paths, co
 
 void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure) {
   for (std::size_t group = 0; group < figure.groups.size(); ++group) {
-    const Colour& own = figure.names.empty() ? colour::kSource : group_colour(group);
-    canvas.lines(trace(figure, true, pixels, group), {own, 1});
-    canvas.dots(pixels(Eigen::all, figure.groups[group]), 0.6 * Marks(figure).dot, own);
+    const SeriesLook own = figure.names.empty() ? SeriesLook{colour::kSource} : group_look(group);
+    canvas.lines(trace(figure, true, pixels, group), {own.colour, 1});
+    draw_marks(canvas, pixels(Eigen::all, figure.groups[group]), 0.6 * Marks(figure).dot, own);
   }
 }
 
@@ -296,7 +298,8 @@ std::vector<Colour> colours_by_position(const Points& source) {
 namespace {
 
 constexpr double kLeastEntryGap = 22;
-constexpr std::size_t kMostGroups = kGroupColours;
+constexpr double kLegendRow = 34;
+constexpr std::size_t kMostGroups = 2 * kGroupColours;
 constexpr double kBarLength = 190;
 constexpr double kBarHeight = 12;
 
@@ -317,10 +320,9 @@ double sample_width(Sample sample) {
   return sample == Sample::kColourBar ? kBarLength : sample == Sample::kDot || sample == Sample::kRing ? 20 : 36;
 }
 
-/// `scale`: of the texts.
-double entry_width(const LegendEntry& entry, double scale) {
-  double width = sample_width(entry.sample) + kSampleGap + scale * text_width(entry.text, kLegendText);
-  if (!entry.end_text.empty()) width += kSampleGap + scale * text_width(entry.end_text, kLegendText);
+double entry_width(const LegendEntry& entry) {
+  double width = sample_width(entry.sample) + kSampleGap + text_width(entry.text, kLegendText);
+  if (!entry.end_text.empty()) width += kSampleGap + text_width(entry.end_text, kLegendText);
   return width;
 }
 
@@ -328,7 +330,7 @@ void draw_sample(Canvas& canvas, double left, double y, const LegendEntry& entry
   const double width = sample_width(entry.sample);
   switch (entry.sample) {
     case Sample::kDot:
-      return canvas.dots(point(left + width / 2, y), 6.5, entry.colour);
+      return draw_marks(canvas, point(left + width / 2, y), 6.5, {entry.colour, entry.place});
     case Sample::kRing:
       return canvas.rings(point(left + width / 2, y), 8.5, {entry.colour, 2.2});
     case Sample::kLine:
@@ -340,21 +342,36 @@ void draw_sample(Canvas& canvas, double left, double y, const LegendEntry& entry
   }
 }
 
-void draw_entry(Canvas& canvas, double left, const LegendEntry& entry, double scale) {
+/// @param room for the entry; its text is made smaller where it needs more
+void draw_entry(Canvas& canvas, double left, double y, const LegendEntry& entry, double room) {
   const double sample = sample_width(entry.sample);
-  const auto write = [&](double x, const std::string& text) {
-    canvas.text(x, kLegendHeight, text, kLegendText, colour::kText, Align::kLeft,
-                scale < 1 ? scale * text_width(text, kLegendText) : 1e9);
-  };
   if (entry.sample == Sample::kColourBar) {
-    const double sample_left = left + scale * text_width(entry.text, kLegendText) + kSampleGap;
-    write(left, entry.text);
-    draw_sample(canvas, sample_left, kLegendHeight, entry);
-    write(sample_left + sample + kSampleGap, entry.end_text);
+    const double sample_left = left + text_width(entry.text, kLegendText) + kSampleGap;
+    canvas.text(left, y, entry.text, kLegendText, colour::kText);
+    draw_sample(canvas, sample_left, y, entry);
+    canvas.text(sample_left + sample + kSampleGap, y, entry.end_text, kLegendText, colour::kText);
   } else {
-    draw_sample(canvas, left, kLegendHeight, entry);
-    write(left + sample + kSampleGap, entry.text);
+    draw_sample(canvas, left, y, entry);
+    canvas.text(left + sample + kSampleGap, y, entry.text, kLegendText, colour::kText, Align::kLeft,
+                room - sample - kSampleGap);
   }
+}
+
+/// The entries in rows: as many in each as fit at the least distance.
+std::vector<std::vector<LegendEntry>> legend_rows(const std::vector<LegendEntry>& entries, double room) {
+  std::vector<std::vector<LegendEntry>> rows;
+  double used = 0;
+  for (const LegendEntry& entry : entries) {
+    const double width = entry_width(entry);
+    if (rows.empty() || used + kLeastEntryGap + width > room) {
+      rows.push_back({entry});
+      used = width;
+    } else {
+      rows.back().push_back(entry);
+      used += kLeastEntryGap + width;
+    }
+  }
+  return rows;
 }
 
 }  // namespace
@@ -365,10 +382,11 @@ std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& col
   for (std::size_t group = 0; group < std::min(figure.names.size(), kMostGroups); ++group) {
     const std::string& name = figure.names[group];
     const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
-    entries.push_back({Sample::kDot, group_colour(group), is_number ? "group " + name : name, ""});
+    const SeriesLook look = group_look(group);
+    entries.push_back({Sample::kDot, look.colour, is_number ? "group " + name : name, "", look.place});
   }
   if (figure.names.size() > kMostGroups)
-    entries.back().text += fmt::format(", {} more in these colours", figure.names.size() - kMostGroups);
+    entries.back().text += fmt::format(", {} more", figure.names.size() - kMostGroups);
   return entries;
 }
 
@@ -377,19 +395,22 @@ LegendEntry legend_of_time(const std::vector<double>& times) {
 }
 
 void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
-  const double gaps = std::max<double>(static_cast<double>(entries.size()) - 1, 1), room = canvas.width() - 2 * kEdge;
-  double samples = 0, texts = 0;
-  for (const LegendEntry& entry : entries) {
-    samples += entry_width(entry, 0);
-    texts += entry_width(entry, 1) - entry_width(entry, 0);
+  const double room = canvas.width() - 2 * kEdge;
+  const std::vector<std::vector<LegendEntry>> rows = legend_rows(entries, room);
+  double y = kLegendHeight;
+  for (const std::vector<LegendEntry>& row : rows) {
+    double widths = 0;
+    for (const LegendEntry& entry : row) widths += entry_width(entry);
+    const auto gaps = static_cast<double>(row.size() - 1);
+    const double gap = std::clamp((room - widths) / std::max(gaps, 1.0), kLeastEntryGap, kEntryGap);
+    double left = std::max(kEdge, (canvas.width() - widths - gap * gaps) / 2);
+    for (const LegendEntry& entry : row) {
+      draw_entry(canvas, left, y, entry, canvas.width() - kEdge - left);
+      left += entry_width(entry) + gap;
+    }
+    y -= kLegendRow;
   }
-  const double gap = std::clamp((room - samples - texts) / gaps, kLeastEntryGap, kEntryGap);
-  const double scale = std::min(1.0, (room - samples - gap * gaps) / std::max(texts, 1.0));
-  double left = (canvas.width() - samples - scale * texts - gap * (static_cast<double>(entries.size()) - 1)) / 2;
-  for (const LegendEntry& entry : entries) {
-    draw_entry(canvas, left, entry, scale);
-    left += entry_width(entry, scale) + gap;
-  }
+  if (rows.size() > 1) canvas.extend_below(kLegendRow * static_cast<double>(rows.size() - 1));
 }
 
 }  // namespace pulson::picture

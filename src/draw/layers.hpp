@@ -6,6 +6,7 @@
 
 #include "canvas.hpp"
 #include "layout.hpp"
+#include "marks.hpp"
 #include "pulson/core/landmarks.hpp"
 
 namespace pulson::picture {
@@ -53,13 +54,25 @@ struct Marks {
 };
 
 /// The landmarks, now at `pixels` (2×N), as discs on a narrow white margin with their outlines below them; of `colour`
-/// where there is one group, else of their group's.
-void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour);
+/// where there is one group, else of their group's. @param most_dot largest radius of the discs, pixels
+void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, const Colour& colour,
+                double most_dot = 1e9);
 
 /// The numbers of the landmarks, from 1, beside their marks, where they are few enough to be legible: each on the side
 /// where it covers the fewest marks, those at `others` (2×M) included, and numbers.
 void draw_numbers(Canvas& canvas, const Points& pixels, const Figure& figure, const std::vector<int>& numbers = {},
                   const Points& others = Points(2, 0));
+
+/// A text beside a mark: where it is, and how many marks and texts it covers there.
+struct TextPlace {
+  Box box;
+  int covered;
+};
+
+/// The first of eight boxes around a mark of radius `ring`, for a text of that width and height, that covers the fewest
+/// of `marks` (2×M, of that radius) and of the texts in `taken`.
+TextPlace freest_place(const Eigen::Vector2d& mark, double width, double height, double ring, const Points& marks,
+                       const std::vector<Box>& taken);
 
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks);
@@ -85,6 +98,9 @@ inline constexpr std::size_t kGroupColours = kLightPalette.groups.size();
 /// Of kLightPalette; they repeat after `kGroupColours`.
 const Colour& group_colour(std::size_t group);
 
+/// Discs in the group's colour; where the colours repeat, other shapes.
+SeriesLook group_look(std::size_t group);
+
 /// Colour of landmark a where each has its own: of a few as of groups, in their order, as the page has it; of more by
 /// their position at the start.
 std::vector<Colour> colours_by_position(const Points& source);
@@ -102,13 +118,15 @@ struct LegendEntry {
   Colour colour;
   std::string text;
   std::string end_text;
+  std::size_t place = 0;  // of a dot, among the shapes of marks
 };
 
 /// The groups where the figure has several, else the shape: a dot, or a line where no landmark is marked.
 std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& colour, const std::string& text);
 LegendEntry legend_of_time(const std::vector<double>& times);
 
-/// The entries in one row around the middle of the canvas, above its bottom edge.
+/// The entries around the middle of the canvas, above its bottom edge, in as many rows as they need: the canvas grows
+/// below its first row.
 void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries);
 
 }  // namespace pulson::picture

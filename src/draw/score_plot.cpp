@@ -41,7 +41,6 @@ namespace {
 constexpr double kPanelWidth = 1000, kTallestPlot = 760, kLeastHeight = 420;
 constexpr double kDot = 5.5;
 constexpr double kLabelText = 15;
-constexpr std::size_t kMostLabels = 80;
 constexpr double kAxisLabel = 18;
 
 Interval range_of_scores(const ScorePlot& plot, int row) {
@@ -52,20 +51,37 @@ Interval range_of_scores(const ScorePlot& plot, int row) {
   return range.with_span(range.span() * (1 + 2 * 0.06));
 }
 
-// Labels at the right of their dots, or at the left where another dot would lie below them.
-void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
-  std::size_t count = 0;
-  for (const auto& group : plot.groups) count += group.labels.size();
-  if (count > kMostLabels) return;
+Points pixels_of_all(const View& view, const ScorePlot& plot) {
+  Points pixels(2, 0);
   for (const auto& group : plot.groups) {
-    const Points pixels = view.pixels(group.scores);
-    for (std::size_t i = 0; i < group.labels.size(); ++i) {
-      const Eigen::Vector2d at = pixels.col(static_cast<Eigen::Index>(i));
-      const double width = text_width(group.labels[i], kLabelText);
-      const bool fits = at.x() + kDot + 4 + width < view.box.left + view.box.width;
-      canvas.text(at.x() + (fits ? kDot + 4 : -kDot - 4), at.y(), group.labels[i], kLabelText, colour::kText,
-                  fits ? Align::kLeft : Align::kRight);
-    }
+    const Points own = view.pixels(group.scores);
+    pixels.conservativeResize(2, pixels.cols() + own.cols());
+    pixels.rightCols(own.cols()) = own;
+  }
+  return pixels;
+}
+
+// Labels beside their dots, those that cover neither dots nor other labels; the outermost dots first, which are asked
+// about most.
+void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
+  const Points pixels = pixels_of_all(view, plot);
+  std::vector<std::string> labels;
+  for (const auto& group : plot.groups) labels.insert(labels.end(), group.labels.begin(), group.labels.end());
+  if (labels.size() != static_cast<std::size_t>(pixels.cols())) return;
+  const Eigen::Vector2d middle = pixels.rowwise().mean();
+  std::vector<std::size_t> order(labels.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto distance = [&](std::size_t i) { return (pixels.col(static_cast<Eigen::Index>(i)) - middle).norm(); };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return distance(a) > distance(b); });
+  std::vector<Box> taken;
+  for (const std::size_t i : order) {
+    const double width = text_width(labels[i], kLabelText);
+    const auto [box, covered] =
+        freest_place(pixels.col(static_cast<Eigen::Index>(i)), width, kLabelText, kDot + 1.5, pixels, taken);
+    const bool fits = box.left > view.box.left && box.left + width < view.box.left + view.box.width;
+    if (covered > 0 || !fits) continue;
+    taken.push_back(box);
+    canvas.text(box.left, box.bottom + box.height / 2, labels[i], kLabelText, colour::kText);
   }
 }
 
@@ -79,22 +95,24 @@ Canvas compose(const ScorePlot& plot) {
   }
   const Titles titles{plot.title, plot.subtitle};
   const double left = (kLeastWidth - kPanelWidth) / 2 + 30;
-  Canvas canvas(kLeastWidth, std::round(title_height(titles) + kHeading + height + kTicRoom + 30 + kLegendRoom));
-  const View view{{left, kLegendRoom + kTicRoom + 30, kPanelWidth, height}, x, y};
+  const bool grouped = plot.groups.size() > 1 || !plot.groups.front().name.empty();
+  const double below = (grouped ? kLegendRoom : kEdge) + kTicRoom + 30;
+  Canvas canvas(kLeastWidth, std::round(title_height(titles) + kHeading + height + below));
+  const View view{{left, below, kPanelWidth, height}, x, y};
   draw_titles(canvas, titles, left);
   draw_frame(canvas, view, plot.y_label, true);
   canvas.text(left + kPanelWidth, view.box.bottom - kTicRoom - 8, plot.x_label, kAxisLabel, colour::kText,
               Align::kRight);
   std::vector<LegendEntry> legend;
-  const bool grouped = plot.groups.size() > 1 || !plot.groups.front().name.empty();
   for (std::size_t g = 0; g < plot.groups.size() && grouped; ++g)
     if (plot.groups[g].scores.cols() > 2)
       canvas.areas({view.pixels(convex_hull(plot.groups[g].scores))}, faded(group_colour(g), 0.86));
   for (const Points& line : plot.lines) canvas.lines({view.pixels(line)}, {colour::kResult, 2});
   for (std::size_t g = 0; g < plot.groups.size(); ++g) {
-    canvas.dots(view.pixels(plot.groups[g].scores), kDot + 1.5, colour::kPaper);
-    canvas.dots(view.pixels(plot.groups[g].scores), kDot, group_colour(g));
-    if (!plot.groups[g].name.empty()) legend.push_back({Sample::kDot, group_colour(g), plot.groups[g].name, ""});
+    const Points dots = view.pixels(plot.groups[g].scores);
+    draw_marks(canvas, dots, kDot + 1.5, {colour::kPaper, g});
+    draw_marks(canvas, dots, kDot, {group_colour(g), g});
+    if (!plot.groups[g].name.empty()) legend.push_back({Sample::kDot, group_colour(g), plot.groups[g].name, "", g});
   }
   draw_labels(canvas, view, plot);
   if (!legend.empty()) draw_legend(canvas, legend);

@@ -13,6 +13,8 @@ namespace {
 
 const Stroke kPanelGridStroke{colour::kGrid, 1.1};
 constexpr double kTallestPanel = 520;  // of a panel
+constexpr double kTallestAlone = 860;  // of the panels of a single row in the plane
+constexpr double kMostDot = 5;         // beside displacements, which larger ones would hide
 constexpr double kRowGap = 16;
 constexpr double kFlattest = 0.15;
 
@@ -64,14 +66,18 @@ void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const
   const Points reference = view.pixels(picture.reference.points);
   if (panel.shape.size() == 0) {
     draw_shape(canvas, reference, figure, colour::kResult);
+    std::vector<int> numbers;
+    for (int a = 0; a < picture.reference.count(); ++a) numbers.push_back(picture.reference.number(a));
+    draw_numbers(canvas, reference, figure, numbers);
   } else {
     const Points shape = view.pixels(panel.shape);
     canvas.lines(trace(figure, true, reference), {colour::kReference, marks.outline});
     canvas.lines(trace(figure, false, reference), {colour::kReference, marks.outline});
     canvas.segments(reference(Eigen::all, figure.marked), shape(Eigen::all, figure.marked),
                     {colour::kMomentum, marks.path});
-    canvas.dots(reference(Eigen::all, figure.marked), 0.6 * marks.dot, colour::kReference);
-    draw_shape(canvas, shape, figure, colour::kResult);
+    const double dot = std::min(marks.dot, kMostDot);
+    canvas.dots(reference(Eigen::all, figure.marked), 0.8 * dot, colour::kReference);
+    draw_shape(canvas, shape, figure, colour::kResult, dot);
   }
   canvas.lines({frame}, {colour::kFrame, 1.4});
 }
@@ -82,6 +88,7 @@ std::vector<LegendEntry> legend_of(const ShapePanels& picture, const Figure& fig
   if (!picture.shape_name.empty()) {
     legend.push_back({sample, colour::kReference, picture.reference_name, ""});
     legend.push_back({sample, colour::kResult, picture.shape_name, ""});
+    if (!figure.marked.empty()) legend.push_back({Sample::kLine, colour::kMomentum, "displacement", ""});
   } else {
     legend.push_back({sample, colour::kResult, picture.reference_name, ""});
   }
@@ -96,8 +103,9 @@ Canvas compose(const ShapePanels& picture) {
   for (const auto& row : picture.rows) columns = std::max(columns, row.size());
   const auto count = static_cast<double>(columns);
   const double room = (kWidth - 2 * kEdge - (count - 1) * kGap) / count;
+  const double tallest = picture.rows.size() == 1 && planes.size() == 1 ? kTallestAlone : kTallestPanel;
   double scale = 1e300;
-  for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), kTallestPanel / plane.y.span()});
+  for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), tallest / plane.y.span()});
   double rows_height = 0;
   for (const View& plane : planes) rows_height += scale * plane.y.span() + kHeading + kRowGap;
   const Titles titles{picture.title, picture.subtitle};

@@ -79,6 +79,20 @@ TEST_F(EnsemblePictureTest, EllipsesHaveTheAxesOfTheirCovariance) {
   }
 }
 
+// A legend that one row does not hold goes on in another, and nothing of it is cut.
+TEST_F(EnsemblePictureTest, LegendOfManyGroupsIsWhole) {
+  EnsemblePicture picture = some_ensemble(2, 8);
+  for (int a = 0; a < 8; ++a) picture.start.groups.push_back("a part of the shape " + std::to_string(a));
+  const std::string svg = draw(picture);
+  for (const std::string& name : picture.start.groups) EXPECT_TRUE(contains(svg, ">" + name + "<")) << name;
+  EXPECT_FALSE(contains(svg, "…"));
+  EXPECT_TRUE(contains(svg, ">2 sample paths<"));
+}
+
+TEST_F(EnsemblePictureTest, NamesTheTimeOfTheMean) {
+  EXPECT_TRUE(contains(draw(some_ensemble(2, 3)), ">mean at t = 1<"));
+}
+
 TEST_F(EnsemblePictureTest, NamesWhatIsWrong) {
   EnsemblePicture picture = some_ensemble(2, 3);
   picture.covariances.pop_back();

@@ -69,15 +69,16 @@ ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values) 
   ColourBar bar{.colours = colours_of(diverging(even(scale.centre - scale.reach, scale.centre + scale.reach),
                                                 kBarColours, 1, {.centre = scale.centre, .reach = scale.reach})),
                 .labels = {}};
+  const bool ends_at_mark = scale.marked_below == scale.centre - scale.reach;
   for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    const std::string sign = part == 1 ? "≥ " : part == 0 && !scale.marked_below ? "≤ " : "";
+    const std::string sign = part == 1 ? "≥ " : part == 0 && !ends_at_mark ? "≤ " : "";
     bar.labels.emplace_back(part, sign + bar_number(scale.centre + (2 * part - 1) * scale.reach));
   }
   const auto is_marked = [&](float value) { return value < *scale.marked_below; };
   if (scale.marked_below && std::any_of(values.begin(), values.end(), is_marked)) {
-    const float below = static_cast<float>(*scale.marked_below) - 1;
-    bar.mark = colours_of(diverging({below}, 1, 1, scale)).front();
-    bar.mark_label = fmt::format("folds, below {}", bar_number(*scale.marked_below));
+    constexpr float kBelowAll = -std::numeric_limits<float>::infinity();
+    bar.mark = colours_of(diverging({kBelowAll}, 1, 1, scale)).front();
+    bar.mark_label = ends_at_mark ? fmt::format("folds, below {}", bar_number(*scale.marked_below)) : "folds";
   }
   return bar;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,10 @@ class Drawings {
 /// Of Jacobians: white where areas stay, folds marked.
 inline constexpr DivergingScale kJacobianScale{.centre = 1, .reach = 1, .marked_below = 0.0};
 inline const std::string kJacobianHeading = "Jacobian determinant of the map, alignment included";
+
+/// Of their logarithms to base 2; folds, which have none, are −∞ and marked.
+inline constexpr DivergingScale kLogJacobianScale{
+    .centre = 0, .reach = 2, .marked_below = std::numeric_limits<float>::lowest()};
 
 /// The bar of a scale, with its ends and middle, and the colour of folds where a value has it.
 ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -49,7 +50,10 @@ class NumberPictures {
   };
 
   void write(What what, const DivergingScale& scale) {
-    const std::string mark = scale.marked_below ? fmt::format(", yellow below {:g}", *scale.marked_below) : "";
+    const bool ends_at_mark = scale.marked_below == scale.centre - scale.reach;
+    const std::string mark = ends_at_mark         ? fmt::format(", yellow below {:g}", *scale.marked_below)
+                             : scale.marked_below ? ", yellow folds"
+                                                  : "";
     const ColourBar bar = bar_of(scale, what.values);
     write(
         std::move(what), [&](const What& of) { return diverging(of.values, of.width, of.height, scale); }, bar,
@@ -98,10 +102,13 @@ void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames
                    kJacobianScale);
   if (!arguments.log_jacobian.empty()) {
     std::vector<float> logarithms(jacobians.size());
-    std::transform(jacobians.begin(), jacobians.end(), logarithms.begin(), [](float j) { return std::log2(j); });
+    const float of_folds =
+        holds_numbers(arguments.log_jacobian) ? std::nanf("") : -std::numeric_limits<float>::infinity();
+    std::transform(jacobians.begin(), jacobians.end(), logarithms.begin(),
+                   [&](float j) { return j < 0 ? of_folds : std::log2(j); });
     pictures.write({arguments.log_jacobian, "Logarithm to base 2 of the Jacobian determinant", logarithms, width,
                     height, frames.input, landmarks},
-                   DivergingScale{.centre = 0, .reach = 2});
+                   kLogJacobianScale);
   }
   if (!arguments.folds.empty()) {
     std::vector<bool> folded(jacobians.size());

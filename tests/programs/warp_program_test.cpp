@@ -68,6 +68,15 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
   for (const char* drawing : {"j.png", "s.png"}) EXPECT_GT(read_image(drawing).width(), 1200) << drawing;
 }
 
+// A fold has no logarithm: it is yellow, not white as where areas stay.
+TEST_F(WarpProgram, MarksFoldsInTheLogarithmOfTheJacobian) {
+  register_discs();
+  const ProgramRun done = warp(discs(), std::string(kFrame) + "-o w.png --log-jacobian l.svg");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("colours    l.svg: blue -2, white 0, red 2, yellow folds\n"));
+  EXPECT_THAT(io::read_text_file("l.svg"), AllOf(HasSubstr(">folds<"), HasSubstr("≤ −2"), HasSubstr("≥ 2")));
+}
+
 TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
   register_squares("none --align none");
   write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));

@@ -88,8 +88,8 @@ void add_band(const Comparison& comparison, Series& series) {
 }
 
 ChartPanel spectrum(const Comparison& comparison) {
-  ChartPanel panel{.heading = "Variance along the kernel's eigenvectors",
-                   .x_label = "eigenvector, low to high frequency (band: 90 % of such cohorts, best model)",
+  ChartPanel panel{.heading = "Variance along the kernel's eigenvectors (band: 90 % of such cohorts)",
+                   .x_label = "eigenvector, low to high frequency",
                    .log_y = true};
   Series observed{.name = "observed", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.eigenvalues.size()));
@@ -145,8 +145,8 @@ Chart comparison_chart(const Comparison& comparison) {
 
 Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
                      const RecoveryOptions& options) {
-  ChartPanel panel{.heading = "Fraction of the cohorts for which each model is chosen",
-                   .x_label = "generating model, in the order given",
+  ChartPanel panel{.heading = "Fraction of the cohorts for which each model, by colour, is chosen",
+                   .x_label = "model that the cohorts are drawn from  (error bars: one standard error)",
                    .y_range = std::pair{0.0, 1.0}};
   std::vector<std::string> drawn;
   for (const RecoveryRow& row : rows) drawn.push_back(row.truth.noise.spec());
@@ -161,9 +161,9 @@ Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std
     }
     panel.series.push_back(std::move(series));
   }
-  return {.title = "Which model is chosen?",
-          .subtitle = fmt::format("{} cohorts of {} shapes, {}, sigma {:.3g}", options.cohorts, options.shapes,
-                                  kernel_words(options.settings), options.settings.sigma.in(0)),
+  return {.title = "How often each model is chosen",
+          .subtitle = fmt::format("{} cohorts of {} shapes from each model, {}, sigma {:.3g}", options.cohorts,
+                                  options.shapes, kernel_words(options.settings), options.settings.sigma.in(0)),
           .rows = {{panel}}};
 }
 

@@ -23,7 +23,8 @@ constexpr std::size_t kFanPaths = 30;
 
 std::string subtitle(const PosteriorProblem& problem, const PosteriorDraws& draws) {
   const MatchingProblem& first = problem.specimens.front();
-  return fmt::format("{}  ·  {}  ·  {} chains of {} draws", shortened_spec(first.system.noise->spec()),
+  const std::string noise = first.system.noise->spec();
+  return fmt::format("{}  ·  {}  ·  {} chains of {} draws", noise == "none" ? "no noise" : shortened_spec(noise),
                      first.system.kernel.spec(3), draws.chains, draws.draws);
 }
 
@@ -55,9 +56,12 @@ ChartPanel ranks(const PosteriorDraws& draws, const MatrixXd& values) {
   const double even = static_cast<double>(draws.draws) / kRankBins;
   panel.reference_lines = {{even, ""}};
   for (int c = 0; c < std::min(draws.chains, kMostShown); ++c) {
-    Series series{.name = chain_name(c), .x = {}, .y = {}, .style = SeriesStyle::kSteps};
-    for (int b = 0; b <= kRankBins; ++b) series.x.push_back(b * static_cast<double>(values.size()) / kRankBins);
-    for (int b = 0; b < kRankBins; ++b) series.y.push_back(counts(b, c));
+    Series series{.name = chain_name(c), .x = {}, .y = {}};  // stairs without areas, which would hide one another
+    for (int b = 0; b < kRankBins; ++b)
+      for (const int side : {b, b + 1}) {
+        series.x.push_back(side * static_cast<double>(values.size()) / kRankBins);
+        series.y.push_back(counts(b, c));
+      }
     panel.series.push_back(std::move(series));
   }
   return panel;
@@ -181,7 +185,7 @@ void write_paths_picture(const PosteriorProblem& problem, const PosteriorDraws& 
   for (std::size_t m = 0; m < paths.size(); m += std::max<std::size_t>(1, paths.size() / kFanPaths))
     picture.paths.push_back(paths[m]);
   picture.title = fmt::format("Posterior paths to {}, halfway", short_name(problem.targets[specimen]));
-  picture.subtitle = subtitle(problem, draws);
+  picture.subtitle = subtitle(problem, draws) + fmt::format("  ·  sample paths go on to t = {:.4g}", times.back());
   write_ensemble_picture(picture, files);
 }
 

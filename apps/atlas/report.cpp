@@ -145,8 +145,8 @@ std::string atlas_report(const AtlasResults& results, int modes, const OutputOpt
   const auto picture = [&](const std::string& stem) {
     return folder.empty() ? std::filesystem::path() : output.shown_picture(folder / stem);
   };
-  HtmlReport report = new_report("Atlas of " + short_name(results.atlas.specimens.front().shape) + " and others",
-                                 lead(results), {}, in_option_words(results.notes));
+  HtmlReport report = new_report(fmt::format("Atlas of {} shapes", results.atlas.specimens.size()), lead(results), {},
+                                 in_option_words(results.notes));
   const std::vector<std::string> stems = picture_stems(results);
   const auto add = [&](const std::string& heading, const std::string& stem) {
     if (std::find(stems.begin(), stems.end(), stem) != stems.end()) add_still(report, heading, picture(stem));
@@ -156,7 +156,7 @@ std::string atlas_report(const AtlasResults& results, int modes, const OutputOpt
   for (int k = 0; k < shown; ++k)
     if (auto motion = motion_along(
             results.atlas, [&](double s) { return mode_path(results, k, s); },
-            fmt::format("From −2 to +2 standard deviations along mode {}; the time is in standard deviations.", k + 1)))
+            fmt::format("From −2 to +2 standard deviations along mode {}, of which t is the number.", k + 1)))
       report.sections.push_back({fmt::format("Mode {}", k + 1), {std::move(*motion)}});
   add("The modes", "modes");
   add("Scores", "scores");

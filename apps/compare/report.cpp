@@ -169,7 +169,7 @@ HtmlReport comparison_report(const Comparison& comparison, const std::vector<std
                   kernel_words(comparison.settings), comparison.settings.grid.steps, comparison.settings.sigma.in(0))});
   models.blocks.emplace_back(evidence_table(comparison));
   for (const std::filesystem::path& picture : pictures)
-    models.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
+    models.blocks.emplace_back(ReportPicture{picture, fmt::format("Saved as {}.", picture.filename().string())});
   models.blocks.emplace_back(fit_table(comparison));
   models.blocks.emplace_back(path_table(comparison));
   report.sections.push_back(std::move(models));
@@ -201,7 +201,7 @@ HtmlReport recovery_report(const std::vector<RecoveryRow>& rows, const std::vect
   }
   ReportSection section{"Recovery", {std::move(table)}};
   if (!picture.empty())
-    section.blocks.emplace_back(ReportPicture{picture, fmt::format("The same as {}.", picture.filename().string())});
+    section.blocks.emplace_back(ReportPicture{picture, fmt::format("Saved as {}.", picture.filename().string())});
   report.sections.push_back(std::move(section));
   add_ends(report, notes, seconds);
   return report;

@@ -126,9 +126,10 @@ std::string evidence_text(const PosteriorDraws& draws) {
 
 std::string model_words(const PosteriorProblem& problem) {
   const MatchingProblem& first = problem.specimens.front();
-  return fmt::format("{}, {}, lambda {:.4g}, sigma {:.4g}, {} in {} steps", shortened_spec(first.system.noise->spec()),
-                     first.system.kernel.spec(4), first.lambda, first.sigma, first.integrator->name(),
-                     first.grid.steps);
+  const std::string noise = first.system.noise->spec();
+  return fmt::format("{}, {}, lambda {:.4g}, sigma {:.4g}, {} in {} steps",
+                     noise == "none" ? "no noise" : shortened_spec(noise), first.system.kernel.spec(4), first.lambda,
+                     first.sigma, first.integrator->name(), first.grid.steps);
 }
 
 HtmlReport sample_report(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary,

@@ -101,7 +101,7 @@ void add_still(HtmlReport& report, const std::string& heading, const std::filesy
   if (picture.empty()) return;
   report.sections.push_back({heading,
                              {ReportPicture{.file = picture,
-                                            .caption = fmt::format("The same as {}.", picture.filename().string()),
+                                            .caption = fmt::format("Saved as {}.", picture.filename().string()),
                                             .has_photograph = has_photograph}}});
 }
 

@@ -131,12 +131,42 @@ bool begins_with_number(std::string_view text) {
   return !text.empty() && std::isdigit(static_cast<unsigned char>(text.front())) != 0;
 }
 
+/// Escaped text in which names of options, such as --steps, are not broken into two lines.
+std::string with_whole_options(std::string_view text) {
+  const std::string plain = escaped(text);
+  const auto is_letter = [&](std::size_t i) {
+    return i < plain.size() && std::isalpha(static_cast<unsigned char>(plain[i]));
+  };
+  std::string result;
+  for (std::size_t i = 0; i < plain.size();) {
+    std::size_t end = i;
+    if (plain.compare(i, 2, "--") == 0 && is_letter(i + 2))
+      for (end = i + 2; is_letter(end) || (end < plain.size() && plain[end] == '-');) ++end;
+    if (end > i) {
+      result += "<span class=\"option\">" + plain.substr(i, end - i) + "</span>";
+      i = end;
+    } else {
+      result += plain[i++];
+    }
+  }
+  return result;
+}
+
+/// The head of a column; a short one is not broken into two lines.
+std::string head_of(const std::string& text) {
+  constexpr std::size_t kShort = 8;  // bytes
+  if (text.size() > kShort) return escaped(text);
+  std::string head;
+  for (const char c : escaped(text)) head += c == ' ' ? "&nbsp;" : c == '-' ? "&#8209;" : std::string(1, c);
+  return head;
+}
+
 /// Writes the blocks of a section.
 class BlockWriter {
  public:
   explicit BlockWriter(std::string& page) : page_(page) {}
 
-  void operator()(const ReportParagraph& paragraph) { page_ += "<p>" + escaped(paragraph.text) + "</p>\n"; }
+  void operator()(const ReportParagraph& paragraph) { page_ += "<p>" + with_whole_options(paragraph.text) + "</p>\n"; }
 
   void operator()(const ReportPicture& picture) {
     // What scrolls on narrow screens has to be reached by the keyboard.
@@ -164,7 +194,7 @@ class BlockWriter {
     std::vector<bool> numeric;
     for (std::size_t c = 0; c < table.header.size(); ++c) {
       numeric.push_back(is_numeric(table, c));
-      const std::string head = escaped(table.header[c]);
+      const std::string head = head_of(table.header[c]);
       page_ += fmt::format(R"(<th scope="col"{}>{}</th>)", numeric[c] ? R"( class="number")" : "",
                            table.has_facts ? head : "<button type=\"button\">" + head + "</button>");
     }
@@ -196,8 +226,9 @@ class BlockWriter {
  private:
   static bool is_numeric(const ReportTable& table, std::size_t column) {
     const auto all = [&](const auto& holds) { return std::all_of(table.rows.begin(), table.rows.end(), holds); };
-    return !all([column](const auto& row) { return row[column].text.empty(); }) &&
-           all([column](const auto& row) { return row[column].text.empty() || begins_with_number(row[column].text); });
+    const auto is_empty = [](const std::string& text) { return text.empty() || text == "–"; };
+    return !all([&](const auto& row) { return is_empty(row[column].text); }) &&
+           all([&](const auto& row) { return is_empty(row[column].text) || begins_with_number(row[column].text); });
   }
 
   void cell(const ReportCell& cell, bool numeric) {

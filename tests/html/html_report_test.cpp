@@ -135,6 +135,22 @@ TEST_F(HtmlReportTest, AlignsColumnsOfNumbers) {
   EXPECT_EQ(count_of(page, "<th scope=\"col\" class=\"number\">"), 1u);
 }
 
+TEST_F(HtmlReportTest, AValueThatIsNotThereLeavesAColumnOneOfNumbers) {
+  const std::string page = html_report(report_of(ReportTable{{"value"}, {{{"1"}}, {{"–"}}}}));
+  EXPECT_EQ(count_of(page, "<td class=\"number\">"), 2u);
+}
+
+// Neither names of options nor short heads of columns are broken into two lines.
+TEST_F(HtmlReportTest, KeepsShortNamesWhole) {
+  const std::string page = html_report(report_of(ReportParagraph{"take more --draws and --max-iterations; a -- b"}));
+  EXPECT_NE(page.find("more <span class=\"option\">--draws</span> and <span class=\"option\">--max-iterations</span>; "
+                      "a -- b</p>"),
+            std::string::npos);
+  const std::string table = html_report(report_of(ReportTable{{"R-hat", "50 %"}, {{{"1"}, {"2"}}}}));
+  EXPECT_NE(table.find(">R&#8209;hat<"), std::string::npos);
+  EXPECT_NE(table.find(">50&nbsp;%<"), std::string::npos);
+}
+
 TEST_F(HtmlReportTest, RefusesPicturesThatCannotBeEmbedded) {
   const auto error = [](const char* file) { return error_of([&] { html_report(report_of(ReportPicture{file})); }); };
   EXPECT_EQ(error("absent.svg"), "cannot read the picture 'absent.svg': No such file or directory");

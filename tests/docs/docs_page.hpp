@@ -181,27 +181,33 @@ inline void add_images(const std::string& list, Page& page) {
 
 }  // namespace page_detail
 
-/// `in_full`: as a reader runs the commands, not as tests do.
+/// `in_full`: the commands whose pictures are named run as a reader runs them, the others as tests do.
 inline Page read_page(const std::string& text, bool in_full = false) {
   using namespace page_detail;
   Page page;
   Setting setting;
   bool in_console = false, in_other = false, continues = false;
   std::size_t number = 0;
-  std::size_t first = 0;  // of the commands in this block
+  std::size_t first = 0;           // of the commands in this block
+  std::vector<std::string> whole;  // these commands, as they stand
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     ++number;
     if (line.rfind("```", 0) == 0) {
-      if (in_console)
-        for (std::size_t i = first; i < page.commands.size(); ++i) apply(setting, page.commands[i]);
+      if (in_console) {
+        whole.clear();
+        for (std::size_t i = first; i < page.commands.size(); ++i) {
+          whole.push_back(page.commands[i].command);
+          apply(setting, page.commands[i]);
+        }
+      }
       if (in_console || in_other) {
         in_console = in_other = false;
         setting = {};
       } else {
         in_console = line == "```console";
         in_other = !in_console;
-        first = page.commands.size();
+        if (in_console) first = page.commands.size();
       }
     } else if (in_console && continues) {
       page.commands.back().command += "\n" + line;
@@ -211,9 +217,12 @@ inline Page read_page(const std::string& text, bool in_full = false) {
       if (!trimmed(line).empty()) page.commands.back().shown.push_back(line);
     } else if (line.rfind("<!-- in tests: ", 0) == 0) {
       setting = setting_of(line.substr(15, line.rfind("-->") - 15));
-      if (in_full) setting.replaced.clear();
     } else if (line.rfind("<!-- images: ", 0) == 0) {
       add_images(line.substr(13, line.rfind("-->") - 13), page);
+      for (std::size_t i = 0; in_full && i < whole.size(); ++i) {
+        page.commands[first + i].command = whole[i];
+        page.commands[first + i].shortened = false;
+      }
     } else if ((in_other || line.rfind("    ", 0) == 0) && is_command(line)) {
       page.strays.push_back(number);
     }

@@ -44,6 +44,9 @@ TEST(DocsPage, NamesThePicturesThatItsCommandsWrite) {
   EXPECT_EQ(page.images[1].command, 1U);
   EXPECT_EQ(page.commands[0].command, "pulson a 5");
   EXPECT_EQ(read_page(text, true).commands[0].command, "pulson a 50");
+  EXPECT_EQ(read_page(text + "<!-- in tests: 50 as 5 -->\n```console\n$ pulson c 50\n```\n", true).commands[2].command,
+            "pulson c 5")
+      << "which no picture needs";
 }
 
 TEST(DocsPage, AnErrorThatIsShownMeansExitCodeTwo) {

@@ -44,12 +44,15 @@ std::vector<std::pair<double, double>> places_of_labels(const std::string& svg) 
 }
 
 TEST_F(ScorePlotTest, LabelsEveryDotWhereThereIsRoom) {
-  EXPECT_EQ(places_of_labels(draw({.groups = {grid_of(5)}, .x_label = "x", .y_label = "y"})).size(), 25U);
+  EXPECT_EQ(
+      places_of_labels(draw({.groups = {grid_of(5)}, .x_label = "x", .y_label = "y", .title = {}, .subtitle = {}}))
+          .size(),
+      25U);
 }
 
 // Of dots that are crowded some have labels, which do not run into one another; the outermost first.
 TEST_F(ScorePlotTest, LabelsOfCrowdedDotsDoNotOverlap) {
-  ScorePlot plot{.groups = {grid_of(25)}, .x_label = "x", .y_label = "y"};
+  ScorePlot plot{.groups = {grid_of(25)}, .x_label = "x", .y_label = "y", .title = {}, .subtitle = {}};
   plot.groups[0].scores.col(624) << 60, 30;
   const std::string svg = draw(plot);
   EXPECT_TRUE(contains(svg, ">s624<"));
@@ -66,7 +69,7 @@ TEST_F(ScorePlotTest, LabelsOfCrowdedDotsDoNotOverlap) {
 
 // Colour alone does not distinguish groups: the first has discs, which are strokes, the others polygons.
 TEST_F(ScorePlotTest, GroupsDifferInTheShapesOfTheirMarks) {
-  ScorePlot plot{.groups = {}, .x_label = "x", .y_label = "y"};
+  ScorePlot plot{.groups = {}, .x_label = "x", .y_label = "y", .title = {}, .subtitle = {}};
   for (const std::string name : {"a", "b", "c"}) {
     plot.groups.push_back({name, Points(2, 2)});
     plot.groups.back().scores << 0, 1, static_cast<double>(plot.groups.size()), 0;

@@ -36,7 +36,7 @@ ScorePlot::Group grid_of(int side) {
 
 /// Where a text begins in the svg.
 std::vector<std::pair<double, double>> places_of_labels(const std::string& svg) {
-  static const std::regex kLabel(R"(translate\(([0-9.]+),([0-9.]+)\)[^>]*>\s*<text><tspan[^>]*>s[0-9]+</tspan>)");
+  static const std::regex kLabel(R"(translate\(([0-9.]+),([0-9.]+)\)[^>]*>\s*<text>s[0-9]+<)");
   std::vector<std::pair<double, double>> places;
   for (std::sregex_iterator match(svg.begin(), svg.end(), kLabel), none; match != none; ++match)
     places.emplace_back(std::stod(match->str(1)), std::stod(match->str(2)));

@@ -34,13 +34,19 @@ std::string padded(const std::string& text, std::size_t width) {
   return text + std::string(width > letters ? width - letters : 1, ' ');
 }
 
-void print_row(const std::vector<std::string>& cells) {
-  constexpr std::size_t kFirst = 30;
-  constexpr std::size_t kOthers = 16;
-  std::string line = padded(cells.front(), kFirst);
-  for (std::size_t i = 1; i < cells.size(); ++i) line += padded(cells[i], kOthers);
-  line.erase(line.find_last_not_of(' ') + 1);
-  fmt::print("{}\n", line);
+using Rows = std::vector<std::vector<std::string>>;
+
+// Each column as wide as its widest cell.
+void print_table(const Rows& rows) {
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const auto& row : rows)
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], columns(row[i]) + 2);
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) line += padded(row[i], widths[i]);
+    line.erase(line.find_last_not_of(' ') + 1);
+    fmt::print("{}\n", line);
+  }
 }
 
 void print_fitted(const ComparedModel& model) {
@@ -57,18 +63,19 @@ void print_paths(const Comparison& comparison, const std::vector<std::size_t>& o
     return number(std::isnan(inversions.value) ? triangles.value : inversions.value);
   };
   const std::size_t shapes = comparison.cohort.targets.size();
-  fmt::print("\n");
-  print_row({"matches", "path", "matched", "rms", "cost", "action", "reversals"});
+  Rows rows{{"matches", "path", "matched", "rms", "cost", "action", "reversals"}};
   for (const std::size_t i : order) {
     const ComparedModel& model = comparison.models[i];
-    print_row({shortened_spec(model.noise), "most probable", fmt::format("{} of {}", model.matched, shapes),
-               with_error(model.rms), with_error(model.total), with_error(model.action),
-               reversals(model.order_inversions, model.flipped_triangles)});
+    rows.push_back({shortened_spec(model.noise), "most probable", fmt::format("{} of {}", model.matched, shapes),
+                    with_error(model.rms), with_error(model.total), with_error(model.action),
+                    reversals(model.order_inversions, model.flipped_triangles)});
     if (const auto& paths = model.paths)
-      print_row({"", "least cost", fmt::format("{} of {}", paths->matched, shapes), with_error(paths->rms),
-                 with_error(paths->total), with_error(paths->action),
-                 reversals(paths->order_inversions, paths->flipped_triangles)});
+      rows.push_back({"", "least cost", fmt::format("{} of {}", paths->matched, shapes), with_error(paths->rms),
+                      with_error(paths->total), with_error(paths->action),
+                      reversals(paths->order_inversions, paths->flipped_triangles)});
   }
+  fmt::print("\n");
+  print_table(rows);
 }
 
 }  // namespace
@@ -129,27 +136,30 @@ void print_comparison(const Comparison& comparison) {
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
   fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", kernel_words(comparison.settings),
              comparison.settings.grid.steps, comparison.settings.sigma.in(0));
-  print_row({"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"});
+  Rows evidence{{"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"}};
   const std::vector<std::size_t> order = ranked(comparison);
   for (const std::size_t i : order) {
     const ComparedModel& model = comparison.models[i];
-    print_row({shortened_spec(model.noise), i == comparison.best ? "0" : with_error(model.difference, "{:.1f}"),
-               number(model.weight, "{:.2g}"), number(model.p_value, "{:.2g}"),
-               with_error({model.fit.log_evidence, model.fit.sampling_error}, "{:.1f}"),
-               number(model.fit.laplace, "{:.1f}"), with_error(model.rms), with_error(model.energy),
-               with_error(model.action)});
+    evidence.push_back(
+        {shortened_spec(model.noise), i == comparison.best ? "0" : with_error(model.difference, "{:.1f}"),
+         number(model.weight, "{:.2g}"), number(model.p_value, "{:.2g}"),
+         with_error({model.fit.log_evidence, model.fit.sampling_error}, "{:.1f}"), number(model.fit.laplace, "{:.1f}"),
+         with_error(model.rms), with_error(model.energy), with_error(model.action)});
   }
+  print_table(evidence);
   fmt::print("\n");
-  print_row({"noise", "energy score", "coverage 90 %", "inversions", "triangles", "folded", "seconds"});
+  Rows predictions{{"noise", "energy score", "coverage 90 %", "inversions", "triangles", "folded", "seconds"}};
   for (const std::size_t i : order) {
     const ComparedModel& model = comparison.models[i];
     const auto& prediction = model.prediction;
-    print_row({shortened_spec(model.noise),
-               prediction ? with_error({prediction->energy_score, prediction->energy_score_error}, "{:.4g}") : "-",
-               prediction ? with_error({prediction->coverage, prediction->coverage_error}, "{:.2f}") : "-",
-               number(model.order_inversions.value), number(model.flipped_triangles.value),
-               number(100 * model.folded_fraction.value, "{:.2g} %"), number(model.seconds, "{:.2f}")});
+    predictions.push_back(
+        {shortened_spec(model.noise),
+         prediction ? with_error({prediction->energy_score, prediction->energy_score_error}, "{:.4g}") : "-",
+         prediction ? with_error({prediction->coverage, prediction->coverage_error}, "{:.2f}") : "-",
+         number(model.order_inversions.value), number(model.flipped_triangles.value),
+         number(100 * model.folded_fraction.value, "{:.2g} %"), number(model.seconds, "{:.2f}")});
   }
+  print_table(predictions);
   print_paths(comparison, order);
   fmt::print("\nfitted\n");
   for (const std::size_t i : order) print_fitted(comparison.models[i]);
@@ -162,13 +172,14 @@ void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std:
              options.cohorts, options.shapes, kernel_words(options.settings), options.settings.sigma.in(0));
   std::vector<std::string> head = {"drawn from", "noise share"};
   for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));
-  print_row(head);
+  Rows table{head};
   for (const RecoveryRow& row : rows) {
     std::vector<std::string> cells = {shortened_spec(row.truth.noise.spec()),
                                       number(100 * row.noise_share, "{:.0f} %")};
     for (const int chosen : row.chosen) cells.push_back(std::to_string(chosen));
-    print_row(cells);
+    table.push_back(cells);
   }
+  print_table(table);
 }
 
 }  // namespace pulson

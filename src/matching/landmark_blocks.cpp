@@ -1,11 +1,18 @@
 #include "landmark_blocks.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 namespace pulson {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+
+LandmarkBlock symmetric_root(const MatrixXd& m) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(m);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
 
 Points by_blocks(const MatrixXd& blocks, const Points& v, bool transposed) {
   const Index d = v.rows();

@@ -15,6 +15,9 @@ inline LandmarkBlock block(const Eigen::MatrixXd& blocks, Eigen::Index a, Eigen:
   return blocks.col(a).reshaped(d, d);
 }
 
+/// The symmetric R with R² = m but for what is negative. @param m symmetric, at most 3×3
+LandmarkBlock symmetric_root(const Eigen::MatrixXd& m);
+
 /// B_a v_a, or B_aᵀ v_a.
 Points by_blocks(const Eigen::MatrixXd& blocks, const Points& v, bool transposed);
 

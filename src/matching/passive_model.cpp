@@ -16,12 +16,6 @@ using Eigen::VectorXd;
 // Beside the largest, what a Cholesky factor of the carriers' matrix needs.
 constexpr double kJitter = 1e-11;
 
-LandmarkBlock symmetric_root(const MatrixXd& m) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(m);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
-         eigen.eigenvectors().transpose();
-}
-
 // U, UUᵀ nearly the matrix that has these columns.
 MatrixXd root_of(const MatrixXd& columns, const std::vector<Index>& which) {
   MatrixXd square = columns(which, Eigen::all);

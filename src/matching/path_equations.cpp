@@ -27,13 +27,15 @@ using Eigen::VectorXd;
 
 // What the carriers leave over of the variance of all landmarks together, in parts of what each has by itself.
 constexpr double kLeftOver = 0.1;
+// Of carriers, beyond which their matrix costs more than it saves.
 constexpr Index kMostCarrierCoordinates = 1200;
-constexpr int kMostProducts = 30;
-constexpr double kLinearAccuracy = 0.03;
-constexpr double kShortest = 1.0 / 16;
-constexpr int kMostIterations = 30;
-// Newton's last step, relative: round-off comes soon after.
-constexpr double kRoundOff = 1e-10;
+// Where more are needed, the model is too far from what it stands for.
+constexpr int kMostKrylovSteps = 30;
+constexpr double kLinearAccuracy = 0.03;  // of Newton's steps, relative
+constexpr double kShortest = 1.0 / 16;    // part of a step
+constexpr int kMostNewtonSteps = 30;
+// The relative gradient where the equations hold: round-off comes soon after.
+constexpr double kSolved = 1e-10;
 
 // The variance of the coordinates of a landmark by its own noise alone; 0 without noise.
 double own_variance(const MatchingProblem& problem) {
@@ -57,8 +59,8 @@ class PathEquations {
       const double total = cost();
       relative_ = std::sqrt(size_ / (2 * total));
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
-      if (relative_ <= kRoundOff) return solution();
-      if (iterations_ == kMostIterations || !advance()) return std::nullopt;
+      if (relative_ <= kSolved) return solution();
+      if (iterations_ == kMostNewtonSteps || !advance()) return std::nullopt;
       ++iterations_;
     }
   }
@@ -210,9 +212,9 @@ class PathEquations {
     const VectorXd first = flat(first_);
     const double norm = first.norm();
     std::vector<VectorXd> basis{first / norm};
-    MatrixXd hessenberg = MatrixXd::Zero(kMostProducts + 1, kMostProducts);
+    MatrixXd hessenberg = MatrixXd::Zero(kMostKrylovSteps + 1, kMostKrylovSteps);
     VectorXd answer;
-    for (int m = 0; m < kMostProducts; ++m) {
+    for (int m = 0; m < kMostKrylovSteps; ++m) {
       VectorXd next = flat(model_->solve(product(unflat(basis.back()))));
       for (int i = 0; i <= m; ++i) {
         hessenberg(i, m) = basis[static_cast<std::size_t>(i)].dot(next);
@@ -224,7 +226,7 @@ class PathEquations {
       answer = h.colPivHouseholderQr().solve(right);
       const double left = (right - h * answer).norm();
       if (left <= kLinearAccuracy * norm || hessenberg(m + 1, m) == 0) break;
-      if (m + 1 == kMostProducts) return std::nullopt;
+      if (m + 1 == kMostKrylovSteps) return std::nullopt;
       basis.push_back(next / hessenberg(m + 1, m));
     }
     VectorXd all = VectorXd::Zero(first.size());

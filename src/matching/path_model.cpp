@@ -15,12 +15,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Block = LandmarkBlock;
 
-MatrixXd symmetric_root(const MatrixXd& m) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(m);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
-         eigen.eigenvectors().transpose();
-}
-
 }  // namespace
 
 void PathDirection::add(double factor, const PathDirection& other) {

@@ -1,6 +1,5 @@
 #include "passive_model.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "landmark_blocks.hpp"

@@ -1,7 +1,5 @@
 #include "path_model.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include "kernels/symmetric_matrix.hpp"
 #include "landmark_blocks.hpp"
 #include "pulson/core/parallel.hpp"

@@ -175,11 +175,13 @@ void note_outliers(AtlasResults& results) {
 }
 
 void warn(const AtlasResults& results) {
+  // A flow alone may not reach every shape exactly.
+  const bool exact_flow = results.atlas.sigma == 0 && results.atlas.beta == 0;
   if (!results.atlas.converged)
-    print_warning(
-        fmt::format("the template did not converge: it still moved by {:.2g} diameters; try more "
-                    "--max-iterations or a larger --sigma",
-                    results.atlas.movement));
+    print_warning(fmt::format("the template did not converge: it still moved by {:.2g} diameters; try {}",
+                              results.atlas.movement,
+                              exact_flow ? "--noise ch-sd:beta=10%, which moves each landmark individually as well"
+                                         : "more --max-iterations or a larger --sigma"));
   std::vector<std::string> unmatched;
   for (std::size_t i = 0; i < results.names.size(); ++i)
     if (!results.atlas.specimens[i].converged) unmatched.push_back(results.names[i]);

@@ -1,5 +1,6 @@
 #include "laboratory.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -88,6 +89,18 @@ void Laboratory::add_chart(ReportSection& section, const std::string& name, cons
 
 std::string text_of(const Estimate& estimate) {
   return fmt::format("{:.4f} ± {:.4f}", estimate.value, estimate.standard_error);
+}
+
+void show_early_times(ChartPanel& panel, const TimeGrid& grid) {
+  constexpr double kFirst = 1, kLong = 20;
+  if (grid.time < kLong) return;
+  for (Series& series : panel.series) {
+    const auto later = std::find_if(series.x.begin(), series.x.end(), [](double t) { return t >= kFirst; });
+    const auto dropped = later - series.x.begin();
+    for (std::vector<double>* values : {&series.x, &series.y, &series.low, &series.high})
+      if (!values->empty()) values->erase(values->begin(), values->begin() + dropped);
+  }
+  panel.log_x = true;
 }
 
 std::string text_of(double value) { return fmt::format("{:.4g}", value); }

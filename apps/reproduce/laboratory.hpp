@@ -76,6 +76,9 @@ class Laboratory {
   Progress& progress_;
 };
 
+/// Puts the time of a panel on a logarithmic axis, from t = 1, where all that happens takes a few hundredths of it.
+void show_early_times(ChartPanel& panel, const TimeGrid& grid);
+
 /// "0.7005 ± 0.0020"
 std::string text_of(const Estimate& estimate);
 

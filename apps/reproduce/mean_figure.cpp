@@ -59,6 +59,7 @@ Chart chart_of_means(const Laboratory& laboratory, const std::vector<Means>& all
       for (int a = 0; a < 2; ++a) panel.series.push_back(deterministic(laboratory, without_noise, a, momentum));
       for (int a = 0; a < 2; ++a)
         panel.series.push_back(mean_over_time(laboratory, means, records, (momentum ? 2 : 0) + a));
+      if (momentum) show_early_times(panel, laboratory.options().grid);
       chart.rows[momentum ? 1 : 0].push_back(std::move(panel));
     }
   return chart;

@@ -34,6 +34,7 @@ Chart chart_of_paths(const std::vector<SamplePath>& samples, const std::string& 
       ChartPanel panel;
       panel.heading = fmt::format("{} over time t, path {}{}", momentum ? "Momenta p" : "Positions q", m + 1, end);
       for (int a = 0; a < 2; ++a) panel.series.push_back(coordinate_over_time(samples[m], a, momentum));
+      if (momentum) show_early_times(panel, samples[m].path.grid);
       chart.rows[momentum ? 1 : 0].push_back(std::move(panel));
     }
   }

@@ -27,17 +27,11 @@ class ChartChecks {
         panel(chart.rows[r][c]);
         if (chart.rows_share_y && chart.rows[r][c].log_y != chart.rows[r][0].log_y)
           refuse("log_y differs from that of the row, which shares the range of y");
-        if (chart.rows[r][c].log_x != first_of_column(chart, c).log_x) refuse("log_x differs from that above");
       }
     }
   }
 
  private:
-  static const ChartPanel& first_of_column(const Chart& chart, std::size_t column) {
-    return (*std::find_if(chart.rows.begin(), chart.rows.end(),
-                          [column](const auto& row) { return column < row.size(); }))[column];
-  }
-
   [[noreturn]] void refuse(const std::string& why) const { checks_.refuse(where_ + why); }
 
   void panel(const ChartPanel& panel) {

@@ -48,11 +48,12 @@ struct ChartPanel {
   std::optional<std::pair<double, double>> y_range = {};  ///< to show, with a small margin; what is beyond is cut off
   std::vector<ReferenceLine> reference_lines = {};
   std::vector<std::string> x_names = {};  ///< below x = 1, 2, 3, … in place of numbers; may be empty
-  bool log_x = false;                     ///< the same in all panels of a column; x > 0
+  bool log_x = false;                     ///< x > 0
   bool log_y = false;  ///< y > 0; bands and errors that reach down to zero or below are cut off at the bottom
 };
 
-/// Panels in rows and columns; all of a column with names below share the range of x, and so do all without. A row may
+/// Panels in rows and columns; those of a column share the range of x that have names below, those with logarithmic
+/// axes, and all others. A row may
 /// be shorter than others; its last panel takes the room that is left, unless another has its horizontal axis.
 struct Chart {
   std::string title = {};                     ///< one line, may be empty

@@ -244,19 +244,22 @@ std::size_t count_columns(const Chart& chart) {
   return columns;
 }
 
+bool have_alike_axes(const ChartPanel& one, const ChartPanel& other) {
+  return one.x_names.empty() == other.x_names.empty() && one.log_x == other.log_x;
+}
+
 /// The horizontal axis of a panel in that column, which it shares with those of its kind there.
 ChartAxis shared_horizontal_axis(const Chart& chart, std::size_t column, const ChartPanel& panel) {
   std::vector<const ChartPanel*> alike;
   for (const Row& row : chart.rows)
-    if (column < row.size() && row[column].x_names.empty() == panel.x_names.empty()) alike.push_back(&row[column]);
+    if (column < row.size() && have_alike_axes(row[column], panel)) alike.push_back(&row[column]);
   return horizontal_axis(alike);
 }
 
 /// Whether no other panel of that column shares its horizontal axis: then it may be wider than the column.
 bool has_axis_of_its_own(const Chart& chart, std::size_t column, const ChartPanel& panel) {
-  return std::count_if(chart.rows.begin(), chart.rows.end(), [&](const Row& row) {
-           return column < row.size() && row[column].x_names.empty() == panel.x_names.empty();
-         }) == 1;
+  return std::count_if(chart.rows.begin(), chart.rows.end(),
+                       [&](const Row& row) { return column < row.size() && have_alike_axes(row[column], panel); }) == 1;
 }
 
 /// The frames of the chart with their axes, but without their boxes; [row][column].

@@ -66,6 +66,7 @@ void ChartLegend::add(const Series& series) {
   entry.area = entry.area || style == SeriesStyle::kSteps || style == SeriesStyle::kBars;
   entry.line = entry.line || (has_line && !series.dashed);
   entry.dashes = entry.dashes || (has_line && series.dashed);
+  entry.all_dense = entry.all_dense && (!has_line || is_dense(series));
   entry.dots = entry.dots || style == SeriesStyle::kPoints || style == SeriesStyle::kLineAndPoints;
   entry.errors = entry.errors || !series.error.empty();
 }
@@ -112,7 +113,8 @@ void ChartLegend::draw_sample(Canvas& canvas, double left, double middle, const 
     canvas.areas({swatch}, faded(colour, kStepFade));
     canvas.lines({swatch}, {colour, kSideWidth});
   }
-  if (entry.line) canvas.lines(dashes_of(whole, dashes_at(look.place)), {colour, kLineWidth});
+  const std::span<const double> pattern = entry.all_dense ? std::span<const double>() : dashes_at(look.place);
+  if (entry.line) canvas.lines(dashes_of(whole, pattern), {colour, kLineWidth});
   if (entry.dashes && !entry.line) canvas.lines(dashes_of(whole, kDashed), {colour, kLineWidth});
   if (entry.errors) {
     const double low = middle - kSampleHeight / 2, high = middle + kSampleHeight / 2;

@@ -105,10 +105,14 @@ std::span<const double> dashes_at(std::size_t place) {
   }
 }
 
+bool is_dense(const Series& series) {
+  constexpr std::size_t kMostVertices = 1000;
+  return series.y.size() > kMostVertices;
+}
+
 namespace {
 
-constexpr double kDotRoom = 0.3;          // radius of a dot, in distances between neighbours
-constexpr std::size_t kDenseLine = 1000;  // vertices
+constexpr double kDotRoom = 0.3;  // radius of a dot, in distances between neighbours
 
 /// Draws one series within the frame of its panel.
 class SeriesMarks {
@@ -142,8 +146,7 @@ class SeriesMarks {
     if (series_.style == SeriesStyle::kBars)
       for (const Points& bar : bars()) stroke(bar, kSideWidth, {}, vertices);
     if (!has_line()) return;
-    const bool is_dense = series_.y.size() > kDenseLine;
-    stroke(pixels(centres(), series_.y), is_dense ? kDenseLineWidth : kLineWidth, dashes(is_dense), vertices);
+    stroke(pixels(centres(), series_.y), is_dense(series_) ? kDenseLineWidth : kLineWidth, dashes(), vertices);
   }
 
   /// Each with small ends, where these are within the frame.
@@ -183,10 +186,9 @@ class SeriesMarks {
  private:
   bool has_line() const { return series_.style == SeriesStyle::kLine || series_.style == SeriesStyle::kLineAndPoints; }
 
-  /// Lines so long that dashes would be noise are whole.
-  std::span<const double> dashes(bool is_dense) const {
+  std::span<const double> dashes() const {
     if (series_.dashed) return kDashed;
-    return is_dense ? std::span<const double>() : dashes_at(look_.place);
+    return is_dense(series_) ? std::span<const double>() : dashes_at(look_.place);
   }
 
   bool is_within(double height) const { return height >= frame_.heights().low && height <= frame_.heights().high; }

@@ -42,6 +42,9 @@ std::vector<Points> dashes_of(const Points& line, std::span<const double> patter
 /// Of a line: whole at first, then dashes of their own.
 std::span<const double> dashes_at(std::size_t place);
 
+/// Whether a line is so long that dashes would be noise.
+bool is_dense(const Series& series);
+
 /// The names of a chart's series, each with its colour and with the kinds of marks that have this colour.
 class ChartLegend {
  public:
@@ -62,6 +65,7 @@ class ChartLegend {
     int asked;  // for a colour
     int colour;
     bool band = false, area = false, line = false, dashes = false, dots = false, errors = false;
+    bool all_dense = true;  ///< its lines
   };
 
   void add(const Series& series);

@@ -59,11 +59,11 @@ TEST_F(ScorePlotTest, LabelsOfCrowdedDotsDoNotOverlap) {
   const auto places = places_of_labels(svg);
   EXPECT_GE(places.size(), 5U);
   EXPECT_LT(places.size(), 300U);
-  constexpr double kNarrowest = 14, kHeight = 14;  // of a label, pixels
+  constexpr double kNarrowest = 14, kLetterHeight = 14;  // of a label, pixels
   for (std::size_t i = 0; i < places.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       EXPECT_TRUE(std::abs(places[i].first - places[j].first) > kNarrowest ||
-                  std::abs(places[i].second - places[j].second) > kHeight)
+                  std::abs(places[i].second - places[j].second) > kLetterHeight)
           << i << ' ' << j;
 }
 

@@ -172,7 +172,7 @@ TEST_F(ChartTest, LogarithmicAndLinearPanelsOfAColumnHaveRangesOfTheirOwn) {
 
 TEST_F(ChartTest, LegendShowsLongLinesWithoutDashesAsTheyAre) {
   const auto second_of = [&](std::size_t n) {
-    Series long_line{.name = "second"};
+    Series long_line{.name = "second", .x = {}, .y = {}};
     for (std::size_t i = 0; i < n; ++i) {
       long_line.x.push_back(static_cast<double>(i));
       long_line.y.push_back(std::sin(static_cast<double>(i)));

@@ -227,7 +227,7 @@ class PathEquations {
       const double left = (right - h * answer).norm();
       if (left <= kLinearAccuracy * norm || hessenberg(m + 1, m) == 0) break;
       if (m + 1 == kMostKrylovSteps) return std::nullopt;
-      basis.push_back(next / hessenberg(m + 1, m));
+      basis.emplace_back(next / hessenberg(m + 1, m));
     }
     VectorXd all = VectorXd::Zero(first.size());
     for (Index i = 0; i < answer.size(); ++i) all += answer[i] * basis[static_cast<std::size_t>(i)];

@@ -42,7 +42,7 @@ PathModel::PathModel(const EffectiveHamiltonian& system, const DataTerm& data, c
     inverses_[k] = half_step_inverses(path_.gradients[k], dt, d);
   });
   if (const LandmarkTerm* landmarks = data.landmarks()) {
-    for (Index a = 0; a < n; ++a) roots_.push_back(symmetric_root(weight * landmarks->precision(a)));
+    for (Index a = 0; a < n; ++a) roots_.emplace_back(symmetric_root(weight * landmarks->precision(a)));
   } else if (form_ == nullptr) {
     root_ = std::sqrt(weight) * data.linearise(path.end(), MatrixXd::Identity(d * n, d * n)).changes;
   }

@@ -170,25 +170,6 @@ TEST_F(ChartTest, LogarithmicAndLinearPanelsOfAColumnHaveRangesOfTheirOwn) {
   EXPECT_TRUE(contains(svg, ">1000<") || contains(svg, ">10³<"));
 }
 
-TEST_F(ChartTest, LegendShowsLongLinesWithoutDashesAsTheyAre) {
-  const auto second_of = [&](std::size_t n) {
-    Series long_line{.name = "second", .x = {}, .y = {}};
-    for (std::size_t i = 0; i < n; ++i) {
-      long_line.x.push_back(static_cast<double>(i));
-      long_line.y.push_back(std::sin(static_cast<double>(i)));
-    }
-    Series first = long_line;
-    first.name = "first";
-    return draw(ChartPanel{.series = {first, long_line}});
-  };
-  const auto paths = [](const std::string& svg) {
-    std::size_t count = 0;
-    for (std::size_t at = svg.find("<path"); at != std::string::npos; at = svg.find("<path", at + 1)) ++count;
-    return count;
-  };
-  EXPECT_LT(paths(second_of(1200)), paths(second_of(20))) << "one line, not several dashes";
-}
-
 /// n times the same value, far from zero in x.
 Series constant(SeriesStyle style, double value, std::size_t n) {
   Series series{.name = "s", .x = {}, .y = std::vector<double>(n, value), .style = style};

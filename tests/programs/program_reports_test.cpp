@@ -178,7 +178,7 @@ TEST_F(Reports, EnsembleShowsTheMeanAndSomePaths) {
   EXPECT_THAT(page, HasSubstr("64 sample paths of 34 landmarks in 2D to t = 1, 64 of them clean."));
   EXPECT_THAT(page, HasSubstr("/>ellipses of 90 % at the end</label>"));
   EXPECT_THAT(page, HasSubstr("/>30 sample paths</label>"));
-  EXPECT_THAT(page, HasSubstr("mean y"));
+  EXPECT_THAT(page, HasSubstr("mean&nbsp;y"));
   EXPECT_EQ(rows_of_table(page, "landmark"), 34U);
 }
 

@@ -82,8 +82,10 @@ void print_costs(const Registration& registration, const RegistrationFacts& fact
   if (const std::string text = accuracy_text(registration); !text.empty())
     fmt::print("accuracy   an accurate integrator {}\n", text);
   const auto part = noise_fraction(registration, facts.shares);
-  if (registration.noise != "none" && part)
-    fmt::print("moved      {:.0f} % by the flow, {:.0f} % by the noise\n", 100 * (1 - *part), 100 * *part);
+  if (registration.noise != "none" && part) {
+    const double by_noise = std::round(100 * *part) + 0.0;  // which makes −0 a 0
+    fmt::print("moved      {:.0f} % by the flow, {:.0f} % by the noise\n", 100 - by_noise, by_noise);
+  }
   if (facts.counts.order_inversions)
     fmt::print("topology   {} changed order\n", counted(*facts.counts.order_inversions, "pair", "of landmarks"));
   if (facts.counts.flipped_triangles)

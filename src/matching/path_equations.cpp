@@ -13,6 +13,7 @@
 
 #include "matching/momentum_basis.hpp"
 #include "passive_model.hpp"
+#include "path_model.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -60,7 +61,7 @@ class PathEquations {
       relative_ = std::sqrt(size_ / (2 * total));
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
       if (relative_ <= kSolved) return solution();
-      if (iterations_ == kMostNewtonSteps || !advance()) return std::nullopt;
+      if (iterations_ == std::min(kMostNewtonSteps, options_.max_iterations) || !advance()) return std::nullopt;
       ++iterations_;
     }
   }
@@ -117,8 +118,7 @@ class PathEquations {
   PathResidual wrong(const CanonicalPath& path) const {
     const auto steps = path.momenta.size();
     const double dt = path.grid.dt();
-    const Points none = Points::Zero(problem_.source.rows(), problem_.source.cols());
-    PathResidual wrong{std::vector<Points>(steps), std::vector<Points>(steps + 1, none)};
+    PathResidual wrong{std::vector<Points>(steps), {}};
     std::vector<Points> forces(steps);
     parallel_for(path.grid.steps, [&](int step) {
       const auto k = static_cast<std::size_t>(step);
@@ -127,11 +127,9 @@ class PathEquations {
                             (path.nodes[k + 1] - path.nodes[k]) / dt;
       forces[k] = flow.force;
     });
-    for (std::size_t k = 0; k < steps; ++k) {
-      wrong.momenta[k + 1] -= path.momenta[k] - 0.5 * dt * forces[k];
-      if (k > 0) wrong.momenta[k] += path.momenta[k] + 0.5 * dt * forces[k];
-    }
-    wrong.momenta.back() -= weight() * data_.gradient(path.nodes.back());
+    wrong.momenta = node_rows(path.momenta, forces, dt);
+    wrong.momenta.back() += weight() * data_.gradient(path.nodes.back());
+    for (Points& row : wrong.momenta) row = -row;
     return wrong;
   }
 
@@ -139,8 +137,7 @@ class PathEquations {
   PathResidual product(const PathVariation& change) const {
     const auto steps = path_.momenta.size();
     const double dt = path_.grid.dt();
-    const Points none = Points::Zero(problem_.source.rows(), problem_.source.cols());
-    PathResidual product{std::vector<Points>(steps), std::vector<Points>(steps + 1, none)};
+    PathResidual product{std::vector<Points>(steps), {}};
     std::vector<Points> forces(steps);
     parallel_for(path_.grid.steps, [&](int step) {
       const auto k = static_cast<std::size_t>(step);
@@ -150,10 +147,7 @@ class PathEquations {
                               regularisation(problem_.system.kernel) * change.momenta[k];
       forces[k] = flow.force;
     });
-    for (std::size_t k = 0; k < steps; ++k) {
-      product.momenta[k + 1] += change.momenta[k] - 0.5 * dt * forces[k];
-      if (k > 0) product.momenta[k] -= change.momenta[k] + 0.5 * dt * forces[k];
-    }
+    product.momenta = node_rows(change.momenta, forces, dt);
     product.momenta.back() += model_->pull(change.nodes.back());
     return product;
   }
@@ -252,23 +246,10 @@ class PathEquations {
 
   PathSolution solution() {
     PathSolution solution;
-    const double dt = path_.grid.dt();
-    double action = 0;
-    solution.increments.resize(system_.controls({path_.nodes[0], path_.momenta[0]}).size(), path_.grid.steps);
     solution.path = {path_.grid, path_.nodes, {}, {}, {}, energy()};
-    for (std::size_t k = 0; k < path_.momenta.size(); ++k) {
-      const PhaseState middle{path_.middle(k), path_.momenta[k]};
-      const Points force = system_.force(middle);
-      if (k == 0) solution.states.push_back({path_.nodes[0], middle.p + 0.5 * dt * force});
-      solution.states.push_back({path_.nodes[k + 1], middle.p - 0.5 * dt * force});
-      const VectorXd u = system_.controls(middle);
-      solution.increments.col(static_cast<Index>(k)) = u * dt;
-      action += 0.5 * dt * u.squaredNorm();
-      solution.path.middles.push_back(middle);
-    }
-    solution.momenta = solution.states.front().p;
-    solution.cost = {problem_.lambda * solution.path.energy - action, action, data_.value(path_.nodes.back())};
-    solution.fields = fields_of(system_, solution.path);
+    for (std::size_t k = 0; k < path_.momenta.size(); ++k)
+      solution.path.middles.push_back({path_.middle(k), path_.momenta[k]});
+    describe(system_, data_, solution);
     solution.converged = true;
     solution.reason = "the gradient vanishes";
     solution.iterations = iterations_;

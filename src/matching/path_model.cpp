@@ -25,6 +25,16 @@ void PathDirection::scale(double factor) {
   for (Points& p : momenta) p *= factor;
 }
 
+NodeCovector node_rows(const std::vector<Points>& momenta, const std::vector<Points>& forces, double dt) {
+  const double half = 0.5 * dt;
+  NodeCovector rows(momenta.size() + 1, Points::Zero(momenta.front().rows(), momenta.front().cols()));
+  for (std::size_t k = 0; k < momenta.size(); ++k) {
+    rows[k + 1] += momenta[k] - half * forces[k];
+    if (k > 0) rows[k] -= momenta[k] + half * forces[k];
+  }
+  return rows;
+}
+
 double pairing(const NodeCovector& covector, const PathDirection& direction) {
   double sum = 0;
   for (std::size_t j = 1; j < covector.size(); ++j) sum += covector[j].cwiseProduct(direction.nodes[j]).sum();
@@ -156,24 +166,19 @@ VectorXd PathModel::system_product(std::size_t k, const VectorXd& r) const {
 
 NodeCovector PathModel::gradient() const {
   const auto steps = path_.middles.size();
-  const double half = 0.5 * path_.grid.dt();
-  std::vector<Points> forces(steps);
+  std::vector<Points> momenta(steps), forces(steps);
   parallel_for(path_.grid.steps, [&](int step) {
     const auto k = static_cast<std::size_t>(step);
+    momenta[k] = path_.middles[k].p;
     forces[k] = system_.force(path_.middles[k]);
   });
-  NodeCovector gradient(steps + 1, Points::Zero(path_.end().rows(), path_.end().cols()));
-  for (std::size_t k = 0; k < steps; ++k) {
-    gradient[k + 1] += path_.middles[k].p - half * forces[k];
-    if (k > 0) gradient[k] -= path_.middles[k].p + half * forces[k];
-  }
+  NodeCovector gradient = node_rows(momenta, forces, path_.grid.dt());
   gradient.back() += weight_ * data_.gradient(path_.end());
   return gradient;
 }
 
 NodeCovector PathModel::hessian(const PathDirection& direction) const {
   const auto steps = path_.middles.size();
-  const double half = 0.5 * path_.grid.dt();
   std::vector<Points> momenta(steps), forces(steps);
   parallel_for(path_.grid.steps, [&](int step) {
     const auto k = static_cast<std::size_t>(step);
@@ -184,11 +189,7 @@ NodeCovector PathModel::hessian(const PathDirection& direction) const {
     momenta[k] = direction.momenta[k] - path_.cometrics[k].solve(moved);
     forces[k] = system_.force_change(at, {dq, momenta[k]});
   });
-  NodeCovector product(steps + 1, Points::Zero(path_.end().rows(), path_.end().cols()));
-  for (std::size_t k = 0; k < steps; ++k) {
-    product[k + 1] += momenta[k] - half * forces[k];
-    if (k > 0) product[k] -= momenta[k] + half * forces[k];
-  }
+  NodeCovector product = node_rows(momenta, forces, path_.grid.dt());
   product.back() += observed_transposed(weighed(observed(direction.nodes.back())));
   return product;
 }

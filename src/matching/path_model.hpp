@@ -23,6 +23,10 @@ struct PathDirection {
   void scale(double factor);
 };
 
+/// At node j > 0: p_{j−1} − ½Δt f_{j−1} − (p_j + ½Δt f_j), without what follows at the last; 0 at the first.
+/// @param momenta p, K @param forces f, K
+NodeCovector node_rows(const std::vector<Points>& momenta, const std::vector<Points>& forces, double dt);
+
 double pairing(const NodeCovector& covector, const PathDirection& direction);
 
 /// The cost F = ∫H_tot dt + w D(q(T)) of a DiscretePath and its derivatives, as functions of the nodes.

@@ -315,24 +315,8 @@ class PathSearch {
 
   PathSolution solution() {
     PathSolution solution;
-    const double half = 0.5 * problem_.grid.dt();
-    for (std::size_t k = 0; k < path_.middles.size(); ++k)
-      solution.states.push_back({path_.nodes[k], path_.middles[k].p + half * system_.force(path_.middles[k])});
-    solution.states.push_back({path_.end(), path_.middles.back().p - half * system_.force(path_.middles.back())});
-    solution.momenta = solution.states.front().p;
-    const auto channels = system_.controls(path_.middles.front()).size();
-    solution.increments = MatrixXd::Zero(channels, problem_.grid.steps);
-    double action = 0;
-    for (std::size_t k = 0; k < path_.middles.size(); ++k) {
-      const Eigen::VectorXd u = system_.controls(path_.middles[k]);
-      solution.increments.col(static_cast<Index>(k)) = u * problem_.grid.dt();
-      action += 0.5 * problem_.grid.dt() * u.squaredNorm();
-    }
-    solution.cost.action = action;
-    solution.cost.energy = problem_.lambda * path_.energy - action;
-    solution.cost.data = problem_.data->value(path_.end());
-    solution.fields = fields_of(system_, path_);
     solution.path = std::move(path_);
+    describe(system_, *problem_.data, solution);
     solution.converged = converged_;
     solution.reason = reason_;
     solution.iterations = iterations_;
@@ -364,6 +348,25 @@ class PathSearch {
 };
 
 }  // namespace
+
+void describe(const EffectiveHamiltonian& system, const DataTerm& data, PathSolution& solution) {
+  const DiscretePath& path = solution.path;
+  const double dt = path.grid.dt();
+  double action = 0;
+  solution.increments.resize(system.controls(path.middles.front()).size(), path.grid.steps);
+  for (std::size_t k = 0; k < path.middles.size(); ++k) {
+    const PhaseState& middle = path.middles[k];
+    const Points force = system.force(middle);
+    solution.states.push_back({path.nodes[k], middle.p + 0.5 * dt * force});
+    if (k + 1 == path.middles.size()) solution.states.push_back({path.end(), middle.p - 0.5 * dt * force});
+    const Eigen::VectorXd u = system.controls(middle);
+    solution.increments.col(static_cast<Index>(k)) = u * dt;
+    action += 0.5 * dt * u.squaredNorm();
+  }
+  solution.momenta = solution.states.front().p;
+  solution.cost = {system.lambda() * path.energy - action, action, data.value(path.end())};
+  solution.fields = fields_of(system, path);
+}
 
 PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path) {
   return PathSearch(problem, options).run(std::move(path));

@@ -27,6 +27,10 @@ struct PathSolution {
   double relative_gradient = 0;
 };
 
+/// Fills in what follows from the path of a solution, its grid, nodes, middles and energy: p0, increments, states, cost
+/// and fields.
+void describe(const EffectiveHamiltonian& system, const DataTerm& data, PathSolution& solution);
+
 /// Minimises λ∫H dt + ½∫Σ u_i² dt + D(q(T)) over paths in midpoint steps and controls u of the noise, whose potentials
 /// are linear in p or none: see path_search.cpp. `realisations` of the problem and its integrator play no part.
 /// @param start fields to begin with; else landmarks at rest

@@ -28,6 +28,8 @@ class MetricLabels final : public LabelSpace {
     ridge_ = gram.colwise().lpNorm<1>().maxCoeff() / kMostCondition;
     gram.diagonal().array() += ridge_;
     factors_.compute(gram);
+    if (factors_.info() != Eigen::Success)
+      throw NumericalError("the kernel's matrix of the landmarks is not positive definite");
   }
 
   Points coefficients(const Points& displacements) const override {

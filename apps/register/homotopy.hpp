@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pulson/draw/pictures.hpp"
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/matching/homotopy.hpp"
 
 namespace pulson {
 

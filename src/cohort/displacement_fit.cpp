@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "core/factorisations.hpp"
-#include "matching/log_maximum.hpp"
+#include "inference/log_maximum.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/factorisations.hpp"
-#include "matching/log_maximum.hpp"
+#include "inference/log_maximum.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 

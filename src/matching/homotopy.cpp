@@ -9,7 +9,7 @@
 #include "path_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/matching/homotopy.hpp"
 
 namespace pulson {
 namespace {

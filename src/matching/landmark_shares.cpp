@@ -1,5 +1,5 @@
 #include "pulson/matching/data_term.hpp"
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/matching/landmark_shares.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson {

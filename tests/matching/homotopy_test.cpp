@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pulson/core/errors.hpp"
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/matching/homotopy.hpp"
 #include "shape.hpp"
 
 namespace pulson {

@@ -7,7 +7,7 @@
 
 #include "plain_options.hpp"
 #include "pulson/compare/comparison.hpp"
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/inference/fit_parameters.hpp"
 #include "pulson/records/records.hpp"
 #include "temporary_folder.hpp"
 

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "pulson/ensemble/ensemble.hpp"
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/inference/fit_parameters.hpp"
+#include "pulson/matching/homotopy.hpp"
+#include "pulson/matching/landmark_shares.hpp"
 
 namespace pulson {
 

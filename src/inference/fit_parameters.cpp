@@ -1,4 +1,4 @@
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/inference/fit_parameters.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 
 #include <fmt/core.h>
 
-#include "matching/log_maximum.hpp"
-#include "model_parameters.hpp"
+#include "inference/log_maximum.hpp"
+#include "matching/model_parameters.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/objective.hpp"

@@ -1,4 +1,4 @@
-#include "pulson/matching/fit_parameters.hpp"
+#include "pulson/inference/fit_parameters.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,13 +15,13 @@
 
 #include "combinations.hpp"
 #include "error_of.hpp"
-#include "matching/log_maximum.hpp"
+#include "inference/log_maximum.hpp"
 #include "plain_options.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/matching/objective.hpp"
 #include "random/normals.hpp"
-#include "registration_problem.hpp"
+#include "matching/registration_problem.hpp"
 #include "shape.hpp"
 
 namespace pulson {

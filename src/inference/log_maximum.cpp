@@ -1,4 +1,4 @@
-#include "matching/log_maximum.hpp"
+#include "inference/log_maximum.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,5 @@
+#include "pulson/matching/homotopy.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,7 +11,6 @@
 #include "path_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/matching/homotopy.hpp"
 
 namespace pulson {
 namespace {

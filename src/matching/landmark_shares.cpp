@@ -1,5 +1,6 @@
-#include "pulson/matching/data_term.hpp"
 #include "pulson/matching/landmark_shares.hpp"
+
+#include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson {

@@ -16,12 +16,12 @@
 #include "combinations.hpp"
 #include "error_of.hpp"
 #include "inference/log_maximum.hpp"
+#include "matching/registration_problem.hpp"
 #include "plain_options.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/matching/objective.hpp"
 #include "random/normals.hpp"
-#include "matching/registration_problem.hpp"
 #include "shape.hpp"
 
 namespace pulson {

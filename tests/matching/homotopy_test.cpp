@@ -1,9 +1,10 @@
 // J(β) as the noise vanishes.
 
+#include "pulson/matching/homotopy.hpp"
+
 #include <gtest/gtest.h>
 
 #include "pulson/core/errors.hpp"
-#include "pulson/matching/homotopy.hpp"
 #include "shape.hpp"
 
 namespace pulson {

@@ -84,7 +84,7 @@ Rate hamiltonian_rate(const std::vector<KernelTerm>& terms, const PhaseState& st
 // The right-hand side.
 class ControlledFlow {
  public:
-  explicit ControlledFlow(const Registration& registration)
+  explicit ControlledFlow(const matching::Registration& registration)
       : terms_(make_kernel(registration.kernel, registration.source.points).terms()),
         noise_(make_noise(registration.noise, registration.source)),
         is_plain_(registration.noise.starts_with("ch-sd:") && registration.noise.find("on=") == std::string::npos &&
@@ -122,7 +122,7 @@ PhaseState moved(const PhaseState& state, const Rate& rate, double dt) {
   return {state.q + dt * rate.q, state.p + dt * rate.p};
 }
 
-Shot shoot(const ControlledFlow& flow, const Registration& registration, const Points& momenta, int steps) {
+Shot shoot(const ControlledFlow& flow, const matching::Registration& registration, const Points& momenta, int steps) {
   const int substeps = (steps + registration.grid.steps - 1) / registration.grid.steps;
   const double h = registration.grid.dt() / substeps;
   PhaseState state{registration.source.points, momenta};
@@ -147,7 +147,7 @@ double root_mean_square(const Points& differences) {
   return std::sqrt(differences.squaredNorm() / static_cast<double>(differences.cols()));
 }
 
-double cost(const Shot& shot, const Registration& registration) {
+double cost(const Shot& shot, const matching::Registration& registration) {
   const bool along_path = mode_name(registration.mode) == "metamorphosis";
   const double energy = registration.lambda * (along_path ? shot.energy : shot.initial_energy);
   const double action = 0.5 * registration.increments.squaredNorm() / registration.grid.dt();
@@ -158,7 +158,7 @@ double cost(const Shot& shot, const Registration& registration) {
 
 }  // namespace
 
-AccurateShot shoot_accurately(const Registration& registration) {
+AccurateShot shoot_accurately(const matching::Registration& registration) {
   const Points& source = registration.source.points;
   const double size = diameter(source);
   const ControlledFlow flow(registration);

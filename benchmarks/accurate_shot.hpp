@@ -19,7 +19,7 @@ struct AccurateShot {
 /// or there are 3200. It shares no kernel sum and no integrator with the library; nor the noise where that is `ch-sd`
 /// on all landmarks. J has the energy λ∫H dt in mode `metamorphosis`, else (λ/2) p0ᵀK(q0)p0.
 /// @param registration one whose data are landmarks, each with the standard deviation σ
-AccurateShot shoot_accurately(const Registration& registration);
+AccurateShot shoot_accurately(const matching::Registration& registration);
 
 /// J of two landmarks on a line, one apart, that change places, as σ → 0 and Δt → 0 in mode `metamorphosis`: with the
 /// Gaussian kernel of α = 1 and `ch-sd` on both it is (∫₀¹ dr/√((1 − K(r))/λ + β²))².

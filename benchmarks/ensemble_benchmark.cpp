@@ -16,8 +16,8 @@
 
 namespace {
 
-using pulson::kPathBatch;
 using pulson::Points;
+using pulson::ensemble::kPathBatch;
 
 void use_target(std::int64_t target) {
   hwy::SetSupportedTargetsForTest(target);
@@ -49,14 +49,15 @@ void add_landmarks(std::int64_t target, const std::string& kernel, int landmarks
     constexpr int kSteps = 50;
     const pulson::StochasticSystem system{pulson::make_kernel(kernel + ":alpha=1", {}),
                                           pulson::make_noise("ch-sd:beta=0.1")};
-    const pulson::LandmarkModel model(system, 2, landmarks, 1.0 / kSteps, 1);
-    const pulson::LandmarkBatch start = pulson::landmark_batch(model, 0, circle(system.kernel, landmarks));
+    const pulson::ensemble::LandmarkModel model(system, 2, landmarks, 1.0 / kSteps, 1);
+    const pulson::ensemble::LandmarkBatch start =
+        pulson::ensemble::landmark_batch(model, 0, circle(system.kernel, landmarks));
     for (auto _ : state) {
-      pulson::LandmarkBatch batch = start;
-      pulson::advance_landmarks(model, batch, 0, kSteps);
+      pulson::ensemble::LandmarkBatch batch = start;
+      pulson::ensemble::advance_landmarks(model, batch, 0, kSteps);
       benchmark::DoNotOptimize(batch.q.data());
     }
-    const double steps = static_cast<double>(kPathBatch) * kSteps;
+    const double steps = static_cast<double>(pulson::ensemble::kPathBatch) * kSteps;
     count(state, "per_step", steps);
     count(state, "per_pair", steps * 0.5 * landmarks * (landmarks - 1));
     count(state, "per_square", steps * landmarks * landmarks);
@@ -68,16 +69,16 @@ void add_pair(std::int64_t target, const std::string& kernel) {
   const std::string name = "pair/" + kernel + "/" + hwy::TargetName(target);
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
     use_target(target);
-    pulson::PairModel model(pulson::make_kernel(kernel + ":alpha=1", {}).terms().front());
+    pulson::ensemble::PairModel model(pulson::make_kernel(kernel + ":alpha=1", {}).terms().front());
     model.channels = 1;
     model.position[0] = {0, 1.5};
     constexpr std::uint32_t kSteps = 5000;
     for (auto _ : state) {
-      pulson::PairBatch batch = pulson::pair_batch(model, 0, 0, 10, 4, 1);
-      pulson::advance_pair(model, batch, 0, kSteps);
+      pulson::ensemble::PairBatch batch = pulson::ensemble::pair_batch(model, 0, 0, 10, 4, 1);
+      pulson::ensemble::advance_pair(model, batch, 0, kSteps);
       benchmark::DoNotOptimize(batch.gap.data());
     }
-    count(state, "per_step", static_cast<double>(kPathBatch) * kSteps);
+    count(state, "per_step", static_cast<double>(pulson::ensemble::kPathBatch) * kSteps);
   });
 }
 

@@ -65,7 +65,7 @@ struct Outcome {
   Status status = Status::kNothing;
   int count = 0, dimension = 0, iterations = 0, evaluations = 0;
   bool converged = false;
-  MatchingCost cost;
+  matching::MatchingCost cost;
   double rms_in_sigma = 0, seconds = 0, amplification = 0;
   AccurateShot shot;
   std::array<char, 200> remark{};  // ends with 0
@@ -97,10 +97,10 @@ void send_remark(int pipe, Status status, const char* remark) {
   send(pipe, outcome);
 }
 
-std::optional<MatchingMode> mode_of(const BankProblem& problem) {
+std::optional<matching::MatchingMode> mode_of(const BankProblem& problem) {
   if (problem.mode.empty()) return std::nullopt;
   try {
-    return parse_mode(problem.mode);
+    return matching::parse_mode(problem.mode);
   } catch (const InputError&) {
     throw NotAvailable("mode not available");
   }
@@ -109,12 +109,12 @@ std::optional<MatchingMode> mode_of(const BankProblem& problem) {
 void solve(const BankProblem& problem, const Settings& settings, int pipe) {
   set_thread_count(settings.threads);
   allow(settings.limit);
-  RegistrationOptions options = problem.options;
+  matching::RegistrationOptions options = problem.options;
   options.mode = mode_of(problem);
   options.integrator = settings.integrator;
   const MatchingPair shapes = problem.shapes();
   const double start = cpu_seconds();
-  const Registration registration = register_shapes(shapes.source, shapes.target, options);
+  const matching::Registration registration = register_shapes(shapes.source, shapes.target, options);
   Outcome outcome;
   outcome.seconds = cpu_seconds() - start;
   outcome.status = Status::kRegistered;

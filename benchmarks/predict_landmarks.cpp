@@ -42,7 +42,7 @@ Cohort read_cohort(const std::string& argument) {
   Cohort cohort{argument.substr(0, equals), {}};
   std::string files = equals == std::string::npos ? argument : argument.substr(equals + 1);
   for (const std::string& file : CLI::detail::split(files, ','))
-    for (Landmarks& shape : read_addressed_shapes(file).shapes)
+    for (Landmarks& shape : formats::read_addressed_shapes(file).shapes)
       if (shape.points.allFinite() &&
           (cohort.shapes.empty() || cohort.shapes.front().points.cols() == shape.points.cols()))
         cohort.shapes.push_back(std::move(shape));
@@ -97,8 +97,8 @@ Errors left_out(const Landmarks& first, const Landmarks& second, Index landmark)
        {std::pair{"similarity", AlignmentKind::kSimilarity}, {"affine", AlignmentKind::kAffine}})
     errors.of[name] = error(align(source.points, target.points, kind).apply(seen));
   errors.of["thin-plate spline"] = error(thin_plate(source.points, target.points, seen));
-  const Registration registration = register_shapes(source, target);
-  const MaterialFlow flow(registration_system(registration), replay(registration));
+  const matching::Registration registration = matching::register_shapes(source, target);
+  const warp::MaterialFlow flow(registration_system(registration), replay(registration));
   errors.of["pulson"] = error(flow.end(registration.alignment.apply(seen)));
   errors.matched = registration.matched();
   errors.converged = registration.converged;
@@ -158,7 +158,7 @@ void print_row(const Cohort& cohort, int draws, unsigned seed) {
 // Root mean square error of the landmarks left out in turn, by each family, the alignment and the spline.
 std::map<std::string, double> family_errors(const Landmarks& first, const Landmarks& second) {
   const Points source = align(first.points, second.points, AlignmentKind::kSimilarity).apply(first.points);
-  DisplacementOptions options;
+  matching::DisplacementOptions options;
   options.alignment = AlignmentKind::kSimilarity;
   options.sigma = 0.005 * diameter(source);
   std::map<std::string, double> errors;

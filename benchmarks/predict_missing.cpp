@@ -34,7 +34,7 @@ using Eigen::VectorXd;
 
 std::vector<Landmarks> read_cohort(const std::string& file) {
   std::vector<Landmarks> shapes;
-  for (Landmarks& shape : read_addressed_shapes(file).shapes)
+  for (Landmarks& shape : formats::read_addressed_shapes(file).shapes)
     if (shape.points.allFinite() && (shapes.empty() || shapes.front().points.cols() == shape.points.cols()))
       shapes.push_back(std::move(shape));
   if (shapes.size() < 3) throw InputError(file + ": fewer than three complete shapes");
@@ -65,7 +65,7 @@ Hidden hide(Index count, double fraction, std::mt19937_64& engine) {
 
 Points by_spline(const Points& mean, const Points& shape, const Hidden& hidden) {
   const Points labels = mean(Eigen::all, hidden.seen);
-  const auto space = LabelSpace::make(LabelKernel::kThinPlate, make_kernel("gaussian:alpha=1"), labels);
+  const auto space = warp::LabelSpace::make(warp::LabelKernel::kThinPlate, make_kernel("gaussian:alpha=1"), labels);
   const Points places = mean(Eigen::all, hidden.hidden);
   return places + space->coefficients(shape(Eigen::all, hidden.seen) - labels) * space->basis(places);
 }
@@ -92,7 +92,7 @@ struct Sums {
   double model = 0, spline = 0, regression = 0, mean = 0, landmarks = 0, covered = 0, coordinates = 0;
 };
 
-void add(Sums& sums, const Landmarks& truth, const ShapePredictor& predictor, const std::vector<Points>& others,
+void add(Sums& sums, const Landmarks& truth, const cohort::ShapePredictor& predictor, const std::vector<Points>& others,
          AlignmentKind alignment, const Hidden& hidden) {
   Landmarks shape = truth;
   for (const Index a : hidden.hidden) shape.points.col(a).setConstant(std::nan(""));
@@ -101,7 +101,7 @@ void add(Sums& sums, const Landmarks& truth, const ShapePredictor& predictor, co
   const Points aligned = map.apply(truth.points), target = aligned(Eigen::all, hidden.hidden);
   const double size =
       (aligned.colwise() - aligned.rowwise().mean()).squaredNorm() / static_cast<double>(aligned.cols());
-  const PredictedLandmarks predicted = predictor.predict(shape);
+  const cohort::PredictedLandmarks predicted = predictor.predict(shape);
   sums.model += (map.apply(predicted.positions) - target).squaredNorm() / size;
   sums.spline += (by_spline(mean, aligned, hidden) - target).squaredNorm() / size;
   sums.regression += (by_regression(mean, others, aligned, hidden) - target).squaredNorm() / size;
@@ -119,10 +119,10 @@ void study(const std::string& name, const std::vector<Landmarks>& shapes, const 
   for (std::size_t left_out = 0; left_out < shapes.size(); ++left_out) {
     std::vector<Landmarks> rest = shapes;
     rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(left_out));
-    const Atlas atlas = make_atlas(rest);
-    const ShapePredictor predictor(atlas);
+    const cohort::Atlas atlas = cohort::make_atlas(rest);
+    const cohort::ShapePredictor predictor(atlas);
     std::vector<Points> others;
-    for (const AtlasSpecimen& specimen : atlas.specimens) others.push_back(specimen.shape.points);
+    for (const cohort::AtlasSpecimen& specimen : atlas.specimens) others.push_back(specimen.shape.points);
     for (std::size_t f = 0; f < fractions.size(); ++f)
       for (int draw = 0; draw < draws; ++draw)
         add(sums[f], shapes[left_out], predictor, others, atlas.alignment,

@@ -18,7 +18,7 @@ using pulson::Points;
 constexpr double kTolerance = 0.05;
 
 // Landmarks on a spiral over the image, of which the kernel is a fifth as wide, that move by about a tenth of it.
-pulson::MaterialFlow flow_over(int width) {
+pulson::warp::MaterialFlow flow_over(int width) {
   constexpr int kLandmarks = 100;
   pulson::PhaseState state{Points(2, kLandmarks), Points(2, kLandmarks)};
   for (int a = 0; a < kLandmarks; ++a) {
@@ -32,17 +32,17 @@ pulson::MaterialFlow flow_over(int width) {
   return {system, pulson::make_integrator("variational")->integrate(system, state, {1, 20}, Eigen::MatrixXd(0, 20))};
 }
 
-pulson::MovedPoints free_map(const Points& points) {
+pulson::warp::MovedPoints free_map(const Points& points) {
   const Eigen::Vector4d gradient(1, 0, 0, 1);
   return {points, gradient.replicate(1, points.cols())};
 }
 
-void sample(benchmark::State& state, const pulson::PlaneMap& map, int threads) {
+void sample(benchmark::State& state, const pulson::warp::PlaneMap& map, int threads) {
   const int width = static_cast<int>(state.range(0));
   pulson::set_thread_count(threads);
-  pulson::SampledMap sampled;
+  pulson::warp::SampledMap sampled;
   for (auto _ : state) {
-    sampled = pulson::sample_map(map, {width, width, 0}, kTolerance, state.range(1) != 0);
+    sampled = pulson::warp::sample_map(map, {width, width, 0}, kTolerance, state.range(1) != 0);
     benchmark::DoNotOptimize(sampled.places.data());
   }
   pulson::set_thread_count(0);
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
     add(std::string("interpolation/threads:") + on,
         [threads = threads](benchmark::State& state) { sample(state, free_map, threads); });
     add(std::string("flow/threads:") + on, [threads = threads](benchmark::State& state) {
-      const pulson::MaterialFlow flow = flow_over(static_cast<int>(state.range(0)));
+      const pulson::warp::MaterialFlow flow = flow_over(static_cast<int>(state.range(0)));
       sample(
           state, [&](const Points& points) { return flow.end_with_gradients(points); }, threads);
     });

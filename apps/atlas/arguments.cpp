@@ -64,8 +64,8 @@ std::vector<Landmarks> AtlasArguments::read(std::vector<std::string>& notes) con
   return all;
 }
 
-AtlasOptions AtlasArguments::atlas_options() const {
-  AtlasOptions asked = options;
+cohort::AtlasOptions AtlasArguments::atlas_options() const {
+  cohort::AtlasOptions asked = options;
   check_at_least(asked.steps, 1, "--steps");
   check_at_least(asked.max_iterations, 1, "--max-iterations");
   check_at_least(modes, 1, "--modes");

@@ -14,7 +14,7 @@ namespace pulson {
 /// The command line of `pulson atlas`.
 struct AtlasArguments {
   std::vector<std::string> shapes;
-  ReadOptions reading;
+  formats::ReadOptions reading;
   OutputOptions output;
   std::string kernel = "auto";
   std::string lambda = "auto";
@@ -25,8 +25,8 @@ struct AtlasArguments {
   std::string groups;      ///< FILE:COLUMN or a property that the file has, or empty
   std::vector<double> at;  ///< values of the covariate that are drawn
   int modes = 3;           ///< in pictures
-  AtlasOptions options;
-  PermutationOptions permutations;
+  cohort::AtlasOptions options;
+  cohort::PermutationOptions permutations;
 
   void add_to(CLI::App& verb);
 
@@ -34,7 +34,7 @@ struct AtlasArguments {
   std::vector<Landmarks> read(std::vector<std::string>& notes) const;
 
   /// What is asked for. @throws InputError
-  AtlasOptions atlas_options() const;
+  cohort::AtlasOptions atlas_options() const;
 };
 
 }  // namespace pulson

@@ -22,25 +22,25 @@ namespace {
 // The file of these shapes in the cohort's own format, or in csv where that is not written.
 struct ShapeFile {
   std::string name;
-  const LandmarkFormat* format = nullptr;
+  const formats::LandmarkFormat* format = nullptr;
 
   ShapeFile(const std::string& stem, const std::string& address) {
     const std::string path = address.substr(0, address.find('#'));
     const std::string extension = std::filesystem::path(path).extension().string();
     try {
-      format = &landmark_format_to_write(stem + extension);
+      format = &formats::landmark_format_to_write(stem + extension);
       name = stem + extension;
     } catch (const InputError&) {
       name = stem + ".csv";
-      format = &landmark_format_to_write(name);
+      format = &formats::landmark_format_to_write(name);
     }
   }
 
   std::string text(std::vector<Landmarks> shapes, std::vector<std::string>& notes) const {
-    const auto write = [&](const LandmarkFormat& as) {
+    const auto write = [&](const formats::LandmarkFormat& as) {
       return as.write(name, {as.name, shapes, {}, shapes.front().units, shapes.front().axes});
     };
-    const WrittenLandmarks written = write(*format);
+    const formats::WrittenLandmarks written = write(*format);
     for (const std::string& loss : written.losses) notes.push_back(name + ": " + loss);
     return written.text;
   }
@@ -81,7 +81,7 @@ std::vector<double> shown_values(const AtlasArguments& arguments, const Eigen::V
 
 void predict_missing(AtlasResults& results, const std::vector<Landmarks>& shapes) {
   if (std::none_of(shapes.begin(), shapes.end(), Files::misses_landmarks)) return;
-  results.predicted = pulson::predict_missing(results.atlas, shapes);
+  results.predicted = pulson::cohort::predict_missing(results.atlas, shapes);
   results.complete = shapes;
   for (std::size_t i = 0; i < shapes.size(); ++i)
     for (std::size_t k = 0; k < results.predicted[i].landmarks.size(); ++k)
@@ -97,7 +97,7 @@ void find_statistics(AtlasResults& results, const AtlasArguments& arguments, con
   predict_missing(results, shapes);
   std::vector<Points> complete;
   for (const Landmarks& shape : results.complete.empty() ? shapes : results.complete) complete.push_back(shape.points);
-  results.procrustes = procrustes_modes(complete);
+  results.procrustes = cohort::procrustes_modes(complete);
   if (!arguments.covariate.empty()) {
     results.covariate.assign(covariate.begin(), covariate.end());
     results.covariate_name = arguments.covariate.substr(arguments.covariate.rfind(':') + 1);
@@ -195,7 +195,7 @@ void warn(const AtlasResults& results) {
 int run_atlas(const AtlasArguments& arguments) {
   std::vector<std::string> notes;
   const std::vector<Landmarks> shapes = arguments.read(notes);
-  AtlasOptions options = arguments.atlas_options();
+  cohort::AtlasOptions options = arguments.atlas_options();
   Eigen::VectorXd covariate;
   if (!arguments.covariate.empty()) covariate = numbers_of_table(arguments.covariate, shapes, "--covariate");
   AtlasResults results;

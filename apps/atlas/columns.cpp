@@ -14,7 +14,7 @@
 namespace pulson {
 namespace {
 
-using io::CsvRecord;
+using formats::CsvRecord;
 
 struct Address {
   std::string file, column;
@@ -27,12 +27,12 @@ Address parse_address(const std::string& text, const std::string& option) {
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
-std::size_t find_column(const CsvRecord& header, const Address& address) {
+std::size_t find_column(const formats::CsvRecord& header, const Address& address) {
   const auto& names = header.fields;
   auto found = std::find(names.begin(), names.end(), address.column);
   if (found == names.end())
     found = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
-      return io::plain_name(name) == io::plain_name(address.column);
+      return formats::plain_name(name) == formats::plain_name(address.column);
     });
   if (found == names.end())
     throw InputError(
@@ -40,14 +40,15 @@ std::size_t find_column(const CsvRecord& header, const Address& address) {
   return static_cast<std::size_t>(found - names.begin());
 }
 
-const std::string& field(const std::string& file, const CsvRecord& row, std::size_t column) {
+const std::string& field(const std::string& file, const formats::CsvRecord& row, std::size_t column) {
   if (column >= row.fields.size())
     io::fail(file, row.line, fmt::format("has {} fields, fewer than the header", row.fields.size()));
   return row.fields[column];
 }
 
 // The row of each specimen, by a column that holds all their names; none where there is no such column.
-std::vector<std::size_t> rows_by_name(const std::vector<CsvRecord>& rows, const std::vector<Landmarks>& shapes) {
+std::vector<std::size_t> rows_by_name(const std::vector<formats::CsvRecord>& rows,
+                                      const std::vector<Landmarks>& shapes) {
   std::set<std::string> names;
   for (const Landmarks& shape : shapes) names.insert(shape.name);
   if (names.size() < shapes.size() || names.contains("")) return {};
@@ -71,7 +72,7 @@ std::vector<std::string> column_of_table(const std::string& text, const std::vec
                                          const std::string& option) {
   const Address address = parse_address(text, option);
   const std::string contents = io::read_text_file(address.file);
-  std::vector<CsvRecord> rows = io::csv_records(address.file, contents);
+  std::vector<formats::CsvRecord> rows = formats::csv_records(address.file, contents);
   if (rows.size() < 2) throw InputError(fmt::format("{}: there are no rows below a header", address.file));
   const std::size_t column = find_column(rows.front(), address);
   rows.erase(rows.begin());

@@ -19,51 +19,53 @@ constexpr int kModeCells = 18, kPointsPerModeCell = 5;
 constexpr Eigen::Index kBars = 20;  // of the scree plot
 
 // The grid about the template, before and after a path. None where the plane has no path.
-std::vector<Points> deformed_grid(const Atlas& atlas, const Trajectory& path) {
+std::vector<Points> deformed_grid(const cohort::Atlas& atlas, const Trajectory& path) {
   const auto [low, high] = bounding_box(atlas.template_shape.points);
   const double margin = kGridMargin * (high - low).maxCoeff();
   const std::vector<Points> lines =
       grid_lines(low.array() - margin, high.array() + margin, kModeCells, kPointsPerModeCell);
   try {
-    const MaterialFlow flow({atlas.kernel, make_noise("none", {})}, path);
+    const warp::MaterialFlow flow({atlas.kernel, make_noise("none", {})}, path);
     return split_lines(flow.end(joined_lines(lines)), lines);
   } catch (const StepError&) {
     return {};
   }
 }
 
-ShapePanel panel_of(const Atlas& atlas, const std::string& heading, const Trajectory& path) {
-  ShapePanel panel{heading, path.final().q};
+draw::ShapePanel panel_of(const cohort::Atlas& atlas, const std::string& heading, const Trajectory& path) {
+  draw::ShapePanel panel{heading, path.final().q};
   if (atlas.template_shape.dimension() == 2) panel.grid = deformed_grid(atlas, path);
   return panel;
 }
 
-ShapePanels panels_of(const Atlas& atlas, std::string title) {
-  ShapePanels picture{.reference = atlas.template_shape,
-                      .reference_name = "template",
-                      .shape_name = {},
-                      .cloud_name = {},
-                      .rows = {},
-                      .title = std::move(title),
-                      .subtitle = {}};
+draw::ShapePanels panels_of(const cohort::Atlas& atlas, std::string title) {
+  draw::ShapePanels picture{.reference = atlas.template_shape,
+                            .reference_name = "template",
+                            .shape_name = {},
+                            .cloud_name = {},
+                            .rows = {},
+                            .title = std::move(title),
+                            .subtitle = {}};
   picture.subtitle = fmt::format("{} shapes of {} landmarks  ·  {}  ·  sigma {:.3g}", atlas.specimens.size(),
                                  atlas.template_shape.count(), atlas.kernel.spec(3), atlas.sigma);
   return picture;
 }
 
-double percentage(const ShapeModes& modes, Eigen::Index k) { return 100 * modes.eigenvalues[k] / modes.total(); }
+double percentage(const cohort::ShapeModes& modes, Eigen::Index k) {
+  return 100 * modes.eigenvalues[k] / modes.total();
+}
 
-void draw_template(const Atlas& atlas, const PictureFiles& files) {
-  ShapePanels picture = panels_of(atlas, "Template");
-  ShapePanel panel{"Template and aligned shapes", {}};
-  for (const AtlasSpecimen& specimen : atlas.specimens) panel.cloud.push_back(specimen.shape.points);
+void draw_template(const cohort::Atlas& atlas, const draw::PictureFiles& files) {
+  draw::ShapePanels picture = panels_of(atlas, "Template");
+  draw::ShapePanel panel{"Template and aligned shapes", {}};
+  for (const cohort::AtlasSpecimen& specimen : atlas.specimens) panel.cloud.push_back(specimen.shape.points);
   picture.cloud_name = "aligned shapes";
   picture.rows = {{std::move(panel)}};
   write_shape_panels(picture, files);
 }
 
-void draw_modes(const AtlasResults& results, int modes, const PictureFiles& files) {
-  ShapePanels picture = panels_of(results.atlas, "Modes of variation");
+void draw_modes(const AtlasResults& results, int modes, const draw::PictureFiles& files) {
+  draw::ShapePanels picture = panels_of(results.atlas, "Modes of variation");
   picture.shape_name = "2 standard deviations along a mode";
   for (int k = 0; k < std::min<int>(modes, static_cast<int>(results.modes.eigenvalues.size())); ++k) {
     picture.rows.emplace_back();
@@ -77,22 +79,22 @@ void draw_modes(const AtlasResults& results, int modes, const PictureFiles& file
 }
 
 // Specimens by group; of no group last, without a name.
-std::vector<ScorePlot::Group> plotted_groups(const AtlasResults& results, const Points& scores) {
+std::vector<draw::ScorePlot::Group> plotted_groups(const AtlasResults& results, const Points& scores) {
   std::vector<std::string> names = results.comparison ? results.comparison->names : std::vector<std::string>{""};
-  std::vector<ScorePlot::Group> groups;
+  std::vector<draw::ScorePlot::Group> groups;
   for (const std::string& name : names) {
     std::vector<int> members;
     for (std::size_t i = 0; i < results.names.size(); ++i)
       if (results.groups.empty() || results.groups[i] == name) members.push_back(static_cast<int>(i));
-    ScorePlot::Group group{name, scores(Eigen::all, members)};
+    draw::ScorePlot::Group group{name, scores(Eigen::all, members)};
     for (const int i : members) group.labels.push_back(results.names[static_cast<std::size_t>(i)]);
     groups.push_back(std::move(group));
   }
   return groups;
 }
 
-void draw_scores(const AtlasResults& results, const ShapeModes& modes, const std::string& title,
-                 const PictureFiles& files) {
+void draw_scores(const AtlasResults& results, const cohort::ShapeModes& modes, const std::string& title,
+                 const draw::PictureFiles& files) {
   Points scores = Points::Zero(2, modes.scores.rows());
   const Eigen::Index shown = std::min<Eigen::Index>(2, modes.scores.cols());
   scores.topRows(shown) = modes.scores.leftCols(shown).transpose();
@@ -108,10 +110,12 @@ void draw_scores(const AtlasResults& results, const ShapeModes& modes, const std
                    files);
 }
 
-void draw_scree(const AtlasResults& results, const PictureFiles& files) {
-  const auto series = [](const ShapeModes& modes, const std::string& name, bool cumulative) {
-    Series found{
-        .name = name, .x = {}, .y = {}, .style = cumulative ? SeriesStyle::kLineAndPoints : SeriesStyle::kBars};
+void draw_scree(const AtlasResults& results, const draw::PictureFiles& files) {
+  const auto series = [](const cohort::ShapeModes& modes, const std::string& name, bool cumulative) {
+    charts::Series found{.name = name,
+                         .x = {},
+                         .y = {},
+                         .style = cumulative ? charts::SeriesStyle::kLineAndPoints : charts::SeriesStyle::kBars};
     double sum = 0;
     for (Eigen::Index k = 0; k < std::min(kBars, modes.eigenvalues.size()); ++k) {
       const double part = percentage(modes, k);
@@ -122,23 +126,24 @@ void draw_scree(const AtlasResults& results, const PictureFiles& files) {
     return found;
   };
   const auto panel = [&](const std::string& heading, bool cumulative) {
-    return ChartPanel{.heading = heading,
-                      .x_label = "mode",
-                      .series = {series(results.modes, "momenta, in the kernel's metric", cumulative),
-                                 series(results.procrustes.modes, "Procrustes coordinates", cumulative)},
-                      .y_range = cumulative ? std::optional(std::pair(0.0, 100.0)) : std::nullopt};
+    return charts::ChartPanel{.heading = heading,
+                              .x_label = "mode",
+                              .series = {series(results.modes, "momenta, in the kernel's metric", cumulative),
+                                         series(results.procrustes.modes, "Procrustes coordinates", cumulative)},
+                              .y_range = cumulative ? std::optional(std::pair(0.0, 100.0)) : std::nullopt};
   };
-  write_chart(
+  charts::write_chart(
       {.title = "Variance of the modes",
        .subtitle = fmt::format("{} shapes of {} landmarks", results.names.size(), results.atlas.template_shape.count()),
        .rows = {{panel("Part of the variance (%)", false), panel("Sum of the first modes (%)", true)}}},
       files);
 }
 
-void draw_regression(const AtlasResults& results, const PictureFiles& files) {
-  const MomentumRegression& found = *results.regression;
-  ShapePanels picture = panels_of(results.atlas, fmt::format("Regression on {}: R² {:.3f}, p {:.3g}",
-                                                             results.covariate_name, found.r_squared, found.p_value));
+void draw_regression(const AtlasResults& results, const draw::PictureFiles& files) {
+  const cohort::MomentumRegression& found = *results.regression;
+  draw::ShapePanels picture = panels_of(
+      results.atlas,
+      fmt::format("Regression on {}: R² {:.3f}, p {:.3g}", results.covariate_name, found.r_squared, found.p_value));
   picture.shape_name = "predicted";
   picture.rows.emplace_back();
   for (const double value : results.shown_values) {
@@ -150,8 +155,8 @@ void draw_regression(const AtlasResults& results, const PictureFiles& files) {
 }
 
 // The score along the slope, of unit norm, over the covariate, with the line of the regression.
-void draw_regression_scores(const AtlasResults& results, const PictureFiles& files) {
-  const MomentumRegression& found = *results.regression;
+void draw_regression_scores(const AtlasResults& results, const draw::PictureFiles& files) {
+  const cohort::MomentumRegression& found = *results.regression;
   const Points velocity = found.slope * results.atlas.metric();
   const double norm = std::sqrt(found.slope.cwiseProduct(velocity).sum());
   Points all = Points::Constant(2, std::ssize(results.names), std::nan(""));
@@ -162,8 +167,8 @@ void draw_regression_scores(const AtlasResults& results, const PictureFiles& fil
           (results.atlas.specimens[i].momenta - found.intercept).cwiseProduct(velocity).sum() / norm;
       known.push_back(results.covariate[i]);
     }
-  std::vector<ScorePlot::Group> groups;
-  for (ScorePlot::Group& group : plotted_groups(results, all)) {
+  std::vector<draw::ScorePlot::Group> groups;
+  for (draw::ScorePlot::Group& group : plotted_groups(results, all)) {
     std::vector<int> kept;
     std::vector<std::string> labels;
     for (int i = 0; i < group.scores.cols(); ++i)
@@ -187,9 +192,9 @@ void draw_regression_scores(const AtlasResults& results, const PictureFiles& fil
                    files);
 }
 
-void draw_groups(const AtlasResults& results, const PictureFiles& files) {
-  const GroupComparison& found = *results.comparison;
-  ShapePanels picture =
+void draw_groups(const AtlasResults& results, const draw::PictureFiles& files) {
+  const cohort::GroupComparison& found = *results.comparison;
+  draw::ShapePanels picture =
       panels_of(results.atlas, fmt::format("Means of the groups: R² {:.3f}, p {:.3g}", found.r_squared, found.p_value));
   picture.shape_name = "mean of the group";
   for (std::size_t g = 0; g < found.names.size(); ++g) {
@@ -226,7 +231,7 @@ std::vector<std::string> picture_stems(const AtlasResults& results) {
 void draw_atlas(const AtlasResults& results, int modes, const OutputOptions& output,
                 const std::filesystem::path& folder) {
   for (const std::string& stem : picture_stems(results)) {
-    const PictureFiles files = output.picture_files(folder / stem);
+    const draw::PictureFiles files = output.picture_files(folder / stem);
     if (stem == "template")
       draw_template(results.atlas, files);
     else if (stem == "modes")

@@ -32,7 +32,7 @@ Json rows_of(const Eigen::MatrixXd& matrix) {
 }
 
 Json specimen_json(const AtlasResults& results, std::size_t i) {
-  const AtlasSpecimen& specimen = results.atlas.specimens[i];
+  const cohort::AtlasSpecimen& specimen = results.atlas.specimens[i];
   Json json{
       {"name", results.names[i]},       {"source", specimen.shape.source}, {"rms", specimen.rms()},
       {"energy", specimen.cost.energy}, {"action", specimen.cost.action},  {"data", specimen.cost.data},
@@ -42,7 +42,7 @@ Json specimen_json(const AtlasResults& results, std::size_t i) {
     json[results.covariate_name] = results.covariate[i];
   if (!results.predicted.empty() && !results.predicted[i].landmarks.empty()) {
     json["predicted"] = Json::array();
-    const PredictedLandmarks& predicted = results.predicted[i];
+    const cohort::PredictedLandmarks& predicted = results.predicted[i];
     for (std::size_t k = 0; k < predicted.landmarks.size(); ++k) {
       const auto column = static_cast<Eigen::Index>(k);
       json["predicted"].push_back({{"landmark", predicted.landmarks[k] + 1},
@@ -54,7 +54,7 @@ Json specimen_json(const AtlasResults& results, std::size_t i) {
 }
 
 Json regression_json(const AtlasResults& results) {
-  const MomentumRegression& found = *results.regression;
+  const cohort::MomentumRegression& found = *results.regression;
   return {{"covariate", results.covariate_name},
           {"specimens", found.specimens},
           {"mean", found.mean},
@@ -66,7 +66,7 @@ Json regression_json(const AtlasResults& results) {
           {"intercept", landmarks(found.intercept)}};
 }
 
-Json groups_json(const GroupComparison& found) {
+Json groups_json(const cohort::GroupComparison& found) {
   Json json{{"names", found.names},   {"sizes", found.sizes},     {"r_squared", found.r_squared},
             {"f", found.f},           {"p_value", found.p_value}, {"permutations", found.permutations},
             {"pairs", Json::array()}, {"means", Json::array()}};
@@ -84,12 +84,12 @@ Json groups_json(const GroupComparison& found) {
 
 bool AtlasResults::converged() const {
   bool all = atlas.converged;
-  for (const AtlasSpecimen& specimen : atlas.specimens) all = all && specimen.converged;
+  for (const cohort::AtlasSpecimen& specimen : atlas.specimens) all = all && specimen.converged;
   return all;
 }
 
 std::string atlas_json(const AtlasResults& results) {
-  const Atlas& atlas = results.atlas;
+  const cohort::Atlas& atlas = results.atlas;
   Json json{
       {"kernel", atlas.kernel.spec()},
       {"lambda", atlas.lambda},
@@ -124,7 +124,7 @@ std::string specimens_csv(const AtlasResults& results) {
   std::string text = "specimen,rms,energy,action,total,converged,centroid_size,momenta_norm,data\n";
   const Eigen::MatrixXd gram = results.atlas.metric();
   for (std::size_t i = 0; i < results.names.size(); ++i) {
-    const AtlasSpecimen& specimen = results.atlas.specimens[i];
+    const cohort::AtlasSpecimen& specimen = results.atlas.specimens[i];
     const double norm = std::sqrt(specimen.momenta.cwiseProduct(specimen.momenta * gram).sum());
     fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", io::csv_quoted(results.names[i]),
                    specimen.rms(), specimen.cost.energy, specimen.cost.action, specimen.cost.total(),
@@ -168,7 +168,7 @@ std::string predicted_csv(const AtlasResults& results) {
   for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",half_width_90_{}", io::kAxisLetters[axis]);
   text += "\n";
   for (std::size_t i = 0; i < results.predicted.size(); ++i) {
-    const PredictedLandmarks& predicted = results.predicted[i];
+    const cohort::PredictedLandmarks& predicted = results.predicted[i];
     for (std::size_t k = 0; k < predicted.landmarks.size(); ++k) {
       const int a = predicted.landmarks[k];
       text += io::csv_quoted(results.names[i]) + ",";
@@ -200,14 +200,14 @@ std::string momenta_csv(const AtlasResults& results) {
 
 std::string momenta_npy(const AtlasResults& results) {
   std::vector<double> all;
-  for (const AtlasSpecimen& specimen : results.atlas.specimens)
+  for (const cohort::AtlasSpecimen& specimen : results.atlas.specimens)
     all.insert(all.end(), specimen.momenta.reshaped().begin(), specimen.momenta.reshaped().end());
   const Points& q0 = results.atlas.template_shape.points;
-  return npy_bytes(all,
-                   {results.names.size(), static_cast<std::size_t>(q0.cols()), static_cast<std::size_t>(q0.rows())});
+  return formats::npy_bytes(
+      all, {results.names.size(), static_cast<std::size_t>(q0.cols()), static_cast<std::size_t>(q0.rows())});
 }
 
-std::string groups_csv(const GroupComparison& comparison) {
+std::string groups_csv(const cohort::GroupComparison& comparison) {
   std::string text = "first,second,distance,p_value\n";
   for (const auto& pair : comparison.pairs)
     text += fmt::format("{},{},{},{}\n", io::csv_quoted(comparison.names[static_cast<std::size_t>(pair.first)]),

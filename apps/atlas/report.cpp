@@ -19,7 +19,7 @@ constexpr double kMotionDeviations = 2;  // from minus to plus so many
 constexpr int kMotionCells = 14, kPointsPerMotionCell = 3;
 
 std::string lead(const AtlasResults& results) {
-  const Atlas& atlas = results.atlas;
+  const cohort::Atlas& atlas = results.atlas;
   std::string text = fmt::format(
       "Template of {} shapes with {} landmarks in {}D. The first mode has {:.1f} % of the variance of the momenta.",
       atlas.specimens.size(), atlas.template_shape.count(), atlas.template_shape.dimension(),
@@ -33,8 +33,8 @@ std::string lead(const AtlasResults& results) {
   return text;
 }
 
-ReportTable model_table(const AtlasResults& results) {
-  const Atlas& atlas = results.atlas;
+html::ReportTable model_table(const AtlasResults& results) {
+  const cohort::Atlas& atlas = results.atlas;
   FactTable table("setting");
   const auto with_origin = [](const std::string& value, bool fitted) { return fitted ? value + ", fitted" : value; };
   table.add("kernel", with_origin(atlas.kernel.spec(4), atlas.fitted_kernel));
@@ -52,12 +52,13 @@ ReportTable model_table(const AtlasResults& results) {
   return std::move(table).table();
 }
 
-ReportTable specimen_table(const AtlasResults& results) {
-  const Atlas& atlas = results.atlas;
-  ReportTable table{{"specimen", "shape", "rms", "J", "energy", "centroid size"},
-                    {},
-                    "Template in blue, aligned shape as rings, end of the geodesic dark. Click a column heading to "
-                    "sort."};
+html::ReportTable specimen_table(const AtlasResults& results) {
+  const cohort::Atlas& atlas = results.atlas;
+  html::ReportTable table{
+      {"specimen", "shape", "rms", "J", "energy", "centroid size"},
+      {},
+      "Template in blue, aligned shape as rings, end of the geodesic dark. Click a column heading to "
+      "sort."};
   const Eigen::Index scores = std::min<Eigen::Index>(3, results.modes.scores.cols());
   for (Eigen::Index k = 0; k < scores; ++k) table.header.push_back(fmt::format("mode {}", k + 1));
   if (!results.groups.empty()) table.header.emplace_back("group");
@@ -65,10 +66,11 @@ ReportTable specimen_table(const AtlasResults& results) {
   constexpr std::size_t kMostSketches = 300;
   const bool has_sketches = results.names.size() <= kMostSketches;
   for (std::size_t i = 0; i < results.names.size(); ++i) {
-    const AtlasSpecimen& specimen = atlas.specimens[i];
-    std::vector<ReportCell> row = {{results.names[i]}};
+    const cohort::AtlasSpecimen& specimen = atlas.specimens[i];
+    std::vector<html::ReportCell> row = {{results.names[i]}};
     row.push_back({.text = ""});
-    if (has_sketches) row.back().sketch = ReportSketch{atlas.template_shape, specimen.shape.points, specimen.result};
+    if (has_sketches)
+      row.back().sketch = html::ReportSketch{atlas.template_shape, specimen.shape.points, specimen.result};
     for (const double value : {specimen.rms(), specimen.cost.total(), specimen.cost.energy, specimen.centroid_size})
       row.push_back({report_number(value)});
     for (Eigen::Index k = 0; k < scores; ++k)
@@ -81,15 +83,15 @@ ReportTable specimen_table(const AtlasResults& results) {
   return table;
 }
 
-ReportTable mode_table(const AtlasResults& results) {
-  ReportTable table{{"mode", "variance", "part", "of Procrustes coordinates", "part"}, {}, ""};
-  const auto add = [](std::vector<ReportCell>& row, const ShapeModes& modes, Eigen::Index k) {
+html::ReportTable mode_table(const AtlasResults& results) {
+  html::ReportTable table{{"mode", "variance", "part", "of Procrustes coordinates", "part"}, {}, ""};
+  const auto add = [](std::vector<html::ReportCell>& row, const cohort::ShapeModes& modes, Eigen::Index k) {
     const bool has = k < modes.eigenvalues.size();
     row.push_back({has ? report_number(modes.eigenvalues[k]) : ""});
     row.push_back({has ? fmt::format("{:.2f} %", 100 * modes.eigenvalues[k] / modes.total()) : ""});
   };
   for (Eigen::Index k = 0; k < std::min<Eigen::Index>(20, results.modes.eigenvalues.size()); ++k) {
-    std::vector<ReportCell> row = {{fmt::to_string(k + 1)}};
+    std::vector<html::ReportCell> row = {{fmt::to_string(k + 1)}};
     add(row, results.modes, k);
     add(row, results.procrustes.modes, k);
     table.rows.push_back(std::move(row));
@@ -99,8 +101,8 @@ ReportTable mode_table(const AtlasResults& results) {
 
 // The template as it moves along a path of shapes; `path_at(s)` for s from −2 to 2.
 template <class PathAt>
-std::optional<ReportMotion> motion_along(const Atlas& atlas, const PathAt& path_at, std::string caption) {
-  ReportMotion motion;
+std::optional<html::ReportMotion> motion_along(const cohort::Atlas& atlas, const PathAt& path_at, std::string caption) {
+  html::ReportMotion motion;
   motion.source = atlas.template_shape;
   std::vector<Points> lines;
   if (atlas.template_shape.dimension() == 2) {
@@ -116,7 +118,7 @@ std::optional<ReportMotion> motion_along(const Atlas& atlas, const PathAt& path_
     motion.frames.push_back(path.final().q);
     if (lines.empty()) continue;
     try {
-      motion.grid.push_back(MaterialFlow({atlas.kernel, make_noise("none", {})}, path).end(grid));
+      motion.grid.push_back(warp::MaterialFlow({atlas.kernel, make_noise("none", {})}, path).end(grid));
     } catch (const StepError&) {
       lines.clear();
       motion.grid.clear();
@@ -128,8 +130,9 @@ std::optional<ReportMotion> motion_along(const Atlas& atlas, const PathAt& path_
   return motion;
 }
 
-ReportTable pair_table(const GroupComparison& found) {
-  ReportTable table{{"first", "second", "distance", "p"}, {}, "Distances between the means, in the kernel's metric."};
+html::ReportTable pair_table(const cohort::GroupComparison& found) {
+  html::ReportTable table{
+      {"first", "second", "distance", "p"}, {}, "Distances between the means, in the kernel's metric."};
   for (const auto& pair : found.pairs)
     table.rows.push_back({{found.names[static_cast<std::size_t>(pair.first)]},
                           {found.names[static_cast<std::size_t>(pair.second)]},
@@ -145,8 +148,8 @@ std::string atlas_report(const AtlasResults& results, int modes, const OutputOpt
   const auto picture = [&](const std::string& stem) {
     return folder.empty() ? std::filesystem::path() : output.shown_picture(folder / stem);
   };
-  HtmlReport report = new_report(fmt::format("Atlas of {} shapes", results.atlas.specimens.size()), lead(results), {},
-                                 in_option_words(results.notes));
+  html::HtmlReport report = new_report(fmt::format("Atlas of {} shapes", results.atlas.specimens.size()), lead(results),
+                                       {}, in_option_words(results.notes));
   const std::vector<std::string> stems = picture_stems(results);
   const auto add = [&](const std::string& heading, const std::string& stem) {
     if (std::find(stems.begin(), stems.end(), stem) != stems.end()) add_still(report, heading, picture(stem));

@@ -13,19 +13,19 @@ namespace pulson {
 
 /// Everything that `pulson atlas` finds.
 struct AtlasResults {
-  Atlas atlas;
+  cohort::Atlas atlas;
   std::vector<std::string> names;  ///< of the specimens
-  ShapeModes modes;
-  ProcrustesModes procrustes;
+  cohort::ShapeModes modes;
+  cohort::ProcrustesModes procrustes;
   /// Of each specimen, what it misses; empty where none does.
-  std::vector<PredictedLandmarks> predicted;
+  std::vector<cohort::PredictedLandmarks> predicted;
   std::vector<Landmarks> complete;  ///< the shapes as given with predictions for what is missing; empty likewise
   std::vector<double> covariate;    ///< empty: none
   std::string covariate_name;
   std::vector<double> shown_values;  ///< of it, in pictures
-  std::optional<MomentumRegression> regression;
+  std::optional<cohort::MomentumRegression> regression;
   std::vector<std::string> groups;  ///< empty: none
-  std::optional<GroupComparison> comparison;
+  std::optional<cohort::GroupComparison> comparison;
   std::vector<std::string> notes;
   double seconds = 0;
 
@@ -41,7 +41,7 @@ std::string modes_csv(const AtlasResults& results);
 std::string predicted_csv(const AtlasResults& results);
 std::string momenta_csv(const AtlasResults& results);
 std::string momenta_npy(const AtlasResults& results);
-std::string groups_csv(const GroupComparison& comparison);
+std::string groups_csv(const cohort::GroupComparison& comparison);
 std::string regression_csv(const AtlasResults& results);
 
 void print_atlas(const AtlasResults& results);

@@ -11,7 +11,7 @@ namespace {
 
 std::string origin(bool fitted) { return fitted ? " (fitted)" : ""; }
 
-std::string shares(const ShapeModes& modes) {
+std::string shares(const cohort::ShapeModes& modes) {
   std::vector<std::string> texts;
   for (Eigen::Index k = 0; k < std::min<Eigen::Index>(3, modes.eigenvalues.size()); ++k)
     texts.push_back(fmt::format("{:.1f} %", 100 * modes.eigenvalues[k] / modes.total()));
@@ -22,10 +22,10 @@ std::string shares(const ShapeModes& modes) {
 }  // namespace
 
 void print_atlas(const AtlasResults& results) {
-  const Atlas& atlas = results.atlas;
+  const cohort::Atlas& atlas = results.atlas;
   const Landmarks& shape = atlas.template_shape;
   std::vector<double> rms;
-  for (const AtlasSpecimen& specimen : atlas.specimens) rms.push_back(specimen.rms());
+  for (const cohort::AtlasSpecimen& specimen : atlas.specimens) rms.push_back(specimen.rms());
   std::sort(rms.begin(), rms.end());
   fmt::print("template    of {}: {} in {}D, {} iterations, {}\n", counted(std::ssize(atlas.specimens), "shape"),
              counted(shape.count(), "landmark"), shape.dimension(), atlas.iterations,
@@ -49,7 +49,7 @@ void print_atlas(const AtlasResults& results) {
   }
   if (!results.predicted.empty()) {
     std::int64_t count = 0;
-    for (const PredictedLandmarks& predicted : results.predicted) count += std::ssize(predicted.landmarks);
+    for (const cohort::PredictedLandmarks& predicted : results.predicted) count += std::ssize(predicted.landmarks);
     fmt::print("predicted   {}, with bands of 90 %\n", counted(count, "missing landmark"));
   }
   fmt::print("time        {:.2f} s\n", results.seconds);

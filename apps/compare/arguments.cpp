@@ -81,9 +81,9 @@ void CompareArguments::add_to(CLI::App& verb) {
   add_threads_option(verb);
 }
 
-CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
+compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
   std::vector<Landmarks> all = read_shapes(shapes, reading, notes);
-  CohortShapes cohort;
+  compare::CohortShapes cohort;
   if (source && *source != "mean")
     cohort.source = read_landmarks(*source, &notes, reading);
   else if (!source && shapes.size() > 1) {
@@ -95,7 +95,7 @@ CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
   if (!cohort.source && cohort.targets.size() == 1 && !simulate.empty() && true_lambda) {
     cohort.source = cohort.targets.front();  // nothing is fitted to it
     cohort.alignment = align == "auto" ? AlignmentKind::kNone : parse_alignment(align);
-    pulson::merge_coincident(cohort, merge_coincident, notes);
+    pulson::compare::merge_coincident(cohort, merge_coincident, notes);
     return cohort;
   }
   if (cohort.targets.empty()) throw InputError("there is no target besides the source");
@@ -105,12 +105,13 @@ CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
   cohort.alignment = align != "auto" ? parse_alignment(align)
                      : cohort.source ? AlignmentKind::kNone
                                      : AlignmentKind::kSimilarity;
-  pulson::merge_coincident(cohort, merge_coincident, notes);
+  pulson::compare::merge_coincident(cohort, merge_coincident, notes);
   return cohort;
 }
 
-CompareOptions CompareArguments::compare_options(const Landmarks& about, std::vector<std::string>& notes) const {
-  CompareOptions asked = options;
+compare::CompareOptions CompareArguments::compare_options(const Landmarks& about,
+                                                          std::vector<std::string>& notes) const {
+  compare::CompareOptions asked = options;
   check_at_least(asked.folds, 0, "--folds");
   check_at_least(asked.forward_samples, 2, "--forward-samples");
   check_at_least(asked.settings.importance_samples, 0, "--importance");

@@ -17,12 +17,12 @@ struct CompareArguments {
   std::vector<std::string> shapes;
   std::vector<std::string> noises;
   std::optional<std::string> source;
-  ReadOptions reading;
+  formats::ReadOptions reading;
   std::string kernel = "gaussian:alpha=fit";
   std::string align = "auto";
   std::string sigma = "auto";
   std::string lambda = "fit";
-  CompareOptions options;
+  compare::CompareOptions options;
   bool no_maps = false;
   bool merge_coincident = false;
   std::vector<std::string> simulate;
@@ -36,9 +36,9 @@ struct CompareArguments {
   void add_to(CLI::App& verb);
 
   /// The shapes, and notes about them. @throws InputError
-  CohortShapes read(std::vector<std::string>& notes) const;
+  compare::CohortShapes read(std::vector<std::string>& notes) const;
   /// @param source that the automatic choices are about
-  CompareOptions compare_options(const Landmarks& source, std::vector<std::string>& notes) const;
+  compare::CompareOptions compare_options(const Landmarks& source, std::vector<std::string>& notes) const;
 };
 
 }  // namespace pulson

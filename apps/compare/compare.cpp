@@ -30,7 +30,7 @@ const std::vector<std::string> kStudyPictures = {"recovery"};
 std::vector<NoiseChoice> choices(const std::vector<std::string>& noises) { return {noises.begin(), noises.end()}; }
 
 // All files of a comparison, or none of them. @return stems of the pictures drawn
-std::vector<std::string> write_comparison(const Comparison& comparison, const CohortShapes& shapes,
+std::vector<std::string> write_comparison(const compare::Comparison& comparison, const compare::CohortShapes& shapes,
                                           const std::vector<std::string>& notes, double seconds,
                                           const OutputOptions& output) {
   StagedFiles staged(output.out);
@@ -40,8 +40,8 @@ std::vector<std::string> write_comparison(const Comparison& comparison, const Co
   staged.write("shapes.csv", shapes_csv(comparison));
   staged.write("spectrum.csv", spectrum_csv(comparison));
   staged.write("landmarks.csv", landmarks_csv(comparison));
-  write_landmarks_csv(staged.file("source.csv"), comparison.cohort.source);
-  write_landmark_file(staged.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
+  formats::write_landmarks_csv(staged.file("source.csv"), comparison.cohort.source);
+  formats::write_landmark_file(staged.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
   staged.write("specimens.csv", specimens_csv(shapes));
   std::vector<std::string> pictures{"comparison"};
   if (has_noise_map(comparison)) pictures.emplace_back("noise_map");
@@ -59,8 +59,8 @@ std::vector<std::string> write_comparison(const Comparison& comparison, const Co
   return pictures;
 }
 
-int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes, CompareOptions options,
-                   std::vector<std::string> notes) {
+int run_comparison(const CompareArguments& arguments, const compare::CohortShapes& shapes,
+                   compare::CompareOptions options, std::vector<std::string> notes) {
   const double start = seconds_now();
   Progress progress;
   double part = 0;
@@ -80,7 +80,7 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
     log_step(fmt::format("model {} of {}: {}", model + 1, arguments.noises.size(), noise));
   };
   arguments.output.check(kComparisonFiles, kComparisonPictures);
-  const Comparison comparison = compare_models(shapes, choices(arguments.noises), options);
+  const compare::Comparison comparison = compare_models(shapes, choices(arguments.noises), options);
   progress.clear();
   const double seconds = seconds_now() - start;
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
@@ -91,37 +91,38 @@ int run_comparison(const CompareArguments& arguments, const CohortShapes& shapes
     arguments.output.print_written(kComparisonFiles, pictures);
   }
   const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
-                                     [](const ComparedModel& model) { return model.fit.converged; });
+                                     [](const compare::ComparedModel& model) { return model.fit.converged; });
   return converged ? kDone : kNotConverged;
 }
 
 // The models that are drawn from: what they leave open is fitted to the shapes.
-std::vector<TrueModel> true_models(const CompareArguments& arguments, const Cohort& cohort,
-                                   const CohortSettings& settings) {
+std::vector<compare::TrueModel> true_models(const CompareArguments& arguments, const compare::Cohort& cohort,
+                                            const compare::CohortSettings& settings) {
   std::vector<std::string> asked = arguments.simulate;
   if (asked == std::vector<std::string>{"all"}) asked = arguments.noises;
-  std::vector<TrueModel> models;
-  CohortSettings quick = settings;
+  std::vector<compare::TrueModel> models;
+  compare::CohortSettings quick = settings;
   if (arguments.true_lambda) quick.lambda = arguments.true_lambda;
   for (const std::string& noise : asked) {
-    if (arguments.true_lambda && is_complete(noise, cohort.source)) {
+    if (arguments.true_lambda && compare::is_complete(noise, cohort.source)) {
       models.push_back({noise, *arguments.true_lambda, arguments.true_kernel});
       continue;
     }
-    const CohortFit fit = fit_cohort(cohort, noise, quick);
+    const compare::CohortFit fit = fit_cohort(cohort, noise, quick);
     models.push_back({fit.noise, fit.lambda, fit.kernel});
   }
   return models;
 }
 
-int run_study(const CompareArguments& arguments, const CohortShapes& shapes, const CompareOptions& options,
-              const std::vector<std::string>& notes) {
+int run_study(const CompareArguments& arguments, const compare::CohortShapes& shapes,
+              const compare::CompareOptions& options, const std::vector<std::string>& notes) {
   const double start = seconds_now();
-  const Cohort cohort = shapes.cohort();
+  const compare::Cohort cohort = shapes.cohort();
   const int given = static_cast<int>(shapes.targets.size());
   Progress progress;
-  RecoveryOptions study{options.settings, arguments.count,       arguments.cohort_size.value_or(given > 1 ? given : 20),
-                        cohort.alignment, options.settings.seed, {}};
+  compare::RecoveryOptions study{
+      options.settings, arguments.count,       arguments.cohort_size.value_or(given > 1 ? given : 20),
+      cohort.alignment, options.settings.seed, {}};
   study.on_cohort = [&](int done, int all) {
     progress.show(static_cast<double>(done) / all, fmt::format("cohort {} of {}", done, all));
   };
@@ -149,8 +150,8 @@ int run_study(const CompareArguments& arguments, const CohortShapes& shapes, con
 
 int run_compare(const CompareArguments& arguments) {
   std::vector<std::string> notes;
-  const CohortShapes shapes = arguments.read(notes);
-  CompareOptions options = arguments.compare_options(shapes.cohort().source, notes);
+  const compare::CohortShapes shapes = arguments.read(notes);
+  compare::CompareOptions options = arguments.compare_options(shapes.cohort().source, notes);
   if (constexpr std::size_t kFewest = 3;
       options.settings.fit_width && shapes.targets.size() < kFewest && arguments.simulate.empty()) {
     options.settings.fit_width = false;

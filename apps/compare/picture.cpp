@@ -21,7 +21,7 @@ std::vector<double> counting(std::size_t size) {
   return numbers;
 }
 
-std::string name_of(const ComparedModel& model) { return shortened_spec(model.noise); }
+std::string name_of(const compare::ComparedModel& model) { return shortened_spec(model.noise); }
 
 // The names of a noise's terms without their parameters.
 std::string kinds_of(const std::string& noise) {
@@ -40,31 +40,32 @@ std::vector<std::string> short_names(const std::vector<std::string>& noises) {
 }
 
 // One dot with its error for each model.
-ChartPanel dots(const Comparison& comparison, ChartPanel panel, Estimate (*value)(const ComparedModel&)) {
+charts::ChartPanel dots(const compare::Comparison& comparison, charts::ChartPanel panel,
+                        Estimate (*value)(const compare::ComparedModel&)) {
   std::vector<std::string> noises;
-  for (const ComparedModel& model : comparison.models) noises.push_back(model.noise);
+  for (const compare::ComparedModel& model : comparison.models) noises.push_back(model.noise);
   panel.x_names = short_names(noises);
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
-    const ComparedModel& model = comparison.models[i];
+    const compare::ComparedModel& model = comparison.models[i];
     const Estimate estimate = value(model);
     if (!std::isfinite(estimate.value)) continue;
     panel.series.push_back({.name = name_of(model),
                             .x = {static_cast<double>(i + 1)},
                             .y = {estimate.value},
                             .error = {or_zero(estimate.standard_error)},
-                            .style = SeriesStyle::kPoints});
+                            .style = charts::SeriesStyle::kPoints});
   }
   return panel;
 }
 
-ChartPanel scores(const Comparison& comparison) {
+charts::ChartPanel scores(const compare::Comparison& comparison) {
   return dots(comparison, {.heading = "Score relative to the best model (nats)", .reference_lines = {{0, ""}}},
-              [](const ComparedModel& model) { return model.difference; });
+              [](const compare::ComparedModel& model) { return model.difference; });
 }
 
-ChartPanel predictions(const Comparison& comparison) {
+charts::ChartPanel predictions(const compare::Comparison& comparison) {
   return dots(comparison, {.heading = "Energy score of held-out shapes (lower is better)"},
-              [](const ComparedModel& model) {
+              [](const compare::ComparedModel& model) {
                 return model.prediction ? Estimate{model.prediction->energy_score, model.prediction->energy_score_error}
                                         : Estimate{std::nan(""), 0};
               });
@@ -78,7 +79,7 @@ double abreast(std::size_t model, std::size_t models) {
 
 // Where the variance of so many shapes is in 90 of 100 cohorts: that of m independent squares of a normal distribution
 // is within 1 ± 1.645 √(2/m) of its mean on a logarithmic scale.
-void add_band(const Comparison& comparison, Series& series) {
+void add_band(const compare::Comparison& comparison, charts::Series& series) {
   const double squares = static_cast<double>(comparison.cohort.targets.size()) * comparison.cohort.source.dimension();
   const double factor = std::exp(1.645 * std::sqrt(2 / squares));
   for (const double value : series.y) {
@@ -87,11 +88,12 @@ void add_band(const Comparison& comparison, Series& series) {
   }
 }
 
-ChartPanel spectrum(const Comparison& comparison) {
-  ChartPanel panel{.heading = "Variance along the kernel's eigenvectors (band: 90 % of such cohorts)",
-                   .x_label = "eigenvector, low to high frequency",
-                   .log_y = true};
-  Series observed{.name = "observed", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
+charts::ChartPanel spectrum(const compare::Comparison& comparison) {
+  charts::ChartPanel panel{.heading = "Variance along the kernel's eigenvectors (band: 90 % of such cohorts)",
+                           .x_label = "eigenvector, low to high frequency",
+                           .log_y = true};
+  charts::Series observed{
+      .name = "observed", .x = {}, .y = {}, .style = charts::SeriesStyle::kPoints, .colour = charts::Series::kInk};
   const std::vector<double> places = counting(static_cast<std::size_t>(comparison.eigenvalues.size()));
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -100,14 +102,14 @@ ChartPanel spectrum(const Comparison& comparison) {
     observed.y.push_back(comparison.observed[row]);
     observed.error.push_back(or_zero(comparison.observed_error[row]));
   }
-  const ComparedModel& best = comparison.models[comparison.best];
+  const compare::ComparedModel& best = comparison.models[comparison.best];
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
-    const ComparedModel& model = comparison.models[i];
+    const compare::ComparedModel& model = comparison.models[i];
     if (!(model.spectrum.size() > 0 && (model.spectrum.array() > 0).all())) continue;
-    Series series{.name = name_of(model),
-                  .x = places,
-                  .y = {model.spectrum.begin(), model.spectrum.end()},
-                  .style = SeriesStyle::kLineAndPoints};
+    charts::Series series{.name = name_of(model),
+                          .x = places,
+                          .y = {model.spectrum.begin(), model.spectrum.end()},
+                          .style = charts::SeriesStyle::kLineAndPoints};
     for (double& place : series.x) place += abreast(i, comparison.models.size());
     if (&model == &best) add_band(comparison, series);
     panel.series.push_back(std::move(series));
@@ -116,24 +118,25 @@ ChartPanel spectrum(const Comparison& comparison) {
   return panel;
 }
 
-ChartPanel noise_displacements(const Comparison& comparison) {
-  ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)", .x_label = "landmark"};
+charts::ChartPanel noise_displacements(const compare::Comparison& comparison) {
+  charts::ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)",
+                           .x_label = "landmark"};
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
-    const ComparedModel& model = comparison.models[i];
+    const compare::ComparedModel& model = comparison.models[i];
     std::vector<double> places = counting(static_cast<std::size_t>(comparison.cohort.source.count()));
     for (double& place : places) place += abreast(i, comparison.models.size());
     panel.series.push_back({.name = name_of(model),
                             .x = std::move(places),
                             .y = {model.noise_displacement.begin(), model.noise_displacement.end()},
-                            .style = SeriesStyle::kLineAndPoints});
+                            .style = charts::SeriesStyle::kLineAndPoints});
   }
   return panel;
 }
 
 }  // namespace
 
-Chart comparison_chart(const Comparison& comparison) {
-  Chart chart{
+charts::Chart comparison_chart(const compare::Comparison& comparison) {
+  charts::Chart chart{
       .title = as_title(verdict(comparison)),
       .subtitle = fmt::format("{} shape{} of {} landmarks, {}, sigma {:.3g}", comparison.cohort.targets.size(),
                               comparison.cohort.targets.size() == 1 ? "" : "s", comparison.cohort.source.count(),
@@ -143,16 +146,16 @@ Chart comparison_chart(const Comparison& comparison) {
   return chart;
 }
 
-Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
-                     const RecoveryOptions& options) {
-  ChartPanel panel{.heading = "Fraction of the cohorts for which each model, by colour, is chosen",
-                   .x_label = "model that the cohorts are drawn from  (error bars: one standard error)",
-                   .y_range = std::pair{0.0, 1.0}};
+charts::Chart recovery_chart(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                             const compare::RecoveryOptions& options) {
+  charts::ChartPanel panel{.heading = "Fraction of the cohorts for which each model, by colour, is chosen",
+                           .x_label = "model that the cohorts are drawn from  (error bars: one standard error)",
+                           .y_range = std::pair{0.0, 1.0}};
   std::vector<std::string> drawn;
-  for (const RecoveryRow& row : rows) drawn.push_back(row.truth.noise.spec());
+  for (const compare::RecoveryRow& row : rows) drawn.push_back(row.truth.noise.spec());
   panel.x_names = short_names(drawn);
   for (std::size_t c = 0; c < candidates.size(); ++c) {
-    Series series{.name = shortened_spec(candidates[c]), .x = {}, .y = {}, .style = SeriesStyle::kBars};
+    charts::Series series{.name = shortened_spec(candidates[c]), .x = {}, .y = {}, .style = charts::SeriesStyle::kBars};
     for (std::size_t r = 0; r < rows.size(); ++r) {
       const double part = rows[r].chosen[c] / static_cast<double>(options.cohorts);
       series.x.push_back(static_cast<double>(r + 1));

@@ -7,10 +7,10 @@ namespace pulson {
 
 /// The ranking, and why: scores; displacements along the kernel's eigenvectors, observed and predicted; predictions;
 /// and what the noise moved each landmark.
-Chart comparison_chart(const Comparison& comparison);
+charts::Chart comparison_chart(const compare::Comparison& comparison);
 
 /// How often each model is chosen, by the model that was drawn from.
-Chart recovery_chart(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
-                     const RecoveryOptions& options);
+charts::Chart recovery_chart(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                             const compare::RecoveryOptions& options);
 
 }  // namespace pulson

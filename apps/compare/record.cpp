@@ -28,11 +28,13 @@ Json shape_names(const std::vector<Landmarks>& shapes) {
 }
 
 // 0 where noise vanishes.
-double shown_value(const FittedNumber& number) { return number.vanishes && number.name != "lambda" ? 0 : number.value; }
+double shown_value(const compare::FittedNumber& number) {
+  return number.vanishes && number.name != "lambda" ? 0 : number.value;
+}
 
-Json fitted_json(const std::vector<FittedNumber>& fitted) {
+Json fitted_json(const std::vector<compare::FittedNumber>& fitted) {
   Json all = Json::array();
-  for (const FittedNumber& number : fitted)
+  for (const compare::FittedNumber& number : fitted)
     all.push_back({{"name", number.name},
                    {"value", shown_value(number)},
                    {"log_deviation", number.log_deviation},
@@ -42,14 +44,14 @@ Json fitted_json(const std::vector<FittedNumber>& fitted) {
   return all;
 }
 
-Json evidences(const CohortFit& fit) {
+Json evidences(const compare::CohortFit& fit) {
   Json all = Json::array();
-  for (const ShapeFit& shape : fit.shapes) all.push_back(shape.log_evidence);
+  for (const compare::ShapeFit& shape : fit.shapes) all.push_back(shape.log_evidence);
   return all;
 }
 
-Json model_json(const ComparedModel& model, const CohortSettings& settings) {
-  const CohortFit& fit = model.fit;
+Json model_json(const compare::ComparedModel& model, const compare::CohortSettings& settings) {
+  const compare::CohortFit& fit = model.fit;
   Json json{{"noise", fit.noise},
             {"asked", model.noise},
             {"mode", mode_of(fit)},
@@ -88,7 +90,7 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
   json["importance_sampling"]["least_effective_part"] = fit.effective_part;
   int lost = 0;
   double beyond = 0;
-  for (const ShapeFit& shape : fit.shapes) {
+  for (const compare::ShapeFit& shape : fit.shapes) {
     lost += shape.lost_samples;
     beyond = std::max(beyond, shape.beyond);
   }
@@ -119,9 +121,9 @@ Json model_json(const ComparedModel& model, const CohortSettings& settings) {
 
 }  // namespace
 
-std::string mode_of(const CohortFit& fit) { return fit.noise == "none" ? "deterministic" : "map"; }
+std::string mode_of(const compare::CohortFit& fit) { return fit.noise == "none" ? "deterministic" : "map"; }
 
-std::string comparison_json(const Comparison& comparison, double seconds) {
+std::string comparison_json(const compare::Comparison& comparison, double seconds) {
   Json json{{"source", comparison.cohort.source.source},
             {"targets", shape_names(comparison.cohort.targets)},
             {"alignment", alignment_name(comparison.cohort.alignment)},
@@ -138,24 +140,25 @@ std::string comparison_json(const Comparison& comparison, double seconds) {
             {"notes", in_option_words(comparison.notes)},
             {"seconds", seconds},
             {"version", version()}};
-  for (const ComparedModel& model : comparison.models) json["models"].push_back(model_json(model, comparison.settings));
+  for (const compare::ComparedModel& model : comparison.models)
+    json["models"].push_back(model_json(model, comparison.settings));
   return json.dump(2) + "\n";
 }
 
-std::string specimens_csv(const CohortShapes& shapes) {
+std::string specimens_csv(const compare::CohortShapes& shapes) {
   std::string text = "shape,centroid_size\n";
   for (const Landmarks& shape : shapes.targets)
     fmt::format_to(std::back_inserter(text), "\"{}\",{}\n", shape.source, centroid_size(shape.points));
   return text;
 }
 
-std::string shapes_csv(const Comparison& comparison) {
+std::string shapes_csv(const compare::Comparison& comparison) {
   std::string text =
       "noise,shape,log_evidence,laplace,effective_samples,rms,energy,action,data,converged,energy_score,"
       "coverage_90\n";
-  for (const ComparedModel& model : comparison.models)
+  for (const compare::ComparedModel& model : comparison.models)
     for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
-      const ShapeFit& shape = model.fit.shapes[s];
+      const compare::ShapeFit& shape = model.fit.shapes[s];
       fmt::format_to(std::back_inserter(text), R"("{}","{}",{},{},{},{},{},{},{},{})", model.fit.noise,
                      comparison.cohort.targets[s].source, shape.log_evidence, shape.laplace, shape.effective_samples,
                      shape.rms, shape.cost.energy, shape.cost.action, shape.cost.data, shape.converged ? 1 : 0);
@@ -175,12 +178,12 @@ std::string csv_number(double value) { return std::isnan(value) ? "NA" : fmt::fo
 
 }  // namespace
 
-std::string models_csv(const Comparison& comparison) {
+std::string models_csv(const compare::Comparison& comparison) {
   std::string text =
       "noise,number,value,low_90,high_90,vanishes,log_evidence,log_evidence_error,laplace,score,difference,"
       "difference_error,weight,p,noise_share,rms,energy,action,matched,energy_score,energy_score_error,coverage_90\n";
-  for (const ComparedModel& model : comparison.models) {
-    const CohortFit& fit = model.fit;
+  for (const compare::ComparedModel& model : comparison.models) {
+    const compare::CohortFit& fit = model.fit;
     const double nan = std::nan("");
     const auto& prediction = model.prediction;
     std::string rest;
@@ -192,14 +195,14 @@ std::string models_csv(const Comparison& comparison) {
           prediction ? prediction->coverage : nan})
       rest += "," + csv_number(value);
     if (fit.fitted.empty()) text += fmt::format("\"{}\",NA,NA,NA,NA,NA{}\n", model.noise, rest);
-    for (const FittedNumber& number : fit.fitted)
+    for (const compare::FittedNumber& number : fit.fitted)
       text += fmt::format("\"{}\",{},{},{},{},{}{}\n", model.noise, number.name, csv_number(shown_value(number)),
                           csv_number(number.low), csv_number(number.high), number.vanishes ? 1 : 0, rest);
   }
   return text;
 }
 
-std::string spectrum_csv(const Comparison& comparison) {
+std::string spectrum_csv(const compare::Comparison& comparison) {
   std::string text = "model,eigenvector,eigenvalue,variance,standard_error\n";
   const auto add = [&](const std::string& model, const Eigen::VectorXd& values, const Eigen::VectorXd& errors) {
     for (Eigen::Index i = 0; i < values.size(); ++i)
@@ -207,16 +210,16 @@ std::string spectrum_csv(const Comparison& comparison) {
                           csv_number(values[i]), i < errors.size() ? csv_number(errors[i]) : "NA");
   };
   add("observed", comparison.observed, comparison.observed_error);
-  for (const ComparedModel& model : comparison.models) add(model.noise, model.spectrum, {});
+  for (const compare::ComparedModel& model : comparison.models) add(model.noise, model.spectrum, {});
   return text;
 }
 
-std::string landmarks_csv(const Comparison& comparison) {
+std::string landmarks_csv(const compare::Comparison& comparison) {
   const Landmarks& source = comparison.cohort.source;
   std::string text = "noise,landmark,label";
   for (int axis = 0; axis < source.dimension(); ++axis) text += fmt::format(",{}", "xyz"[axis]);
   text += ",noise_displacement\n";
-  for (const ComparedModel& model : comparison.models)
+  for (const compare::ComparedModel& model : comparison.models)
     for (Eigen::Index a = 0; a < model.noise_displacement.size(); ++a) {
       const auto i = static_cast<std::size_t>(a);
       text += fmt::format(R"("{}",{},"{}")", model.noise, a + 1, i < source.labels.size() ? source.labels[i] : "");
@@ -229,14 +232,14 @@ std::string landmarks_csv(const Comparison& comparison) {
 namespace {
 
 // [cohort]{candidate: {name: value, …, log_evidence, interval_90{name: [low, high]}}}
-Json fits_json(const RecoveryRow& row, const std::vector<std::string>& candidates) {
+Json fits_json(const compare::RecoveryRow& row, const std::vector<std::string>& candidates) {
   Json all = Json::array();
-  for (const std::vector<RecoveredFit>& fits : row.fits) {
+  for (const std::vector<compare::RecoveredFit>& fits : row.fits) {
     Json of_cohort = Json::object();
     for (std::size_t i = 0; i < fits.size(); ++i) {
       Json fit = Json::object();
       Json intervals = Json::object();
-      for (const FittedNumber& number : fits[i].numbers) {
+      for (const compare::FittedNumber& number : fits[i].numbers) {
         fit[number.name] = shown_value(number);
         intervals[number.name] = {number.low, number.high};
       }
@@ -251,8 +254,8 @@ Json fits_json(const RecoveryRow& row, const std::vector<std::string>& candidate
 
 }  // namespace
 
-std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
-                          const RecoveryOptions& options, double seconds) {
+std::string recovery_json(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                          const compare::RecoveryOptions& options, double seconds) {
   Json json{{"kernel", options.settings.kernel.spec()},
             {"sigma", options.settings.sigma.in(0)},
             {"alignment", alignment_name(options.alignment)},
@@ -263,7 +266,7 @@ std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vecto
             {"models", Json::array()},
             {"seconds", seconds},
             {"version", version()}};
-  for (const RecoveryRow& row : rows)
+  for (const compare::RecoveryRow& row : rows)
     json["models"].push_back({{"noise", row.truth.noise.spec()},
                               {"lambda", row.truth.lambda},
                               {"kernel", row.truth.kernel.empty() ? options.settings.kernel.spec() : row.truth.kernel},

@@ -7,28 +7,28 @@
 namespace pulson {
 
 /// What scripts read: `comparison.json`.
-std::string comparison_json(const Comparison& comparison, double seconds);
+std::string comparison_json(const compare::Comparison& comparison, double seconds);
 
 /// The centroid size of each shape as it was given, over the landmarks that are not missing, length units.
-std::string specimens_csv(const CohortShapes& shapes);
+std::string specimens_csv(const compare::CohortShapes& shapes);
 
 /// Each shape under each model, a line each.
-std::string shapes_csv(const Comparison& comparison);
+std::string shapes_csv(const compare::Comparison& comparison);
 
 /// Each model, a line each: evidence, score, fitted numbers with their intervals, means of the matches, prediction.
-std::string models_csv(const Comparison& comparison);
+std::string models_csv(const compare::Comparison& comparison);
 
 /// The variance of the displacements along each eigenvector of the kernel, observed and by each model, a line each.
-std::string spectrum_csv(const Comparison& comparison);
+std::string spectrum_csv(const compare::Comparison& comparison);
 
 /// The displacement of each landmark by the noise of each model, root mean square over the shapes, a line each.
-std::string landmarks_csv(const Comparison& comparison);
+std::string landmarks_csv(const compare::Comparison& comparison);
 
 /// `recovery.json`
-std::string recovery_json(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
-                          const RecoveryOptions& options, double seconds);
+std::string recovery_json(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                          const compare::RecoveryOptions& options, double seconds);
 
 /// @throws InputError where it cannot be
-std::string mode_of(const CohortFit& fit);
+std::string mode_of(const compare::CohortFit& fit);
 
 }  // namespace pulson

@@ -15,15 +15,15 @@ namespace {
 
 constexpr double kDecisive = 3;  // nats, and two standard errors: smaller differences do not separate two models
 
-bool is_behind(const ComparedModel& model) {
+bool is_behind(const compare::ComparedModel& model) {
   const double error = std::isnan(model.difference.standard_error) ? 0 : model.difference.standard_error;
   return -model.difference.value > std::max(kDecisive, 2 * error);
 }
 
 // Without noise, or with noise that the fit sets to zero.
-bool is_geodesic(const CohortFit& fit) {
+bool is_geodesic(const compare::CohortFit& fit) {
   bool has_noise = fit.noise != "none";
-  for (const FittedNumber& number : fit.fitted)
+  for (const compare::FittedNumber& number : fit.fitted)
     if (number.vanishes && number.name != "lambda") has_noise = false;
   return !has_noise;
 }
@@ -49,15 +49,15 @@ void print_table(const Rows& rows) {
   }
 }
 
-void print_fitted(const ComparedModel& model) {
+void print_fitted(const compare::ComparedModel& model) {
   fmt::print("{}", padded("  " + shortened_spec(model.noise), 30));
-  for (const FittedNumber& fitted : model.fit.fitted) fmt::print("{}  ", fitted_text(fitted));
+  for (const compare::FittedNumber& fitted : model.fit.fitted) fmt::print("{}  ", fitted_text(fitted));
   fmt::print("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
 }
 
 // What the most probable paths and those of least cost make of shapes that no flow reaches.
-void print_paths(const Comparison& comparison, const std::vector<std::size_t>& order) {
-  const auto has_paths = [](const ComparedModel& model) { return model.paths.has_value(); };
+void print_paths(const compare::Comparison& comparison, const std::vector<std::size_t>& order) {
+  const auto has_paths = [](const compare::ComparedModel& model) { return model.paths.has_value(); };
   if (std::none_of(comparison.models.begin(), comparison.models.end(), has_paths)) return;
   const auto reversals = [](const Estimate& inversions, const Estimate& triangles) {
     return number(std::isnan(inversions.value) ? triangles.value : inversions.value);
@@ -65,7 +65,7 @@ void print_paths(const Comparison& comparison, const std::vector<std::size_t>& o
   const std::size_t shapes = comparison.cohort.targets.size();
   Rows rows{{"matches", "path", "matched", "rms", "cost", "action", "reversals"}};
   for (const std::size_t i : order) {
-    const ComparedModel& model = comparison.models[i];
+    const compare::ComparedModel& model = comparison.models[i];
     rows.push_back({shortened_spec(model.noise), "most probable", fmt::format("{} of {}", model.matched, shapes),
                     with_error(model.rms), with_error(model.total), with_error(model.action),
                     reversals(model.order_inversions, model.flipped_triangles)});
@@ -80,7 +80,7 @@ void print_paths(const Comparison& comparison, const std::vector<std::size_t>& o
 
 }  // namespace
 
-std::string kernel_words(const CohortSettings& settings) {
+std::string kernel_words(const compare::CohortSettings& settings) {
   return shortened_spec(settings.kernel.spec()) + (settings.fit_width ? " (width fitted)" : "");
 }
 
@@ -93,7 +93,7 @@ std::string with_error(const Estimate& estimate, const char* format) {
   return number(estimate.value, format) + " ± " + number(estimate.standard_error, "{:.2g}");
 }
 
-std::vector<std::size_t> ranked(const Comparison& comparison) {
+std::vector<std::size_t> ranked(const compare::Comparison& comparison) {
   std::vector<std::size_t> order(comparison.models.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -101,22 +101,22 @@ std::vector<std::size_t> ranked(const Comparison& comparison) {
   return order;
 }
 
-std::string fitted_text(const FittedNumber& fitted) {
+std::string fitted_text(const compare::FittedNumber& fitted) {
   if (fitted.vanishes) return fitted.name + (fitted.name == "lambda" ? " = ∞" : " = 0");  // 1/λ is the variance
   const std::string text = fmt::format("{} = {:.4g}", fitted.name, fitted.value);
   if (std::isnan(fitted.log_deviation)) return text + " (undetermined)";
   return text + fmt::format(" (± {:.0f} %)", 100 * fitted.log_deviation);
 }
 
-std::string verdict(const Comparison& comparison) {
+std::string verdict(const compare::Comparison& comparison) {
   const std::vector<std::size_t> order = ranked(comparison);
   const std::string& best = comparison.models[order.front()].noise;
   if (order.size() == 1) return fmt::format("only one model: {}", best);
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (!is_behind(comparison.models[order[i]])) equal.push_back(shortened_spec(comparison.models[order[i]].noise));
-  const CohortFit& fit = comparison.models[order.front()].fit;
-  const auto vanishes = [](const FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
+  const compare::CohortFit& fit = comparison.models[order.front()].fit;
+  const auto vanishes = [](const compare::FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
   if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes))
     return "these shapes do not differ beyond sigma, and say nothing of any model";
   if (is_geodesic(fit)) return "the geodesic is enough: no noise model explains these shapes better";
@@ -130,7 +130,7 @@ std::string as_title(std::string text) {
   return text;
 }
 
-void print_comparison(const Comparison& comparison) {
+void print_comparison(const compare::Comparison& comparison) {
   fmt::print("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
              counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
@@ -139,7 +139,7 @@ void print_comparison(const Comparison& comparison) {
   Rows evidence{{"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"}};
   const std::vector<std::size_t> order = ranked(comparison);
   for (const std::size_t i : order) {
-    const ComparedModel& model = comparison.models[i];
+    const compare::ComparedModel& model = comparison.models[i];
     evidence.push_back(
         {shortened_spec(model.noise), i == comparison.best ? "0" : with_error(model.difference, "{:.1f}"),
          number(model.weight, "{:.2g}"), number(model.p_value, "{:.2g}"),
@@ -150,7 +150,7 @@ void print_comparison(const Comparison& comparison) {
   fmt::print("\n");
   Rows predictions{{"noise", "energy score", "coverage 90 %", "inversions", "triangles", "folded", "seconds"}};
   for (const std::size_t i : order) {
-    const ComparedModel& model = comparison.models[i];
+    const compare::ComparedModel& model = comparison.models[i];
     const auto& prediction = model.prediction;
     predictions.push_back(
         {shortened_spec(model.noise),
@@ -166,14 +166,14 @@ void print_comparison(const Comparison& comparison) {
   fmt::print("\nverdict    {}\n", verdict(comparison));
 }
 
-void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
-                    const RecoveryOptions& options) {
+void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                    const compare::RecoveryOptions& options) {
   fmt::print("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
              options.cohorts, options.shapes, kernel_words(options.settings), options.settings.sigma.in(0));
   std::vector<std::string> head = {"drawn from", "noise share"};
   for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));
   Rows table{head};
-  for (const RecoveryRow& row : rows) {
+  for (const compare::RecoveryRow& row : rows) {
     std::vector<std::string> cells = {shortened_spec(row.truth.noise.spec()),
                                       number(100 * row.noise_share, "{:.0f} %")};
     for (const int chosen : row.chosen) cells.push_back(std::to_string(chosen));

@@ -8,21 +8,21 @@
 namespace pulson {
 
 /// The kernel that all models begin with, and whether each has a width of its own.
-std::string kernel_words(const CohortSettings& settings);
+std::string kernel_words(const compare::CohortSettings& settings);
 
-void print_comparison(const Comparison& comparison);
+void print_comparison(const compare::Comparison& comparison);
 
 /// One line: which model explains the shapes best, or that they do not decide.
-std::string verdict(const Comparison& comparison);
+std::string verdict(const compare::Comparison& comparison);
 
 /// The text with a capital first letter.
 std::string as_title(std::string text);
 
-void print_recovery(const std::vector<RecoveryRow>& rows, const std::vector<std::string>& candidates,
-                    const RecoveryOptions& options);
+void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
+                    const compare::RecoveryOptions& options);
 
 /// The models, greatest score first.
-std::vector<std::size_t> ranked(const Comparison& comparison);
+std::vector<std::size_t> ranked(const compare::Comparison& comparison);
 
 /// A number as tables have it, "-" where there is none; the same with its standard error, where there is one.
 std::string number(double value, const char* format = "{:.3g}");
@@ -30,6 +30,6 @@ std::string with_error(const Estimate& estimate, const char* format = "{:.3g}");
 
 /// "beta = 0.24 (± 22 %)"; where it vanishes "beta = 0" and "lambda = ∞", "(undetermined)" where the shapes do not
 /// determine it it.
-std::string fitted_text(const FittedNumber& fitted);
+std::string fitted_text(const compare::FittedNumber& fitted);
 
 }  // namespace pulson

@@ -31,12 +31,12 @@ struct ConvertArguments {
   std::string axes;
   std::string from_axes;
   std::optional<double> height;
-  ReadOptions reading;
+  formats::ReadOptions reading;
 };
 
 /// Calls change(points) for all of a file.
 template <class Change>
-void change_all_points(LandmarkFile& file, const Change& change) {
+void change_all_points(formats::LandmarkFile& file, const Change& change) {
   for (Landmarks& shape : file.shapes) change_points(shape, change);
 }
 
@@ -46,7 +46,7 @@ void check_axes(const std::string& option, const std::string& axes) {
 }
 
 /// L, P point against R, A.
-void convert_axes(const ConvertArguments& arguments, const std::string& input, LandmarkFile& file) {
+void convert_axes(const ConvertArguments& arguments, const std::string& input, formats::LandmarkFile& file) {
   if (!arguments.from_axes.empty()) file.axes = arguments.from_axes;
   if (arguments.axes.empty()) return;
   if (file.axes != "LPS" && file.axes != "RAS")
@@ -57,7 +57,7 @@ void convert_axes(const ConvertArguments& arguments, const std::string& input, L
   file.axes = arguments.axes;
 }
 
-void flip_y(const ConvertArguments& arguments, const std::string& input, LandmarkFile& file) {
+void flip_y(const ConvertArguments& arguments, const std::string& input, formats::LandmarkFile& file) {
   const double height = arguments.height.value_or(0);
   if (!arguments.height) return;
   if (!std::isfinite(height)) throw InputError(fmt::format("--flip-y is {}; it must be finite", height));
@@ -78,10 +78,10 @@ void join_property(std::string& ours, const std::string& theirs, const std::stri
 }
 
 /// The shapes of all inputs, one file after the other.
-LandmarkFile read_inputs(const ConvertArguments& arguments) {
-  LandmarkFile all;
+formats::LandmarkFile read_inputs(const ConvertArguments& arguments) {
+  formats::LandmarkFile all;
   for (const std::string& input : arguments.inputs) {
-    LandmarkFile file = read_addressed_shapes(input, arguments.reading);
+    formats::LandmarkFile file = read_addressed_shapes(input, arguments.reading);
     log_step(fmt::format("read {}: {}", input, file.format));
     convert_axes(arguments, input, file);
     flip_y(arguments, input, file);
@@ -120,9 +120,9 @@ void convert(ConvertArguments arguments) {
   find_output(arguments);
   check_axes("--axes", arguments.axes);
   check_axes("--from-axes", arguments.from_axes);
-  const LandmarkFormat& format = landmark_format_to_write(arguments.output, arguments.format);
+  const formats::LandmarkFormat& format = formats::landmark_format_to_write(arguments.output, arguments.format);
   check_output_file(arguments.output);
-  LandmarkFile file = read_inputs(arguments);
+  formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
   for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   print_notes(notes);

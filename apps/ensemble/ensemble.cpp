@@ -36,7 +36,7 @@ const std::string kCheckpoint = "ensemble.partial";
 struct EnsembleArguments {
   StartOptions start;
   TimeOptions time{.time = {}, .steps = 20, .dt = 0.02};
-  EnsembleOptions options;
+  ensemble::EnsembleOptions options;
   std::string integrator = "variational";
   int records = 101;
   std::vector<double> densities;
@@ -68,7 +68,7 @@ std::vector<int> density_steps(const std::vector<double>& times, const TimeGrid&
 }
 
 void check_numbers(const EnsembleArguments& arguments) {
-  const EnsembleOptions& options = arguments.options;
+  const ensemble::EnsembleOptions& options = arguments.options;
   if (options.samples < 1 || options.samples > kMostSamples)
     throw InputError(fmt::format("--samples is {}; it must be from 1 to {}", options.samples, kMostSamples));
   if (options.antithetic && options.samples % 2 != 0)
@@ -81,12 +81,12 @@ void check_numbers(const EnsembleArguments& arguments) {
 }
 
 // Where `densities` are to be written; histograms for quantiles are taken at all records where they are not too many.
-EnsembleOptions ensemble_options(const EnsembleArguments& arguments, const Start& start,
-                                 const std::vector<int>& densities, const TimeGrid& grid) {
+ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, const Start& start,
+                                           const std::vector<int>& densities, const TimeGrid& grid) {
   check_numbers(arguments);
-  EnsembleOptions options = arguments.options;
+  ensemble::EnsembleOptions options = arguments.options;
   options.grid = grid;
-  options.records = spread_steps(grid, arguments.records);
+  options.records = ensemble::spread_steps(grid, arguments.records);
   options.records.insert(options.records.end(), densities.begin(), densities.end());
   sort_unique(options.records);
   const std::int64_t coordinates = 2 * start.state.q.size();
@@ -98,9 +98,9 @@ EnsembleOptions ensemble_options(const EnsembleArguments& arguments, const Start
     throw InputError(fmt::format("densities of {} coordinates at {} times are too many; ask for fewer times",
                                  coordinates, options.histograms.size()));
   if (!arguments.save_paths.empty())
-    options.keep = KeepStates::kAll;
+    options.keep = ensemble::KeepStates::kAll;
   else if (!arguments.save_final.empty())
-    options.keep = KeepStates::kFinal;
+    options.keep = ensemble::KeepStates::kFinal;
   if (const std::int64_t numbers = options.kept_numbers(start.state) * options.samples; numbers > kMostKept)
     throw InputError(
         fmt::format("the states to keep are {} numbers, and the limit is {}: use fewer --records or --samples", numbers,
@@ -127,7 +127,7 @@ std::string file_contents(const fs::path& path) {
 }
 
 // Samples until all paths are there or a signal comes; saves the sums every so often.
-void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& arguments) {
+void sample(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const EnsembleArguments& arguments) {
   const Interrupt interrupt;
   Progress progress;
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
@@ -156,9 +156,9 @@ void sample(Ensemble& ensemble, EnsembleRun& run, const EnsembleArguments& argum
   if (run.partial() || saved > begin) write_file_atomically(checkpoint, ensemble_checkpoint(run));
 }
 
-std::vector<std::string> warnings_of(const EnsembleRun& run) {
+std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
   std::vector<std::string> warnings;
-  const PathCounts& paths = run.sums.paths;
+  const ensemble::PathCounts& paths = run.sums.paths;
   if (run.partial())
     warnings.push_back(
         fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
@@ -170,7 +170,8 @@ std::vector<std::string> warnings_of(const EnsembleRun& run) {
   return warnings;
 }
 
-void write_results(const EnsembleRun& run, const std::vector<std::string>& notes, const EnsembleArguments& arguments) {
+void write_results(const records::EnsembleRun& run, const std::vector<std::string>& notes,
+                   const EnsembleArguments& arguments) {
   const OutputOptions& output = arguments.output;
   StagedFiles staged(output.out);
   staged.write("means.csv", ensemble_means_csv(run));
@@ -178,17 +179,18 @@ void write_results(const EnsembleRun& run, const std::vector<std::string>& notes
   const auto n = static_cast<std::size_t>(run.start.q.cols());
   const auto d = static_cast<std::size_t>(run.start.q.rows());
   const auto samples = static_cast<std::size_t>(run.sums.samples);
-  const std::size_t records = run.options.keep == KeepStates::kAll ? run.options.records.size() : 1;
-  if (!arguments.save_paths.empty()) write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d});
+  const std::size_t records = run.options.keep == ensemble::KeepStates::kAll ? run.options.records.size() : 1;
+  if (!arguments.save_paths.empty())
+    formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d});
   if (!arguments.save_final.empty()) {
     std::vector<double> last;
     for (std::size_t m = 0; m < samples; ++m) {
       const auto* const begin = run.sums.states.data() + (m * records + records - 1) * 2 * n * d;
       last.insert(last.end(), begin, begin + 2 * n * d);
     }
-    write_npy(arguments.save_final, last, {samples, 2, n, d});
+    formats::write_npy(arguments.save_final, last, {samples, 2, n, d});
   }
-  const EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : EnsemblePicture{};
+  const draw::EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : draw::EnsemblePicture{};
   const bool draws = !output.no_picture && run.sums.paths.clean > 1;
   const fs::path picture = staged.file("ensemble");
   if (draws) write_ensemble_picture(run, shape, output.picture_files(picture));
@@ -201,8 +203,8 @@ void write_results(const EnsembleRun& run, const std::vector<std::string>& notes
   if (!run.partial()) fs::remove(output.file(kCheckpoint));
 }
 
-void print_summary(const EnsembleRun& run) {
-  const EnsembleSums& sums = run.sums;
+void print_summary(const records::EnsembleRun& run) {
+  const ensemble::EnsembleSums& sums = run.sums;
   const TimeGrid& grid = run.options.grid;
   fmt::print("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
              run.partial() ? "PARTIAL: " : "", sums.samples, run.shape.count(), run.shape.dimension(), grid.time,
@@ -229,19 +231,19 @@ int run_ensemble(const EnsembleArguments& arguments) {
   const Start start = arguments.start.start();
   const TimeGrid grid = arguments.time.grid(start.default_time);
   const std::vector<int> densities = density_steps(arguments.densities, grid);
-  const EnsembleOptions options = ensemble_options(arguments, start, densities, grid);
+  const ensemble::EnsembleOptions options = ensemble_options(arguments, start, densities, grid);
   check_outputs(arguments);
-  Ensemble ensemble(start.system, arguments.integrator, start.state, options);
-  EnsembleRun run{start.system,
-                  arguments.integrator,
-                  start.shape,
-                  start.state,
-                  ensemble.options(),
-                  densities,
-                  {},
-                  ensemble.method(),
-                  thread_count(),
-                  0};
+  ensemble::Ensemble ensemble(start.system, arguments.integrator, start.state, options);
+  records::EnsembleRun run{start.system,
+                           arguments.integrator,
+                           start.shape,
+                           start.state,
+                           ensemble.options(),
+                           densities,
+                           {},
+                           ensemble.method(),
+                           thread_count(),
+                           0};
   const fs::path checkpoint = arguments.output.file(kCheckpoint);
   if (arguments.resume) ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));

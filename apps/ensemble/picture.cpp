@@ -17,29 +17,29 @@ constexpr int kMostPaths = 200;   // drawn again, for the correlation of the axe
 constexpr std::size_t kMostFan = 30;
 constexpr std::size_t kFanLines = 1500;
 
-std::string title(const EnsembleRun& run, const std::string& rest) {
+std::string title(const records::EnsembleRun& run, const std::string& rest) {
   return fmt::format("{} sample paths of {} landmark{}{}{}", run.sums.samples, run.shape.count(),
                      run.shape.count() == 1 ? "" : "s", rest, run.partial() ? " (partial)" : "");
 }
 
-std::string subtitle(const EnsembleRun& run) {
+std::string subtitle(const records::EnsembleRun& run) {
   return fmt::format("{}  ·  {}  ·  {}, dt = {:.3g}  ·  seed {}", shortened_spec(run.system.noise->spec()),
                      run.system.kernel.spec(3), run.integrator, run.options.grid.dt(), run.options.seed);
 }
 
 /// `landmark 2`
-std::string name_of(const EnsembleRun& run, Eigen::Index landmark) {
+std::string name_of(const records::EnsembleRun& run, Eigen::Index landmark) {
   return "landmark " + run.shape.describe(static_cast<int>(landmark));
 }
 
-Eigen::Index landmarks_shown(const EnsembleRun& run) { return std::min(run.start.q.cols(), kMostLandmarks); }
+Eigen::Index landmarks_shown(const records::EnsembleRun& run) { return std::min(run.start.q.cols(), kMostLandmarks); }
 
 /// The mean over time within the band of the middle nine tenths, or of one standard deviation where there are no
 /// histograms.
-Series over_time(const EnsembleRun& run, Eigen::Index landmark, Eigen::Index coordinate) {
-  Series series{.name = name_of(run, landmark), .x = {}, .y = {}};
+charts::Series over_time(const records::EnsembleRun& run, Eigen::Index landmark, Eigen::Index coordinate) {
+  charts::Series series{.name = name_of(run, landmark), .x = {}, .y = {}};
   for (std::size_t record = 0; record < run.options.records.size(); ++record) {
-    const Moments& moments = run.sums.moments[record];
+    const ensemble::Moments& moments = run.sums.moments[record];
     if (moments.count < 2) continue;
     const double mean = moments.mean[coordinate];
     const double deviation = std::sqrt(moments.variance()[coordinate]);
@@ -54,21 +54,23 @@ Series over_time(const EnsembleRun& run, Eigen::Index landmark, Eigen::Index coo
 }
 
 /// As many bars as the samples allow (Rice's rule), without the outermost tails.
-Series density_of(const Histogram& histogram, const std::string& name) {
+charts::Series density_of(const ensemble::Histogram& histogram, const std::string& name) {
   const double most = std::min(kMostBars, 2 * std::cbrt(static_cast<double>(histogram.total())));
-  DensityBars bars = histogram.bars(0.001, most);
-  return {.name = name, .x = std::move(bars.edges), .y = std::move(bars.values), .style = SeriesStyle::kSteps};
+  ensemble::DensityBars bars = histogram.bars(0.001, most);
+  return {.name = name, .x = std::move(bars.edges), .y = std::move(bars.values), .style = charts::SeriesStyle::kSteps};
 }
 
 /// A density without any width cannot be drawn.
-bool has_width(const Histogram& histogram) { return histogram.total() > 0 && histogram.largest > histogram.smallest; }
+bool has_width(const ensemble::Histogram& histogram) {
+  return histogram.total() > 0 && histogram.largest > histogram.smallest;
+}
 
 /// Means and bands over time, and the density at the end.
-Chart chart_on_line(const EnsembleRun& run) {
+charts::Chart chart_on_line(const records::EnsembleRun& run) {
   const Eigen::Index shown = landmarks_shown(run);
-  ChartPanel positions{.heading = "Positions q over time t"};
-  ChartPanel momenta{.heading = "Momenta p over time t"};
-  ChartPanel density{.heading = fmt::format("Density of q at t = {:.4g}", run.options.grid.time)};
+  charts::ChartPanel positions{.heading = "Positions q over time t"};
+  charts::ChartPanel momenta{.heading = "Momenta p over time t"};
+  charts::ChartPanel density{.heading = fmt::format("Density of q at t = {:.4g}", run.options.grid.time)};
   for (Eigen::Index landmark = 0; landmark < shown; ++landmark) {
     positions.series.push_back(over_time(run, landmark, landmark));
     momenta.series.push_back(over_time(run, landmark, run.start.q.size() + landmark));
@@ -76,27 +78,29 @@ Chart chart_on_line(const EnsembleRun& run) {
     if (histograms.empty() || !has_width(histograms[static_cast<std::size_t>(landmark)])) continue;
     density.series.push_back(density_of(histograms[static_cast<std::size_t>(landmark)], name_of(run, landmark)));
   }
-  Chart chart{.title = title(run, shown < run.start.q.cols() ? fmt::format(", {} of them shown", shown) : ""),
-              .subtitle = subtitle(run) + "  ·  lines: means, bands: middle 90 %",
-              .rows = {{std::move(positions), std::move(momenta)}}};
+  charts::Chart chart{.title = title(run, shown < run.start.q.cols() ? fmt::format(", {} of them shown", shown) : ""),
+                      .subtitle = subtitle(run) + "  ·  lines: means, bands: middle 90 %",
+                      .rows = {{std::move(positions), std::move(momenta)}}};
   if (!density.series.empty()) chart.rows.front().push_back(std::move(density));
   return chart;
 }
 
 /// The first paths of the ensemble again: those that are clean.
-std::vector<SamplePath> first_paths(const EnsembleRun& run) {
+std::vector<ensemble::SamplePath> first_paths(const records::EnsembleRun& run) {
   const auto count = static_cast<int>(std::min<std::int64_t>(run.sums.samples, kMostPaths));
-  std::vector<SamplePath> paths = sample_paths(run.system, *make_integrator(run.integrator), run.start,
-                                               {.grid = run.options.grid,
-                                                .seed = run.options.seed,
-                                                .samples = count,
-                                                .momentum_bound = run.options.momentum_bound});
-  std::erase_if(paths, [](const SamplePath& path) { return path.status != PathStatus::kClean; });
+  std::vector<ensemble::SamplePath> paths =
+      ensemble::sample_paths(run.system, *make_integrator(run.integrator), run.start,
+                             {.grid = run.options.grid,
+                              .seed = run.options.seed,
+                              .samples = count,
+                              .momentum_bound = run.options.momentum_bound});
+  std::erase_if(paths, [](const ensemble::SamplePath& path) { return path.status != ensemble::PathStatus::kClean; });
   return paths;
 }
 
 /// Standard deviations are those of all paths, correlations those of the given ones.
-std::vector<Eigen::MatrixXd> covariances(const EnsembleRun& run, const std::vector<SamplePath>& paths) {
+std::vector<Eigen::MatrixXd> covariances(const records::EnsembleRun& run,
+                                         const std::vector<ensemble::SamplePath>& paths) {
   const Eigen::Index d = run.start.q.rows();
   const Eigen::ArrayXd deviation = run.sums.moments.back().variance().sqrt();
   std::vector<Eigen::MatrixXd> result;
@@ -119,16 +123,16 @@ std::vector<Eigen::MatrixXd> covariances(const EnsembleRun& run, const std::vect
 
 }  // namespace
 
-EnsemblePicture make_ensemble_picture(const EnsembleRun& run) {
-  EnsemblePicture picture;
+draw::EnsemblePicture make_ensemble_picture(const records::EnsembleRun& run) {
+  draw::EnsemblePicture picture;
   picture.start = run.shape;
   for (std::size_t record = 0; record < run.options.records.size(); ++record) {
-    const Moments& moments = run.sums.moments[record];
+    const ensemble::Moments& moments = run.sums.moments[record];
     if (moments.count < 2) continue;
     picture.times.push_back(run.options.grid.at(run.options.records[record]));
     picture.mean.emplace_back(Points::Map(moments.mean.data(), run.start.q.rows(), run.start.q.cols()));
   }
-  const std::vector<SamplePath> paths = first_paths(run);
+  const std::vector<ensemble::SamplePath> paths = first_paths(run);
   picture.covariances = covariances(run, paths);
   const std::size_t drawn =
       std::clamp<std::size_t>(kFanLines / static_cast<std::size_t>(run.shape.count()), 1, kMostFan);
@@ -141,7 +145,8 @@ EnsemblePicture make_ensemble_picture(const EnsembleRun& run) {
   return picture;
 }
 
-void write_ensemble_picture(const EnsembleRun& run, const EnsemblePicture& shape, const PictureFiles& files) {
+void write_ensemble_picture(const records::EnsembleRun& run, const draw::EnsemblePicture& shape,
+                            const draw::PictureFiles& files) {
   if (run.start.q.rows() == 1) return write_chart(chart_on_line(run), files);
   write_ensemble_picture(shape, files);
 }

@@ -10,10 +10,11 @@ namespace pulson {
 /// the end, of many landmarks for the first few; in the plane and in space the mean shape, an ellipse for each landmark
 /// and a fan of paths.
 /// @param shape of make_ensemble_picture
-void write_ensemble_picture(const EnsembleRun& run, const EnsemblePicture& shape, const PictureFiles& files);
+void write_ensemble_picture(const records::EnsembleRun& run, const draw::EnsemblePicture& shape,
+                            const draw::PictureFiles& files);
 
 /// The mean shape of an ensemble in any dimension, the covariances at its end and some of its paths, which are computed
 /// again.
-EnsemblePicture make_ensemble_picture(const EnsembleRun& run);
+draw::EnsemblePicture make_ensemble_picture(const records::EnsembleRun& run);
 
 }  // namespace pulson

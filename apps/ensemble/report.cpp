@@ -8,10 +8,10 @@
 namespace pulson {
 namespace {
 
-bool is_on_line(const EnsembleRun& run) { return run.shape.dimension() == 1; }
+bool is_on_line(const records::EnsembleRun& run) { return run.shape.dimension() == 1; }
 
-std::string lead(const EnsembleRun& run) {
-  const PathCounts& paths = run.sums.paths;
+std::string lead(const records::EnsembleRun& run) {
+  const ensemble::PathCounts& paths = run.sums.paths;
   std::string text =
       fmt::format("{} of {} in {}D to t = {:.4g}, {} of them clean.", counted(run.sums.samples, "sample path"),
                   counted(run.shape.count(), "landmark"), run.shape.dimension(), run.options.grid.time, paths.clean);
@@ -24,19 +24,19 @@ std::string lead(const EnsembleRun& run) {
 }
 
 // The steps of the records that have a mean, which are those of the picture's times.
-std::vector<int> recorded_steps(const EnsembleRun& run) {
+std::vector<int> recorded_steps(const records::EnsembleRun& run) {
   std::vector<int> steps;
   for (std::size_t record = 0; record < run.options.records.size(); ++record)
     if (run.sums.moments[record].count > 1) steps.push_back(run.options.records[record]);
   return steps;
 }
 
-std::optional<ReportMotion> motion_of(const EnsembleRun& run, const EnsemblePicture& shape) {
+std::optional<html::ReportMotion> motion_of(const records::EnsembleRun& run, const draw::EnsemblePicture& shape) {
   if (shape.mean.size() < 2) return std::nullopt;
   const std::int64_t numbers = run.start.q.size();
   const std::vector<int> steps = recorded_steps(run);
   const std::vector<int> shown = shown_frames(static_cast<int>(steps.size()) - 1, numbers);
-  ReportMotion motion;
+  html::ReportMotion motion;
   motion.source = run.shape;
   for (const int record : shown) {
     motion.times.push_back(shape.times[static_cast<std::size_t>(record)]);
@@ -52,16 +52,16 @@ std::optional<ReportMotion> motion_of(const EnsembleRun& run, const EnsemblePict
   }
   motion.others_name = counted(motion.others.size(), "sample path");
   if (run.shape.dimension() == 2)
-    motion.extra = {fmt::format("ellipses of {:.0f} % at the end", 100 * kEllipsePart), ellipses(shape, 0, 1)};
+    motion.extra = {fmt::format("ellipses of {:.0f} % at the end", 100 * draw::kEllipsePart), ellipses(shape, 0, 1)};
   if (!can_be_drawn(motion.frames) || !can_be_drawn(motion.extra.lines)) return std::nullopt;
   motion.caption = fmt::format("The mean of all paths{}.",
                                motion.others.empty() ? "" : fmt::format(", and faintly {}", motion.others_name));
   return motion;
 }
 
-ReportTable facts(const EnsembleRun& run) {
+html::ReportTable facts(const records::EnsembleRun& run) {
   FactTable table = settings(run);
-  const PathCounts& paths = run.sums.paths;
+  const ensemble::PathCounts& paths = run.sums.paths;
   table.add("clean paths", fmt::to_string(paths.clean));
   table.add("paths without a root", fmt::to_string(paths.no_root));
   table.add(fmt::format("paths with momenta beyond {}", short_number(run.options.momentum_bound)),
@@ -74,8 +74,8 @@ ReportTable facts(const EnsembleRun& run) {
 }
 
 // Mean and standard deviation of each landmark's position at the end.
-ReportTable landmarks_at_end(const EnsembleRun& run) {
-  const Moments& last = run.sums.moments.back();
+html::ReportTable landmarks_at_end(const records::EnsembleRun& run) {
+  const ensemble::Moments& last = run.sums.moments.back();
   const int d = run.shape.dimension(), n = run.shape.count();
   const Eigen::ArrayXd deviation = last.variance().sqrt();
   Eigen::VectorXd moved(n), total_deviation(n);
@@ -83,12 +83,12 @@ ReportTable landmarks_at_end(const EnsembleRun& run) {
     moved[a] = (last.mean.segment(a * d, d).matrix() - run.start.q.col(a)).norm();
     total_deviation[a] = deviation.segment(a * d, d).matrix().norm();
   }
-  ReportTable table = landmark_table(run.shape);
+  html::ReportTable table = landmark_table(run.shape);
   table.header.emplace_back("displacement of the mean");
   for (int i = 0; i < d; ++i) table.header.push_back(fmt::format("mean {}", "xyz"[i]));
   table.header.emplace_back("standard deviation");
   for (const int a : listed_landmarks(total_deviation)) {
-    std::vector<ReportCell> row = landmark_cells(run.shape, a);
+    std::vector<html::ReportCell> row = landmark_cells(run.shape, a);
     row.push_back({report_number(moved[a])});
     for (int i = 0; i < d; ++i) row.push_back({report_number(last.mean[a * d + i], 5)});
     row.push_back({report_number(total_deviation[a])});
@@ -102,12 +102,13 @@ ReportTable landmarks_at_end(const EnsembleRun& run) {
 
 }  // namespace
 
-HtmlReport ensemble_report(const EnsembleRun& run, const EnsemblePicture& shape,
-                           const std::vector<std::string>& warnings, const std::vector<std::string>& notes,
-                           const std::filesystem::path& picture) {
-  HtmlReport report = new_report((run.partial() ? "Part of the ensemble of " : "Ensemble of ") + start_name(run.shape),
-                                 lead(run), warnings, notes);
-  if (std::optional<ReportMotion> motion = motion_of(run, shape))
+html::HtmlReport ensemble_report(const records::EnsembleRun& run, const draw::EnsemblePicture& shape,
+                                 const std::vector<std::string>& warnings, const std::vector<std::string>& notes,
+                                 const std::filesystem::path& picture) {
+  html::HtmlReport report =
+      new_report((run.partial() ? "Part of the ensemble of " : "Ensemble of ") + start_name(run.shape), lead(run),
+                 warnings, notes);
+  if (std::optional<html::ReportMotion> motion = motion_of(run, shape))
     report.sections.push_back({"Motion", {std::move(*motion)}});
   add_still(report, "The ensemble", picture);
   report.sections.push_back({"Numbers", {facts(run)}});

@@ -12,11 +12,11 @@
 namespace {
 
 void compare_noises(const pulson::Landmarks& source, const pulson::Landmarks& target) {
-  pulson::RegistrationOptions options;
+  pulson::matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
   for (const char* noise : {"none", "ch-sd:beta=1"}) {
     options.noise = noise;
-    const pulson::Registration registration = pulson::register_shapes(source, target, options);
+    const pulson::matching::Registration registration = pulson::matching::register_shapes(source, target, options);
     std::cout << noise << (registration.matched() ? ": matched" : ": not matched")  //
               << ", energy " << registration.cost.energy << ", action " << registration.cost.action << '\n';
   }
@@ -26,8 +26,8 @@ void compare_noises(const pulson::Landmarks& source, const pulson::Landmarks& ta
 
 int main(int argc, char** argv) try {
   std::cout.precision(4);
-  compare_noises(pulson::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/swap_source.csv"),
-                 pulson::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/swap_target.csv"));
+  compare_noises(pulson::formats::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/swap_source.csv"),
+                 pulson::formats::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/swap_target.csv"));
 } catch (const pulson::Error& error) {
   std::cerr << "error: " << error.what() << '\n';
   return 2;

@@ -12,14 +12,17 @@
 #include <pulson/pulson.hpp>
 
 int main(int argc, char** argv) {
-  const pulson::Landmarks source = pulson::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/fish_source.csv");
-  const pulson::Landmarks target = pulson::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/fish_target.csv");
-  const pulson::Registration registration = pulson::register_shapes(source, target);
+  const pulson::Landmarks source =
+      pulson::formats::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/fish_source.csv");
+  const pulson::Landmarks target =
+      pulson::formats::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/fish_target.csv");
+  const pulson::matching::Registration registration = pulson::matching::register_shapes(source, target);
 
-  const pulson::MaterialFlow flow(pulson::registration_system(registration), pulson::replay(registration));
+  const pulson::warp::MaterialFlow flow(pulson::matching::registration_system(registration),
+                                        pulson::matching::replay(registration));
   const pulson::Points points{{-0.5, 0.0, 0.5},  // x
                               {0.0, 0.2, 0.0}};  // y
-  const pulson::MovedPoints moved = flow.end_with_gradients(registration.alignment.apply(points));
+  const pulson::warp::MovedPoints moved = flow.end_with_gradients(registration.alignment.apply(points));
 
   std::cout.precision(3);
   for (Eigen::Index i = 0; i < points.cols(); ++i)

@@ -17,16 +17,18 @@ int main() {
   const pulson::TimeGrid grid{.time = 20, .steps = 1000};
 
   const auto integrator = pulson::make_integrator("variational");
-  const pulson::SamplePath sample = pulson::sample_paths(system, *integrator, start, {.grid = grid}).front();
+  const pulson::ensemble::SamplePath sample =
+      pulson::ensemble::sample_paths(system, *integrator, start, {.grid = grid}).front();
   std::cout.precision(3);
   std::cout << "path 0 ends at " << sample.path.final().q << '\n';
 
-  pulson::Ensemble ensemble(system, "variational", start, {.grid = grid, .samples = 10000});
+  pulson::ensemble::Ensemble ensemble(system, "variational", start, {.grid = grid, .samples = 10000});
   while (!ensemble.done()) ensemble.advance(100);  // blocks of 64 paths
   const pulson::Estimate crossing = ensemble.sums().crossing_probability();
   std::cout << ensemble.sums().samples << " paths: they cross with probability " << crossing.value << " +- "
             << crossing.standard_error << '\n';
 
-  const pulson::PairCrossing exact = pulson::crossing_probability({.kernel = system.kernel, .beta = 1.5, .time = 20});
+  const pulson::fokker_planck::PairCrossing exact =
+      pulson::fokker_planck::crossing_probability({.kernel = system.kernel, .beta = 1.5, .time = 20});
   std::cout << "Fokker-Planck: " << exact.probability << '\n';
 }

@@ -45,17 +45,19 @@ struct GroupShift : pulson::NoiseFormula {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const pulson::Landmarks source = pulson::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/discs_source.csv");
-  const pulson::Landmarks target = pulson::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/discs_target.csv");
+  const pulson::Landmarks source =
+      pulson::formats::read_landmarks(argc > 2 ? argv[1] : "sample_shapes/discs_source.csv");
+  const pulson::Landmarks target =
+      pulson::formats::read_landmarks(argc > 2 ? argv[2] : "sample_shapes/discs_target.csv");
   GroupShift group_shift;
   group_shift.groups = pulson::landmarks_by_group(source);
 
-  pulson::RegistrationOptions options;
+  pulson::matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=0.4";
   options.noise = pulson::make_differentiated(group_shift, {2});  // beta
   options.lambda = 1;
   options.align = pulson::AlignmentKind::kNone;  // a half turn would change the places of the discs, too
-  const pulson::Registration registration = pulson::register_shapes(source, target, options);
+  const pulson::matching::Registration registration = pulson::matching::register_shapes(source, target, options);
   std::cout.precision(4);
   std::cout << (registration.matched() ? "matched" : "not matched") << ", energy " << registration.cost.energy
             << ", action " << registration.cost.action << " of " << registration.increments.rows() << " channels\n";

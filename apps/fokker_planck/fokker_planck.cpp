@@ -23,7 +23,7 @@ namespace {
 struct FokkerPlanckArguments {
   StartOptions start;
   double time = 100;
-  PairEquationOptions options;
+  fokker_planck::PairEquationOptions options;
   std::int64_t samples = 0;
   double dt = 0.02;
   std::uint64_t seed = 1;
@@ -37,7 +37,7 @@ const std::vector<std::string> kPairEquationPictures = {"fokker_planck"};
 /// The pair and its noise amplitudes β₁, β₂.
 struct Problem {
   Start start;
-  PairEquation equation;
+  fokker_planck::PairEquation equation;
   std::array<double, 2> betas{};
 };
 
@@ -62,7 +62,7 @@ Problem problem_of(const FokkerPlanckArguments& arguments) {
         fmt::format("noise '{}': the pair equation is for independent noise of constant size in the "
                     "positions: ch-sd:beta=B, or ch-sd:beta=B,on=2",
                     noise.spec()));
-  PairEquation equation{
+  fokker_planck::PairEquation equation{
       start.system.kernel, std::hypot(betas[0], betas[1]), arguments.time, state.q(0), state.q(1), state.p(0),
       state.p(1)};
   return {std::move(start), std::move(equation), betas};
@@ -73,13 +73,13 @@ std::vector<Estimate> sampled_crossing(const Problem& problem, const FokkerPlanc
                                        const std::vector<double>& times, const TimeGrid& grid) {
   std::vector<Estimate> estimates;
   if (arguments.samples == 0) return estimates;
-  EnsembleOptions options;
+  ensemble::EnsembleOptions options;
   options.grid = grid;
   options.seed = arguments.seed;
   options.samples = arguments.samples;
-  options.keep = KeepStates::kAll;
+  options.keep = ensemble::KeepStates::kAll;
   for (const double time : times) options.records.push_back(static_cast<int>(std::lround(time / grid.dt())));
-  Ensemble ensemble(problem.start.system, "variational", problem.start.state, options);
+  ensemble::Ensemble ensemble(problem.start.system, "variational", problem.start.state, options);
   Progress progress;
   while (!ensemble.done()) {
     progress.show(static_cast<double>(ensemble.sums().samples) / static_cast<double>(arguments.samples),
@@ -100,7 +100,7 @@ std::vector<Estimate> sampled_crossing(const Problem& problem, const FokkerPlanc
   return estimates;
 }
 
-std::string crossing_csv(const PairCrossing& crossing, const std::vector<Estimate>& sampled) {
+std::string crossing_csv(const fokker_planck::PairCrossing& crossing, const std::vector<Estimate>& sampled) {
   std::string text = sampled.empty() ? "time,probability\n" : "time,probability,sampled,standard_error\n";
   for (std::size_t i = 0; i < crossing.times.size(); ++i) {
     text += fmt::format("{},{}", crossing.times[i], crossing.curve[i]);
@@ -117,10 +117,11 @@ std::string densities_csv(const Problem& problem) {
   for (std::size_t a = 0; a < 2; ++a) {
     if (problem.betas.at(a) == 0) continue;
     const auto column = static_cast<Eigen::Index>(a);
-    const FreePulson pulson{state.q(column), state.p(column), problem.betas.at(a), problem.equation.kernel.at_zero()};
+    const fokker_planck::FreePulson pulson{state.q(column), state.p(column), problem.betas.at(a),
+                                           problem.equation.kernel.at_zero()};
     for (const double part : {0.1, 0.5, 1.0}) {
       const double time = part * problem.equation.time;
-      const NormalLaw law = position_law(pulson, time);
+      const fokker_planck::NormalLaw law = position_law(pulson, time);
       for (int i = -50; i <= 50; ++i) {
         const double x = law.mean + std::sqrt(law.variance) * i / 10;
         text += fmt::format("{},{},{},{}\n", a + 1, time, x, law.density(x));
@@ -131,16 +132,16 @@ std::string densities_csv(const Problem& problem) {
 }
 
 /// Whether nearly all of the rise is in the first sixth of the time, which a logarithmic axis shows.
-bool happens_early(const PairCrossing& crossing) {
+bool happens_early(const fokker_planck::PairCrossing& crossing) {
   constexpr double kNearlyAll = 0.95, kEarly = 1.0 / 6;
   const auto early = static_cast<std::size_t>(kEarly * static_cast<double>(crossing.times.size()));
   return early > 0 && crossing.curve[early] > kNearlyAll * crossing.curve.back();
 }
 
 /// What a logarithmic axis shows of a series: nothing at t = 0, and points with errors no nearer than a tenth.
-Series on_log_axis(const Series& series) {
+charts::Series on_log_axis(const charts::Series& series) {
   constexpr double kStep = 1.1;
-  Series kept = series;
+  charts::Series kept = series;
   kept.x = kept.y = kept.error = {};
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     const bool is_near = !kept.x.empty() && !series.error.empty() && series.x[i] < kStep * kept.x.back();
@@ -152,12 +153,14 @@ Series on_log_axis(const Series& series) {
   return kept;
 }
 
-Chart chart_of(const Problem& problem, const PairCrossing& crossing, const std::vector<Estimate>& sampled) {
-  ChartPanel panel{.heading = "Probability that the order has changed, over time t"};
+charts::Chart chart_of(const Problem& problem, const fokker_planck::PairCrossing& crossing,
+                       const std::vector<Estimate>& sampled) {
+  charts::ChartPanel panel{.heading = "Probability that the order has changed, over time t"};
   panel.series.push_back({.name = "pair equation on a grid", .x = crossing.times, .y = crossing.curve});
   if (!sampled.empty()) {
     constexpr std::size_t kEvery = 2;  // so that they can be distinguished
-    Series points{.name = "Monte Carlo, two standard errors", .x = {}, .y = {}, .style = SeriesStyle::kPoints};
+    charts::Series points{
+        .name = "Monte Carlo, two standard errors", .x = {}, .y = {}, .style = charts::SeriesStyle::kPoints};
     for (std::size_t i = 0; i < sampled.size(); i += kEvery) {
       points.x.push_back(crossing.times[i]);
       points.y.push_back(sampled[i].value);
@@ -167,7 +170,7 @@ Chart chart_of(const Problem& problem, const PairCrossing& crossing, const std::
   }
   if (happens_early(crossing)) {
     panel.log_x = true;
-    for (Series& series : panel.series) series = on_log_axis(series);
+    for (charts::Series& series : panel.series) series = on_log_axis(series);
   }
   return {.title = fmt::format("The pair crosses with probability {:.3f}", crossing.probability),
           .subtitle = fmt::format("{}  ·  {}  ·  q = {:g}, {:g}, p = {:g}, {:g}", problem.start.system.noise->spec(),
@@ -176,8 +179,8 @@ Chart chart_of(const Problem& problem, const PairCrossing& crossing, const std::
           .rows = {{std::move(panel)}}};
 }
 
-std::string record_json(const Problem& problem, const FokkerPlanckArguments& arguments, const PairCrossing& crossing,
-                        const std::vector<Estimate>& sampled) {
+std::string record_json(const Problem& problem, const FokkerPlanckArguments& arguments,
+                        const fokker_planck::PairCrossing& crossing, const std::vector<Estimate>& sampled) {
   nlohmann::ordered_json json;
   json["format"] = "pulson fokker-planck 1";
   json["version"] = version();
@@ -205,7 +208,8 @@ std::string record_json(const Problem& problem, const FokkerPlanckArguments& arg
   return json.dump(2) + "\n";
 }
 
-std::vector<std::string> warnings_of(const PairCrossing& crossing, const FokkerPlanckArguments& arguments) {
+std::vector<std::string> warnings_of(const fokker_planck::PairCrossing& crossing,
+                                     const FokkerPlanckArguments& arguments) {
   if (crossing.converged) return {};
   return {fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help", crossing.error,
                       arguments.options.tolerance)};
@@ -218,7 +222,7 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   if (!(arguments.dt > 0 && arguments.dt <= arguments.time))
     throw InputError(fmt::format("--dt is {}; it must be greater than 0 and at most --time", arguments.dt));
   arguments.output.check(kPairEquationFiles, kPairEquationPictures);
-  const PairCrossing crossing = crossing_probability(problem.equation, arguments.options);
+  const fokker_planck::PairCrossing crossing = crossing_probability(problem.equation, arguments.options);
   log_step(fmt::format("solved the pair equation on {} grids", crossing.grids.size()));
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
   const std::vector<Estimate> sampled = sampled_crossing(problem, arguments, crossing.times, grid);

@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kMostTimes = 51;  // of the table
 
 std::string lead(const PairFacts& facts) {
-  const PairCrossing& crossing = facts.crossing;
+  const fokker_planck::PairCrossing& crossing = facts.crossing;
   std::string text = fmt::format(
       "By t = {:.4g} the pair has changed its order with probability {:.5f}, by the pair equation on a grid; "
       "the stated error is {:.1e}.",
@@ -25,8 +25,8 @@ std::string lead(const PairFacts& facts) {
   return text;
 }
 
-ReportTable settings(const PairFacts& facts) {
-  const PairEquation& equation = facts.equation;
+html::ReportTable settings(const PairFacts& facts) {
+  const fokker_planck::PairEquation& equation = facts.equation;
   FactTable table("setting");
   table.add("kernel", equation.kernel.spec(4));
   table.add("noise", facts.noise);
@@ -42,8 +42,8 @@ ReportTable settings(const PairFacts& facts) {
   return std::move(table).table();
 }
 
-ReportTable grids(const PairCrossing& crossing) {
-  ReportTable table{
+html::ReportTable grids(const fokker_planck::PairCrossing& crossing) {
+  html::ReportTable table{
       {"grid", "probability", "change"}, {}, "Each grid has half the spacing and time step of the one before."};
   for (std::size_t i = 0; i < crossing.grids.size(); ++i)
     table.rows.push_back({{fmt::to_string(i + 1)},
@@ -52,13 +52,14 @@ ReportTable grids(const PairCrossing& crossing) {
   return table;
 }
 
-ReportTable over_time(const PairFacts& facts) {
-  const PairCrossing& crossing = facts.crossing;
-  ReportTable table{{"time", "probability"}, {}, "crossing.csv has all times."};
+html::ReportTable over_time(const PairFacts& facts) {
+  const fokker_planck::PairCrossing& crossing = facts.crossing;
+  html::ReportTable table{{"time", "probability"}, {}, "crossing.csv has all times."};
   if (!facts.sampled.empty()) table.header.insert(table.header.end(), {"sampled", "standard error"});
   const std::size_t step = (crossing.times.size() + kMostTimes - 2) / (kMostTimes - 1);
   for (std::size_t i = 0; i < crossing.times.size(); i += step) {
-    std::vector<ReportCell> row = {{report_number(crossing.times[i])}, {fmt::format("{:.5f}", crossing.curve[i])}};
+    std::vector<html::ReportCell> row = {{report_number(crossing.times[i])},
+                                         {fmt::format("{:.5f}", crossing.curve[i])}};
     if (!facts.sampled.empty()) {
       row.push_back({fmt::format("{:.4f}", facts.sampled[i].value)});
       row.push_back({fmt::format("{:.4f}", facts.sampled[i].standard_error)});
@@ -70,9 +71,9 @@ ReportTable over_time(const PairFacts& facts) {
 
 }  // namespace
 
-HtmlReport pair_report(const PairFacts& facts, const std::vector<std::string>& warnings,
-                       const std::vector<std::string>& notes, const std::filesystem::path& picture) {
-  HtmlReport report = new_report("Do two landmarks on a line cross?", lead(facts), warnings, notes);
+html::HtmlReport pair_report(const PairFacts& facts, const std::vector<std::string>& warnings,
+                             const std::vector<std::string>& notes, const std::filesystem::path& picture) {
+  html::HtmlReport report = new_report("Do two landmarks on a line cross?", lead(facts), warnings, notes);
   add_still(report, "Over time", picture);
   report.sections.push_back({"Numbers", {settings(facts), grids(facts.crossing), over_time(facts)}});
   return report;

@@ -12,16 +12,16 @@ namespace pulson {
 
 /// What a report on a pair says.
 struct PairFacts {
-  const PairEquation& equation;
+  const fokker_planck::PairEquation& equation;
   std::string noise;
-  const PairCrossing& crossing;
+  const fokker_planck::PairCrossing& crossing;
   const std::vector<Estimate>& sampled;  ///< at the times of the crossing; may be empty
   std::int64_t samples = 0;
 };
 
 /// `report.html` of a pair: the probability and how well it is known, the picture, the grids, and the probability over
 /// time. @param picture PNG or SVG, or empty
-HtmlReport pair_report(const PairFacts& facts, const std::vector<std::string>& warnings,
-                       const std::vector<std::string>& notes, const std::filesystem::path& picture);
+html::HtmlReport pair_report(const PairFacts& facts, const std::vector<std::string>& warnings,
+                             const std::vector<std::string>& notes, const std::filesystem::path& picture);
 
 }  // namespace pulson

@@ -83,12 +83,12 @@ std::string points_of(const std::vector<Points>& lines) {
 
 /// A file and the facts about each of its shapes.
 struct FileFacts {
-  explicit FileFacts(LandmarkFile read) : file(std::move(read)) {
+  explicit FileFacts(formats::LandmarkFile read) : file(std::move(read)) {
     file.warnings = in_option_words(std::move(file.warnings));
     for (const Landmarks& shape : file.shapes) shapes.push_back(shape_facts(shape));
   }
 
-  LandmarkFile file;
+  formats::LandmarkFile file;
   std::vector<ShapeFacts> shapes;
 };
 
@@ -118,7 +118,7 @@ void print_sum(const std::string& name, const Items& shapes, const Count& count)
 }
 
 void print_summary(const std::string& address, const FileFacts& facts) {
-  const LandmarkFile& file = facts.file;
+  const formats::LandmarkFile& file = facts.file;
   fmt::print("{}: {} with {}\n", address, file.format, counted(file.shapes.size(), "shape"));
   if (!file.shapes.empty()) fmt::print("{:<11} {}\n", "landmarks", describe_sizes(file.shapes));
   print_sum("missing", facts.shapes, [](const ShapeFacts& shape) { return shape.missing; });
@@ -174,7 +174,7 @@ Json shape_json(const Landmarks& shape, const ShapeFacts& facts) {
 }
 
 std::string file_json(const std::string& address, const FileFacts& facts) {
-  const LandmarkFile& file = facts.file;
+  const formats::LandmarkFile& file = facts.file;
   Json json = {{"file", address}, {"format", file.format}, {"units", file.units}, {"axes", file.axes}};
   json["shapes"] = Json::array();
   for (std::size_t i = 0; i < file.shapes.size(); ++i)
@@ -187,7 +187,7 @@ std::string file_json(const std::string& address, const FileFacts& facts) {
 struct FileInfoOptions {
   bool all = false;
   std::string json;
-  ReadOptions reading;
+  formats::ReadOptions reading;
 };
 
 /// What the file, or one shape of it, holds: first of all shapes, then a line for each. @throws InputError
@@ -218,7 +218,7 @@ void print_table(const NameTable<Make>& table) {
 }
 
 /// ".csv .tsv", or "-" where only the content identifies the format
-std::string list_extensions(const LandmarkFormat& format) {
+std::string list_extensions(const formats::LandmarkFormat& format) {
   std::string list;
   for (const std::string& extension : format.extensions) list += (list.empty() ? "." : " .") + extension;
   return list.empty() ? "-" : list;
@@ -227,11 +227,11 @@ std::string list_extensions(const LandmarkFormat& format) {
 void print_formats() {
   std::size_t names = 0;
   std::size_t extensions = 0;
-  for (const LandmarkFormat& format : landmark_formats()) {
+  for (const formats::LandmarkFormat& format : formats::landmark_formats()) {
     names = std::max(names, format.name.size());
     extensions = std::max(extensions, list_extensions(format).size());
   }
-  for (const LandmarkFormat& format : landmark_formats())
+  for (const formats::LandmarkFormat& format : formats::landmark_formats())
     fmt::print("{:<{}}  {:<13}  {:<{}}  {}\n", format.name, names, format.write != nullptr ? "read, written" : "read",
                list_extensions(format), extensions, format.help);
 }

@@ -10,7 +10,7 @@ namespace pulson {
 namespace {
 
 void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
-  RegistrationOptions& options = arguments.options;
+  matching::RegistrationOptions& options = arguments.options;
   verb.add_option("--sigma", arguments.sigma,
                   "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
       ->type_name("LENGTH")
@@ -48,7 +48,7 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
 }
 
 void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
-  RegistrationOptions& options = arguments.options;
+  matching::RegistrationOptions& options = arguments.options;
   verb.add_option("--lambda", arguments.lambda,
                   "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
       ->type_name("NUMBER")
@@ -145,23 +145,24 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
   return known;
 }
 
-RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {
-  RegistrationOptions asked = options;
+matching::RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {
+  matching::RegistrationOptions asked = options;
   asked.kernel = kernel;
   asked.noise = noise;
   asked.grid = time.grid();
   asked.more_steps = !time.chosen && !time.dt;
-  if (mode) asked.mode = parse_mode(*mode);
+  if (mode) asked.mode = matching::parse_mode(*mode);
   asked.sigma = Length::parse(sigma, "--sigma");
   if (!(asked.sigma.in(1) > 0)) throw InputError(fmt::format("--sigma is {}; it must be greater than 0", sigma));
   if (lambda != "auto") asked.lambda = parse_number(lambda, "--lambda");
   if (align != "auto") asked.align = parse_alignment(align);
-  asked.minimise.solver = parse_solver(solver);
-  asked.data.kind = parse_data_kind(data);
-  asked.data.ends = parse_curve_ends(curve_ends);
+  asked.minimise.solver = matching::parse_solver(solver);
+  asked.data.kind = matching::parse_data_kind(data);
+  asked.data.ends = matching::parse_curve_ends(curve_ends);
   if (data_width != "auto") asked.data.width = parse_number(data_width, "--data-width");
-  if (!weights.empty()) asked.data.weights = read_weights(weights, shape.count());
-  if (!covariances.empty()) asked.data.covariances = read_covariances(covariances, shape.count(), shape.dimension());
+  if (!weights.empty()) asked.data.weights = formats::read_weights(weights, shape.count());
+  if (!covariances.empty())
+    asked.data.covariances = formats::read_covariances(covariances, shape.count(), shape.dimension());
   check_at_least(asked.samples, 1, "--samples");
   if (asked.minimise.max_iterations < 0)
     throw InputError(fmt::format("--max-iterations is {}; it must not be negative", asked.minimise.max_iterations));

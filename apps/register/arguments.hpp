@@ -15,9 +15,9 @@ struct RegisterArguments {
   std::string source;
   std::vector<std::string> targets;
   std::string from;  ///< --template: a shape, `mean`, or empty: SOURCE is the source
-  ReadOptions reading;
+  formats::ReadOptions reading;
   OutputOptions output;
-  RegistrationOptions options;
+  matching::RegistrationOptions options;
   TimeOptions time;
   std::string kernel = "auto";
   std::string noise = "none";
@@ -49,7 +49,7 @@ struct RegisterArguments {
 
   /// What is asked for a source of `count` landmarks in R^d; reads the files of weights and covariances.
   /// @throws InputError
-  RegistrationOptions registration_options(const Landmarks& source) const;
+  matching::RegistrationOptions registration_options(const Landmarks& source) const;
 };
 
 }  // namespace pulson

@@ -55,8 +55,8 @@ CohortInput read_input(const RegisterArguments& arguments, std::vector<std::stri
   return input;
 }
 
-SpecimenMatch match(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options,
-                    const std::optional<FittedParameters>& fitted) {
+SpecimenMatch match(const Landmarks& source, const Landmarks& target, const matching::RegistrationOptions& options,
+                    const std::optional<inference::FittedParameters>& fitted) {
   SpecimenMatch specimen{.name = {}, .source = target.source, .centroid_size = centroid_size(target.points)};
   try {
     specimen.registration = register_shapes(source, target, options);
@@ -68,8 +68,8 @@ SpecimenMatch match(const Landmarks& source, const Landmarks& target, const Regi
   return specimen;
 }
 
-CohortMatches match_all(const CohortInput& input, const RegistrationOptions& options,
-                        const std::optional<FittedParameters>& fitted, Progress& progress) {
+CohortMatches match_all(const CohortInput& input, const matching::RegistrationOptions& options,
+                        const std::optional<inference::FittedParameters>& fitted, Progress& progress) {
   CohortMatches cohort{input.source, std::vector<SpecimenMatch>(input.targets.size()), {}, 0};
   const std::vector<std::string> names = folder_names(input.targets, kCohortFiles);
   std::mutex turn;
@@ -108,8 +108,8 @@ void write_cohort(const CohortMatches& cohort, const OutputOptions& output) {
     create_output_directory(folder);
     const StagedFiles& files = *folders.emplace_back(std::make_unique<StagedFiles>(folder));
     files.write("registration.json", registration_json(*specimen.registration, specimen.facts));
-    files.write("residuals.csv", residuals_csv(*specimen.registration, specimen.facts.shares));
-    files.write("trajectory.csv", trajectory_csv(*specimen.registration, replay(*specimen.registration)));
+    files.write("residuals.csv", records::residuals_csv(*specimen.registration, specimen.facts.shares));
+    files.write("trajectory.csv", records::trajectory_csv(*specimen.registration, replay(*specimen.registration)));
   }
   StagedFiles& merged = *folders.emplace_back(std::make_unique<StagedFiles>(output.out));
   merged.write("cohort.csv", cohort_csv(cohort));
@@ -162,7 +162,7 @@ int run_register_cohort(const RegisterArguments& arguments) {
   refuse_options_of_pairs(arguments);
   std::vector<std::string> notes;
   const CohortInput input = read_input(arguments, notes);
-  RegistrationOptions options = arguments.registration_options(input.source);
+  matching::RegistrationOptions options = arguments.registration_options(input.source);
   OutputOptions output = arguments.output;
   output.no_picture = true;  // the page has a thumbnail of each
   output.check(kCohortFiles, {});

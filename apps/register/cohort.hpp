@@ -15,8 +15,8 @@ struct SpecimenMatch {
   std::string name;    ///< of its folder
   std::string source;  ///< where its landmarks came from
   double centroid_size = 0;
-  std::optional<Registration> registration{};  ///< none where it failed
-  RegistrationFacts facts{};
+  std::optional<matching::Registration> registration{};  ///< none where it failed
+  records::RegistrationFacts facts{};
   std::string error{};  ///< why it failed
 
   /// √(p0ᵀKp0), the length of the geodesic, length units.
@@ -44,13 +44,14 @@ std::string cohort_csv(const CohortMatches& cohort);
 /// `cohort.json`
 std::string cohort_json(const CohortMatches& cohort);
 /// The report: a table with a thumbnail for each specimen, which sorts by each column.
-HtmlReport cohort_report(const CohortMatches& cohort);
+html::HtmlReport cohort_report(const CohortMatches& cohort);
 
 /// Fits the parameters named to all targets, and sets the options to them. None where no name is given.
-std::optional<FittedParameters> fit_first(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                          const std::vector<std::string>& names, RegistrationOptions& options,
-                                          Progress& progress);
+std::optional<inference::FittedParameters> fit_first(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                                     const std::vector<std::string>& names,
+                                                     matching::RegistrationOptions& options, Progress& progress);
 
-RegistrationFacts registration_facts(const Registration& registration, const std::optional<FittedParameters>& fitted);
+records::RegistrationFacts registration_facts(const matching::Registration& registration,
+                                              const std::optional<inference::FittedParameters>& fitted);
 
 }  // namespace pulson

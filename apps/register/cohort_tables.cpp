@@ -22,7 +22,7 @@ Json specimen_json(const SpecimenMatch& specimen) {
     json["error"] = specimen.error;
     return json;
   }
-  const Registration& registration = *specimen.registration;
+  const matching::Registration& registration = *specimen.registration;
   json["record"] = specimen.name + "/registration.json";
   json["rms"] = registration.rms();
   json["initial_rms"] = registration.initial_rms();
@@ -41,15 +41,16 @@ Json specimen_json(const SpecimenMatch& specimen) {
 }
 
 // Where it starts, is to go and ends.
-ReportSketch sketch(const Registration& registration) {
-  return {registration.source, registration.data.kind == DataKind::kLandmarks ? registration.target.points : Points(),
+html::ReportSketch sketch(const matching::Registration& registration) {
+  return {registration.source,
+          registration.data.kind == matching::DataKind::kLandmarks ? registration.target.points : Points(),
           registration.result};
 }
 
 }  // namespace
 
 double SpecimenMatch::momenta_norm() const {
-  const Registration& found = *registration;
+  const matching::Registration& found = *registration;
   const Points velocity =
       registration_system(found).kernel.apply(found.source.points, found.source.points, found.momenta);
   return std::sqrt(found.momenta.cwiseProduct(velocity).sum());
@@ -86,18 +87,18 @@ std::string cohort_json(const CohortMatches& cohort) {
 
 namespace {
 
-ReportTable specimen_table(const CohortMatches& cohort) {
+html::ReportTable specimen_table(const CohortMatches& cohort) {
   const bool has_noise = std::any_of(
       cohort.specimens.begin(), cohort.specimens.end(),
       [](const SpecimenMatch& specimen) { return specimen.registration && specimen.registration->noise != "none"; });
-  ReportTable table{
+  html::ReportTable table{
       {"specimen", "shape", "rms", "rms before", "J", "energy", "momenta norm", "centroid size", "converged"},
       {},
       "Source in blue, target as rings, result dark. The norm of the momenta is the length of the "
       "geodesic, in length units. Click a column heading to sort."};
   if (has_noise) table.header.emplace_back("action");
   for (const SpecimenMatch& specimen : cohort.specimens) {
-    std::vector<ReportCell> row = {{specimen.name}};
+    std::vector<html::ReportCell> row = {{specimen.name}};
     if (const auto& registration = specimen.registration) {
       row.push_back({.text = "", .sketch = sketch(*registration)});
       for (const double value : {registration->rms(), registration->initial_rms(), registration->cost.total(),
@@ -117,7 +118,7 @@ ReportTable specimen_table(const CohortMatches& cohort) {
 
 }  // namespace
 
-HtmlReport cohort_report(const CohortMatches& cohort) {
+html::HtmlReport cohort_report(const CohortMatches& cohort) {
   const auto count = static_cast<std::int64_t>(cohort.specimens.size());
   std::string lead = fmt::format(
       "{} of {} landmarks in {}D, registered from {}.", count_in_words(count, "shape", "shapes"), cohort.source.count(),
@@ -131,7 +132,8 @@ HtmlReport cohort_report(const CohortMatches& cohort) {
                         report_number(rms.back(), 3));
   if (cohort.failed() > 0) lead += fmt::format(" {} failed.", cohort.failed());
   if (cohort.unconverged() > 0) lead += fmt::format(" {} did not converge.", cohort.unconverged());
-  HtmlReport report = new_report(short_name(cohort.source) + " → " + counted(count, "shape"), lead, {}, cohort.notes);
+  html::HtmlReport report =
+      new_report(short_name(cohort.source) + " → " + counted(count, "shape"), lead, {}, cohort.notes);
   report.sections.push_back({"Specimens", {specimen_table(cohort)}});
   return report;
 }

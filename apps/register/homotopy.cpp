@@ -10,9 +10,10 @@ namespace pulson {
 namespace {
 
 template <class Value>
-Series over_beta(const std::string& name, const std::vector<HomotopyStep>& steps, const Value& value) {
-  Series series{.name = name, .x = {}, .y = {}, .style = SeriesStyle::kLineAndPoints};
-  for (const HomotopyStep& step : steps) {
+charts::Series over_beta(const std::string& name, const std::vector<matching::HomotopyStep>& steps,
+                         const Value& value) {
+  charts::Series series{.name = name, .x = {}, .y = {}, .style = charts::SeriesStyle::kLineAndPoints};
+  for (const matching::HomotopyStep& step : steps) {
     series.x.push_back(step.beta);
     series.y.push_back(value(step));
   }
@@ -21,16 +22,16 @@ Series over_beta(const std::string& name, const std::vector<HomotopyStep>& steps
 
 }  // namespace
 
-std::string homotopy_csv(const std::vector<HomotopyStep>& steps) {
+std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps) {
   std::string text = "beta,J,energy,action,data,rms,matched,converged,iterations\n";
-  for (const HomotopyStep& step : steps)
+  for (const matching::HomotopyStep& step : steps)
     text += fmt::format("{},{},{},{},{},{},{},{},{}\n", step.beta, step.cost.total(), step.cost.energy,
                         step.cost.action, step.cost.data, step.rms, step.matched, step.converged, step.iterations);
   return text;
 }
 
-std::string homotopy_line(const std::vector<HomotopyStep>& steps) {
-  const HomotopyStep& asked = steps.front();
+std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps) {
+  const matching::HomotopyStep& asked = steps.front();
   const auto least = least_needed(steps);
   if (least == steps.end()) return fmt::format("beta = {:.4g} does not match these shapes", asked.beta);
   const std::string costs = fmt::format("J = {:.4g} at beta = {:.4g}, {:.4g} at beta = {:.4g}", asked.cost.total(),
@@ -40,22 +41,23 @@ std::string homotopy_line(const std::vector<HomotopyStep>& steps) {
   return fmt::format("{}, and grows by {:.2g} % if beta is halved: not diffeomorphic", costs, 100 * least->growth());
 }
 
-void write_homotopy_picture(const std::vector<HomotopyStep>& steps, const Registration& registration,
-                            const PictureFiles& files) {
-  ChartPanel costs{.heading = "Cost J and its parts over β", .log_x = true, .log_y = true};
-  costs.series = {over_beta("J", steps, [](const HomotopyStep& s) { return s.cost.total(); }),
-                  over_beta("energy of the flow", steps, [](const HomotopyStep& s) { return s.cost.energy; }),
-                  over_beta("action of the noise", steps, [](const HomotopyStep& s) { return s.cost.action; })};
-  ChartPanel distances{.heading = "Root mean square distance to the target over β",
-                       .x_label = "β of the noise",
-                       .log_x = true,
-                       .log_y = true};
-  distances.series = {over_beta("distance", steps, [](const HomotopyStep& s) { return s.rms; })};
+void write_homotopy_picture(const std::vector<matching::HomotopyStep>& steps,
+                            const matching::Registration& registration, const draw::PictureFiles& files) {
+  charts::ChartPanel costs{.heading = "Cost J and its parts over β", .log_x = true, .log_y = true};
+  costs.series = {
+      over_beta("J", steps, [](const matching::HomotopyStep& s) { return s.cost.total(); }),
+      over_beta("energy of the flow", steps, [](const matching::HomotopyStep& s) { return s.cost.energy; }),
+      over_beta("action of the noise", steps, [](const matching::HomotopyStep& s) { return s.cost.action; })};
+  charts::ChartPanel distances{.heading = "Root mean square distance to the target over β",
+                               .x_label = "β of the noise",
+                               .log_x = true,
+                               .log_y = true};
+  distances.series = {over_beta("distance", steps, [](const matching::HomotopyStep& s) { return s.rms; })};
   distances.reference_lines = {{3 * registration.sigma, "3σ"}};
-  for (ChartPanel* panel : {&costs, &distances})
-    for (Series& series : panel->series)
+  for (charts::ChartPanel* panel : {&costs, &distances})
+    for (charts::Series& series : panel->series)
       for (double& y : series.y) y = std::max(y, 1e-300);
-  write_chart(
+  charts::write_chart(
       {.title = "How far from a diffeomorphism", .subtitle = homotopy_line(steps), .rows = {{costs}, {distances}}},
       files);
 }

@@ -10,13 +10,13 @@
 namespace pulson {
 
 /// `homotopy.csv`: one row per β.
-std::string homotopy_csv(const std::vector<HomotopyStep>& steps);
+std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps);
 
 /// What they say of the pair, in one line.
-std::string homotopy_line(const std::vector<HomotopyStep>& steps);
+std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps);
 
 /// J, its parts and the distances over β. @throws InputError as write_chart() does
-void write_homotopy_picture(const std::vector<HomotopyStep>& steps, const Registration& registration,
-                            const PictureFiles& files);
+void write_homotopy_picture(const std::vector<matching::HomotopyStep>& steps,
+                            const matching::Registration& registration, const draw::PictureFiles& files);
 
 }  // namespace pulson

@@ -20,7 +20,7 @@ Eigen::VectorXd even(double low, double high, int count) { return Eigen::VectorX
 
 }  // namespace
 
-std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const Registration& registration) {
+std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const matching::Registration& registration) {
   const Eigen::Index n = registration.result.cols(), m = registration.target.points.cols();
   Points all(registration.result.rows(), 2 * n + m);
   all << registration.source.points, registration.target.points, registration.result;
@@ -74,7 +74,7 @@ namespace {
 constexpr int kCells = 22;         // of the grid, along the larger side
 constexpr int kPointsPerCell = 6;  // so that a bent line is smooth
 
-std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<double>& times, double low,
+std::vector<Points> material_paths(const warp::MaterialFlow& flow, const std::vector<double>& times, double low,
                                    double high) {
   const std::vector<Points> places = flow.paths(Eigen::VectorXd::LinSpaced(kMaterialPaths, low, high).transpose());
   std::vector<Points> paths;
@@ -86,7 +86,7 @@ std::vector<Points> material_paths(const MaterialFlow& flow, const std::vector<d
   return paths;
 }
 
-std::string subtitle(const Registration& registration) {
+std::string subtitle(const matching::Registration& registration) {
   std::string text = registration.noise == "none" ? std::string("no noise") : shortened_spec(registration.noise);
   text += fmt::format("  ·  {}  ·  rms {:.3g}, before {:.3g}  ·  energy {:.3g}",
                       registration_system(registration).kernel.spec(3), registration.rms(), registration.initial_rms(),
@@ -98,8 +98,9 @@ std::string subtitle(const Registration& registration) {
   return text;
 }
 
-void add_material(const Registration& registration, const Trajectory& path, RegistrationPicture& picture) {
-  const MaterialFlow flow(registration_system(registration), path);
+void add_material(const matching::Registration& registration, const Trajectory& path,
+                  draw::RegistrationPicture& picture) {
+  const warp::MaterialFlow flow(registration_system(registration), path);
   const auto [low, high] = drawn_box(registration);
   if (registration.source.dimension() == 2) {
     const std::vector<Points> lines = grid_lines(low, high, kCells, kPointsPerCell);
@@ -120,12 +121,13 @@ std::string short_name(const Landmarks& shape) {
   return std::filesystem::path(shape.source.substr(0, number)).stem().string() + shape.source.substr(number);
 }
 
-RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path) {
-  RegistrationPicture picture;
+draw::RegistrationPicture make_registration_picture(const matching::Registration& registration,
+                                                    const Trajectory& path) {
+  draw::RegistrationPicture picture;
   picture.source = registration.source;
   picture.aligned = registration.alignment.kind != AlignmentKind::kNone;
   picture.target = registration.target;
-  picture.corresponds = registration.data.kind == DataKind::kLandmarks;
+  picture.corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   picture.result = registration.result;
   for (int k = 0; k <= path.grid.steps; ++k) {
     picture.times.push_back(path.grid.at(k));
@@ -152,7 +154,7 @@ std::vector<Points> chosen(const std::vector<Points>& all, const std::vector<int
 }
 
 // Where a place is in an image: parts of its width and, from the top, of its height.
-Eigen::Vector2d part_of(const PlacedImage& image, const Eigen::Vector2d& place, bool y_down) {
+Eigen::Vector2d part_of(const draw::PlacedImage& image, const Eigen::Vector2d& place, bool y_down) {
   const Eigen::Vector2d part = (place - image.low).cwiseQuotient(image.high - image.low);
   return {part.x(), y_down ? part.y() : 1 - part.y()};
 }
@@ -160,7 +162,7 @@ Eigen::Vector2d part_of(const PlacedImage& image, const Eigen::Vector2d& place, 
 }  // namespace
 
 void add_material(const StochasticSystem& system, const Trajectory& path, const std::vector<int>& steps,
-                  const MaterialBox& box, ReportMotion& motion) {
+                  const MaterialBox& box, html::ReportMotion& motion) {
   constexpr int kManyLandmarks = 300;
   constexpr int kMostWithGrid = 2000;  // landmarks: with more, the grid would cost a good part of the match
   const int d = motion.source.dimension();
@@ -184,7 +186,7 @@ void add_material(const StochasticSystem& system, const Trajectory& path, const 
     labels = joined_lines(lines);
   }
   try {
-    motion.grid = chosen(MaterialFlow(system, path).paths(labels), steps);
+    motion.grid = chosen(warp::MaterialFlow(system, path).paths(labels), steps);
   } catch (const StepError&) {
     motion.grid.clear();
   }
@@ -196,7 +198,7 @@ void add_material(const StochasticSystem& system, const Trajectory& path, const 
 
 namespace {
 
-std::string caption(const ReportMotion& motion) {
+std::string caption(const html::ReportMotion& motion) {
   const std::string way = "The landmarks moving from the source to their end points, with the target as rings. ";
   switch (motion.source.dimension()) {
     case 1:
@@ -212,13 +214,14 @@ std::string caption(const ReportMotion& motion) {
 
 }  // namespace
 
-std::optional<ReportMotion> registration_motion(const Registration& registration, const Trajectory& path,
-                                                const std::vector<int>& outliers, const PlacedImage& below) {
+std::optional<html::ReportMotion> registration_motion(const matching::Registration& registration,
+                                                      const Trajectory& path, const std::vector<int>& outliers,
+                                                      const draw::PlacedImage& below) {
   const std::vector<int> steps = shown_frames(path.grid.steps, registration.source.points.size());
-  ReportMotion motion;
+  html::ReportMotion motion;
   motion.source = registration.source;
   motion.target = registration.target;
-  motion.corresponds = registration.data.kind == DataKind::kLandmarks;
+  motion.corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   motion.outliers = outliers;
   for (const int k : steps) {
     motion.times.push_back(path.grid.at(k));

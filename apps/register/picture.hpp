@@ -14,7 +14,7 @@ namespace pulson {
 inline constexpr int kMaterialPaths = 41;  ///< of a line's material points, in pictures
 
 /// The box of all that is drawn of a registration, with a margin, as {lower corner, upper corner}.
-std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const Registration& registration);
+std::pair<Eigen::VectorXd, Eigen::VectorXd> drawn_box(const matching::Registration& registration);
 
 /// Lines of a square grid over a box in the plane, each 2×M. @param cells along the larger side
 std::vector<Points> grid_lines(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int cells, int points_per_cell);
@@ -24,7 +24,7 @@ Points joined_lines(const std::vector<Points>& lines);
 std::vector<Points> split_lines(const Points& points, const std::vector<Points>& lines);
 
 /// What the picture of a registration shows: its path, and the grid that the flow carries along.
-RegistrationPicture make_registration_picture(const Registration& registration, const Trajectory& path);
+draw::RegistrationPicture make_registration_picture(const matching::Registration& registration, const Trajectory& path);
 
 /// What pictures call a shape: its name; where that is a mere number or LJSON, the file's name and the number.
 std::string short_name(const Landmarks& shape);
@@ -33,18 +33,19 @@ std::string short_name(const Landmarks& shape);
 struct MaterialBox {
   Eigen::VectorXd low;
   Eigen::VectorXd high;
-  PlacedImage below = {};
+  draw::PlacedImage below = {};
 };
 
 /// Adds to a motion in 1D or 2D the material between its landmarks, at these steps of the path. None where the plane
 /// between the landmarks has no path though they have one, and of very many landmarks; the more landmarks, the coarser.
 void add_material(const StochasticSystem& system, const Trajectory& path, const std::vector<int>& steps,
-                  const MaterialBox& box, ReportMotion& motion);
+                  const MaterialBox& box, html::ReportMotion& motion);
 
 /// What the report of a registration plays: its landmarks at no more than 41 times of the path, and in 1D and 2D the
 /// material that goes with them. The more landmarks, the fewer times and the coarser the grid. The image `below`, if
 /// its file has a name, goes with the grid. None where the numbers are too large to be drawn.
-std::optional<ReportMotion> registration_motion(const Registration& registration, const Trajectory& path,
-                                                const std::vector<int>& outliers, const PlacedImage& below = {});
+std::optional<html::ReportMotion> registration_motion(const matching::Registration& registration,
+                                                      const Trajectory& path, const std::vector<int>& outliers,
+                                                      const draw::PlacedImage& below = {});
 
 }  // namespace pulson

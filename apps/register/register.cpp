@@ -35,11 +35,12 @@ std::vector<std::string> with(std::vector<std::string> names, bool wanted, const
 
 }  // namespace
 
-RegistrationFacts registration_facts(const Registration& registration, const std::optional<FittedParameters>& fitted) {
-  TopologyCounts counts;
+records::RegistrationFacts registration_facts(const matching::Registration& registration,
+                                              const std::optional<inference::FittedParameters>& fitted) {
+  records::TopologyCounts counts;
   const Points& source = registration.source.points;
-  if (source.rows() == 1) counts.order_inversions = order_inversions(source, registration.result);
-  if (source.rows() == 2) counts.flipped_triangles = flipped_triangles(source, registration.result);
+  if (source.rows() == 1) counts.order_inversions = matching::order_inversions(source, registration.result);
+  if (source.rows() == 2) counts.flipped_triangles = warp::flipped_triangles(source, registration.result);
   return {counts, landmark_shares(registration), fitted};
 }
 
@@ -48,19 +49,19 @@ namespace {
 // What lies below the landmarks.
 struct Background {
   SourceImage image;
-  std::optional<io::Surface> surface;
+  std::optional<formats::Surface> surface;
 };
 
-void write_results(const Registration& registration, const RegistrationFacts& facts, const Background& background,
-                   std::vector<std::string>& notes, const OutputOptions& output) {
+void write_results(const matching::Registration& registration, const records::RegistrationFacts& facts,
+                   const Background& background, std::vector<std::string>& notes, const OutputOptions& output) {
   const Interrupt until_written;
   const Trajectory path = replay(registration);
   const std::string record = registration_json(registration, facts);
   StagedFiles staged(output.out);
   staged.write("registration.json", record);
-  staged.write("residuals.csv", residuals_csv(registration, facts.shares));
-  staged.write("trajectory.csv", trajectory_csv(registration, path));
-  RegistrationPicture still = make_registration_picture(registration, path);
+  staged.write("residuals.csv", records::residuals_csv(registration, facts.shares));
+  staged.write("trajectory.csv", records::trajectory_csv(registration, path));
+  draw::RegistrationPicture still = make_registration_picture(registration, path);
   const Underlay underlay(background.image, registration, still, staged, notes);
   add_surface(background.surface, registration, path, still, notes);
   if (!output.no_picture) write_registration_picture(still, output.picture_files(staged.file("registration")));
@@ -79,31 +80,33 @@ void write_results(const Registration& registration, const RegistrationFacts& fa
 
 }  // namespace
 
-std::optional<FittedParameters> fit_first(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                          const std::vector<std::string>& names, RegistrationOptions& options,
-                                          Progress& progress) {
+std::optional<inference::FittedParameters> fit_first(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                                     const std::vector<std::string>& names,
+                                                     matching::RegistrationOptions& options, Progress& progress) {
   if (names.empty()) return std::nullopt;
-  FitOptions fit{.names = names};
+  inference::FitOptions fit{.names = names};
   fit.on_evaluation = [&](int evaluation, const Eigen::VectorXd& values, double log_evidence) {
     progress.show(fmt::format("evaluation {}: {} = {:.4g}{}, log evidence {:.6g}", evaluation, names.front(), values[0],
                               names.size() > 1 ? ", …" : "", log_evidence));
   };
-  RegistrationOptions quiet = options;
+  matching::RegistrationOptions quiet = options;
   quiet.minimise.on_iteration = {};
-  FittedParameters fitted = fit_parameters(source, targets, quiet, fit);
+  inference::FittedParameters fitted = fit_parameters(source, targets, quiet, fit);
   options.kernel = fitted.kernel;
   options.noise = fitted.noise;
   options.sigma = fitted.sigma;
   options.lambda = fitted.lambda;
-  if (!options.mode && options.noise.spec() != "none") options.mode = MatchingMode::kMap;  // that of the evidence
+  if (!options.mode && options.noise.spec() != "none")
+    options.mode = matching::MatchingMode::kMap;  // that of the evidence
   return fitted;
 }
 
 namespace {
 
 // What was noted of the files may be why they do not fit together.
-Registration register_or_tell(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options,
-                              const std::vector<std::string>& notes) {
+matching::Registration register_or_tell(const Landmarks& source, const Landmarks& target,
+                                        const matching::RegistrationOptions& options,
+                                        const std::vector<std::string>& notes) {
   try {
     return register_shapes(source, target, options);
   } catch (const Error&) {
@@ -120,7 +123,7 @@ int run_register(const RegisterArguments& arguments) {
   const Background background{arguments.source_image(source, target), surface_of(source, arguments.mesh, notes)};
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
-  RegistrationOptions options = arguments.registration_options(source);
+  matching::RegistrationOptions options = arguments.registration_options(source);
   Progress progress;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
@@ -131,11 +134,12 @@ int run_register(const RegisterArguments& arguments) {
   const LossNotice lost(
       fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
   if (arguments.homotopy) require_homotopy(source, target, options);
-  const std::optional<FittedParameters> fitted = fit_first(source, {target}, arguments.fit, options, progress);
-  const Registration registration = register_or_tell(source, target, options, notes);
+  const std::optional<inference::FittedParameters> fitted =
+      fit_first(source, {target}, arguments.fit, options, progress);
+  const matching::Registration registration = register_or_tell(source, target, options, notes);
   progress.clear();
   log_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
-  RegistrationFacts facts = registration_facts(registration, fitted);
+  records::RegistrationFacts facts = registration_facts(registration, fitted);
   if (arguments.homotopy) {
     facts.homotopy = follow_homotopy(source, target, options, registration);
     progress.clear();

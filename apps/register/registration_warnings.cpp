@@ -24,7 +24,7 @@ constexpr double kManySteps = 1;
 constexpr double kLargeAmplification = 100;
 
 // What a similarity would leave of the distance between the shapes as they were given.
-double left_by_similarity(const Registration& registration) {
+double left_by_similarity(const matching::Registration& registration) {
   const Points& source = registration.original.points;
   const Points moved = align(source, registration.target.points, AlignmentKind::kSimilarity).apply(source);
   const Eigen::ArrayXXd squares = (moved - registration.target.points).array().square();
@@ -32,20 +32,20 @@ double left_by_similarity(const Registration& registration) {
   return std::sqrt(left) / registration.original_rms();
 }
 
-bool should_align(const Registration& registration) {
+bool should_align(const matching::Registration& registration) {
   const AlignmentKind kind = registration.alignment.kind;
-  return registration.data.kind == DataKind::kLandmarks && registration.source.dimension() > 1 &&
+  return registration.data.kind == matching::DataKind::kLandmarks && registration.source.dimension() > 1 &&
          kind != AlignmentKind::kSimilarity && kind != AlignmentKind::kAffine &&
          left_by_similarity(registration) < kMostOfIt * registration.initial_rms() / registration.original_rms();
 }
 
 // Change of the cost by an accurate integrator, in parts of it.
-double change_of_cost(const Registration& registration) {
+double change_of_cost(const matching::Registration& registration) {
   return registration.step_error ? registration.step_error->cost / std::max(registration.cost.total(), kNoCost) : 0;
 }
 
 // What to make of it; nothing where the path itself is no minimum yet.
-std::string accuracy_remedy(const Registration& registration) {
+std::string accuracy_remedy(const matching::Registration& registration) {
   if (!registration.converged) return {};
   if (registration.amplification.value_or(0) > kLargeAmplification && change_of_cost(registration) > kManySteps)
     return fmt::format(
@@ -57,19 +57,19 @@ std::string accuracy_remedy(const Registration& registration) {
 }
 
 // The energy of mode map counts at t = 0 alone, and noise that draws landmarks together may lower it without end.
-bool may_have_no_minimum(const Registration& registration) {
-  return registration.mode == MatchingMode::kMap && !registration.converged &&
+bool may_have_no_minimum(const matching::Registration& registration) {
+  return registration.mode == matching::MatchingMode::kMap && !registration.converged &&
          registration_system(registration).noise->traits().linear;
 }
 
 // Whether landmarks say less of their neighbours than nothing, as where they are paired at random.
-bool neighbours_part(const Registration& registration) {
+bool neighbours_part(const matching::Registration& registration) {
   const auto& fitted = registration.fitted_kernel;
   return fitted && fitted->prediction_error > fitted->alignment_error;
 }
 
 // The likeliest remedy.
-std::string remedy(const Registration& registration) {
+std::string remedy(const matching::Registration& registration) {
   if (may_have_no_minimum(registration))
     return registration.uncertainty
                ? "mode map may have no minimum here: try a larger --lambda, or --mode metamorphosis without "
@@ -81,14 +81,15 @@ std::string remedy(const Registration& registration) {
   const bool may_pass = !registration_system(registration).noise->traits().diffeomorphic;
   const std::string noise = "try --noise ch-sd:beta=100%, position noise that lets landmarks pass each other";
   if (registration.source.dimension() == 1 && !may_pass)
-    if (const int pairs = order_inversions(registration.source.points, registration.target.points); pairs > 0)
+    if (const int pairs = matching::order_inversions(registration.source.points, registration.target.points); pairs > 0)
       return fmt::format("{} a different order in the target, which no flow can reach: {}",
                          counted(pairs, "pair", pairs == 1 ? "of landmarks has" : "of landmarks have"), noise);
   if (!registration.matched() && neighbours_part(registration))
     return "neighbouring landmarks do not move together: check that landmarks correspond (if none do: --data "
            "varifold)" +
            (may_pass ? "" : "; or " + noise);
-  const bool drawn = registration.mode == MatchingMode::kPathwise || registration.mode == MatchingMode::kExpected;
+  const bool drawn =
+      registration.mode == matching::MatchingMode::kPathwise || registration.mode == matching::MatchingMode::kExpected;
   if (registration.converged && drawn)
     return "this noise is drawn rather than fitted: try a smaller amplitude, or mode metamorphosis or map";
   if (!registration.converged) return "try more --steps or --max-iterations" + (may_pass ? "" : "; or " + noise);
@@ -97,7 +98,7 @@ std::string remedy(const Registration& registration) {
 
 }  // namespace
 
-std::string accuracy_text(const Registration& registration) {
+std::string accuracy_text(const matching::Registration& registration) {
   const double change = change_of_cost(registration);
   const double size = std::max(diameter(registration.source.points), registration.sigma);
   const double distance = registration.step_error ? registration.step_error->rms : 0;
@@ -108,7 +109,7 @@ std::string accuracy_text(const Registration& registration) {
   return fmt::format("ends {:.3g} away, cost {}", distance, cost);
 }
 
-std::vector<std::string> path_warnings(const Registration& registration) {
+std::vector<std::string> path_warnings(const matching::Registration& registration) {
   std::vector<std::string> texts;
   if (!registration.matched())
     texts.push_back(fmt::format("not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of the distance before; {}",
@@ -121,7 +122,7 @@ std::vector<std::string> path_warnings(const Registration& registration) {
   return texts;
 }
 
-std::vector<std::string> registration_warnings(const Registration& registration) {
+std::vector<std::string> registration_warnings(const matching::Registration& registration) {
   std::vector<std::string> texts = path_warnings(registration);
   if (std::abs(change_of_cost(registration)) > kSmallChange)
     texts.push_back(fmt::format("shot by an accurate integrator, p0 {}{}", accuracy_text(registration),

@@ -9,13 +9,13 @@ namespace pulson {
 
 /// What a user of the recorded path should know, a line each, the likeliest remedy first: not converged, not matched.
 /// Every verb that reads a registration repeats them.
-std::vector<std::string> path_warnings(const Registration& registration);
+std::vector<std::string> path_warnings(const matching::Registration& registration);
 
 /// The same for a user of the momenta: also that an accurate integrator changes the cost by more than 1 %.
-std::vector<std::string> registration_warnings(const Registration& registration);
+std::vector<std::string> registration_warnings(const matching::Registration& registration);
 
 /// Where an accurate integrator takes the momenta, as in "ends 0.017 away, cost +3.1 %"; empty where it ends within
 /// 1e-4 of the diameter and changes the cost by at most 1 %.
-std::string accuracy_text(const Registration& registration);
+std::string accuracy_text(const matching::Registration& registration);
 
 }  // namespace pulson

@@ -30,7 +30,8 @@ double median(std::vector<double> values) {
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
-std::string lead(const Registration& registration, const RegistrationFacts& facts, std::size_t outliers) {
+std::string lead(const matching::Registration& registration, const records::RegistrationFacts& facts,
+                 std::size_t outliers) {
   std::string text = fmt::format(
       "{}: {} landmarks in {}D. Root mean square distance to the target: {} before, {} after.",
       registration.matched() ? "Matched" : "Not matched", registration.source.count(), registration.source.dimension(),
@@ -50,7 +51,7 @@ std::string lead(const Registration& registration, const RegistrationFacts& fact
   return text;
 }
 
-ReportTable numbers_table(const Registration& registration, const RegistrationFacts& facts) {
+html::ReportTable numbers_table(const matching::Registration& registration, const records::RegistrationFacts& facts) {
   FactTable table("quantity");
   const auto add = [&](const std::string& name, const std::string& value) { table.add(name, value); };
   add("matched", registration.matched() ? "yes" : "no");
@@ -75,7 +76,7 @@ ReportTable numbers_table(const Registration& registration, const RegistrationFa
   return std::move(table).table();
 }
 
-ReportTable model_table(const Registration& registration) {
+html::ReportTable model_table(const matching::Registration& registration) {
   FactTable table("setting");
   const auto add = [&](const std::string& name, const std::string& value) { table.add(name, value); };
   add("source", registration.original.source);
@@ -88,7 +89,7 @@ ReportTable model_table(const Registration& registration) {
     add("leave-one-out error", report_number(registration.fitted_kernel->prediction_error));
   add("noise", registration.noise);
   add("mode", mode_name(registration.mode));
-  if (registration.data.kind != DataKind::kLandmarks)
+  if (registration.data.kind != matching::DataKind::kLandmarks)
     add("data", fmt::format("{} of width {}", data_kind_name(registration.data.kind),
                             report_number(registration.data.width.value_or(std::nan("")))));
   add("sigma", report_number(registration.sigma));
@@ -98,21 +99,21 @@ ReportTable model_table(const Registration& registration) {
   add("steps", fmt::to_string(registration.grid.steps));
   add("search", solver_name(registration.solver));
   if (registration.samples > 1) add("realisations", fmt::to_string(registration.samples));
-  if (registration.mode == MatchingMode::kPathwise || registration.samples > 1)
+  if (registration.mode == matching::MatchingMode::kPathwise || registration.samples > 1)
     add("seed", fmt::to_string(registration.seed));
   return std::move(table).table();
 }
 
 // Of each landmark, the fraction of its displacement that the noise did; NaN without a displacement. Empty where
 // nothing is known of it.
-Eigen::VectorXd noise_shares(const Registration& registration, const LandmarkShares& shares) {
+Eigen::VectorXd noise_shares(const matching::Registration& registration, const matching::LandmarkShares& shares) {
   if (registration.noise == "none" || shares.noise.size() == 0) return {};
   const Points way = registration.result - registration.source.points;
   return (shares.noise.cwiseProduct(way).colwise().sum().array() / way.colwise().squaredNorm().array()).transpose();
 }
 
-std::string residuals_caption(const Registration& registration, std::size_t listed, std::size_t outliers) {
-  std::string text = registration.data.kind == DataKind::kLandmarks
+std::string residuals_caption(const matching::Registration& registration, std::size_t listed, std::size_t outliers) {
+  std::string text = registration.data.kind == matching::DataKind::kLandmarks
                          ? "Distance of each landmark to its target where the flow ends. "
                          : "Distance of each landmark to the nearest point of the target where the flow ends. ";
   text += fmt::format(
@@ -125,17 +126,17 @@ std::string residuals_caption(const Registration& registration, std::size_t list
   return text + " Click a column heading to sort.";
 }
 
-ReportTable residual_table(const Registration& registration, const LandmarkShares& shares,
-                           const std::vector<int>& outliers) {
+html::ReportTable residual_table(const matching::Registration& registration, const matching::LandmarkShares& shares,
+                                 const std::vector<int>& outliers) {
   const Landmarks& source = registration.source;
   const Eigen::VectorXd distances = registration.distances(), noise = noise_shares(registration, shares);
-  ReportTable table = landmark_table(source);
+  html::ReportTable table = landmark_table(source);
   table.header.insert(table.header.end(), {"distance", "in sigma"});
   if (noise.size() > 0) table.header.emplace_back("displacement by the noise");
   for (const int a : listed_landmarks(distances)) {
     const bool outlier = std::binary_search(outliers.begin(), outliers.end(), a);
     const double distance = distances[a];
-    std::vector<ReportCell> row = landmark_cells(source, a);
+    std::vector<html::ReportCell> row = landmark_cells(source, a);
     row.push_back({.text = std::isfinite(distance) ? report_number(distance) : "", .outlier = outlier});
     row.push_back({std::isfinite(distance) ? report_number(distance / registration.sigma, 3) : ""});
     if (noise.size() > 0) row.push_back({std::isfinite(noise[a]) ? percent(noise[a]) : ""});
@@ -162,14 +163,14 @@ std::vector<int> outlying_landmarks(const Eigen::VectorXd& distances, double sig
   return outliers;
 }
 
-HtmlReport registration_report(const Registration& registration, const Trajectory& path, const RegistrationFacts& facts,
-                               const std::vector<std::string>& notes, const std::filesystem::path& picture,
-                               const BelowLandmarks& below) {
+html::HtmlReport registration_report(const matching::Registration& registration, const Trajectory& path,
+                                     const records::RegistrationFacts& facts, const std::vector<std::string>& notes,
+                                     const std::filesystem::path& picture, const BelowLandmarks& below) {
   const std::vector<int> outliers = outlying_landmarks(registration.distances(), registration.sigma);
-  HtmlReport report =
+  html::HtmlReport report =
       new_report(short_name(registration.original) + " → " + short_name(registration.target),
                  lead(registration, facts, outliers.size()), registration_warnings(registration), notes);
-  if (std::optional<ReportMotion> motion = registration_motion(registration, path, outliers, below.image)) {
+  if (std::optional<html::ReportMotion> motion = registration_motion(registration, path, outliers, below.image)) {
     add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});
   }

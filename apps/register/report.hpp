@@ -12,15 +12,15 @@ namespace pulson {
 
 /// What lies below the landmarks as they move.
 struct BelowLandmarks {
-  const PlacedImage& image;          ///< without a file where there is none
-  const RegistrationPicture& still;  ///< with the surface
+  const draw::PlacedImage& image;          ///< without a file where there is none
+  const draw::RegistrationPicture& still;  ///< with the surface
 };
 
 /// `report.html` of a registration: what was found, the landmarks as they move, the numbers, and each landmark's
 /// residual. @param picture PNG or SVG, or empty @param notes of the run
-HtmlReport registration_report(const Registration& registration, const Trajectory& path, const RegistrationFacts& facts,
-                               const std::vector<std::string>& notes, const std::filesystem::path& picture,
-                               const BelowLandmarks& below);
+html::HtmlReport registration_report(const matching::Registration& registration, const Trajectory& path,
+                                     const records::RegistrationFacts& facts, const std::vector<std::string>& notes,
+                                     const std::filesystem::path& picture, const BelowLandmarks& below);
 
 /// Landmarks whose distance stands out: above the median m of all by more than 5 · 1.4826 · median |distance − m| (for
 /// normal numbers, five standard deviations) and above 2σ, so that a close match has no outliers. Distances that are

@@ -10,7 +10,7 @@
 namespace pulson {
 namespace {
 
-void print_alignment(const Registration& registration) {
+void print_alignment(const matching::Registration& registration) {
   if (registration.alignment.kind == AlignmentKind::kNone) return;
   const double scale = registration.alignment.scale, before = registration.original_rms();
   const double removed = before > 0 ? 1 - registration.initial_rms() / before : 0;
@@ -19,7 +19,7 @@ void print_alignment(const Registration& registration) {
              removed >= 0 ? fmt::format(", which removes {:.0f} % of the distance", 100 * removed) : "");
 }
 
-void print_kernel(const Registration& registration, const std::string& asked) {
+void print_kernel(const matching::Registration& registration, const std::string& asked) {
   fmt::print("kernel     {}", registration_system(registration).kernel.spec(4));
   if (const auto& fitted = registration.fitted_kernel)
     fmt::print(", by maximum likelihood; leave-one-out error {:.3g}{}", fitted->prediction_error,
@@ -27,30 +27,30 @@ void print_kernel(const Registration& registration, const std::string& asked) {
                    ? fmt::format(" (at rest: {:.3g})", fitted->alignment_error)
                    : fmt::format(" (alignment alone: {:.3g})", fitted->alignment_error));
   else if (asked == "auto")
-    fmt::print("{}", registration.data.kind == DataKind::kLandmarks
+    fmt::print("{}", registration.data.kind == matching::DataKind::kLandmarks
                          ? ", as wide as the shape: too few landmarks to fit a width"
                          : ", a quarter of the diameter");
   fmt::print("\n");
 }
 
-void print_model(const Registration& registration) {
+void print_model(const matching::Registration& registration) {
   fmt::print("model      noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n", registration.noise,
              mode_name(registration.mode), registration.grid.steps, registration.sigma, registration.lambda);
-  if (registration.data.kind != DataKind::kLandmarks)
+  if (registration.data.kind != matching::DataKind::kLandmarks)
     fmt::print("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
                *registration.data.width, counted(registration.target.count(), "point"));
   if (registration.samples > 1)
     fmt::print("noise      {} realisations, seed {}\n", registration.samples, registration.seed);
 }
 
-void print_search(const Registration& registration) {
+void print_search(const matching::Registration& registration) {
   fmt::print("{} {} of solver {} in {:.2f} s: {} (relative gradient {:.1e})\n",
              registration.converged ? "converged " : "STOPPED   ", counted(registration.iterations, "iteration"),
              solver_name(registration.solver), registration.seconds, registration.stop_reason,
              registration.relative_gradient);
 }
 
-void print_fitted(const FittedParameters& fitted) {
+void print_fitted(const inference::FittedParameters& fitted) {
   fmt::print("fitted    ");
   for (std::size_t i = 0; i < fitted.names.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -62,12 +62,12 @@ void print_fitted(const FittedParameters& fitted) {
   if (!fitted.note.empty()) fmt::print("           {}\n", fitted.note);
 }
 
-void print_uncertainty(const LaplaceApproximation& uncertainty) {
+void print_uncertainty(const matching::LaplaceApproximation& uncertainty) {
   fmt::print("deviations of the end points up to {:.3g}, of the momenta up to {:.3g}; log evidence {:.4g}\n",
              uncertainty.end_deviation.maxCoeff(), uncertainty.momentum_deviation.maxCoeff(), uncertainty.log_evidence);
 }
 
-void print_distances(const Registration& registration) {
+void print_distances(const matching::Registration& registration) {
   int worst = 0;
   const Eigen::VectorXd distances = registration.distances();
   distances.array().isNaN().select(-1, distances).maxCoeff(&worst);
@@ -76,7 +76,7 @@ void print_distances(const Registration& registration) {
              registration.matched() ? "matched" : "NOT MATCHED");
 }
 
-void print_costs(const Registration& registration, const RegistrationFacts& facts) {
+void print_costs(const matching::Registration& registration, const records::RegistrationFacts& facts) {
   fmt::print("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
              registration.cost.energy, registration.cost.action, registration.cost.data);
   if (const std::string text = accuracy_text(registration); !text.empty())
@@ -94,7 +94,7 @@ void print_costs(const Registration& registration, const RegistrationFacts& fact
 
 }  // namespace
 
-void print_registration(const Registration& registration, const RegistrationFacts& facts,
+void print_registration(const matching::Registration& registration, const records::RegistrationFacts& facts,
                         const std::string& asked_kernel) {
   fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
              counted(registration.source.count(), "landmark"), registration.source.dimension());

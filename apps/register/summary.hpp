@@ -8,7 +8,7 @@
 namespace pulson {
 
 /// What a registration found, for people, on standard output. @param asked_kernel a specification, or `auto`
-void print_registration(const Registration& registration, const RegistrationFacts& facts,
+void print_registration(const matching::Registration& registration, const records::RegistrationFacts& facts,
                         const std::string& asked_kernel);
 
 }  // namespace pulson

@@ -25,7 +25,7 @@ constexpr double kElsewhere = 0.2;  // of the diameter
 std::optional<fs::path> surface_beside(const Landmarks& source) {
   const fs::path file = source.source.substr(0, source.source.find('#'));
   for (const char* extension : {".ply", ".stl", ".obj"}) {
-    const fs::path surface = file.parent_path() / (io::file_stem(file) + extension);
+    const fs::path surface = file.parent_path() / (formats::file_stem(file) + extension);
     std::error_code error;
     if (fs::is_regular_file(surface, error)) return surface;
   }
@@ -44,8 +44,8 @@ double distance_of_landmarks(const Points& landmarks, const Points& vertices) {
 
 }  // namespace
 
-std::optional<io::Surface> surface_of(const Landmarks& source, const std::string& file,
-                                      std::vector<std::string>& notes) {
+std::optional<formats::Surface> surface_of(const Landmarks& source, const std::string& file,
+                                           std::vector<std::string>& notes) {
   if (!file.empty() && source.dimension() != 3)
     throw InputError(fmt::format("--mesh needs landmarks in 3D; {} is in {}D", source.source, source.dimension()));
   const std::optional<fs::path> path = !file.empty()             ? std::optional<fs::path>(file)
@@ -53,10 +53,10 @@ std::optional<io::Surface> surface_of(const Landmarks& source, const std::string
                                                                  : std::nullopt;
   if (!path) return std::nullopt;
   try {
-    io::Surface surface = io::read_surface(*path);
+    formats::Surface surface = formats::read_surface(*path);
     if (surface.vertices.axes.empty()) surface.vertices.axes = source.axes;
     surface.vertices.units = source.units;
-    return io::coarsened(surface, source.count() > kManyLandmarks ? kFewVertices : kStillVertices);
+    return formats::coarsened(surface, source.count() > kManyLandmarks ? kFewVertices : kStillVertices);
   } catch (const InputError& error) {
     if (!file.empty()) throw;
     notes.push_back(fmt::format("{}; it is not drawn below the landmarks", error.what()));
@@ -64,8 +64,8 @@ std::optional<io::Surface> surface_of(const Landmarks& source, const std::string
   }
 }
 
-void add_surface(const std::optional<io::Surface>& surface, const Registration& registration, const Trajectory& path,
-                 RegistrationPicture& picture, std::vector<std::string>& notes) {
+void add_surface(const std::optional<formats::Surface>& surface, const matching::Registration& registration,
+                 const Trajectory& path, draw::RegistrationPicture& picture, std::vector<std::string>& notes) {
   if (!surface) return;
   const Landmarks placed = in_frame_of(registration.target, surface->vertices, notes);
   const Points vertices =
@@ -78,7 +78,7 @@ void add_surface(const std::optional<io::Surface>& surface, const Registration& 
     return;
   }
   try {
-    picture.surface_after = MaterialFlow(registration_system(registration), path).end(vertices);
+    picture.surface_after = warp::MaterialFlow(registration_system(registration), path).end(vertices);
   } catch (const StepError&) {
     return;
   }
@@ -86,16 +86,16 @@ void add_surface(const std::optional<io::Surface>& surface, const Registration& 
   picture.triangles = surface->triangles;
 }
 
-void add_surface(const RegistrationPicture& picture, const Registration& registration, const Trajectory& path,
-                 ReportMotion& motion) {
+void add_surface(const draw::RegistrationPicture& picture, const matching::Registration& registration,
+                 const Trajectory& path, html::ReportMotion& motion) {
   if (picture.triangles.empty()) return;
   constexpr int kTimes = 8;
-  io::Surface surface;
+  formats::Surface surface;
   surface.vertices.points = picture.surface_before;
   surface.triangles = picture.triangles;
-  surface = io::coarsened(surface, kPageVertices);
+  surface = formats::coarsened(surface, kPageVertices);
   const std::vector<Points> places =
-      MaterialFlow(registration_system(registration), path).paths(surface.vertices.points);
+      warp::MaterialFlow(registration_system(registration), path).paths(surface.vertices.points);
   const int last = path.grid.steps, times = std::min(kTimes, last);
   for (int i = 0; i <= times; ++i) {
     const int step = i * last / times;

@@ -44,10 +44,10 @@ struct PixelBox {
 };
 
 // The same landmarks, which stay where they are.
-Registration at_rest(Registration registration) {
+matching::Registration at_rest(matching::Registration registration) {
   registration.noise = "none";
   registration.own_noise = nullptr;
-  registration.mode = MatchingMode::kDeterministic;
+  registration.mode = matching::MatchingMode::kDeterministic;
   registration.integrator = "rk4";
   registration.grid.steps = 1;
   registration.samples = 1;
@@ -60,7 +60,7 @@ Registration at_rest(Registration registration) {
 }
 
 // The same flow of a source that needs no alignment.
-Registration of_aligned(Registration registration) {
+matching::Registration of_aligned(matching::Registration registration) {
   registration.original = registration.source;
   registration.alignment = {AlignmentKind::kNone, 1, Eigen::MatrixXd::Identity(2, 2), Eigen::VectorXd::Zero(2)};
   return registration;
@@ -87,8 +87,8 @@ SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
   return {};
 }
 
-Underlay::Underlay(const SourceImage& image, const Registration& registration, RegistrationPicture& picture,
-                   const StagedFiles& staged, std::vector<std::string>& notes)
+Underlay::Underlay(const SourceImage& image, const matching::Registration& registration,
+                   draw::RegistrationPicture& picture, const StagedFiles& staged, std::vector<std::string>& notes)
     : staged_(staged) {
   if (image.file.empty() || picture.grid_after.empty()) return;
   const bool y_down = picture.source.y_down || picture.target.y_down;
@@ -98,8 +98,8 @@ Underlay::Underlay(const SourceImage& image, const Registration& registration, R
   const auto [moved_low, moved_high] = bounding_box(joined_lines(picture.grid_after));
   const PixelBox after(low.cwiseMin(moved_low), high.cwiseMax(moved_high));
   const fs::path rest = scratch("rest.json"), flow = scratch("flow.json");
-  staged_.write(rest.filename(), registration_json(at_rest(registration), {}));
-  staged_.write(flow.filename(), registration_json(of_aligned(registration), {}));
+  staged_.write(rest.filename(), records::registration_json(at_rest(registration), {}));
+  staged_.write(flow.filename(), records::registration_json(of_aligned(registration), {}));
   const fs::path aligned = scratch("aligned.png"), carried = scratch("carried.png"), page = scratch("aligned.jpg");
 
   std::vector<std::string> of_image = {image.file.string(), before.size(),
@@ -136,7 +136,7 @@ bool Underlay::warp(const fs::path& record, const std::vector<std::string>& opti
   arguments.insert(arguments.end(), options.begin(), options.end());
   arguments.insert(arguments.end(), {orientation_, "--border=transparent", "--quiet", "--out", out.string()});
   const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  picture::ChildProcess child(arguments, nothing, arguments.front() + " cannot be run");
+  draw::ChildProcess child(arguments, nothing, arguments.front() + " cannot be run");
   const bool succeeded = child.wait();
   ::close(nothing);
   printed_ = child.printed();

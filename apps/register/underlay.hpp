@@ -28,7 +28,7 @@ class Underlay {
  public:
   /// Nothing where no image is known, d is not 2, or the picture has no grid. Adds a line to `notes` where the image
   /// cannot be used.
-  Underlay(const SourceImage& image, const Registration& registration, RegistrationPicture& picture,
+  Underlay(const SourceImage& image, const matching::Registration& registration, draw::RegistrationPicture& picture,
            const StagedFiles& staged, std::vector<std::string>& notes);
   ~Underlay() { remove(); }
   Underlay(const Underlay&) = delete;
@@ -37,7 +37,7 @@ class Underlay {
   void remove() const;
 
   /// The aligned image as a jpg, for the report; without a file where there is none.
-  const PlacedImage& aligned() const { return aligned_; }
+  const draw::PlacedImage& aligned() const { return aligned_; }
 
  private:
   /// Runs `pulson warp`. @return whether it wrote the file
@@ -47,7 +47,7 @@ class Underlay {
 
   const StagedFiles& staged_;
   std::string orientation_;  ///< the option
-  PlacedImage aligned_;
+  draw::PlacedImage aligned_;
   std::vector<std::filesystem::path> files_;
   std::string printed_;  ///< by the last run
 };

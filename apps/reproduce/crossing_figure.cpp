@@ -19,18 +19,19 @@ struct Point {
   PaperKernel kernel;
   double p1;
   double beta;
-  EnsembleSums sums;
-  PairCrossing grid;
+  ensemble::EnsembleSums sums;
+  fokker_planck::PairCrossing grid;
 
   Estimate sampled() const { return sums.crossing_probability(); }
 };
 
-PairEquation pair_equation(const Laboratory& laboratory, const Point& point) {
+fokker_planck::PairEquation pair_equation(const Laboratory& laboratory, const Point& point) {
   return {make_kernel(point.kernel.spec, {}), point.beta, laboratory.options().grid.time, 0, 10, point.p1, 1};
 }
 
-PairEquationOptions grid_options(const Laboratory& laboratory) {
-  return laboratory.options().quick ? PairEquationOptions{0.01, 2} : PairEquationOptions{};
+fokker_planck::PairEquationOptions grid_options(const Laboratory& laboratory) {
+  return laboratory.options().quick ? fokker_planck::PairEquationOptions{0.01, 2}
+                                    : fokker_planck::PairEquationOptions{};
 }
 
 std::vector<Point> sample_points(const Laboratory& laboratory) {
@@ -53,10 +54,10 @@ void solve_grids(const Laboratory& laboratory, std::vector<Point>& points) {
   constexpr std::size_t kAtOnce = 8;  // between looks at the user
   for (std::size_t begin = 0; begin < points.size(); begin += kAtOnce) {
     laboratory.show(fmt::format("figure3, grids {} of {}", begin, points.size()));
-    std::vector<PairEquation> pairs;
+    std::vector<fokker_planck::PairEquation> pairs;
     for (std::size_t i = begin; i < std::min(begin + kAtOnce, points.size()); ++i)
       pairs.push_back(pair_equation(laboratory, points[i]));
-    const std::vector<PairCrossing> solved = crossing_probabilities(pairs, grid_options(laboratory));
+    const std::vector<fokker_planck::PairCrossing> solved = crossing_probabilities(pairs, grid_options(laboratory));
     for (std::size_t i = 0; i < solved.size(); ++i) points[begin + i].grid = solved[i];
   }
 }
@@ -74,17 +75,17 @@ std::string csv_of(const std::vector<Point>& points) {
   return text;
 }
 
-ChartPanel panel_of(const std::vector<Point>& points, const PaperKernel& kernel) {
-  ChartPanel panel;
+charts::ChartPanel panel_of(const std::vector<Point>& points, const PaperKernel& kernel) {
+  charts::ChartPanel panel;
   panel.heading = fmt::format("{}: probability that q₂ < q₁ at the end, over β",
                               kernel.particle == "peakons" ? "Peakons" : kernel.particle);
   panel.y_range = {0, 1};
   panel.reference_lines = {{1, ""}, {0.5, "½"}};
   for (const double p1 : kMomenta) {
-    Series grid, sampled;
+    charts::Series grid, sampled;
     grid.dashed = true;
     grid.name = sampled.name = fmt::format("p̄₁ = {:g}", p1);
-    sampled.style = SeriesStyle::kPoints;
+    sampled.style = charts::SeriesStyle::kPoints;
     for (const Point& point : points) {
       if (point.kernel.name != kernel.name || point.p1 != p1) continue;
       grid.x.push_back(point.beta);
@@ -99,13 +100,14 @@ ChartPanel panel_of(const std::vector<Point>& points, const PaperKernel& kernel)
   return panel;
 }
 
-Chart chart_of(const Laboratory& laboratory, const std::vector<Point>& points) {
-  Chart chart{"The probability of crossing",
-              fmt::format("{} paths a point, bars: two standard errors  ·  dt = {:.3g}  ·  t = {:.3g}  ·  dashed: the "
-                          "pair equation on a grid",
-                          laboratory.options().samples, laboratory.options().grid.dt(), laboratory.options().grid.time),
-              {},
-              false};
+charts::Chart chart_of(const Laboratory& laboratory, const std::vector<Point>& points) {
+  charts::Chart chart{
+      "The probability of crossing",
+      fmt::format("{} paths a point, bars: two standard errors  ·  dt = {:.3g}  ·  t = {:.3g}  ·  dashed: the "
+                  "pair equation on a grid",
+                  laboratory.options().samples, laboratory.options().grid.dt(), laboratory.options().grid.time),
+      {},
+      false};
   for (const PaperKernel& kernel : paper_kernels()) chart.rows.push_back({panel_of(points, kernel)});
   return chart;
 }
@@ -119,7 +121,7 @@ const Point& last_of(const std::vector<Point>& points, const std::string& kernel
 
 /// Crossing beyond the paper's range, on the grid.
 struct BeyondTheRange {
-  ReportTable table{{"kernel", "p̄₁"}, {}, "Beyond the paper's range of β, on the grid"};
+  html::ReportTable table{{"kernel", "p̄₁"}, {}, "Beyond the paper's range of β, on the grid"};
   double most_of_unequal = 0;   ///< over all β and p̄₁ > 1
   double last_of_unequal = 0;   ///< the largest for p̄₁ > 1 at the largest β
   double equals_from_half = 0;  ///< the largest distance from ½ for p̄₁ = 1 at the largest β
@@ -131,12 +133,12 @@ BeyondTheRange beyond_the_range(const Laboratory& laboratory) {
   for (const double beta : kBetas) beyond.table.header.push_back(fmt::format("β = {:g}", beta));
   for (const PaperKernel& kernel : paper_kernels())
     for (const double p1 : kMomenta) {
-      std::vector<PairEquation> pairs;
+      std::vector<fokker_planck::PairEquation> pairs;
       for (const double beta : kBetas) pairs.push_back(pair_equation(laboratory, {kernel, p1, beta, {}, {}}));
       laboratory.show("figure3, beyond beta = 6.5");
       beyond.table.rows.push_back({{kernel.name}, {fmt::format("{:g}", p1)}});
       double last = 0;
-      for (const PairCrossing& crossing : crossing_probabilities(pairs, grid_options(laboratory))) {
+      for (const fokker_planck::PairCrossing& crossing : crossing_probabilities(pairs, grid_options(laboratory))) {
         beyond.table.rows.back().push_back({fmt::format("{:.4f} ± {:.1e}", crossing.probability, crossing.error)});
         last = crossing.probability;
         if (p1 > 1) beyond.most_of_unequal = std::max(beyond.most_of_unequal, last);
@@ -149,8 +151,8 @@ BeyondTheRange beyond_the_range(const Laboratory& laboratory) {
   return beyond;
 }
 
-void add_claims(ReportSection& section, const Laboratory& laboratory, const std::vector<Point>& points) {
-  ReportClaims claims;
+void add_claims(html::ReportSection& section, const Laboratory& laboratory, const std::vector<Point>& points) {
+  html::ReportClaims claims;
   std::string at_end, of_equals;
   bool all_near_one = true, equals_cross = true;
   for (const PaperKernel& kernel : paper_kernels()) {
@@ -167,22 +169,24 @@ void add_claims(ReportSection& section, const Laboratory& laboratory, const std:
   const bool approach_one = all_near_one && beyond.last_of_unequal > 0.95;
   claims.push_back(
       {"The probability of crossing seems to approach unity for p̄₁ > 1.",
-       approach_one ? Verdict::kHolds : Verdict::kDoesNotHold,
+       approach_one ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
        fmt::format("at β = 6.5 it is {}. Beyond the paper's range the largest is {:.3f}; at β = 100 none is "
                    "above {:.3f} (table below)",
                    at_end, beyond.most_of_unequal, beyond.last_of_unequal)});
   claims.push_back(
-      {"It seems to approach 0.5 for p̄₁ = 1.", beyond.equals_from_half < 0.01 ? Verdict::kHolds : Verdict::kDoesNotHold,
+      {"It seems to approach 0.5 for p̄₁ = 1.",
+       beyond.equals_from_half < 0.01 ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
        fmt::format("at β = 6.5: {}; on the grid at β = 100 within {:.3f} of ½", of_equals, beyond.equals_from_half)});
   claims.push_back({"Pulsons may cross even when they have the same initial momentum (5.1).",
-                    equals_cross ? Verdict::kHolds : Verdict::kDoesNotHold, fmt::format("at β = 6.5: {}", of_equals)});
+                    equals_cross ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
+                    fmt::format("at β = 6.5: {}", of_equals)});
   section.blocks.emplace_back(std::move(claims));
   section.blocks.emplace_back(std::move(beyond.table));
 }
 
 /// How far the scheme at the paper's step is from the equation.
-void add_grid_comparison(ReportSection& section, const std::vector<Point>& points) {
-  ReportTable table{{"kernel", "p̄₁", "β", "sampled", "grid", "difference"}, {}, "Sampling against the grid"};
+void add_grid_comparison(html::ReportSection& section, const std::vector<Point>& points) {
+  html::ReportTable table{{"kernel", "p̄₁", "β", "sampled", "grid", "difference"}, {}, "Sampling against the grid"};
   double largest = 0;
   for (const Point& point : points) {
     if (point.beta == 0) continue;
@@ -197,21 +201,21 @@ void add_grid_comparison(ReportSection& section, const std::vector<Point>& point
                           {fmt::format("{:.4f} ± {:.4f}", point.grid.probability, point.grid.error)},
                           {fmt::format("{:.4f}", difference)}});
   }
-  section.blocks.emplace_back(
-      ReportParagraph{fmt::format("The grid solves the equation itself, without a time step of paths. The largest "
-                                  "difference for β ≥ 1 is {:.3f}: at "
-                                  "large β the paper's step is visibly too coarse, more so for peakons, and a smaller "
-                                  "--dt brings the two together.",
-                                  largest)});
+  section.blocks.emplace_back(html::ReportParagraph{
+      fmt::format("The grid solves the equation itself, without a time step of paths. The largest "
+                  "difference for β ≥ 1 is {:.3f}: at "
+                  "large β the paper's step is visibly too coarse, more so for peakons, and a smaller "
+                  "--dt brings the two together.",
+                  largest)});
   section.blocks.emplace_back(std::move(table));
 }
 
 }  // namespace
 
-ReportSection figure3(const Laboratory& laboratory) {
+html::ReportSection figure3(const Laboratory& laboratory) {
   std::vector<Point> points = sample_points(laboratory);
   solve_grids(laboratory, points);
-  ReportSection section{"Figure 3: the probability of crossing", {}};
+  html::ReportSection section{"Figure 3: the probability of crossing", {}};
   laboratory.write_csv("figure3.csv", csv_of(points));
   laboratory.add_chart(section, "figure3", chart_of(laboratory, points),
                        "The probability of crossing for Gaussian pulsons (top) and peakons (bottom)");

@@ -17,8 +17,8 @@ constexpr double kFreeMomentum = 4;
 
 struct Marginal {
   std::string heading;
-  Histogram histogram;
-  NormalLaw law;
+  ensemble::Histogram histogram;
+  fokker_planck::NormalLaw law;
 };
 
 /// sup |F_sampled − F| at the edges of the bins.
@@ -34,16 +34,17 @@ double distance(const Marginal& marginal) {
   return largest;
 }
 
-Series sampled(const Histogram& histogram) {
+charts::Series sampled(const ensemble::Histogram& histogram) {
   constexpr double kBars = 50;
-  DensityBars bars = histogram.bars(0.0001, kBars);
-  return {.name = "sampled", .x = std::move(bars.edges), .y = std::move(bars.values), .style = SeriesStyle::kSteps};
+  ensemble::DensityBars bars = histogram.bars(0.0001, kBars);
+  return {
+      .name = "sampled", .x = std::move(bars.edges), .y = std::move(bars.values), .style = charts::SeriesStyle::kSteps};
 }
 
-Series density(const NormalLaw& law, const std::string& name) {
-  Series series;
+charts::Series density(const fokker_planck::NormalLaw& law, const std::string& name) {
+  charts::Series series;
   series.name = name;
-  series.colour = Series::kInk;
+  series.colour = charts::Series::kInk;
   const double deviation = std::sqrt(law.variance);
   for (int i = -200; i <= 200; ++i) {
     series.x.push_back(law.mean + deviation * i / 50);
@@ -52,17 +53,17 @@ Series density(const NormalLaw& law, const std::string& name) {
   return series;
 }
 
-ChartPanel panel_of(const Marginal& marginal) {
-  ChartPanel panel;
+charts::ChartPanel panel_of(const Marginal& marginal) {
+  charts::ChartPanel panel;
   panel.heading = marginal.heading;
   panel.series = {sampled(marginal.histogram), density(marginal.law, "density (15), the marginals of (18)")};
   return panel;
 }
 
 /// Histograms of all coordinates at these times.
-EnsembleSums sample(const Laboratory& laboratory, const PhaseState& start, const std::string& noise,
-                    const std::vector<double>& times, std::vector<int>& steps) {
-  EnsembleOptions options;
+ensemble::EnsembleSums sample(const Laboratory& laboratory, const PhaseState& start, const std::string& noise,
+                              const std::vector<double>& times, std::vector<int>& steps) {
+  ensemble::EnsembleOptions options;
   const double dt = laboratory.options().grid.dt();
   options.grid = {times.back(), static_cast<int>(std::lround(times.back() / dt))};
   for (const double time : times) options.records.push_back(static_cast<int>(std::lround(time / dt)));
@@ -71,23 +72,24 @@ EnsembleSums sample(const Laboratory& laboratory, const PhaseState& start, const
   options.seed = laboratory.options().seed;
   const StochasticSystem system{make_kernel(paper_kernels().front().spec, {}),
                                 paper_system({paper_kernels().front(), noise, kFreeMomentum}).noise};
-  return laboratory.finish(Ensemble(system, "variational-paper", start, options), "fokker-planck");
+  return laboratory.finish(ensemble::Ensemble(system, "variational-paper", start, options), "fokker-planck");
 }
 
 }  // namespace
 
-ReportSection fokker_planck(const Laboratory& laboratory) {
+html::ReportSection fokker_planck_equation(const Laboratory& laboratory) {
   const std::string noise = fmt::format("ch-sd:beta={}", kBeta);
   const double dt = laboratory.options().grid.dt();
   std::vector<int> steps;
-  Chart chart{"Densities of one pulson and of two",
-              fmt::format("{}, Gaussian pulsons  ·  {} paths  ·  dt = {:.3g}", noise, laboratory.options().samples, dt),
-              {{}, {}, {}},
-              false};
+  charts::Chart chart{
+      "Densities of one pulson and of two",
+      fmt::format("{}, Gaussian pulsons  ·  {} paths  ·  dt = {:.3g}", noise, laboratory.options().samples, dt),
+      {{}, {}, {}},
+      false};
   std::string csv = "pulsons,landmark,time,mean,variance,law_mean,law_variance,distance\n";
   std::array<std::vector<double>, 3> distances;
-  const auto add = [&](std::size_t row, const EnsembleSums& sums, Eigen::Index landmark, Eigen::Index count,
-                       const FreePulson& pulson) {
+  const auto add = [&](std::size_t row, const ensemble::EnsembleSums& sums, Eigen::Index landmark, Eigen::Index count,
+                       const fokker_planck::FreePulson& pulson) {
     for (std::size_t record = 0; record < steps.size(); ++record) {
       const double time = dt * steps[record];
       const Marginal marginal{fmt::format("density of {} at t = {:.3g}",
@@ -106,19 +108,19 @@ ReportSection fokker_planck(const Laboratory& laboratory) {
   };
   const PhaseState one{(Points(1, 1) << 0).finished(), (Points(1, 1) << kFreeMomentum).finished()};
   add(0, sample(laboratory, one, noise, {1, 5, 10}, steps), 0, 1, {0, kFreeMomentum, kBeta});
-  const EnsembleSums pair = sample(laboratory, paper_start(kFreeMomentum), noise, {0.5, 1, 10}, steps);
+  const ensemble::EnsembleSums pair = sample(laboratory, paper_start(kFreeMomentum), noise, {0.5, 1, 10}, steps);
   add(1, pair, 0, 2, {0, kFreeMomentum, kBeta});
   add(2, pair, 1, 2, {10, 1, kBeta});
 
-  ReportSection section{"Section 3: the Fokker–Planck equation", {}};
+  html::ReportSection section{"Section 3: the Fokker–Planck equation", {}};
   laboratory.write_csv("densities.csv", csv);
   laboratory.add_chart(section, "densities", chart,
                        "Sampled densities beside (15): one pulson alone (top), and both of a pair (below)");
   const double chance = 1.95 / std::sqrt(static_cast<double>(laboratory.options().samples));  // level 0.001
-  ReportClaims claims;
+  html::ReportClaims claims;
   const double alone = *std::max_element(distances[0].begin(), distances[0].end());
   claims.push_back({"(15): a free pulson's position is normal with mean q̄ + pt and variance β²t, its momentum is kept.",
-                    alone < chance ? Verdict::kHolds : Verdict::kDoesNotHold,
+                    alone < chance ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
                     fmt::format("largest distance of distribution functions {:.4f}; by chance it exceeds {:.4f} once "
                                 "in 1000. (The scheme's own variance, β²(t − ¾dt), is used: half of the last increment "
                                 "acts in the step after)",
@@ -126,24 +128,25 @@ ReportSection fokker_planck(const Laboratory& laboratory) {
   const double apart = std::max(distances[1][0], distances[2][0]), met = std::max(distances[1][2], distances[2][2]);
   claims.push_back(
       {"(18) satisfies (16) asymptotically: pulsons far from each other behave like individual particles.",
-       apart < chance && met > chance ? Verdict::kHolds : Verdict::kDoesNotHold,
+       apart < chance && met > chance ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
        fmt::format("distance {:.4f} at t = 0.5, before they meet; {:.3f} at t = 10, after. As a joint density, (18) is "
                    "a sum where a product is meant; each term is the marginal of one pulson",
                    apart, met)});
   section.blocks.emplace_back(std::move(claims));
-  section.blocks.emplace_back(ReportParagraph{
+  section.blocks.emplace_back(html::ReportParagraph{
       "With h = βp₂ total momentum is kept and the collision depends on r = q₂ − q₁ and y = ln(p₂/p₁) alone. The "
       "backward equation in these two is solved on a grid, which gives crossing probabilities without sampling; figure "
       "3 has the comparison with Monte Carlo over all β."});
-  ReportTable table{{"kernel", "β", "grids, each of half the spacing", "probability", "stated error", "seconds"},
-                    {},
-                    "Crossing at t = 100 on the grid, p̄₁ = 4"};
+  html::ReportTable table{{"kernel", "β", "grids, each of half the spacing", "probability", "stated error", "seconds"},
+                          {},
+                          "Crossing at t = 100 on the grid, p̄₁ = 4"};
   for (const PaperKernel& kernel : paper_kernels())
     for (const double beta : {0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.5}) {
       laboratory.show(fmt::format("fokker-planck, grid for {}, beta = {}", kernel.name, beta));
-      const PairCrossing c = crossing_probability(
+      const fokker_planck::PairCrossing c = crossing_probability(
           {make_kernel(kernel.spec, {}), beta, laboratory.options().grid.time, 0, 10, kFreeMomentum, 1},
-          laboratory.options().quick ? PairEquationOptions{0.01, 2} : PairEquationOptions{});
+          laboratory.options().quick ? fokker_planck::PairEquationOptions{0.01, 2}
+                                     : fokker_planck::PairEquationOptions{});
       std::string grids;
       for (const double p : c.grids) grids += fmt::format("{}{:.5f}", grids.empty() ? "" : ", ", p);
       table.rows.push_back({{kernel.name},

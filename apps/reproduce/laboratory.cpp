@@ -31,22 +31,23 @@ const std::vector<Experiment>& experiments() {
       {"figure3", "crossing probability over beta (5.2)", figure3},
       {"figure4", "sample paths with noise screening (5.3)", figure4},
       {"section5.4", "parametric noise and noise in the momenta (5.4)", section54},
-      {"fokker-planck", "densities (15) and (18), and crossing without sampling (3)", fokker_planck}};
+      {"fokker-planck", "densities (15) and (18), and crossing without sampling (3)", fokker_planck_equation}};
   return kExperiments;
 }
 
-EnsembleSums Laboratory::sample(const PaperPair& pair, const std::string& what, std::vector<int> records,
-                                KeepStates keep) const {
-  EnsembleOptions options;
+ensemble::EnsembleSums Laboratory::sample(const PaperPair& pair, const std::string& what, std::vector<int> records,
+                                          ensemble::KeepStates keep) const {
+  ensemble::EnsembleOptions options;
   options.grid = options_.grid;
   options.seed = options_.seed;
   options.samples = options_.samples;
   options.records = std::move(records);
   options.keep = keep;
-  return finish(Ensemble(paper_system(pair), "variational-paper", paper_start(pair.p1), std::move(options)), what);
+  return finish(ensemble::Ensemble(paper_system(pair), "variational-paper", paper_start(pair.p1), std::move(options)),
+                what);
 }
 
-EnsembleSums Laboratory::finish(Ensemble ensemble, const std::string& what) const {
+ensemble::EnsembleSums Laboratory::finish(ensemble::Ensemble ensemble, const std::string& what) const {
   while (!ensemble.done()) {
     check_interrupt();
     progress_.show(static_cast<double>(ensemble.sums().samples) / static_cast<double>(ensemble.options().samples),
@@ -56,9 +57,9 @@ EnsembleSums Laboratory::finish(Ensemble ensemble, const std::string& what) cons
   return ensemble.sums();
 }
 
-std::vector<SamplePath> Laboratory::paths(const PaperPair& pair, int count) const {
+std::vector<ensemble::SamplePath> Laboratory::paths(const PaperPair& pair, int count) const {
   show("sample paths");
-  SamplePathsOptions options;
+  ensemble::SamplePathsOptions options;
   options.grid = options_.grid;
   options.seed = options_.seed;
   options.samples = count;
@@ -79,22 +80,22 @@ std::string Laboratory::write_csv(const std::string& name, const std::string& te
   return name;
 }
 
-void Laboratory::add_chart(ReportSection& section, const std::string& name, const Chart& chart,
+void Laboratory::add_chart(html::ReportSection& section, const std::string& name, const charts::Chart& chart,
                            const std::string& caption) const {
   if (!options_.pictures) return;
   const std::filesystem::path svg = options_.out / (name + ".svg");
   write_chart(chart, {options_.out / (name + ".png"), svg});
-  section.blocks.emplace_back(ReportPicture{svg, caption});
+  section.blocks.emplace_back(html::ReportPicture{svg, caption});
 }
 
 std::string text_of(const Estimate& estimate) {
   return fmt::format("{:.4f} ± {:.4f}", estimate.value, estimate.standard_error);
 }
 
-void show_early_times(ChartPanel& panel, const TimeGrid& grid) {
+void show_early_times(charts::ChartPanel& panel, const TimeGrid& grid) {
   constexpr double kFirst = 1, kLong = 20;
   if (grid.time < kLong) return;
-  for (Series& series : panel.series) {
+  for (charts::Series& series : panel.series) {
     const auto later = std::find_if(series.x.begin(), series.x.end(), [](double t) { return t >= kFirst; });
     const auto dropped = later - series.x.begin();
     for (std::vector<double>* values : {&series.x, &series.y, &series.low, &series.high})

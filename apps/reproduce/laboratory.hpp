@@ -55,19 +55,20 @@ class Laboratory {
   const ExperimentOptions& options() const { return options_; }
 
   /// An ensemble of the pair by (20) as printed. `what` is shown. @throws Interrupted
-  EnsembleSums sample(const PaperPair& pair, const std::string& what, std::vector<int> records = {},
-                      KeepStates keep = KeepStates::kNone) const;
+  ensemble::EnsembleSums sample(const PaperPair& pair, const std::string& what, std::vector<int> records = {},
+                                ensemble::KeepStates keep = ensemble::KeepStates::kNone) const;
   /// Any ensemble to its end. @throws Interrupted
-  EnsembleSums finish(Ensemble ensemble, const std::string& what) const;
+  ensemble::EnsembleSums finish(ensemble::Ensemble ensemble, const std::string& what) const;
   /// Sample paths 0, 1, … of the pair. @throws Interrupted
-  std::vector<SamplePath> paths(const PaperPair& pair, int count) const;
+  std::vector<ensemble::SamplePath> paths(const PaperPair& pair, int count) const;
 
   void show(const std::string& what) const;
 
   /// Writes a csv file. The result is its name.
   std::string write_csv(const std::string& name, const std::string& text) const;
   /// Draws NAME.png and .svg and puts the picture into the section.
-  void add_chart(ReportSection& section, const std::string& name, const Chart& chart, const std::string& caption) const;
+  void add_chart(html::ReportSection& section, const std::string& name, const charts::Chart& chart,
+                 const std::string& caption) const;
 
  private:
   static void check_interrupt();
@@ -77,7 +78,7 @@ class Laboratory {
 };
 
 /// Puts the time of a panel on a logarithmic axis, from t = 1, where all that happens takes a few hundredths of it.
-void show_early_times(ChartPanel& panel, const TimeGrid& grid);
+void show_early_times(charts::ChartPanel& panel, const TimeGrid& grid);
 
 /// "0.7005 ± 0.0020"
 std::string text_of(const Estimate& estimate);
@@ -88,7 +89,7 @@ std::string text_of(double value);
 /// The difference of two estimates in standard errors.
 double standard_errors_apart(const Estimate& a, const Estimate& b);
 
-using RunExperiment = ReportSection (*)(const Laboratory&);
+using RunExperiment = html::ReportSection (*)(const Laboratory&);
 
 /// One experiment of the paper.
 struct Experiment {
@@ -100,11 +101,11 @@ struct Experiment {
 /// All experiments, in the order of the paper.
 const std::vector<Experiment>& experiments();
 
-ReportSection figure1(const Laboratory& laboratory);
-ReportSection figure2(const Laboratory& laboratory);
-ReportSection figure3(const Laboratory& laboratory);
-ReportSection figure4(const Laboratory& laboratory);
-ReportSection section54(const Laboratory& laboratory);
-ReportSection fokker_planck(const Laboratory& laboratory);
+html::ReportSection figure1(const Laboratory& laboratory);
+html::ReportSection figure2(const Laboratory& laboratory);
+html::ReportSection figure3(const Laboratory& laboratory);
+html::ReportSection figure4(const Laboratory& laboratory);
+html::ReportSection section54(const Laboratory& laboratory);
+html::ReportSection fokker_planck_equation(const Laboratory& laboratory);
 
 }  // namespace pulson

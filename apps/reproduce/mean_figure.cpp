@@ -15,12 +15,12 @@ constexpr double kMeanMomentum = 4;
 
 struct Means {
   double beta;
-  EnsembleSums sums;
+  ensemble::EnsembleSums sums;
 };
 
-Series mean_over_time(const Laboratory& laboratory, const Means& means, const std::vector<int>& records,
-                      Eigen::Index coordinate) {
-  Series series;
+charts::Series mean_over_time(const Laboratory& laboratory, const Means& means, const std::vector<int>& records,
+                              Eigen::Index coordinate) {
+  charts::Series series;
   series.name = coordinate % 2 == 0 ? "faster pulson: q₁, p₁" : "slower pulson: q₂, p₂";
   for (std::size_t record = 0; record < records.size(); ++record) {
     const double mean = means.sums.moments[record].mean[coordinate];
@@ -33,10 +33,11 @@ Series mean_over_time(const Laboratory& laboratory, const Means& means, const st
   return series;
 }
 
-Series deterministic(const Laboratory& laboratory, const SamplePath& path, int landmark, bool momentum) {
-  Series series;
+charts::Series deterministic(const Laboratory& laboratory, const ensemble::SamplePath& path, int landmark,
+                             bool momentum) {
+  charts::Series series;
   series.name = "without noise";
-  series.colour = Series::kInk;
+  series.colour = charts::Series::kInk;
   series.dashed = true;
   for (std::size_t k = 0; k < path.path.states.size(); k += 10) {
     series.x.push_back(laboratory.options().grid.at(static_cast<int>(k)));
@@ -45,16 +46,16 @@ Series deterministic(const Laboratory& laboratory, const SamplePath& path, int l
   return series;
 }
 
-Chart chart_of_means(const Laboratory& laboratory, const std::vector<Means>& all, const std::vector<int>& records,
-                     const SamplePath& without_noise) {
-  Chart chart{"Mean paths of Gaussian pulsons, p̄₁ = 4",
-              fmt::format("means of {} paths, shaded: one standard deviation  ·  dt = {:.3g}  ·  seed {}",
-                          all.front().sums.samples, laboratory.options().grid.dt(), laboratory.options().seed),
-              {{}, {}},
-              true};
+charts::Chart chart_of_means(const Laboratory& laboratory, const std::vector<Means>& all,
+                             const std::vector<int>& records, const ensemble::SamplePath& without_noise) {
+  charts::Chart chart{"Mean paths of Gaussian pulsons, p̄₁ = 4",
+                      fmt::format("means of {} paths, shaded: one standard deviation  ·  dt = {:.3g}  ·  seed {}",
+                                  all.front().sums.samples, laboratory.options().grid.dt(), laboratory.options().seed),
+                      {{}, {}},
+                      true};
   for (const Means& means : all)
     for (const bool momentum : {false, true}) {
-      ChartPanel panel;
+      charts::ChartPanel panel;
       panel.heading = fmt::format("{} over time t, β = {:g}", momentum ? "Momenta p" : "Positions q", means.beta);
       for (int a = 0; a < 2; ++a) panel.series.push_back(deterministic(laboratory, without_noise, a, momentum));
       for (int a = 0; a < 2; ++a)
@@ -78,34 +79,34 @@ std::string csv_of_means(const Laboratory& laboratory, const std::vector<Means>&
 }
 
 /// E p₁ at the end.
-Estimate final_momentum(const EnsembleSums& sums) {
+Estimate final_momentum(const ensemble::EnsembleSums& sums) {
   const std::size_t last = sums.moments.size() - 1;
   return {sums.moments[last].mean[2], sums.mean_error(last)[2]};
 }
 
 }  // namespace
 
-ReportSection figure2(const Laboratory& laboratory) {
+html::ReportSection figure2(const Laboratory& laboratory) {
   const PaperKernel& kernel = paper_kernels().front();
-  const std::vector<int> records = spread_steps(laboratory.options().grid, 501);
+  const std::vector<int> records = ensemble::spread_steps(laboratory.options().grid, 501);
   std::vector<Means> all;
   for (const double beta : kBetas)
     all.push_back({beta, laboratory.sample({kernel, fmt::format("ch-sd:beta={},on=2", beta), kMeanMomentum},
                                            fmt::format("figure2, beta = {}", beta), records)});
-  const SamplePath without_noise = laboratory.paths({kernel, "none", kMeanMomentum}, 1).front();
+  const ensemble::SamplePath without_noise = laboratory.paths({kernel, "none", kMeanMomentum}, 1).front();
   const double exchanged = without_noise.path.final().p(0);
   const Estimate small =
       final_momentum(laboratory.sample({kernel, "ch-sd:beta=0.5,on=2", kMeanMomentum}, "figure2, beta = 0.5"));
 
-  ReportSection section{"Figure 2: mean paths", {}};
+  html::ReportSection section{"Figure 2: mean paths", {}};
   laboratory.write_csv("figure2.csv", csv_of_means(laboratory, all, records));
   laboratory.add_chart(section, "figure2", chart_of_means(laboratory, all, records, without_noise),
                        "Mean paths for β = 1.5, 2.5 and 4.5, with one standard deviation; dashed: without noise");
-  ReportClaims claims;
+  html::ReportClaims claims;
   const auto part = [&](double p1) { return 100 * (kMeanMomentum - p1) / (kMeanMomentum - exchanged); };
   claims.push_back(
       {"For small noise the mean solution resembles the deterministic one.",
-       part(small.value) > 90 ? Verdict::kHolds : Verdict::kDoesNotHold,
+       part(small.value) > 90 ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
        fmt::format("without noise p₁ falls from 4 to {:.4g}: the momenta are exchanged. In the mean, {:.1f} % of that "
                    "exchange takes place at β = 0.5 (p₁ = {}) and {:.0f} % at β = 1.5",
                    exchanged, part(small.value), text_of(small), part(final_momentum(all[0].sums).value))});
@@ -115,7 +116,7 @@ ReportSection figure2(const Laboratory& laboratory) {
   claims.push_back(
       {"As β is increased, the mean solution represents two pulsons passing through each other with "
        "increasingly less interaction.",
-       rises ? Verdict::kHolds : Verdict::kDoesNotHold,
+       rises ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
        fmt::format("mean p₁ at the end: {}, {}, {} for β = 1.5, 2.5, 4.5; without interaction it stays 4", text_of(low),
                    text_of(middle), text_of(high))});
   section.blocks.emplace_back(std::move(claims));

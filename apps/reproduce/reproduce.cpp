@@ -60,36 +60,37 @@ std::string command_of(const ReproduceArguments& arguments) {
   return command + fmt::format(" --seed {}", arguments.seed);
 }
 
-void print_claims(const ReportSection& section) {
+void print_claims(const html::ReportSection& section) {
   fmt::print("{}\n", section.heading);
-  for (const ReportBlock& block : section.blocks)
-    if (const auto* claims = std::get_if<ReportClaims>(&block))
-      for (const ReportClaim& claim : *claims)
+  for (const html::ReportBlock& block : section.blocks)
+    if (const auto* claims = std::get_if<html::ReportClaims>(&block))
+      for (const html::ReportClaim& claim : *claims)
         fmt::print("  {:<14} {}\n                 {}\n",
-                   claim.verdict == Verdict::kHolds         ? "holds"
-                   : claim.verdict == Verdict::kDoesNotHold ? "does not hold"
-                                                            : "not tested",
+                   claim.verdict == html::Verdict::kHolds         ? "holds"
+                   : claim.verdict == html::Verdict::kDoesNotHold ? "does not hold"
+                                                                  : "not tested",
                    claim.claim, claim.measured);
 }
 
 int run_reproduce(const ReproduceArguments& arguments) {
   const std::vector<Experiment> chosen_experiments = chosen(arguments.what);
   const ExperimentOptions options = experiment_options(arguments);
-  if (options.pictures && !Gnuplot::is_installed())
+  if (options.pictures && !draw::Gnuplot::is_installed())
     throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   create_output_directory(arguments.out);
   const FolderLock lock(arguments.out);
   check_output_file(options.out / "report.html");
   const double begin = seconds_now();
   const Interrupt interrupt;
-  HtmlReport report{"The experiments of Holm and Tyranowski",
-                    fmt::format("Stochastic EPDiff landmark dynamics, sections 3 and 5, recomputed: {} sample paths, "
-                                "dt = {:.3g}, t = {:.3g}, by (20) as printed. Errors are standard errors.{}",
-                                options.samples, options.grid.dt(), options.grid.time,
-                                arguments.quick ? " A quick look: fewer paths than the paper's 50,000." : ""),
-                    {},
-                    command_of(arguments),
-                    "pulson " + version()};
+  html::HtmlReport report{
+      "The experiments of Holm and Tyranowski",
+      fmt::format("Stochastic EPDiff landmark dynamics, sections 3 and 5, recomputed: {} sample paths, "
+                  "dt = {:.3g}, t = {:.3g}, by (20) as printed. Errors are standard errors.{}",
+                  options.samples, options.grid.dt(), options.grid.time,
+                  arguments.quick ? " A quick look: fewer paths than the paper's 50,000." : ""),
+      {},
+      command_of(arguments),
+      "pulson " + version()};
   bool interrupted = false;
   for (const Experiment& experiment : chosen_experiments) {
     Progress progress;

@@ -35,7 +35,7 @@ struct Run {
   const Potential* potential;
   const PaperKernel* kernel;
   double beta;
-  EnsembleSums sums;
+  ensemble::EnsembleSums sums;
 
   double near() const {
     std::int64_t count = 0;
@@ -45,20 +45,22 @@ struct Run {
   }
 };
 
-EnsembleSums sample(const Laboratory& laboratory, const Potential& potential, const PaperKernel& kernel, double beta) {
+ensemble::EnsembleSums sample(const Laboratory& laboratory, const Potential& potential, const PaperKernel& kernel,
+                              double beta) {
   const PaperPair pair{kernel, fmt::format(fmt::runtime(potential.noise), beta), 4};
   const std::string what = fmt::format("section5.4, {}, {}", pair.noise, kernel.name);
-  if (!potential.quick_sample) return laboratory.sample(pair, what, {}, KeepStates::kFinal);
-  EnsembleOptions options;
+  if (!potential.quick_sample) return laboratory.sample(pair, what, {}, ensemble::KeepStates::kFinal);
+  ensemble::EnsembleOptions options;
   options.grid = laboratory.options().grid;
   options.seed = laboratory.options().seed;
   options.samples = laboratory.options().quick ? 128 : 1024;
-  options.keep = KeepStates::kFinal;
-  return laboratory.finish(Ensemble(paper_system(pair), "variational-paper", paper_start(pair.p1), options), what);
+  options.keep = ensemble::KeepStates::kFinal;
+  return laboratory.finish(ensemble::Ensemble(paper_system(pair), "variational-paper", paper_start(pair.p1), options),
+                           what);
 }
 
-std::vector<ReportCell> row_of(const Run& run) {
-  const PathCounts& paths = run.sums.paths;
+std::vector<html::ReportCell> row_of(const Run& run) {
+  const ensemble::PathCounts& paths = run.sums.paths;
   return {{run.potential->formula},
           {run.kernel->name},
           {fmt::format("{:g}", run.beta)},
@@ -74,7 +76,7 @@ std::vector<ReportCell> row_of(const Run& run) {
 std::string csv_of(const std::vector<Run>& runs) {
   std::string text = "potential,kernel,beta,samples,crossed,ever,clean,no_root,momentum_bound,near\n";
   for (const Run& run : runs) {
-    const PathCounts& paths = run.sums.paths;
+    const ensemble::PathCounts& paths = run.sums.paths;
     text += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", run.potential->name, run.kernel->name, run.beta,
                         run.sums.samples, run.sums.crossing.at_end, run.sums.crossing.ever, paths.clean, paths.no_root,
                         paths.momentum_bound, run.near());
@@ -88,7 +90,7 @@ double lost_part(const Run& run) {
 
 /// "No crossing" for one potential and kernel: among the amplitudes at which nearly all paths could be followed, and
 /// among the others, of which it cannot be known.
-void add_claims(ReportClaims& claims, const std::vector<Run>& runs, const Potential& potential,
+void add_claims(html::ReportClaims& claims, const std::vector<Run>& runs, const Potential& potential,
                 const PaperKernel& kernel) {
   for (const bool followed : {true, false}) {
     std::int64_t clean = 0, crossed = 0, ever = 0;
@@ -103,7 +105,9 @@ void add_claims(ReportClaims& claims, const std::vector<Run>& runs, const Potent
       betas += fmt::format("{}{:g}", betas.empty() ? "" : ", ", run.beta);
     }
     if (betas.empty()) continue;
-    const Verdict verdict = ever > 0 ? Verdict::kDoesNotHold : followed ? Verdict::kHolds : Verdict::kNotTested;
+    const html::Verdict verdict = ever > 0   ? html::Verdict::kDoesNotHold
+                                  : followed ? html::Verdict::kHolds
+                                             : html::Verdict::kNotTested;
     std::string measured = fmt::format("{} of {} clean paths crossed, {} ever did", crossed, clean, ever);
     if (most_lost > 0)
       measured += fmt::format("; up to {:.2g} % of the paths could not be followed to the end", 100 * most_lost);
@@ -116,21 +120,21 @@ void add_claims(ReportClaims& claims, const std::vector<Run>& runs, const Potent
 
 }  // namespace
 
-ReportSection section54(const Laboratory& laboratory) {
+html::ReportSection section54(const Laboratory& laboratory) {
   std::vector<Run> runs;
   for (const Potential& potential : potentials())
     for (const PaperKernel& kernel : paper_kernels())
       for (const double beta : potential.betas)
         runs.push_back({&potential, &kernel, beta, sample(laboratory, potential, kernel, beta)});
 
-  ReportSection section{"Section 5.4: parametric noise, and noise in the momenta alone", {}};
-  section.blocks.emplace_back(ReportParagraph{
+  html::ReportSection section{"Section 5.4: parametric noise, and noise in the momenta alone", {}};
+  section.blocks.emplace_back(html::ReportParagraph{
       "Each step takes the root that is connected with dt = 0, which preserves the order of the landmarks. Where that "
       "branch ends before the step does, the path has no root and is counted as such; a solver that accepts any root "
       "jumps there and reports crossings that the equation does not have. Paths with momenta beyond 1e8 also count as "
       "lost: momenta grow exponentially in head-on encounters, and peakons collide in finite time."});
   laboratory.write_csv("section5.4.csv", csv_of(runs));
-  ReportClaims claims;
+  html::ReportClaims claims;
   for (const Potential& potential : potentials())
     for (const PaperKernel& kernel : paper_kernels()) add_claims(claims, runs, potential, kernel);
   double most_near = 0;
@@ -138,13 +142,13 @@ ReportSection section54(const Laboratory& laboratory) {
     if (run.potential->of_paper) most_near = std::max(most_near, run.near());
   claims.push_back(
       {"In many cases the pulsons would asymptotically approach each other, but never pass.",
-       most_near > 0.01 ? Verdict::kHolds : Verdict::kDoesNotHold,
+       most_near > 0.01 ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
        fmt::format("up to {:.0f} % of the clean paths end with a gap below {:g}", 100 * most_near, kNear)});
   section.blocks.emplace_back(std::move(claims));
-  ReportTable table{{"potential h", "kernel", "β", "paths", "crossed at the end", "ever", "clean", "no root",
-                     "momenta beyond 1e8", fmt::format("gap below {:g}", kNear)},
-                    {},
-                    "p̄₁ = 4"};
+  html::ReportTable table{{"potential h", "kernel", "β", "paths", "crossed at the end", "ever", "clean", "no root",
+                           "momenta beyond 1e8", fmt::format("gap below {:g}", kNear)},
+                          {},
+                          "p̄₁ = 4"};
   for (const Run& run : runs) table.rows.push_back(row_of(run));
   section.blocks.emplace_back(std::move(table));
   return section;

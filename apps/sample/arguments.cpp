@@ -66,15 +66,15 @@ void SampleArguments::add_to(CLI::App& verb) {
   add_threads_option(verb);
 }
 
-PosteriorProblem SampleArguments::problem(std::vector<std::string>& notes) const {
+inference::PosteriorProblem SampleArguments::problem(std::vector<std::string>& notes) const {
   check_at_least(sampler.chains, 1, "--chains");
   check_at_least(sampler.draws, 4, "--draws");
   check_at_least(sampler.warmup, 0, "--warmup");
   check_at_least(sampler.searches, 0, "--searches");
   check_at_least(sampler.paths_kept, 2, "--keep-paths");
   check_at_least(calibrate, 0, "--calibrate");
-  static_cast<void>(sampler_table().find(sampler.method));
-  RegistrationOptions options;
+  static_cast<void>(inference::sampler_table().find(sampler.method));
+  matching::RegistrationOptions options;
   options.kernel = kernel;
   options.noise = noise;
   options.integrator = integrator;
@@ -88,14 +88,14 @@ PosteriorProblem SampleArguments::problem(std::vector<std::string>& notes) const
   put_in_order_of(shape, shapes, notes);
   std::vector<std::string> names = parameters;
   if (names == std::vector<std::string>{"none"}) names.clear();
-  PosteriorProblem made = make_posterior_problem(shape, shapes, options, names);
+  inference::PosteriorProblem made = inference::make_posterior_problem(shape, shapes, options, names);
   notes.insert(notes.end(), made.notes.begin(), made.notes.end());
   return made;
 }
 
-CalibrationOptions SampleArguments::calibration() const {
+inference::CalibrationOptions SampleArguments::calibration() const {
   check_at_least(ranks, 1, "--ranks");
-  CalibrationOptions options{sampler, calibrate, ranks, {}, 1};
+  inference::CalibrationOptions options{sampler, calibrate, ranks, {}, 1};
   if (sampler.draws < ranks)
     throw InputError(fmt::format("--draws is {}; it must be at least --ranks, {}", sampler.draws, ranks));
   if (fault.empty()) return options;

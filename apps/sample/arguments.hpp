@@ -14,7 +14,7 @@ namespace pulson {
 struct SampleArguments {
   std::string source;
   std::vector<std::string> targets;
-  ReadOptions reading;
+  formats::ReadOptions reading;
   OutputOptions output;
   TimeOptions time;
   std::string kernel = "auto";
@@ -24,7 +24,7 @@ struct SampleArguments {
   std::string lambda = "auto";
   std::string align = "auto";
   std::vector<std::string> parameters = {"all"};
-  SamplerOptions sampler;
+  inference::SamplerOptions sampler;
   int calibrate = 0;  ///< simulations; 0: sample the posterior
   std::string fault;  ///< NAME=FACTOR, or empty
   int ranks = 63;
@@ -32,8 +32,8 @@ struct SampleArguments {
   void add_to(CLI::App& verb);
 
   /// @throws InputError
-  PosteriorProblem problem(std::vector<std::string>& notes) const;
-  CalibrationOptions calibration() const;
+  inference::PosteriorProblem problem(std::vector<std::string>& notes) const;
+  inference::CalibrationOptions calibration() const;
 };
 
 }  // namespace pulson

@@ -21,8 +21,8 @@ constexpr int kRankBins = 20;
 constexpr int kMostShown = 6;
 constexpr std::size_t kFanPaths = 30;
 
-std::string subtitle(const PosteriorProblem& problem, const PosteriorDraws& draws) {
-  const MatchingProblem& first = problem.specimens.front();
+std::string subtitle(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
+  const matching::MatchingProblem& first = problem.specimens.front();
   const std::string noise = first.system.noise->spec();
   return fmt::format("{}  ·  {}  ·  {} chains of {} draws", noise == "none" ? "no noise" : shortened_spec(noise),
                      first.system.kernel.spec(3), draws.chains, draws.draws);
@@ -30,11 +30,11 @@ std::string subtitle(const PosteriorProblem& problem, const PosteriorDraws& draw
 
 std::string chain_name(int chain) { return fmt::format("chain {}", chain + 1); }
 
-ChartPanel trace(const PosteriorDraws& draws, const MatrixXd& values, const std::string& name) {
-  ChartPanel panel{.heading = name + ": trace", .x_label = "draw"};
+charts::ChartPanel trace(const inference::PosteriorDraws& draws, const MatrixXd& values, const std::string& name) {
+  charts::ChartPanel panel{.heading = name + ": trace", .x_label = "draw"};
   const int every = std::max(1, draws.draws / kTracePoints);
   for (int c = 0; c < std::min(draws.chains, kMostShown); ++c) {
-    Series series{.name = chain_name(c), .x = {}, .y = {}};
+    charts::Series series{.name = chain_name(c), .x = {}, .y = {}};
     for (int i = 0; i < draws.draws; i += every) {
       series.x.push_back(i + 1);
       series.y.push_back(values(i, c));
@@ -45,18 +45,19 @@ ChartPanel trace(const PosteriorDraws& draws, const MatrixXd& values, const std:
 }
 
 // How many draws of each chain have ranks, among all, in each of some bins; the same number where chains mix.
-ChartPanel ranks(const PosteriorDraws& draws, const MatrixXd& values) {
+charts::ChartPanel ranks(const inference::PosteriorDraws& draws, const MatrixXd& values) {
   std::vector<Index> order(static_cast<std::size_t>(values.size()));
   std::iota(order.begin(), order.end(), Index(0));
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return values.reshaped()[a] < values.reshaped()[b]; });
   MatrixXd counts = MatrixXd::Zero(kRankBins, values.cols());
   for (std::size_t r = 0; r < order.size(); ++r)
     counts(static_cast<Index>(r) * kRankBins / values.size(), order[r] / values.rows()) += 1;
-  ChartPanel panel{.heading = "ranks of each chain's draws", .x_label = "rank among all draws"};
+  charts::ChartPanel panel{.heading = "ranks of each chain's draws", .x_label = "rank among all draws"};
   const double even = static_cast<double>(draws.draws) / kRankBins;
   panel.reference_lines = {{even, ""}};
   for (int c = 0; c < std::min(draws.chains, kMostShown); ++c) {
-    Series series{.name = chain_name(c), .x = {}, .y = {}};  // stairs without areas, which would hide one another
+    charts::Series series{
+        .name = chain_name(c), .x = {}, .y = {}};  // stairs without areas, which would hide one another
     for (int b = 0; b < kRankBins; ++b)
       for (const int side : {b, b + 1}) {
         series.x.push_back(side * static_cast<double>(values.size()) / kRankBins);
@@ -68,24 +69,26 @@ ChartPanel ranks(const PosteriorDraws& draws, const MatrixXd& values) {
 }
 
 // Of θ over its prior median, on a logarithmic axis that all parameters share; densities are those of log θ.
-ChartPanel density(const MatrixXd& values, const ParameterPrior& prior) {
+charts::ChartPanel density(const MatrixXd& values, const inference::ParameterPrior& prior) {
   std::vector<double> x(values.data(), values.data() + values.size());
   for (double& value : x) value = std::log(value / prior.median);
   std::sort(x.begin(), x.end());
   const double low = x[x.size() / 500], high = x[x.size() - 1 - x.size() / 500];
   const int bins = std::clamp(static_cast<int>(2 * std::cbrt(static_cast<double>(x.size()))), 8, 40);
-  ChartPanel panel{.heading = prior.name + ": posterior, and prior (dashed)",
-                   .x_label = "value over the prior median",
-                   .log_x = true};
-  Series bars{
-      .name = "", .x = {}, .y = std::vector<double>(static_cast<std::size_t>(bins), 0), .style = SeriesStyle::kSteps};
+  charts::ChartPanel panel{.heading = prior.name + ": posterior, and prior (dashed)",
+                           .x_label = "value over the prior median",
+                           .log_x = true};
+  charts::Series bars{.name = "",
+                      .x = {},
+                      .y = std::vector<double>(static_cast<std::size_t>(bins), 0),
+                      .style = charts::SeriesStyle::kSteps};
   if (!(high > low)) return panel;
   for (int b = 0; b <= bins; ++b) bars.x.push_back(std::exp(low + b * (high - low) / bins));
   const double each = bins / (high - low) / static_cast<double>(x.size());
   for (const double value : x)
     if (value >= low && value < high) bars.y[static_cast<std::size_t>((value - low) / (high - low) * bins)] += each;
   panel.series.push_back(std::move(bars));
-  Series line{.name = "", .x = {}, .y = {}, .colour = Series::kInk, .dashed = true};
+  charts::Series line{.name = "", .x = {}, .y = {}, .colour = charts::Series::kInk, .dashed = true};
   constexpr double kDeviations = 2.5;  // of the prior, to either side
   for (int i = 0; i <= 100; ++i) {
     const double phi = kDeviations * (i / 50.0 - 1);
@@ -98,13 +101,14 @@ ChartPanel density(const MatrixXd& values, const ParameterPrior& prior) {
 
 }  // namespace
 
-Chart chains_chart(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary) {
-  Chart chart{.title = summary.converged ? "Chains agree: every R-hat is at most 1.01"
-                                         : fmt::format("Chains do not agree: R-hat is {:.3g} ({})", summary.worst_rhat,
-                                                       summary.worst),
-              .subtitle = subtitle(problem, draws),
-              .rows = {}};
-  const auto add = [&](const std::string& name, const MatrixXd& values, const ParameterPrior* prior) {
+charts::Chart chains_chart(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                           const PosteriorSummary& summary) {
+  charts::Chart chart{.title = summary.converged ? "Chains agree: every R-hat is at most 1.01"
+                                                 : fmt::format("Chains do not agree: R-hat is {:.3g} ({})",
+                                                               summary.worst_rhat, summary.worst),
+                      .subtitle = subtitle(problem, draws),
+                      .rows = {}};
+  const auto add = [&](const std::string& name, const MatrixXd& values, const inference::ParameterPrior* prior) {
     chart.rows.push_back({trace(draws, values, name), ranks(draws, values)});
     if (prior != nullptr) chart.rows.back().push_back(density(values, *prior));
   };
@@ -114,7 +118,7 @@ Chart chains_chart(const PosteriorProblem& problem, const PosteriorDraws& draws,
   return chart;
 }
 
-std::vector<Points> mean_path(const PosteriorDraws& draws, std::size_t specimen) {
+std::vector<Points> mean_path(const inference::PosteriorDraws& draws, std::size_t specimen) {
   const auto& paths = draws.paths[specimen];
   std::vector<Points> mean = paths.front();
   for (std::size_t m = 1; m < paths.size(); ++m)
@@ -125,32 +129,34 @@ std::vector<Points> mean_path(const PosteriorDraws& draws, std::size_t specimen)
 
 namespace {
 
-std::vector<double> times_of(const PosteriorProblem& problem) {
+std::vector<double> times_of(const inference::PosteriorProblem& problem) {
   const TimeGrid& grid = problem.specimens.front().grid;
   std::vector<double> times;
   for (int k = 0; k <= grid.steps; ++k) times.push_back(grid.at(k));
   return times;
 }
 
-Chart paths_on_line(const PosteriorProblem& problem, const PosteriorDraws& draws, std::size_t specimen) {
-  ChartPanel panel{.heading = "Positions over time"};
+charts::Chart paths_on_line(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                            std::size_t specimen) {
+  charts::ChartPanel panel{.heading = "Positions over time"};
   const std::vector<double> times = times_of(problem);
   const auto& paths = draws.paths[specimen];
   const Landmarks& source = problem.sources[specimen];
   const int shown = std::min(source.count(), kMostShown);
   for (int a = 0; a < shown; ++a) {
-    Series series{.name = "landmark " + source.describe(a), .x = times, .y = {}};
+    charts::Series series{.name = "landmark " + source.describe(a), .x = times, .y = {}};
     for (std::size_t k = 0; k < times.size(); ++k) {
       Eigen::VectorXd at(std::ssize(paths));
       for (std::size_t m = 0; m < paths.size(); ++m) at[static_cast<Index>(m)] = paths[m][k](0, a);
       series.y.push_back(at.mean());
-      series.low.push_back(std::min(at.mean(), quantile(at, 0.05)));
-      series.high.push_back(std::max(at.mean(), quantile(at, 0.95)));
+      series.low.push_back(std::min(at.mean(), inference::quantile(at, 0.05)));
+      series.high.push_back(std::max(at.mean(), inference::quantile(at, 0.95)));
     }
     panel.series.push_back(std::move(series));
   }
   const Points& target = problem.targets[specimen].points;
-  Series ends{.name = "target", .x = {}, .y = {}, .style = SeriesStyle::kPoints, .colour = Series::kInk};
+  charts::Series ends{
+      .name = "target", .x = {}, .y = {}, .style = charts::SeriesStyle::kPoints, .colour = charts::Series::kInk};
   for (int a = 0; a < shown; ++a)
     if (std::isfinite(target(0, a))) {
       ends.x.push_back(times.back());
@@ -164,13 +170,13 @@ Chart paths_on_line(const PosteriorProblem& problem, const PosteriorDraws& draws
 
 }  // namespace
 
-void write_paths_picture(const PosteriorProblem& problem, const PosteriorDraws& draws, std::size_t specimen,
-                         const PictureFiles& files) {
+void write_paths_picture(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                         std::size_t specimen, const draw::PictureFiles& files) {
   const Landmarks& source = problem.sources[specimen];
   if (source.dimension() == 1) return write_chart(paths_on_line(problem, draws, specimen), files);
   const std::vector<double> times = times_of(problem);
   const std::size_t middle = std::max<std::size_t>(1, (times.size() - 1) / 2);
-  EnsemblePicture picture;
+  draw::EnsemblePicture picture;
   picture.start = source;
   const std::vector<Points> mean = mean_path(draws, specimen);
   picture.times.assign(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(middle) + 1);
@@ -189,27 +195,29 @@ void write_paths_picture(const PosteriorProblem& problem, const PosteriorDraws& 
   write_ensemble_picture(picture, files);
 }
 
-Chart calibration_chart(const Calibration& calibration, const std::string& subtitle) {
+charts::Chart calibration_chart(const inference::Calibration& calibration, const std::string& subtitle) {
   const bool all = std::all_of(calibration.quantities.begin(), calibration.quantities.end(),
-                               [](const CalibratedQuantity& quantity) { return quantity.inside_band; });
-  Chart chart{.title = all ? "Calibrated: all ranks are within their band" : "Not calibrated: ranks leave their band",
-              .subtitle = subtitle,
-              .rows = {}};
+                               [](const inference::CalibratedQuantity& quantity) { return quantity.inside_band; });
+  charts::Chart chart{
+      .title = all ? "Calibrated: all ranks are within their band" : "Not calibrated: ranks leave their band",
+      .subtitle = subtitle,
+      .rows = {}};
   const auto n = static_cast<double>(calibration.simulations);
   const auto bins = static_cast<double>(calibration.ranks + 1);
   constexpr int kBars = 16;
-  for (const CalibratedQuantity& quantity : calibration.quantities) {
-    ChartPanel histogram{.heading = quantity.name + ": ranks", .x_label = "rank", .reference_lines = {{n / kBars, ""}}};
-    Series bars{.name = "", .x = {}, .y = std::vector<double>(kBars, 0), .style = SeriesStyle::kSteps};
+  for (const inference::CalibratedQuantity& quantity : calibration.quantities) {
+    charts::ChartPanel histogram{
+        .heading = quantity.name + ": ranks", .x_label = "rank", .reference_lines = {{n / kBars, ""}}};
+    charts::Series bars{.name = "", .x = {}, .y = std::vector<double>(kBars, 0), .style = charts::SeriesStyle::kSteps};
     for (int b = 0; b <= kBars; ++b) bars.x.push_back(b * bins / kBars);
     for (const int rank : quantity.ranks) ++bars.y[static_cast<std::size_t>(rank * kBars / (calibration.ranks + 1))];
     histogram.series.push_back(std::move(bars));
-    ChartPanel distribution{
+    charts::ChartPanel distribution{
         .heading = fmt::format("distribution function less uniform (p = {:.2g})", quantity.deviation),
         .x_label = "rank",
         .reference_lines = {{0, ""}}};
-    Series band{.name = "band of 95 %", .x = {}, .y = {}, .colour = Series::kInk};
-    Series line{.name = "ranks", .x = {}, .y = {}};
+    charts::Series band{.name = "band of 95 %", .x = {}, .y = {}, .colour = charts::Series::kInk};
+    charts::Series line{.name = "ranks", .x = {}, .y = {}};
     std::vector<int> counts(static_cast<std::size_t>(calibration.ranks + 1), 0);
     for (const int rank : quantity.ranks) ++counts[static_cast<std::size_t>(rank)];
     std::partial_sum(counts.begin(), counts.end(), counts.begin());

@@ -7,17 +7,18 @@
 namespace pulson {
 
 /// Traces, ranks of the draws by chain, and posterior against prior, for each θ and the log likelihood.
-Chart chains_chart(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary);
+charts::Chart chains_chart(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                           const PosteriorSummary& summary);
 
 /// Draws the paths of one specimen: in the plane and in space halfway, with an ellipse for each landmark; on a line
 /// over time, with a band of nine tenths.
-void write_paths_picture(const PosteriorProblem& problem, const PosteriorDraws& draws, std::size_t specimen,
-                         const PictureFiles& files);
+void write_paths_picture(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                         std::size_t specimen, const draw::PictureFiles& files);
 
 /// The mean path of one specimen over the draws that are kept, d×N at each time.
-std::vector<Points> mean_path(const PosteriorDraws& draws, std::size_t specimen);
+std::vector<Points> mean_path(const inference::PosteriorDraws& draws, std::size_t specimen);
 
 /// The histograms of the ranks and their empirical distribution functions less uniform, with the simultaneous band.
-Chart calibration_chart(const Calibration& calibration, const std::string& subtitle);
+charts::Chart calibration_chart(const inference::Calibration& calibration, const std::string& subtitle);
 
 }  // namespace pulson

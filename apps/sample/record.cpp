@@ -17,14 +17,14 @@ namespace {
 using Eigen::Index;
 using Json = nlohmann::ordered_json;  // NaN is written as null
 
-std::vector<DrawSummary> summaries(const PosteriorDraws& draws, const Eigen::MatrixXd& rows) {
-  std::vector<DrawSummary> all(static_cast<std::size_t>(rows.rows()));
+std::vector<inference::DrawSummary> summaries(const inference::PosteriorDraws& draws, const Eigen::MatrixXd& rows) {
+  std::vector<inference::DrawSummary> all(static_cast<std::size_t>(rows.rows()));
   parallel_for(static_cast<int>(rows.rows()),
-               [&](int i) { all[static_cast<std::size_t>(i)] = summarise(draws.by_chain(rows.row(i))); });
+               [&](int i) { all[static_cast<std::size_t>(i)] = inference::summarise(draws.by_chain(rows.row(i))); });
   return all;
 }
 
-Json summary_of(const DrawSummary& numbers) {
+Json summary_of(const inference::DrawSummary& numbers) {
   return {{"mean", numbers.mean},
           {"sd", numbers.sd},
           {"mcse", numbers.mcse},
@@ -36,7 +36,8 @@ Json summary_of(const DrawSummary& numbers) {
           {"q95", numbers.q95}};
 }
 
-Json landmark_rows(const PosteriorProblem& problem, const std::vector<std::vector<DrawSummary>>& specimens) {
+Json landmark_rows(const inference::PosteriorProblem& problem,
+                   const std::vector<std::vector<inference::DrawSummary>>& specimens) {
   Json rows = Json::array();
   for (std::size_t s = 0; s < specimens.size(); ++s) {
     const auto d = static_cast<std::size_t>(problem.sources[s].dimension());
@@ -49,15 +50,15 @@ Json landmark_rows(const PosteriorProblem& problem, const std::vector<std::vecto
   return rows;
 }
 
-Json priors(const PosteriorProblem& problem) {
+Json priors(const inference::PosteriorProblem& problem) {
   Json all = Json::object();
-  for (const ParameterPrior& prior : problem.parameters)
+  for (const inference::ParameterPrior& prior : problem.parameters)
     all[prior.name] = {{"median", prior.median}, {"log_deviation", prior.log_deviation}};
   return all;
 }
 
-Json models(const PosteriorProblem& problem) {
-  const MatchingProblem& first = problem.specimens.front();
+Json models(const inference::PosteriorProblem& problem) {
+  const matching::MatchingProblem& first = problem.specimens.front();
   Json names = Json::array();
   for (const Landmarks& target : problem.targets) names.push_back(target.source);
   return {{"source", problem.sources.front().source},
@@ -72,19 +73,20 @@ Json models(const PosteriorProblem& problem) {
           {"priors", priors(problem)}};
 }
 
-Json settings(const SamplerOptions& options) {
+Json settings(const inference::SamplerOptions& options) {
   return {{"method", options.method}, {"warmup", options.warmup}, {"seed", options.seed}};
 }
 
 }  // namespace
 
-PosteriorSummary summarise_posterior(const PosteriorDraws& draws) {
+PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   PosteriorSummary summary;
   for (std::size_t j = 0; j < draws.names.size(); ++j)
     summary.parameters.push_back(
-        {draws.names[j], summarise(draws.by_chain(draws.parameters.row(static_cast<Index>(j))))});
-  summary.parameters.push_back({"log_likelihood", summarise(draws.by_chain(draws.log_likelihood.transpose()))});
-  const auto consider = [&](const DrawSummary& numbers, const std::string& name, double& rhat, double& ess) {
+        {draws.names[j], inference::summarise(draws.by_chain(draws.parameters.row(static_cast<Index>(j))))});
+  summary.parameters.push_back(
+      {"log_likelihood", inference::summarise(draws.by_chain(draws.log_likelihood.transpose()))});
+  const auto consider = [&](const inference::DrawSummary& numbers, const std::string& name, double& rhat, double& ess) {
     rhat = std::fmax(rhat, numbers.rhat);
     ess = std::fmin(ess, std::fmin(numbers.ess_bulk, numbers.ess_tail));
     if (numbers.rhat > summary.worst_rhat) {
@@ -100,17 +102,19 @@ PosteriorSummary summarise_posterior(const PosteriorDraws& draws) {
     summary.momenta.push_back(summaries(draws, draws.momenta[s]));
     summary.middles.push_back(summaries(draws, draws.middles[s]));
     summary.ends.push_back(summaries(draws, draws.ends[s]));
-    for (const DrawSummary& numbers : summary.momenta.back())
+    for (const inference::DrawSummary& numbers : summary.momenta.back())
       consider(numbers, "momenta", summary.momenta_rhat_max, summary.momenta_ess_min);
     for (const auto* of_path : {&summary.middles.back(), &summary.ends.back()})
-      for (const DrawSummary& numbers : *of_path) consider(numbers, "paths", summary.rhat_max, summary.ess_min);
+      for (const inference::DrawSummary& numbers : *of_path)
+        consider(numbers, "paths", summary.rhat_max, summary.ess_min);
   }
-  summary.converged = summary.worst_rhat <= kHighRhat;
+  summary.converged = summary.worst_rhat <= inference::kHighRhat;
   return summary;
 }
 
-std::string summary_json(const PosteriorProblem& problem, const SamplerOptions& options, const PosteriorDraws& draws,
-                         const PosteriorSummary& summary, const std::vector<std::string>& notes) {
+std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,
+                         const inference::PosteriorDraws& draws, const PosteriorSummary& summary,
+                         const std::vector<std::string>& notes) {
   Json json{
       {"chains", draws.chains}, {"draws", draws.draws}, {"seconds", draws.seconds}, {"acceptance", draws.acceptance}};
   json["parameters"] = Json::object();
@@ -137,7 +141,7 @@ std::string summary_json(const PosteriorProblem& problem, const SamplerOptions& 
   return json.dump(2) + "\n";
 }
 
-std::string draws_csv(const PosteriorDraws& draws) {
+std::string draws_csv(const inference::PosteriorDraws& draws) {
   std::string text =
       fmt::format("chain,draw,{}{}log_likelihood\n", fmt::join(draws.names, ","), draws.names.empty() ? "" : ",");
   for (int c = 0; c < draws.chains; ++c)
@@ -151,7 +155,7 @@ std::string draws_csv(const PosteriorDraws& draws) {
   return text;
 }
 
-std::string momenta_npy(const PosteriorProblem& problem, const PosteriorDraws& draws) {
+std::string momenta_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
   std::vector<double> numbers;
   for (int c = 0; c < draws.chains; ++c)
     for (int i = 0; i < draws.draws; ++i)
@@ -160,27 +164,28 @@ std::string momenta_npy(const PosteriorProblem& problem, const PosteriorDraws& d
         numbers.insert(numbers.end(), column.begin(), column.end());
       }
   const Landmarks& source = problem.sources.front();
-  return npy_bytes(numbers,
-                   {static_cast<std::size_t>(draws.chains), static_cast<std::size_t>(draws.draws), draws.momenta.size(),
-                    static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
+  return formats::npy_bytes(
+      numbers, {static_cast<std::size_t>(draws.chains), static_cast<std::size_t>(draws.draws), draws.momenta.size(),
+                static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
 }
 
-std::string paths_npy(const PosteriorProblem& problem, const PosteriorDraws& draws) {
+std::string paths_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
   std::vector<double> numbers;
   for (std::size_t m = 0; m < draws.kept.size(); ++m)
     for (const auto& of_specimen : draws.paths)
       for (const Points& q : of_specimen[m]) numbers.insert(numbers.end(), q.data(), q.data() + q.size());
   const Landmarks& source = problem.sources.front();
-  return npy_bytes(numbers, {draws.kept.size(), draws.paths.size(),
-                             static_cast<std::size_t>(problem.specimens.front().grid.steps) + 1,
-                             static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
+  return formats::npy_bytes(
+      numbers,
+      {draws.kept.size(), draws.paths.size(), static_cast<std::size_t>(problem.specimens.front().grid.steps) + 1,
+       static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
 }
 
-std::string calibration_json(const PosteriorProblem& problem, const CalibrationOptions& options,
-                             const Calibration& calibration) {
+std::string calibration_json(const inference::PosteriorProblem& problem, const inference::CalibrationOptions& options,
+                             const inference::Calibration& calibration) {
   Json ranks = Json::object(), inside = Json::object(), p_values = Json::object();
   bool all = true;
-  for (const CalibratedQuantity& quantity : calibration.quantities) {
+  for (const inference::CalibratedQuantity& quantity : calibration.quantities) {
     ranks[quantity.name] = quantity.ranks;
     inside[quantity.name] = quantity.inside_band;
     p_values[quantity.name] = quantity.deviation;

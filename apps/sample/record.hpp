@@ -10,38 +10,39 @@ namespace pulson {
 /// One row of the summary's numbers by name.
 struct NamedSummary {
   std::string name;
-  DrawSummary numbers;
+  inference::DrawSummary numbers;
 };
 
 /// Summaries of all that is drawn.
 struct PosteriorSummary {
-  std::vector<NamedSummary> parameters;                 ///< θ, and log_likelihood last
-  std::vector<std::vector<DrawSummary>> momenta;        ///< [specimen][landmark·d + axis]
-  std::vector<std::vector<DrawSummary>> middles, ends;  ///< q(T/2) and q(T), the same
-  double rhat_max = 0, ess_min = 0;                     ///< over q(T/2) and q(T)
+  std::vector<NamedSummary> parameters;                            ///< θ, and log_likelihood last
+  std::vector<std::vector<inference::DrawSummary>> momenta;        ///< [specimen][landmark·d + axis]
+  std::vector<std::vector<inference::DrawSummary>> middles, ends;  ///< q(T/2) and q(T), the same
+  double rhat_max = 0, ess_min = 0;                                ///< over q(T/2) and q(T)
   double momenta_rhat_max = 0, momenta_ess_min = 0;
   bool converged = false;  ///< every R-hat at most kHighRhat
   double worst_rhat = 0;
   std::string worst;  ///< what has it
 };
 
-PosteriorSummary summarise_posterior(const PosteriorDraws& draws);
+PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws);
 
 /// What scripts read: `summary.json`.
-std::string summary_json(const PosteriorProblem& problem, const SamplerOptions& options, const PosteriorDraws& draws,
-                         const PosteriorSummary& summary, const std::vector<std::string>& notes);
+std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,
+                         const inference::PosteriorDraws& draws, const PosteriorSummary& summary,
+                         const std::vector<std::string>& notes);
 
 /// `draws.csv`: chain, draw, θ, log likelihood.
-std::string draws_csv(const PosteriorDraws& draws);
+std::string draws_csv(const inference::PosteriorDraws& draws);
 
 /// `momenta.npy`: [chain][draw][specimen][landmark][axis].
-std::string momenta_npy(const PosteriorProblem& problem, const PosteriorDraws& draws);
+std::string momenta_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws);
 
 /// `paths.npy`: [kept][specimen][time][landmark][axis].
-std::string paths_npy(const PosteriorProblem& problem, const PosteriorDraws& draws);
+std::string paths_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws);
 
 /// `calibration.json`
-std::string calibration_json(const PosteriorProblem& problem, const CalibrationOptions& options,
-                             const Calibration& calibration);
+std::string calibration_json(const inference::PosteriorProblem& problem, const inference::CalibrationOptions& options,
+                             const inference::Calibration& calibration);
 
 }  // namespace pulson

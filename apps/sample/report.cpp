@@ -12,8 +12,8 @@
 namespace pulson {
 namespace {
 
-ReportTable parameter_table(const PosteriorProblem& problem, const PosteriorSummary& summary) {
-  ReportTable table{
+html::ReportTable parameter_table(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
+  html::ReportTable table{
       {"parameter", "prior median", "mean", "sd", "5 %", "50 %", "95 %", "MCSE", "R-hat", "bulk ESS", "tail ESS"},
       {},
       ""};
@@ -35,9 +35,9 @@ ReportTable parameter_table(const PosteriorProblem& problem, const PosteriorSumm
   return table;
 }
 
-ReportTable landmarks(const PosteriorProblem& problem, const PosteriorSummary& summary) {
+html::ReportTable landmarks(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
   const Landmarks& source = problem.sources.front();
-  ReportTable table = landmark_table(source);
+  html::ReportTable table = landmark_table(source);
   const char* const axes[] = {"x", "y", "z"};
   for (int i = 0; i < source.dimension(); ++i) {
     table.header.push_back(fmt::format("p0 {}", axes[i]));
@@ -53,11 +53,11 @@ ReportTable landmarks(const PosteriorProblem& problem, const PosteriorSummary& s
     deviations[a] = std::sqrt(square);
   }
   for (const int a : listed_landmarks(deviations)) {
-    std::vector<ReportCell> row = landmark_cells(source, a);
+    std::vector<html::ReportCell> row = landmark_cells(source, a);
     double rhat = 0, ess = INFINITY;
     for (std::size_t i = 0; i < d; ++i) {
       const std::size_t at = static_cast<std::size_t>(a) * d + i;
-      const DrawSummary& momentum = summary.momenta.front()[at];
+      const inference::DrawSummary& momentum = summary.momenta.front()[at];
       row.push_back({report_number(momentum.mean)});
       row.push_back({report_number(momentum.sd)});
       for (const auto* of : {&momentum, &summary.middles.front()[at], &summary.ends.front()[at]}) {
@@ -73,7 +73,8 @@ ReportTable landmarks(const PosteriorProblem& problem, const PosteriorSummary& s
   return table;
 }
 
-ReportTable facts(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary) {
+html::ReportTable facts(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                        const PosteriorSummary& summary) {
   FactTable table("setting");
   table.add("noise", problem.specimens.front().system.noise->spec());
   table.add("kernel", problem.specimens.front().system.kernel.spec(6));
@@ -92,10 +93,11 @@ ReportTable facts(const PosteriorProblem& problem, const PosteriorDraws& draws, 
   return std::move(table).table();
 }
 
-std::optional<ReportMotion> motion_of(const PosteriorProblem& problem, const PosteriorDraws& draws) {
+std::optional<html::ReportMotion> motion_of(const inference::PosteriorProblem& problem,
+                                            const inference::PosteriorDraws& draws) {
   const std::vector<Points> mean = mean_path(draws, 0);
   const TimeGrid& grid = problem.specimens.front().grid;
-  ReportMotion motion;
+  html::ReportMotion motion;
   motion.source = problem.sources.front();
   motion.target = problem.targets.front().points.size() > 0 ? problem.targets.front() : Landmarks{};
   const std::vector<int> shown = shown_frames(grid.steps, motion.source.points.size());
@@ -118,31 +120,32 @@ std::optional<ReportMotion> motion_of(const PosteriorProblem& problem, const Pos
 
 }  // namespace
 
-std::string evidence_text(const PosteriorDraws& draws) {
+std::string evidence_text(const inference::PosteriorDraws& draws) {
   const Estimate& evidence = draws.log_evidence;
   if (!std::isfinite(evidence.standard_error)) return "undetermined";
   return fmt::format("{:.3f} ± {:.2g}", evidence.value, evidence.standard_error);
 }
 
-std::string model_words(const PosteriorProblem& problem) {
-  const MatchingProblem& first = problem.specimens.front();
+std::string model_words(const inference::PosteriorProblem& problem) {
+  const matching::MatchingProblem& first = problem.specimens.front();
   const std::string noise = first.system.noise->spec();
   return fmt::format("{}, {}, lambda {:.4g}, sigma {:.4g}, {} in {} steps",
                      noise == "none" ? "no noise" : shortened_spec(noise), first.system.kernel.spec(4), first.lambda,
                      first.sigma, first.integrator->name(), first.grid.steps);
 }
 
-HtmlReport sample_report(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary,
-                         const std::vector<std::string>& warnings, const std::vector<std::string>& notes,
-                         const std::filesystem::path& paths, const std::filesystem::path& chains) {
+html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                               const PosteriorSummary& summary, const std::vector<std::string>& warnings,
+                               const std::vector<std::string>& notes, const std::filesystem::path& paths,
+                               const std::filesystem::path& chains) {
   const std::string lead =
       fmt::format("{} of {}, {} in {}D: {}. Largest R-hat {:.3f}, least effective sample size of a position {:.0f}.",
                   counted(draws.chains * static_cast<std::int64_t>(draws.draws), "draw"),
                   counted(static_cast<std::int64_t>(problem.targets.size()), "path"),
                   counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension(),
                   model_words(problem), summary.worst_rhat, summary.ess_min);
-  HtmlReport report = new_report("Posterior of " + start_name(problem.sources.front()), lead, warnings, notes);
-  if (std::optional<ReportMotion> motion = motion_of(problem, draws))
+  html::HtmlReport report = new_report("Posterior of " + start_name(problem.sources.front()), lead, warnings, notes);
+  if (std::optional<html::ReportMotion> motion = motion_of(problem, draws))
     report.sections.push_back({"Motion", {std::move(*motion)}});
   add_still(report, "Paths", paths);
   report.sections.push_back({"Parameters", {parameter_table(problem, summary)}});
@@ -152,19 +155,20 @@ HtmlReport sample_report(const PosteriorProblem& problem, const PosteriorDraws& 
   return report;
 }
 
-HtmlReport calibration_report(const PosteriorProblem& problem, const Calibration& calibration,
-                              const std::vector<std::string>& notes, const std::filesystem::path& picture) {
-  HtmlReport report =
+html::HtmlReport calibration_report(const inference::PosteriorProblem& problem,
+                                    const inference::Calibration& calibration, const std::vector<std::string>& notes,
+                                    const std::filesystem::path& picture) {
+  html::HtmlReport report =
       new_report("Calibration of the posterior",
                  fmt::format("Ranks of true values among {} posterior draws in each of {} simulations: {}.",
                              calibration.ranks, calibration.simulations, model_words(problem)),
                  {}, notes);
-  ReportTable table{{"quantity", "within the band of 95 %", "p-value"}, {}, ""};
-  for (const CalibratedQuantity& quantity : calibration.quantities)
-    table.rows.push_back(
-        {{quantity.name},
-         {quantity.inside_band ? "yes" : "no", quantity.inside_band ? Verdict::kHolds : Verdict::kDoesNotHold},
-         {report_number(quantity.deviation, 3)}});
+  html::ReportTable table{{"quantity", "within the band of 95 %", "p-value"}, {}, ""};
+  for (const inference::CalibratedQuantity& quantity : calibration.quantities)
+    table.rows.push_back({{quantity.name},
+                          {quantity.inside_band ? "yes" : "no",
+                           quantity.inside_band ? html::Verdict::kHolds : html::Verdict::kDoesNotHold},
+                          {report_number(quantity.deviation, 3)}});
   report.sections.push_back({"Ranks", {std::move(table)}});
   add_still(report, "Rank histograms", picture);
   return report;

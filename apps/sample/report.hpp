@@ -10,17 +10,19 @@
 namespace pulson {
 
 /// @param paths, chains the pictures; empty: none
-HtmlReport sample_report(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary,
-                         const std::vector<std::string>& warnings, const std::vector<std::string>& notes,
-                         const std::filesystem::path& paths, const std::filesystem::path& chains);
+html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                               const PosteriorSummary& summary, const std::vector<std::string>& warnings,
+                               const std::vector<std::string>& notes, const std::filesystem::path& paths,
+                               const std::filesystem::path& chains);
 
-HtmlReport calibration_report(const PosteriorProblem& problem, const Calibration& calibration,
-                              const std::vector<std::string>& notes, const std::filesystem::path& picture);
+html::HtmlReport calibration_report(const inference::PosteriorProblem& problem,
+                                    const inference::Calibration& calibration, const std::vector<std::string>& notes,
+                                    const std::filesystem::path& picture);
 
 /// "12.34 ± 0.05", or "undetermined" where the draws are too few for a standard error.
-std::string evidence_text(const PosteriorDraws& draws);
+std::string evidence_text(const inference::PosteriorDraws& draws);
 
 /// "ch-sd:beta=0.1, gaussian:alpha=0.5, lambda 2.3, sigma 0.01, heun in 20 steps"
-std::string model_words(const PosteriorProblem& problem);
+std::string model_words(const inference::PosteriorProblem& problem);
 
 }  // namespace pulson

@@ -27,7 +27,7 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary) {
   if (!summary.converged)
     warnings.push_back(fmt::format(
         "the chains have not converged: R-hat of {} is {:.3g}, more than {}; take more --draws and --warmup",
-        summary.worst, summary.worst_rhat, kHighRhat));
+        summary.worst, summary.worst_rhat, inference::kHighRhat));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)
     least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
@@ -39,7 +39,8 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary) {
   return warnings;
 }
 
-void print_summary(const PosteriorProblem& problem, const PosteriorDraws& draws, const PosteriorSummary& summary) {
+void print_summary(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                   const PosteriorSummary& summary) {
   fmt::print("{}: {} of {} in {}D\n",
              problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
              counted(static_cast<std::int64_t>(problem.targets.size()), "target"),
@@ -58,19 +59,19 @@ void print_summary(const PosteriorProblem& problem, const PosteriorDraws& draws,
              draws.laplace_log_evidence);
 }
 
-int run_posterior(const SampleArguments& arguments, const PosteriorProblem& problem,
+int run_posterior(const SampleArguments& arguments, const inference::PosteriorProblem& problem,
                   const std::vector<std::string>& notes) {
   const OutputOptions& output = arguments.output;
   output.check(kSampleFiles, kSamplePictures);
   Progress progress;
   std::mutex turn;
-  SamplerOptions options = arguments.sampler;
+  inference::SamplerOptions options = arguments.sampler;
   options.on_progress = [&](double fraction) {
     const std::lock_guard lock(turn);
     progress.show(fraction, "sampling");
   };
   const LossNotice notice("interrupted: the draws are lost");
-  const PosteriorDraws draws = sample_posterior(problem, options);
+  const inference::PosteriorDraws draws = sample_posterior(problem, options);
   progress.clear();
   const PosteriorSummary summary = summarise_posterior(draws);
   const std::vector<std::string> warnings = warnings_of(summary);
@@ -100,10 +101,10 @@ int run_posterior(const SampleArguments& arguments, const PosteriorProblem& prob
   return summary.converged ? kDone : kNotConverged;
 }
 
-int run_calibration(const SampleArguments& arguments, const PosteriorProblem& problem,
+int run_calibration(const SampleArguments& arguments, const inference::PosteriorProblem& problem,
                     const std::vector<std::string>& notes) {
   const OutputOptions& output = arguments.output;
-  CalibrationOptions options = arguments.calibration();
+  inference::CalibrationOptions options = arguments.calibration();
   output.check(kCalibrationFiles, kCalibrationPictures);
   Progress progress;
   std::mutex turn;
@@ -111,7 +112,7 @@ int run_calibration(const SampleArguments& arguments, const PosteriorProblem& pr
     const std::lock_guard lock(turn);
     progress.show(fraction, fmt::format("{} simulations", options.simulations));
   };
-  const Calibration calibration = calibrate(problem, options);
+  const inference::Calibration calibration = calibrate(problem, options);
   progress.clear();
   const std::string record = calibration_json(problem, options, calibration);
   StagedFiles files(output.out);
@@ -128,7 +129,7 @@ int run_calibration(const SampleArguments& arguments, const PosteriorProblem& pr
   if (!output.prints()) return kDone;
   fmt::print("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
              calibration.failed, model_words(problem));
-  for (const CalibratedQuantity& quantity : calibration.quantities)
+  for (const inference::CalibratedQuantity& quantity : calibration.quantities)
     fmt::print("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
                quantity.inside_band ? "within the band of 95 %" : "LEAVES THE BAND OF 95 %");
   output.print_written(kCalibrationFiles, kCalibrationPictures);
@@ -137,7 +138,7 @@ int run_calibration(const SampleArguments& arguments, const PosteriorProblem& pr
 
 int run_sample(const SampleArguments& arguments) {
   std::vector<std::string> notes;
-  const PosteriorProblem problem = arguments.problem(notes);
+  const inference::PosteriorProblem problem = arguments.problem(notes);
   return arguments.calibrate > 0 ? run_calibration(arguments, problem, notes)
                                  : run_posterior(arguments, problem, notes);
 }

@@ -10,11 +10,11 @@
 
 namespace pulson {
 
-std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, const ReadOptions& options,
+std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, const formats::ReadOptions& options,
                                    std::vector<std::string>& notes) {
   std::vector<Landmarks> all;
   for (const std::string& address : addresses) {
-    LandmarkFile file = read_addressed_shapes(address, options);
+    formats::LandmarkFile file = read_addressed_shapes(address, options);
     notes.insert(notes.end(), file.warnings.begin(), file.warnings.end());
     std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all));
   }

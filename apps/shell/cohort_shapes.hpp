@@ -8,7 +8,7 @@
 namespace pulson {
 
 /// All shapes of these addresses, in their order. @throws InputError as read_addressed_shapes() does
-std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, const ReadOptions& options,
+std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, const formats::ReadOptions& options,
                                    std::vector<std::string>& notes);
 
 /// Puts the landmarks of each shape in the order of those of `first`, in its axes and unit of length: in_order_of() and

@@ -186,7 +186,7 @@ std::vector<std::string> values_of(const std::string& name) {
   if (name == "--integrator") return names_in(integrator_table());
   std::vector<std::string> values;
   if (name == "--to")
-    for (const LandmarkFormat& format : landmark_formats())
+    for (const formats::LandmarkFormat& format : formats::landmark_formats())
       if (format.write != nullptr) values.push_back(format.name);
   if (name == "EXPERIMENT") {
     values = {"all"};

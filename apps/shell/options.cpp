@@ -152,7 +152,7 @@ constexpr int kMostCurvePoints = 100'000;
 
 const std::vector<std::string> kColumnKeys = {"x", "y", "z", "name", "specimen", "group"};
 
-void add_column(std::string_view text, ReadOptions& options) {
+void add_column(std::string_view text, formats::ReadOptions& options) {
   const std::size_t equals = text.find('=');
   const std::string key(text.substr(0, equals));
   if (equals == std::string_view::npos || equals + 1 == text.size())
@@ -165,7 +165,7 @@ void add_column(std::string_view text, ReadOptions& options) {
     throw InputError(fmt::format("--columns: {} is given twice", key));
 }
 
-void set_columns(std::string_view text, ReadOptions& options) {
+void set_columns(std::string_view text, formats::ReadOptions& options) {
   for (bool is_last = false; !is_last;) {
     const std::size_t comma = text.find(',');
     is_last = comma == std::string_view::npos;
@@ -174,8 +174,8 @@ void set_columns(std::string_view text, ReadOptions& options) {
   }
 }
 
-void set_format(const std::string& name, ReadOptions& options) {
-  const std::vector<std::string> names = landmark_format_names();
+void set_format(const std::string& name, formats::ReadOptions& options) {
+  const std::vector<std::string> names = formats::landmark_format_names();
   if (std::find(names.begin(), names.end(), name) == names.end())
     throw InputError(fmt::format("--format: '{}' is not a landmark format{}", name, advice_on_name(name, names)));
   options.format = name;
@@ -188,7 +188,7 @@ void add_text_option(CLI::App& verb, const std::string& name, const std::functio
 
 }  // namespace
 
-void add_read_options(CLI::App& verb, ReadOptions& options) {
+void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
   add_text_option(
       verb, "--missing",
       [&options](const std::string& text) {
@@ -236,7 +236,7 @@ void add_read_options(CLI::App& verb, ReadOptions& options) {
       "NAME", "apply: multiply coordinates by the scale of their shape, such as SCALE= of tps");
 }
 
-void add_flip_option(CLI::App& verb, ReadOptions& options) {
+void add_flip_option(CLI::App& verb, formats::ReadOptions& options) {
   verb.add_flag_function(
       "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count > 0; },
       "draw y downwards, as in the rows of an image [if the landmarks are in rows of an image]");
@@ -250,7 +250,7 @@ const std::vector<std::string>& known_values(const std::string& option) {
       {"--align", {"none", "translation", "rigid", "similarity", "affine"}},
       {"--solver", {"auto", "paths", "gauss-newton", "lbfgs"}},
       {"--missing", {"negative"}},
-      {"--format", landmark_format_names()},
+      {"--format", formats::landmark_format_names()},
       {"--dim", {"2", "3"}},
       {"--scale", {"apply"}},
       {"--axes", {"LPS", "RAS"}},

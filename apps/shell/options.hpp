@@ -50,10 +50,10 @@ std::vector<std::string> in_option_words(std::vector<std::string> messages);
 
 /// `--missing`, `--format`, `--columns`, `--dim`, `--landmarks`, `--curves` and `--scale`, of every verb that reads
 /// landmarks.
-void add_read_options(CLI::App& verb, ReadOptions& options);
+void add_read_options(CLI::App& verb, formats::ReadOptions& options);
 
 /// Adds --flip-y and --no-flip-y of verbs that draw landmarks.
-void add_flip_option(CLI::App& verb, ReadOptions& options);
+void add_flip_option(CLI::App& verb, formats::ReadOptions& options);
 
 /// The words that an option takes: of `--mode` deterministic, map, … Empty where it takes others as well.
 const std::vector<std::string>& known_values(const std::string& option);

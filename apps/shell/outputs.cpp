@@ -57,8 +57,8 @@ std::vector<std::string> OutputOptions::picture_names(const std::vector<std::str
   return names;
 }
 
-PictureFiles OutputOptions::picture_files(const std::filesystem::path& stem) const {
-  PictureFiles files{.width = width, .dpi = dpi};
+draw::PictureFiles OutputOptions::picture_files(const std::filesystem::path& stem) const {
+  draw::PictureFiles files{.width = width, .dpi = dpi};
   for (const std::string& format : formats()) {
     std::filesystem::path& file = format == "png" ? files.png : format == "svg" ? files.svg : files.pdf;
     file = stem;
@@ -69,14 +69,14 @@ PictureFiles OutputOptions::picture_files(const std::filesystem::path& stem) con
 
 std::filesystem::path OutputOptions::shown_picture(const std::filesystem::path& stem) const {
   if (no_picture) return {};
-  const PictureFiles files = picture_files(stem);
+  const draw::PictureFiles files = picture_files(stem);
   return files.png.empty() ? files.svg : files.png;
 }
 
 void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const {
   check_picture_size(width, dpi);
   const std::vector<std::string> drawn = picture_names(stems);
-  if (!no_picture && !Gnuplot::is_installed())
+  if (!no_picture && !draw::Gnuplot::is_installed())
     throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   if (!json.empty() && json != "-") check_output_file(json);
   create_output_directory(out);

@@ -31,7 +31,7 @@ struct OutputOptions {
   void add_to(CLI::App& verb, const std::string& drawn);
 
   /// Of the picture that is `stem` without its extension, in the formats asked for.
-  PictureFiles picture_files(const std::filesystem::path& stem) const;
+  draw::PictureFiles picture_files(const std::filesystem::path& stem) const;
   /// The one of them that a page can show; empty where there is none.
   std::filesystem::path shown_picture(const std::filesystem::path& stem) const;
 

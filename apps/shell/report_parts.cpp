@@ -58,16 +58,16 @@ std::string start_text(const Landmarks& shape) {
   return fmt::format("{} {}", shape.source, fmt::join(places, ", "));
 }
 
-ReportTable landmark_table(const Landmarks& shape) {
-  ReportTable table{{"landmark"}, {}, ""};
+html::ReportTable landmark_table(const Landmarks& shape) {
+  html::ReportTable table{{"landmark"}, {}, ""};
   if (!shape.labels.empty()) table.header.emplace_back("label");
   if (!shape.groups.empty()) table.header.emplace_back("group");
   return table;
 }
 
-std::vector<ReportCell> landmark_cells(const Landmarks& shape, int a) {
+std::vector<html::ReportCell> landmark_cells(const Landmarks& shape, int a) {
   const auto place = static_cast<std::size_t>(a);
-  std::vector<ReportCell> row = {{fmt::to_string(shape.number(a))}};
+  std::vector<html::ReportCell> row = {{fmt::to_string(shape.number(a))}};
   if (!shape.labels.empty()) row.push_back({shape.labels[place]});
   if (!shape.groups.empty()) row.push_back({shape.groups[place]});
   return row;
@@ -85,24 +85,25 @@ std::vector<int> listed_landmarks(const Eigen::VectorXd& values) {
   return order;
 }
 
-HtmlReport new_report(std::string title, std::string lead, const std::vector<std::string>& warnings,
-                      const std::vector<std::string>& notes) {
-  HtmlReport report{
+html::HtmlReport new_report(std::string title, std::string lead, const std::vector<std::string>& warnings,
+                            const std::vector<std::string>& notes) {
+  html::HtmlReport report{
       .title = std::move(title), .lead = std::move(lead), .command = command_line(), .version = "pulson " + version()};
-  ReportSection remarks{"Remarks", {}};
-  for (const std::string& text : warnings) remarks.blocks.emplace_back(ReportParagraph{"Warning: " + text});
-  for (const std::string& text : notes) remarks.blocks.emplace_back(ReportParagraph{"Note: " + in_option_words(text)});
+  html::ReportSection remarks{"Remarks", {}};
+  for (const std::string& text : warnings) remarks.blocks.emplace_back(html::ReportParagraph{"Warning: " + text});
+  for (const std::string& text : notes)
+    remarks.blocks.emplace_back(html::ReportParagraph{"Note: " + in_option_words(text)});
   if (!remarks.blocks.empty()) report.sections.push_back(std::move(remarks));
   return report;
 }
 
-void add_still(HtmlReport& report, const std::string& heading, const std::filesystem::path& picture,
+void add_still(html::HtmlReport& report, const std::string& heading, const std::filesystem::path& picture,
                bool has_photograph) {
   if (picture.empty()) return;
   report.sections.push_back({heading,
-                             {ReportPicture{.file = picture,
-                                            .caption = fmt::format("Saved as {}.", picture.filename().string()),
-                                            .has_photograph = has_photograph}}});
+                             {html::ReportPicture{.file = picture,
+                                                  .caption = fmt::format("Saved as {}.", picture.filename().string()),
+                                                  .has_photograph = has_photograph}}});
 }
 
 std::vector<int> shown_frames(int last, std::int64_t numbers) {

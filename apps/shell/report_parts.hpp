@@ -29,10 +29,10 @@ class FactTable {
   void add(const std::string& name, const std::string& value) { table_.rows.push_back({{name}, {value}}); }
   void add(const std::string& name, double value) { add(name, report_number(value)); }
 
-  ReportTable table() && { return std::move(table_); }
+  html::ReportTable table() && { return std::move(table_); }
 
  private:
-  ReportTable table_;
+  html::ReportTable table_;
 };
 
 /// What a title calls the start of paths: its name, or where it is from numbers on the command line "2 landmarks".
@@ -42,19 +42,19 @@ std::string start_name(const Landmarks& shape);
 std::string start_text(const Landmarks& shape);
 
 /// The head of a table of landmarks: number, and label and group where the shape has them.
-ReportTable landmark_table(const Landmarks& shape);
+html::ReportTable landmark_table(const Landmarks& shape);
 /// The cells of landmark a below that head.
-std::vector<ReportCell> landmark_cells(const Landmarks& shape, int a);
+std::vector<html::ReportCell> landmark_cells(const Landmarks& shape, int a);
 /// The landmarks that a table lists: all, or of more than 1000 those with the largest values, in their order. Values
 /// that are NaN are the smallest.
 std::vector<int> listed_landmarks(const Eigen::VectorXd& values);
 
 /// A report with the command line and version, and with warnings and notes as remarks.
-HtmlReport new_report(std::string title, std::string lead, const std::vector<std::string>& warnings,
-                      const std::vector<std::string>& notes);
+html::HtmlReport new_report(std::string title, std::string lead, const std::vector<std::string>& warnings,
+                            const std::vector<std::string>& notes);
 
 /// The picture as a section, unless its name is empty.
-void add_still(HtmlReport& report, const std::string& heading, const std::filesystem::path& picture,
+void add_still(html::HtmlReport& report, const std::string& heading, const std::filesystem::path& picture,
                bool has_photograph = false);
 
 /// Which of the places 0 to `last` of a path a motion shows: the first and the last and, evenly, no more than 41 in

@@ -12,13 +12,13 @@ namespace {
 constexpr std::int64_t kMostKernels = 300'000'000;  // for the material: about a second
 constexpr int kMaterialPoints = 2600;
 
-std::size_t clean_paths(const Simulation& simulation) {
+std::size_t clean_paths(const records::Simulation& simulation) {
   return static_cast<std::size_t>(
       std::count_if(simulation.samples.begin(), simulation.samples.end(),
-                    [](const SamplePath& sample) { return sample.status == PathStatus::kClean; }));
+                    [](const ensemble::SamplePath& sample) { return sample.status == ensemble::PathStatus::kClean; }));
 }
 
-std::string lead(const Simulation& simulation) {
+std::string lead(const records::Simulation& simulation) {
   const std::size_t all = simulation.samples.size(), clean = clean_paths(simulation);
   std::string text = fmt::format("{} of {} in {}D to t = {:.4g}.", counted(all, "sample path"),
                                  counted(simulation.shape.count(), "landmark"), simulation.shape.dimension(),
@@ -39,12 +39,12 @@ MaterialBox material_box(const std::vector<Points>& frames) {
   return {low.array() - margin, high.array() + margin};
 }
 
-std::optional<ReportMotion> motion_of(const Simulation& simulation) {
+std::optional<html::ReportMotion> motion_of(const records::Simulation& simulation) {
   const TimeGrid& grid = simulation.options.grid;
-  const SamplePath& first = simulation.samples.front();
+  const ensemble::SamplePath& first = simulation.samples.front();
   const std::int64_t numbers = simulation.start.q.size();
   const std::vector<int> steps = shown_frames(grid.steps, numbers);
-  ReportMotion motion;
+  html::ReportMotion motion;
   motion.source = simulation.shape;
   for (const int k : steps) motion.times.push_back(grid.at(k));
   add_path(first.path, steps, motion.frames);
@@ -54,7 +54,8 @@ std::optional<ReportMotion> motion_of(const Simulation& simulation) {
   std::erase_if(motion.others, [](const std::vector<Points>& path) { return !can_be_drawn(path); });
   motion.others_name = counted(motion.others.size(), "other path");
   if (!can_be_drawn(motion.frames)) return std::nullopt;
-  if (first.status == PathStatus::kClean && kMaterialPoints * simulation.shape.count() <= kMostKernels / grid.steps)
+  if (first.status == ensemble::PathStatus::kClean &&
+      kMaterialPoints * simulation.shape.count() <= kMostKernels / grid.steps)
     add_material(simulation.system, first.path, steps, material_box(motion.frames), motion);
   motion.caption =
       fmt::format("Sample path 1{}{}.", motion.grid.empty() ? "" : " with the material between the landmarks",
@@ -62,21 +63,21 @@ std::optional<ReportMotion> motion_of(const Simulation& simulation) {
   return motion;
 }
 
-ReportTable facts(const Simulation& simulation) {
+html::ReportTable facts(const records::Simulation& simulation) {
   FactTable table = settings(simulation);
   table.add("seconds", fmt::format("{:.2f}", simulation.seconds));
   return std::move(table).table();
 }
 
-ReportTable path_table(const Simulation& simulation) {
-  ReportTable table{{"path", "ended", "largest displacement", "largest momentum", "largest κ of a step"},
-                    {},
-                    "κ below 1: the equation of each step has one root."};
+html::ReportTable path_table(const records::Simulation& simulation) {
+  html::ReportTable table{{"path", "ended", "largest displacement", "largest momentum", "largest κ of a step"},
+                          {},
+                          "κ below 1: the equation of each step has one root."};
   for (std::size_t m = 0; m < simulation.samples.size(); ++m) {
-    const SamplePath& sample = simulation.samples[m];
+    const ensemble::SamplePath& sample = simulation.samples[m];
     const Points moved = sample.path.final().q - simulation.start.q;
     table.rows.push_back({{fmt::to_string(m + 1)},
-                          {sample.status == PathStatus::kClean ? "at its end" : "early: " + sample.reason},
+                          {sample.status == ensemble::PathStatus::kClean ? "at its end" : "early: " + sample.reason},
                           {report_number(moved.colwise().norm().maxCoeff())},
                           {report_number(sample.largest_momentum)},
                           {report_number(sample.contraction_bound, 3)}});
@@ -85,20 +86,20 @@ ReportTable path_table(const Simulation& simulation) {
 }
 
 // Displacements of each landmark from the start to the end of clean paths.
-ReportTable displacement_table(const Simulation& simulation) {
+html::ReportTable displacement_table(const records::Simulation& simulation) {
   const auto n = simulation.start.q.cols();
   Eigen::VectorXd first = Eigen::VectorXd::Constant(n, std::nan("")), squares = Eigen::VectorXd::Zero(n);
-  for (const SamplePath& sample : simulation.samples) {
+  for (const ensemble::SamplePath& sample : simulation.samples) {
     const Eigen::VectorXd moved = (sample.path.final().q - simulation.start.q).colwise().norm();
     if (&sample == &simulation.samples.front()) first = moved;
-    if (sample.status == PathStatus::kClean) squares += moved.cwiseAbs2();
+    if (sample.status == ensemble::PathStatus::kClean) squares += moved.cwiseAbs2();
   }
   const std::size_t clean = clean_paths(simulation);
-  ReportTable table = landmark_table(simulation.shape);
+  html::ReportTable table = landmark_table(simulation.shape);
   table.header.emplace_back("displacement in path 1");
   if (simulation.samples.size() > 1) table.header.emplace_back("root mean square of all paths");
   for (const int a : listed_landmarks(first)) {
-    std::vector<ReportCell> row = landmark_cells(simulation.shape, a);
+    std::vector<html::ReportCell> row = landmark_cells(simulation.shape, a);
     row.push_back({report_number(first[a])});
     if (simulation.samples.size() > 1)
       row.push_back({clean > 0 ? report_number(std::sqrt(squares[a] / static_cast<double>(clean))) : ""});
@@ -121,10 +122,11 @@ std::size_t shown_paths(std::size_t paths, std::int64_t numbers, std::size_t mos
   return std::min({paths, most, room});
 }
 
-HtmlReport simulation_report(const Simulation& simulation, const std::vector<std::string>& warnings,
-                             const std::vector<std::string>& notes, const std::filesystem::path& picture) {
-  HtmlReport report = new_report("Sample paths of " + start_name(simulation.shape), lead(simulation), warnings, notes);
-  if (std::optional<ReportMotion> motion = motion_of(simulation))
+html::HtmlReport simulation_report(const records::Simulation& simulation, const std::vector<std::string>& warnings,
+                                   const std::vector<std::string>& notes, const std::filesystem::path& picture) {
+  html::HtmlReport report =
+      new_report("Sample paths of " + start_name(simulation.shape), lead(simulation), warnings, notes);
+  if (std::optional<html::ReportMotion> motion = motion_of(simulation))
     report.sections.push_back({"Motion", {std::move(*motion)}});
   add_still(report, "The paths", picture);
   report.sections.push_back({"Numbers", {facts(simulation), path_table(simulation)}});

@@ -37,7 +37,7 @@ FactTable settings(const Run& run) {
 
 /// `report.html` of a simulation: how the paths ended, the first as it moves with the others behind it, the numbers,
 /// and how far each landmark went. @param picture PNG or SVG, or empty @param notes of the run
-HtmlReport simulation_report(const Simulation& simulation, const std::vector<std::string>& warnings,
-                             const std::vector<std::string>& notes, const std::filesystem::path& picture);
+html::HtmlReport simulation_report(const records::Simulation& simulation, const std::vector<std::string>& warnings,
+                                   const std::vector<std::string>& notes, const std::filesystem::path& picture);
 
 }  // namespace pulson

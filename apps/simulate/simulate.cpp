@@ -22,7 +22,7 @@ constexpr int kPrintedSamples = 5;
 struct SimulateArguments {
   StartOptions start;
   TimeOptions time{.time = {}, .steps = 20, .dt = 0.02};
-  SamplePathsOptions options;
+  ensemble::SamplePathsOptions options;
   std::string integrator = "variational";
   OutputOptions output;
   int every = 1;
@@ -43,19 +43,19 @@ void check_size(const Start& start, const SimulateArguments& arguments, const Ti
                                  samples, start.shape.count(), grid.steps, numbers, kMostNumbers));
 }
 
-std::string setting(const Simulation& simulation) {
+std::string setting(const records::Simulation& simulation) {
   return fmt::format("{}  ·  {}  ·  {}, dt = {:.3g}  ·  seed {}", shortened_spec(simulation.system.noise->spec()),
                      simulation.system.kernel.spec(3), simulation.integrator, simulation.options.grid.dt(),
                      simulation.options.seed);
 }
 
 // All paths as far as each goes; a path that ended early is drawn to its end and stays there.
-PathPicture make_picture(const Simulation& simulation) {
-  PathPicture picture;
+draw::PathPicture make_picture(const records::Simulation& simulation) {
+  draw::PathPicture picture;
   picture.start = simulation.shape;
   const TimeGrid& grid = simulation.options.grid;
   for (int k = 0; k <= grid.steps; ++k) picture.times.push_back(grid.at(k));
-  for (const SamplePath& sample : simulation.samples) {
+  for (const ensemble::SamplePath& sample : simulation.samples) {
     std::vector<Points> q;
     std::vector<Points> p;
     for (std::size_t k = 0; k < picture.times.size(); ++k) {
@@ -77,19 +77,19 @@ PathPicture make_picture(const Simulation& simulation) {
 }
 
 // Of paths that are not clean: one text or none.
-std::vector<std::string> warnings_of(const Simulation& simulation) {
+std::vector<std::string> warnings_of(const records::Simulation& simulation) {
   std::size_t unclean = 0;
   std::string first;
   for (std::size_t m = 0; m < simulation.samples.size(); ++m) {
-    const SamplePath& sample = simulation.samples[m];
-    if (sample.status == PathStatus::kClean) continue;
+    const ensemble::SamplePath& sample = simulation.samples[m];
+    if (sample.status == ensemble::PathStatus::kClean) continue;
     if (unclean++ == 0) first = fmt::format("path {}: {}", m + 1, sample.reason);
   }
   if (unclean == 0) return {};
   return {fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first)};
 }
 
-void write_results(const Simulation& simulation, const std::vector<std::string>& notes,
+void write_results(const records::Simulation& simulation, const std::vector<std::string>& notes,
                    const SimulateArguments& arguments) {
   const OutputOptions& output = arguments.output;
   const std::string record = simulation_json(simulation);
@@ -114,7 +114,7 @@ std::string numbers_text(const Points& points) {
   return text;
 }
 
-void print_summary(const Simulation& simulation) {
+void print_summary(const records::Simulation& simulation) {
   const TimeGrid& grid = simulation.options.grid;
   fmt::print("{} path{} of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}\n",
              simulation.options.samples, simulation.options.samples == 1 ? "" : "s", simulation.shape.count(),
@@ -124,7 +124,7 @@ void print_summary(const Simulation& simulation) {
   double kappa = 0;
   double momentum = 0;
   double error = 0;
-  for (const SamplePath& sample : simulation.samples) {
+  for (const ensemble::SamplePath& sample : simulation.samples) {
     kappa = std::max(kappa, sample.contraction_bound);
     momentum = std::max(momentum, sample.largest_momentum);
     error = std::max(error, sample.momentum_error);
@@ -142,14 +142,14 @@ void print_summary(const Simulation& simulation) {
 int run_simulate(const SimulateArguments& arguments) {
   const double begin = seconds_now();
   const Start start = arguments.start.start();
-  SamplePathsOptions options = arguments.options;
+  ensemble::SamplePathsOptions options = arguments.options;
   options.grid = arguments.time.grid(start.default_time);
   check_size(start, arguments, options.grid);
   const auto integrator = make_integrator(arguments.integrator);
   arguments.output.check(kSimulationFiles, kSimulationPictures);
-  Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
+  records::Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
-  for (SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
+  for (ensemble::SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
   write_results(simulation, start.notes, arguments);

@@ -41,7 +41,7 @@ void check_same_size(const Points& p, const Points& q, const std::string& what) 
 }
 
 // Momenta are no places: what belongs to those of the shape is not applied to them.
-ReadOptions of_vectors(const ReadOptions& reading) {
+formats::ReadOptions of_vectors(const formats::ReadOptions& reading) {
   return {.columns = reading.columns, .dimension = reading.dimension, .landmarks = reading.landmarks};
 }
 
@@ -80,7 +80,7 @@ Start StartOptions::start() const {
   std::string kernel_spec = "gaussian:alpha=auto";
   std::string noise_spec = "none";
   if (from) {
-    const Registration registration = read_registration(*from);
+    const matching::Registration registration = records::read_registration(*from);
     for (const std::string& text : registration_warnings(registration))
       start.notes.push_back("of the registration: " + text);
     start.shape = registration.source;

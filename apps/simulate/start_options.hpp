@@ -29,7 +29,7 @@ struct StartOptions {
   std::optional<std::string> from;
   std::optional<std::string> kernel;
   std::optional<std::string> noise;
-  ReadOptions reading;
+  formats::ReadOptions reading;
 
   void add_to(CLI::App& verb);
   /// @throws InputError

@@ -38,7 +38,7 @@ void check_drawing_file(const std::string& file) {
 void check_captioned_file(const std::string& file) {
   if (!is_drawing_file(file)) throw InputError(fmt::format("{}: it is drawn as .png, .svg or .pdf", file));
   check_output_file(file);
-  if (!Gnuplot::is_installed())
+  if (!draw::Gnuplot::is_installed())
     throw InputError(fmt::format("{} needs gnuplot; install it (Debian: gnuplot-nox)", file));
 }
 
@@ -59,8 +59,8 @@ void check_grid(const std::string& file) {
 
 void check_animation(const std::string& file) {
   check_output_file(file);
-  if (!Animation::available()) throw InputError("--animate needs ffmpeg; install it, or leave the animation out");
-  Animation(file, 2, 2, 1);  // refuses what it cannot write
+  if (!draw::Animation::available()) throw InputError("--animate needs ffmpeg; install it, or leave the animation out");
+  draw::Animation(file, 2, 2, 1);  // refuses what it cannot write
 }
 
 void check_page(const std::string& file) { check_output_file(file); }
@@ -209,10 +209,10 @@ std::vector<std::string> WarpArguments::outputs() const {
 }
 
 void WarpArguments::check() const {
-  parse_over(over);
-  parse_interpolation(interpolation);
-  if (border != "auto") parse_border(border);
-  parse_label_kernel(labels);
+  warp::parse_over(over);
+  images::parse_interpolation(interpolation);
+  if (border != "auto") images::parse_border(border);
+  warp::parse_label_kernel(labels);
   warp_method();
   canvas();
   origin_of_image();
@@ -225,7 +225,7 @@ void WarpArguments::check() const {
     throw InputError("--deviation and --fold-probability need --samples");
   if (samples > 0 && (!field.empty() || !holes.empty()))
     throw InputError("--field and --holes describe one map; they cannot be combined with --samples");
-  if (samples > 0 && parse_interpolation(interpolation) == Interpolation::kLabel)
+  if (samples > 0 && images::parse_interpolation(interpolation) == images::Interpolation::kLabel)
     throw InputError("--samples makes the mean of pictures, which labels do not have; warp them without it");
   if (inverse && !animate.empty())
     throw InputError("--animate shows the motion to the target; it cannot be combined with --inverse");
@@ -259,7 +259,7 @@ void WarpArguments::check_for_landmarks() const {
                                        {"--target-origin", !target_origin.empty()},
                                        {"--flip-y", flip_y.has_value()}})
     if (is_given) refuse(name);
-  landmark_format_to_write(out);
+  formats::landmark_format_to_write(out);
 }
 
 void WarpArguments::check_for_fold() const {

@@ -26,7 +26,7 @@ struct WarpArguments {
   std::string json;
   bool inverse = false;
   std::string labels = "metric";
-  ReadOptions reading;
+  formats::ReadOptions reading;
 
   // frames
   std::string like;  ///< an image that has the target's size

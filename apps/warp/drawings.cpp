@@ -19,7 +19,7 @@ constexpr double kLongestDrawnSide = 1800;  // pixels of an image in a drawing a
 constexpr int kBarColours = 96;
 constexpr int kSquares = 8;  // of a checkerboard, along the longer side
 
-ImagePanel panel_of(std::string heading, int width, int height) {
+draw::ImagePanel panel_of(std::string heading, int width, int height) {
   return {.heading = std::move(heading), .file = {}, .width = width, .height = height};
 }
 
@@ -30,7 +30,7 @@ std::string bar_number(double value) {
   return text;
 }
 
-std::vector<std::string> colours_of(const Image& strip) {
+std::vector<std::string> colours_of(const images::Image& strip) {
   std::vector<std::string> colours;
   const auto values = strip.values<std::uint8_t>();
   for (std::size_t i = 0; i < strip.pixel_count(); ++i)
@@ -44,8 +44,8 @@ std::vector<float> even(double low, double high) {
 }
 
 /// Mean difference of the colours of two pictures where both are opaque, 0 to 255.
-double mean_difference(const Image& a, const Image& b) {
-  const Image left = to_rgba8(a), right = to_rgba8(b);
+double mean_difference(const images::Image& a, const images::Image& b) {
+  const images::Image left = to_rgba8(a), right = to_rgba8(b);
   const auto first = left.values<std::uint8_t>(), second = right.values<std::uint8_t>();
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < std::min(first.size(), second.size()); i += 4) {
@@ -65,10 +65,11 @@ bool is_drawing_file(const fs::path& path) {
   return extension == ".png" || extension == ".svg" || extension == ".pdf";
 }
 
-ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values) {
-  ColourBar bar{.colours = colours_of(diverging(even(scale.centre - scale.reach, scale.centre + scale.reach),
-                                                kBarColours, 1, {.centre = scale.centre, .reach = scale.reach})),
-                .labels = {}};
+draw::ColourBar bar_of(const images::DivergingScale& scale, const std::vector<float>& values) {
+  draw::ColourBar bar{
+      .colours = colours_of(images::diverging(even(scale.centre - scale.reach, scale.centre + scale.reach), kBarColours,
+                                              1, {.centre = scale.centre, .reach = scale.reach})),
+      .labels = {}};
   const bool ends_at_mark = scale.marked_below == scale.centre - scale.reach;
   for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     const std::string sign = part == 1 ? "≥ " : part == 0 && !ends_at_mark ? "≤ " : "";
@@ -86,21 +87,21 @@ ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values) 
 namespace {
 
 // A field for each of 0, 1, …, most; of many, some have a number.
-ColourBar bar_of_counts(double most) {
+draw::ColourBar bar_of_counts(double most) {
   constexpr double kMostTicks = 16;
   std::vector<float> values;
-  ColourBar bar{.colours = {}, .labels = {}};
+  draw::ColourBar bar{.colours = {}, .labels = {}};
   const double step = std::ceil((most + 1) / kMostTicks);
   for (double value = 0; value <= most; ++value) {
     values.push_back(static_cast<float>(value));
     if (std::fmod(value, step) == 0) bar.labels.emplace_back((value + 0.5) / (most + 1), bar_number(value));
   }
-  bar.colours = colours_of(viridis(values, static_cast<int>(values.size()), 1, 0, most));
+  bar.colours = colours_of(images::viridis(values, static_cast<int>(values.size()), 1, 0, most));
   return bar;
 }
 
 // The picture with a grey of its own where it is transparent.
-Image on_grey(Image picture) {
+images::Image on_grey(images::Image picture) {
   constexpr std::uint8_t kGrey = 222;
   const auto values = picture.values<std::uint8_t>();
   for (std::size_t i = 0; i < values.size(); i += 4)
@@ -110,9 +111,9 @@ Image on_grey(Image picture) {
 
 }  // namespace
 
-ColourBar bar_of(double most, bool whole) {
+draw::ColourBar bar_of(double most, bool whole) {
   if (whole) return bar_of_counts(most);
-  ColourBar bar{.colours = colours_of(viridis(even(0, most), kBarColours, 1, 0, most)), .labels = {}};
+  draw::ColourBar bar{.colours = colours_of(images::viridis(even(0, most), kBarColours, 1, 0, most)), .labels = {}};
   const double power = std::pow(10, std::floor(std::log10(most / 5)));
   double step = 10 * power;
   for (const double factor : {5.0, 2.0, 1.0})
@@ -122,66 +123,70 @@ ColourBar bar_of(double most, bool whole) {
   return bar;
 }
 
-void Drawings::write(ImagePicture picture, const std::vector<Image>& images, const std::string& file) const {
+void Drawings::write(draw::ImagePicture picture, const std::vector<images::Image>& images,
+                     const std::string& file) const {
   const fs::path folder = fs::path(file).parent_path();
   const StagedFiles scratch(folder.empty() ? fs::path(".") : folder);
   for (std::size_t i = 0; i < images.size(); ++i) {
-    ImagePanel& panel = picture.panels[i];
+    draw::ImagePanel& panel = picture.panels[i];
     panel.file = scratch.file(fmt::format("panel{}.png", i));
     const double longest = kLongestDrawnSide * std::max(1.0, arguments_.dpi / 96);
     const double factor = std::max(images[i].width(), images[i].height()) / longest;
-    const Image shown = to_rgba8(for_show(images[i]));
+    const images::Image shown = to_rgba8(for_show(images[i]));
     write_image(panel.file, factor > 1 ? scaled_down(shown, factor) : shown);
   }
-  PictureFiles files{.width = arguments_.width, .dpi = arguments_.dpi};
+  draw::PictureFiles files{.width = arguments_.width, .dpi = arguments_.dpi};
   const std::string extension = extension_of(file);
   (extension == ".svg" ? files.svg : extension == ".pdf" ? files.pdf : files.png) = file;
   write_image_picture(picture, files);
 }
 
-void Drawings::write_side_by_side(const fs::path& file, const Image& image, const WarpedImage& result,
-                                  const ImageWarp& warp, const WarpFrames& frames) const {
+void Drawings::write_side_by_side(const fs::path& file, const images::Image& image, const WarpedImage& result,
+                                  const images::ImageWarp& warp, const WarpFrames& frames) const {
   const std::vector<Points> paths = warp.landmark_paths();
   const bool inverse = arguments_.inverse;
-  ImagePanel before = panel_of(file_name(arguments_.input), image.width(), image.height());
+  draw::ImagePanel before = panel_of(file_name(arguments_.input), image.width(), image.height());
   before.grid = grid_lines(image.width(), image.height());
   before.landmarks = inverse ? paths.back() : warp.label_pixels();
-  ImagePanel after = panel_of(inverse ? "Warped to the source" : "Warped to the target", frames.width, frames.height);
+  draw::ImagePanel after =
+      panel_of(inverse ? "Warped to the source" : "Warped to the target", frames.width, frames.height);
   after.grid = moved_grid(image, warp, inverse);
   after.landmarks = inverse ? warp.label_pixels() : paths.back();
   if (!inverse) after.paths = paths;
-  ImagePicture picture{.panels = {before, after}, .title = frames.title, .subtitle = {}};
-  std::vector<Image> images = {image, result.image};
+  draw::ImagePicture picture{.panels = {before, after}, .title = frames.title, .subtitle = {}};
+  std::vector<images::Image> images = {image, result.image};
   if (frames.like) {
-    ImagePanel& like = picture.panels.emplace_back(panel_of(file_name(arguments_.like), frames.width, frames.height));
+    draw::ImagePanel& like =
+        picture.panels.emplace_back(panel_of(file_name(arguments_.like), frames.width, frames.height));
     like.landmarks = frames.landmarks_there;
     like.is_target = !inverse;
     images.push_back(frames.like->image);
   }
   if (arguments_.numbers)
-    for (ImagePanel& panel : picture.panels) panel.numbers = frames.numbers;
+    for (draw::ImagePanel& panel : picture.panels) panel.numbers = frames.numbers;
   write(std::move(picture), images, file.string());
 }
 
 void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames) const {
-  const Image& target = frames.like->image;
-  Image shown = to_rgba8(for_show(result.image));
-  const Image there = for_show(target);
+  const images::Image& target = frames.like->image;
+  images::Image shown = to_rgba8(for_show(result.image));
+  const images::Image there = for_show(target);
   for (std::size_t i = 0; i < result.multiplicity.size(); ++i)  // where nothing of the source arrives
     if (result.multiplicity[i] == 0) shown.values<std::uint8_t>()[4 * i + 3] = 0;
-  const std::vector<Image> images = {checkerboard(shown, there, kSquares), blend(shown, there),
-                                     on_grey(difference(shown, there))};
-  ImagePicture picture{.panels = {},
-                       .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
-                       .subtitle = fmt::format(
-                           "Mean difference of the colours, where both are: {:.1f} of 255  ·  grey: only one is there",
-                           mean_difference(shown, there))};
+  const std::vector<images::Image> images = {checkerboard(shown, there, kSquares), blend(shown, there),
+                                             on_grey(difference(shown, there))};
+  draw::ImagePicture picture{
+      .panels = {},
+      .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
+      .subtitle =
+          fmt::format("Mean difference of the colours, where both are: {:.1f} of 255  ·  grey: only one is there",
+                      mean_difference(shown, there))};
   for (const char* heading : {"Checkerboard of both", "Half of each", "Difference, white where none"})
     picture.panels.push_back(panel_of(heading, frames.width, frames.height));
   write(std::move(picture), images, arguments_.overlay);
 }
 
-void Drawings::write_jacobian(const fs::path& file, const Image& image, const ImageWarp& warp,
+void Drawings::write_jacobian(const fs::path& file, const images::Image& image, const images::ImageWarp& warp,
                               const std::vector<float>& jacobians) const {
   write_numbers({file.string(), kJacobianHeading, diverging(jacobians, image.width(), image.height(), kJacobianScale),
                  bar_of(kJacobianScale, jacobians), image.width(), image.height(),
@@ -189,7 +194,7 @@ void Drawings::write_jacobian(const fs::path& file, const Image& image, const Im
 }
 
 void Drawings::write_numbers(const Numbers& numbers) const {
-  ImagePanel panel = panel_of(numbers.heading, numbers.width, numbers.height);
+  draw::ImagePanel panel = panel_of(numbers.heading, numbers.width, numbers.height);
   panel.bars = {numbers.bar};
   panel.landmarks = numbers.landmarks;
   write({.panels = {panel}, .title = {}, .subtitle = {}}, {numbers.colours}, numbers.file);

@@ -23,8 +23,8 @@ class Drawings {
   explicit Drawings(const WarpArguments& arguments) : arguments_(arguments) {}
 
   /// The image in front, the result, and the target's image if --like gives it, with grid and landmarks.
-  void write_side_by_side(const std::filesystem::path& file, const Image& image, const WarpedImage& result,
-                          const ImageWarp& warp, const WarpFrames& frames) const;
+  void write_side_by_side(const std::filesystem::path& file, const images::Image& image, const WarpedImage& result,
+                          const images::ImageWarp& warp, const WarpFrames& frames) const;
 
   /// The result over the target's image: in squares by turns, half of each, and their difference.
   void write_overlay(const WarpedImage& result, const WarpFrames& frames) const;
@@ -33,33 +33,33 @@ class Drawings {
   struct Numbers {
     std::string file;
     std::string heading;
-    Image colours;
-    ColourBar bar;
+    images::Image colours;
+    draw::ColourBar bar;
     int width = 0;  ///< pixels of the frame in which `landmarks` are
     int height = 0;
     Points landmarks = Points(2, 0);
   };
   void write_numbers(const Numbers& numbers) const;
-  void write_jacobian(const std::filesystem::path& file, const Image& image, const ImageWarp& warp,
+  void write_jacobian(const std::filesystem::path& file, const images::Image& image, const images::ImageWarp& warp,
                       const std::vector<float>& jacobians) const;
 
  private:
-  void write(ImagePicture picture, const std::vector<Image>& images, const std::string& file) const;
+  void write(draw::ImagePicture picture, const std::vector<images::Image>& images, const std::string& file) const;
 
   const WarpArguments& arguments_;
 };
 
 /// Of Jacobians: white where areas stay, folds marked.
-inline constexpr DivergingScale kJacobianScale{.centre = 1, .reach = 1, .marked_below = 0.0};
+inline constexpr images::DivergingScale kJacobianScale{.centre = 1, .reach = 1, .marked_below = 0.0};
 inline const std::string kJacobianHeading = "Jacobian determinant of the map, alignment included";
 
 /// Of their logarithms to base 2; folds, which have none, are −∞ and marked.
-inline constexpr DivergingScale kLogJacobianScale{
+inline constexpr images::DivergingScale kLogJacobianScale{
     .centre = 0, .reach = 2, .marked_below = std::numeric_limits<float>::lowest()};
 
 /// The bar of a scale, with its ends and middle, and the colour of folds where a value has it.
-ColourBar bar_of(const DivergingScale& scale, const std::vector<float>& values);
+draw::ColourBar bar_of(const images::DivergingScale& scale, const std::vector<float>& values);
 /// The bar of viridis from 0 to `most`. @param whole whether values are whole numbers
-ColourBar bar_of(double most, bool whole = false);
+draw::ColourBar bar_of(double most, bool whole = false);
 
 }  // namespace pulson

@@ -20,9 +20,9 @@ bool is_of_tps(const Landmarks& shape) {
   return extension == ".tps" || extension == ".TPS";
 }
 
-PixelFrame frame_of(const std::optional<PixelFrame>& own, std::optional<double> pixel_size,
-                    const std::optional<std::array<double, 2>>& origin, bool y_up, int height) {
-  PixelFrame frame = own.value_or(PixelFrame{});
+images::PixelFrame frame_of(const std::optional<images::PixelFrame>& own, std::optional<double> pixel_size,
+                            const std::optional<std::array<double, 2>>& origin, bool y_up, int height) {
+  images::PixelFrame frame = own.value_or(images::PixelFrame{});
   if (pixel_size) frame.spacing = {*pixel_size, *pixel_size};
   if (origin) frame.origin = *origin;
   frame.y_up = y_up;
@@ -32,11 +32,12 @@ PixelFrame frame_of(const std::optional<PixelFrame>& own, std::optional<double> 
 
 }  // namespace
 
-WarpFrames warp_frames(const WarpArguments& arguments, const Registration& registration, const Picture& input) {
+WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registration& registration,
+                       const Picture& input) {
   WarpFrames frames;
   frames.width = input.image.width();
   frames.height = input.image.height();
-  std::optional<PixelFrame> of_result = input.frame;
+  std::optional<images::PixelFrame> of_result = input.frame;
   if (!arguments.like.empty()) {
     frames.like = read_picture(arguments.like);
     frames.width = frames.like->image.width();

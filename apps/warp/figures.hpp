@@ -12,8 +12,8 @@ namespace pulson {
 
 /// The coordinates of the image that is warped and of the result, and the result's size.
 struct WarpFrames {
-  PixelFrame input;
-  PixelFrame result;
+  images::PixelFrame input;
+  images::PixelFrame result;
   int width = 0;
   int height = 0;
   std::optional<Picture> like;
@@ -25,7 +25,8 @@ struct WarpFrames {
 
 /// Sizes and coordinates as asked for; else those of the image. y points up where the landmarks are of a tps file.
 /// @throws InputError
-WarpFrames warp_frames(const WarpArguments& arguments, const Registration& registration, const Picture& input);
+WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registration& registration,
+                       const Picture& input);
 
 /// What the colours of a picture of numbers mean.
 struct ColourKey {

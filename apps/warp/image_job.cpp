@@ -43,13 +43,13 @@ std::vector<double> background_numbers(const WarpArguments& arguments, double fu
 }
 
 // Numbers that are not brightness: 0 is a better background than white.
-bool has_measurements(const WarpArguments& arguments, const Image& image) {
-  return image.depth() == PixelDepth::kFloat32 || is_grid_file(arguments.input) ||
-         parse_interpolation(arguments.interpolation) == Interpolation::kLabel;
+bool has_measurements(const WarpArguments& arguments, const images::Image& image) {
+  return image.depth() == images::PixelDepth::kFloat32 || is_grid_file(arguments.input) ||
+         images::parse_interpolation(arguments.interpolation) == images::Interpolation::kLabel;
 }
 
 // In units and order of the image's channels, opaque.
-std::array<double, 4> fill_of(const WarpArguments& arguments, const Image& image) {
+std::array<double, 4> fill_of(const WarpArguments& arguments, const images::Image& image) {
   const double full = full_value(image.depth());
   std::array<double, 4> fill{};
   if (!arguments.background.empty()) {
@@ -62,28 +62,29 @@ std::array<double, 4> fill_of(const WarpArguments& arguments, const Image& image
   return fill;
 }
 
-bool is_transparent(const WarpArguments& arguments, const Image& image) {
+bool is_transparent(const WarpArguments& arguments, const images::Image& image) {
   const bool is_asked = arguments.border == "transparent" || (arguments.border == "auto" && image.has_alpha());
   return is_asked && arguments.background.empty() && keeps_alpha(arguments.out);
 }
 
-RemapOptions remap_options(const WarpArguments& arguments, const Image& image) {
-  RemapOptions options{parse_interpolation(arguments.interpolation), Border::kConstant, fill_of(arguments, image)};
+images::RemapOptions remap_options(const WarpArguments& arguments, const images::Image& image) {
+  images::RemapOptions options{images::parse_interpolation(arguments.interpolation), images::Border::kConstant,
+                               fill_of(arguments, image)};
   if (is_transparent(arguments, image))
-    options.border = Border::kTransparent;
+    options.border = images::Border::kTransparent;
   else if (arguments.border != "auto" && arguments.border != "transparent")
-    options.border = parse_border(arguments.border);
+    options.border = images::parse_border(arguments.border);
   return options;
 }
 
-bool is_outside(const std::array<float, 2>& place, const Image& image) {
+bool is_outside(const std::array<float, 2>& place, const images::Image& image) {
   return !(place[0] >= -0.5F && place[1] >= -0.5F && place[0] <= static_cast<float>(image.width()) - 0.5F &&
            place[1] <= static_cast<float>(image.height()) - 0.5F);
 }
 
 // From pixel positions of one frame, whose rows begin at `first_row`, to places in another: in landmark units.
-void append_displacements(const SampledMap& map, int first_row, const PixelFrame& from, const PixelFrame& to,
-                          std::vector<float>& all) {
+void append_displacements(const warp::SampledMap& map, int first_row, const images::PixelFrame& from,
+                          const images::PixelFrame& to, std::vector<float>& all) {
   const auto count = static_cast<Index>(map.places.size());
   Points pixels(2, count), places(2, count);
   for (Index i = 0; i < count; ++i) {
@@ -99,20 +100,21 @@ void append_displacements(const SampledMap& map, int first_row, const PixelFrame
 // The result of a pull, some rows at a time.
 class PulledRows {
  public:
-  PulledRows(const Image& image, const ImageWarp& warp, const WarpFrames& frames, const WarpArguments& arguments)
+  PulledRows(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
+             const WarpArguments& arguments)
       : image_(image), warp_(warp), frames_(frames), arguments_(arguments), options_(remap_options(arguments, image)) {
     result_.pulled = true;
     result_.figures.method = "pull";
   }
 
-  void add(int first_row, SampledMap&& rows) {
+  void add(int first_row, warp::SampledMap&& rows) {
     note_jacobians(rows);
     if (!arguments_.field.empty())
       append_displacements(rows, first_row, frames_.result, frames_.input, result_.displacements);
     for (const auto& place : rows.places) result_.multiplicity.push_back(is_outside(place, image_) ? 0 : 1);
-    const Image pulled = remap(image_, {rows.columns, rows.rows, std::move(rows.places)}, options_);
-    Image& whole = result_.image;
-    if (whole.empty()) whole = Image(frames_.width, frames_.height, pulled.channels(), pulled.depth());
+    const images::Image pulled = remap(image_, {rows.columns, rows.rows, std::move(rows.places)}, options_);
+    images::Image& whole = result_.image;
+    if (whole.empty()) whole = images::Image(frames_.width, frames_.height, pulled.channels(), pulled.depth());
     const std::size_t row_bytes = whole.bytes().size() / static_cast<std::size_t>(frames_.height);
     std::copy(pulled.bytes().begin(), pulled.bytes().end(),
               whole.bytes().begin() + static_cast<std::ptrdiff_t>(row_bytes * static_cast<std::size_t>(first_row)));
@@ -132,7 +134,7 @@ class PulledRows {
   }
 
  private:
-  void note_jacobians(const SampledMap& rows) {
+  void note_jacobians(const warp::SampledMap& rows) {
     const auto sign = static_cast<float>(warp_.orientation());
     for (const float determinant : rows.jacobians) {
       const float jacobian = sign * determinant;
@@ -143,28 +145,30 @@ class PulledRows {
     result_.figures.map_error = std::max(result_.figures.map_error, rows.error);
   }
 
-  const Image& image_;
-  const ImageWarp& warp_;
+  const images::Image& image_;
+  const images::ImageWarp& warp_;
   const WarpFrames& frames_;
   const WarpArguments& arguments_;
-  RemapOptions options_;
+  images::RemapOptions options_;
   WarpedImage result_;
   float least_ = std::numeric_limits<float>::infinity();
   float most_ = -std::numeric_limits<float>::infinity();
   std::int64_t folded_ = 0;
 };
 
-WarpedImage pull(const Image& image, const ImageWarp& warp, const WarpFrames& frames, const WarpArguments& arguments) {
-  const PlaneMap map = [&](const Points& pixels) {
+WarpedImage pull(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
+                 const WarpArguments& arguments) {
+  const warp::PlaneMap map = [&](const Points& pixels) {
     return arguments.inverse ? warp.forward(pixels) : warp.backward(pixels);
   };
   PulledRows rows(image, warp, frames, arguments);
   sample_map_by_rows(map, {frames.width, frames.height, 0}, arguments.tolerance, true,
-                     [&](int first_row, SampledMap&& band) { rows.add(first_row, std::move(band)); });
+                     [&](int first_row, warp::SampledMap&& band) { rows.add(first_row, std::move(band)); });
   return std::move(rows).result();
 }
 
-WarpedImage push(const Image& image, const ImageWarp& warp, const WarpFrames& frames, const WarpArguments& arguments) {
+WarpedImage push(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
+                 const WarpArguments& arguments) {
   PushedMesh mesh = push_image(image, warp, frames, arguments);
   WarpedImage result;
   WarpFigures& figures = result.figures;
@@ -174,24 +178,24 @@ WarpedImage push(const Image& image, const ImageWarp& warp, const WarpFrames& fr
   figures.folded_fraction = mesh.folds.folded_fraction;
   figures.max_multiplicity = mesh.pushed.coverage.max_multiplicity;
   figures.uncovered_fraction = mesh.pushed.coverage.uncovered_fraction();
-  result.holes = enclosed(mesh.pushed.uncovered, frames.width, frames.height);
+  result.holes = warp::enclosed(mesh.pushed.uncovered, frames.width, frames.height);
   figures.hole_fraction = static_cast<double>(std::count(result.holes.begin(), result.holes.end(), true)) /
                           static_cast<double>(result.holes.size());
   result.multiplicity = std::move(mesh.pushed.multiplicity);
   result.image = std::move(mesh.pushed.image);
   if (!arguments.field.empty()) {
     const auto forward = [&](const Points& pixels) { return warp.forward(pixels); };
-    sample_map_by_rows(forward, {image.width(), image.height(), 0}, arguments.tolerance, false,
-                       [&](int first_row, const SampledMap& rows) {
-                         append_displacements(rows, first_row, frames.input, frames.result, result.displacements);
-                       });
+    warp::sample_map_by_rows(forward, {image.width(), image.height(), 0}, arguments.tolerance, false,
+                             [&](int first_row, const warp::SampledMap& rows) {
+                               append_displacements(rows, first_row, frames.input, frames.result, result.displacements);
+                             });
   }
   return result;
 }
 
 }  // namespace
 
-std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks) {
+std::vector<float> label_order(const images::Image& image, const Points& landmarks, const std::vector<int>& ranks) {
   const double reach = median_nearest_distance(landmarks);
   std::vector<float> order(image.pixel_count());
   parallel_for(image.height(), [&](int y) {
@@ -206,15 +210,15 @@ std::vector<float> label_order(const Image& image, const Points& landmarks, cons
   return order;
 }
 
-PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+PushedMesh push_image(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
                       const WarpArguments& arguments) {
-  const PlaneMap map = [&](const Points& pixels) { return warp.forward(pixels); };
+  const warp::PlaneMap map = [&](const Points& pixels) { return warp.forward(pixels); };
   PushedMesh result;
   const bool is_mirrored = warp.orientation() < 0;
   result.min_jacobian = std::numeric_limits<double>::infinity();
-  DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
+  warp::DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
   mesh.vertices.reserve(static_cast<std::size_t>(mesh.columns) * static_cast<std::size_t>(mesh.rows));
-  const auto add = [&](int, const SampledMap& rows) {
+  const auto add = [&](int, const warp::SampledMap& rows) {
     mesh.vertices.insert(mesh.vertices.end(), rows.places.begin(), rows.places.end());
     const auto [least, most] = std::minmax_element(rows.jacobians.begin(), rows.jacobians.end());
     result.min_jacobian = std::min<double>(result.min_jacobian, is_mirrored ? -*most : *least);
@@ -226,20 +230,22 @@ PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpFrame
     result.folds.folded_fraction = 1 - result.folds.folded_fraction;
     for (std::uint8_t& reversed : result.folds.reversed_in_cell) reversed = 2 - reversed;
   }
-  const RasterOptions raster{.width = frames.width,
-                             .height = frames.height,
-                             .supersampling = arguments.supersampling,
-                             .over = parse_over(arguments.over)};
-  PushOptions options{parse_interpolation(arguments.interpolation), std::nullopt};
+  const warp::RasterOptions raster{.width = frames.width,
+                                   .height = frames.height,
+                                   .supersampling = arguments.supersampling,
+                                   .over = warp::parse_over(arguments.over)};
+  images::PushOptions options{images::parse_interpolation(arguments.interpolation), std::nullopt};
   if (!is_transparent(arguments, image)) options.fill = fill_of(arguments, image);
   std::vector<float> priority;
-  if (raster.over == SheetOrder::kPriority) priority = label_order(image, warp.label_pixels(), frames.label_ranks);
+  if (raster.over == warp::SheetOrder::kPriority)
+    priority = label_order(image, warp.label_pixels(), frames.label_ranks);
   result.pushed = push_forward(image, std::move(mesh), raster, options, std::move(priority));
   return result;
 }
 
-std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp, const WarpArguments& arguments) {
-  const PlaneMap map = [&](const Points& pixels) {
+std::vector<float> jacobians_on_image(const images::Image& image, const images::ImageWarp& warp,
+                                      const WarpArguments& arguments) {
+  const warp::PlaneMap map = [&](const Points& pixels) {
     return arguments.inverse ? warp.backward(pixels) : warp.forward(pixels);
   };
   std::vector<float> jacobians =
@@ -249,11 +255,12 @@ std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp,
   return jacobians;
 }
 
-std::vector<float> displacements_on_image(const Image& image, const ImageWarp& warp, const WarpArguments& arguments) {
-  const PlaneMap map = [&](const Points& pixels) {
+std::vector<float> displacements_on_image(const images::Image& image, const images::ImageWarp& warp,
+                                          const WarpArguments& arguments) {
+  const warp::PlaneMap map = [&](const Points& pixels) {
     return arguments.inverse ? warp.backward(pixels) : warp.forward(pixels);
   };
-  const SampledMap sampled = sample_map(map, {image.width(), image.height(), 0}, arguments.tolerance, false);
+  const warp::SampledMap sampled = sample_map(map, {image.width(), image.height(), 0}, arguments.tolerance, false);
   std::vector<float> lengths(sampled.places.size());
   parallel_for(image.height(), [&](int y) {
     Points here(2, image.width()), there(2, image.width());
@@ -270,7 +277,7 @@ std::vector<float> displacements_on_image(const Image& image, const ImageWarp& w
   return lengths;
 }
 
-WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+WarpedImage warp_image(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
                        const WarpArguments& arguments) {
   const WarpMethod method = arguments.warp_method();
   const bool invertible = warp.flow().is_diffeomorphic();

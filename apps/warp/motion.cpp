@@ -19,7 +19,7 @@ constexpr int kRest = 8;     // frames at both ends
 constexpr int kSpacing = 4;  // vertices between two that are moved exactly
 
 // A picture on white, without alpha.
-std::vector<std::uint8_t> bytes_on_white(const Image& image) {
+std::vector<std::uint8_t> bytes_on_white(const images::Image& image) {
   const auto values = image.values<std::uint8_t>();
   std::vector<std::uint8_t> rgb;
   rgb.reserve(image.pixel_count() * 3);
@@ -34,7 +34,7 @@ std::vector<std::uint8_t> bytes_on_white(const Image& image) {
 // The pixel corners of a small picture: some moved exactly, the others by bilinear interpolation.
 class Corners {
  public:
-  explicit Corners(const Image& small)
+  explicit Corners(const images::Image& small)
       : columns_(small.width() + 1), rows_(small.height() + 1), across_(count(columns_)), down_(count(rows_)) {}
 
   // Of the exact ones, in pixels of the small picture.
@@ -46,8 +46,8 @@ class Corners {
     return corners;
   }
 
-  DeformedMesh mesh(const Points& places) const {
-    DeformedMesh mesh{columns_, rows_, {}};
+  warp::DeformedMesh mesh(const Points& places) const {
+    warp::DeformedMesh mesh{columns_, rows_, {}};
     mesh.vertices.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
     for (int y = 0; y < rows_; ++y)
       for (int x = 0; x < columns_; ++x) {
@@ -75,11 +75,11 @@ Points reduced(const Points& pixels, double factor) { return ((pixels.array() + 
 
 }  // namespace
 
-void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+void write_animation(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
                      const WarpArguments& arguments) {
   const int longest = std::max({image.width(), image.height(), frames.width, frames.height});
   const double factor = std::max(1.0, longest / kLongestFrame);
-  const Image small = scaled_down(to_rgba8(for_show(image)), factor);
+  const images::Image small = scaled_down(to_rgba8(for_show(image)), factor);
   const int width = std::max(1, static_cast<int>(std::lround(frames.width / factor)));
   const int height = std::max(1, static_cast<int>(std::lround(frames.height / factor)));
   const Corners corners(small);
@@ -87,16 +87,16 @@ void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames
   std::vector<Points> landmarks = warp.landmark_paths();
   for (Points& each : landmarks) each = reduced(each, factor);
 
-  const SheetOrder over = parse_over(arguments.over);
+  const warp::SheetOrder over = warp::parse_over(arguments.over);
   std::vector<float> priority;
-  if (over == SheetOrder::kPriority)
+  if (over == warp::SheetOrder::kPriority)
     priority = label_order(small, reduced(warp.label_pixels(), factor), frames.label_ranks);
   Progress progress;
-  Animation animation(arguments.animate, width, height, kFramesPerSecond);
+  draw::Animation animation(arguments.animate, width, height, kFramesPerSecond);
   for (std::size_t k = 0; k < places.size(); ++k) {
     progress.show(static_cast<double>(k) / static_cast<double>(places.size()), "animation");
-    const RasterOptions raster{.width = width, .height = height, .supersampling = 2, .over = over};
-    const PushedImage pushed =
+    const warp::RasterOptions raster{.width = width, .height = height, .supersampling = 2, .over = over};
+    const images::PushedImage pushed =
         push_forward(small, corners.mesh(reduced(places[k], factor)), raster, {.fill = std::nullopt}, priority);
     const std::vector<std::uint8_t> frame = bytes_on_white(with_landmarks(pushed.image, landmarks, k, 1));
     const bool at_end = k == 0 || k + 1 == places.size();

@@ -26,29 +26,30 @@ bool holds_floats(const std::filesystem::path& path) {
   return extension == ".tif" || extension == ".tiff";
 }
 
-GridType grid_type_of(PixelDepth depth) {
-  if (depth == PixelDepth::kUint8) return GridType::kUint8;
-  return depth == PixelDepth::kUint16 ? GridType::kUint16 : GridType::kFloat;
+fields::GridType grid_type_of(images::PixelDepth depth) {
+  if (depth == images::PixelDepth::kUint8) return fields::GridType::kUint8;
+  return depth == images::PixelDepth::kUint16 ? fields::GridType::kUint16 : fields::GridType::kFloat;
 }
 
 /// Of the numbers' own depth where Image has it.
-Image image_of(const GridField& grid) {
+images::Image image_of(const fields::GridField& grid) {
   const int width = grid.sizes[0], height = grid.sizes[1];
   const std::span<const float> values = grid.values;
-  if (grid.type == GridType::kUint8)
+  if (grid.type == fields::GridType::kUint8)
     return {width, height, 1, std::span<const std::uint8_t>(std::vector<std::uint8_t>(values.begin(), values.end()))};
-  if (grid.type == GridType::kUint16)
+  if (grid.type == fields::GridType::kUint16)
     return {width, height, 1, std::span<const std::uint16_t>(std::vector<std::uint16_t>(values.begin(), values.end()))};
   return {width, height, 1, values};
 }
 
-GridField grid_of(std::vector<float> values, int components, int width, int height, const PixelFrame& frame) {
+fields::GridField grid_of(std::vector<float> values, int components, int width, int height,
+                          const images::PixelFrame& frame) {
   // With y up the rows go downwards all the same: their direction is negative.
-  GridField grid{{width, height},
-                 {frame.spacing[0], frame.spacing[1]},
-                 {frame.origin[0], frame.origin[1]},
-                 components,
-                 std::move(values)};
+  fields::GridField grid{{width, height},
+                         {frame.spacing[0], frame.spacing[1]},
+                         {frame.origin[0], frame.origin[1]},
+                         components,
+                         std::move(values)};
   if (frame.y_up) {
     grid.origin[1] += frame.spacing[1] * frame.height;
     grid.direction = Eigen::Vector2d(1, -1).asDiagonal();
@@ -56,14 +57,14 @@ GridField grid_of(std::vector<float> values, int components, int width, int heig
   return grid;
 }
 
-PixelFrame frame_of(const std::filesystem::path& path, const GridField& grid) {
+images::PixelFrame frame_of(const std::filesystem::path& path, const fields::GridField& grid) {
   if (grid.direction.size() > 0 && !grid.direction.isIdentity(1e-9))
     throw InputError(path.string() + ": its axes are turned; only images along the axes are read");
   return {{grid.origin[0], grid.origin[1]}, {grid.spacing[0], grid.spacing[1]}};
 }
 
 template <class Value>
-void blend_on_white(const Image& image, Image& result) {
+void blend_on_white(const images::Image& image, images::Image& result) {
   const auto channels = static_cast<std::size_t>(image.channels());
   const double full = full_value(image.depth());
   const auto from = image.values<Value>();
@@ -76,11 +77,11 @@ void blend_on_white(const Image& image, Image& result) {
     }
 }
 
-Image on_white(const Image& image) {
-  Image result(image.width(), image.height(), image.channels() - 1, image.depth());
-  if (image.depth() == PixelDepth::kUint8) blend_on_white<std::uint8_t>(image, result);
-  if (image.depth() == PixelDepth::kUint16) blend_on_white<std::uint16_t>(image, result);
-  if (image.depth() == PixelDepth::kFloat32) blend_on_white<float>(image, result);
+images::Image on_white(const images::Image& image) {
+  images::Image result(image.width(), image.height(), image.channels() - 1, image.depth());
+  if (image.depth() == images::PixelDepth::kUint8) blend_on_white<std::uint8_t>(image, result);
+  if (image.depth() == images::PixelDepth::kUint16) blend_on_white<std::uint16_t>(image, result);
+  if (image.depth() == images::PixelDepth::kFloat32) blend_on_white<float>(image, result);
   return result;
 }
 
@@ -102,8 +103,8 @@ bool holds_numbers(const std::filesystem::path& path) { return is_grid_file(path
 bool keeps_alpha(const std::filesystem::path& path) { return extension_of(path) == ".png" || holds_floats(path); }
 
 Picture read_picture(const std::filesystem::path& path) {
-  if (!is_grid_file(path)) return {read_image(path), std::nullopt, std::nullopt};
-  const GridField grid = read_grid_field(path);
+  if (!is_grid_file(path)) return {images::read_image(path), std::nullopt, std::nullopt};
+  const fields::GridField grid = fields::read_grid_field(path);
   if (grid.sizes.size() != 2 || grid.components != 1)
     throw InputError(path.string() + ": an image of the plane with one number for each pixel is needed");
   return {image_of(grid), frame_of(path, grid), grid.type};
@@ -111,11 +112,11 @@ Picture read_picture(const std::filesystem::path& path) {
 
 void check_picture_file(const std::filesystem::path& path) {
   check_output_file(path);
-  if (!is_grid_file(path)) check_image_extension(path);
+  if (!is_grid_file(path)) images::check_image_extension(path);
 }
 
-Image for_show(const Image& image) {
-  if (image.depth() != PixelDepth::kFloat32) return image;
+images::Image for_show(const images::Image& image) {
+  if (image.depth() != images::PixelDepth::kFloat32) return image;
   const auto values = image.values<float>();
   const auto channels = static_cast<std::size_t>(image.channels());
   const auto is_alpha = [&](std::size_t i) { return image.has_alpha() && i % channels == channels - 1; };
@@ -135,21 +136,21 @@ Image for_show(const Image& image) {
   return {image.width(), image.height(), image.channels(), std::span<const std::uint8_t>(bytes)};
 }
 
-void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame,
-                   std::optional<GridType> type) {
+void write_picture(const std::filesystem::path& path, const images::Image& image, const images::PixelFrame& frame,
+                   std::optional<fields::GridType> type) {
   if (is_grid_file(path)) {
     if (image.channels() > 2) throw InputError(path.string() + ": only grey images are written as .mha or .nrrd");
     std::vector<float> values(image.pixel_count());
     for (std::size_t i = 0; i < values.size(); ++i)
       values[i] = static_cast<float>(image.at(static_cast<int>(i % static_cast<std::size_t>(image.width())),
                                               static_cast<int>(i / static_cast<std::size_t>(image.width())), 0));
-    GridField grid = grid_of(std::move(values), 1, image.width(), image.height(), frame);
+    fields::GridField grid = grid_of(std::move(values), 1, image.width(), image.height(), frame);
     grid.type = type.value_or(grid_type_of(image.depth()));
     write_grid_field(path, grid);
   } else {
-    const bool is_whole = image.depth() != PixelDepth::kFloat32 || holds_floats(path);
-    const Image scaled = is_whole ? Image() : for_show(image);
-    const Image& shown = is_whole ? image : scaled;
+    const bool is_whole = image.depth() != images::PixelDepth::kFloat32 || holds_floats(path);
+    const images::Image scaled = is_whole ? images::Image() : for_show(image);
+    const images::Image& shown = is_whole ? image : scaled;
     if (keeps_alpha(path) || !image.has_alpha())
       write_image(path, shown);
     else
@@ -160,11 +161,11 @@ void write_picture(const std::filesystem::path& path, const Image& image, const 
 void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask, int width, int height) {
   std::vector<std::uint8_t> bytes(mask.size());
   std::transform(mask.begin(), mask.end(), bytes.begin(), [](bool is_in) { return is_in ? 255 : 0; });
-  write_image(path, Image(width, height, 1, std::span<const std::uint8_t>(bytes)));
+  write_image(path, images::Image(width, height, 1, std::span<const std::uint8_t>(bytes)));
 }
 
 void write_displacements(const std::filesystem::path& path, std::vector<float> values, int width, int height,
-                         const PixelFrame& frame) {
+                         const images::PixelFrame& frame) {
   write_grid_field(path, grid_of(std::move(values), 2, width, height, frame));
 }
 

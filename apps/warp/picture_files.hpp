@@ -13,9 +13,9 @@ namespace pulson {
 
 /// A picture and, if its file says so, the positions of its pixels and the type of its numbers.
 struct Picture {
-  Image image;
-  std::optional<PixelFrame> frame;
-  std::optional<GridType> type;  ///< of grids, which have more types than an Image
+  images::Image image;
+  std::optional<images::PixelFrame> frame;
+  std::optional<fields::GridType> type;  ///< of grids, which have more types than an Image
 };
 
 /// In lower case, with its dot.
@@ -36,12 +36,12 @@ Picture read_picture(const std::filesystem::path& path);
 void check_picture_file(const std::filesystem::path& path);
 
 /// 8 bits for pixels that are floating-point numbers, from the lowest to the highest; others as they are.
-Image for_show(const Image& image);
+images::Image for_show(const images::Image& image);
 
 /// Formats without alpha take the picture on white. Grids take one channel, in numbers of `type`, else of the image's
 /// depth; floating-point pixels that a format cannot hold are scaled from their range to 8 bits.
-void write_picture(const std::filesystem::path& path, const Image& image, const PixelFrame& frame,
-                   std::optional<GridType> type = std::nullopt);
+void write_picture(const std::filesystem::path& path, const images::Image& image, const images::PixelFrame& frame,
+                   std::optional<fields::GridType> type = std::nullopt);
 
 /// Whether numbers of pixels are written there as such, and not as colours: tif, mha, nrrd.
 bool holds_numbers(const std::filesystem::path& path);
@@ -51,6 +51,6 @@ void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask
 
 /// Displacements in landmark units, two numbers a pixel.
 void write_displacements(const std::filesystem::path& path, std::vector<float> values, int width, int height,
-                         const PixelFrame& frame);
+                         const images::PixelFrame& frame);
 
 }  // namespace pulson

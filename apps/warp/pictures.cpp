@@ -18,18 +18,19 @@ namespace {
 using Eigen::Index;
 
 constexpr int kGridLines = 24;  // along the longer side
-constexpr Colour kGridColour{0, 150, 255, 150};
-constexpr Colour kPathColour{255, 120, 0, 220};
-constexpr Colour kRimColour{255, 255, 255, 200};
-constexpr Colour kRingColour{33, 105, 210, 255};
+constexpr images::Colour kGridColour{0, 150, 255, 150};
+constexpr images::Colour kPathColour{255, 120, 0, 220};
+constexpr images::Colour kRimColour{255, 255, 255, 200};
+constexpr images::Colour kRingColour{33, 105, 210, 255};
 
 // Lines and dots grow with the picture: 1 at 600 pixels.
-double unit_of(const Image& image) { return std::max(1.0, std::max(image.width(), image.height()) / 600.0); }
+double unit_of(const images::Image& image) { return std::max(1.0, std::max(image.width(), image.height()) / 600.0); }
 
-Image overlay(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpArguments& arguments) {
+images::Image overlay(const images::Image& image, const WarpedImage& result, const images::ImageWarp& warp,
+                      const WarpArguments& arguments) {
   const std::vector<Points> lines = moved_grid(image, warp, arguments.inverse);
-  const Image shown = for_show(result.image);
-  Image gridded = blend_lines(shown, lines, {kGridColour, static_cast<int>(std::lround(unit_of(shown)))});
+  const images::Image shown = for_show(result.image);
+  images::Image gridded = blend_lines(shown, lines, {kGridColour, static_cast<int>(std::lround(unit_of(shown)))});
   if (arguments.inverse) return gridded;
   const std::vector<Points> paths = warp.landmark_paths();
   return with_landmarks(gridded, paths, paths.size() - 1, unit_of(gridded));
@@ -45,16 +46,16 @@ class NumberPictures {
     std::string heading;
     const std::vector<float>& values;
     int width, height;
-    const PixelFrame& frame;
+    const images::PixelFrame& frame;
     Points landmarks;  // in pixels
   };
 
-  void write(What what, const DivergingScale& scale) {
+  void write(What what, const images::DivergingScale& scale) {
     const bool ends_at_mark = scale.marked_below == scale.centre - scale.reach;
     const std::string mark = ends_at_mark         ? fmt::format(", yellow below {:g}", *scale.marked_below)
                              : scale.marked_below ? ", yellow folds"
                                                   : "";
-    const ColourBar bar = bar_of(scale, what.values);
+    const draw::ColourBar bar = bar_of(scale, what.values);
     write(
         std::move(what), [&](const What& of) { return diverging(of.values, of.width, of.height, scale); }, bar,
         fmt::format("blue {:g}, white {:g}, red {:g}{}", scale.centre - scale.reach, scale.centre,
@@ -63,7 +64,7 @@ class NumberPictures {
 
   void write(What what, double most, bool whole = false) {
     write(
-        std::move(what), [&](const What& of) { return viridis(of.values, of.width, of.height, 0, most); },
+        std::move(what), [&](const What& of) { return images::viridis(of.values, of.width, of.height, 0, most); },
         bar_of(most, whole), fmt::format("violet 0, teal {:.3g}, yellow {:.3g}", most / 2, most));
   }
 
@@ -71,9 +72,10 @@ class NumberPictures {
 
  private:
   template <class Colours>
-  void write(What what, const Colours& colours, ColourBar bar, std::string meaning) {
+  void write(What what, const Colours& colours, draw::ColourBar bar, std::string meaning) {
     if (holds_numbers(what.file)) {
-      write_picture(what.file, Image(what.width, what.height, 1, std::span<const float>(what.values)), what.frame);
+      write_picture(what.file, images::Image(what.width, what.height, 1, std::span<const float>(what.values)),
+                    what.frame);
       return;
     }
     drawings_.write_numbers(
@@ -92,7 +94,7 @@ double largest(const std::vector<float>& values) {
   return most > 0 ? most : 1;
 }
 
-void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+void write_jacobians(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
                      const WarpArguments& arguments, NumberPictures& pictures) {
   const std::vector<float> jacobians = jacobians_on_image(image, warp, arguments);
   const int width = image.width(), height = image.height();
@@ -117,7 +119,7 @@ void write_jacobians(const Image& image, const ImageWarp& warp, const WarpFrames
   }
 }
 
-void write_statistics(const Image& image, const WarpedImage& result, const WarpFrames& frames,
+void write_statistics(const images::Image& image, const WarpedImage& result, const WarpFrames& frames,
                       const WarpArguments& arguments, NumberPictures& pictures) {
   if (!arguments.deviation.empty())
     pictures.write({arguments.deviation, "Standard deviation of each pixel over the samples, units of the image",
@@ -129,7 +131,7 @@ void write_statistics(const Image& image, const WarpedImage& result, const WarpF
                    1.0);
 }
 
-void write_numbers_of_pixels(const Image& image, const WarpedImage& result, const ImageWarp& warp,
+void write_numbers_of_pixels(const images::Image& image, const WarpedImage& result, const images::ImageWarp& warp,
                              const WarpFrames& frames, const WarpArguments& arguments, NumberPictures& pictures) {
   write_statistics(image, result, frames, arguments, pictures);
   if (!arguments.jacobian.empty() || !arguments.log_jacobian.empty() || !arguments.folds.empty())
@@ -150,7 +152,7 @@ void write_numbers_of_pixels(const Image& image, const WarpedImage& result, cons
 
 }  // namespace
 
-std::vector<Points> moved_grid(const Image& image, const ImageWarp& warp, bool inverse) {
+std::vector<Points> moved_grid(const images::Image& image, const images::ImageWarp& warp, bool inverse) {
   const std::vector<Points> lines = grid_lines(image.width(), image.height());
   const Points pixels = joined_lines(lines);
   return split_lines(inverse ? warp.backward(pixels).places : warp.forward(pixels).places, lines);
@@ -174,25 +176,27 @@ std::vector<Points> grid_lines(int width, int height) {
   return lines;
 }
 
-Image with_landmarks(const Image& image, const std::vector<Points>& paths, std::size_t k, double scale) {
+images::Image with_landmarks(const images::Image& image, const std::vector<Points>& paths, std::size_t k,
+                             double scale) {
   std::vector<Points> lines;
   for (Index a = 0; a < paths.front().cols(); ++a) {
     Points line(2, static_cast<Index>(k) + 1);
     for (std::size_t i = 0; i <= k; ++i) line.col(static_cast<Index>(i)) = paths[i].col(a);
     lines.push_back(std::move(line));
   }
-  const Image drawn = blend_lines(image, lines, {kPathColour, static_cast<int>(std::lround(scale))});
+  const images::Image drawn = blend_lines(image, lines, {kPathColour, static_cast<int>(std::lround(scale))});
   const int width = static_cast<int>(std::lround(scale));
-  const Image rimmed = blend_rings(drawn, paths[k], 4.5 * scale, {kRimColour, 2 * width});
+  const images::Image rimmed = blend_rings(drawn, paths[k], 4.5 * scale, {kRimColour, 2 * width});
   return blend_rings(rimmed, paths[k], 4.5 * scale, {kRingColour, width});
 }
 
-Points landmarks_on_image(const ImageWarp& warp, const WarpArguments& arguments) {
+Points landmarks_on_image(const images::ImageWarp& warp, const WarpArguments& arguments) {
   return arguments.inverse ? warp.landmark_paths().back() : warp.label_pixels();
 }
 
-std::vector<ColourKey> write_more_results(const Image& image, const WarpedImage& result, const ImageWarp& warp,
-                                          const WarpFrames& frames, const WarpArguments& arguments) {
+std::vector<ColourKey> write_more_results(const images::Image& image, const WarpedImage& result,
+                                          const images::ImageWarp& warp, const WarpFrames& frames,
+                                          const WarpArguments& arguments) {
   NumberPictures pictures(arguments);
   write_numbers_of_pixels(image, result, warp, frames, arguments, pictures);
   if (!arguments.field.empty())

@@ -6,24 +6,25 @@ namespace pulson {
 
 /// Everything else that was asked for beside the result: field, Jacobians, multiplicity, masks, overlays.
 /// @return keys to the pictures of numbers
-std::vector<ColourKey> write_more_results(const Image& image, const WarpedImage& result, const ImageWarp& warp,
-                                          const WarpFrames& frames, const WarpArguments& arguments);
+std::vector<ColourKey> write_more_results(const images::Image& image, const WarpedImage& result,
+                                          const images::ImageWarp& warp, const WarpFrames& frames,
+                                          const WarpArguments& arguments);
 
 /// The landmarks in pixels of the image that is warped.
-Points landmarks_on_image(const ImageWarp& warp, const WarpArguments& arguments);
+Points landmarks_on_image(const images::ImageWarp& warp, const WarpArguments& arguments);
 
 /// The image's grid where the map takes it, in pixels of the result.
-std::vector<Points> moved_grid(const Image& image, const ImageWarp& warp, bool inverse);
+std::vector<Points> moved_grid(const images::Image& image, const images::ImageWarp& warp, bool inverse);
 
 /// Lines of a regular grid on the image, densely sampled, in its pixels.
 std::vector<Points> grid_lines(int width, int height);
 
 /// The landmarks' paths up to step k and the landmarks at their ends, as rings, drawn on a picture of the target.
-Image with_landmarks(const Image& image, const std::vector<Points>& paths, std::size_t k, double scale);
+images::Image with_landmarks(const images::Image& image, const std::vector<Points>& paths, std::size_t k, double scale);
 
 /// The image on its way, a frame for each time of the flow and a rest at both ends, at most 640 pixels wide or high.
 /// @throws InputError where ffmpeg fails
-void write_animation(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
+void write_animation(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
                      const WarpArguments& arguments);
 
 }  // namespace pulson

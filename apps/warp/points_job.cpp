@@ -16,7 +16,7 @@ namespace pulson {
 namespace {
 
 /// The landmarks, curves and outlines of all shapes.
-std::vector<Points*> blocks_of(LandmarkFile& file) {
+std::vector<Points*> blocks_of(formats::LandmarkFile& file) {
   std::vector<Points*> blocks;
   for (Landmarks& shape : file.shapes) {
     blocks.push_back(&shape.points);
@@ -51,8 +51,9 @@ void put_known_points(const Points& points, const std::vector<Points*>& blocks) 
 
 }  // namespace
 
-WarpFigures warp_points(const MaterialFlow& flow, const Registration& registration, const WarpArguments& arguments) {
-  LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
+WarpFigures warp_points(const warp::MaterialFlow& flow, const matching::Registration& registration,
+                        const WarpArguments& arguments) {
+  formats::LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
   std::vector<std::string> notes = std::move(file.warnings);
   for (Landmarks& shape : file.shapes) shape = in_frame_of(registration.original, shape, notes);
   if (!registration.original.axes.empty()) file.axes = registration.original.axes;
@@ -65,7 +66,7 @@ WarpFigures warp_points(const MaterialFlow& flow, const Registration& registrati
           fmt::format("{} is in {}D, the registration in {}D", arguments.input, block->rows(), flow.dimension()));
   const Landmarks before = file.shapes.front();
   const Points points = known_points(blocks);
-  MovedPoints moved;
+  warp::MovedPoints moved;
   if (arguments.inverse) {
     moved = flow.inverse(points);
     moved.places = (alignment.scale * alignment.linear).inverse() * (moved.places.colwise() - alignment.translation);

@@ -25,15 +25,15 @@ constexpr double kLongestOnPage = 1100;  // pixels of pictures on the page
 constexpr int kMeshCells = 18;           // of the mesh, along the longer side
 constexpr int kPointsPerMeshCell = 2;
 
-fs::path small_picture(const Image& image, const fs::path& file) {
+fs::path small_picture(const images::Image& image, const fs::path& file) {
   const double factor = std::max(image.width(), image.height()) / kLongestOnPage;
-  const Image shown = to_rgba8(for_show(image));
+  const images::Image shown = to_rgba8(for_show(image));
   write_picture(file, factor > 1 ? scaled_down(shown, factor) : shown, {});
   return file;
 }
 
 // Lines across the image, then along it, in its pixels: those across are the columns of the mesh.
-std::vector<Points> mesh_lines(const Image& image, int& columns) {
+std::vector<Points> mesh_lines(const images::Image& image, int& columns) {
   const double cell = std::max(image.width(), image.height()) / static_cast<double>(kMeshCells);
   const auto cells = [&](int side) { return std::max(1, static_cast<int>(std::lround(side / cell))); };
   std::vector<Points> lines;
@@ -50,16 +50,17 @@ std::vector<Points> mesh_lines(const Image& image, int& columns) {
   return lines;
 }
 
-std::optional<ReportMotion> image_motion(const Image& image, const ImageWarp& warp, const WarpFrames& frames,
-                                         const Registration& registration, const fs::path& picture) {
+std::optional<html::ReportMotion> image_motion(const images::Image& image, const images::ImageWarp& warp,
+                                               const WarpFrames& frames, const matching::Registration& registration,
+                                               const fs::path& picture) {
   const Trajectory& path = warp.flow().path();
   const std::vector<int> steps = shown_frames(path.grid.steps, registration.source.points.size());
-  ReportMotion motion;
+  html::ReportMotion motion;
   motion.source = registration.source;
   motion.target = registration.target;
-  motion.corresponds = registration.data.kind == DataKind::kLandmarks;
+  motion.corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   motion.source.y_down = motion.target.y_down = !frames.result.y_up;
-  MotionImage moved{picture, {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
+  html::MotionImage moved{picture, {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
   const std::vector<Points> lines = mesh_lines(image, moved.columns);
   for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
   const std::vector<Points> places = warp.paths(joined_lines(lines));
@@ -74,8 +75,8 @@ std::optional<ReportMotion> image_motion(const Image& image, const ImageWarp& wa
   return motion;
 }
 
-ReportTable numbers(const WarpFigures& figures, const WarpArguments& arguments, const Registration& registration,
-                    const WarpFrames* frames) {
+html::ReportTable numbers(const WarpFigures& figures, const WarpArguments& arguments,
+                          const matching::Registration& registration, const WarpFrames* frames) {
   FactTable table("quantity");
   table.add("registration", arguments.registration);
   table.add("direction", arguments.inverse ? "target to source" : "source to target");
@@ -107,8 +108,8 @@ std::string lead(const WarpFigures& figures, const WarpArguments& arguments, con
                      report_number(figures.min_jacobian, 3));
 }
 
-HtmlReport begun(const WarpFigures& figures, const WarpArguments& arguments, const Registration& registration,
-                 const std::string& what) {
+html::HtmlReport begun(const WarpFigures& figures, const WarpArguments& arguments,
+                       const matching::Registration& registration, const std::string& what) {
   std::vector<std::string> warnings;
   for (const std::string& text : path_warnings(registration)) warnings.push_back("of the registration: " + text);
   return new_report(fmt::format("{} → {}", file_name(arguments.input), file_name(arguments.out)),
@@ -122,42 +123,45 @@ StagedFiles scratch_beside(const std::string& file) {
 
 }  // namespace
 
-void write_warp_report(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpFrames& frames,
-                       const Registration& registration, const WarpArguments& arguments) {
+void write_warp_report(const images::Image& image, const WarpedImage& result, const images::ImageWarp& warp,
+                       const WarpFrames& frames, const matching::Registration& registration,
+                       const WarpArguments& arguments) {
   const StagedFiles scratch = scratch_beside(arguments.report);
-  HtmlReport report = begun(result.figures, arguments, registration, "the image");
+  html::HtmlReport report = begun(result.figures, arguments, registration, "the image");
   if (!arguments.inverse)
-    if (std::optional<ReportMotion> motion =
+    if (std::optional<html::ReportMotion> motion =
             image_motion(image, warp, frames, registration, small_picture(image, scratch.file("image.jpg"))))
       report.sections.push_back({"Motion", {std::move(*motion)}});
   if (frames.like)
     report.sections.push_back(
         {"Result and target",
-         {ReportStack{small_picture(frames.like->image, scratch.file("like.jpg")),
-                      small_picture(result.image, scratch.file("result.jpg")), file_name(arguments.like),
-                      file_name(arguments.out), "The slider goes from the one to the other; zoom in to see edges."}}});
+         {html::ReportStack{small_picture(frames.like->image, scratch.file("like.jpg")),
+                            small_picture(result.image, scratch.file("result.jpg")), file_name(arguments.like),
+                            file_name(arguments.out),
+                            "The slider goes from the one to the other; zoom in to see edges."}}});
   const Drawings drawings(arguments);
   const fs::path both = scratch.file("before_and_after.png"), jacobian = scratch.file("jacobian.png");
   drawings.write_side_by_side(both, image, result, warp, frames);
   const fs::path page = scratch.file("before_and_after.jpg");
-  write_picture(page, read_image(both), {});  // of photographs, a tenth of the size
+  write_picture(page, images::read_image(both), {});  // of photographs, a tenth of the size
   report.sections.push_back(
-      {"Before and after", {ReportPicture{page, "The image, and what the map makes of it.", true}}});
+      {"Before and after", {html::ReportPicture{page, "The image, and what the map makes of it.", true}}});
   if (!arguments.inverse || warp.flow().is_diffeomorphic()) {
     drawings.write_jacobian(jacobian, image, warp, jacobians_on_image(image, warp, arguments));
     report.sections.push_back(
         {"Jacobian",
-         {ReportPicture{jacobian, "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.", true}}});
+         {html::ReportPicture{jacobian, "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.", true}}});
   }
   report.sections.push_back({"Numbers", {numbers(result.figures, arguments, registration, &frames)}});
   write_file_atomically(arguments.report, html_report(report));
 }
 
-void write_warp_report(const Landmarks& before, const Landmarks& after, const MaterialFlow& flow,
-                       const Registration& registration, const WarpFigures& figures, const WarpArguments& arguments) {
-  HtmlReport report = begun(figures, arguments, registration, "the points");
+void write_warp_report(const Landmarks& before, const Landmarks& after, const warp::MaterialFlow& flow,
+                       const matching::Registration& registration, const WarpFigures& figures,
+                       const WarpArguments& arguments) {
+  html::HtmlReport report = begun(figures, arguments, registration, "the points");
   const Trajectory& path = flow.path();
-  ReportMotion motion;
+  html::ReportMotion motion;
   motion.source = arguments.inverse ? after : before;
   const std::vector<int> missing = incomplete_points(motion.source.points);
   if (missing.empty() && motion.source.count() > 0) {
@@ -171,11 +175,11 @@ void write_warp_report(const Landmarks& before, const Landmarks& after, const Ma
     if (can_be_drawn(motion.frames)) report.sections.push_back({"Motion", {std::move(motion)}});
   }
   report.sections.push_back({"Numbers", {numbers(figures, arguments, registration, nullptr)}});
-  ReportTable table = landmark_table(before);
+  html::ReportTable table = landmark_table(before);
   for (const char axis : std::string("xyz").substr(0, static_cast<std::size_t>(before.dimension())))
     table.header.insert(table.header.end(), {std::string(1, axis), fmt::format("{}, warped", axis)});
   for (const int a : listed_landmarks(Eigen::VectorXd::Zero(before.count()))) {
-    std::vector<ReportCell> row = landmark_cells(before, a);
+    std::vector<html::ReportCell> row = landmark_cells(before, a);
     for (int i = 0; i < before.dimension(); ++i)
       row.insert(row.end(), {{report_number(before.points(i, a), 6)}, {report_number(after.points(i, a), 6)}});
     table.rows.push_back(std::move(row));

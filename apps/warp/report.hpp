@@ -6,12 +6,14 @@ namespace pulson {
 
 /// `--report` of a warped image: the numbers, the image as it moves with its grid and landmarks, the result over the
 /// target's image (or the image), before and after, and the Jacobian. @throws InputError where a file cannot be written
-void write_warp_report(const Image& image, const WarpedImage& result, const ImageWarp& warp, const WarpFrames& frames,
-                       const Registration& registration, const WarpArguments& arguments);
+void write_warp_report(const images::Image& image, const WarpedImage& result, const images::ImageWarp& warp,
+                       const WarpFrames& frames, const matching::Registration& registration,
+                       const WarpArguments& arguments);
 
 /// `--report` of landmarks: the numbers, the points as they move, and where each ends. @param before as they were read
 /// @param after where they are now
-void write_warp_report(const Landmarks& before, const Landmarks& after, const MaterialFlow& flow,
-                       const Registration& registration, const WarpFigures& figures, const WarpArguments& arguments);
+void write_warp_report(const Landmarks& before, const Landmarks& after, const warp::MaterialFlow& flow,
+                       const matching::Registration& registration, const WarpFigures& figures,
+                       const WarpArguments& arguments);
 
 }  // namespace pulson

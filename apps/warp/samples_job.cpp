@@ -16,22 +16,22 @@ namespace {
 // Mean and variance of every number of an image by Welford's updates, of colours in proportion to opacity.
 class ImageMoments {
  public:
-  explicit ImageMoments(const Image& like)
+  explicit ImageMoments(const images::Image& like)
       : channels_(static_cast<std::size_t>(like.channels())),
         colours_(like.has_alpha() ? channels_ - 1 : channels_),
         full_(full_value(like.depth())),
         mean_(like.pixel_count() * channels_),
         squares_(mean_.size()) {}
 
-  void add(const Image& image) {
-    if (image.depth() == PixelDepth::kUint8) return add(image.values<std::uint8_t>());
-    if (image.depth() == PixelDepth::kUint16) return add(image.values<std::uint16_t>());
+  void add(const images::Image& image) {
+    if (image.depth() == images::PixelDepth::kUint8) return add(image.values<std::uint8_t>());
+    if (image.depth() == images::PixelDepth::kUint16) return add(image.values<std::uint16_t>());
     add(image.values<float>());
   }
 
-  void mean_to(Image& image) const {
-    if (image.depth() == PixelDepth::kUint8) return mean_to(image.values<std::uint8_t>());
-    if (image.depth() == PixelDepth::kUint16) return mean_to(image.values<std::uint16_t>());
+  void mean_to(images::Image& image) const {
+    if (image.depth() == images::PixelDepth::kUint8) return mean_to(image.values<std::uint8_t>());
+    if (image.depth() == images::PixelDepth::kUint16) return mean_to(image.values<std::uint16_t>());
     mean_to(image.values<float>());
   }
 
@@ -87,8 +87,8 @@ class ImageMoments {
 
 }  // namespace
 
-WarpedImage warp_samples(const Image& image, const Registration& registration, const WarpFrames& frames,
-                         const WarpArguments& arguments) {
+WarpedImage warp_samples(const images::Image& image, const matching::Registration& registration,
+                         const WarpFrames& frames, const WarpArguments& arguments) {
   if (arguments.inverse)
     throw InputError("--samples maps the source to the target; it cannot be combined with --inverse");
   const StochasticSystem system = registration_system(registration);
@@ -110,17 +110,17 @@ WarpedImage warp_samples(const Image& image, const Registration& registration, c
         brownian_increments(arguments.seed, static_cast<std::uint64_t>(s), channels, registration.grid);
     PushedMesh pushed;
     try {
-      const MaterialFlow flow(system,
-                              integrator->integrate(system, {q0, registration.momenta}, registration.grid, increments),
-                              parse_label_kernel(arguments.labels));
-      const ImageWarp warp(flow, registration.alignment, frames.input, frames.result);
+      const warp::MaterialFlow flow(
+          system, integrator->integrate(system, {q0, registration.momenta}, registration.grid, increments),
+          warp::parse_label_kernel(arguments.labels));
+      const images::ImageWarp warp(flow, registration.alignment, frames.input, frames.result);
       pushed = push_image(image, warp, frames, arguments);
       result.figures.landmark_error_max = std::max(result.figures.landmark_error_max, warp.landmark_error());
     } catch (const StepError&) {
       continue;  // a path without a root, or space that it leaves without a place
     }
     ++done;
-    const Image& one = pushed.pushed.image;
+    const images::Image& one = pushed.pushed.image;
     if (!moments) {
       moments.emplace(one);
       result.image = one;

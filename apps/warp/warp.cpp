@@ -16,16 +16,16 @@
 namespace pulson {
 namespace {
 
-void run_points(const WarpArguments& arguments, const Registration& registration, double start) {
-  const MaterialFlow flow(registration_system(registration), replay(registration),
-                          parse_label_kernel(arguments.labels));
+void run_points(const WarpArguments& arguments, const matching::Registration& registration, double start) {
+  const warp::MaterialFlow flow(registration_system(registration), replay(registration),
+                                warp::parse_label_kernel(arguments.labels));
   WarpFigures figures = warp_points(flow, registration, arguments);
   figures.seconds = seconds_now() - start;
   print_figures(figures, arguments, nullptr);
 }
 
 // Landmarks that lie outside the image show that units, origin or y are not those of the image.
-void warn_of_landmarks_outside(const WarpArguments& arguments, const Registration& registration,
+void warn_of_landmarks_outside(const WarpArguments& arguments, const matching::Registration& registration,
                                const WarpFrames& frames, const Picture& picture) {
   if (registration.source.dimension() != 2) return;
   const Points pixels =
@@ -40,15 +40,16 @@ void warn_of_landmarks_outside(const WarpArguments& arguments, const Registratio
                     outside, pixels.cols(), arguments.input));
 }
 
-void run_image(const WarpArguments& arguments, const Registration& registration, double start) {
+void run_image(const WarpArguments& arguments, const matching::Registration& registration, double start) {
   const Picture picture = read_picture(arguments.input);
   const WarpFrames frames = warp_frames(arguments, registration, picture);
   warn_of_landmarks_outside(arguments, registration, frames, picture);
-  const MaterialFlow flow(registration_system(registration), replay(registration),
-                          parse_label_kernel(arguments.labels));
+  const warp::MaterialFlow flow(registration_system(registration), replay(registration),
+                                warp::parse_label_kernel(arguments.labels));
   if (!flow.is_diffeomorphic()) arguments.check_for_fold();
-  const ImageWarp warp = arguments.inverse ? ImageWarp(flow, registration.alignment, frames.result, frames.input)
-                                           : ImageWarp(flow, registration.alignment, frames.input, frames.result);
+  const images::ImageWarp warp = arguments.inverse
+                                     ? images::ImageWarp(flow, registration.alignment, frames.result, frames.input)
+                                     : images::ImageWarp(flow, registration.alignment, frames.input, frames.result);
   WarpedImage result = arguments.samples > 0 ? warp_samples(picture.image, registration, frames, arguments)
                                              : warp_image(picture.image, warp, frames, arguments);
   log_step("mapped the image");
@@ -81,7 +82,7 @@ void run_warp(const WarpArguments& arguments) {
     check_picture_file(arguments.out);
   else
     arguments.check_for_landmarks();
-  const Registration registration = read_registration(record_of(arguments));
+  const matching::Registration registration = records::read_registration(record_of(arguments));
   log_step(fmt::format("read {}: {} landmarks", arguments.registration, registration.source.count()));
   if (of_image)
     run_image(arguments, registration, start);

@@ -9,7 +9,7 @@
 #include "chart_strokes.hpp"
 #include "draw/checks.hpp"
 
-namespace pulson {
+namespace pulson::charts {
 namespace {
 
 constexpr std::size_t kVertices = 40000;    // of all lines together; an SVG takes some 16 bytes for a vertex
@@ -89,15 +89,15 @@ class ChartChecks {
   void values(const std::vector<double>& values, std::string_view what, bool logarithmic) const {
     for (std::size_t i = 0; i < values.size(); ++i) {
       const std::string which = values.size() > 1 ? fmt::format("{} {}", what, i + 1) : std::string(what);
-      if (!picture::can_be_drawn(values[i]))
-        refuse(fmt::format("{} is {}; it must be finite and no larger than {:g}", which, values[i],
-                           picture::kLargestDrawn));
+      if (!draw::can_be_drawn(values[i]))
+        refuse(
+            fmt::format("{} is {}; it must be finite and no larger than {:g}", which, values[i], draw::kLargestDrawn));
       if (logarithmic && values[i] <= 0)
         refuse(fmt::format("{} is {}, which a logarithmic axis cannot show", which, values[i]));
     }
   }
 
-  picture::Checks checks_{"chart"};
+  draw::Checks checks_{"chart"};
   std::string where_;
 };
 
@@ -111,13 +111,13 @@ std::size_t count_lines(const Chart& chart) {
 
 }  // namespace
 
-void write_chart(const Chart& chart, const PictureFiles& files) {
+void write_chart(const Chart& chart, const draw::PictureFiles& files) {
   ChartChecks().chart(chart);
-  const picture::ChartLegend legend(chart);
-  picture::ChartPlan plan = picture::plan_chart(chart, legend.height());
+  const ChartLegend legend(chart);
+  ChartPlan plan = plan_chart(chart, legend.height());
   const std::size_t vertices = std::max(kFewestVertices, kVertices / std::max<std::size_t>(count_lines(chart), 1));
-  for (const picture::ChartFrame& frame : plan.frames) {
-    std::vector<picture::SeriesLook> looks;
+  for (const ChartFrame& frame : plan.frames) {
+    std::vector<draw::SeriesLook> looks;
     for (const Series& series : frame.panel->series) looks.push_back(legend.look_of(series));
     draw_reference_lines(plan.canvas, frame);
     draw_all_series(plan.canvas, frame, looks, vertices);
@@ -127,4 +127,4 @@ void write_chart(const Chart& chart, const PictureFiles& files) {
   plan.canvas.write(files);
 }
 
-}  // namespace pulson
+}  // namespace pulson::charts

@@ -8,7 +8,7 @@
 
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::charts {
 
 enum class SeriesStyle {
   kLine,
@@ -71,6 +71,6 @@ struct Chart {
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, on what a logarithmic
 /// axis cannot show, where a folder does not exist and where gnuplot is missing or fails; neither file is then written.
 /// Takes some tenths of a second; safe to call from several threads.
-void write_chart(const Chart& chart, const PictureFiles& files);
+void write_chart(const Chart& chart, const draw::PictureFiles& files);
 
-}  // namespace pulson
+}  // namespace pulson::charts

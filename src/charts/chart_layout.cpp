@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace pulson::picture {
+namespace pulson::charts {
 
 namespace {
 
@@ -24,23 +24,23 @@ double distance_below(double pixels) { return std::clamp(pixels / 6, 75.0, 100.0
 
 std::string text_of(double multiple, int exponent, bool plain) {
   if (plain) return fmt::format("{:g}", multiple * std::pow(10.0, exponent));
-  return multiple == 1 ? power_of_ten(exponent) : fmt::format("{:g}·{}", multiple, power_of_ten(exponent));
+  return multiple == 1 ? draw::power_of_ten(exponent) : fmt::format("{:g}·{}", multiple, draw::power_of_ten(exponent));
 }
 
 /// Tics at even steps of the values, that are so far apart as asked for even at the upper end, where they are densest.
-Tics make_tics_of_values(const Interval& range, double pixels, double distance) {
-  const Interval values{std::pow(10.0, range.low), std::pow(10.0, range.high)};
+draw::Tics make_tics_of_values(const draw::Interval& range, double pixels, double distance) {
+  const draw::Interval values{std::pow(10.0, range.low), std::pow(10.0, range.high)};
   const double density = values.high * std::numbers::ln10 * range.span() / values.span();
-  Tics tics = make_tics(values, pixels, distance * density);
+  draw::Tics tics = make_tics(values, pixels, distance * density);
   for (double& value : tics.values) value = std::log10(value);
   return tics;
 }
 
-Tics make_logarithmic_tics(const Interval& range, double pixels, double distance) {
+draw::Tics make_logarithmic_tics(const draw::Interval& range, double pixels, double distance) {
   const double decade = pixels / range.span();
   const bool plain = std::max(std::abs(range.low), std::abs(range.high)) < kPlainDecades;
   const int step = static_cast<int>(std::ceil(distance / decade));
-  Tics tics;
+  draw::Tics tics;
   const auto add = [&](double multiple, int exponent) {
     const double place = exponent + std::log10(multiple);
     if (place < range.low || place > range.high) return;
@@ -68,7 +68,7 @@ ChartAxis::ChartAxis(const std::vector<double>& values, bool logarithmic)
 
 void ChartAxis::add_margins(bool keeps_zero) {
   const bool stands_on_zero = keeps_zero && !logarithmic_ && range_.low == 0;
-  range_ = with_margins({range_}, 1).front();
+  range_ = draw::with_margins({range_}, 1).front();
   if (stands_on_zero) range_.low = 0;
 }
 
@@ -83,22 +83,22 @@ Eigen::RowVectorXd ChartAxis::places(const std::vector<double>& values) const {
   return result;
 }
 
-Tics ChartAxis::tics(double pixels) const {
+draw::Tics ChartAxis::tics(double pixels) const {
   return logarithmic_ ? make_logarithmic_tics(range_, pixels, kDecadeTicDistance)
                       : make_tics(range_, pixels, distance_at_left(pixels));
 }
 
-Tics ChartAxis::tics_at_names(double pixels) const {
+draw::Tics ChartAxis::tics_at_names(double pixels) const {
   const double room = kNamePart * pixels / range_.span();
-  Tics tics;
+  draw::Tics tics;
   for (std::size_t i = 0; i < names_.size(); ++i) {
     tics.values.push_back(place(static_cast<double>(i + 1)));
-    tics.texts.push_back(number_width(names_[i]) <= room ? names_[i] : "");
+    tics.texts.push_back(draw::number_width(names_[i]) <= room ? names_[i] : "");
   }
   return tics;
 }
 
-Tics ChartAxis::tics_below(double pixels) const {
+draw::Tics ChartAxis::tics_below(double pixels) const {
   if (!names_.empty()) return tics_at_names(pixels);
   return logarithmic_ ? make_logarithmic_tics(range_, pixels, 2 * kDecadeTicDistance)
                       : make_tics_below(range_, pixels, distance_below(pixels));
@@ -226,15 +226,15 @@ bool any_in(const Row& row, std::string ChartPanel::*text) {
 double y_label_room(const Row& row) { return any_in(row, &ChartPanel::y_label) ? kYLabelRoom : 0; }
 
 double room_above(const Row& row) {
-  return (any_in(row, &ChartPanel::heading) ? kHeading : kNoHeading) + y_label_room(row);
+  return (any_in(row, &ChartPanel::heading) ? draw::kHeading : kNoHeading) + y_label_room(row);
 }
 
-double room_below(const Row& row) { return kTicRoom + (any_in(row, &ChartPanel::x_label) ? kXLabelRoom : 0); }
+double room_below(const Row& row) { return draw::kTicRoom + (any_in(row, &ChartPanel::x_label) ? kXLabelRoom : 0); }
 
 double reference_room(const ChartPanel& panel) {
   double room = 0;
   for (const ReferenceLine& line : panel.reference_lines)
-    if (!line.label.empty()) room = std::max(room, kReferenceGap + number_width(line.label));
+    if (!line.label.empty()) room = std::max(room, kReferenceGap + draw::number_width(line.label));
   return room;
 }
 
@@ -292,36 +292,36 @@ std::vector<Sides> sides_of(const std::vector<std::vector<ChartFrame>>& frames, 
       sides[c].right = std::max(sides[c].right, reference_room(*row[c].panel));
       if (c == 0) continue;
       double widest = 0;  // of the numbers below, which reach into the gap from both sides
-      for (const std::string& text : row[c].x.tics_below(kWidth / static_cast<double>(columns) - kNumbers).texts)
-        widest = std::max(widest, number_width(text));
-      sides[c].left = std::max(sides[c].left, widest + kNumberGap - kGap);
+      for (const std::string& text : row[c].x.tics_below(draw::kWidth / static_cast<double>(columns) - kNumbers).texts)
+        widest = std::max(widest, draw::number_width(text));
+      sides[c].left = std::max(sides[c].left, widest + kNumberGap - draw::kGap);
     }
   return sides;
 }
 
 double panel_height(const Chart& chart, double fixed_heights) {
   const auto rows = static_cast<double>(chart.rows.size()), columns = static_cast<double>(count_columns(chart));
-  const double width = (kWidth - 2 * kEdge - columns * kNumbers) / columns;
+  const double width = (draw::kWidth - 2 * draw::kEdge - columns * kNumbers) / columns;
   const double height = std::min(kFlatness * width, rows > 1 ? kTallestOfSeveral : kTallest);
   return std::round(std::max(kShortest, std::min(height, (kTallestChart - fixed_heights) / rows)));
 }
 
-void draw_labels(Canvas& canvas, const ChartFrame& frame, double heading_height) {
+void draw_labels(draw::Canvas& canvas, const ChartFrame& frame, double heading_height) {
   const ChartPanel& panel = *frame.panel;
-  const Box& box = frame.box;
+  const draw::Box& box = frame.box;
   if (!panel.heading.empty()) draw_heading(canvas, box, panel.heading, heading_height);
   if (!panel.y_label.empty())
-    canvas.text(box.left, box.bottom + box.height + 17, panel.y_label, kLabelSize, colour::kText, Align::kLeft,
-                box.width);
+    canvas.text(box.left, box.bottom + box.height + 17, panel.y_label, kLabelSize, draw::colour::kText,
+                draw::Align::kLeft, box.width);
   if (!panel.x_label.empty())
-    canvas.text(box.left + box.width / 2, box.bottom - kTicRoom - kXLabelRoom / 2 + 4, panel.x_label, kLabelSize,
-                colour::kText, Align::kCentre, box.width);
+    canvas.text(box.left + box.width / 2, box.bottom - draw::kTicRoom - kXLabelRoom / 2 + 4, panel.x_label, kLabelSize,
+                draw::colour::kText, draw::Align::kCentre, box.width);
 }
 
 }  // namespace
 
 ChartPlan plan_chart(const Chart& chart, double legend_height) {
-  const Titles titles{chart.title, chart.subtitle};
+  const draw::Titles titles{chart.title, chart.subtitle};
   double fixed_heights = title_height(titles) + legend_height;
   for (const Row& row : chart.rows) fixed_heights += room_above(row) + room_below(row);
   const double height = panel_height(chart, fixed_heights);
@@ -329,22 +329,22 @@ ChartPlan plan_chart(const Chart& chart, double legend_height) {
   std::vector<std::vector<ChartFrame>> frames = make_frames(chart);
   const std::size_t columns = count_columns(chart);
   const std::vector<Sides> sides = sides_of(frames, columns, height);
-  double free = kWidth - 2 * kEdge - kGap * (static_cast<double>(columns) - 1);
+  double free = draw::kWidth - 2 * draw::kEdge - draw::kGap * (static_cast<double>(columns) - 1);
   for (const Sides& side : sides) free -= side.left + side.right;
   const double width = free / static_cast<double>(columns);
 
-  ChartPlan plan{{kWidth, std::round(fixed_heights + height * static_cast<double>(chart.rows.size()))}, {}};
-  draw_titles(plan.canvas, titles, kEdge + sides.front().left);
+  ChartPlan plan{{draw::kWidth, std::round(fixed_heights + height * static_cast<double>(chart.rows.size()))}, {}};
+  draw_titles(plan.canvas, titles, draw::kEdge + sides.front().left);
   double top = plan.canvas.height() - title_height(titles);
   for (std::size_t r = 0; r < frames.size(); ++r) {
     const Row& row = chart.rows[r];
-    double left = kEdge;
+    double left = draw::kEdge;
     for (std::size_t c = 0; c < row.size(); ++c) {
       frames[r][c].box = {left + sides[c].left, top - room_above(row) - height, width, height};
       if (c + 1 == row.size() && c + 1 < columns && has_axis_of_its_own(chart, c, row[c]))
-        frames[r][c].box.width = kWidth - kEdge - sides.back().right - frames[r][c].box.left;
-      frames[r][c].heading_height = kHeadingHeight + y_label_room(row);
-      left += sides[c].left + width + sides[c].right + kGap;
+        frames[r][c].box.width = draw::kWidth - draw::kEdge - sides.back().right - frames[r][c].box.left;
+      frames[r][c].heading_height = draw::kHeadingHeight + y_label_room(row);
+      left += sides[c].left + width + sides[c].right + draw::kGap;
       plan.frames.push_back(frames[r][c]);
     }
     top -= room_above(row) + height + room_below(row);
@@ -352,22 +352,22 @@ ChartPlan plan_chart(const Chart& chart, double legend_height) {
   return plan;
 }
 
-void draw_chart_frame(Canvas& canvas, const ChartFrame& frame) {
+void draw_chart_frame(draw::Canvas& canvas, const ChartFrame& frame) {
   draw_frame(canvas, frame.view(), "", frame.x.tics_below(frame.box.width),
-             frame.numbered ? frame.y.tics(frame.box.height) : Tics());
+             frame.numbered ? frame.y.tics(frame.box.height) : draw::Tics());
   draw_labels(canvas, frame, frame.heading_height);
 }
 
-void draw_reference_lines(Canvas& canvas, const ChartFrame& frame) {
+void draw_reference_lines(draw::Canvas& canvas, const ChartFrame& frame) {
   for (const ReferenceLine& line : frame.panel->reference_lines) {
     const double place = frame.y.place(line.y);
     if (place < frame.y.range().low || place > frame.y.range().high) continue;
-    const Interval& x = frame.x.range();
+    const draw::Interval& x = frame.x.range();
     const Points ends = frame.pixels((Points(2, 2) << x.low, x.high, place, place).finished());
-    canvas.lines({ends}, {colour::kReference, 1.3});
+    canvas.lines({ends}, {draw::colour::kReference, 1.3});
     if (!line.label.empty())
-      canvas.text(ends(0, 1) + kReferenceGap, ends(1, 1), line.label, kLabelSize, colour::kTicText);
+      canvas.text(ends(0, 1) + kReferenceGap, ends(1, 1), line.label, kLabelSize, draw::colour::kTicText);
   }
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::charts

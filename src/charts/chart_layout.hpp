@@ -10,7 +10,7 @@
 #include "draw/canvas.hpp"
 #include "draw/layout.hpp"
 
-namespace pulson::picture {
+namespace pulson::charts {
 
 /// An axis of a chart: values lie at their places on it, which are the values themselves or their decimal logarithms.
 class ChartAxis {
@@ -33,21 +33,21 @@ class ChartAxis {
   double base() const { return logarithmic_ ? range_.low : 0; }
 
   /// Of places.
-  const Interval& range() const { return range_; }
+  const draw::Interval& range() const { return range_; }
 
   /// Of a vertical axis so many pixels long.
-  Tics tics(double pixels) const;
+  draw::Tics tics(double pixels) const;
   /// Of a horizontal one: at numbers or, where there are names, at these.
-  Tics tics_below(double pixels) const;
+  draw::Tics tics_below(double pixels) const;
 
   /// Names of x = 1, 2, 3, …; those wider than their room are left out.
   void set_names(std::vector<std::string> names) { names_ = std::move(names); }
 
  private:
-  Tics tics_at_names(double pixels) const;
+  draw::Tics tics_at_names(double pixels) const;
 
   bool logarithmic_;
-  Interval range_;
+  draw::Interval range_;
   std::vector<std::string> names_;
 };
 
@@ -66,20 +66,20 @@ ChartAxis vertical_axis(const std::vector<const ChartPanel*>& panels);
 struct ChartFrame {
   const ChartPanel* panel;
   ChartAxis x, y;
-  Box box = {};
+  draw::Box box = {};
   double heading_height = 0;  // above the box
   bool numbered = true;       // at its left
 
   /// Heights in pixels that are within the frame.
-  Interval heights() const { return {box.bottom, box.bottom + box.height}; }
+  draw::Interval heights() const { return {box.bottom, box.bottom + box.height}; }
   /// Places 2×M on the two axes to pixels.
   Points pixels(const Points& places) const { return view().pixels(places); }
-  View view() const { return {box, x.range(), y.range()}; }
+  draw::View view() const { return {box, x.range(), y.range()}; }
 };
 
 /// The empty canvas of a chart, with its titles, and the frames row by row.
 struct ChartPlan {
-  Canvas canvas;
+  draw::Canvas canvas;
   std::vector<ChartFrame> frames;
 };
 
@@ -87,13 +87,13 @@ struct ChartPlan {
 ChartPlan plan_chart(const Chart& chart, double legend_height);
 
 /// The frame with its heading, labels, tics and numbers, above what was drawn in it.
-void draw_chart_frame(Canvas& canvas, const ChartFrame& frame);
+void draw_chart_frame(draw::Canvas& canvas, const ChartFrame& frame);
 
 /// The reference lines of a panel; to be drawn first.
-void draw_reference_lines(Canvas& canvas, const ChartFrame& frame);
+void draw_reference_lines(draw::Canvas& canvas, const ChartFrame& frame);
 
 /// The series of the panel within its frame. looks: one for each series; vertices: of each line, at most.
-void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<SeriesLook>& looks,
+void draw_all_series(draw::Canvas& canvas, const ChartFrame& frame, const std::vector<draw::SeriesLook>& looks,
                      std::size_t vertices);
 
-}  // namespace pulson::picture
+}  // namespace pulson::charts

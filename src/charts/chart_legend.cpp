@@ -9,7 +9,7 @@
 #include "draw/layout.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::picture {
+namespace pulson::charts {
 namespace {
 
 constexpr double kRowHeight = 34;
@@ -18,10 +18,10 @@ constexpr double kSampleHeight = 20;
 constexpr double kSwatchWidth = 24;  // of an area
 constexpr double kSwatchHeight = 15;
 
-SeriesLook look_at(int index) {
-  if (index == Series::kInk) return {colour::kResult, 0};
+draw::SeriesLook look_at(int index) {
+  if (index == Series::kInk) return {draw::colour::kResult, 0};
   const auto place = static_cast<std::size_t>(index);
-  return {group_colour(place), place};
+  return {draw::group_colour(place), place};
 }
 
 Points rectangle(double middle_x, double middle_y, double width, double height) {
@@ -30,8 +30,8 @@ Points rectangle(double middle_x, double middle_y, double width, double height) 
 }
 
 double total_width(const std::vector<double>& columns) {
-  return std::accumulate(columns.begin(), columns.end(), -kEntryGap,
-                         [](double sum, double width) { return sum + width + kEntryGap; });
+  return std::accumulate(columns.begin(), columns.end(), -draw::kEntryGap,
+                         [](double sum, double width) { return sum + width + draw::kEntryGap; });
 }
 
 Points line(double x, double y, double to_x, double to_y) { return (Points(2, 2) << x, to_x, y, to_y).finished(); }
@@ -71,13 +71,13 @@ void ChartLegend::add(const Series& series) {
   entry.errors = entry.errors || !series.error.empty();
 }
 
-SeriesLook ChartLegend::look_of(const Series& series) const {
+draw::SeriesLook ChartLegend::look_of(const Series& series) const {
   const Entry* const entry = series.name.empty() ? nullptr : find(series.name);
   return look_at(entry != nullptr ? entry->colour : series.colour == Series::kByName ? 0 : series.colour);
 }
 
 double ChartLegend::width_of(const Entry& entry) {
-  return kSampleWidth + kSampleGap + text_width(entry.name, kLegendText);
+  return kSampleWidth + draw::kSampleGap + draw::text_width(entry.name, draw::kLegendText);
 }
 
 std::vector<double> ChartLegend::column_widths() const {
@@ -88,7 +88,7 @@ std::vector<double> ChartLegend::column_widths() const {
       double& width = widths[i % widths.size()];
       width = std::max(width, width_of(entries_[i]));
     }
-    if (total_width(widths) <= kWidth - 2 * kEdge) break;
+    if (total_width(widths) <= draw::kWidth - 2 * draw::kEdge) break;
   }
   return widths;
 }
@@ -99,18 +99,18 @@ std::size_t ChartLegend::count_rows() const {
 }
 
 double ChartLegend::height() const {
-  return entries_.empty() ? kEdge : kLegendRoom + kRowHeight * (static_cast<double>(count_rows()) - 1);
+  return entries_.empty() ? draw::kEdge : draw::kLegendRoom + kRowHeight * (static_cast<double>(count_rows()) - 1);
 }
 
-void ChartLegend::draw_sample(Canvas& canvas, double left, double middle, const Entry& entry) {
+void ChartLegend::draw_sample(draw::Canvas& canvas, double left, double middle, const Entry& entry) {
   const double x = left + kSampleWidth / 2;
-  const SeriesLook look = look_at(entry.colour);
-  const Colour& colour = look.colour;
+  const draw::SeriesLook look = look_at(entry.colour);
+  const draw::Colour& colour = look.colour;
   const Points whole = line(left, middle, left + kSampleWidth, middle);
-  if (entry.band) canvas.areas({rectangle(x, middle, kSampleWidth, kSampleHeight)}, faded(colour, kBandFade));
+  if (entry.band) canvas.areas({rectangle(x, middle, kSampleWidth, kSampleHeight)}, draw::faded(colour, kBandFade));
   if (entry.area && !entry.line && !entry.dashes && !entry.dots) {  // one mark alone is read at a glance
     const Points swatch = rectangle(x, middle, kSwatchWidth, kSwatchHeight);
-    canvas.areas({swatch}, faded(colour, kStepFade));
+    canvas.areas({swatch}, draw::faded(colour, kStepFade));
     canvas.lines({swatch}, {colour, kSideWidth});
   }
   const std::span<const double> pattern = entry.all_dense ? std::span<const double>() : dashes_at(look.place);
@@ -128,21 +128,21 @@ void ChartLegend::draw_sample(Canvas& canvas, double left, double middle, const 
   }
 }
 
-void ChartLegend::draw(Canvas& canvas) const {
+void ChartLegend::draw(draw::Canvas& canvas) const {
   const std::vector<double> widths = column_widths();
-  const double first_left = std::max(kEdge, (canvas.width() - total_width(widths)) / 2);
-  double left = first_left, middle = height() - kLegendRoom + kLegendHeight;
+  const double first_left = std::max(draw::kEdge, (canvas.width() - total_width(widths)) / 2);
+  double left = first_left, middle = height() - draw::kLegendRoom + draw::kLegendHeight;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     draw_sample(canvas, left, middle, entries_[i]);
-    const double text_left = left + kSampleWidth + kSampleGap;
-    canvas.text(text_left, middle, entries_[i].name, kLegendText, colour::kText, Align::kLeft,
-                canvas.width() - kEdge - text_left);
+    const double text_left = left + kSampleWidth + draw::kSampleGap;
+    canvas.text(text_left, middle, entries_[i].name, draw::kLegendText, draw::colour::kText, draw::Align::kLeft,
+                canvas.width() - draw::kEdge - text_left);
     const std::size_t column = i % widths.size();
-    left += widths[column] + kEntryGap;
+    left += widths[column] + draw::kEntryGap;
     if (column + 1 < widths.size()) continue;
     left = first_left;
     middle -= kRowHeight;
   }
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::charts

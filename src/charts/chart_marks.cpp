@@ -5,7 +5,7 @@
 #include "chart_strokes.hpp"
 #include "draw/checks.hpp"
 
-namespace pulson::picture {
+namespace pulson::charts {
 
 namespace {
 
@@ -28,19 +28,19 @@ Points with_crossings(const Points& line, double height) {
   return to_points(vertices);
 }
 
-Points with_crossings(const Points& line, const Interval& heights) {
+Points with_crossings(const Points& line, const draw::Interval& heights) {
   return with_crossings(with_crossings(line, heights.low), heights.high);
 }
 
 }  // namespace
 
-Points clamped(const Points& line, const Interval& heights) {
+Points clamped(const Points& line, const draw::Interval& heights) {
   Points result = with_crossings(line, heights);
   result.row(1) = result.row(1).cwiseMax(heights.low).cwiseMin(heights.high);
   return result;
 }
 
-std::vector<Points> parts_within(const Points& line, const Interval& heights) {
+std::vector<Points> parts_within(const Points& line, const draw::Interval& heights) {
   const Points crossed = with_crossings(line, heights);
   const auto is_inside = [&](Eigen::Index i) { return crossed(1, i) >= heights.low && crossed(1, i) <= heights.high; };
   std::vector<Points> parts;
@@ -117,7 +117,7 @@ constexpr double kDotRoom = 0.3;  // radius of a dot, in distances between neigh
 /// Draws one series within the frame of its panel.
 class SeriesMarks {
  public:
-  SeriesMarks(Canvas& canvas, const ChartFrame& frame, const Series& series, const SeriesLook& look)
+  SeriesMarks(draw::Canvas& canvas, const ChartFrame& frame, const Series& series, const draw::SeriesLook& look)
       : canvas_(canvas), frame_(frame), series_(series), look_(look), colour_(look.colour) {}
 
   /// Bars are moved aside by so many places.
@@ -130,14 +130,14 @@ class SeriesMarks {
     if (!series_.low.empty()) {
       std::vector<Points> borders{in_frame(centres(), series_.low), in_frame(centres(), series_.high)};
       for (Points& border : borders) simplify(border, vertices);
-      canvas_.areas({between(borders[0], borders[1])}, faded(colour_, kBandFade));
+      canvas_.areas({between(borders[0], borders[1])}, draw::faded(colour_, kBandFade));
     }
     if (series_.style == SeriesStyle::kSteps && !series_.y.empty())
-      canvas_.areas({clamped(steps(), frame_.heights())}, faded(colour_, kStepFade));
+      canvas_.areas({clamped(steps(), frame_.heights())}, draw::faded(colour_, kStepFade));
     if (series_.style == SeriesStyle::kBars) {
       std::vector<Points> clipped;
       for (const Points& bar : bars()) clipped.push_back(clamped(bar, frame_.heights()));
-      canvas_.areas(clipped, faded(colour_, kBarFade));
+      canvas_.areas(clipped, draw::faded(colour_, kBarFade));
     }
   }
 
@@ -178,7 +178,7 @@ class SeriesMarks {
     const double radius = std::clamp(kDotRoom * typical_distance(), kLeastDot, most);
     if (margins && radius <= 2 * kDotMargin) return;  // too close to be set off
     if (margins)
-      draw_marks(canvas_, all(Eigen::all, within), radius + kDotMargin, {colour::kPaper, look_.place});
+      draw_marks(canvas_, all(Eigen::all, within), radius + kDotMargin, {draw::colour::kPaper, look_.place});
     else
       draw_marks(canvas_, all(Eigen::all, within), radius, look_);
   }
@@ -213,7 +213,7 @@ class SeriesMarks {
 
   static void simplify(Points& line, std::size_t vertices) {
     std::vector<Points> lines{std::move(line)};
-    simplify_lines(lines, vertices);
+    draw::simplify_lines(lines, vertices);
     line = std::move(lines.front());
   }
 
@@ -270,18 +270,18 @@ class SeriesMarks {
     return *middle;
   }
 
-  Canvas& canvas_;
+  draw::Canvas& canvas_;
   const ChartFrame& frame_;
   const Series& series_;
-  const SeriesLook& look_;
-  const Colour& colour_;
+  const draw::SeriesLook& look_;
+  const draw::Colour& colour_;
   double bar_width_ = 0;
   double aside_ = 0;
 };
 
 }  // namespace
 
-void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<SeriesLook>& looks,
+void draw_all_series(draw::Canvas& canvas, const ChartFrame& frame, const std::vector<draw::SeriesLook>& looks,
                      std::size_t vertices) {
   const std::vector<Series>& all = frame.panel->series;
   const auto is_bars = [](const Series& series) { return series.style == SeriesStyle::kBars; };
@@ -303,4 +303,4 @@ void draw_all_series(Canvas& canvas, const ChartFrame& frame, const std::vector<
   }
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::charts

@@ -10,7 +10,7 @@
 #include "draw/layout.hpp"
 #include "draw/marks.hpp"
 
-namespace pulson::picture {
+namespace pulson::charts {
 
 // Of the marks of a chart, the same in its panels and in its legend; in pixels.
 inline constexpr double kLineWidth = 2.2;
@@ -30,10 +30,10 @@ inline constexpr double kStepFade = 0.84;
 inline constexpr double kBarFade = 0.55;
 
 /// The line 2×M with each height brought into the range: where it leaves the range, it runs along the border.
-Points clamped(const Points& line, const Interval& heights);
+Points clamped(const Points& line, const draw::Interval& heights);
 
 /// The parts of the line 2×M whose heights lie in the range.
-std::vector<Points> parts_within(const Points& line, const Interval& heights);
+std::vector<Points> parts_within(const Points& line, const draw::Interval& heights);
 
 /// The line 2×M cut into dashes, of lengths dash, gap, dash, gap, … over and over; whole for an empty pattern. Cut here
 /// and not by gnuplot, whose terminals do not agree on the length of a dash.
@@ -51,13 +51,13 @@ class ChartLegend {
   /// @throws InputError where series of one name have different colours.
   explicit ChartLegend(const Chart& chart);
 
-  SeriesLook look_of(const Series& series) const;
+  draw::SeriesLook look_of(const Series& series) const;
 
   /// Room that it takes below all panels.
   double height() const;
 
   /// The entries around the middle of the canvas, above its bottom edge.
-  void draw(Canvas& canvas) const;
+  void draw(draw::Canvas& canvas) const;
 
  private:
   struct Entry {
@@ -74,10 +74,10 @@ class ChartLegend {
   std::vector<double> column_widths() const;
   std::size_t count_rows() const;
   static double width_of(const Entry& entry);
-  static void draw_sample(Canvas& canvas, double left, double middle, const Entry& entry);
+  static void draw_sample(draw::Canvas& canvas, double left, double middle, const Entry& entry);
 
   std::vector<Entry> entries_;
   int by_name_ = 0;  // colours given to names so far
 };
 
-}  // namespace pulson::picture
+}  // namespace pulson::charts

@@ -2,7 +2,7 @@
 
 #include <Eigen/QR>
 
-namespace pulson {
+namespace pulson::cohort {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -57,4 +57,4 @@ VectorXd Anderson::next(const VectorXd& x, const VectorXd& f) {
   return x - f - (as_columns(x_changes_) - f_changes) * gamma;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

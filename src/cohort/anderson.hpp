@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson {
+namespace pulson::cohort {
 
 /// Anderson's acceleration of x ← x − F(x), which solves F(x) = 0 where F is close to the identity plus a constant
 /// (D. Anderson 1965; type II of H. Fang and Y. Saad, "Two classes of multisecant methods", 2009): with the last
@@ -37,4 +37,4 @@ class Anderson {
   int since_best_ = 0;
 };
 
-}  // namespace pulson
+}  // namespace pulson::cohort

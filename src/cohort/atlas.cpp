@@ -15,7 +15,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -127,9 +127,9 @@ void fit_model(Atlas& atlas, const AtlasOptions& options) {
 }
 
 // λ∫H dt, ½∫|u|² dt with u = λβp, and the data term.
-MatchingCost cost_of(const Atlas& atlas, const Trajectory& path, const AtlasSpecimen& specimen) {
+matching::MatchingCost cost_of(const Atlas& atlas, const Trajectory& path, const AtlasSpecimen& specimen) {
   const double nugget = atlas.nugget();
-  MatchingCost cost;
+  matching::MatchingCost cost;
   const double total =
       atlas.lambda * (hamiltonian(atlas.kernel, path.initial()) + 0.5 * nugget * path.initial().p.squaredNorm());
   for (int k = 0; nugget > 0 && k < path.grid.steps; ++k) {
@@ -221,7 +221,7 @@ class TemplateSearch {
   std::optional<Points> path_search(const TemplateMetric& metric, const AtlasSpecimen& specimen) const {
     Landmarks source = atlas_.template_shape;
     source.points = metric.shape();
-    RegistrationOptions options;
+    matching::RegistrationOptions options;
     options.kernel = atlas_.kernel;
     if (atlas_.beta > 0) options.noise = fmt::format("ch-sd:beta={}", atlas_.beta);
     options.lambda = atlas_.lambda;
@@ -320,4 +320,4 @@ Atlas make_atlas(const std::vector<Landmarks>& shapes, const AtlasOptions& optio
   return atlas;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -7,7 +7,7 @@
 #include "inference/log_maximum.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -148,7 +148,8 @@ CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, 
   }
   const Index free = (options.kernel ? 0 : 1) + (tau ? 0 : 1);
   if (free > 0) {
-    LogSearch search = log_search(free, half, 0.01, 60);  // the grid's best may lie on a bound, up to rounding
+    inference::LogSearch search =
+        inference::log_search(free, half, 0.01, 60);  // the grid's best may lie on a bound, up to rounding
     search.with_deviations = false;
     Index next = 0;
     if (!options.kernel) {
@@ -162,7 +163,7 @@ CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, 
     const auto place = [&](const VectorXd& x) {
       return std::pair(log_width + (options.kernel ? 0 : x[0]), log_tau + (tau ? 0 : x[x.size() - 1]));
     };
-    const LogMaximum found = maximise_over_logs(
+    const inference::LogMaximum found = maximise_over_logs(
         [&](const VectorXd& x) { return value(KernelLikelihood(kernel_at(place(x).first), data), place(x).second); },
         search);
     std::tie(log_width, log_tau) = place(found.x);
@@ -174,4 +175,4 @@ CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, 
   return {kernel, 1 / variance, options.sigma.value_or(std::sqrt(t * variance)), best};
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -6,7 +6,7 @@
 #include "pulson/core/alignment.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 /// What is given of the model of a cohort's displacements; what is not is fitted.
 struct CohortFitOptions {
@@ -36,4 +36,4 @@ struct CohortDisplacements {
 /// Cost O(n·min(N, 128)) and O(min(N, 128)³) for each of some 60 places.
 CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, const CohortFitOptions& options);
 
-}  // namespace pulson
+}  // namespace pulson::cohort

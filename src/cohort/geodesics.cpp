@@ -7,7 +7,7 @@
 #include "anderson.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -144,4 +144,4 @@ GeodesicMatch Geodesics::match(const TemplateMetric& metric, const MatchModel& m
   return best;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -7,7 +7,7 @@
 #include "dynamics/effective_hamiltonian.hpp"
 #include "pulson/integrators/integrator.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 /// The linear maps of the geodesics from one template to first order in the momenta: with A = A(q0) of the cometric
 /// and τ = λσ², momenta p move the template by Ap, and (A + τ)p = y − q0 is the match of a target y.
@@ -95,4 +95,4 @@ class Geodesics {
   TimeGrid grid_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::cohort

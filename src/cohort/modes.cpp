@@ -7,7 +7,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -137,4 +137,4 @@ ProcrustesModes procrustes_modes(const std::vector<Points>& shapes) {
   return {mean, principal_components(as_columns(moved), MatrixXd::Identity(mean.cols(), mean.cols()), mean.rows())};
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -12,7 +12,7 @@
 #include "pulson/core/parallel.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -188,4 +188,4 @@ GroupComparison compare_groups(const Atlas& atlas, const std::vector<std::string
   return found;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

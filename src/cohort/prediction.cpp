@@ -11,7 +11,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -56,9 +56,9 @@ struct PriorFit {
     constexpr double kLeast = -3, kMost = 14;  // from a twentieth of a specimen to a million
     for (double at = kLeast; at <= kMost; at += 1)
       if (const double here = log_marginal(at, log_scale); here > best) log_weight = at, best = here;
-    LogSearch search = log_search(2, 1.5, 1e-3, 100);
+    inference::LogSearch search = inference::log_search(2, 1.5, 1e-3, 100);
     search.with_deviations = false;
-    const LogMaximum found = maximise_over_logs(
+    const inference::LogMaximum found = maximise_over_logs(
         [&](const VectorXd& x) { return log_marginal(log_weight + x[0], log_scale + x[1]); }, search);
     weight = std::exp(log_weight + found.x[0]);
     scale = std::exp(log_scale + found.x[1]);
@@ -229,4 +229,4 @@ std::vector<PredictedLandmarks> predict_missing(const Atlas& atlas, const std::v
   return predicted;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -2,7 +2,7 @@
 
 #include "pulson/cohort/prediction.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 // The continued fraction of the incomplete beta function by Lentz's method (W. Press et al., Numerical Recipes, 2007,
@@ -50,4 +50,4 @@ double student_quantile(double p, double degrees) {
   return (low + high) / 2;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

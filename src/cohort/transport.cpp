@@ -9,7 +9,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -64,4 +64,4 @@ Points transported(const KernelOperator& kernel, const Points& q0, const Points&
   return p / scale;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -4,7 +4,7 @@
 
 #include <fmt/core.h>
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -75,4 +75,4 @@ std::vector<int> channel_amplitudes(const NoiseModel& noise, const Points& shape
   return amplitudes;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -5,7 +5,7 @@
 
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// A noise model some of whose numbers are to be fitted.
 struct OpenNoise {
@@ -22,4 +22,4 @@ OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape);
 /// there is none.
 std::vector<int> channel_amplitudes(const NoiseModel& noise, const Points& shape);
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -12,7 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& targets, AlignmentKind alignment) {
   if (targets.empty()) throw InputError("there is no target; a comparison needs at least one");
@@ -81,4 +81,4 @@ void merge_coincident(CohortShapes& shapes, bool merge, std::vector<std::string>
   }
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

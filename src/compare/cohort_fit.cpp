@@ -10,7 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 double CohortFit::score() const {
   return log_evidence - 0.5 * static_cast<double>(fitted.size()) * std::log(static_cast<double>(shapes.size()));
@@ -33,7 +33,7 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
   for (; steps < kMost; steps *= 2) try {
       settings.grid.steps = steps;
       const CohortFit fit = fit_cohort(cohort, "none", settings);
-      const MatchingProblem problem = shape_problem(cohort, fit, settings, 0);
+      const matching::MatchingProblem problem = shape_problem(cohort, fit, settings, 0);
       const StochasticSystem& system = problem.system;
       const TimeGrid finer{settings.grid.time, 2 * steps};
       const bool exact = std::all_of(fit.shapes.begin(), fit.shapes.end(), [&](const ShapeFit& shape) {
@@ -56,18 +56,19 @@ bool is_complete(const NoiseChoice& noise, const Landmarks& shape) {
   return make_open_noise(noise, shape).open.empty();
 }
 
-MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings, int target) {
+matching::MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings,
+                                        int target) {
   const double sigma = settings.sigma.in(diameter(cohort.source.points));
   return {{make_kernel(fit.kernel, cohort.source.points),
            fit.own_noise ? fit.own_noise : make_noise(fit.noise, cohort.source)},
           make_integrator(settings.integrator),
           settings.grid,
           cohort.source.points,
-          std::make_shared<LandmarkTerm>(
-              LandmarkObservations{cohort.targets[static_cast<std::size_t>(target)].points, sigma, {}, {}}),
+          std::make_shared<matching::LandmarkTerm>(
+              matching::LandmarkObservations{cohort.targets[static_cast<std::size_t>(target)].points, sigma, {}, {}}),
           sigma,
           fit.lambda,
           {}};
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

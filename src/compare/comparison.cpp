@@ -16,7 +16,7 @@
 #include "pulson/core/parallel.hpp"
 #include "statistics.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -295,4 +295,4 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
   return comparison;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -7,7 +7,7 @@
 
 #include "response_surface.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -99,4 +99,4 @@ Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int l
           box, places_.front()};
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

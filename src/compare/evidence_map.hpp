@@ -7,7 +7,7 @@
 
 #include "profile.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// Σ_s log of the mean over pairs of draws of e^excess, and half of the variance that the logarithm takes off.
 /// @param left_out those pairs i of i mod EvidenceMap::kGroups that are left out; −1: none
@@ -37,4 +37,4 @@ class EvidenceMap {
   std::vector<std::vector<Eigen::VectorXd>> excess_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::compare

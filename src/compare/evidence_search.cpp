@@ -11,7 +11,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -58,10 +58,10 @@ Fitter::State Fitter::moved(const State& from, const VectorXd& to) const {
   for (; i < groups(); ++i) u[i] = std::log(units_[i] * std::max(std::expm1(to[i]), kNegligible) / variance(from, i));
   std::vector<VectorXd> z = rescale(state, u);
   if (settings_.fit_width) {
-    const MatchingObjective before = objective(state);
+    const matching::MatchingObjective before = objective(state);
     state.width = std::exp(to[i++]);
     if (state.width != from.width) {
-      const MatchingObjective after = objective(state);
+      const matching::MatchingObjective after = objective(state);
       const auto to_new_basis = [&](VectorXd& of_shape) {
         of_shape = after.white(before.momenta(of_shape), before.increments(of_shape));
       };
@@ -200,4 +200,4 @@ std::vector<Fitter::State> Fitter::candidates(const State& start) const {
   return found;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -12,7 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -108,7 +108,7 @@ std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
   return numbers;
 }
 
-ShapeFit Fitter::shape_fit(const MatchingObjective& objective, const Linearised& match, int target) const {
+ShapeFit Fitter::shape_fit(const matching::MatchingObjective& objective, const Linearised& match, int target) const {
   const Observation& observation = observations_[at(target)];
   ShapeFit fit;
   fit.momenta = objective.momenta(match.at.z);
@@ -161,7 +161,7 @@ CohortFit Fitter::record_without_intervals(const State& state) const {
 
 CohortFit Fitter::record(const Maximum& maximum) const {
   const State& state = maximum.state;
-  const MatchingObjective objective = this->objective(state);
+  const matching::MatchingObjective objective = this->objective(state);
   CohortFit fit;
   fit.kernel = kernel(state).spec();
   fit.noise = objective.problem().system.noise->spec();
@@ -192,4 +192,4 @@ CohortFit Fitter::record(const Maximum& maximum) const {
   return fit;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

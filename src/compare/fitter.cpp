@@ -16,7 +16,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -100,23 +100,26 @@ KernelOperator Fitter::kernel(const State& state) const {
   return KernelOperator(terms);
 }
 
-MatchingProblem Fitter::problem(const State& state, int target) const {
+matching::MatchingProblem Fitter::problem(const State& state, int target) const {
   return {{kernel(state),
            noise_.model->parameters().size() == 0 ? noise_.model : noise_.model->with_parameters(state.parameters)},
           integrator_,
           settings_.grid,
           cohort_.source.points,
-          std::make_shared<LandmarkTerm>(LandmarkObservations{cohort_.targets[at(target)].points, sigma_, {}, {}}),
+          std::make_shared<matching::LandmarkTerm>(
+              matching::LandmarkObservations{cohort_.targets[at(target)].points, sigma_, {}, {}}),
           sigma_,
           state.lambda,
           {}};
 }
 
-MatchingObjective Fitter::objective(const State& state) const { return MatchingObjective(problem(state, 0)); }
+matching::MatchingObjective Fitter::objective(const State& state) const {
+  return matching::MatchingObjective(problem(state, 0));
+}
 
 // How the ends move where the noise grows as its effect stays the same: by what compensates for its roughness.
-VectorXd Fitter::drift(const MatchingObjective& objective, const Observation& observation, const Linearised& match,
-                       Index group) const {
+VectorXd Fitter::drift(const matching::MatchingObjective& objective, const Observation& observation,
+                       const Linearised& match, Index group) const {
   const StochasticSystem& system = objective.problem().system;
   const auto shot = match.at.paths.empty() ? objective.evaluate(match.at.z) : match.at;
   if (!shot) return VectorXd::Zero(observation.count());
@@ -132,7 +135,8 @@ VectorXd Fitter::drift(const MatchingObjective& objective, const Observation& ob
   return observation.projection * integrator_->tangent(system, path, change).q.reshaped();
 }
 
-VarianceData Fitter::variance_data(const MatchingObjective& objective, int target, const Linearised& match) const {
+VarianceData Fitter::variance_data(const matching::MatchingObjective& objective, int target,
+                                   const Linearised& match) const {
   const Index n = match.innovation.size();
   const Index momenta = match.jacobian.cols() - std::ssize(group_of_channel_) * settings_.grid.steps;
   VarianceData data{match.innovation, MatrixXd::Identity(n, n), {}, {}};
@@ -165,7 +169,7 @@ Fitter::State Fitter::start(double width) const {
   for (const Index i : others_) state.parameters[i] = std::pow(kernel_.terms().front().alpha, 2);
   const double largest = std::max(size, diameter(cohort_.source.points));
   state.lambda = settings_.lambda.value_or(1 / (largest * largest));
-  const MatchingObjective at_rest = objective(state);
+  const matching::MatchingObjective at_rest = objective(state);
   for (const Observation& observation : observations_)
     state.matches.push_back(linearised_at(at_rest, observation, VectorXd::Zero(at_rest.unknowns())));
   check_observable(at_rest, state);
@@ -183,7 +187,7 @@ Fitter::State Fitter::start(double width) const {
 }
 
 // The amplitude of noise whose displacements the alignment removes is not determined.
-void Fitter::check_observable(const MatchingObjective& objective, const State& at_rest) const {
+void Fitter::check_observable(const matching::MatchingObjective& objective, const State& at_rest) const {
   const Linearised& match = at_rest.matches.front();
   const MatrixXd whole = objective.endpoint_changes(match.at.path()) / sigma_;
   const Index momenta = objective.basis().unknowns();
@@ -218,7 +222,7 @@ std::vector<VectorXd> Fitter::rescale(State& state, const VectorXd& u) const {
 }
 
 void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_other_starts) const {
-  const MatchingObjective objective = this->objective(state);
+  const matching::MatchingObjective objective = this->objective(state);
   state.matches.resize(observations_.size());
   const auto shapes = static_cast<int>(observations_.size());
   // Where what the linear model predicts is far off, the match before is at hand.
@@ -254,7 +258,7 @@ void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_ot
       const Observation& observation = observations_[at(s)];
       const double data = found.cost - 0.5 * found.at.z.squaredNorm();
       if (with_other_starts && (!found.converged || data > static_cast<double>(observation.count()))) {
-        const MinimiseSummary other = minimise(MatchingObjective(problem(state, s)), {});
+        const matching::MinimiseSummary other = minimise(matching::MatchingObjective(problem(state, s)), {});
         Linearised again = find_match(objective, observation, {other.solution.z});
         if (again.cost < found.cost) found = std::move(again);
       }
@@ -265,7 +269,7 @@ void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_ot
 }
 
 void Fitter::find_variances(State& state) const {
-  const MatchingObjective objective = this->objective(state);
+  const matching::MatchingObjective objective = this->objective(state);
   std::vector<VarianceData> data(state.matches.size());
   parallel_for(static_cast<int>(data.size()),
                [&](int s) { data[at(s)] = variance_data(objective, s, state.matches[at(s)]); });
@@ -341,4 +345,4 @@ CohortFit Fitter::run() {
   return record(best);
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

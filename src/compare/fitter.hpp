@@ -13,7 +13,7 @@
 #include "pulson/compare/cohort_fit.hpp"
 #include "variances.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
@@ -71,11 +71,11 @@ class Fitter {
   using Draws = std::vector<std::vector<Eigen::VectorXd>>;  ///< where the iteration of each draw of a shape begins
 
   KernelOperator kernel(const State& state) const;
-  MatchingObjective objective(const State& state) const;
-  MatchingProblem problem(const State& state, int target) const;
-  VarianceData variance_data(const MatchingObjective& objective, int target, const Linearised& match) const;
-  Eigen::VectorXd drift(const MatchingObjective& objective, const Observation& observation, const Linearised& match,
-                        Eigen::Index group) const;
+  matching::MatchingObjective objective(const State& state) const;
+  matching::MatchingProblem problem(const State& state, int target) const;
+  VarianceData variance_data(const matching::MatchingObjective& objective, int target, const Linearised& match) const;
+  Eigen::VectorXd drift(const matching::MatchingObjective& objective, const Observation& observation,
+                        const Linearised& match, Eigen::Index group) const;
   Eigen::Index groups() const { return (lambda_open_ ? 1 : 0) + std::ssize(amplitudes_); }
   Eigen::Index numbers_open() const { return groups() + (settings_.fit_width ? 1 : 0) + std::ssize(others_); }
   State start(double width) const;
@@ -107,11 +107,11 @@ class Fitter {
   Maximum find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) const;
   Maximum search(const State& start) const;
 
-  void check_observable(const MatchingObjective& objective, const State& at_rest) const;
+  void check_observable(const matching::MatchingObjective& objective, const State& at_rest) const;
   CohortFit record(const Maximum& maximum) const;
   CohortFit record_without_intervals(const State& state) const;
   std::vector<FittedNumber> numbers(const Maximum& maximum) const;
-  ShapeFit shape_fit(const MatchingObjective& objective, const Linearised& match, int target) const;
+  ShapeFit shape_fit(const matching::MatchingObjective& objective, const Linearised& match, int target) const;
 
   const Cohort& cohort_;
   const CohortSettings& settings_;
@@ -127,4 +127,4 @@ class Fitter {
   std::vector<Observation> observations_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::compare

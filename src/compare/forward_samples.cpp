@@ -9,14 +9,14 @@
 #include "pulson/core/parallel.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-ForwardSamples draw_shapes(const MatchingProblem& problem, int count, std::uint64_t seed) {
+ForwardSamples draw_shapes(const matching::MatchingProblem& problem, int count, std::uint64_t seed) {
   const SerialBlas serial;
-  const MatchingObjective objective(problem);
+  const matching::MatchingObjective objective(problem);
   const Index coordinates = problem.source.size();
   const VectorXd observable = observable_unknowns(objective);
   std::vector<std::optional<VectorXd>> ends(static_cast<std::size_t>(count));
@@ -42,4 +42,4 @@ ForwardSamples draw_shapes(const MatchingProblem& problem, int count, std::uint6
   return samples;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

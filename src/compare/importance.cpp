@@ -12,7 +12,7 @@
 #include "matching/momentum_basis.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -31,7 +31,7 @@ constexpr double kAccuracy =
 // The draws of one shape.
 class Draws {
  public:
-  Draws(const MatchingObjective& objective, const Observation& observation, const Linearised& match)
+  Draws(const matching::MatchingObjective& objective, const Observation& observation, const Linearised& match)
       : objective_(objective), observation_(observation), match_(match), observable_(observable_unknowns(objective)) {
     MatrixXd covariance = MatrixXd::Identity(observation.count(), observation.count());
     covariance.selfadjointView<Eigen::Lower>().rankUpdate(match.jacobian);
@@ -92,7 +92,7 @@ class Draws {
 
  private:
   struct Place {
-    MatchingObjective::Evaluation at;
+    matching::MatchingObjective::Evaluation at;
     VectorXd residual;
   };
 
@@ -179,7 +179,7 @@ class Draws {
     const auto at = objective_.evaluate(z);
     contracts = at.has_value();
     if (at) return observation_.residual(at->path().final().q);
-    const MatchingProblem& problem = objective_.problem();
+    const matching::MatchingProblem& problem = objective_.problem();
     try {
       return observation_.residual(problem.integrator
                                        ->integrate(problem.system, {problem.source, objective_.momenta(z)},
@@ -243,7 +243,7 @@ class Draws {
            lu.matrixLU().diagonal().array().abs().log().sum();
   }
 
-  const MatchingObjective& objective_;
+  const matching::MatchingObjective& objective_;
   const Observation& observation_;
   const Linearised& match_;
   VectorXd observable_;
@@ -282,7 +282,7 @@ ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weight
 
 }  // namespace
 
-BeyondEstimate sample_beyond(const MatchingObjective& objective, const Observation& observation,
+BeyondEstimate sample_beyond(const matching::MatchingObjective& objective, const Observation& observation,
                              const Linearised& match, int samples, std::uint64_t seed) {
   Draws draws(objective, observation, match);
   draws.find_axes();
@@ -298,7 +298,7 @@ BeyondEstimate sample_beyond(const MatchingObjective& objective, const Observati
   return {mean, (weights.array() - mean).square().sum() / (count * std::max(1.0, count - 1))};
 }
 
-ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
+ImportanceEstimate importance_sample(const matching::MatchingObjective& objective, const Observation& observation,
                                      const Linearised& match, int samples, double enough, std::uint64_t seed,
                                      std::vector<VectorXd>& begin) {
   constexpr Index kLeastPairs = 8;
@@ -325,4 +325,4 @@ ImportanceEstimate importance_sample(const MatchingObjective& objective, const O
   return estimate(log_weights);
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

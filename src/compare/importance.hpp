@@ -5,7 +5,7 @@
 
 #include "posterior.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// Fraction of effective samples below which their evidence is uncertain.
 inline constexpr double kFewEffective = 0.1;
@@ -36,7 +36,7 @@ struct ImportanceEstimate {
 /// of their basis, whatever its eigenvectors.
 /// @param samples at most, rounded up to pairs @param enough the variance of the logarithm at which fewer will do
 /// @param begin where the iteration of each draw begins, and where it ended then; empty at first
-ImportanceEstimate importance_sample(const MatchingObjective& objective, const Observation& observation,
+ImportanceEstimate importance_sample(const matching::MatchingObjective& objective, const Observation& observation,
                                      const Linearised& match, int samples, double enough, std::uint64_t seed,
                                      std::vector<Eigen::VectorXd>& begin);
 
@@ -46,7 +46,7 @@ ImportanceEstimate importance_sample(const MatchingObjective& objective, const O
 struct BeyondEstimate {
   double part = 0, variance = 0;
 };
-BeyondEstimate sample_beyond(const MatchingObjective& objective, const Observation& observation,
+BeyondEstimate sample_beyond(const matching::MatchingObjective& objective, const Observation& observation,
                              const Linearised& match, int samples, std::uint64_t seed);
 
-}  // namespace pulson
+}  // namespace pulson::compare

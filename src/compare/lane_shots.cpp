@@ -15,7 +15,7 @@
 
 #include "matching/momentum_basis.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 HWY_EXPORT(ShootLanes);
 HWY_EXPORT(ShotLaneCount);
@@ -48,17 +48,17 @@ MatrixXd of_lanes(const std::vector<double>& values, Index rows, Index count, in
 
 int LaneShots::lanes() { return static_cast<int>(HWY_DYNAMIC_DISPATCH(ShotLaneCount)()); }
 
-bool LaneShots::knows(const MatchingObjective& objective) {
-  const MatchingProblem& problem = objective.problem();
+bool LaneShots::knows(const matching::MatchingObjective& objective) {
+  const matching::MatchingProblem& problem = objective.problem();
   const NoiseTraits traits = problem.system.noise->traits();
   return problem.integrator->name() == "variational-2" && traits.hamiltonian &&
          (traits.additive || bump_fields(*problem.system.noise)) && problem.source.size() <= kMostCoordinates &&
          lanes() >= 2;
 }
 
-LaneShots::LaneShots(const MatchingObjective& objective)
+LaneShots::LaneShots(const matching::MatchingObjective& objective)
     : objective_(objective), momenta_(objective.basis().changes()) {
-  const MatchingProblem& problem = objective.problem();
+  const matching::MatchingProblem& problem = objective.problem();
   const Points& source = problem.source;
   projection_ = MatrixXd::Identity(source.size(), source.size());
   bumps_ = bump_fields(*problem.system.noise);
@@ -74,9 +74,10 @@ LaneShots::LaneShots(const MatchingObjective& objective)
   }
 }
 
-LaneShots::LaneShots(const MatchingObjective& objective, const Observation& observation, const MatrixXd& slope)
+LaneShots::LaneShots(const matching::MatchingObjective& objective, const Observation& observation,
+                     const MatrixXd& slope)
     : LaneShots(objective) {
-  const MatchingProblem& problem = objective.problem();
+  const matching::MatchingProblem& problem = objective.problem();
   const Index size = problem.source.size();
   const Index n = observation.count();
   const int steps = problem.grid.steps;
@@ -120,7 +121,7 @@ MatrixXd LaneShots::changes_of(const Rows& rows, Index lane) const {
 }
 
 LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
-  const MatchingProblem& problem = objective_.problem();
+  const matching::MatchingProblem& problem = objective_.problem();
   const NoiseTraits traits = problem.system.noise->traits();
   const int lanes = LaneShots::lanes();
   const Index size = problem.source.size();
@@ -200,6 +201,6 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   return shots;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare
 
 #endif  // HWY_ONCE

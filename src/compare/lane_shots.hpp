@@ -7,7 +7,7 @@
 #include "noise/bump_fields.hpp"
 #include "posterior.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// What the vector code of LaneShots computes with: numbers of a lane are `lanes` apart, so that entry i of lane l is
 /// at i·lanes + l.
@@ -51,13 +51,13 @@ struct LaneShotArguments {
 class LaneShots {
  public:
   /// Whether there is vector code for the objective.
-  static bool knows(const MatchingObjective& objective);
+  static bool knows(const matching::MatchingObjective& objective);
 
   /// @param slope J of the match, n×U: slopes() has products with its transpose @param observation of the shape
-  LaneShots(const MatchingObjective& objective, const Observation& observation, const Eigen::MatrixXd& slope);
+  LaneShots(const matching::MatchingObjective& objective, const Observation& observation, const Eigen::MatrixXd& slope);
 
   /// Of no shape, without slopes.
-  explicit LaneShots(const MatchingObjective& objective);
+  explicit LaneShots(const matching::MatchingObjective& objective);
 
   /// How many are shot at once.
   static int lanes();
@@ -80,7 +80,7 @@ class LaneShots {
   Eigen::MatrixXd changes_of(const Rows& rows, Eigen::Index lane) const;
   Eigen::Index channels() const { return bumps_ ? bumps_->centres.size() : of_p_.cols(); }
 
-  const MatchingObjective& objective_;
+  const matching::MatchingObjective& objective_;
   Eigen::MatrixXd momenta_;      // ∂p0/∂z0, dN×U0
   Eigen::MatrixXd of_q_, of_p_;  // ∇h_i, dN×C
   Eigen::MatrixXd projection_;   // dN×n
@@ -90,4 +90,4 @@ class LaneShots {
   Eigen::MatrixXd by_weights_;  // C×(n·steps)
 };
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -19,8 +19,10 @@
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
-namespace pulson {
+namespace pulson::compare {
 namespace HWY_NAMESPACE {
+
+using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
 
 using Flags = hn::Mask<Tag>;
 
@@ -671,7 +673,7 @@ void ShootLanes(const LaneShotArguments& arguments) {
 std::size_t ShotLaneCount() { return hn::Lanes(Tag()); }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace pulson
+}  // namespace pulson::compare
 HWY_AFTER_NAMESPACE();
 // NOLINTEND(readability-identifier-naming)
 

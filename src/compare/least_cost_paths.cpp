@@ -13,7 +13,7 @@
 #include "pulson/warp/sampled_map.hpp"
 #include "statistics.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -40,12 +40,12 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
   VectorXd action = total, rms = total, inversions = total, flipped = total;
   Eigen::Array<bool, Eigen::Dynamic, 1> converged = Eigen::Array<bool, Eigen::Dynamic, 1>::Constant(count, false);
   parallel_for(static_cast<int>(count), [&](int s) {
-    MatchingProblem problem = shape_problem(cohort, fit, settings, s);
+    matching::MatchingProblem problem = shape_problem(cohort, fit, settings, s);
     problem.grid.steps = std::max(problem.grid.steps, kFewestSteps);
     problem.lambda /= problem.grid.time;  // the energy is λH there, λ∫H dt here
     if (noise_vanishes(fit)) problem.system.noise = make_noise("none");
     try {
-      const PathSolution found = search_paths(problem, {});
+      const matching::PathSolution found = search_paths(problem, {});
       const Points& end = found.path.end();
       const Observation observation = observe(cohort, s, problem.sigma);
       const Landmarks& shape = cohort.targets[static_cast<std::size_t>(s)];
@@ -53,8 +53,8 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
       total[s] = found.cost.energy + found.cost.action + 0.5 * observation.residual(end).squaredNorm();
       action[s] = found.cost.action;
       rms[s] = problem.sigma * observation.residual(end).norm() / std::sqrt(std::max(landmarks, 1.0));
-      if (source.rows() == 1) inversions[s] = order_inversions(source, end);
-      if (source.rows() == 2) flipped[s] = flipped_triangles(source, end);
+      if (source.rows() == 1) inversions[s] = matching::order_inversions(source, end);
+      if (source.rows() == 2) flipped[s] = warp::flipped_triangles(source, end);
       converged[s] = found.converged;
     } catch (const NumericalError&) {
       // no path: not matched
@@ -71,4 +71,4 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
                         .converged = static_cast<int>(converged.count())};
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

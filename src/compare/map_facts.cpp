@@ -9,7 +9,7 @@
 #include "pulson/warp/sampled_map.hpp"
 #include "statistics.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -50,13 +50,14 @@ void measure_maps(const Cohort& cohort, const CompareOptions& options, ComparedM
   const Points places = places_over(source);
   parallel_for(static_cast<int>(count), [&](int s) {
     const ShapeFit& shape = model.fit.shapes[static_cast<std::size_t>(s)];
-    if (source.rows() == 1) inversions[s] = order_inversions(source, shape.end);
-    if (source.rows() == 2) flipped[s] = flipped_triangles(source, shape.end);
+    if (source.rows() == 1) inversions[s] = matching::order_inversions(source, shape.end);
+    if (source.rows() == 2) flipped[s] = warp::flipped_triangles(source, shape.end);
     if (!options.maps) return;
-    const MatchingProblem problem = shape_problem(cohort, model.fit, options.settings, s);
+    const matching::MatchingProblem problem = shape_problem(cohort, model.fit, options.settings, s);
     try {
-      const MaterialFlow flow(problem.system, problem.integrator->integrate(problem.system, {source, shape.momenta},
-                                                                            options.settings.grid, shape.increments));
+      const warp::MaterialFlow flow(
+          problem.system, problem.integrator->integrate(problem.system, {source, shape.momenta}, options.settings.grid,
+                                                        shape.increments));
       const VectorXd jacobians = flow.end_with_gradients(places).jacobians();
       folded[s] = static_cast<double>((jacobians.array() <= 0).count()) / static_cast<double>(jacobians.size());
     } catch (const StepError&) {
@@ -68,4 +69,4 @@ void measure_maps(const Cohort& cohort, const CompareOptions& options, ComparedM
   model.folded_fraction = estimate(folded);
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

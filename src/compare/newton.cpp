@@ -6,7 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -69,4 +69,4 @@ BoxMaximum maximise_in_box(const std::function<double(const VectorXd&)>& value,
   return best;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

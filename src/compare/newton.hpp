@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson {
+namespace pulson::compare {
 
 /// Bounds of each number.
 struct Box {
@@ -41,4 +41,4 @@ BoxMaximum maximise_in_box(const std::function<double(const Eigen::VectorXd&)>& 
                            const std::function<SecondOrder(const Eigen::VectorXd&)>& model, const Box& box,
                            const Eigen::VectorXd& start, const NewtonOptions& options = {});
 
-}  // namespace pulson
+}  // namespace pulson::compare

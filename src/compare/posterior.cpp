@@ -13,7 +13,7 @@
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -43,7 +43,7 @@ Observation observe(const Cohort& cohort, int target, double sigma) {
 
 namespace {
 
-using Evaluation = MatchingObjective::Evaluation;
+using Evaluation = matching::MatchingObjective::Evaluation;
 
 constexpr int kMostSteps = 60;
 constexpr int kMostHalvings = 12;
@@ -83,7 +83,7 @@ Step linear_step(const Observation& observation, const VectorXd& observable, con
   return {std::move(z), std::move(here)};
 }
 
-Step linearise(const MatchingObjective& objective, const Observation& observation, Evaluation at) {
+Step linearise(const matching::MatchingObjective& objective, const Observation& observation, Evaluation at) {
   const MatrixXd changes = objective.endpoint_changes(at.path());
   Points end = at.path().final().q;
   return linear_step(observation, observable_unknowns(objective), changes, std::move(at), std::move(end));
@@ -91,8 +91,8 @@ Step linearise(const MatchingObjective& objective, const Observation& observatio
 
 }  // namespace
 
-VectorXd observable_unknowns(const MatchingObjective& objective) {
-  const MatchingProblem& problem = objective.problem();
+VectorXd observable_unknowns(const matching::MatchingObjective& objective) {
+  const matching::MatchingProblem& problem = objective.problem();
   const VectorXd eigenvalues = objective.basis().eigenvalues();  // of λK
   const double least = kSeen * std::pow(problem.lambda * problem.sigma / problem.grid.time, 2);
   VectorXd observable = VectorXd::Ones(objective.unknowns());
@@ -101,13 +101,14 @@ VectorXd observable_unknowns(const MatchingObjective& objective) {
   return observable;
 }
 
-Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const VectorXd& z) {
+Linearised linearised_at(const matching::MatchingObjective& objective, const Observation& observation,
+                         const VectorXd& z) {
   std::optional<Evaluation> at = objective.evaluate(z);
   if (!at) throw NumericalError(kNoPath);
   return linearise(objective, observation, std::move(*at)).from;
 }
 
-Linearised find_match(const MatchingObjective& objective, const Observation& observation,
+Linearised find_match(const matching::MatchingObjective& objective, const Observation& observation,
                       const std::vector<VectorXd>& starts, double good) {
   const VectorXd observable = observable_unknowns(objective);
   std::optional<Evaluation> at;
@@ -155,7 +156,7 @@ struct LaneSearch {
 
 }  // namespace
 
-std::vector<Linearised> find_matches(const LaneShots& shots, const MatchingObjective& objective,
+std::vector<Linearised> find_matches(const LaneShots& shots, const matching::MatchingObjective& objective,
                                      const std::vector<const Observation*>& observations,
                                      const std::vector<std::vector<VectorXd>>& starts,
                                      const std::vector<double>& good) {
@@ -244,4 +245,4 @@ std::vector<Linearised> find_matches(const LaneShots& shots, const MatchingObjec
   return found;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

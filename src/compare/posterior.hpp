@@ -6,7 +6,7 @@
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// The end points of one shape, projected onto the directions that its alignment leaves, in units of σ.
 struct Observation {
@@ -23,12 +23,12 @@ Observation observe(const Cohort& cohort, int target, double sigma);
 
 /// The posterior of one shape's unknowns z about a point where it was linearised: t = r + Jz, C = I + JJᵀ.
 struct Linearised {
-  MatchingObjective::Evaluation at;  ///< without a path where vector code has shot it
-  Points end;                        ///< q(T)
-  Eigen::MatrixXd jacobian;          ///< J, n×U
-  Eigen::VectorXd innovation;        ///< t
-  double cost = 0;                   ///< ½|z|² + ½|r|²
-  double gain = 0;                   ///< what the cost would still fall by, were q(T) linear
+  matching::MatchingObjective::Evaluation at;  ///< without a path where vector code has shot it
+  Points end;                                  ///< q(T)
+  Eigen::MatrixXd jacobian;                    ///< J, n×U
+  Eigen::VectorXd innovation;                  ///< t
+  double cost = 0;                             ///< ½|z|² + ½|r|²
+  double gain = 0;                             ///< what the cost would still fall by, were q(T) linear
   double log_evidence = 0;
   bool converged = false;
 };
@@ -36,16 +36,17 @@ struct Linearised {
 /// Whether each unknown is observable, 1 or 0: momenta are not in a direction whose prior moves no landmark by more
 /// than about 0.03 σ, because no data could determine them and, where landmarks are dense relative to the kernel, no
 /// time step resolves them. With Λ the eigenvalue of K in that direction, Λ T²/λ < 1e-3 σ².
-Eigen::VectorXd observable_unknowns(const MatchingObjective& objective);
+Eigen::VectorXd observable_unknowns(const matching::MatchingObjective& objective);
 
 /// About z. @throws InputError where it has no path
-Linearised linearised_at(const MatchingObjective& objective, const Observation& observation, const Eigen::VectorXd& z);
+Linearised linearised_at(const matching::MatchingObjective& objective, const Observation& observation,
+                         const Eigen::VectorXd& z);
 
 /// Searches for the maximum of the posterior from the start of least cost, or from rest where none has a path, by
 /// Gauss–Newton steps in the space of the data, halved until the cost falls.
 /// @param good starts are not compared with others where their cost is less
 /// @throws NumericalError where even landmarks at rest have no path
-Linearised find_match(const MatchingObjective& objective, const Observation& observation,
+Linearised find_match(const matching::MatchingObjective& objective, const Observation& observation,
                       const std::vector<Eigen::VectorXd>& starts,
                       double good = -std::numeric_limits<double>::infinity());
 
@@ -53,9 +54,9 @@ class LaneShots;
 
 /// find_match() of several shapes at once in vector lanes, as many as there are.
 /// @param observations of each shape @param starts of each @param good of each
-std::vector<Linearised> find_matches(const LaneShots& shots, const MatchingObjective& objective,
+std::vector<Linearised> find_matches(const LaneShots& shots, const matching::MatchingObjective& objective,
                                      const std::vector<const Observation*>& observations,
                                      const std::vector<std::vector<Eigen::VectorXd>>& starts,
                                      const std::vector<double>& good);
 
-}  // namespace pulson
+}  // namespace pulson::compare

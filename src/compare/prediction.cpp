@@ -9,7 +9,7 @@
 #include "pulson/core/parallel.hpp"
 #include "statistics.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -67,7 +67,7 @@ double coverage(const MatrixXd& samples, const VectorXd& outcome, double part) {
   return within / static_cast<double>(places.size());
 }
 
-MatrixXd aligned_samples(const Cohort& cohort, const MatchingProblem& model, int count, std::uint64_t seed) {
+MatrixXd aligned_samples(const Cohort& cohort, const matching::MatchingProblem& model, int count, std::uint64_t seed) {
   MatrixXd samples = draw_shapes(model, count, seed).ends;
   if (cohort.alignment == AlignmentKind::kNone) return samples;
   const Points& source = cohort.source.points;
@@ -103,4 +103,4 @@ Prediction summary(std::vector<ShapePrediction> shapes) {
   return {scores.mean(), standard_error(scores), covered.mean(), standard_error(covered), std::move(shapes)};
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

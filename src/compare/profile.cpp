@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -60,4 +60,4 @@ std::optional<VectorXd> profile_end(const Likelihood& likelihood, Index i, int d
   return inside;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -7,7 +7,7 @@
 
 #include "newton.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// A log-likelihood that is cheap, about its maximum in a box.
 struct Likelihood {
@@ -36,4 +36,4 @@ inline constexpr double kDropOfNinety = 2.70554 / 2;
 std::optional<Eigen::VectorXd> profile_end(const Likelihood& likelihood, Eigen::Index i, int direction, double step,
                                            const std::function<double(double)>& drop);
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -10,7 +10,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -18,7 +18,7 @@ using Eigen::MatrixXd;
 
 constexpr int kSamples = 1000;  // for the share of the noise
 
-MatchingProblem problem_of(const Cohort& cohort, const TrueModel& truth, const CohortSettings& settings) {
+matching::MatchingProblem problem_of(const Cohort& cohort, const TrueModel& truth, const CohortSettings& settings) {
   CohortFit fit;
   fit.kernel = truth.kernel.empty() ? settings.kernel.spec() : truth.kernel;
   fit.noise = truth.noise.spec();
@@ -33,7 +33,7 @@ double mean_square(const MatrixXd& ends, const Points& source) {
 }
 
 // Draws that have a path are taken until there are enough.
-std::vector<Landmarks> draw_cohort(const Landmarks& source, const MatchingProblem& problem, int shapes,
+std::vector<Landmarks> draw_cohort(const Landmarks& source, const matching::MatchingProblem& problem, int shapes,
                                    std::uint64_t seed) {
   const ForwardSamples drawn = draw_shapes(problem, 2 * shapes, seed);
   if (drawn.ends.cols() < shapes)
@@ -79,7 +79,7 @@ std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vect
   CohortSettings settings = options.settings;
   settings.kernel = settings.kernel.make(source.points).spec();
   std::vector<RecoveryRow> rows;
-  std::vector<MatchingProblem> problems;
+  std::vector<matching::MatchingProblem> problems;
   for (const TrueModel& truth : truths) {
     if (!is_complete(truth.noise, source))
       throw InputError(
@@ -111,4 +111,4 @@ std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vect
   return rows;
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
-namespace pulson {
+namespace pulson::compare {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -81,4 +81,4 @@ SecondOrder ResponseSurface::second_order(const VectorXd& x) const {
   return {root_.transpose() * gradient, -root_.transpose() * hessian * root_};
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -6,7 +6,7 @@
 
 #include "newton.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// The smooth function through values at scattered places: with y = R(x − x₀), RᵀR a metric,
 ///
@@ -33,4 +33,4 @@ class ResponseSurface {
   Eigen::VectorXd coefficients_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::compare

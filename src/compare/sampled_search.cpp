@@ -13,7 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -79,7 +79,7 @@ VectorXd variances_by_draws(const EvidenceMap& map, const MatrixXd& metric, cons
 }  // namespace
 
 Fitter::Excess Fitter::sampled_excess(const State& state, Draws& draws) const {
-  const MatchingObjective objective = this->objective(state);
+  const matching::MatchingObjective objective = this->objective(state);
   const auto shapes = static_cast<int>(state.matches.size());
   const int count = std::clamp(kDrawsOfCohort / shapes, kFewestDraws, kMostDraws);
   draws.resize(at(shapes));
@@ -148,7 +148,7 @@ void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) const {
   add(VectorXd::Zero(centre.size()), true);
   const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(centre.size(), centre.size()));
   for (Index g = 0; g < groups(); ++g)
-    if (const double down = chart.box.least[g] - centre[g]; -down < kBeside * std::sqrt(covariance(g, g)))
+    if (const double down = chart.box.least[g] - centre[g]; - down < kBeside * std::sqrt(covariance(g, g)))
       add(covariance.col(g) * (down / covariance(g, g)), true);
   for (Index i = 0; i < axes.cols(); ++i)
     for (const double sign : {1.0, -1.0}) {
@@ -255,4 +255,4 @@ Fitter::Maximum Fitter::search(const State& start) const {
   return find_intervals(chart, best, map, draws);
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson {
+namespace pulson::compare {
 
 /// Standard deviation of independent values; NaN for fewer than two.
 inline double standard_deviation(const Eigen::VectorXd& values) {
@@ -18,4 +18,4 @@ inline double standard_error(const Eigen::VectorXd& values) {
   return standard_deviation(values) / std::sqrt(static_cast<double>(values.size()));
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -148,4 +148,4 @@ VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Index groups)
   return {u, here.information, first_information, here.log_likelihood, least};
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson {
+namespace pulson::compare {
 
 /// The data of one shape on the variances of a linear model: t − Σ_g (e^{u_g} − 1) d_g ~ N(0, I + F + Σ_g e^{u_g} M_g).
 struct VarianceData {
@@ -29,4 +29,4 @@ struct VarianceFit {
 /// By Fisher scoring from u = 0, steps halved until the likelihood rises.
 VarianceFit fit_variances(const std::vector<VarianceData>& shapes, Eigen::Index groups);
 
-}  // namespace pulson
+}  // namespace pulson::compare

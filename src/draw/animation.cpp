@@ -19,7 +19,7 @@
 #include "gnuplot.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 namespace {
 
 namespace fs = std::filesystem;
@@ -159,7 +159,7 @@ struct Animation::Encoder {
   std::optional<TemporaryFile> temporary{};
   std::size_t frame_bytes;
   Descriptor frames, input;
-  std::optional<picture::ChildProcess> program{};  // after the file, so that it ends before that goes
+  std::optional<ChildProcess> program{};  // after the file, so that it ends before that goes
   bool has_frames = false;
 };
 
@@ -191,10 +191,10 @@ void Animation::finish() {
   const std::unique_ptr<Encoder> encoder = std::move(encoder_);  // ended in any case
   if (!encoder->has_frames) throw InputError(fmt::format("animation '{}': it has no frames", encoder->file.string()));
   encoder->wait();
-  picture::require_written(kFfmpeg, *encoder->temporary);
+  require_written(kFfmpeg, *encoder->temporary);
   encoder->temporary->put_in_place();
 }
 
-bool Animation::available() { return picture::is_on_path(kFfmpeg); }
+bool Animation::available() { return is_on_path(kFfmpeg); }
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace pulson {
+namespace pulson::draw {
 
 /// Frames that the program ffmpeg, a child process, makes a GIF, an MP4 (H.264) or a WebP of, by the extension of
 /// the file. It is written under a temporary name in its own folder and renamed by finish(); without that, or after a
@@ -37,4 +37,4 @@ class Animation {
   std::unique_ptr<Encoder> encoder_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::draw

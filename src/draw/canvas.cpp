@@ -14,7 +14,7 @@
 #include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 constexpr double kViridisEnd = 0.8;
@@ -219,4 +219,4 @@ void Canvas::write(const PictureFiles& files) const {
   gnuplot.run();
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

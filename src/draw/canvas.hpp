@@ -12,7 +12,7 @@
 #include "pulson/draw/pictures.hpp"
 #include "surface.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// A colour as gnuplot writes it: #RRGGBB, or #AARRGGBB where AA = 00 is opaque and FF invisible.
 using Colour = std::string;
@@ -121,4 +121,4 @@ class Canvas {
   std::vector<std::shared_ptr<std::FILE>> scratch_;  // of the pixels
 };
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -10,7 +10,7 @@
 #include "draw/checks.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 namespace {
 
@@ -76,10 +76,6 @@ void Checks::times(const std::vector<double>& times, std::size_t entries, const 
       refuse(
           fmt::format("time {} is {}; times must increase and be no larger than {:g}", k + 1, times[k], kLargestDrawn));
 }
-
-}  // namespace pulson::picture
-
-namespace pulson {
 
 namespace {
 
@@ -220,4 +216,4 @@ void simplify_lines(std::vector<Points>& lines, std::size_t most) {
   }
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -8,7 +8,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// Beyond it, differences and squares of pixels would overflow.
 inline constexpr double kLargestDrawn = 1e300;
@@ -52,10 +52,6 @@ class Checks {
   std::string picture_;
 };
 
-}  // namespace pulson::picture
-
-namespace pulson {
-
 /// At most `most` (≥ 2) of the indices 0, …, count − 1, evenly spaced, including both ends.
 std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most);
 
@@ -78,4 +74,4 @@ std::vector<std::vector<std::size_t>> thin_paths(const std::vector<Points>& traj
 /// The ends of lines are always kept; nothing is dropped if there are at most `most` vertices.
 void simplify_lines(std::vector<Points>& lines, std::size_t most);
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -13,7 +13,7 @@
 #include "layout.hpp"
 #include "space_panels.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 constexpr int kCorners = 72;                  // of an ellipse
@@ -41,7 +41,7 @@ Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance,
 }
 
 std::vector<Points> ellipses(const EnsemblePicture& picture, const View& view) {
-  return pulson::ellipses(picture, view.row_x, view.row_y);
+  return draw::ellipses(picture, view.row_x, view.row_y);
 }
 
 std::vector<View> views_of(const EnsemblePicture& picture) {
@@ -144,13 +144,10 @@ Canvas compose(const EnsemblePicture& picture) {
 }
 
 }  // namespace
-}  // namespace pulson::picture
-
-namespace pulson {
 namespace {
 
 void check(const EnsemblePicture& picture) {
-  const picture::Checks checks("ensemble picture");
+  const Checks checks("ensemble picture");
   checks.shape(picture.start, "the start");
   const Eigen::Index d = picture.start.dimension();
   if (d < 2) checks.refuse("the start is in 1D");
@@ -172,13 +169,13 @@ std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_
   std::vector<Points> outlines;
   for (Eigen::Index a = 0; a < picture.mean.back().cols(); ++a)
     outlines.push_back(
-        picture::ellipse(picture.mean.back().col(a), picture.covariances[static_cast<std::size_t>(a)], {row_x, row_y}));
+        ellipse(picture.mean.back().col(a), picture.covariances[static_cast<std::size_t>(a)], {row_x, row_y}));
   return outlines;
 }
 
 void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files) {
   check(picture);
-  picture::compose(picture).write(files);
+  compose(picture).write(files);
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -7,7 +7,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 
 /// All that the picture of an ensemble in the plane or in space shows. d = 2 or 3; N landmarks; R ≥ 2 records.
 struct EnsemblePicture {
@@ -35,4 +35,4 @@ std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_
 /// not exist and where gnuplot is missing or fails; neither file is then written. Safe to call from several threads.
 void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files);
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -25,7 +25,7 @@
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): only some systems declare it
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 namespace fs = std::filesystem;
 
@@ -118,10 +118,6 @@ void require_written(std::string_view program, const TemporaryFile& file) {
   throw InputError(fmt::format("{} did not write '{}'", program, file.named().string()));
 }
 
-}  // namespace pulson::picture
-
-namespace pulson {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -140,12 +136,12 @@ std::string gnuplot_error(const std::string& text) {
 }
 
 void run_script(const std::string& script) {
-  const picture::File input = picture::make_scratch_file(kGnuplot);
+  const File input = make_scratch_file(kGnuplot);
   if (std::fwrite(script.data(), 1, script.size(), input.get()) != script.size() || std::fflush(input.get()) != 0)
     throw InputError(fmt::format("cannot write the script for gnuplot: {}", std::strerror(errno)));
   std::rewind(input.get());
   // -d: without the user's own start-up file. Named as a file, standard input is read three times as fast.
-  picture::ChildProcess gnuplot({kGnuplot, "-d", "/dev/stdin"}, fileno(input.get()), kNoGnuplot);
+  ChildProcess gnuplot({kGnuplot, "-d", "/dev/stdin"}, fileno(input.get()), kNoGnuplot);
   if (!gnuplot.wait()) throw InputError("gnuplot failed: " + gnuplot_error(gnuplot.printed()));
 }
 
@@ -183,11 +179,11 @@ void Gnuplot::set_output(const fs::path& file) {
 void Gnuplot::run() {
   command("unset output");
   run_script(script_);
-  for (const TemporaryFile& output : outputs_) picture::require_written(kGnuplot, output);
+  for (const TemporaryFile& output : outputs_) require_written(kGnuplot, output);
   for (TemporaryFile& output : outputs_) output.put_in_place();
 }
 
-bool Gnuplot::is_installed() { return picture::is_on_path(kGnuplot); }
+bool Gnuplot::is_installed() { return is_on_path(kGnuplot); }
 
 std::string Gnuplot::quoted(std::string_view text) {
   std::string result = "'";
@@ -208,4 +204,4 @@ std::string Gnuplot::quoted(std::string_view text) {
   return result + "'";
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

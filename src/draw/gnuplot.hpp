@@ -13,7 +13,11 @@
 
 #include "core/atomic_file.hpp"
 
-namespace pulson::picture {
+namespace pulson {
+class TemporaryFile;
+}  // namespace pulson
+
+namespace pulson::draw {
 
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
@@ -50,12 +54,6 @@ class ChildProcess {
 
 /// @throws InputError if `program` left the file empty, or a picture without its end
 void require_written(std::string_view program, const TemporaryFile& file);
-
-}  // namespace pulson::picture
-
-namespace pulson {
-
-class TemporaryFile;
 
 /// One run of gnuplot in a child process: a script with its inline data, and the files that it writes. Every file is
 /// drawn under a temporary name in its own folder and renamed once gnuplot has succeeded, so that a failure leaves
@@ -94,4 +92,4 @@ class Gnuplot {
   std::vector<TemporaryFile> outputs_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::draw

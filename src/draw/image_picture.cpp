@@ -9,7 +9,7 @@
 #include "layout.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 constexpr double kTallest = 1500;  // of all panels
@@ -204,16 +204,12 @@ Canvas compose(const ImagePicture& picture) {
 }
 
 }  // namespace
-}  // namespace pulson::picture
-
-namespace pulson {
-
 void write_image_picture(const ImagePicture& picture, const PictureFiles& files) {
   if (picture.panels.empty()) throw InputError("a picture of images needs one or more");
   for (const ImagePanel& panel : picture.panels)
     if (panel.width < 1 || panel.height < 1)
       throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
-  picture::compose(picture).write(files);
+  compose(picture).write(files);
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -8,7 +8,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 
 /// What the colours of a picture of numbers mean.
 struct ColourBar {
@@ -47,4 +47,4 @@ struct ImagePicture {
 /// where gnuplot is missing or fails
 void write_image_picture(const ImagePicture& picture, const PictureFiles& files);
 
-}  // namespace pulson
+}  // namespace pulson::draw

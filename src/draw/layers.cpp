@@ -12,7 +12,7 @@
 #include "draw/checks.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 
 namespace {
 
@@ -76,8 +76,6 @@ OutlineKind outline_kind(const Points& points) {
   const bool closes = (points.col(n - 1) - points.col(0)).norm() <= kLargestGap * typical;
   return closes ? OutlineKind::kClosed : OutlineKind::kOpen;
 }
-
-namespace picture {
 
 namespace {
 
@@ -145,12 +143,6 @@ std::vector<Points> trace(const Figure& figure, bool dense, const Points& points
     if (outline.dense == dense) lines.emplace_back(points(Eigen::all, outline.members));
   return lines;
 }
-
-}  // namespace picture
-
-}  // namespace pulson
-
-namespace pulson::picture {
 
 namespace {
 
@@ -413,4 +405,4 @@ void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
   if (rows.size() > 1) canvas.extend_below(kLegendRow * static_cast<double>(rows.size() - 1));
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

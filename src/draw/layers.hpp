@@ -9,7 +9,7 @@
 #include "marks.hpp"
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// A group of landmarks that is joined by a line.
 struct Outline {
@@ -129,4 +129,4 @@ LegendEntry legend_of_time(const std::vector<double>& times);
 /// below its first row.
 void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries);
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 constexpr double kTicLength = 7;
@@ -217,4 +217,4 @@ Plan arrange(const Titles& titles, std::vector<View> views, const Arrangement& a
   return {std::move(canvas), std::move(views)};
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -7,7 +7,7 @@
 #include "canvas.hpp"
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// A closed range of one coordinate.
 struct Interval {
@@ -129,4 +129,4 @@ Plan arrange(const Titles& titles, std::vector<View> views, const Arrangement& a
 /// Pixels per length unit, the same in all views of a plan.
 inline double scale_of(const View& view) { return view.box.width / view.x.span(); }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 constexpr double kPanelGap = 110;  // with the numbers of the right panel
@@ -96,4 +96,4 @@ void draw_map_panels(Canvas& canvas, const Box& box, const RegistrationPicture& 
              {displacements(target), displacements(result), displacements(curve), none}, figure);
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -4,7 +4,7 @@
 #include "layout.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// From how many landmarks on a line on a picture shows their map, beside which paths over time say little.
 inline constexpr int kManyOnLine = 16;
@@ -13,4 +13,4 @@ inline constexpr int kManyOnLine = 16;
 /// result over the source, and beside it the displacements, with the curve on which points between the landmarks go.
 void draw_map_panels(Canvas& canvas, const Box& box, const RegistrationPicture& picture, const Figure& figure);
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 namespace {
 
@@ -41,4 +41,4 @@ void draw_marks(Canvas& canvas, const Points& centres, double radius, const Seri
   canvas.areas(outlines, look.colour);
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

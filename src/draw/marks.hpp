@@ -5,7 +5,7 @@
 #include "canvas.hpp"
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// How a series or a group looks: its colour, and as colour is never alone, its place among the dashes and the shapes
 /// of marks.
@@ -18,4 +18,4 @@ struct SeriesLook {
 /// squares, triangles, diamonds, triangles that point down, crosses, and over again.
 void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look);
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -9,7 +9,7 @@
 
 #include "draw/checks.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 namespace {
 
@@ -306,4 +306,4 @@ Ends choose_ends(const PathPicture& picture, std::size_t vertices) {
   return ends;
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

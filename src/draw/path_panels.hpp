@@ -10,7 +10,7 @@
 #include "layout.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// A value over time.
 struct Curve {
@@ -100,4 +100,4 @@ struct Ends {
 /// the 90 % quantile of all ends.
 Ends choose_ends(const PathPicture& picture, std::size_t vertices);
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

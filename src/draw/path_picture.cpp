@@ -11,7 +11,7 @@
 #include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 // In all panels together; an SVG takes some 16 bytes for a vertex.
@@ -251,13 +251,10 @@ Canvas compose_paths_in_space(const PathPicture& picture) {
 }
 
 }  // namespace
-}  // namespace pulson::picture
-
-namespace pulson {
 namespace {
 
 void check(const PathPicture& picture) {
-  const picture::Checks checks("path picture");
+  const Checks checks("path picture");
   checks.shape(picture.start, "the start");
   const std::size_t paths = picture.positions.size();
   if (paths == 0) checks.refuse("there are no paths");
@@ -277,10 +274,10 @@ void check(const PathPicture& picture) {
 void write_path_picture(const PathPicture& picture, const PictureFiles& files) {
   check(picture);
   const int d = picture.start.dimension();
-  const picture::Canvas canvas = d == 1   ? picture::compose_paths_on_line(picture)
-                                 : d == 2 ? picture::compose_paths_in_plane(picture)
-                                          : picture::compose_paths_in_space(picture);
+  const Canvas canvas = d == 1   ? compose_paths_on_line(picture)
+                        : d == 2 ? compose_paths_in_plane(picture)
+                                 : compose_paths_in_space(picture);
   canvas.write(files);
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -12,7 +12,7 @@
 #include "pulson/draw/pictures.hpp"
 #include "space_panels.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 const Stroke kGridStroke{colour::kGrid, 1.25};
@@ -212,13 +212,10 @@ Canvas compose_line(const RegistrationPicture& picture) {
 }
 
 }  // namespace
-}  // namespace pulson::picture
-
-namespace pulson {
 namespace {
 
 void check(const RegistrationPicture& picture) {
-  const picture::Checks checks("registration picture");
+  const Checks checks("registration picture");
   const Landmarks& source = picture.source;
   checks.shape(source, "the source");
   checks.incomplete_shape(picture.target, source.dimension(), "the target");
@@ -247,10 +244,10 @@ void check(const RegistrationPicture& picture) {
 
 void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files) {
   check(picture);
-  const picture::Canvas canvas = picture.source.dimension() == 1   ? picture::compose_line(picture)
-                                 : picture.source.dimension() == 2 ? picture::compose_plane(picture)
-                                                                   : picture::compose_space(picture);
+  const Canvas canvas = picture.source.dimension() == 1   ? compose_line(picture)
+                        : picture.source.dimension() == 2 ? compose_plane(picture)
+                                                          : compose_space(picture);
   canvas.write(files);
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

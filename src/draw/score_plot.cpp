@@ -7,7 +7,7 @@
 #include "layout.hpp"
 #include "shape_panels.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 
 Points convex_hull(const Points& points) {
   std::vector<int> order(static_cast<std::size_t>(points.cols()));
@@ -35,7 +35,6 @@ Points convex_hull(const Points& points) {
   return points(Eigen::all, hull);
 }
 
-namespace picture {
 namespace {
 
 constexpr double kPanelWidth = 1000, kTallestPlot = 760, kLeastHeight = 420;
@@ -120,13 +119,12 @@ Canvas compose(const ScorePlot& plot) {
 }
 
 }  // namespace
-}  // namespace picture
 
 void write_score_plot(const ScorePlot& plot, const PictureFiles& files) {
-  const picture::Checks checks("scores plot");
+  const Checks checks("scores plot");
   if (plot.groups.empty()) checks.refuse("there are no groups");
   for (const ScorePlot::Group& group : plot.groups) checks.points(group.scores, 2, "the scores");
-  picture::compose(plot).write(files);
+  compose(plot).write(files);
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -8,7 +8,7 @@
 #include "layers.hpp"
 #include "layout.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 const Stroke kPanelGridStroke{colour::kGrid, 1.1};
@@ -134,18 +134,14 @@ Canvas compose(const ShapePanels& picture) {
 }
 
 }  // namespace
-}  // namespace pulson::picture
-
-namespace pulson {
-
 void write_shape_panels(const ShapePanels& picture, const PictureFiles& files) {
-  const picture::Checks checks("picture of shapes");
+  const Checks checks("picture of shapes");
   checks.shape(picture.reference, "the reference");
   for (const auto& row : picture.rows)
     for (const ShapePanel& panel : row)
       if (panel.shape.size() > 0)
         checks.landmarks(panel.shape, picture.reference, "the reference", "the shape '" + panel.heading + "'");
-  picture::compose(picture).write(files);
+  compose(picture).write(files);
 }
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -6,7 +6,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 
 /// One shape of a picture of several.
 struct ShapePanel {
@@ -53,4 +53,4 @@ void write_score_plot(const ScorePlot& plot, const PictureFiles& files);
 /// The corners of the convex hull of points in the plane, in order (A. Andrew 1979). @param points 2×n @return 2×m
 Points convex_hull(const Points& points);
 
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 constexpr double kTallestRows = 980;  // of both rows of panels
@@ -136,4 +136,4 @@ void draw_displacements(Canvas& canvas, const Box& box, const Points& from, cons
   draw_start(canvas, seen, figure);
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

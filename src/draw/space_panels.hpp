@@ -5,7 +5,7 @@
 #include "layers.hpp"
 #include "layout.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// Arranges the three coordinate planes, of one scale, in two rows, like the faces of a box that is unfolded: with a,
 /// b, c the axes from the longest range to the shortest, (a, c) and (b, c) above, (a, b) and the view from the side
@@ -22,4 +22,4 @@ void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface)
 void draw_displacements(Canvas& canvas, const Box& box, const Points& from, const Points& to, const Figure& figure,
                         const SurfaceParts& surface = kNoSurface);
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

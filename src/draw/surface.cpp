@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 using Eigen::Vector3d;
@@ -103,4 +103,4 @@ Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& w
   return std::move(shading).take();
 }
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

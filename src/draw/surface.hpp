@@ -6,7 +6,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson::picture {
+namespace pulson::draw {
 
 /// Pixels in rows from the top: red, green, blue and opacity, 0 to 255 each.
 struct Raster {
@@ -39,4 +39,4 @@ inline const SurfaceParts kNoSurface{kNoVertices, kNoTriangles};
 /// the nearest of overlapping triangles, light from the upper left, normals interpolated between the vertices.
 Raster shaded(const SurfaceParts& surface, const Screen& screen, const Window& window);
 
-}  // namespace pulson::picture
+}  // namespace pulson::draw

@@ -10,7 +10,7 @@
 #include "path_sampler.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 namespace {
 
@@ -331,4 +331,4 @@ void Ensemble::add(const BlockSums& block) {
   sums_.states.insert(sums_.states.end(), more.states.begin(), more.states.end());
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

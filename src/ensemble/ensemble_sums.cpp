@@ -5,7 +5,7 @@
 
 #include "pulson/ensemble/ensemble.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 void Moments::merge(const Moments& other) {
   if (other.count == 0) return;
@@ -99,4 +99,4 @@ Eigen::ArrayXd EnsembleSums::mean_error(std::size_t record) const {
   return (pair_moments.empty() ? moments : pair_moments)[record].standard_error();
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -19,8 +19,10 @@
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
-namespace pulson {
+namespace pulson::ensemble {
 namespace HWY_NAMESPACE {
+
+using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
 
 using LaneMask = hn::Mask<Tag>;
 using FloatMask = hn::Mask<FloatTag>;
@@ -277,7 +279,7 @@ class LaneState : public LaneStorage {
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace pulson
+}  // namespace pulson::ensemble
 HWY_AFTER_NAMESPACE();
 // NOLINTEND(readability-identifier-naming)
 

@@ -15,8 +15,10 @@
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
-namespace pulson {
+namespace pulson::ensemble {
 namespace HWY_NAMESPACE {
+
+using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
 
 // Solves x = c + F(x), F = Δt K(x)p, in each lane, in the model's units, where Δt is part of K:
 //
@@ -235,13 +237,13 @@ void AdvanceLandmarks(const LandmarkModel& model, LandmarkBatch& batch, std::uin
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace pulson
+}  // namespace pulson::ensemble
 HWY_AFTER_NAMESPACE();
 // NOLINTEND(readability-identifier-naming)
 
 #if HWY_ONCE
 
-namespace pulson {
+namespace pulson::ensemble {
 
 HWY_EXPORT(AdvanceLandmarks);
 
@@ -249,6 +251,6 @@ void advance_landmarks(const LandmarkModel& model, LandmarkBatch& batch, std::ui
   HWY_DYNAMIC_DISPATCH(AdvanceLandmarks)(model, batch, first, last);
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble
 
 #endif  // HWY_ONCE

@@ -8,7 +8,7 @@
 #include "pair_lanes.hpp"
 #include "pulson/dynamics/stochastic_system.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 /// One entry of h_i,p or h_i,q of a noise that is constant.
 struct NoiseLoad {
@@ -94,4 +94,4 @@ struct LaneStep {
 /// m), by the integrator's thorough search. @return false where it finds no root
 bool solve_landmarks(const LandmarkModel& model, const LaneStep& lane);
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -7,7 +7,7 @@
 #include "landmark_lanes.hpp"
 #include "path_sampler.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 namespace {
 
@@ -158,4 +158,4 @@ std::unique_ptr<const PathSampler> make_landmark_sampler(const StochasticSystem&
   return std::make_unique<LandmarkSampler>(std::move(model), start, plan);
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -19,8 +19,10 @@
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
-namespace pulson {
+namespace pulson::ensemble {
 namespace HWY_NAMESPACE {
+
+using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
 
 using FloatTag = hn::ScalableTag<float>;
 using Floats = hn::Vec<FloatTag>;
@@ -370,7 +372,7 @@ HWY_INLINE void AddPairs(Sum& sum, std::size_t count) {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace pulson
+}  // namespace pulson::ensemble
 HWY_AFTER_NAMESPACE();
 // NOLINTEND(readability-identifier-naming)
 

@@ -15,8 +15,10 @@
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
-namespace pulson {
+namespace pulson::ensemble {
 namespace HWY_NAMESPACE {
+
+using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
 
 using LaneMask = hn::Mask<Tag>;
 
@@ -356,13 +358,13 @@ void AdvancePair(const PairModel& model, PairBatch& batch, std::uint32_t first, 
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace pulson
+}  // namespace pulson::ensemble
 HWY_AFTER_NAMESPACE();
 // NOLINTEND(readability-identifier-naming)
 
 #if HWY_ONCE
 
-namespace pulson {
+namespace pulson::ensemble {
 
 HWY_EXPORT(AdvancePair);
 
@@ -370,6 +372,6 @@ void advance_pair(const PairModel& model, PairBatch& batch, std::uint32_t first,
   HWY_DYNAMIC_DISPATCH(AdvancePair)(model, batch, first, last);
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble
 
 #endif  // HWY_ONCE

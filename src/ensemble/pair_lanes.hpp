@@ -6,7 +6,7 @@
 #include "path_sampler.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 /// Channels of a pair's noise: four for noise in both positions and both momenta.
 inline constexpr int kMostPairChannels = 4;
@@ -69,4 +69,4 @@ void pair_kernel(const KernelTerm& kernel, double gap, double& value, double& sl
 /// 1 that vectors leave. @return false where the branch ends before a
 bool solve_gap(const KernelTerm& kernel, double c, double a, double& gap);
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

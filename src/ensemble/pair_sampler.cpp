@@ -6,7 +6,7 @@
 #include "path_sampler.hpp"
 #include "pulson/core/name_table.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 namespace {
 
@@ -190,4 +190,4 @@ std::unique_ptr<const PathSampler> make_pair_sampler(const StochasticSystem& sys
   return std::make_unique<PairSampler>(model, start, plan);
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -9,7 +9,7 @@
 
 #include "pulson/integrators/integrator.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 /// So many neighbouring paths at a time, the unit of work: a multiple of two vectors of every target.
 inline constexpr std::size_t kPathBatch = 64;
@@ -101,4 +101,4 @@ LaneEnds sample_lanes(Batch batch, const PathPlan& plan, Eigen::Index coordinate
   return ends;
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -10,7 +10,7 @@
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/random/brownian.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 namespace {
 
@@ -184,4 +184,4 @@ std::unique_ptr<const PathSampler> make_path_sampler(const StochasticSystem& sys
   return make_scalar_sampler(system, integrator, start, plan);
 }
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

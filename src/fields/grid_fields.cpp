@@ -12,7 +12,7 @@
 #include "grid_formats.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::fields {
 namespace {
 
 struct GridFormat {
@@ -23,8 +23,8 @@ struct GridFormat {
 };
 
 constexpr GridFormat kFormats[] = {
-    {".mha", io::sniff_meta_image, io::read_meta_image, io::meta_image_file},
-    {".nrrd", io::sniff_nrrd, io::read_nrrd, io::nrrd_file},
+    {".mha", sniff_meta_image, read_meta_image, meta_image_file},
+    {".nrrd", sniff_nrrd, read_nrrd, nrrd_file},
 };
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
@@ -82,7 +82,7 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
   const auto d = static_cast<Eigen::Index>(field.sizes.size());
   if (whole.direction.size() == 0) whole.direction = Eigen::MatrixXd::Identity(d, d);
   check(path.string(), whole);
-  if (const auto count = io::grid_count(whole.sizes, whole.components); count != whole.values.size())
+  if (const auto count = grid_count(whole.sizes, whole.components); count != whole.values.size())
     refuse(path.string(), fmt::format("it has {}; sizes {} of {} need {}", io::counted(whole.values.size(), "value"),
                                       fmt::join(whole.sizes, " × "), io::counted(whole.components, "number"),
                                       count ? std::to_string(*count) : "too many"));
@@ -101,4 +101,4 @@ GridField read_grid_field(const std::filesystem::path& path) {
   return field;
 }
 
-}  // namespace pulson
+}  // namespace pulson::fields

@@ -15,7 +15,7 @@
 
 #include "pulson/fields/grid_fields.hpp"
 
-namespace pulson::io {
+namespace pulson::fields {
 
 bool sniff_meta_image(std::string_view text);
 /// `path` is what messages call the file. @throws InputError
@@ -107,4 +107,4 @@ enum class GridEncoding { kRaw, kZlib, kGzip };
 /// The values as bytes, little-endian.
 std::string encoded(std::span<const float> values, GridType type, GridEncoding encoding);
 
-}  // namespace pulson::io
+}  // namespace pulson::fields

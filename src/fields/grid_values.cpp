@@ -18,7 +18,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
-namespace pulson::io {
+namespace pulson::fields {
 
 namespace {
 
@@ -98,7 +98,7 @@ std::string inflated(std::string_view stream_bytes, std::size_t size, const std:
 // ---- headers
 
 std::string plain_key(std::string_view key) {
-  std::string plain = to_lower(key);
+  std::string plain = io::to_lower(key);
   std::erase(plain, ' ');
   return plain;
 }
@@ -106,8 +106,10 @@ std::string plain_key(std::string_view key) {
 }  // namespace
 
 void GridHeader::add(std::size_t line, std::string_view key, std::string_view value) {
-  const auto [entry, is_new] = entries_.try_emplace(plain_key(key), HeaderEntry{line, std::string(key), trim(value)});
-  if (!is_new) fail(path_, line, fmt::format("{} was given on line {} already", in_quotes(key), entry->second.line));
+  const auto [entry, is_new] =
+      entries_.try_emplace(plain_key(key), HeaderEntry{line, std::string(key), io::trim(value)});
+  if (!is_new)
+    io::fail(path_, line, fmt::format("{} was given on line {} already", io::in_quotes(key), entry->second.line));
 }
 
 const HeaderEntry* GridHeader::find(std::initializer_list<std::string_view> keys) const {
@@ -124,12 +126,12 @@ const HeaderEntry& GridHeader::need(std::initializer_list<std::string_view> keys
 std::vector<double> GridHeader::numbers(const HeaderEntry& entry, std::string_view text, std::size_t count) const {
   const std::string what = fmt::format("{}:{}: a number of {}", path_, entry.line, entry.key);
   std::vector<double> values;
-  for (const std::string_view word : split_words(text)) {
+  for (const std::string_view word : io::split_words(text)) {
     values.push_back(parse_number(word, what));
     if (!std::isfinite(values.back())) refuse(entry, "its numbers must be finite");
   }
   if (values.size() != count)
-    refuse(entry, fmt::format("{} needed", count == 1 ? "1 number is" : counted(count, "number") + " are"));
+    refuse(entry, fmt::format("{} needed", count == 1 ? "1 number is" : io::counted(count, "number") + " are"));
   return values;
 }
 
@@ -144,7 +146,7 @@ std::vector<int> GridHeader::counts(const HeaderEntry& entry, std::size_t count)
 }
 
 void GridHeader::refuse(const HeaderEntry& entry, const std::string& what) const {
-  fail(path_, entry.line, fmt::format("{} is {}; {}", entry.key, in_quotes(entry.value), what));
+  io::fail(path_, entry.line, fmt::format("{} is {}; {}", entry.key, io::in_quotes(entry.value), what));
 }
 
 std::string_view take_header_line(std::string_view& text) {
@@ -240,7 +242,7 @@ const GridNumberType* find_meta_image_type(std::string_view name) {
 }
 
 const GridNumberType* find_nrrd_type(std::string_view name) {
-  return find_type([lower = to_lower(name)](const GridNumberType& type) { return holds_name(type.nrrd, lower); });
+  return find_type([lower = io::to_lower(name)](const GridNumberType& type) { return holds_name(type.nrrd, lower); });
 }
 
 const GridNumberType& grid_number_type(GridType type) {
@@ -260,7 +262,7 @@ std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, 
   const std::optional<std::size_t> size = count ? product(*count, bytes.type.size) : std::nullopt;
   const std::string need =
       fmt::format("{}: sizes {} of {} of {} need", path, fmt::join(sizes, " × "),
-                  counted(static_cast<std::size_t>(components), "number"), counted(bytes.type.size, "byte"));
+                  io::counted(static_cast<std::size_t>(components), "number"), io::counted(bytes.type.size, "byte"));
   if (!size) throw InputError(need + " more bytes than any file has");
   std::string raw;
   if (bytes.is_compressed) {
@@ -280,4 +282,4 @@ std::string encoded(std::span<const float> values, GridType type, GridEncoding e
   return encoding == GridEncoding::kRaw ? raw : deflated(raw, encoding == GridEncoding::kGzip);
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::fields

@@ -8,7 +8,7 @@
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::fokker_planck {
 
 namespace {
 
@@ -257,4 +257,4 @@ double BackwardEquation::at_start() const {
   return value;
 }
 
-}  // namespace pulson
+}  // namespace pulson::fokker_planck

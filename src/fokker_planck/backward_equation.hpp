@@ -6,7 +6,7 @@
 
 #include "pulson/fokker_planck/pair_equation.hpp"
 
-namespace pulson {
+namespace pulson::fokker_planck {
 
 /// A pair problem without units: x = r/ℓ with ℓ the kernel's smallest width, s = tPK(0)/ℓ, k(x) = K(ℓx)/K(0),
 ///
@@ -109,4 +109,4 @@ class BackwardEquation {
   std::array<double, 4> start_weights_{};
 };
 
-}  // namespace pulson
+}  // namespace pulson::fokker_planck

@@ -12,7 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::fokker_planck {
 
 namespace {
 
@@ -149,4 +149,4 @@ std::vector<PairCrossing> crossing_probabilities(const std::vector<PairEquation>
   return all;
 }
 
-}  // namespace pulson
+}  // namespace pulson::fokker_planck

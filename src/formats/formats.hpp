@@ -6,7 +6,7 @@
 
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 // The rows of landmark_formats(), each defined behind its reader and writer.
 LandmarkFormat bigwarp_format();
@@ -40,4 +40,4 @@ WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file);
 /// dot.
 std::string file_stem(const std::filesystem::path& path);
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -12,7 +12,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "shape_options.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 const std::vector<LandmarkFormat>& landmark_formats() {
   using namespace io;
@@ -105,7 +105,7 @@ const LandmarkFormat& find_format(const std::filesystem::path& path, std::string
 
 }  // namespace
 
-std::string io::file_stem(const std::filesystem::path& path) {
+std::string file_stem(const std::filesystem::path& path) {
   std::size_t longest = 0;
   for (const LandmarkFormat& format : landmark_formats()) longest = std::max(longest, matched_length(path, format));
   const std::string name = path.filename().string();
@@ -119,7 +119,7 @@ void name_shapes(const std::filesystem::path& path, std::vector<Landmarks>& shap
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const std::string number = is_alone ? "" : fmt::format("#{}", i + 1);
     shapes[i].source = path.string() + number;
-    if (shapes[i].name.empty()) shapes[i].name = io::file_stem(path) + number;
+    if (shapes[i].name.empty()) shapes[i].name = file_stem(path) + number;
   }
 }
 
@@ -169,18 +169,17 @@ std::vector<std::string> write_landmark_file(const std::filesystem::path& path, 
   return written.losses;
 }
 
-LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
-  const bool is_standard_input = given == "-" || given == kStandardInput;
+LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
+  const bool is_standard_input = given == "-" || given == io::kStandardInput;
   const std::filesystem::path path = is_standard_input ? "standard input" : given;
   std::string contents = is_standard_input ? io::read_standard_input() : io::read_text_file(path);
   const LandmarkFormat& format = find_format(path, contents, options);
   const bool is_recoded = !format.holds_bytes && !is_utf8(contents);
   if (is_recoded) contents = utf8_of_windows_1252(contents);
-  LandmarkFile file = describes_table(options) && format.name == "csv"
-                          ? io::read_table(path.string(), contents, options)
-                          : format.read(path.string(), contents);
+  LandmarkFile file = describes_table(options) && format.name == "csv" ? read_table(path.string(), contents, options)
+                                                                       : format.read(path.string(), contents);
   file.format = format.name;
-  io::prepare_shapes(options, path.string(), file);
+  prepare_shapes(options, path.string(), file);
   for (Landmarks& shape : file.shapes) {
     shape.units = file.units;
     shape.axes = file.axes;
@@ -202,9 +201,9 @@ LandmarkFile io::read_all_shapes(const std::filesystem::path& given, const ReadO
 }
 
 LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOptions& options) {
-  LandmarkFile file = io::read_all_shapes(path, options);
-  io::apply_to_shapes(options, file);
+  LandmarkFile file = read_all_shapes(path, options);
+  apply_to_shapes(options, file);
   return file;
 }
 
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -10,7 +10,7 @@
 #include "formats.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 /// Whether read_landmark_file made the name from that of the file.
@@ -21,7 +21,7 @@ bool is_named_by_source(const Landmarks& shape) {
 }
 
 std::string called(const Landmarks& shape) {
-  return shape.name.empty() ? "the shape" : "the shape " + in_quotes(shape.name);
+  return shape.name.empty() ? "the shape" : "the shape " + io::in_quotes(shape.name);
 }
 
 }  // namespace
@@ -53,8 +53,9 @@ std::vector<std::string> losses_of(const Target& target, const LandmarkFile& fil
   lose(held.properties, "properties", [](const Landmarks& shape) { return !shape.properties.empty(); });
   lose(held.lines, "curves", [](const Landmarks& shape) { return !shape.curves.empty(); });
   lose(held.lines, "outlines", [](const Landmarks& shape) { return !shape.outlines.empty(); });
-  if (!held.units && !file.units.empty()) losses.push_back(cannot_hold(target, "the units " + in_quotes(file.units)));
-  if (!held.axes && !file.axes.empty()) losses.push_back(cannot_hold(target, "the axes " + in_quotes(file.axes)));
+  if (!held.units && !file.units.empty())
+    losses.push_back(cannot_hold(target, "the units " + io::in_quotes(file.units)));
+  if (!held.axes && !file.axes.empty()) losses.push_back(cannot_hold(target, "the axes " + io::in_quotes(file.axes)));
   return losses;
 }
 
@@ -68,7 +69,7 @@ std::string one_line(std::string text, bool& is_changed) {
       c = ' ';
       is_changed = true;
     }
-  std::string trimmed(trim(text));
+  std::string trimmed(io::trim(text));
   is_changed = is_changed || trimmed != text;
   return trimmed;
 }
@@ -128,4 +129,4 @@ void append_points(std::string& text, const Points& points, std::string_view mis
   }
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

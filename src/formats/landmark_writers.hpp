@@ -10,7 +10,7 @@
 
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 /// What messages name: the file that is written, and its format.
 struct Target {
@@ -74,4 +74,4 @@ Points points_in_space(const Target& target, const Landmarks& shape, std::vector
 /// A line for each point: its coordinates in the fewest digits that read back to the same bits, between blanks.
 void append_points(std::string& text, const Points& points, std::string_view missing_mark);
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -10,7 +10,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "shape_options.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 constexpr std::string_view kIdPrefix = "id=";
@@ -101,30 +101,30 @@ std::size_t find_shape(const Address& address, const LandmarkFile& file) {
 
 LandmarkFile read_addressed_shapes(const std::string& address_text, const ReadOptions& options) {
   const Address address = split_address(address_text);
-  LandmarkFile file = io::read_all_shapes(address.path, options);
+  LandmarkFile file = read_all_shapes(address.path, options);
   if (address.has_selector) {
     Landmarks shape = std::move(file.shapes[find_shape(address, file)]);
     shape.source = address_text;
     file.shapes.clear();
     file.shapes.push_back(std::move(shape));
   }
-  io::apply_to_shapes(options, file);
+  apply_to_shapes(options, file);
   return file;
 }
 
 Landmarks read_landmarks(const std::string& address_text, std::vector<std::string>* warnings,
                          const ReadOptions& options) {
   const Address address = split_address(address_text);
-  LandmarkFile file = io::read_all_shapes(address.path, options);
+  LandmarkFile file = read_all_shapes(address.path, options);
   Landmarks chosen = std::move(file.shapes[find_shape(address, file)]);
   chosen.source = address_text;
   file.shapes.clear();
   file.shapes.push_back(std::move(chosen));
-  io::apply_to_shapes(options, file);
+  apply_to_shapes(options, file);
   Landmarks shape = std::move(file.shapes.front());
   if (shape.count() == 0) throw InputError(address_text + ": this shape has no landmarks");
   if (warnings != nullptr) warnings->insert(warnings->end(), file.warnings.begin(), file.warnings.end());
   return shape;
 }
 
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -17,7 +17,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 bool take_lines_as_landmarks(Landmarks& shape) {
   if (shape.count() > 0 || (shape.curves.empty() && shape.outlines.empty())) return false;
@@ -54,7 +54,7 @@ bool give_lines_back(Landmarks& shape) {
 }
 
 std::string taken_as_landmarks(std::size_t shapes) {
-  return counted(shapes, "shape") +
+  return io::counted(shapes, "shape") +
          " without landmarks: the points of curves and outlines are taken as landmarks, one group for each";
 }
 
@@ -147,7 +147,7 @@ class LandmarkList {
     for (bool is_last = false; !is_last;) {
       const std::size_t comma = list.find(',');
       is_last = comma == std::string_view::npos;
-      add(trim(list.substr(0, comma)));
+      add(io::trim(list.substr(0, comma)));
       if (!is_last) list.remove_prefix(comma + 1);
     }
     return std::move(chosen_);
@@ -161,12 +161,12 @@ class LandmarkList {
     }
     if (const std::optional<std::size_t> number = parse_count(item)) return add_numbers(*number, *number);
     const std::size_t dash = std::min(item.find('-'), item.size());
-    const std::optional<std::size_t> first = parse_count(trim(item.substr(0, dash)));
-    const std::optional<std::size_t> last = parse_count(trim(item.substr(std::min(dash + 1, item.size()))));
+    const std::optional<std::size_t> first = parse_count(io::trim(item.substr(0, dash)));
+    const std::optional<std::size_t> last = parse_count(io::trim(item.substr(std::min(dash + 1, item.size()))));
     if (!first || !last) fail_unknown(item);
     if (*first > *last)
       throw InputError(
-          fmt::format("{}: the range {} of landmarks ends before it begins", shape_.source, in_quotes(item)));
+          fmt::format("{}: the range {} of landmarks ends before it begins", shape_.source, io::in_quotes(item)));
     add_numbers(*first, *last);
   }
 
@@ -196,7 +196,7 @@ class LandmarkList {
                                : shape_.labels.empty()
                                    ? "it has no labels, and a number or a range such as 1-20 is expected"
                                    : "a label, a number or a range such as 1-20 is expected";
-    throw InputError(fmt::format("{} has no landmark {}; {}", shape_.source, in_quotes(item), advice));
+    throw InputError(fmt::format("{} has no landmark {}; {}", shape_.source, io::in_quotes(item), advice));
   }
 
   const Landmarks& shape_;
@@ -297,7 +297,7 @@ std::string note_of_scales(const std::vector<Landmarks>& shapes) {
   if (scales == 0) return {};
   return fmt::format(
       "SCALE is recorded ({} of {}) and not applied to the coordinates; `applies_scale` multiplies by it", scales,
-      counted(shapes.size(), "shape"));
+      io::counted(shapes.size(), "shape"));
 }
 
 std::string note_of_curves(const std::vector<Landmarks>& shapes) {
@@ -311,7 +311,7 @@ std::string note_of_curves(const std::vector<Landmarks>& shapes) {
   }
   if (curves + outlines == 0) return {};
   return fmt::format("{} and {} ({}) are kept and not used as landmarks; `curve_points = N` takes N points of each",
-                     counted(curves, "curve"), counted(outlines, "outline"), counted(points, "point"));
+                     io::counted(curves, "curve"), io::counted(outlines, "outline"), io::counted(points, "point"));
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

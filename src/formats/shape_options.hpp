@@ -11,7 +11,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 /// Makes the points of curves and outlines the landmarks of a shape that has no others, a group for each: `curve 1`.
 /// @return whether there were such
@@ -50,4 +50,4 @@ std::string note_of_scales(const std::vector<Landmarks>& shapes);
 /// That curves and outlines are not used; empty where there are none.
 std::string note_of_curves(const std::vector<Landmarks>& shapes);
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -147,9 +147,9 @@ class Json {
   }
 
   // Lines through landmarks: lists of their numbers from 0, the first again at the end of a closed one.
-  void add_outlines(std::string_view name, const picture::Figure& figure) {
+  void add_outlines(std::string_view name, const draw::Figure& figure) {
     fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
-    for (const picture::Outline& outline : figure.outlines)
+    for (const draw::Outline& outline : figure.outlines)
       fmt::format_to(std::back_inserter(text_), "[{}],", fmt::join(outline.members, ","));
     end_list();
   }
@@ -222,7 +222,7 @@ std::string numbers_of(const ReportMotion& motion) {
   const Box box = box_of(motion);
   Json json(box);
   const double scale = kPixels / (box.unit * kUnits);
-  const picture::Figure figure = picture::plan_figure(motion.source, scale);
+  const draw::Figure figure = draw::plan_figure(motion.source, scale);
   json.add("d", motion.source.dimension());
   json.add("times", list(motion.times));
   json.add("low", list(box.low));
@@ -241,7 +241,7 @@ std::string numbers_of(const ReportMotion& motion) {
   json.add("down", motion.source.y_down || motion.target.y_down);
   json.add("pairs", motion.corresponds);
   if (!motion.corresponds && motion.target.count() > 0)
-    json.add_outlines("targetOutlines", picture::plan_figure(motion.target, scale));
+    json.add_outlines("targetOutlines", draw::plan_figure(motion.target, scale));
   json.add("lines", list(motion.lines));
   if (motion.image) {
     const MotionImage& image = *motion.image;

@@ -98,10 +98,6 @@ std::string data_address(const std::filesystem::path& picture) {
   throw InputError(fmt::format("the picture '{}' is not SVG, PNG or JPEG", picture.string()));
 }
 
-}  // namespace pulson::html
-
-namespace pulson {
-
 namespace {
 
 using html::escaped;
@@ -322,4 +318,4 @@ std::string html_report(const HtmlReport& report) {
   return page + fmt::format("<script>{}</script>\n</body>\n</html>\n", scripts_of(report));
 }
 
-}  // namespace pulson
+}  // namespace pulson::html

@@ -9,7 +9,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson {
+namespace pulson::html {
 
 /// The verdict on a claim.
 enum class Verdict { kHolds, kDoesNotHold, kNotTested };
@@ -126,4 +126,4 @@ struct HtmlReport {
 /// from its header, and on a motion whose sizes disagree or that has a number that is not finite.
 std::string html_report(const HtmlReport& report);
 
-}  // namespace pulson
+}  // namespace pulson::html

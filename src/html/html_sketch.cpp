@@ -59,12 +59,12 @@ void draw(std::string& svg, const Points& points, const Landmarks& source, const
           double row, double radius) {
   std::string lines, marks;
   for (const std::vector<int>& group : landmarks_by_group(source)) {
-    const OutlineKind kind = outline_kind(source.points(Eigen::all, group));
+    const draw::OutlineKind kind = draw::outline_kind(source.points(Eigen::all, group));
     bool begun = false;
     for (const int a : group) {
       if (!points.col(a).allFinite()) continue;
       const Eigen::Vector2d at = place(points.col(a), row);
-      if (kind != OutlineKind::kNone) {
+      if (kind != draw::OutlineKind::kNone) {
         fmt::format_to(std::back_inserter(lines), "{}{:.1f} {:.1f}", begun ? "L" : "M", at.x(), at.y());
         begun = true;
       } else {  // a circle of two arcs
@@ -72,7 +72,7 @@ void draw(std::string& svg, const Points& points, const Landmarks& source, const
                        at.x() - radius, at.y(), radius, 2 * radius);
       }
     }
-    if (begun && kind == OutlineKind::kClosed) lines += "Z";
+    if (begun && kind == draw::OutlineKind::kClosed) lines += "Z";
   }
   if (const std::string path = lines + marks; !path.empty())
     fmt::format_to(std::back_inserter(svg), R"(<path class="{}" d="{}"/>)", style, path);

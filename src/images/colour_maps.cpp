@@ -8,7 +8,7 @@
 #include "core/colours.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 /// The eleven colours of RdBu from blue to red, the middle one made white.
@@ -65,4 +65,4 @@ Image diverging(const std::vector<float>& values, int width, int height, const D
   });
 }
 
-}  // namespace pulson
+}  // namespace pulson::images

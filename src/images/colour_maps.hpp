@@ -5,7 +5,7 @@
 
 #include "pulson/images/image.hpp"
 
-namespace pulson {
+namespace pulson::images {
 
 /// Values as colours of viridis (Smith, van der Walt and Firing, 2015): dark violet at `low`, by green, to yellow at
 /// `high`, and so beyond. @param values width·height, row by row; NaN becomes transparent @return 8-bit with alpha
@@ -25,4 +25,4 @@ struct DivergingScale {
 /// row; NaN becomes transparent @return 8-bit with alpha @throws InputError unless reach > 0, all finite
 Image diverging(const std::vector<float>& values, int width, int height, const DivergingScale& scale);
 
-}  // namespace pulson
+}  // namespace pulson::images

@@ -13,7 +13,7 @@
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::images {
 
 namespace {
 
@@ -182,4 +182,4 @@ Image blend_rings(const Image& image, const Points& centres, double radius, cons
   return blended(to_rgba8(image), cover, style.colour);
 }
 
-}  // namespace pulson
+}  // namespace pulson::images

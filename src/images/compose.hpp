@@ -6,7 +6,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/images/image.hpp"
 
-namespace pulson {
+namespace pulson::images {
 
 /// The image in red, green, blue and alpha of 8 bits, for show: 16 bits are divided by 257, floating-point values
 /// limited to [0, 1] and multiplied by 255, both rounded. A pixel with a colour that is NaN is transparent.
@@ -48,4 +48,4 @@ Image blend_lines(const Image& image, const std::vector<Points>& lines, const Li
 /// finite are left out @param radius pixels to the middle of the line, at least 0
 Image blend_rings(const Image& image, const Points& centres, double radius, const LineStyle& style);
 
-}  // namespace pulson
+}  // namespace pulson::images

@@ -10,7 +10,7 @@
 #include "images/codecs/codecs.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::images {
 
 std::size_t byte_count(PixelDepth depth) {
   if (depth == PixelDepth::kUint8) return 1;
@@ -135,8 +135,6 @@ Image decode(std::string_view bytes) {
 
 }  // namespace
 
-namespace images {
-
 void fail_as_damaged() { throw InputError("the image is damaged or cut off"); }
 
 Image new_image(long long width, long long height, int channels, PixelDepth depth) {
@@ -146,8 +144,6 @@ Image new_image(long long width, long long height, int channels, PixelDepth dept
     throw InputError("the image has more than 2^20 pixels on a side, or more than 2^30");
   return {static_cast<int>(width), static_cast<int>(height), channels, depth};
 }
-
-}  // namespace images
 
 Image read_image(const std::filesystem::path& path) {
   const std::string bytes = io::read_text_file(path);
@@ -174,4 +170,4 @@ void write_image(const std::filesystem::path& path, const Image& image) {
   write_file_atomically(path, bytes);
 }
 
-}  // namespace pulson
+}  // namespace pulson::images

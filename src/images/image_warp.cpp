@@ -12,7 +12,7 @@
 #include "channels.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::images {
 
 namespace {
 
@@ -42,22 +42,23 @@ Points PixelFrame::to_pixels(const Points& landmarks) const {
   return scale().cwiseInverse().asDiagonal() * (landmarks.colwise() - shift);
 }
 
-ImageWarp::ImageWarp(const MaterialFlow& flow, Alignment alignment, const PixelFrame& source, const PixelFrame& target)
+ImageWarp::ImageWarp(const warp::MaterialFlow& flow, Alignment alignment, const PixelFrame& source,
+                     const PixelFrame& target)
     : flow_(flow), alignment_(std::move(alignment)), source_(source), target_(target) {
   if (flow.dimension() != 2)
     throw InputError("images are of the plane, and the landmarks are in " + std::to_string(flow.dimension()) + "D");
 }
 
-MovedPoints ImageWarp::forward(const Points& pixels) const {
-  MovedPoints moved = flow_.end_with_gradients(alignment_.apply(source_.to_landmarks(pixels)));
+warp::MovedPoints ImageWarp::forward(const Points& pixels) const {
+  warp::MovedPoints moved = flow_.end_with_gradients(alignment_.apply(source_.to_landmarks(pixels)));
   moved.places = target_.to_pixels(moved.places);
   const Matrix2d before = alignment_.scale * alignment_.linear * Matrix2d(source_.scale().asDiagonal());
   moved.gradients = sandwiched(target_.scale().cwiseInverse().asDiagonal(), moved.gradients, before);
   return moved;
 }
 
-MovedPoints ImageWarp::backward(const Points& pixels) const {
-  MovedPoints moved = flow_.inverse(target_.to_landmarks(pixels));
+warp::MovedPoints ImageWarp::backward(const Points& pixels) const {
+  warp::MovedPoints moved = flow_.inverse(target_.to_landmarks(pixels));
   const Matrix2d inverse = Matrix2d(alignment_.scale * alignment_.linear).inverse();
   moved.places = source_.to_pixels(inverse * (moved.places.colwise() - alignment_.translation));
   moved.gradients =
@@ -234,4 +235,4 @@ Image remap(const Image& source, const PixelMap& map, const RemapOptions& option
   return result;
 }
 
-}  // namespace pulson
+}  // namespace pulson::images

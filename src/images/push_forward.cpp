@@ -10,7 +10,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 using Place = std::array<float, 2>;
@@ -40,7 +40,7 @@ struct Places {
 // The samples of one pixel of a band.
 class PixelSamples {
  public:
-  explicit PixelSamples(const RasterBand& band) : band_(band) {}
+  explicit PixelSamples(const warp::RasterBand& band) : band_(band) {}
 
   template <class Visit>
   void visit(int x, int y, const Visit& visit) const {
@@ -52,11 +52,11 @@ class PixelSamples {
   }
 
  private:
-  const RasterBand& band_;
+  const warp::RasterBand& band_;
 };
 
 // The mean of a pixel's labels where all samples see nearly the same place on one sheet; else NaN.
-Place single_place(const RasterBand& band, int x, int y) {
+Place single_place(const warp::RasterBand& band, int x, int y) {
   Place low{std::numeric_limits<float>::max(), std::numeric_limits<float>::max()};
   Place high{-low[0], -low[1]};
   Place sum{};
@@ -79,7 +79,7 @@ Place single_place(const RasterBand& band, int x, int y) {
 
 class Pusher {
  public:
-  Pusher(const Image& source, DeformedMesh mesh, const RasterOptions& raster, const PushOptions& options,
+  Pusher(const Image& source, warp::DeformedMesh mesh, const warp::RasterOptions& raster, const PushOptions& options,
          std::vector<float> priority)
       : opaque_(options.fill || source.has_alpha() ? Image() : images::with_alpha(source)),
         source_(opaque_.empty() ? source : opaque_),
@@ -97,12 +97,12 @@ class Pusher {
   }
 
  private:
-  static std::size_t result_pixels(const RasterOptions& raster) {
+  static std::size_t result_pixels(const warp::RasterOptions& raster) {
     return static_cast<std::size_t>(std::max(raster.width, 0)) * static_cast<std::size_t>(std::max(raster.height, 0));
   }
 
   void push_band(int index) {
-    const RasterBand band = raster_.band(index);
+    const warp::RasterBand band = raster_.band(index);
     const std::size_t first = static_cast<std::size_t>(band.first_row) * static_cast<std::size_t>(band.width);
     Places places = find_places(band, index);
     Image pixels = remap(source_, places.single, look_up_);
@@ -113,8 +113,8 @@ class Pusher {
     note_coverage(band, first);
   }
 
-  void note_coverage(const RasterBand& band, std::size_t first) {
-    const Coverage of_band = coverage(band);
+  void note_coverage(const warp::RasterBand& band, std::size_t first) {
+    const warp::Coverage of_band = coverage(band);
     const std::vector<bool> holes = uncovered_pixels(band);
     for (int y = 0; y < band.rows; ++y)
       for (int x = 0; x < band.width; ++x) {
@@ -127,12 +127,12 @@ class Pusher {
     std::copy(holes.begin(), holes.end(), result_.uncovered.begin() + static_cast<std::ptrdiff_t>(first));
   }
 
-  Places find_places(const RasterBand& band, int index) const {
+  Places find_places(const warp::RasterBand& band, int index) const {
     Places places;
     places.single = {band.width, band.rows, {}};
     places.single.places.reserve(static_cast<std::size_t>(band.width) * static_cast<std::size_t>(band.rows));
-    std::vector<RasterBand> sheets;
-    if (over_ == SheetOrder::kAverage)
+    std::vector<warp::RasterBand> sheets;
+    if (over_ == warp::SheetOrder::kAverage)
       for (int n = 0; n < coverage(band).max_multiplicity; ++n) sheets.push_back(raster_.sheet(index, n));
     for (int y = 0; y < band.rows; ++y)
       for (int x = 0; x < band.width; ++x) {
@@ -144,13 +144,14 @@ class Pusher {
     return places;
   }
 
-  static int most_sheets(const RasterBand& band, int x, int y) {
+  static int most_sheets(const warp::RasterBand& band, int x, int y) {
     int most = 0;
     PixelSamples(band).visit(x, y, [&](std::size_t sample) { most = std::max<int>(most, band.counts[sample]); });
     return most;
   }
 
-  static void add_mixed(const RasterBand& band, const std::vector<RasterBand>& sheets, int x, int y, Places& places) {
+  static void add_mixed(const warp::RasterBand& band, const std::vector<warp::RasterBand>& sheets, int x, int y,
+                        Places& places) {
     MixedPixel mixed{places.single.places.size() - 1, places.list.size(), 0, 0};
     const int samples = band.supersampling * band.supersampling;
     int covered = 0;
@@ -255,16 +256,16 @@ class Pusher {
 
   Image opaque_;         // the source with an alpha channel, where it has none and what is not covered is transparent
   const Image& source_;  // that or the source
-  SheetOrder over_;
+  warp::SheetOrder over_;
   RemapOptions look_up_;  // where nothing is, the fill
-  MeshRaster raster_;
+  warp::MeshRaster raster_;
   PushedImage result_;
   std::mutex mutex_;
 };
 
 }  // namespace
 
-PushedImage push_forward(const Image& source, DeformedMesh mesh, const RasterOptions& raster,
+PushedImage push_forward(const Image& source, warp::DeformedMesh mesh, const warp::RasterOptions& raster,
                          const PushOptions& options, std::vector<float> priority) {
   if (mesh.cell_columns() != source.width() || mesh.cell_rows() != source.height())
     throw InputError("the mesh has " + std::to_string(mesh.cell_columns()) + " x " + std::to_string(mesh.cell_rows()) +
@@ -273,4 +274,4 @@ PushedImage push_forward(const Image& source, DeformedMesh mesh, const RasterOpt
   return Pusher(source, std::move(mesh), raster, options, std::move(priority)).run();
 }
 
-}  // namespace pulson
+}  // namespace pulson::images

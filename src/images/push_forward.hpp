@@ -8,7 +8,7 @@
 #include "pulson/images/image_warp.hpp"
 #include "warp/mesh_raster.hpp"
 
-namespace pulson {
+namespace pulson::images {
 
 struct PushOptions {
   Interpolation interpolation = Interpolation::kLinear;  ///< between pixels of the source
@@ -20,7 +20,7 @@ struct PushedImage {
   Image image;
   std::vector<std::uint8_t> multiplicity;  ///< most sheets over a sample of each pixel, row by row
   std::vector<bool> uncovered;             ///< pixels without any sheet
-  Coverage coverage;
+  warp::Coverage coverage;
 };
 
 /// The picture carried along by a map that may fold: the deformed mesh of its pixels, in the order of sheets that the
@@ -30,7 +30,7 @@ struct PushedImage {
 /// @param mesh of the source's pixel corners, (width+1)×(height+1) vertices
 /// @param priority see MeshRaster
 /// @throws InputError where the mesh does not fit the source, and as MeshRaster
-PushedImage push_forward(const Image& source, DeformedMesh mesh, const RasterOptions& raster,
+PushedImage push_forward(const Image& source, warp::DeformedMesh mesh, const warp::RasterOptions& raster,
                          const PushOptions& options = {}, std::vector<float> priority = {});
 
-}  // namespace pulson
+}  // namespace pulson::images

@@ -13,7 +13,7 @@
 #include "rank_statistics.hpp"
 #include "specimen.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -83,17 +83,18 @@ class Simulations {
   Truth observed(const Specimen::Model& model, const Trajectory& path, const VectorXd& phi,
                  const Points& errors) const {
     Truth truth{template_, {}};
-    MatchingProblem& problem = truth.problem.specimens.front();
+    matching::MatchingProblem& problem = truth.problem.specimens.front();
     const Points& end = path.final().q;
     Points target = end;
-    const LandmarkTerm& data = *problem.data->landmarks();
+    const matching::LandmarkTerm& data = *problem.data->landmarks();
     for (Index a = 0; a < target.cols(); ++a) {
       const MatrixXd precision = data.precision(a);
       for (Index i = 0; i < target.rows(); ++i)
         target(i, a) = precision(i, i) > 0 ? target(i, a) + model.sigma / std::sqrt(precision(i, i)) * errors(i, a)
                                            : std::numeric_limits<double>::quiet_NaN();
     }
-    problem.data = std::make_shared<LandmarkTerm>(LandmarkObservations{target, problem.sigma, weights(data)});
+    problem.data =
+        std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{target, problem.sigma, weights(data)});
     const VectorXd residual = problem.data->residual(end) / model.sigma;
     const double log_likelihood = -0.5 * residual.squaredNorm() - specimen_.log_volume(model);
     truth.quantities =
@@ -102,7 +103,7 @@ class Simulations {
     return truth;
   }
 
-  VectorXd weights(const LandmarkTerm& data) const {
+  VectorXd weights(const matching::LandmarkTerm& data) const {
     const double sigma = template_.specimens.front().sigma;
     VectorXd weights(template_.specimens.front().source.cols());
     for (Index a = 0; a < weights.size(); ++a) weights[a] = data.precision(a).diagonal().maxCoeff() * sigma * sigma;
@@ -185,4 +186,4 @@ Calibration calibrate(const PosteriorProblem& problem, const CalibrationOptions&
   return calibration;
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -10,7 +10,7 @@
 #include "pulson/core/errors.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -307,4 +307,4 @@ void Chain::advance(int warmup) {
   ++iteration_;
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

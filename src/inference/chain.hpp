@@ -6,7 +6,7 @@
 
 #include "reference.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 /// What the moves of all chains share.
 struct ChainSetting {
@@ -87,4 +87,4 @@ double log_weight_of(const ChainSetting& setting, std::size_t specimen, const Th
 /// The log weight of an independent draw of the reference; −∞ without a path.
 double reference_log_weight(const ChainSetting& setting, std::uint64_t number);
 
-}  // namespace pulson
+}  // namespace pulson::inference

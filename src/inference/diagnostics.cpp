@@ -9,7 +9,7 @@
 
 #include "normal_quantile.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -168,4 +168,4 @@ DrawSummary summarise(const MatrixXd& draws) {
   return summary;
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

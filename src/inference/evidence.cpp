@@ -5,7 +5,7 @@
 
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::ArrayXd;
 using Eigen::Index;
@@ -59,4 +59,4 @@ Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& 
                 [&](const VectorXd& values) { return effective_sample_size(draws.by_chain(values.transpose())); });
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -2,7 +2,7 @@
 
 #include "chain.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 /// log E[w] over the reference by bridge sampling (Meng and Wong 1996) with the optimal bridge, iterated to
 /// convergence, from log w of the posterior's draws and of as many independent draws of the reference; standard error
@@ -13,4 +13,4 @@ Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& 
 Estimate bridge(const Eigen::VectorXd& posterior, const Eigen::VectorXd& reference,
                 const std::function<double(const Eigen::VectorXd&)>& effective);
 
-}  // namespace pulson
+}  // namespace pulson::inference

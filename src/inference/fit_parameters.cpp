@@ -12,7 +12,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 using Eigen::Index;
@@ -35,7 +35,7 @@ void check(const std::vector<Landmarks>& targets, const FitOptions& fit) {
 
 class Fit {
  public:
-  Fit(const Landmarks& source, const std::vector<Landmarks>& targets, const RegistrationOptions& options,
+  Fit(const Landmarks& source, const std::vector<Landmarks>& targets, const matching::RegistrationOptions& options,
       const FitOptions& fit)
       : source_(source),
         targets_(targets),
@@ -65,8 +65,8 @@ class Fit {
   }
 
  private:
-  static ModelParameters first_model(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                     RegistrationOptions options, const FitOptions& fit) {
+  static matching::ModelParameters first_model(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                               matching::RegistrationOptions options, const FitOptions& fit) {
     check(targets, fit);
     options.minimise.on_iteration = {};
     options.uncertainty = true;  // so that the mode is that of the evidence
@@ -74,7 +74,7 @@ class Fit {
     return {make_problem(source, targets.front(), options), options};
   }
 
-  RegistrationOptions options(const VectorXd& x) const {
+  matching::RegistrationOptions options(const VectorXd& x) const {
     VectorXd values = parameters_.values();
     for (Index i = 0; i < x.size(); ++i) values(places_[static_cast<std::size_t>(i)]) *= std::exp(x[i]);
     return parameters_.options(values);
@@ -92,13 +92,13 @@ class Fit {
     int unfinished = 0;
   };
 
-  Matches matches(const RegistrationOptions& options) const {
+  Matches matches(const matching::RegistrationOptions& options) const {
     VectorXd evidence(std::ssize(targets_));
     std::vector<char> converged(targets_.size());
     parallel_for(static_cast<int>(targets_.size()), [&](int i) {
       const auto t = static_cast<std::size_t>(i);
-      const MatchingObjective objective(make_problem(source_, targets_[t], options).matching);
-      const MinimiseSummary summary = minimise(objective, options.minimise);
+      const matching::MatchingObjective objective(make_problem(source_, targets_[t], options).matching);
+      const matching::MinimiseSummary summary = minimise(objective, options.minimise);
       evidence[i] = log_evidence(objective, summary.solution);
       converged[t] = summary.converged || summary.relative_gradient <= tolerance_ ? 1 : 0;
     });
@@ -122,7 +122,7 @@ class Fit {
   }
 
   FittedParameters result(const LogMaximum& maximum) const {
-    const RegistrationOptions best = options(maximum.x);
+    const matching::RegistrationOptions best = options(maximum.x);
     const int unfinished = matches(best).unfinished;
     FittedParameters fitted{fit_.names,         values(maximum.x),   maximum.deviations,
                             maximum.value,      maximum.evaluations, maximum.converged && unfinished == 0,
@@ -145,7 +145,7 @@ class Fit {
   const std::vector<Landmarks>& targets_;
   const FitOptions& fit_;
   double tolerance_;  // of the gradient at a minimum, as it was asked for
-  ModelParameters parameters_;
+  matching::ModelParameters parameters_;
   std::vector<std::vector<Index>> places_;  // of each name
   int evaluations_ = 0;
 };
@@ -153,8 +153,8 @@ class Fit {
 }  // namespace
 
 FittedParameters fit_parameters(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                const RegistrationOptions& options, const FitOptions& fit) {
+                                const matching::RegistrationOptions& options, const FitOptions& fit) {
   return Fit(source, targets, options, fit).run();
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -6,7 +6,7 @@
 #include "core/factorisations.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -39,7 +39,7 @@ MatrixXd gram_through(const MatrixXd& rows, const MatrixXd& root, Index d) {
 LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model, const Specimen::Shot& at,
                          const VectorXd& z)
     : specimen_(&specimen), noise_(model.system.noise), root_(model.root) {
-  const MatchingProblem& problem = specimen.problem();
+  const matching::MatchingProblem& problem = specimen.problem();
   const Index d = problem.source.rows(), n = problem.source.cols(), channels = specimen.channels();
   const EndpointJacobian end = problem.integrator->endpoint_jacobian(model.system, at.path);
   const Points& q = at.path.final().q;
@@ -128,7 +128,7 @@ LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model) : li
 }
 
 VectorXd LinearAt::apply(const VectorXd& z) const {
-  const MatchingProblem& problem = linear_->specimen_->problem();
+  const matching::MatchingProblem& problem = linear_->specimen_->problem();
   const Index d = problem.source.rows(), n = problem.source.cols();
   const MatrixXd velocity = z.head(d * n).reshaped(d, n) * root_->transpose().triangularView<Eigen::Upper>();
   VectorXd image = scale_velocity_ * (linear_->by_velocity_ * velocity.reshaped());
@@ -142,7 +142,7 @@ VectorXd LinearAt::apply(const VectorXd& z) const {
 }
 
 VectorXd LinearAt::transposed(const VectorXd& v) const {
-  const MatchingProblem& problem = linear_->specimen_->problem();
+  const matching::MatchingProblem& problem = linear_->specimen_->problem();
   const Index d = problem.source.rows(), n = problem.source.cols(), channels = scale_channels_.size();
   VectorXd z(linear_->specimen_->unknowns());
   const VectorXd by_velocity = scale_velocity_ * (linear_->by_velocity_.transpose() * v);
@@ -170,4 +170,4 @@ VectorXd LinearAt::pull_back(const VectorXd& z_bar) const {
 
 VectorXd LinearAt::mean() const { return -transposed(solve(offset_)); }
 
-}  // namespace pulson
+}  // namespace pulson::inference

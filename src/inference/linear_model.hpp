@@ -7,7 +7,7 @@
 
 #include "specimen.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 /// The residual of one specimen linearised about a point, in physical variables, at the σ of the data:
 ///
@@ -69,4 +69,4 @@ class LinearAt {
   double log_evidence_ = 0;
 };
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <nlopt.hpp>
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 using Eigen::Index;
@@ -137,4 +137,4 @@ LogMaximum maximise_over_logs(const std::function<double(const VectorXd&)>& f, c
   return search.with_deviations ? bobyqa.with_deviations() : bobyqa.maximum();
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

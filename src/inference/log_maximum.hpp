@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson {
+namespace pulson::inference {
 
 /// A maximum over the logarithms of positive numbers.
 struct LogMaximum {
@@ -34,4 +34,4 @@ LogSearch log_search(Eigen::Index size, double bound, double tolerance, int max_
 /// bound; NaN for the others, and where −∇²f is not positive definite.
 LogMaximum maximise_over_logs(const std::function<double(const Eigen::VectorXd&)>& f, const LogSearch& search);
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace pulson {
+namespace pulson::inference {
 
 /// Φ, the distribution function of a standard normal number.
 inline double normal_probability(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
@@ -10,4 +10,4 @@ inline double normal_probability(double x) { return 0.5 * std::erfc(-x / std::sq
 /// Φ⁻¹(p), 0 < p < 1, to about 1e-15: P. Acklam's rational approximation and one step of Halley's method.
 double normal_quantile(double p);
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -8,7 +8,7 @@
 #include "matching/model_parameters.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::VectorXd;
@@ -26,8 +26,9 @@ struct AllParameters {
   Index kernel_terms;
 };
 
-AllParameters all_parameters(const RegistrationProblem& problem, const RegistrationOptions& options) {
-  const ModelParameters parameters(problem, options);
+AllParameters all_parameters(const matching::RegistrationProblem& problem,
+                             const matching::RegistrationOptions& options) {
+  const matching::ModelParameters parameters(problem, options);
   return {parameters.names(),
           {parameters.values().begin(), parameters.values().end()},
           std::ssize(problem.matching.system.kernel.terms())};
@@ -69,16 +70,17 @@ ParameterPrior make_prior(const std::string& asked, const AllParameters& all) {
 double usual_log_deviation(std::string_view name) { return name == "data-sigma" || name == "alpha" ? 0.25 : 0.5; }
 
 PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                        RegistrationOptions options, const std::vector<std::string>& parameters) {
+                                        matching::RegistrationOptions options,
+                                        const std::vector<std::string>& parameters) {
   if (targets.empty()) throw InputError("there is no target");
-  if (options.data.kind != DataKind::kLandmarks)
+  if (options.data.kind != matching::DataKind::kLandmarks)
     throw InputError("the posterior needs landmarks as data: the cost of a curve is no normalised density");
   options.uncertainty = true;  // so that the mode is that of probabilities
   if (options.integrator == "auto") options.integrator = "heun";
   PosteriorProblem problem;
   AllParameters all;
   for (const Landmarks& target : targets) {
-    RegistrationProblem made = make_problem(source, target, options);
+    matching::RegistrationProblem made = make_problem(source, target, options);
     if (problem.specimens.empty()) {
       all = all_parameters(made, options);
       options.kernel = made.matching.system.kernel;
@@ -172,4 +174,4 @@ ModelNumbers ParameterSpace::at(const VectorXd& phi) const {
   return numbers;
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

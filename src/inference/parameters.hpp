@@ -6,7 +6,7 @@
 
 #include "pulson/inference/posterior.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 /// The models of all specimens at one θ.
 struct ModelNumbers {
@@ -41,4 +41,4 @@ class ParameterSpace {
   bool samples_kernel_ = false;
 };
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -5,7 +5,7 @@
 #include "pulson/inference/posterior.hpp"
 #include "rank_statistics.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 // log of the binomial probabilities of 0 … n.
@@ -106,4 +106,4 @@ double rank_p_value(const std::vector<int>& counts) {
   return std::max(0.0, 1 - band_probability(inside.lower, inside.upper, simulations));  // a sum that rounds
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

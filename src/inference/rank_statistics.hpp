@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace pulson {
+namespace pulson::inference {
 
 /// How many ranks are at most 0, 1, …, `largest`.
 std::vector<int> rank_counts(const std::vector<int>& ranks, int largest);
@@ -11,4 +11,4 @@ std::vector<int> rank_counts(const std::vector<int>& ranks, int largest);
 /// of these.
 double rank_p_value(const std::vector<int>& counts);
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -10,7 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -33,12 +33,12 @@ double cost_of(const VectorXd& z, const Specimen::Shot& shot) {
 
 // The z of greatest probability by the searches of registration.
 VectorXd registered(const Specimen& specimen, const Specimen::Model& model, std::uint64_t seed) {
-  MatchingProblem problem = specimen.problem();
+  matching::MatchingProblem problem = specimen.problem();
   problem.integrator = make_integrator("variational-2");
-  const MatchingObjective objective(problem);
-  MinimiseOptions options;
+  const matching::MatchingObjective objective(problem);
+  matching::MinimiseOptions options;
   options.seed = seed;
-  const MinimiseSummary summary = minimise(objective, options);
+  const matching::MinimiseSummary summary = minimise(objective, options);
   return specimen.white(model, objective.momenta(summary.solution.z), objective.increments(summary.solution.z));
 }
 
@@ -255,4 +255,4 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
   return reference;
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

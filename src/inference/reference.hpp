@@ -5,7 +5,7 @@
 
 #include "linear_model.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 /// A minimum of one specimen's −log p(y, z | θ), and the model linear about it.
 struct Minimum {
@@ -45,4 +45,4 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
 /// log N(φ; 0, I)
 double log_standard_normal(const Eigen::VectorXd& phi);
 
-}  // namespace pulson
+}  // namespace pulson::inference

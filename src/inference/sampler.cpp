@@ -11,7 +11,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/inference/posterior.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -61,7 +61,7 @@ class Recorder {
     out.mode.resize(all);
     const Index kept = std::min<Index>(options.paths_kept, all);
     for (Index i = 0; i < kept; ++i) out.kept.push_back(static_cast<int>(i * all / kept));
-    for (const MatchingProblem& specimen : problem.specimens) {
+    for (const matching::MatchingProblem& specimen : problem.specimens) {
       for (auto* rows : {&out.momenta, &out.ends, &out.middles}) rows->emplace_back(specimen.source.size(), all);
       out.paths.emplace_back(out.kept.size());
     }
@@ -106,7 +106,7 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   const MoveKind move = sampler_table().find(options.method).make;
   const ParameterSpace space(problem);
   std::vector<Specimen> specimens;
-  for (const MatchingProblem& specimen : problem.specimens) specimens.emplace_back(specimen);
+  for (const matching::MatchingProblem& specimen : problem.specimens) specimens.emplace_back(specimen);
   const Reference reference = make_reference(specimens, space, options.searches, options.seed);
   const ChainSetting setting{specimens, space, reference, move, options.seed};
   Recorder recorder(problem, space, options);
@@ -140,4 +140,4 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   return std::move(out);
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -8,7 +8,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -29,7 +29,7 @@ bool same_kernel(const KernelOperator& a, const KernelOperator& b) {
 
 }  // namespace
 
-Specimen::Specimen(MatchingProblem problem)
+Specimen::Specimen(matching::MatchingProblem problem)
     : problem_(std::move(problem)),
       channels_(problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
                                                 static_cast<int>(problem_.source.cols()))),
@@ -39,7 +39,7 @@ Specimen::Specimen(MatchingProblem problem)
       log_determinant_(problem_.data->landmarks()->log_determinant()),
       reference_root_(std::make_shared<MatrixXd>(root_of(problem_.system.kernel))) {
   check(problem_);
-  require_distinct(problem_.source);
+  matching::require_distinct(problem_.source);
 }
 
 MatrixXd Specimen::root_of(const KernelOperator& kernel) const {
@@ -111,4 +111,4 @@ VectorXd Specimen::misfit_gradient(const Model& model, const Shot& shot) const {
   return gradient / (model.sigma * model.sigma);
 }
 
-}  // namespace pulson
+}  // namespace pulson::inference

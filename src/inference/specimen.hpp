@@ -5,13 +5,13 @@
 
 #include "parameters.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 /// One target's unknowns z ~ N(0, I): momenta p0 = (λ(K(q0) + εI))^{-½} z0 by Cholesky factorisation, which is smooth
 /// in the width of the kernel, and increments ΔW = √Δt zW. Thread-safe.
 class Specimen {
  public:
-  explicit Specimen(MatchingProblem problem);
+  explicit Specimen(matching::MatchingProblem problem);
 
   /// The models at one θ.
   struct Model {
@@ -27,7 +27,7 @@ class Specimen {
     double log_likelihood = 0;  ///< log p(y | z, θ)
   };
 
-  const MatchingProblem& problem() const { return problem_; }
+  const matching::MatchingProblem& problem() const { return problem_; }
   Eigen::Index unknowns() const { return problem_.source.size() + channels_ * problem_.grid.steps; }
   Eigen::Index channels() const { return channels_; }
   Eigen::Index data() const { return count_; }
@@ -51,7 +51,7 @@ class Specimen {
  private:
   Eigen::MatrixXd root_of(const KernelOperator& kernel) const;
 
-  MatchingProblem problem_;
+  matching::MatchingProblem problem_;
   Eigen::Index channels_;
   Eigen::Index count_;
   double nugget_;
@@ -59,4 +59,4 @@ class Specimen {
   std::shared_ptr<const Eigen::MatrixXd> reference_root_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -6,7 +6,7 @@
 #include "integrators/schemes.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::MatrixXd;
@@ -73,4 +73,4 @@ std::optional<double> amplification(const StochasticSystem& system, const Trajec
   return largest;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -3,7 +3,7 @@
 #include "pulson/matching/registration.hpp"
 #include "registration_problem.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// Registration::step_error of the momenta, increments, end points and cost of `registration`. None where the momenta
 /// of that shot grow beyond all bounds. It costs about four sums of the kernel for each of twice the steps.
@@ -14,4 +14,4 @@ std::optional<DiscretisationError> step_error(const MatchingProblem& problem, co
 /// numbers. For 500 landmarks it takes 4 to 8 % of the time of a registration.
 std::optional<double> amplification(const StochasticSystem& system, const Trajectory& path);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -8,7 +8,7 @@
 #include "dynamics/effective_hamiltonian.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 // Cubic interpolation between the nodes, which are four or more.
@@ -94,4 +94,4 @@ PathSolution search_accurate_paths(const MatchingProblem& problem, const Minimis
   return found;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

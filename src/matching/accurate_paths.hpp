@@ -2,7 +2,7 @@
 
 #include "path_search.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// A cost that twice as many steps would change by no more than this part is accurate; else they are taken, up to so
 /// many times those that the problem has.
@@ -13,4 +13,4 @@ constexpr int kMostSteps = 8;
 PathSolution search_accurate_paths(const MatchingProblem& problem, const MinimiseOptions& options,
                                    const StepFields* start = nullptr);
 
-}  // namespace pulson
+}  // namespace pulson::matching

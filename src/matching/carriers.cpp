@@ -10,7 +10,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "representatives.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -123,4 +123,4 @@ std::optional<Carriers> find_carriers(const MatchingProblem& problem) {
   return Carriers(problem, std::move(places));
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

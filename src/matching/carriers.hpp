@@ -6,7 +6,7 @@
 
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// Few landmarks whose momenta carry all. Where a change of their flow moves their ends by δ, it moves the others' by
 /// nearly Wδ, W = K(q0, c)(K(c, c) + εK(0))⁻¹, the interpolation of least energy.
@@ -38,4 +38,4 @@ class Carriers {
 /// one axis.
 std::optional<Carriers> find_carriers(const MatchingProblem& problem);
 
-}  // namespace pulson
+}  // namespace pulson::matching

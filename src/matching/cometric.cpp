@@ -5,7 +5,7 @@
 
 #include "kernels/symmetric_matrix.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -126,4 +126,4 @@ void Cometric::add_transformed(const MatrixXd& psi, double dt, Index b, MatrixXd
     }
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -6,7 +6,7 @@
 
 #include "dynamics/effective_hamiltonian.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// Σ_i h_i,p h_i,pᵀ of a noise model at one configuration, dN×dN (index a·d + axis), or N×N where it is the same for
 /// each axis and couples none to another.
@@ -49,4 +49,4 @@ class Cometric {
   Eigen::VectorXd diagonal_;  ///< of A
 };
 
-}  // namespace pulson
+}  // namespace pulson::matching

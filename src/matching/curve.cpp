@@ -6,7 +6,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Joined = std::vector<std::pair<int, int>>;
@@ -65,4 +65,4 @@ double automatic_data_width(const Curve& target) {
                   kFewestEdgesPerWidth * median_length(target.points, target.edges));
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -10,7 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -259,4 +259,4 @@ DataTerm::Linearisation CurveTerm::linearise(const Points& q, const MatrixXd& ch
   return {factor.matrixL().solve(gradient(q).reshaped()), std::move(images)};
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

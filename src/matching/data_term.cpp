@@ -2,10 +2,10 @@
 
 #include <stdexcept>
 
-namespace pulson {
+namespace pulson::matching {
 
 Eigen::VectorXd DataTerm::residual(const Points& /*q*/) const {
   throw std::logic_error("this data term is not a sum of squares");
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -7,7 +7,7 @@
 
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -142,4 +142,4 @@ std::optional<std::vector<Points>> carried(const StochasticSystem& system, const
   return nodes;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

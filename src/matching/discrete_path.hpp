@@ -6,7 +6,7 @@
 #include "cometric.hpp"
 #include "pulson/core/time_grid.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// What moves landmarks in the steps of a path: fields v_k(x) = Σ_b K(x − c_b) p_b, the controls of the noise, and what
 /// each landmark does by itself.
@@ -56,4 +56,4 @@ std::optional<Points> carried_by_step(const StochasticSystem& system, const Time
 std::optional<std::vector<Points>> carried(const StochasticSystem& system, const TimeGrid& grid, const Points& source,
                                            const StepFields& fields, const std::vector<Points>& guess);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -8,7 +8,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -172,4 +172,4 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
   return best;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -6,7 +6,7 @@
 #include "quadratic_model.hpp"
 #include "solvers.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::VectorXd;
@@ -146,4 +146,4 @@ MinimiseSummary minimise_gauss_newton(const MatchingObjective& objective, const 
   return NewtonSearch(objective, options, std::move(start)).run();
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

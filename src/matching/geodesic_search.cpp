@@ -15,7 +15,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "representatives.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -154,4 +154,4 @@ GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseO
   return GeodesicSearch(problem, options, more_steps).run();
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

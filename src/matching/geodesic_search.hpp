@@ -5,7 +5,7 @@
 
 #include "path_search.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// What was found for a problem without noise, and the integrator that shoots its momenta to the end it has.
 struct GeodesicSolution {
@@ -27,4 +27,4 @@ struct GeodesicSolution {
 GeodesicSolution search_geodesic(const MatchingProblem& problem, const MinimiseOptions& options,
                                  bool more_steps = false);
 
-}  // namespace pulson
+}  // namespace pulson::matching

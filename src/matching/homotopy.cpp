@@ -12,7 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 constexpr int kHalvings = 10;  // three decades
@@ -78,4 +78,4 @@ bool reaches_diffeomorphism(const std::vector<HomotopyStep>& steps) {
   return least->growth() < (falls ? kSettling : kSettledGrowth);
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-namespace pulson {
+namespace pulson::matching {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -39,4 +39,4 @@ MatrixXd half_step_inverses(const MatrixXd& gradients, double dt, Index d) {
   return inverses;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -6,7 +6,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// A small matrix for each landmark, d×d: the columns of d²×N numbers, each in column-major order.
 using LandmarkBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
@@ -27,4 +27,4 @@ Points half_step(const Eigen::MatrixXd& gradients, double dt, const Points& v, b
 /// (I − ½Δt G_a)⁻¹.
 Eigen::MatrixXd half_step_inverses(const Eigen::MatrixXd& gradients, double dt, Eigen::Index d);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -3,7 +3,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -91,4 +91,4 @@ std::optional<double> noise_fraction(const Registration& registration, const Lan
   return shares.noise.cwiseProduct(displacement).sum() / displacement.squaredNorm();
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

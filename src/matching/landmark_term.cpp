@@ -10,7 +10,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -150,4 +150,4 @@ double rms_distance(const Points& q, const Points& target) {
   return std::sqrt(is_missing.select(0, all).squaredNorm() / static_cast<double>(all.size() - is_missing.count()));
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -7,7 +7,7 @@
 #include "pulson/matching/objective.hpp"
 #include "quadratic_model.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -72,4 +72,4 @@ double log_evidence(const MatchingObjective& objective, const MatchingObjective:
   return evidence(*data, minimum, linear, QuadraticModel(linear, frequency));
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

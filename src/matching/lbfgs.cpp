@@ -4,7 +4,7 @@
 
 #include "solvers.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::VectorXd;
@@ -91,4 +91,4 @@ MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const Minimis
   return summary;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

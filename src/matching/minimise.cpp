@@ -8,7 +8,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "solvers.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -99,4 +99,4 @@ MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptio
   return summary;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

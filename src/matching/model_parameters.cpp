@@ -9,7 +9,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -82,4 +82,4 @@ RegistrationOptions ModelParameters::options(const VectorXd& values) const {
   return options;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

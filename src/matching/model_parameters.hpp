@@ -6,7 +6,7 @@
 
 #include "registration_problem.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// The numbers of a registration's models by name: `alpha` and `weight` of each term of the kernel, the parameters of
 /// the noise, `data-sigma`, which is the deviation of the observations, and `lambda`. In a sum, names begin with the
@@ -34,4 +34,4 @@ class ModelParameters {
   Eigen::VectorXd values_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::matching

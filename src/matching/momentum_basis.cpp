@@ -13,7 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -146,4 +146,4 @@ VectorXd MomentumBasis::frequency() const {
   return eigenvalues_[rank() - 1] * eigenvalues().cwiseInverse();
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

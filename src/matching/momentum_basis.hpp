@@ -4,7 +4,7 @@
 
 #include "pulson/kernels/kernel_operator.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// Landmarks by pivoted Cholesky factorisation of K(q), each where K is explained worst by those before, until the
 /// trace of what is left is below a tolerance, or there are so many.
@@ -61,4 +61,4 @@ class MomentumBasis {
   double left_over_ = 0;
 };
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -10,7 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -226,4 +226,4 @@ VectorXd MatchingObjective::residual(const Evaluation& at) const {
   return all;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -5,7 +5,7 @@
 #include "landmark_blocks.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -147,4 +147,4 @@ PathVariation PassiveModel::solve(const PathResidual& change) const {
   return swept(change, answer(change.momenta.back(), free.nodes.back()));
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

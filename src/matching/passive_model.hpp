@@ -8,7 +8,7 @@
 #include "pulson/core/time_grid.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// A path of landmarks in midpoint steps that need not obey the midpoint rule.
 struct CanonicalPath {
@@ -78,4 +78,4 @@ class PassiveModel {
   Eigen::LLT<Eigen::MatrixXd> factors_;          ///< I + VᵀFV
 };
 
-}  // namespace pulson
+}  // namespace pulson::matching

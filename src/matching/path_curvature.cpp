@@ -7,7 +7,7 @@
 
 #include "pulson/random/brownian.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -72,4 +72,4 @@ Curvature least_curvature(const PathModel& model, const Points& source, int step
   return found;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -4,7 +4,7 @@
 
 #include "path_model.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// The least curvature of the cost of a path, in the norm of its Gauss–Newton model M.
 struct Curvature {
@@ -19,4 +19,4 @@ struct Curvature {
 /// below 1 %.
 Curvature least_curvature(const PathModel& model, const Points& source, int steps, std::uint64_t seed);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -19,7 +19,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "representatives.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -289,4 +289,4 @@ MatchingProblem without_own_noise(const MatchingProblem& problem) {
   return smooth;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -5,7 +5,7 @@
 
 #include "path_search.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// The minimum near a start of a MatchingProblem of many landmarks, whose data are landmarks and whose noise moves each
 /// landmark by itself, or none: without a matrix of the size of the landmarks. Empty where none is found: see
@@ -18,4 +18,4 @@ std::optional<PathSolution> solve_path_equations(const MatchingProblem& problem,
 /// fields are nearly those with the noise.
 MatchingProblem without_own_noise(const MatchingProblem& problem);
 
-}  // namespace pulson
+}  // namespace pulson::matching

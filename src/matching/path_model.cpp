@@ -5,7 +5,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -248,4 +248,4 @@ PathDirection PathModel::feedback(std::size_t k, const Points& deviation, double
   return swept(none, -observed_transposed(answer), k, deviation);
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

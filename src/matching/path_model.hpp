@@ -7,7 +7,7 @@
 #include "discrete_path.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// What the nodes of a path are paired with: derivatives of a cost by them, K + 1 of d×N; that of the first is 0, which
 /// does not move.
@@ -85,4 +85,4 @@ class PathModel {
   Eigen::MatrixXd factor_;                                ///< L on and below its diagonal, LLᵀ = S
 };
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -22,7 +22,7 @@
 #include "pulson/random/brownian.hpp"
 #include "representatives.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -401,4 +401,4 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
   return solution;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -3,7 +3,7 @@
 #include "discrete_path.hpp"
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// Where a search ends.
 enum class Finish {
@@ -40,4 +40,4 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
 /// The same, to Finish::kShootable, from a path that is the minimum of a problem that differs in the data alone.
 PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace pulson {
+namespace pulson::matching {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -60,4 +60,4 @@ double QuadraticModel::log_determinant() const {
   return in_data_space() ? of_factors - c_.array().log().sum() : of_factors;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -4,7 +4,7 @@
 
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// The quadratic model ½|z + δ|² + ½|r + Jδ|² + ½μ δᵀRδ of a cost at z, R diagonal: B = I + μR + JᵀJ is factored in
 /// the space of the unknowns or, where these are more than the residuals, in that of the data: with C = (I + μR)⁻¹
@@ -44,4 +44,4 @@ class QuadraticModel {
   Eigen::LLT<Eigen::MatrixXd> factors_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::matching

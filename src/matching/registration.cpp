@@ -17,7 +17,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 // A shot whose data cost no more than this part of J less or more follows the path.
@@ -316,4 +316,4 @@ int order_inversions(const Points& before, const Points& after) {
   return count;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

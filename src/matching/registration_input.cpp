@@ -7,7 +7,7 @@
 #include "core/landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 // Squares and their inverses must stay in the range of numbers.
@@ -176,4 +176,4 @@ MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target,
   return shapes;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -4,7 +4,7 @@
 
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// Shapes that fit together, and what was left out to make them so.
 struct MatchingShapes {
@@ -25,4 +25,4 @@ struct MatchingShapes {
 MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target, const DataOptions& data,
                                const std::function<bool(const Landmarks& source, int, int)>& may_separate = {});
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -12,7 +12,7 @@
 #include "pulson/random/brownian.hpp"
 #include "registration_input.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 // Widths of kernels that nothing is fitted to, in diameters: few landmarks move together, outlines have detail.
@@ -237,4 +237,4 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
           std::move(shapes.data),   std::move(matching), std::move(shapes.notes)};
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -2,7 +2,7 @@
 
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// What a registration is to solve, made of shapes and options; register_shapes() says what each part is.
 struct RegistrationProblem {
@@ -24,4 +24,4 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
 Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const TimeGrid& grid, std::uint64_t seed,
                             int index);
 
-}  // namespace pulson
+}  // namespace pulson::matching

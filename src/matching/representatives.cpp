@@ -4,7 +4,7 @@
 
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 using Eigen::Index;
 
@@ -34,4 +34,4 @@ bool can_be_subsampled(const MatchingProblem& problem) {
   return noise.channels(d, n) == 0 || (noise.traits().additive && noise.channels(d, n) == d * n);
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

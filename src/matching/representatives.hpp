@@ -4,7 +4,7 @@
 
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// `count` of the landmarks that are observed, distributed over the shape: each the furthest from those before it
 /// (Gonzalez 1985). O(N count). In their order.
@@ -14,4 +14,4 @@ std::vector<Eigen::Index> representatives(const MatchingProblem& problem, Eigen:
 /// each landmark alike.
 bool can_be_subsampled(const MatchingProblem& problem);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -2,7 +2,7 @@
 
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// A cost, in nats, that no data would show: what equal shapes have by round-off.
 inline constexpr double kNegligibleCost = 1e-12;
@@ -15,4 +15,4 @@ MinimiseSummary minimise_gauss_newton(const MatchingObjective& objective, const 
 MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const MinimiseOptions& options,
                                MatchingObjective::Evaluation start);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -8,7 +8,7 @@
 
 #include "pulson/integrators/integrator.hpp"
 
-namespace pulson {
+namespace pulson::records {
 
 /// Header fields `,prefix_x,prefix_y` for d axes.
 std::string axis_names(std::string_view prefix, Eigen::Index d);
@@ -26,4 +26,4 @@ void append_values(std::string& text, const Column& column) {
 void append_states(std::string& text, const Trajectory& path, std::string_view first, int every,
                    const std::vector<int>& numbers = {});
 
-}  // namespace pulson
+}  // namespace pulson::records

@@ -11,34 +11,34 @@
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/records/records.hpp"
 
-namespace pulson {
+namespace pulson::records {
 
 namespace {
 
 constexpr std::array<double, 5> kQuantiles = {0.05, 0.25, 0.5, 0.75, 0.95};
 
 /// A number, or null where it is none.
-Json number_json(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+formats::Json number_json(double x) { return std::isfinite(x) ? formats::Json(x) : formats::Json(nullptr); }
 
 /// Part of a vector of coordinates as [landmark][axis].
-Json coordinates_json(const Eigen::ArrayXd& values, Eigen::Index first, const Points& like) {
-  Json rows = Json::array();
+formats::Json coordinates_json(const Eigen::ArrayXd& values, Eigen::Index first, const Points& like) {
+  formats::Json rows = formats::Json::array();
   for (Eigen::Index a = 0; a < like.cols(); ++a) {
-    Json row = Json::array();
+    formats::Json row = formats::Json::array();
     for (Eigen::Index c = 0; c < like.rows(); ++c) row.push_back(number_json(values[first + a * like.rows() + c]));
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
-Json crossing_json(const EnsembleRun& run) {
+formats::Json crossing_json(const EnsembleRun& run) {
   const bool defined = run.start.q.rows() == 1 && run.start.q.cols() > 1 && run.sums.paths.clean > 0;
   if (!defined) return nullptr;
-  const PathCounts& paths = run.sums.paths;
+  const ensemble::PathCounts& paths = run.sums.paths;
   const Estimate estimate = run.sums.crossing_probability();
   const auto all = static_cast<double>(run.sums.samples);
   const auto crossed = static_cast<double>(run.sums.crossing.at_end);
-  Json json;
+  formats::Json json;
   json["probability"] = estimate.value;
   json["standard_error"] = number_json(estimate.standard_error);
   json["ever"] = static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean);
@@ -48,13 +48,13 @@ Json crossing_json(const EnsembleRun& run) {
   return json;
 }
 
-void add_means(Json& json, const EnsembleRun& run) {
+void add_means(formats::Json& json, const EnsembleRun& run) {
   const std::vector<int>& records = run.options.records;
   const Eigen::Index half = run.start.q.size();
   for (const char* key : {"times", "counts", "mean_q", "mean_p", "error_q", "error_p", "deviation_q", "deviation_p"})
-    json[key] = Json::array();
+    json[key] = formats::Json::array();
   for (std::size_t record = 0; record < records.size(); ++record) {
-    const Moments& moments = run.sums.moments[record];
+    const ensemble::Moments& moments = run.sums.moments[record];
     if (moments.count == 0) continue;
     const Eigen::ArrayXd error = run.sums.mean_error(record);
     const Eigen::ArrayXd deviation = moments.variance().sqrt();
@@ -87,7 +87,7 @@ void for_each_coordinate(const EnsembleRun& run, const Visit& visit) {
 }  // namespace
 
 std::string ensemble_json(const EnsembleRun& run) {
-  Json json;
+  formats::Json json;
   json["format"] = "pulson ensemble 1";
   json["version"] = version();
   json["partial"] = run.partial();
@@ -105,23 +105,23 @@ std::string ensemble_json(const EnsembleRun& run) {
   json["threads"] = run.threads;
   json["seconds"] = run.seconds;
   json["source"] = run.shape.source;
-  json["q"] = points_json(run.start.q);
-  json["p"] = points_json(run.start.p);
+  json["q"] = formats::points_json(run.start.q);
+  json["p"] = formats::points_json(run.start.p);
   json["crossing"] = crossing_json(run);
-  const PathCounts& paths = run.sums.paths;
+  const ensemble::PathCounts& paths = run.sums.paths;
   json["paths"] = {
       {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
   json["momentum_bound"] = run.options.momentum_bound;
   json["largest_momentum"] = run.sums.largest_momentum;
   json["momentum_error_max"] = run.sums.momentum_error;
   add_means(json, run);
-  return one_key_a_line(json);
+  return formats::one_key_a_line(json);
 }
 
 std::string ensemble_means_csv(const EnsembleRun& run) {
   std::string text = "time,landmark,quantity,axis,mean,standard_error,standard_deviation,q05,q25,q50,q75,q95\n";
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
-    const Moments& moments = run.sums.moments[record];
+    const ensemble::Moments& moments = run.sums.moments[record];
     text += place;
     append_values(text, std::array{moments.mean[i], run.sums.mean_error(record)[i], std::sqrt(moments.variance()[i])});
     const auto& histograms = run.sums.histograms[record];
@@ -138,7 +138,7 @@ std::string ensemble_densities_csv(const EnsembleRun& run) {
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
     const std::vector<int>& wanted = run.densities;
     if (std::find(wanted.begin(), wanted.end(), run.options.records[record]) == wanted.end()) return;
-    const Histogram& histogram = run.sums.histograms[record][static_cast<std::size_t>(i)];
+    const ensemble::Histogram& histogram = run.sums.histograms[record][static_cast<std::size_t>(i)];
     const double width = histogram.width();
     const auto total = static_cast<double>(histogram.total());
     for (std::size_t bin = 0; bin < histogram.counts.size(); ++bin) {
@@ -161,22 +161,22 @@ namespace {
 constexpr const char* kFormat = "pulson ensemble sums 1";
 
 /// For a message: the beginning of long lists.
-std::string excerpt(const Json& json) {
+std::string excerpt(const formats::Json& json) {
   constexpr std::size_t kLongest = 60;
   const std::string text = json.dump();
   return text.size() <= kLongest ? text : text.substr(0, kLongest) + "…";
 }
 
 /// All on which the bits of the sums depend.
-Json identity_json(const EnsembleRun& run) {
-  const EnsembleOptions& o = run.options;
+formats::Json identity_json(const EnsembleRun& run) {
+  const ensemble::EnsembleOptions& o = run.options;
   return {{"version", version()},
           {"vector_target", vector_target()},
           {"kernel", run.system.kernel.spec()},
           {"noise", run.system.noise->spec()},
           {"integrator", run.integrator},
-          {"q", points_json(run.start.q)},
-          {"p", points_json(run.start.p)},
+          {"q", formats::points_json(run.start.q)},
+          {"p", formats::points_json(run.start.p)},
           {"groups", run.shape.groups},
           {"time", o.grid.time},
           {"steps", o.grid.steps},
@@ -193,55 +193,55 @@ Json identity_json(const EnsembleRun& run) {
 struct Damaged {};
 
 /// What is counted: as another number it has no value, and sums of larger ones would overflow.
-std::int64_t count_of(const Json& json) {
+std::int64_t count_of(const formats::Json& json) {
   constexpr auto kMost = std::uint64_t{1} << 52U;
   if (!json.is_number_unsigned() || json.get<std::uint64_t>() > kMost) throw Damaged();
   return json.get<std::int64_t>();
 }
 
-Json array_json(const Eigen::ArrayXd& x) { return std::vector<double>(x.begin(), x.end()); }
+formats::Json array_json(const Eigen::ArrayXd& x) { return std::vector<double>(x.begin(), x.end()); }
 
-Eigen::ArrayXd array_of(const Json& json) {
+Eigen::ArrayXd array_of(const formats::Json& json) {
   const auto numbers = json.get<std::vector<double>>();
   return Eigen::Map<const Eigen::ArrayXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
 
-Json moments_json(const std::vector<Moments>& moments) {
-  Json rows = Json::array();
-  for (const Moments& m : moments) rows.push_back({m.count, array_json(m.mean), array_json(m.squares)});
+formats::Json moments_json(const std::vector<ensemble::Moments>& moments) {
+  formats::Json rows = formats::Json::array();
+  for (const ensemble::Moments& m : moments) rows.push_back({m.count, array_json(m.mean), array_json(m.squares)});
   return rows;
 }
 
-std::vector<Moments> moments_of(const Json& json, std::int64_t samples) {
-  std::vector<Moments> moments;
-  for (const Json& row : json) {
+std::vector<ensemble::Moments> moments_of(const formats::Json& json, std::int64_t samples) {
+  std::vector<ensemble::Moments> moments;
+  for (const formats::Json& row : json) {
     moments.push_back({count_of(row.at(0)), array_of(row.at(1)), array_of(row.at(2))});
     if (moments.back().count > samples) throw Damaged();
   }
   return moments;
 }
 
-Json histograms_json(const std::vector<std::vector<Histogram>>& histograms) {
-  Json records = Json::array();
+formats::Json histograms_json(const std::vector<std::vector<ensemble::Histogram>>& histograms) {
+  formats::Json records = formats::Json::array();
   for (const auto& record : histograms) {
-    Json rows = Json::array();
-    for (const Histogram& h : record) rows.push_back({h.low, h.high, h.counts, h.smallest, h.largest});
+    formats::Json rows = formats::Json::array();
+    for (const ensemble::Histogram& h : record) rows.push_back({h.low, h.high, h.counts, h.smallest, h.largest});
     records.push_back(std::move(rows));
   }
   return records;
 }
 
-std::vector<std::uint64_t> bins_of(const Json& json) {
+std::vector<std::uint64_t> bins_of(const formats::Json& json) {
   std::vector<std::uint64_t> bins;
-  for (const Json& count : json) bins.push_back(static_cast<std::uint64_t>(count_of(count)));
+  for (const formats::Json& count : json) bins.push_back(static_cast<std::uint64_t>(count_of(count)));
   return bins;
 }
 
-std::vector<std::vector<Histogram>> histograms_of(const Json& json) {
-  std::vector<std::vector<Histogram>> histograms;
-  for (const Json& rows : json) {
+std::vector<std::vector<ensemble::Histogram>> histograms_of(const formats::Json& json) {
+  std::vector<std::vector<ensemble::Histogram>> histograms;
+  for (const formats::Json& rows : json) {
     histograms.emplace_back();
-    for (const Json& row : rows)
+    for (const formats::Json& row : rows)
       histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(), bins_of(row.at(2)),
                                    row.at(3).get<double>(), row.at(4).get<double>()});
   }
@@ -250,7 +250,7 @@ std::vector<std::vector<Histogram>> histograms_of(const Json& json) {
 
 /// Goes through a binary text and stops where lists are nested deeper than those of a checkpoint: to make values of
 /// them takes a stack as deep.
-class DepthCheck : public nlohmann::json_sax<Json> {
+class DepthCheck : public nlohmann::json_sax<formats::Json> {
  public:
   bool null() override { return true; }
   bool boolean(bool /*value*/) override { return true; }
@@ -277,14 +277,14 @@ class DepthCheck : public nlohmann::json_sax<Json> {
   throw InputError(fmt::format("'{}' is damaged: it cannot be resumed; remove it and start again", name));
 }
 
-EnsembleSums sums_of(const Json& json) {
-  EnsembleSums sums;
+ensemble::EnsembleSums sums_of(const formats::Json& json) {
+  ensemble::EnsembleSums sums;
   sums.samples = count_of(json.at("samples"));
-  const Json& paths = json.at("paths");
+  const formats::Json& paths = json.at("paths");
   sums.paths = {count_of(paths.at(0)), count_of(paths.at(1)), count_of(paths.at(2)), count_of(paths.at(3))};
   sums.crossing.at_end = count_of(json.at("crossed_at_end"));
   sums.crossing.ever = count_of(json.at("crossed_ever"));
-  const Json& pairs = json.at("crossed_pairs");
+  const formats::Json& pairs = json.at("crossed_pairs");
   sums.crossing.pairs = {count_of(pairs.at(0)), count_of(pairs.at(1)), count_of(pairs.at(2))};
   json.at("momentum_error").get_to(sums.momentum_error);
   json.at("largest_momentum").get_to(sums.largest_momentum);
@@ -298,8 +298,8 @@ EnsembleSums sums_of(const Json& json) {
 }  // namespace
 
 std::string ensemble_checkpoint(const EnsembleRun& run) {
-  const EnsembleSums& sums = run.sums;
-  Json json;
+  const ensemble::EnsembleSums& sums = run.sums;
+  formats::Json json;
   json["format"] = kFormat;
   json["identity"] = identity_json(run);
   json["samples"] = sums.samples;
@@ -313,29 +313,30 @@ std::string ensemble_checkpoint(const EnsembleRun& run) {
   json["pair_moments"] = moments_json(sums.pair_moments);
   json["histograms"] = histograms_json(sums.histograms);
   json["states"] = sums.states;
-  const std::vector<std::uint8_t> bytes = Json::to_cbor(json);
+  const std::vector<std::uint8_t> bytes = formats::Json::to_cbor(json);
   return {bytes.begin(), bytes.end()};
 }
 
-EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name) {
+ensemble::EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name) {
   DepthCheck check;
-  if (!Json::sax_parse(bytes.begin(), bytes.end(), &check, Json::input_format_t::cbor)) fail_damaged(name);
+  if (!formats::Json::sax_parse(bytes.begin(), bytes.end(), &check, formats::Json::input_format_t::cbor))
+    fail_damaged(name);
   try {
-    const Json json = Json::from_cbor(bytes.begin(), bytes.end());
+    const formats::Json json = formats::Json::from_cbor(bytes.begin(), bytes.end());
     if (json.at("format") != kFormat)
       throw InputError(fmt::format("'{}' was written by another version of pulson and cannot be resumed", name));
-    const Json expected = identity_json(run);
-    const Json& found = json.at("identity");
+    const formats::Json expected = identity_json(run);
+    const formats::Json& found = json.at("identity");
     for (const auto& [key, value] : expected.items())
       if (found.at(key) != value)
         throw InputError(fmt::format("'{}' holds another ensemble: its {} is {}, here it is {}", name, key,
                                      excerpt(found.at(key)), excerpt(value)));
     return sums_of(json);
-  } catch (const Json::exception&) {
+  } catch (const formats::Json::exception&) {
     fail_damaged(name);
   } catch (const Damaged&) {
     fail_damaged(name);
   }
 }
 
-}  // namespace pulson
+}  // namespace pulson::records

@@ -13,11 +13,11 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
 
-namespace pulson {
+namespace pulson::records {
 
 namespace {
 
-using Reader = io::JsonValue;
+using Reader = formats::JsonValue;
 
 // What `parse` makes of a text; its InputError gets the file and the key.
 template <class Parse>
@@ -57,10 +57,10 @@ Landmarks read_shape(const Reader& reader, Points points) {
   return shape;
 }
 
-DataOptions read_data(const Reader& reader, Eigen::Index d) {
-  DataOptions data;
-  data.kind = parsed(reader.at("kind"), parse_data_kind);
-  if (reader.has("ends")) data.ends = parsed(reader.at("ends"), parse_curve_ends);
+matching::DataOptions read_data(const Reader& reader, Eigen::Index d) {
+  matching::DataOptions data;
+  data.kind = parsed(reader.at("kind"), matching::parse_data_kind);
+  if (reader.has("ends")) data.ends = parsed(reader.at("ends"), matching::parse_curve_ends);
   if (reader.has("width")) data.width = reader.at("width").number();
   if (reader.has("weights")) data.weights = reader.at("weights").numbers();
   if (reader.has("covariances"))
@@ -68,7 +68,7 @@ DataOptions read_data(const Reader& reader, Eigen::Index d) {
   return data;
 }
 
-MatchingCost read_cost(const Reader& cost) {
+matching::MatchingCost read_cost(const Reader& cost) {
   return {cost.at("energy").number(), cost.at("action").number(), cost.at("data").number()};
 }
 
@@ -88,7 +88,7 @@ Alignment read_alignment(const Reader& reader, Eigen::Index d) {
   return alignment;
 }
 
-DisplacementModel read_kernel_fit(const Reader& reader, const Registration& registration) {
+matching::DisplacementModel read_kernel_fit(const Reader& reader, const matching::Registration& registration) {
   const KernelOperator kernel = make_kernel(registration.kernel);
   return {kernel.terms().front(),
           registration.lambda,
@@ -98,7 +98,7 @@ DisplacementModel read_kernel_fit(const Reader& reader, const Registration& regi
           reader.at("landmarks").count()};
 }
 
-std::vector<PhaseState> read_states(const Reader& reader, const Registration& registration) {
+std::vector<PhaseState> read_states(const Reader& reader, const matching::Registration& registration) {
   const std::vector<Reader> positions = reader.at("positions").items(), momenta = reader.at("momenta").items();
   const auto count = static_cast<std::size_t>(registration.grid.steps) + 1;
   if (positions.size() != count || momenta.size() != count) reader.fail("lacks the states of each step and of the end");
@@ -109,10 +109,10 @@ std::vector<PhaseState> read_states(const Reader& reader, const Registration& re
   return states;
 }
 
-void read_setting(const Reader& reader, Registration& registration) {
+void read_setting(const Reader& reader, matching::Registration& registration) {
   registration.kernel = reader.at("kernel").text();
   registration.noise = reader.at("noise").text();
-  registration.mode = parsed(reader.at("mode"), parse_mode);
+  registration.mode = parsed(reader.at("mode"), matching::parse_mode);
   registration.integrator = reader.at("integrator").text();
   parsed(reader.at("integrator"), [](const std::string& name) { return make_integrator(name) != nullptr; });
   registration.grid = {reader.at("time").number(), reader.at("steps").count()};
@@ -120,9 +120,9 @@ void read_setting(const Reader& reader, Registration& registration) {
   registration.lambda = reader.at("lambda").number();
 }
 
-void read_outcome(const Reader& reader, Registration& registration) {
+void read_outcome(const Reader& reader, matching::Registration& registration) {
   registration.cost = read_cost(reader.at("cost"));
-  registration.solver = parsed(reader.at("solver"), parse_solver);
+  registration.solver = parsed(reader.at("solver"), matching::parse_solver);
   registration.converged = reader.at("converged").boolean();
   if (reader.has("step_error"))
     registration.step_error = {reader.at("step_error").at("rms").number(), reader.at("step_error").at("cost").number()};
@@ -141,18 +141,18 @@ void read_outcome(const Reader& reader, Registration& registration) {
 
 }  // namespace
 
-Registration read_registration(const std::filesystem::path& path, const NoiseTable* own) {
+matching::Registration read_registration(const std::filesystem::path& path, const NoiseTable* own) {
   const std::string file = path.string();
-  const nlohmann::json json = io::parse_json(file, io::read_text_file(path));
+  const nlohmann::json json = formats::parse_json(file, io::read_text_file(path));
   const Reader reader(json, file);
-  Registration registration;
+  matching::Registration registration;
   read_setting(reader, registration);
   read_outcome(reader, registration);
   const Eigen::Index d = first_row_size(reader.at("source"));
   const Points source = reader.at("source").columns(d);
   registration.original = read_shape(reader.at("source_shape"), same_size(reader.at("original"), d, source.cols()));
   if (reader.has("data")) registration.data = read_data(reader.at("data"), d);
-  const bool corresponds = registration.data.kind == DataKind::kLandmarks;
+  const bool corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   Points target = reader.at("target").columns(d, true);
   if (corresponds && target.cols() != source.cols())
     reader.at("target").fail("has a different number of landmarks from 'source'");
@@ -181,12 +181,13 @@ Registration read_registration(const std::filesystem::path& path, const NoiseTab
 namespace {
 
 template <class Value>
-Json optional_json(const std::optional<Value>& value) {
-  return value ? Json(*value) : Json(nullptr);
+formats::Json optional_json(const std::optional<Value>& value) {
+  return value ? formats::Json(*value) : formats::Json(nullptr);
 }
 
-Json shape_json(const Landmarks& shape) {
-  Json json = {{"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
+formats::Json shape_json(const Landmarks& shape) {
+  formats::Json json = {
+      {"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
   if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
   if (!shape.axes.empty()) json["axes"] = shape.axes;
   if (!shape.units.empty()) json["units"] = shape.units;
@@ -194,54 +195,57 @@ Json shape_json(const Landmarks& shape) {
   return json;
 }
 
-Json kernel_fit_json(const DisplacementModel& model) {
+formats::Json kernel_fit_json(const matching::DisplacementModel& model) {
   return {{"log_likelihood", model.log_likelihood},
           {"prediction_error", model.prediction_error},
           {"alignment_error", model.alignment_error},
           {"landmarks", model.landmarks}};
 }
 
-Json alignment_json(const Alignment& alignment) {
+formats::Json alignment_json(const Alignment& alignment) {
   return {{"kind", alignment_name(alignment.kind)},
           {"scale", alignment.scale},
-          {"linear", points_json(alignment.linear.transpose())},
+          {"linear", formats::points_json(alignment.linear.transpose())},
           {"translation", std::vector<double>(alignment.translation.begin(), alignment.translation.end())}};
 }
 
-Json numbers_json(const Eigen::VectorXd& numbers) { return std::vector<double>(numbers.begin(), numbers.end()); }
+formats::Json numbers_json(const Eigen::VectorXd& numbers) {
+  return std::vector<double>(numbers.begin(), numbers.end());
+}
 
-Json data_json(const DataOptions& data) {
-  Json json = {{"kind", data_kind_name(data.kind)}};
-  if (data.kind != DataKind::kLandmarks) json["ends"] = curve_ends_name(data.ends);
+formats::Json data_json(const matching::DataOptions& data) {
+  formats::Json json = {{"kind", data_kind_name(data.kind)}};
+  if (data.kind != matching::DataKind::kLandmarks) json["ends"] = curve_ends_name(data.ends);
   if (data.width) json["width"] = *data.width;
   if (data.weights.size() > 0) json["weights"] = numbers_json(data.weights);
-  for (const Eigen::MatrixXd& covariance : data.covariances) json["covariances"].push_back(points_json(covariance));
+  for (const Eigen::MatrixXd& covariance : data.covariances)
+    json["covariances"].push_back(formats::points_json(covariance));
   return json;
 }
 
-Json cost_json(const MatchingCost& cost) {
+formats::Json cost_json(const matching::MatchingCost& cost) {
   return {{"total", cost.total()}, {"energy", cost.energy}, {"action", cost.action}, {"data", cost.data}};
 }
 
-Json shares_json(const Registration& registration, const LandmarkShares& shares) {
-  Json json = Json::object();
+formats::Json shares_json(const matching::Registration& registration, const matching::LandmarkShares& shares) {
+  formats::Json json = formats::Json::object();
   if (const auto part = noise_fraction(registration, shares)) json["noise_part"] = *part;
-  if (shares.flow.size() > 0) json["flow"] = points_json(shares.flow);
-  if (shares.noise.size() > 0) json["noise"] = points_json(shares.noise);
+  if (shares.flow.size() > 0) json["flow"] = formats::points_json(shares.flow);
+  if (shares.noise.size() > 0) json["noise"] = formats::points_json(shares.noise);
   if (shares.energy.size() > 0) json["energy"] = numbers_json(shares.energy);
   if (shares.action.size() > 0) json["action"] = numbers_json(shares.action);
   if (shares.data.size() > 0) json["data"] = numbers_json(shares.data);
   return json;
 }
 
-Json uncertainty_json(const LaplaceApproximation& uncertainty) {
-  return {{"momenta", points_json(uncertainty.momentum_deviation)},
-          {"velocities", points_json(uncertainty.velocity_deviation)},
-          {"result", points_json(uncertainty.end_deviation)},
+formats::Json uncertainty_json(const matching::LaplaceApproximation& uncertainty) {
+  return {{"momenta", formats::points_json(uncertainty.momentum_deviation)},
+          {"velocities", formats::points_json(uncertainty.velocity_deviation)},
+          {"result", formats::points_json(uncertainty.end_deviation)},
           {"log_evidence", uncertainty.log_evidence}};
 }
 
-Json fitted_json(const FittedParameters& fitted) {
+formats::Json fitted_json(const inference::FittedParameters& fitted) {
   return {{"names", fitted.names},
           {"values", numbers_json(fitted.values)},
           {"log_deviations", numbers_json(fitted.log_deviations)},
@@ -252,18 +256,18 @@ Json fitted_json(const FittedParameters& fitted) {
 }
 
 // The least β that matches is null where the first does not.
-Json states_json(const std::vector<PhaseState>& states) {
-  Json positions = Json::array(), momenta = Json::array();
+formats::Json states_json(const std::vector<PhaseState>& states) {
+  formats::Json positions = formats::Json::array(), momenta = formats::Json::array();
   for (const PhaseState& state : states) {
-    positions.push_back(points_json(state.q));
-    momenta.push_back(points_json(state.p));
+    positions.push_back(formats::points_json(state.q));
+    momenta.push_back(formats::points_json(state.p));
   }
   return {{"positions", positions}, {"momenta", momenta}};
 }
 
-Json homotopy_json(const std::vector<HomotopyStep>& steps) {
-  Json values = Json::array();
-  for (const HomotopyStep& step : steps)
+formats::Json homotopy_json(const std::vector<matching::HomotopyStep>& steps) {
+  formats::Json values = formats::Json::array();
+  for (const matching::HomotopyStep& step : steps)
     values.push_back({{"beta", step.beta},
                       {"cost", cost_json(step.cost)},
                       {"rms", step.rms},
@@ -272,14 +276,14 @@ Json homotopy_json(const std::vector<HomotopyStep>& steps) {
                       {"iterations", step.iterations}});
   const auto least = least_needed(steps);
   return {{"steps", values},
-          {"least_beta", least == steps.end() ? Json() : Json(least->beta)},
+          {"least_beta", least == steps.end() ? formats::Json() : formats::Json(least->beta)},
           {"diffeomorphic", reaches_diffeomorphism(steps)}};
 }
 
 }  // namespace
 
-std::string registration_json(const Registration& registration, const RegistrationFacts& facts) {
-  Json json;
+std::string registration_json(const matching::Registration& registration, const RegistrationFacts& facts) {
+  formats::Json json;
   json["format"] = "pulson registration 1";
   json["version"] = version();
   json["kernel"] = registration.kernel;
@@ -318,18 +322,18 @@ std::string registration_json(const Registration& registration, const Registrati
   json["alignment"] = alignment_json(registration.alignment);
   json["source_shape"] = shape_json(registration.original);
   json["target_shape"] = shape_json(registration.target);
-  json["original"] = points_json(registration.original.points);
-  json["source"] = points_json(registration.source.points);
-  json["target"] = points_json(registration.target.points);
-  json["result"] = points_json(registration.result);
+  json["original"] = formats::points_json(registration.original.points);
+  json["source"] = formats::points_json(registration.source.points);
+  json["target"] = formats::points_json(registration.target.points);
+  json["result"] = formats::points_json(registration.result);
   if (registration.uncertainty) json["uncertainty"] = uncertainty_json(*registration.uncertainty);
   if (!facts.homotopy.empty()) json["homotopy"] = homotopy_json(facts.homotopy);
   if (facts.fitted) json["fitted"] = fitted_json(*facts.fitted);
-  if (registration.spread.size() > 0) json["spread"] = points_json(registration.spread);
-  json["momenta"] = points_json(registration.momenta);
-  json["increments"] = points_json(registration.increments);
+  if (registration.spread.size() > 0) json["spread"] = formats::points_json(registration.spread);
+  json["momenta"] = formats::points_json(registration.momenta);
+  json["increments"] = formats::points_json(registration.increments);
   if (!registration.states.empty()) json["states"] = states_json(registration.states);
-  return one_key_a_line(json);
+  return formats::one_key_a_line(json);
 }
 
 namespace {
@@ -340,9 +344,10 @@ struct Column {
   Eigen::MatrixXd values;
 };
 
-std::vector<Column> residual_columns(const Registration& registration, const LandmarkShares& shares) {
+std::vector<Column> residual_columns(const matching::Registration& registration,
+                                     const matching::LandmarkShares& shares) {
   const Eigen::Index d = registration.result.rows();
-  const bool landmarks = registration.data.kind == DataKind::kLandmarks;
+  const bool landmarks = registration.data.kind == matching::DataKind::kLandmarks;
   std::vector<Column> columns;
   const auto vectors = [&](const char* name, const Points& values) {
     if (values.size() > 0) columns.push_back({axis_names(name, d), values.transpose()});
@@ -370,7 +375,7 @@ std::vector<Column> residual_columns(const Registration& registration, const Lan
 
 }  // namespace
 
-std::string residuals_csv(const Registration& registration, const LandmarkShares& shares) {
+std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares) {
   const std::vector<Column> columns = residual_columns(registration, shares);
   std::string text = "landmark,label";
   for (const Column& column : columns) text += column.names;
@@ -386,10 +391,10 @@ std::string residuals_csv(const Registration& registration, const LandmarkShares
   return text;
 }
 
-std::string trajectory_csv(const Registration& registration, const Trajectory& path) {
+std::string trajectory_csv(const matching::Registration& registration, const Trajectory& path) {
   std::string text = "step,time,landmark" + state_names(registration.result.rows()) + "\n";
   append_states(text, path, "", 1, registration.source.numbers);
   return text;
 }
 
-}  // namespace pulson
+}  // namespace pulson::records

@@ -3,7 +3,7 @@
 #include "pulson/core/version.hpp"
 #include "pulson/records/records.hpp"
 
-namespace pulson {
+namespace pulson::records {
 
 std::string axis_names(std::string_view prefix, Eigen::Index d) {
   std::string text;
@@ -31,12 +31,12 @@ void append_states(std::string& text, const Trajectory& path, std::string_view f
 
 namespace {
 
-Json sample_json(const SamplePath& sample) {
-  Json json = {{"status", path_status_name(sample.status)}};
+formats::Json sample_json(const ensemble::SamplePath& sample) {
+  formats::Json json = {{"status", path_status_name(sample.status)}};
   if (!sample.reason.empty()) json["reason"] = sample.reason;
   json["time"] = sample.path.grid.time;
-  json["q"] = points_json(sample.path.final().q);
-  json["p"] = points_json(sample.path.final().p);
+  json["q"] = formats::points_json(sample.path.final().q);
+  json["p"] = formats::points_json(sample.path.final().p);
   json["largest_momentum"] = sample.largest_momentum;
   json["momentum_error"] = sample.momentum_error;
   json["contraction_bound"] = sample.contraction_bound;
@@ -48,7 +48,7 @@ Json sample_json(const SamplePath& sample) {
 }  // namespace
 
 std::string simulation_json(const Simulation& simulation) {
-  Json json;
+  formats::Json json;
   json["format"] = "pulson simulation 1";
   json["version"] = version();
   json["kernel"] = simulation.system.kernel.spec();
@@ -61,11 +61,11 @@ std::string simulation_json(const Simulation& simulation) {
   json["samples"] = simulation.options.samples;
   json["seconds"] = simulation.seconds;
   json["source"] = simulation.shape.source;
-  json["q"] = points_json(simulation.start.q);
-  json["p"] = points_json(simulation.start.p);
-  json["paths"] = Json::array();
-  for (const SamplePath& sample : simulation.samples) json["paths"].push_back(sample_json(sample));
-  return one_key_a_line(json);
+  json["q"] = formats::points_json(simulation.start.q);
+  json["p"] = formats::points_json(simulation.start.p);
+  json["paths"] = formats::Json::array();
+  for (const ensemble::SamplePath& sample : simulation.samples) json["paths"].push_back(sample_json(sample));
+  return formats::one_key_a_line(json);
 }
 
 std::string sample_paths_csv(const Simulation& simulation, int every) {
@@ -75,4 +75,4 @@ std::string sample_paths_csv(const Simulation& simulation, int every) {
   return text;
 }
 
-}  // namespace pulson
+}  // namespace pulson::records

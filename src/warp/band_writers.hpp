@@ -10,7 +10,7 @@
 
 #include "warp/mesh_raster.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 /// A place in fractions of the distance of two samples; samples are at multiples of kUnitsPerSample.
 struct FixedPoint {
@@ -271,4 +271,4 @@ class NthSheetWriter : public BandWriter {
   int n_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::warp

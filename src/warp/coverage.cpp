@@ -6,7 +6,7 @@
 #include "pulson/core/name_table.hpp"
 #include "warp/mesh_raster.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 namespace {
 
@@ -112,4 +112,4 @@ std::vector<bool> enclosed(const std::vector<bool>& mask, int width, int height)
   return holes;
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

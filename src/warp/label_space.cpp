@@ -7,7 +7,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 using Eigen::Index;
@@ -146,4 +146,4 @@ std::unique_ptr<const LabelSpace> LabelSpace::make(LabelKernel kernel, const Ker
   return std::make_unique<MetricLabels>(metric, labels);
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

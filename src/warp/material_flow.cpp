@@ -7,7 +7,7 @@
 #include "pulson/core/parallel.hpp"
 #include "space_motion.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 using Eigen::Index;
@@ -188,4 +188,4 @@ double MaterialFlow::landmark_error() const {
   return (end(path_.initial().q) - path_.final().q).colwise().norm().maxCoeff();
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -10,7 +10,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 namespace {
 
@@ -238,4 +238,4 @@ void MeshRaster::write_block(Writer& writer, int block, int row) const {
   }
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace pulson {
+namespace pulson::warp {
 
 /// The corners of an image's pixels and their images under a map. Positions are in pixel coordinates: x to the right, y
 /// down, pixel centres at integers.
@@ -154,4 +154,4 @@ std::vector<bool> uncovered_pixels(const RasterBand& band);
 /// so
 std::vector<bool> enclosed(const std::vector<bool>& mask, int width, int height);
 
-}  // namespace pulson
+}  // namespace pulson::warp

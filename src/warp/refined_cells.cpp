@@ -7,7 +7,7 @@
 
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 namespace {
 
@@ -240,4 +240,4 @@ RefinedCells::Tested RefinedCells::test_quarters(const PlaneCell& cell) const {
   return all;
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

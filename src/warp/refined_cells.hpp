@@ -9,7 +9,7 @@
 
 #include "pulson/warp/sampled_map.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 /// The nodes first to last of a row or column.
 struct NodeRange {
@@ -182,4 +182,4 @@ class RefinedCells {
   double jacobian_error_ = 0;
 };
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -10,7 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "refined_cells.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 constexpr std::int64_t kMaxNodes = std::int64_t{1} << 31;
@@ -175,4 +175,4 @@ SampledMap sample_map(const PlaneMap& map, const SampledPlane& plane, double tol
   return result;
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

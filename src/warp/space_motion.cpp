@@ -6,7 +6,7 @@
 
 #include "core/factorisations.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 using Eigen::Index;
@@ -197,4 +197,4 @@ bool SpatialStep::backward_by_newton(Tracers& points) const {
   return false;
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -7,7 +7,7 @@
 #include "pulson/dynamics/stochastic_system.hpp"
 #include "pulson/integrators/integrator.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 /// Points carried by the flow, and ∂X/∂x in columns of d×d; no columns if gradients are not wanted.
 struct Tracers {
@@ -54,4 +54,4 @@ class SpatialStep {
   int count_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -8,7 +8,7 @@
 #include "core/text.hpp"
 #include "pulson/warp/sampled_map.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 double twice_area(const Points& x, const std::array<int, 3>& t) {
@@ -88,4 +88,4 @@ int flipped_triangles(const Points& before, const Points& after) {
   return count;
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

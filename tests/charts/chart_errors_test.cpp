@@ -9,7 +9,7 @@
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::charts {
 namespace {
 
 class ChartErrorsTest : public PictureTest {
@@ -106,4 +106,4 @@ TEST_F(ChartErrorsTest, KeepsNoPictureThatIsCutOff) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::charts

@@ -6,7 +6,7 @@
 
 #include "charts/chart.hpp"
 
-namespace pulson {
+namespace pulson::charts {
 
 /// Ten values of a wave, with an edge more for steps.
 inline Series wave(const std::string& name, SeriesStyle style = SeriesStyle::kLine) {
@@ -32,4 +32,4 @@ inline Series with_band(Series series, double half) {
   return series;
 }
 
-}  // namespace pulson
+}  // namespace pulson::charts

@@ -8,7 +8,7 @@
 #include "chart_examples.hpp"
 #include "picture_files.hpp"
 
-namespace pulson {
+namespace pulson::charts {
 namespace {
 
 class ChartTest : public PictureTest {
@@ -215,4 +215,4 @@ TEST_F(ChartTest, LongPathsStaySmall) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::charts

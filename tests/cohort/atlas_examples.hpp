@@ -10,7 +10,7 @@
 #include "pulson/cohort/atlas.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 inline Landmarks shape_of(Points points, std::string source = "a.csv") {
   Landmarks shape;
@@ -64,4 +64,4 @@ inline AtlasOptions options_of(const CohortLaw& law) {
   return options;
 }
 
-}  // namespace pulson
+}  // namespace pulson::cohort

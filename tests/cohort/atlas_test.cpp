@@ -6,7 +6,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using testing::HasSubstr;
@@ -152,4 +152,4 @@ TEST(Atlas, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

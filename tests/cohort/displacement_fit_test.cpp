@@ -4,7 +4,7 @@
 
 #include "atlas_examples.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 // Draws of the linear model itself: N(0, K/λ + σ²) on each axis.
@@ -102,4 +102,4 @@ TEST(DisplacementFit, IsTheLikelihoodOfContrasts) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

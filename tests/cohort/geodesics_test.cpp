@@ -6,7 +6,7 @@
 #include "cohort/anderson.hpp"
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -53,13 +53,13 @@ TEST(Geodesics, AMatchIsTheMinimumThatRegisterShapesFinds) {
   const Points target = bent(law.q0);
   const Matched found = match(law, law.q0, target, 20);
   ASSERT_TRUE(found.match.converged);
-  RegistrationOptions options;
+  matching::RegistrationOptions options;
   options.kernel = law.kernel;
   options.lambda = law.lambda;
   options.sigma = law.sigma;
   options.align = AlignmentKind::kNone;
   options.minimise.gradient_tolerance = 1e-6;
-  const Registration other = register_shapes(shape_of(law.q0), shape_of(target), options);
+  const matching::Registration other = register_shapes(shape_of(law.q0), shape_of(target), options);
   ASSERT_TRUE(other.converged);
   EXPECT_NEAR(found.cost, other.cost.total(), 1e-3 * found.cost);
   EXPECT_LT((found.match.end.q - other.result).norm(), 0.1 * law.sigma * std::sqrt(12.0));
@@ -110,4 +110,4 @@ TEST(Geodesics, AMissingLandmarkIsCarriedAlong) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -9,7 +9,7 @@
 #include "pulson/cohort/statistics.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -111,7 +111,7 @@ std::vector<Points> real_shapes(const std::string& name) {
       folder != nullptr ? folder : std::filesystem::path(PULSON_SOURCE_DIR) / ".." / "shared" / "data";
   std::vector<Points> shapes;
   if (std::filesystem::exists(data / name))
-    for (const Landmarks& shape : read_landmark_file(data / name).shapes) shapes.push_back(shape.points);
+    for (const Landmarks& shape : formats::read_landmark_file(data / name).shapes) shapes.push_back(shape.points);
   return shapes;
 }
 
@@ -131,4 +131,4 @@ TEST(ProcrustesModes, OfRealShapesAreThoseOfR) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

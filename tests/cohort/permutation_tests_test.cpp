@@ -10,7 +10,7 @@
 #include "pulson/cohort/statistics.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -140,4 +140,4 @@ TEST(PermutationTests, RefuseWhatSaysNothing) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

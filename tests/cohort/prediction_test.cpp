@@ -6,7 +6,7 @@
 #include "atlas_examples.hpp"
 #include "error_of.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -147,4 +147,4 @@ TEST(ShapePredictor, RefusesAShapeWithTooFewLandmarks) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -5,7 +5,7 @@
 #include "atlas_examples.hpp"
 #include "pulson/cohort/statistics.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 using Eigen::Index;
@@ -90,4 +90,4 @@ TEST(Recovery, OfTemplateAndModesWithinTheirStandardErrors) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

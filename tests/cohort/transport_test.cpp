@@ -6,7 +6,7 @@
 #include "atlas_examples.hpp"
 #include "error_of.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 namespace {
 
 struct Setting {
@@ -79,4 +79,4 @@ TEST(Transport, RefusesWrongOptions) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::cohort

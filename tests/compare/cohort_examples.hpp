@@ -8,7 +8,7 @@
 #include "compare/forward_samples.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 inline Landmarks named_shape(Points points, std::string source = "a.csv") {
   Landmarks shape;
@@ -37,8 +37,8 @@ inline CohortSettings cohort_settings() {
 }
 
 /// The problem of a complete model, of which shapes are drawn.
-inline MatchingProblem model_problem(const Landmarks& source, const std::string& noise, double lambda,
-                                     const CohortSettings& settings) {
+inline matching::MatchingProblem model_problem(const Landmarks& source, const std::string& noise, double lambda,
+                                               const CohortSettings& settings) {
   CohortFit fit;
   fit.kernel = settings.kernel.spec();
   fit.noise = noise;
@@ -67,4 +67,4 @@ inline FittedNumber fitted_number(const CohortFit& fit, const std::string& name)
   return {"nothing is named " + name};
 }
 
-}  // namespace pulson
+}  // namespace pulson::compare

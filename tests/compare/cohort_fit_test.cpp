@@ -12,7 +12,7 @@
 #include "error_of.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using testing::AllOf;
@@ -253,4 +253,4 @@ TEST(FitCohort, OfLandmarksThatAreDenseBesideTheKernel) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -14,7 +14,7 @@
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/compare/comparison.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -262,4 +262,4 @@ TEST(CoincidentInACohort, CountAlikeInTheMean) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

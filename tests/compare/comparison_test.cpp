@@ -11,7 +11,7 @@
 #include "cohort_examples.hpp"
 #include "error_of.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using testing::HasSubstr;
@@ -243,4 +243,4 @@ TEST(StudyRecovery, Refuses) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -16,7 +16,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -59,10 +59,10 @@ TEST_P(OfMatching, IsTheOneAtTheMinimum) {
   EXPECT_EQ(fit.score(), fit.log_evidence);
   double sum = 0;
   for (int s = 0; s < 2; ++s) {
-    const MatchingObjective objective(shape_problem(cohort, fit, settings, s));
-    MinimiseOptions options;
+    const matching::MatchingObjective objective(shape_problem(cohort, fit, settings, s));
+    matching::MinimiseOptions options;
     options.gradient_tolerance = 1e-7;
-    const MinimiseSummary minimum = minimise(objective, options);
+    const matching::MinimiseSummary minimum = minimise(objective, options);
     const ShapeFit& shape = fit.shapes[static_cast<std::size_t>(s)];
     EXPECT_NEAR(shape.log_evidence, log_evidence(objective, minimum.solution), 2e-3);  // a search ends at 1e-3
     EXPECT_NEAR(shape.cost.total(), minimum.solution.cost.total(), 1e-3);
@@ -244,4 +244,4 @@ TEST(Evidence, IsSampledWhereTheNoiseIsMuchGreaterThanSigma) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

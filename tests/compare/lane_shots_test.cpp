@@ -13,19 +13,19 @@
 #include "pulson/noise/noise_table.hpp"
 #include "random_numbers.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-MatchingProblem problem_of(const Points& source, const std::string& noise, const std::string& kernel) {
+matching::MatchingProblem problem_of(const Points& source, const std::string& noise, const std::string& kernel) {
   return {{make_kernel(kernel, source), make_noise(noise, named_shape(source))},
           make_integrator("variational-2"),
           {1, 4},
           source,
-          std::make_shared<LandmarkTerm>(LandmarkObservations{source, 0.1, {}, {}}),
+          std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{source, 0.1, {}, {}}),
           0.1,
           20,
           {}};
@@ -45,7 +45,7 @@ TEST_P(OfPaths, AreThoseOfTheIntegrator) {
   const auto& [dimension, noise, kernel] = GetParam();
   Numbers numbers(5);
   const Points source = numbers.landmarks(dimension, 5);
-  const MatchingObjective objective(problem_of(source, noise, kernel));
+  const matching::MatchingObjective objective(problem_of(source, noise, kernel));
   if (LaneShots::lanes() < 2) GTEST_SKIP() << "no vector of two numbers";
   ASSERT_TRUE(LaneShots::knows(objective));
   const Cohort cohort{named_shape(source), {named_shape(source)}};
@@ -74,7 +74,7 @@ TEST_P(OfPaths, AreThoseOfTheIntegrator) {
 // Fewer than there are lanes, and some without a path.
 TEST(LaneShots, LeaveOutThoseWithoutAPath) {
   const Points source = Eigen::RowVector3d(0, 0.4, 1);
-  const MatchingObjective objective(problem_of(source, "none", "gaussian:alpha=0.5"));
+  const matching::MatchingObjective objective(problem_of(source, "none", "gaussian:alpha=0.5"));
   if (LaneShots::lanes() < 2) GTEST_SKIP() << "no vector of two numbers";
   MatrixXd z = MatrixXd::Zero(objective.unknowns(), 2);
   z.col(1).setConstant(1e4);
@@ -89,7 +89,7 @@ TEST(LaneShots, DoNotKnowOtherNoiseNorManyLandmarks) {
   Numbers numbers(5);
   const auto is_known = [&](int landmarks, const std::string& noise) {
     return LaneShots::knows(
-        MatchingObjective(problem_of(numbers.landmarks(2, landmarks), noise, "gaussian:alpha=0.5")));
+        matching::MatchingObjective(problem_of(numbers.landmarks(2, landmarks), noise, "gaussian:alpha=0.5")));
   };
   EXPECT_FALSE(is_known(5, "ch-sd-screened:beta=0.1,gamma=1"));
   EXPECT_FALSE(is_known(5, "langevin:sigma=0.1,friction=0.1"));
@@ -97,4 +97,4 @@ TEST(LaneShots, DoNotKnowOtherNoiseNorManyLandmarks) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

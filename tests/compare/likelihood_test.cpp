@@ -11,7 +11,7 @@
 #include "profile.hpp"
 #include "response_surface.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -125,4 +125,4 @@ TEST(SumOfLogMeans, LeavesOutAGroup) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -17,7 +17,7 @@
 #include "pulson/warp/sampled_map.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::MatrixXd;
@@ -81,59 +81,72 @@ TEST(MatrixSizes, OfPaths) {
     expect_refused([&] { integrator->endpoint_changes(own, path, MatrixXd::Zero(6, 2)); }, "6 x 2", "8 x 2");
   }
   const auto integrator = make_integrator("variational");
-  expect_refused([&] { sample_paths(system, *integrator, {kSquare, kTriangle}, {.grid = grid}); }, "2 x 3", "2 x 4");
-  expect_refused([&] { Ensemble(system, "variational", {kSquare, kTriangle}, {.grid = grid}); }, "2 x 3", "2 x 4");
+  expect_refused(
+      [&] {
+        ensemble::sample_paths(system, *integrator, {kSquare, kTriangle}, {.grid = grid});
+      },
+      "2 x 3", "2 x 4");
+  expect_refused(
+      [&] {
+        ensemble::Ensemble(system, "variational", {kSquare, kTriangle}, {.grid = grid});
+      },
+      "2 x 3", "2 x 4");
   EXPECT_THROW(standard_normals(1, 0, -1, 5), InputError);
 }
 
 TEST(MatrixSizes, OfMatching) {
   expect_refused([&] { align(kSquare, kTriangle, AlignmentKind::kRigid); }, "2 x 3", "2 x 4");
   expect_refused([&] { align(kSquare, kSquare, AlignmentKind::kNone).apply(kLine); }, "1 x 4", "2 x 4");
-  expect_refused([&] { fit_displacements(kSquare, kTriangle, {.sigma = 0.1}); }, "2 x 3", "2 x 4");
-  expect_refused([&] { distances(kSquare, kTriangle); }, "2 x 3", "2 x 4");
-  expect_refused([&] { order_inversions(kSquare, kSquare); }, "2 x 4", "1 x 4");
-  const LandmarkTerm term({.target = kSquare, .sigma = 0.1});
+  expect_refused([&] { matching::fit_displacements(kSquare, kTriangle, {.sigma = 0.1}); }, "2 x 3", "2 x 4");
+  expect_refused([&] { matching::distances(kSquare, kTriangle); }, "2 x 3", "2 x 4");
+  expect_refused([&] { matching::order_inversions(kSquare, kSquare); }, "2 x 4", "1 x 4");
+  const matching::LandmarkTerm term({.target = kSquare, .sigma = 0.1});
   expect_refused([&] { term.value(kTriangle); }, "2 x 3", "2 x 4");
   expect_refused([&] { term.gradient(kTriangle); }, "2 x 3", "2 x 4");
   expect_refused([&] { term.linearise(kSquare, MatrixXd::Zero(6, 1)); }, "6 x 1", "8 x 1");
   expect_refused([&] { term.moved(kTriangle); }, "2 x 3", "2 x 4");
 
-  MatchingProblem problem{
-      noisy_system(), make_integrator("variational-2"), {1, 5}, kSquare, std::make_shared<LandmarkTerm>(term), 0.1, 1};
-  const MatchingObjective objective(problem);
+  matching::MatchingProblem problem{noisy_system(),
+                                    make_integrator("variational-2"),
+                                    {1, 5},
+                                    kSquare,
+                                    std::make_shared<matching::LandmarkTerm>(term),
+                                    0.1,
+                                    1};
+  const matching::MatchingObjective objective(problem);
   const MatrixXd increments = MatrixXd::Zero(8, 5);
   expect_refused([&] { objective.evaluate(VectorXd::Zero(7)); }, "7 x 1", "48 x 1");
   expect_refused([&] { objective.increments(VectorXd::Zero(7)); }, "7 x 1", "48 x 1");
   expect_refused([&] { objective.white(kTriangle, increments); }, "2 x 3", "2 x 4");
   expect_refused([&] { objective.white(kSquare, increments.leftCols(4)); }, "8 x 4", "8 x 5");
   problem.realisations = {increments, increments.leftCols(4)};
-  expect_refused([&] { MatchingObjective{problem}; }, "8 x 4", "8 x 5");
+  expect_refused([&] { matching::MatchingObjective{problem}; }, "8 x 4", "8 x 5");
 
   Landmarks named;
   named.points = kSquare;
   Landmarks short_of_names = named;
   short_of_names.labels = {"a", "b"};
-  EXPECT_THROW(register_shapes(short_of_names, named), InputError);
+  EXPECT_THROW(matching::register_shapes(short_of_names, named), InputError);
 }
 
 TEST(MatrixSizes, OfMapsAndPredictions) {
   const StochasticSystem system = noisy_system();
   const Trajectory path = make_integrator("variational")
                               ->integrate(system, {kSquare, 0.1 * kSquare}, {1, 5}, MatrixXd::Constant(8, 5, 0.1));
-  for (const LabelKernel labels : {LabelKernel::kMetric, LabelKernel::kThinPlate}) {
-    const MaterialFlow flow(system, path, labels);
+  for (const warp::LabelKernel labels : {warp::LabelKernel::kMetric, warp::LabelKernel::kThinPlate}) {
+    const warp::MaterialFlow flow(system, path, labels);
     expect_refused([&] { flow.end(kLine); }, "1 x 4", "2 x 4");
     expect_refused([&] { flow.end_with_gradients(kLine); }, "1 x 4", "2 x 4");
     expect_refused([&] { flow.paths(kLine); }, "1 x 4", "2 x 4");
-    const auto space = LabelSpace::make(labels, system.kernel, kSquare);
+    const auto space = warp::LabelSpace::make(labels, system.kernel, kSquare);
     expect_refused([&] { space->coefficients(kTriangle); }, "2 x 3", "2 x 4");
     expect_refused([&] { space->basis(kLine); }, "1 x 4", "2 x 4");
   }
-  expect_refused([&] { delaunay_triangles(kLine); }, "1 x 4", "2 x 4");
-  expect_refused([&] { flipped_triangles(kSquare, kTriangle); }, "2 x 3", "2 x 4");
+  expect_refused([&] { warp::delaunay_triangles(kLine); }, "1 x 4", "2 x 4");
+  expect_refused([&] { warp::flipped_triangles(kSquare, kTriangle); }, "2 x 3", "2 x 4");
   expect_refused([&] { energy_score(MatrixXd::Zero(3, 5), VectorXd::Zero(4)); }, "3 x 5", "4 x 5");
   expect_refused([&] { coverage(MatrixXd::Zero(3, 5), VectorXd::Zero(4), 0.9); }, "3 x 5", "4 x 5");
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -11,7 +11,7 @@
 #include "pulson/compare/comparison.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -84,7 +84,8 @@ TEST(Predict, TheRightModelCoversItsShapesAndOneThatIsTooSureDoesNot) {
   Cohort held = drawn_cohort(source, "ch-sd:beta=0.1", 50, settings, 60, 1);
   held.targets.front().points.col(3).setConstant(kNaN);
   const auto prediction_of = [&](double beta, double lambda) {
-    const MatchingProblem model = model_problem(source, "ch-sd:beta=" + std::to_string(beta), lambda, settings);
+    const matching::MatchingProblem model =
+        model_problem(source, "ch-sd:beta=" + std::to_string(beta), lambda, settings);
     return summary(predict(held, aligned_samples(held, model, 400, 7)));
   };
   const Prediction right = prediction_of(0.1, 50);
@@ -99,7 +100,7 @@ TEST(Predict, TheRightModelCoversItsShapesAndOneThatIsTooSureDoesNot) {
 // Samples are moved as the targets were: none differs from the source by more than a shape.
 TEST(Predict, SamplesAreAlignedAsTheCohortIs) {
   const Landmarks source = oval(8);
-  const MatchingProblem model = model_problem(source, "ch-sd:beta=0.1", 50, cohort_settings());
+  const matching::MatchingProblem model = model_problem(source, "ch-sd:beta=0.1", 50, cohort_settings());
   const MatrixXd plain = aligned_samples({source, {source}}, model, 20, 3);
   const MatrixXd aligned = aligned_samples({source, {source}, AlignmentKind::kRigid}, model, 20, 3);
   for (Index s = 0; s < 20; ++s) {
@@ -119,4 +120,4 @@ TEST(Summary, IsTheMeanAndItsStandardError) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

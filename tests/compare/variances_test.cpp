@@ -10,7 +10,7 @@
 #include "combinations.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
@@ -146,4 +146,4 @@ TEST(FitVariances, OfOneCoordinateWithDriftIsThatOfAFineGrid) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -9,7 +9,7 @@
 
 #include "picture_files.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,4 +148,4 @@ TEST_F(AnimationTest, EndsAnFfmpegThatHangs) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::draw

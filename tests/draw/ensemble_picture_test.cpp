@@ -10,7 +10,7 @@
 
 #include "picture_files.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 namespace {
 
 EnsemblePicture some_ensemble(int d, int n) {
@@ -106,4 +106,4 @@ TEST_F(EnsemblePictureTest, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -12,7 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 namespace {
 
 class PathPictureTest : public PictureTest {
@@ -285,4 +285,4 @@ TEST(SimplifyLinesTest, StaysWithinTheBudgetAndNearTheLine) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -9,7 +9,7 @@
 #include "picture_files.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
@@ -220,4 +220,4 @@ TEST_F(RegistrationPictureTest, SaysWhatIsWrongWithTheTarget) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -14,7 +14,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 namespace {
 
 namespace fs = std::filesystem;
@@ -261,4 +261,4 @@ TEST(OutlineKindTest, ScatteredPointsAreNoCurve) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::draw

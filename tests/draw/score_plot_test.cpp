@@ -8,7 +8,7 @@
 #include "draw/shape_panels.hpp"
 #include "picture_files.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 namespace {
 
 class ScorePlotTest : public PictureTest {
@@ -95,4 +95,4 @@ TEST_F(ScorePlotTest, TemplatesHaveNumbersAndModesNameTheirDisplacements) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::draw

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pulson::picture {
+namespace pulson::draw {
 namespace {
 
 const Screen kFront = (Screen() << 1, 0, 0, 0, 1, 0).finished();  // x to the right, y upwards
@@ -78,4 +78,4 @@ TEST(Shading, OfWhatLiesOutsideIsEmpty) {
 }
 
 }  // namespace
-}  // namespace pulson::picture
+}  // namespace pulson::draw

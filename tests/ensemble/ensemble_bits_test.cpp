@@ -5,7 +5,7 @@
 
 #include "ensemble_examples.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 namespace {
 
 /// Everything is kept, paths get lost, and the last block is not full.
@@ -246,4 +246,4 @@ TEST(EnsembleResume, CountsMoreThanAWordHolds) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::ensemble

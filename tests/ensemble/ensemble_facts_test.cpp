@@ -5,7 +5,7 @@
 
 #include "ensemble_examples.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 namespace {
 
 constexpr double kErrors = 5;
@@ -244,4 +244,4 @@ TEST(EnsembleFacts, LandmarksAtOnePlaceAreTies) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -7,7 +7,7 @@
 #include "ensemble_examples.hpp"
 #include "pulson/random/brownian.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 namespace {
 
 std::vector<SamplePath> paths_of(const EnsembleExample& example) {
@@ -234,4 +234,4 @@ TEST(EnsembleRun, KeepsStatesUpToWhereAPathIsLost) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -10,7 +10,7 @@
 #include "numbers.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 namespace {
 
 /// Rows of two numbers: one around 0, and one far from it, where sums of squares would cancel.
@@ -252,4 +252,4 @@ TEST(Histogram, JoinsBinsToBarsOfADensity) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -8,7 +8,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 namespace {
 
 const PhaseState kPair{(Points(1, 2) << 0, 10).finished(), (Points(1, 2) << 4, 1).finished()};
@@ -85,4 +85,4 @@ TEST(SamplePaths, HasNamesForItsStatus) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::ensemble

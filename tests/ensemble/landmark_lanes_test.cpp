@@ -12,7 +12,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 namespace {
 
 constexpr double kDt = 0.02;
@@ -275,4 +275,4 @@ TEST(LandmarkLanes, RefuseOtherNoise) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::ensemble

@@ -10,7 +10,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 namespace {
 
 struct PairCase {
@@ -112,4 +112,4 @@ TEST(PairLanes, TakeHardStepsAsTheIntegratorDoes) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::ensemble

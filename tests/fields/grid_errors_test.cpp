@@ -8,7 +8,7 @@
 #include "pulson/fields/grid_fields.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::fields {
 namespace {
 
 using testing::HasSubstr;
@@ -180,4 +180,4 @@ TEST_F(WrongGridFields, HaveWrongNrrdHeaders) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::fields

@@ -6,7 +6,7 @@
 
 #include "pulson/fields/grid_fields.hpp"
 
-namespace pulson {
+namespace pulson::fields {
 
 /// A small field of numbers that are hard to write: 4 × 3 [× 2] points.
 inline GridField example_field(int d, int components) {
@@ -26,4 +26,4 @@ inline GridField example_field(int d, int components) {
   return field;
 }
 
-}  // namespace pulson
+}  // namespace pulson::fields

@@ -11,7 +11,7 @@
 #include "grid_examples.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::fields {
 namespace {
 
 using testing::EndsWith;
@@ -175,4 +175,4 @@ TEST_F(GridFields, AreReadFromTheVariantsOfNrrd) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::fields

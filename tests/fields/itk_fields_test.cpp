@@ -18,7 +18,7 @@ TEST(ItkFields, NeedItk) { GTEST_SKIP() << "ITK was not found when this was conf
 #include "pulson/fields/grid_fields.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::fields {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
@@ -104,15 +104,15 @@ TEST_F(ItkFields, MoveEachPointByItsDisplacement) {
 
 /// What ITK reads from our file and writes again is the same field.
 TEST_F(ItkFields, AreReadFromFilesOfItk) {
-  using Image = itk::Image<itk::Vector<float, 3>, 3>;
+  using images::Image = itk::Image<itk::Vector<float, 3>, 3>;
   const GridField field = Example<3>().field;
   for (const bool compressed : {false, true})
     for (const char* const name : {"field.mha", "field.nrrd"}) {
       SCOPED_TRACE(name);
       write_grid_field(name, field);
-      const auto reader = itk::ImageFileReader<Image>::New();
+      const auto reader = itk::ImageFileReader<images::Image>::New();
       reader->SetFileName(name);
-      const auto writer = itk::ImageFileWriter<Image>::New();
+      const auto writer = itk::ImageFileWriter<images::Image>::New();
       writer->SetFileName(std::string("itk_") + name);
       writer->SetInput(reader->GetOutput());
       writer->SetUseCompression(compressed);
@@ -128,6 +128,6 @@ TEST_F(ItkFields, AreReadFromFilesOfItk) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::fields
 
 #endif

@@ -12,7 +12,7 @@
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::fokker_planck {
 namespace {
 
 using testing::HasSubstr;
@@ -79,4 +79,4 @@ TEST(FreePulsonDensity, RefusesWhatHasNone) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::fokker_planck

@@ -15,7 +15,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 
-namespace pulson {
+namespace pulson::fokker_planck {
 namespace {
 
 using testing::HasSubstr;
@@ -219,4 +219,4 @@ TEST(PairCrossing, RefusesWhatItCannotSolve) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::fokker_planck

@@ -8,7 +8,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -280,4 +280,4 @@ TEST_F(DecimalCommas, AreRefusedWhereTheyMayBeOthers) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -10,7 +10,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -104,4 +104,4 @@ TEST_F(ColumnNames, TellUnits) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

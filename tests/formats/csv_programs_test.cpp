@@ -9,7 +9,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -154,4 +154,4 @@ TEST_F(ProgramTables, MayNameColumnsInAComment) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

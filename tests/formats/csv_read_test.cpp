@@ -10,7 +10,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -208,4 +208,4 @@ TEST_F(CsvFile, IsRecognisedWithMissingCoordinates) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -9,7 +9,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "reading_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -187,4 +187,4 @@ TEST_F(WritingCsv, RefusesWhatNoTableHolds) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

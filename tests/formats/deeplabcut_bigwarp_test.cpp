@@ -10,7 +10,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -130,4 +130,4 @@ TEST_F(BigWarp, IsRefusedWhereLinesDoNotFit) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

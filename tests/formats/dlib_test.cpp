@@ -8,7 +8,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -92,4 +92,4 @@ TEST_F(DlibFile, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -15,7 +15,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 void PrintTo(const LandmarkFormat& format, std::ostream* stream) { *stream << format.name; }
 
@@ -141,4 +141,4 @@ INSTANTIATE_TEST_SUITE_P(Rows, EveryFormat, testing::ValuesIn(landmark_formats()
 INSTANTIATE_TEST_SUITE_P(Rows, WrittenFormat, testing::ValuesIn(written_formats()), test_name);
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -6,7 +6,7 @@
 
 #include "reading_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 class ImageRows : public ReadingFiles {
@@ -69,4 +69,4 @@ TEST_F(ImageRows, AreKeptByJson) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

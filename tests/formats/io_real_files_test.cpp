@@ -10,7 +10,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "real_landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 namespace fs = std::filesystem;
@@ -169,4 +169,4 @@ TEST(SampleShapes, ComeInPairsThatMatch) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -6,7 +6,7 @@
 
 #include "real_landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 // Real files of 3D Slicer and numpy. What they hold was taken from them by other means than our reader
@@ -49,4 +49,4 @@ TEST(RealSlicerAxes, AreThoseOfTheFile) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -8,7 +8,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "real_landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -69,4 +69,4 @@ TEST(RealStereomorphFiles, KeepLabelsAndScale) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

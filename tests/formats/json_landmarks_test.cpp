@@ -11,7 +11,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -304,4 +304,4 @@ TEST_F(JsonFile, OfMenpoIsRefusedByPlace) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -12,7 +12,7 @@
 
 #include "reading_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 namespace fs = std::filesystem;
@@ -130,4 +130,4 @@ TEST_F(Unreadable, IsRefused) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -13,7 +13,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -196,4 +196,4 @@ TEST_F(NpyFile, NeedsShapesOfOneSize) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

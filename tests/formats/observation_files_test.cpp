@@ -7,7 +7,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using Eigen::MatrixXd;
@@ -84,4 +84,4 @@ TEST_F(Covariances, ErrorsNameFileAndLine) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

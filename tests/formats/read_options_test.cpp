@@ -12,7 +12,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::Each;
@@ -220,4 +220,4 @@ TEST_F(ReadScale, IsNeededOfEachShape) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -7,7 +7,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 /// A coordinate that is missing.
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -48,4 +48,4 @@ class ReadingTexts : public ReadingFiles {
   static std::string read_error(const std::string& text) { return ReadingFiles::read_error("t.txt", text); }
 };
 
-}  // namespace pulson
+}  // namespace pulson::formats

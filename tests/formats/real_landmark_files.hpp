@@ -13,7 +13,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 struct RealFile {
   std::string path;
@@ -67,4 +67,4 @@ inline void expect_holds(const RealFile& expected) {
   EXPECT_EQ(file.shapes.back().name, name_or_stem(expected.last_name));
 }
 
-}  // namespace pulson
+}  // namespace pulson::formats

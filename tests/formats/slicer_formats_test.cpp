@@ -10,7 +10,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -292,4 +292,4 @@ TEST_F(Markups, HaveWhatTheSchemaAsksFor) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

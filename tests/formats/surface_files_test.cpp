@@ -14,7 +14,7 @@
 #include "real_landmark_files.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 using Triangle = std::array<int, 3>;
@@ -209,4 +209,4 @@ TEST(RealSurfaces, LieBelowTheirLandmarks) {
 }
 
 }  // namespace
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -10,7 +10,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -179,4 +179,4 @@ TEST_F(TextWriter, LeavesUnknownFilesToTheError) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

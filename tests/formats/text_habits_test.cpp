@@ -8,7 +8,7 @@
 #include "core/text.hpp"
 #include "reading_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -93,4 +93,4 @@ TEST(Utf8, HoldsEachLetterOfWindows1252) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

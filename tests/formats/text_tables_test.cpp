@@ -10,7 +10,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -250,4 +250,4 @@ TEST_F(StereomorphFile, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -10,7 +10,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -105,4 +105,4 @@ TEST_F(TpsFile, TakesMarksOfMissingCoordinates) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

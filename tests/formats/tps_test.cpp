@@ -11,7 +11,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -223,4 +223,4 @@ TEST_F(TpsWriter, RefusesOtherDimensions) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

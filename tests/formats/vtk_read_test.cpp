@@ -15,7 +15,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -355,4 +355,4 @@ TEST_F(VtkFile, RefusesWhatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -9,7 +9,7 @@
 #include "reading_files.hpp"
 #include "written_landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 using testing::ElementsAre;
@@ -119,4 +119,4 @@ TEST_F(VtkWriter, RefusesWhatHasNoPlaceInIt) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -15,7 +15,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 /// Finite doubles of random bits after −0, the least and the greatest, and some that are not short.
 inline Points hard_points(int d, int count, unsigned seed = 1) {
@@ -49,4 +49,4 @@ inline testing::AssertionResult have_same_bits(const Points& points, const Point
   return testing::AssertionSuccess();
 }
 
-}  // namespace pulson
+}  // namespace pulson::formats

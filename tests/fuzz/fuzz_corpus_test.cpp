@@ -71,7 +71,7 @@ TEST(FuzzCorpora, OfRandomShapesHaveNoFindings) {
 }
 
 /// Whether a seed of the targets that take `ROW\n` and a text is read by this row.
-bool has_seed(const LandmarkFormat& format) {
+bool has_seed(const formats::LandmarkFormat& format) {
   for (const char* const target : {"point_lists", "tables", "arrays", "json_landmarks"})
     for (const fs::path& file : files_of(target)) {
       const std::string input = contents(file);
@@ -87,7 +87,8 @@ bool has_seed(const LandmarkFormat& format) {
 }
 
 TEST(FuzzCorpora, HaveASeedForEveryReader) {
-  for (const LandmarkFormat& format : landmark_formats()) EXPECT_TRUE(has_seed(format)) << format.name;
+  for (const formats::LandmarkFormat& format : formats::landmark_formats())
+    EXPECT_TRUE(has_seed(format)) << format.name;
 }
 
 }  // namespace

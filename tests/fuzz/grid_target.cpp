@@ -10,7 +10,7 @@
 namespace pulson::fuzz {
 namespace {
 
-void check_field(const GridField& field) {
+void check_field(const fields::GridField& field) {
   const std::size_t d = field.sizes.size();
   require(d == 2 || d == 3, "a field is in 2D or 3D");
   require(field.spacing.size() == d && field.origin.size() == d, "a field has a spacing and a place for each axis");
@@ -19,7 +19,7 @@ void check_field(const GridField& field) {
   require(field.values.size() == count, "a field has as many values as its sizes say");
 }
 
-bool has_same_bits(const GridField& a, const GridField& b) {
+bool has_same_bits(const fields::GridField& a, const fields::GridField& b) {
   if (a.sizes != b.sizes || a.components != b.components || a.values.size() != b.values.size()) return false;
   for (std::size_t i = 0; i < a.values.size(); ++i)
     if (std::bit_cast<std::uint32_t>(a.values[i]) != std::bit_cast<std::uint32_t>(b.values[i])) return false;
@@ -30,14 +30,14 @@ bool has_same_bits(const GridField& a, const GridField& b) {
 
 bool grid_fields(std::string_view input) {
   const MemoryFile file(input);
-  const auto field = attempt([&] { return read_grid_field(file.path()); });
+  const auto field = attempt([&] { return fields::read_grid_field(file.path()); });
   if (!field) return true;
   check_field(*field);
-  for (const auto write : {io::meta_image_file, io::nrrd_file})
+  for (const auto write : {fields::meta_image_file, fields::nrrd_file})
     for (const bool is_compressed : {false, true}) {
       const MemoryFile copy(write(*field, is_compressed));
-      const GridField back =
-          demand("a field that is written is not read", [&] { return read_grid_field(copy.path()); });
+      const fields::GridField back =
+          demand("a field that is written is not read", [&] { return fields::read_grid_field(copy.path()); });
       require(has_same_bits(back, *field), "a field changes when it is written and read");
     }
   return true;

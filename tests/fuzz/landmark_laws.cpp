@@ -14,7 +14,7 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-bool is_reported(const WrittenLandmarks& written, std::string_view part) {
+bool is_reported(const formats::WrittenLandmarks& written, std::string_view part) {
   return std::any_of(written.losses.begin(), written.losses.end(),
                      [&](const std::string& loss) { return loss.find(part) != std::string::npos; });
 }
@@ -40,7 +40,7 @@ void check_points(const Points& points, const std::string& what) {
 }
 
 /// The points as a format must give them back, except for reported losses.
-Points expected_points(const WrittenLandmarks& written, Points points) {
+Points expected_points(const formats::WrittenLandmarks& written, Points points) {
   if (is_reported(written, "get z = 0") && points.rows() == 2 && points.cols() > 0) {
     points.conservativeResize(3, Eigen::NoChange);
     points.row(2).setZero();
@@ -61,7 +61,7 @@ Strings telling_names(const Strings& names) {
   return is_empty || is_counted ? Strings() : names;
 }
 
-void check_texts(const std::string& format, const WrittenLandmarks& written, const Landmarks& back,
+void check_texts(const std::string& format, const formats::WrittenLandmarks& written, const Landmarks& back,
                  const Landmarks& shape) {
   if (is_reported(written, "not UTF-8") || is_reported(written, "line breaks")) return;
   if (!is_reported(written, "labels"))
@@ -87,8 +87,8 @@ void check_everything(const Landmarks& back, const Landmarks& shape) {
           "json changes curves or outlines");
 }
 
-void check_row_that_recognises(const LandmarkFormat& format, std::string_view text) {
-  for (const LandmarkFormat& row : landmark_formats()) {
+void check_row_that_recognises(const formats::LandmarkFormat& format, std::string_view text) {
+  for (const formats::LandmarkFormat& row : formats::landmark_formats()) {
     if (!row.sniff(text)) continue;
     require(row.name == format.name, "what " + format.name + " writes is recognised as " + row.name);
     return;
@@ -96,7 +96,7 @@ void check_row_that_recognises(const LandmarkFormat& format, std::string_view te
   throw BrokenLaw("what " + format.name + " writes is recognised by no row");
 }
 
-void check_writer(const LandmarkFormat& format, const LandmarkFile& file) {
+void check_writer(const formats::LandmarkFormat& format, const formats::LandmarkFile& file) {
   const auto written = attempt([&] { return format.write("f", file); });
   if (!written) return;
   for (const std::string& loss : written->losses) require_one_line(loss);
@@ -108,7 +108,7 @@ void check_writer(const LandmarkFormat& format, const LandmarkFile& file) {
     std::erase_if(expected, [](const Landmarks& shape) { return shape.count() == 0; });
   require(back.shapes.size() == expected.size(), format.name + " changes the number of shapes");
   if (is_reported(*written, "of a shape without landmarks"))
-    for (Landmarks& shape : expected) io::take_lines_as_landmarks(shape);
+    for (Landmarks& shape : expected) formats::take_lines_as_landmarks(shape);
   for (std::size_t s = 0; s < expected.size(); ++s) {
     require(has_same_bits(back.shapes[s].points, expected_points(*written, expected[s].points)),
             format.name + " changes points");
@@ -119,7 +119,7 @@ void check_writer(const LandmarkFormat& format, const LandmarkFile& file) {
 
 }  // namespace
 
-void check_landmark_file(const LandmarkFile& file) {
+void check_landmark_file(const formats::LandmarkFile& file) {
   require(!file.shapes.empty(), "a file without shapes is taken");
   for (const Landmarks& shape : file.shapes) {
     const auto count = static_cast<std::size_t>(shape.count());
@@ -133,8 +133,8 @@ void check_landmark_file(const LandmarkFile& file) {
   for (const std::string& warning : file.warnings) require_one_line(warning);
 }
 
-void check_writers(const LandmarkFile& file) {
-  for (const LandmarkFormat& format : landmark_formats())
+void check_writers(const formats::LandmarkFile& file) {
+  for (const formats::LandmarkFormat& format : formats::landmark_formats())
     if (format.write != nullptr) check_writer(format, file);
 }
 
@@ -143,7 +143,7 @@ bool read_as_row(std::string_view input, std::initializer_list<std::string_view>
   const std::string_view name = input.substr(0, end);
   const std::string_view text = input.substr(std::min(end + 1, input.size()));
   if (std::find(rows.begin(), rows.end(), name) == rows.end() || !has_text(text)) return false;
-  for (const LandmarkFormat& format : landmark_formats()) {
+  for (const formats::LandmarkFormat& format : formats::landmark_formats()) {
     if (format.name != name) continue;
     format.sniff(text);
     const auto file = attempt([&] { return format.read("f", text); });

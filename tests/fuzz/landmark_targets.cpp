@@ -7,16 +7,17 @@ namespace pulson::fuzz {
 
 bool landmark_files(std::string_view input) {
   const MemoryFile bytes(input);
-  const auto file = attempt([&] { return read_landmark_file(bytes.path()); });
+  const auto file = attempt([&] { return formats::read_landmark_file(bytes.path()); });
   if (!file) return true;
   check_landmark_file(*file);
   check_writers(*file);
-  const auto negative_is_missing = ReadOptions{.negative_is_missing = true};
+  const auto negative_is_missing = formats::ReadOptions{.negative_is_missing = true};
   demand("negative coordinates", [&] { return read_landmark_file(bytes.path(), negative_is_missing); });
-  attempt([&] { return read_landmarks(bytes.path() + "#1"); });
-  for (const ReadOptions& options :
-       {ReadOptions{.columns = {{"x", "a"}, {"name", "b"}}, .dimension = 2},
-        ReadOptions{.landmarks = "2,1", .applies_scale = true}, ReadOptions{.landmarks = "1", .curve_points = 3}})
+  attempt([&] { return formats::read_landmarks(bytes.path() + "#1"); });
+  for (const formats::ReadOptions& options :
+       {formats::ReadOptions{.columns = {{"x", "a"}, {"name", "b"}}, .dimension = 2},
+        formats::ReadOptions{.landmarks = "2,1", .applies_scale = true},
+        formats::ReadOptions{.landmarks = "1", .curve_points = 3}})
     if (const auto read = attempt([&] { return read_landmark_file(bytes.path(), options); }))
       check_landmark_file(*read);
   return true;
@@ -39,7 +40,7 @@ constexpr int kRows = 3;
 
 bool weights(std::string_view text) {
   const MemoryFile file(text);
-  const auto numbers = attempt([&] { return read_weights(file.path(), kRows); });
+  const auto numbers = attempt([&] { return formats::read_weights(file.path(), kRows); });
   if (!numbers) return true;
   require(numbers->size() == kRows && numbers->allFinite() && (numbers->array() >= 0).all(), "weights");
   return true;
@@ -48,7 +49,7 @@ bool weights(std::string_view text) {
 bool covariances(std::string_view text) {
   const MemoryFile file(text);
   for (int d = 1; d <= 3; ++d) {
-    const auto matrices = attempt([&] { return read_covariances(file.path(), kRows, d); });
+    const auto matrices = attempt([&] { return formats::read_covariances(file.path(), kRows, d); });
     if (!matrices) continue;
     require(matrices->size() == kRows, "covariances are not as many as landmarks");
     for (const Eigen::MatrixXd& matrix : *matrices)

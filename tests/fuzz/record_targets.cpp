@@ -11,7 +11,7 @@ namespace pulson::fuzz {
 namespace {
 
 /// Whether replaying it takes a moment only.
-bool is_short(const Registration& registration) {
+bool is_short(const matching::Registration& registration) {
   return registration.source.count() <= 8 && registration.grid.steps <= 8 && registration.samples <= 4 &&
          registration.increments.rows() <= 64;
 }
@@ -27,14 +27,14 @@ std::string with_marks_replaced(std::string_view input) {
 }
 
 /// One that the seeds in corpus/ belong to.
-EnsembleRun checkpoint_run() {
-  EnsembleOptions options;
+records::EnsembleRun checkpoint_run() {
+  ensemble::EnsembleOptions options;
   options.grid = {0.5, 2};
   options.samples = 128;
   options.antithetic = true;
   options.records = {0, 2};
   options.histograms = {2};
-  options.keep = KeepStates::kFinal;
+  options.keep = ensemble::KeepStates::kFinal;
   Landmarks shape;
   shape.points = Eigen::RowVector2d(0, 1);
   return {{make_kernel("gaussian:alpha=1", {}), make_noise("ch-sd:beta=1")},
@@ -51,25 +51,26 @@ EnsembleRun checkpoint_run() {
 
 bool registration_records(std::string_view input) {
   const MemoryFile file(input);
-  const auto registration = attempt([&] { return read_registration(file.path()); });
+  const auto registration = attempt([&] { return records::read_registration(file.path()); });
   if (!registration) return true;
-  const auto text = attempt([&] { return registration_json(*registration, {}); });
+  const auto text = attempt([&] { return records::registration_json(*registration, {}); });
   if (!text) return true;
   const MemoryFile copy(*text);
-  const Registration back =
-      demand("a record that is written is not read", [&] { return read_registration(copy.path()); });
-  require(registration_json(back, {}) == *text, "a record changes when it is written and read");
-  attempt([&] { return residuals_csv(*registration, {}); });
-  if (is_short(*registration)) attempt<Error>([&] { return trajectory_csv(*registration, replay(*registration)); });
+  const matching::Registration back =
+      demand("a record that is written is not read", [&] { return records::read_registration(copy.path()); });
+  require(records::registration_json(back, {}) == *text, "a record changes when it is written and read");
+  attempt([&] { return records::residuals_csv(*registration, {}); });
+  if (is_short(*registration))
+    attempt<Error>([&] { return records::trajectory_csv(*registration, matching::replay(*registration)); });
   return true;
 }
 
 bool ensemble_checkpoints(std::string_view input) {
-  EnsembleRun run = checkpoint_run();
+  records::EnsembleRun run = checkpoint_run();
   const std::string bytes = with_marks_replaced(input);
   const auto sums = attempt([&] { return read_ensemble_checkpoint(run, bytes, "f"); });
   if (!sums) return true;
-  Ensemble ensemble(run.system, run.integrator, run.start, run.options);
+  ensemble::Ensemble ensemble(run.system, run.integrator, run.start, run.options);
   const auto resumed = attempt([&] {
     ensemble.resume(*sums);
     return true;

@@ -46,8 +46,8 @@ class ShapesFromBytes {
  public:
   explicit ShapesFromBytes(std::string_view bytes) : left_(bytes) {}
 
-  LandmarkFile file() {
-    LandmarkFile file;
+  formats::LandmarkFile file() {
+    formats::LandmarkFile file;
     for (std::size_t count = 1 + below(3); count > 0; --count) file.shapes.push_back(shape());
     if (below(4) == 1) file.units = text();
     if (below(4) == 1) file.axes = text();
@@ -116,7 +116,7 @@ class ShapesFromBytes {
 }  // namespace
 
 bool shapes(std::string_view input) {
-  const LandmarkFile file = ShapesFromBytes(input).file();
+  const formats::LandmarkFile file = ShapesFromBytes(input).file();
   check_writers(file);
   return true;
 }

@@ -9,9 +9,9 @@
 namespace pulson::fuzz {
 namespace {
 
-using io::Surface;
+using formats::Surface;
 
-void check_surface(const Surface& surface) {
+void check_surface(const formats::Surface& surface) {
   const Points& vertices = surface.vertices.points;
   require(vertices.rows() == 3 && vertices.allFinite(), "a surface has finite vertices in space");
   require(!surface.triangles.empty(), "a surface has a triangle");
@@ -20,7 +20,7 @@ void check_surface(const Surface& surface) {
       require(corner >= 0 && corner < vertices.cols(), "a corner is a vertex that is not there");
 }
 
-std::string as_obj(const Surface& surface) {
+std::string as_obj(const formats::Surface& surface) {
   std::string text;
   for (const auto& vertex : surface.vertices.points.colwise())
     text += fmt::format("v {:.17g} {:.17g} {:.17g}\n", vertex.x(), vertex.y(), vertex.z());
@@ -28,9 +28,9 @@ std::string as_obj(const Surface& surface) {
   return text;
 }
 
-void check_coarsened(const Surface& surface) {
+void check_coarsened(const formats::Surface& surface) {
   constexpr int kMost = 4;
-  const Surface coarse = coarsened(surface, kMost);
+  const formats::Surface coarse = coarsened(surface, kMost);
   require(coarse.vertices.points.cols() <= kMost, "a coarse surface has too many vertices");
   require(coarse.triangles.size() <= surface.triangles.size(), "a coarse surface has more triangles");
   if (!coarse.triangles.empty()) check_surface(coarse);
@@ -43,15 +43,15 @@ bool surfaces(std::string_view input) {
   const std::string kind(input.substr(0, end));
   if (end == std::string_view::npos || (kind != "ply" && kind != "stl" && kind != "obj")) return false;
   const std::string_view text = input.substr(end + 1);
-  const auto surface = attempt([&] { return io::surface_of_text("f." + kind, text); });
+  const auto surface = attempt([&] { return formats::surface_of_text("f." + kind, text); });
   if (!surface) return true;
   check_surface(*surface);
   // What is kept is bounded by the size of the file, whatever numbers its head claims.
   require(static_cast<std::size_t>(surface->vertices.points.cols()) <= text.size() &&
               surface->triangles.size() <= text.size(),
           "a surface has more vertices or triangles than its file has bytes");
-  const Surface back =
-      demand("a surface that is written is not read", [&] { return io::surface_of_text("f.obj", as_obj(*surface)); });
+  const formats::Surface back = demand("a surface that is written is not read",
+                                       [&] { return formats::surface_of_text("f.obj", as_obj(*surface)); });
   require(back.vertices.points == surface->vertices.points && back.triangles == surface->triangles,
           "a surface changes when it is written and read");
   check_coarsened(*surface);

@@ -17,8 +17,8 @@ inline PhaseState pair_at(double q1, double q2, double p1, double p2) {
   return {(Points(1, 2) << q1, q2).finished(), (Points(1, 2) << p1, p2).finished()};
 }
 
-inline EnsembleOptions options_of(const TimeGrid& grid, std::int64_t samples, std::uint64_t seed = 1) {
-  EnsembleOptions options;
+inline ensemble::EnsembleOptions options_of(const TimeGrid& grid, std::int64_t samples, std::uint64_t seed = 1) {
+  ensemble::EnsembleOptions options;
   options.grid = grid;
   options.seed = seed;
   options.samples = samples;
@@ -31,13 +31,13 @@ struct EnsembleExample {
   std::string noise = "ch-sd:beta=1.5,on=2";
   std::string integrator = "variational";
   PhaseState start = pair_at(0, 3, 4, 1);
-  EnsembleOptions options{};
+  ensemble::EnsembleOptions options{};
 
   StochasticSystem system() const { return {make_kernel(kernel, {}), make_noise(noise)}; }
-  Ensemble ensemble() const { return {system(), integrator, start, options}; }
+  ensemble::Ensemble ensemble() const { return {system(), integrator, start, options}; }
   /// All samples.
-  EnsembleSums sums(int blocks_at_once = 8) const {
-    Ensemble all = ensemble();
+  ensemble::EnsembleSums sums(int blocks_at_once = 8) const {
+    ensemble::Ensemble all = ensemble();
     while (!all.done()) all.advance(blocks_at_once);
     return all.sums();
   }
@@ -61,20 +61,20 @@ bool same_bits(const Numbers& a, const Numbers& b) {
 
 inline bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
-inline bool same_bits(const std::vector<Moments>& a, const std::vector<Moments>& b) {
+inline bool same_bits(const std::vector<ensemble::Moments>& a, const std::vector<ensemble::Moments>& b) {
   bool same = a.size() == b.size();
   for (std::size_t i = 0; same && i < a.size(); ++i)
     same = a[i].count == b[i].count && same_bits(a[i].mean, b[i].mean) && same_bits(a[i].squares, b[i].squares);
   return same;
 }
 
-inline bool same_bits(const Histogram& a, const Histogram& b) {
+inline bool same_bits(const ensemble::Histogram& a, const ensemble::Histogram& b) {
   return same_bits(a.low, b.low) && same_bits(a.high, b.high) && a.counts == b.counts &&
          same_bits(a.smallest, b.smallest) && same_bits(a.largest, b.largest);
 }
 
 /// One failure for each part that differs.
-inline void expect_same_bits(const EnsembleSums& a, const EnsembleSums& b) {
+inline void expect_same_bits(const ensemble::EnsembleSums& a, const ensemble::EnsembleSums& b) {
   EXPECT_EQ(a.samples, b.samples);
   EXPECT_EQ(a.paths.clean, b.paths.clean);
   EXPECT_EQ(a.paths.no_root, b.paths.no_root);

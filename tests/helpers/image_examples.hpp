@@ -17,12 +17,13 @@ namespace pulson {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-constexpr PixelDepth kDepths[] = {PixelDepth::kUint8, PixelDepth::kUint16, PixelDepth::kFloat32};
+constexpr images::PixelDepth kDepths[] = {images::PixelDepth::kUint8, images::PixelDepth::kUint16,
+                                          images::PixelDepth::kFloat32};
 
 /// An image without symmetry, its numbers over the whole range of the depth (floats beyond [0, 1] too); alpha at least
 /// 1 of 255.
-inline Image uneven_image(int width, int height, int channels, PixelDepth depth) {
-  Image image(width, height, channels, depth);
+inline images::Image uneven_image(int width, int height, int channels, images::PixelDepth depth) {
+  images::Image image(width, height, channels, depth);
   std::uint32_t state = 7;
   std::size_t i = 0;
   const auto fill = [&](auto values) {
@@ -31,41 +32,42 @@ inline Image uneven_image(int width, int height, int channels, PixelDepth depth)
       const double share = (state >> 8) / 16777216.0;
       const bool is_alpha =
           image.has_alpha() && i++ % static_cast<std::size_t>(channels) + 1 == static_cast<std::size_t>(channels);
-      const double scaled = depth == PixelDepth::kFloat32 && !is_alpha ? 4 * share - 2 : full_value(depth) * share;
+      const double scaled =
+          depth == images::PixelDepth::kFloat32 && !is_alpha ? 4 * share - 2 : full_value(depth) * share;
       const double shown = is_alpha ? std::max(scaled, full_value(depth) / 255) : scaled;
       value = static_cast<std::remove_reference_t<decltype(value)>>(shown);
     }
   };
-  if (depth == PixelDepth::kUint8) fill(image.values<std::uint8_t>());
-  if (depth == PixelDepth::kUint16) fill(image.values<std::uint16_t>());
-  if (depth == PixelDepth::kFloat32) fill(image.values<float>());
+  if (depth == images::PixelDepth::kUint8) fill(image.values<std::uint8_t>());
+  if (depth == images::PixelDepth::kUint16) fill(image.values<std::uint16_t>());
+  if (depth == images::PixelDepth::kFloat32) fill(image.values<float>());
   return image;
 }
 
-inline Image image_u8(int width, int height, int channels, const std::vector<std::uint8_t>& values) {
+inline images::Image image_u8(int width, int height, int channels, const std::vector<std::uint8_t>& values) {
   return {width, height, channels, std::span<const std::uint8_t>(values)};
 }
 
-inline std::vector<double> pixel(const Image& image, int x, int y) {
+inline std::vector<double> pixel(const images::Image& image, int x, int y) {
   std::vector<double> numbers;
   for (int c = 0; c < image.channels(); ++c) numbers.push_back(image.at(x, y, c));
   return numbers;
 }
 
-inline std::string name_of(const Image& image) {
+inline std::string name_of(const images::Image& image) {
   return std::to_string(image.channels()) + " channels, " + describe(image.depth());
 }
 
 /// Calls `action` with an image of every depth and number of channels.
-inline void for_every_kind(int width, int height, const std::function<void(const Image&)>& action) {
-  for (const PixelDepth depth : kDepths)
+inline void for_every_kind(int width, int height, const std::function<void(const images::Image&)>& action) {
+  for (const images::PixelDepth depth : kDepths)
     for (int channels = 1; channels <= 4; ++channels) action(uneven_image(width, height, channels, depth));
 }
 
 /// The map in which every pixel (x, y) shows place(x, y).
 template <class Place>
-PixelMap map_of(int width, int height, const Place& place) {
-  PixelMap map{width, height, {}};
+images::PixelMap map_of(int width, int height, const Place& place) {
+  images::PixelMap map{width, height, {}};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) map.places.push_back(place(static_cast<float>(x), static_cast<float>(y)));
   return map;

@@ -5,8 +5,8 @@
 namespace pulson {
 
 /// Options in the shapes' own units, without alignment: for tests of shapes that lie where they should.
-inline RegistrationOptions plain_options() {
-  RegistrationOptions options;
+inline matching::RegistrationOptions plain_options() {
+  matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=auto";
   options.sigma = 0.01;
   options.lambda = 1;

@@ -4,7 +4,7 @@
 #include "html/html_report.hpp"
 #include "picture_files.hpp"
 
-namespace pulson {
+namespace pulson::html {
 namespace {
 
 ReportMotion two_points() {
@@ -162,4 +162,4 @@ TEST(HtmlMotion, RefusesSizesThatDisagree) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::html

@@ -5,7 +5,7 @@
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::html {
 namespace {
 
 using HtmlReportTest = PictureTest;
@@ -177,4 +177,4 @@ TEST_F(HtmlReportTest, RefusesTablesThatAreNotRectangular) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::html

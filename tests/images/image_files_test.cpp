@@ -17,7 +17,7 @@
 #include "pulson/images/image.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 using testing::HasSubstr;
@@ -380,4 +380,4 @@ TEST_F(ImageFiles, ExtensionsAndPlacesThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::images

@@ -12,7 +12,7 @@
 #include "image_examples.hpp"
 #include "pulson/images/image_warp.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 using testing::HasSubstr;
@@ -137,4 +137,4 @@ TEST(Remap, LongSidesAndUnknownNamesAreRefused) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::images

@@ -20,7 +20,7 @@
 #include "plain_options.hpp"
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
@@ -64,7 +64,8 @@ Image pulled(const Image& image, const ImageWarp& warp) {
 }
 
 Image pushed(const Image& image, const ImageWarp& warp) {
-  DeformedMesh mesh{kWidth + 1, kHeight + 1, floats(warp.forward(pixel_grid(kWidth + 1, kHeight + 1, -0.5)).places)};
+  warp::DeformedMesh mesh{kWidth + 1, kHeight + 1,
+                          floats(warp.forward(pixel_grid(kWidth + 1, kHeight + 1, -0.5)).places)};
   return push_forward(image, std::move(mesh), {.width = kWidth, .height = kHeight}).image;
 }
 
@@ -80,10 +81,10 @@ Landmarks circle(int count, double radius, double bump, const Eigen::Vector2d& c
 }
 
 // The flow of a registration at rest.
-MaterialFlow still(const Landmarks& shape) {
-  RegistrationOptions options = plain_options();
+warp::MaterialFlow still(const Landmarks& shape) {
+  matching::RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=0.5";
-  const Registration registration = register_shapes(shape, shape, options);
+  const matching::Registration registration = register_shapes(shape, shape, options);
   EXPECT_LE(registration.momenta.norm(), 1e-12);
   return {registration_system(registration), replay(registration)};
 }
@@ -113,7 +114,7 @@ TEST(PixelFrame, CountsFromTheFirstPixelDownOrFromTheLowerEdgeUp) {
 
 // By 0.3 and (0.1, −0.06) in landmark units of 0.02 a pixel, y down or up: where the analytic inverse finds a colour.
 TEST(ImageWarp, TurnsAndShiftsThePictureTheWayTheLandmarksGo) {
-  const MaterialFlow flow = still(circle(6, 0.4, 0, {0, 0}));
+  const warp::MaterialFlow flow = still(circle(6, 0.4, 0, {0, 0}));
   const Image image = hills();
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(0.3).toRotationMatrix();
   const Eigen::Vector2d shift(0.1, -0.06);
@@ -139,12 +140,12 @@ TEST(ImageWarp, FollowsTheFlow) {
   const Landmarks source = circle(6, 0.4, 0, {0, 0});
   Landmarks target = source;
   target.points.colwise() += Eigen::Vector2d(0.16, 0.08);
-  RegistrationOptions options = plain_options();
+  matching::RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=300";
   options.sigma = 1e-4;
-  const Registration registration = register_shapes(source, target, options);
+  const matching::Registration registration = register_shapes(source, target, options);
   ASSERT_LE(registration.rms(), 1e-3);
-  const MaterialFlow flow(registration_system(registration), replay(registration));
+  const warp::MaterialFlow flow(registration_system(registration), replay(registration));
   const PixelFrame frame{{-0.64, -0.48}, {0.02, 0.02}};
   const ImageWarp warp(flow, kNoAlignment, frame, frame);
   const Image image = hills();
@@ -156,7 +157,7 @@ TEST(ImageWarp, FollowsTheFlow) {
 }
 
 TEST(ImageWarp, OfShapesThatAreTheSameIsTheSamePicture) {
-  const MaterialFlow flow = still(circle(6, 20, 0, {32, 24}));
+  const warp::MaterialFlow flow = still(circle(6, 20, 0, {32, 24}));
   const PixelFrame frame;
   const ImageWarp warp(flow, kNoAlignment, frame, frame);
   for (const int channels : {1, 3, 4}) {
@@ -169,7 +170,7 @@ TEST(ImageWarp, OfShapesThatAreTheSameIsTheSamePicture) {
 class FittedWarp : public testing::Test {
  protected:
   FittedWarp() {
-    RegistrationOptions options = plain_options();
+    matching::RegistrationOptions options = plain_options();
     options.kernel = "gaussian:alpha=0.5";
     options.align = AlignmentKind::kSimilarity;
     registration_ = register_shapes(circle(12, 0.4, 0, {0, 0}), circle(12, 0.45, 0.1, {0.1, 0.05}), options);
@@ -178,16 +179,16 @@ class FittedWarp : public testing::Test {
                   PixelFrame{{-1, -0.9}, {0.03, 0.025}, true, kHeight});
   }
 
-  Registration registration_;
-  std::optional<MaterialFlow> flow_;
+  matching::Registration registration_;
+  std::optional<warp::MaterialFlow> flow_;
   std::optional<ImageWarp> warp_;
 };
 
 TEST_F(FittedWarp, BackwardUndoesForward) {
   const Points pixels = pixel_grid(kWidth, kHeight, 0);
-  const MovedPoints there = warp_->forward(pixels);
+  const warp::MovedPoints there = warp_->forward(pixels);
   EXPECT_GT((there.places - pixels).norm(), 100);
-  const MovedPoints back = warp_->backward(there.places);
+  const warp::MovedPoints back = warp_->backward(there.places);
   EXPECT_LE((back.places - pixels).cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_LE((warp_->forward(warp_->backward(pixels).places).places - pixels).cwiseAbs().maxCoeff(), 1e-6);
   for (Eigen::Index m = 0; m < pixels.cols(); ++m)
@@ -199,7 +200,7 @@ TEST_F(FittedWarp, BackwardUndoesForward) {
 
 TEST_F(FittedWarp, HasTheGradientsOfItsPlacesInPixels) {
   const Points pixels = 20 * random_points(2, 30, 4).array() + 25;
-  const MovedPoints moved = warp_->forward(pixels);
+  const warp::MovedPoints moved = warp_->forward(pixels);
   for (int axis = 0; axis < 2; ++axis) {
     const Eigen::Vector2d step = 1e-3 * Eigen::Vector2d::Unit(axis);
     const Points slope =
@@ -223,10 +224,10 @@ TEST_F(FittedWarp, CarriesThePixelsOfLandmarksAlongTheirPaths) {
 TEST(ImageWarp, IsOfThePlaneAlone) {
   Landmarks solid;
   solid.points = random_points(3, 6, 1);
-  const MaterialFlow flow = still(solid);
+  const warp::MaterialFlow flow = still(solid);
   EXPECT_EQ(error_of([&] { ImageWarp(flow, kNoAlignment, {}, {}); }),
             "images are of the plane, and the landmarks are in 3D");
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::images

@@ -11,7 +11,7 @@
 #include "images/colour_maps.hpp"
 #include "images/compose.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 using testing::HasSubstr;
@@ -151,4 +151,4 @@ TEST(Drawing, RingsAreOpenAndAroundTheirCentres) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::images

@@ -16,13 +16,13 @@
 #include "pulson/noise/noise_table.hpp"
 #include "warp/mesh_raster.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 constexpr int kColumns = 120, kRows = 90;
 
 // Two discs of eight landmarks that momenta turn and noise swaps.
-MaterialFlow swapped_discs() {
+warp::MaterialFlow swapped_discs() {
   Points q0(2, 16), q1(2, 16);
   for (int a = 0; a < 16; ++a) {
     const double angle = 2 * std::numbers::pi * (a % 8) / 8, side = a < 8 ? -1 : 1;
@@ -47,10 +47,10 @@ class Multiplicity : public testing::Test {
  protected:
   Multiplicity() {
     const Points corners = grid(kColumns + 1, kRows + 1, -0.5);
-    DeformedMesh mesh{kColumns + 1, kRows + 1, {}};
+    warp::DeformedMesh mesh{kColumns + 1, kRows + 1, {}};
     const Eigen::MatrixXf places = warp_.forward(corners).places.cast<float>();
     for (const auto& place : places.colwise()) mesh.vertices.push_back({place.x(), place.y()});
-    const MeshRaster raster(std::move(mesh), {.width = kColumns, .height = kRows, .supersampling = 1});
+    const warp::MeshRaster raster(std::move(mesh), {.width = kColumns, .height = kRows, .supersampling = 1});
     for (int i = 0; i < raster.bands(); ++i)
       for (const std::uint8_t count : raster.band(i).counts) counts_.push_back(count);
     starts_ = grid(2 * kColumns + 1, 2 * kRows + 1, -0.5, 0.5);
@@ -78,7 +78,7 @@ class Multiplicity : public testing::Test {
     }
     Points x = starts_(Eigen::all, near);
     for (int turn = 0; turn < 30 && x.cols() > 0; ++turn) {
-      const MovedPoints at = warp_.forward(x);
+      const warp::MovedPoints at = warp_.forward(x);
       for (Eigen::Index m = 0; m < x.cols(); ++m) {
         const Eigen::Matrix2d gradient = at.gradients.col(m).reshaped(2, 2);
         Eigen::Vector2d step = gradient.fullPivLu().solve(y - at.places.col(m));
@@ -86,7 +86,7 @@ class Multiplicity : public testing::Test {
         x.col(m) += step;
       }
     }
-    const MovedPoints at = warp_.forward(x);
+    const warp::MovedPoints at = warp_.forward(x);
     Preimages found;
     for (Eigen::Index m = 0; m < x.cols(); ++m) {
       if (!((at.places.col(m) - y).norm() <= 1e-8)) continue;
@@ -99,13 +99,13 @@ class Multiplicity : public testing::Test {
     return found;
   }
 
-  const MaterialFlow flow_ = swapped_discs();
+  const warp::MaterialFlow flow_ = swapped_discs();
   const PixelFrame frame_{{-2.4, -1.8}, {0.04, 0.04}};
   const ImageWarp warp_{
       flow_, {AlignmentKind::kNone, 1, Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()}, frame_, frame_};
   std::vector<int> counts_;
   Points starts_;
-  MovedPoints from_starts_;
+  warp::MovedPoints from_starts_;
 };
 
 // Preimages that lie within a pixel of the mesh's border may be on either side of it.
@@ -148,4 +148,4 @@ TEST_F(Multiplicity, IsTheNumberOfPreimagesAwayFromFolds) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::images

@@ -16,7 +16,7 @@
 #include "image_examples.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::images {
 namespace {
 
 using testing::Each;
@@ -25,8 +25,8 @@ using testing::HasSubstr;
 using Place = std::array<float, 2>;
 
 // The mesh of an image's pixel corners, each at place(x, y).
-DeformedMesh mesh_of(const Image& image, const std::function<Place(float, float)>& place) {
-  DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
+warp::DeformedMesh mesh_of(const Image& image, const std::function<Place(float, float)>& place) {
+  warp::DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
   for (int r = 0; r < mesh.rows; ++r)
     for (int c = 0; c < mesh.columns; ++c)
       mesh.vertices.push_back(place(static_cast<float>(c) - 0.5F, static_cast<float>(r) - 0.5F));
@@ -39,7 +39,7 @@ Place identity(float x, float y) { return {x, y}; }
 const Image kStrip = image_u8(4, 1, 3, {200, 0, 0, 200, 0, 0, 0, 100, 0, 0, 100, 0});
 Place folded(float x, float y) { return {x <= 1.5F ? x : 3 - x, y}; }
 
-PushedImage push_strip(SheetOrder over, std::vector<float> priority = {}) {
+PushedImage push_strip(warp::SheetOrder over, std::vector<float> priority = {}) {
   return push_forward(kStrip, mesh_of(kStrip, folded), {.width = 4, .height = 1, .over = over}, {},
                       std::move(priority));
 }
@@ -57,7 +57,8 @@ void expect_same(const Image& found, const Image& right, const std::string& what
 
 TEST(PushForward, IdentityGivesTheSourceBack) {
   for_every_kind(9, 6, [](const Image& image) {
-    for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kAverage, SheetOrder::kFirst})
+    for (const warp::SheetOrder over :
+         {warp::SheetOrder::kLeastStretched, warp::SheetOrder::kAverage, warp::SheetOrder::kFirst})
       for (const int supersampling : {1, 2, 3}) {
         const PushedImage same = push_forward(image, mesh_of(image, identity),
                                               {.width = 9, .height = 6, .supersampling = supersampling, .over = over});
@@ -94,15 +95,15 @@ TEST(PushForward, ShiftsAndMirrorsWholePixels) {
 }
 
 TEST(PushForward, LaysTheSheetOnTopThatIsAskedFor) {
-  for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kFirst}) {
+  for (const warp::SheetOrder over : {warp::SheetOrder::kLeastStretched, warp::SheetOrder::kFirst}) {
     const PushedImage pushed = push_strip(over);
     EXPECT_THAT(pushed.multiplicity, ElementsAre(2, 2, 0, 0));
     for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(pushed.image, x, 0), ElementsAre(200, 0, 0)) << over_name(over);
     EXPECT_THAT(pixel(pushed.image, 3, 0), ElementsAre(0, 0, 0));
   }
-  const PushedImage last = push_strip(SheetOrder::kPriority, {0, 0, 1, 1});
+  const PushedImage last = push_strip(warp::SheetOrder::kPriority, {0, 0, 1, 1});
   for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(last.image, x, 0), ElementsAre(0, 100, 0));
-  const PushedImage mean = push_strip(SheetOrder::kAverage);
+  const PushedImage mean = push_strip(warp::SheetOrder::kAverage);
   for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(mean.image, x, 0), ElementsAre(100, 50, 0));
   EXPECT_EQ(mean.coverage.max_multiplicity, 2);
 }
@@ -110,16 +111,16 @@ TEST(PushForward, LaysTheSheetOnTopThatIsAskedFor) {
 // A pixel half of whose width is covered twice: the mean over its area of what is there.
 TEST(PushForward, AveragesSheetsAtEverySampleAndThenSamples) {
   const Image image = image_u8(2, 1, 1, {0, 200});
-  DeformedMesh mesh{3, 2, {{-0.5F, -0.5F}, {0.5F, -0.5F}, {0, -0.5F}, {-0.5F, 0.5F}, {0.5F, 0.5F}, {0, 0.5F}}};
+  warp::DeformedMesh mesh{3, 2, {{-0.5F, -0.5F}, {0.5F, -0.5F}, {0, -0.5F}, {-0.5F, 0.5F}, {0.5F, 0.5F}, {0, 0.5F}}};
   const PushedImage mean =
-      push_forward(image, mesh, {.width = 1, .height = 1, .supersampling = 4, .over = SheetOrder::kAverage},
+      push_forward(image, mesh, {.width = 1, .height = 1, .supersampling = 4, .over = warp::SheetOrder::kAverage},
                    {.interpolation = Interpolation::kNearest});
   EXPECT_EQ(mean.image.at(0, 0, 0), 50);
 }
 
 TEST(PushForward, HolesAreFilledOrTransparent) {
   const Image wide = image_u8(3, 1, 1, {10, 20, 30});
-  DeformedMesh torn = mesh_of(wide, identity);
+  warp::DeformedMesh torn = mesh_of(wide, identity);
   torn.vertices[0][0] = kNan;  // its cell is left out
   const PushedImage filled = push_forward(wide, torn, {.width = 3, .height = 1}, {.fill = {{77, 0, 0, 0}}});
   EXPECT_THAT(pixel(filled.image, 0, 0), ElementsAre(77));
@@ -134,7 +135,7 @@ TEST(PushForward, HolesAreFilledOrTransparent) {
 // Half a pixel to the right: the first pixel is half covered by the first and half by the fill.
 TEST(PushForward, EdgesAreMixedWithTheFillOrHalfTransparent) {
   const Image image = image_u8(2, 1, 1, {100, 100});
-  const DeformedMesh mesh = mesh_of(image, [](float x, float y) -> Place { return {x + 0.5F, y}; });
+  const warp::DeformedMesh mesh = mesh_of(image, [](float x, float y) -> Place { return {x + 0.5F, y}; });
   const PushedImage filled = push_forward(image, mesh, {.width = 3, .height = 1}, {.fill = {{50, 0, 0, 0}}});
   EXPECT_THAT(filled.image.values<std::uint8_t>(), ElementsAre(75, 100, 75));
   const PushedImage clear = push_forward(image, mesh, {.width = 3, .height = 1}, {.fill = std::nullopt});
@@ -174,19 +175,19 @@ TEST(PushForward, LabelsAreNeverMadeUp) {
   for (int i = 0; i < 40 * 40; ++i) values.push_back(kLabels[static_cast<std::size_t>((i % 40 / 7 + i / 40 / 5) % 3)]);
   const Image labels = image_u8(40, 40, 1, values);
   const auto map = [](float x, float y) -> Place { return {x / 3 + 4 * std::sin(y / 6), y / 2 + 5 * std::sin(x / 4)}; };
-  const auto push = [&](Interpolation interpolation, SheetOrder over) {
+  const auto push = [&](Interpolation interpolation, warp::SheetOrder over) {
     return push_forward(labels, mesh_of(labels, map), {.width = 24, .height = 24, .supersampling = 3, .over = over},
                         {.interpolation = interpolation, .fill = std::array<double, 4>{200, 0, 0, 0}});
   };
   const auto is_label = [&](std::uint8_t value) {
     return std::find(kLabels.begin(), kLabels.end(), value) != kLabels.end();
   };
-  for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kAverage}) {
+  for (const warp::SheetOrder over : {warp::SheetOrder::kLeastStretched, warp::SheetOrder::kAverage}) {
     const Image found = push(Interpolation::kLabel, over).image;
     const auto pixels = found.values<std::uint8_t>();
     EXPECT_TRUE(std::all_of(pixels.begin(), pixels.end(), is_label));
   }
-  const Image mixed = push(Interpolation::kNearest, SheetOrder::kLeastStretched).image;
+  const Image mixed = push(Interpolation::kNearest, warp::SheetOrder::kLeastStretched).image;
   const auto pixels = mixed.values<std::uint8_t>();
   EXPECT_FALSE(std::all_of(pixels.begin(), pixels.end(), is_label)) << "the example tests nothing";
 }
@@ -213,7 +214,8 @@ TEST(PushForward, IsTheSameForAnyNumberOfThreads) {
   const auto curl = [](float x, float y) -> Place {
     return {30 + 25 * std::sin(x / 7), y + 6 * std::cos(x / 5 + y / 9)};
   };
-  for (const SheetOrder over : {SheetOrder::kLeastStretched, SheetOrder::kAverage, SheetOrder::kFirst}) {
+  for (const warp::SheetOrder over :
+       {warp::SheetOrder::kLeastStretched, warp::SheetOrder::kAverage, warp::SheetOrder::kFirst}) {
     std::vector<PushedImage> results;
     for (const int threads : {1, 3}) {
       set_thread_count(threads);
@@ -242,4 +244,4 @@ TEST(PushForward, RefusesAMeshOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::images

@@ -5,7 +5,7 @@
 
 #include "pulson/inference/posterior.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 Landmarks ring(int count) {
@@ -19,7 +19,7 @@ Landmarks ring(int count) {
 }
 
 Calibration calibration_of(const std::string& fault, double factor) {
-  RegistrationOptions options;
+  matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
   options.noise = "ch-sd:beta=0.1";
   options.sigma = 0.02;
@@ -56,4 +56,4 @@ TEST(Calibration, CatchesAnAmplitudeThatIsOffByAFifth) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -7,7 +7,7 @@
 #include "inference/normal_quantile.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 using Eigen::Index;
@@ -93,4 +93,4 @@ TEST(Diagnostics, HaveNoValueWithoutVariation) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::inference

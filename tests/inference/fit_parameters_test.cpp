@@ -24,7 +24,7 @@
 #include "random/normals.hpp"
 #include "shape.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 using Eigen::Index;
@@ -35,8 +35,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-RegistrationOptions options_of(std::string noise, double sigma, double lambda) {
-  RegistrationOptions options = plain_options();
+matching::RegistrationOptions options_of(std::string noise, double sigma, double lambda) {
+  matching::RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=0.9";
   options.noise = std::move(noise);
   options.integrator = "variational";
@@ -85,7 +85,7 @@ struct GaussianTargets {
 
   Landmarks source;
   std::vector<Landmarks> targets;
-  RegistrationOptions options = plain_options();
+  matching::RegistrationOptions options = plain_options();
 };
 
 TEST(FitParameters, FindsTheMaximumOfADensityInClosedForm) {
@@ -111,19 +111,19 @@ TEST(FitParameters, FindsTheMaximumThatAScanFinds) {
   Numbers numbers(22);
   const Landmarks source = shape(numbers.landmarks(2, 5));
   const Points target = source.points + 0.3 * numbers(2, 5);
-  RegistrationOptions options = options_of("none", 0.02, 0.7);
+  matching::RegistrationOptions options = options_of("none", 0.02, 0.7);
   options.kernel = "gaussian:alpha=auto";
   options.integrator = "variational-2";  // wide kernels need more than five steps of the first order
   const auto evidence = [&](double log_alpha) {
-    const MatchingObjective objective(
+    const matching::MatchingObjective objective(
         {{make_kernel("gaussian:alpha=" + std::to_string(std::exp(log_alpha)), source.points), make_noise("none")},
          make_integrator(options.integrator),
          options.grid,
          source.points,
-         std::make_shared<LandmarkTerm>(LandmarkObservations{target, options.sigma.in(0)}),
+         std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{target, options.sigma.in(0)}),
          options.sigma.in(0),
          0.7});
-    MinimiseOptions minimise_options;
+    matching::MinimiseOptions minimise_options;
     minimise_options.gradient_tolerance = 1e-5;
     return log_evidence(objective, minimise(objective, minimise_options).solution);
   };
@@ -141,7 +141,7 @@ TEST(FitParameters, FindsTheMaximumThatAScanFinds) {
 }
 
 // Targets from the model itself: p0 ~ N(0, (λK)⁻¹), ΔW ~ N(0, Δt), y ~ N(q(T), σ²).
-std::vector<Landmarks> drawn_targets(const Landmarks& source, const RegistrationOptions& options, int count) {
+std::vector<Landmarks> drawn_targets(const Landmarks& source, const matching::RegistrationOptions& options, int count) {
   const StochasticSystem system{options.kernel.make(source.points), options.noise.make(source)};
   const MatrixXd precision = options.lambda.value() * system.kernel.gram(source.points, source.points);
   const MatrixXd root = precision.llt().matrixL();
@@ -159,7 +159,8 @@ std::vector<Landmarks> drawn_targets(const Landmarks& source, const Registration
 }
 
 // √(1/I) of log β of the model with its flow taken as linear: I = ½ Σ tr(Σ⁻¹ ∂Σ/∂log β)² over targets and axes.
-double expected_deviation(const Landmarks& source, const RegistrationOptions& options, double beta, int count) {
+double expected_deviation(const Landmarks& source, const matching::RegistrationOptions& options, double beta,
+                          int count) {
   const MatrixXd kernel = options.kernel.make(source.points).gram(source.points, source.points);
   const double of_noise = beta * beta * options.grid.dt() * (options.grid.steps - 0.75);
   const MatrixXd one = MatrixXd::Identity(source.count(), source.count());
@@ -173,7 +174,7 @@ TEST(FitParameters, FindsTheModelThatTargetsWereDrawnFrom) {
   constexpr int kTargets = 20;
   constexpr double kTrueLambda = 60, kTrueBeta = 0.1, kTrueSigma = 0.02;
   const Landmarks source = shape(Numbers(23).landmarks(2, 6));
-  const RegistrationOptions truth = options_of("ch-sd:beta=0.1", kTrueSigma, kTrueLambda);
+  const matching::RegistrationOptions truth = options_of("ch-sd:beta=0.1", kTrueSigma, kTrueLambda);
   const std::vector<Landmarks> targets = drawn_targets(source, truth, kTargets);
   const FittedParameters one =
       fit_parameters(source, targets, options_of("ch-sd:beta=0.3", kTrueSigma, kTrueLambda), {.names = {"beta"}});
@@ -198,17 +199,18 @@ struct Small {
     source = shape(numbers.landmarks(2, 3));
     target = shape(source.points + 0.2 * numbers(2, 3));
   }
-  FittedParameters fit(const RegistrationOptions& options, std::vector<std::string> names, int evaluations = 4) const {
+  FittedParameters fit(const matching::RegistrationOptions& options, std::vector<std::string> names,
+                       int evaluations = 4) const {
     return fit_parameters(source, {target}, options, {.names = std::move(names), .max_evaluations = evaluations});
   }
-  std::string error(const RegistrationOptions& options, std::vector<std::string> names) const {
+  std::string error(const matching::RegistrationOptions& options, std::vector<std::string> names) const {
     return error_of([&] { fit(options, std::move(names)); });
   }
   Landmarks source, target;
 };
 
 TEST(FitParameters, ANameInSeveralTermsIsACommonFactor) {
-  const RegistrationOptions options = options_of("ch-sd:beta=0.1,on=1/2+ch-sd:beta=0.25,on=3", 0.05, 1);
+  const matching::RegistrationOptions options = options_of("ch-sd:beta=0.1,on=1/2+ch-sd:beta=0.25,on=3", 0.05, 1);
   const FittedParameters common = Small().fit(options, {"beta"});
   const VectorXd betas = make_noise(common.noise)->parameters();
   EXPECT_EQ(common.values[0], betas[0]);
@@ -223,7 +225,7 @@ TEST(FitParameters, ANameInSeveralTermsIsACommonFactor) {
 }
 
 TEST(FitParameters, KernelsOfSeveralTermsKeepTheirRatios) {
-  RegistrationOptions options = options_of("none", 0.05, 1);
+  matching::RegistrationOptions options = options_of("none", 0.05, 1);
   options.kernel = "gaussian:alpha=0.8+matern32:alpha=0.4,weight=0.5";
   const std::vector<KernelTerm> common =
       make_kernel(Small().fit(options, {"alpha"}).kernel, Small().source.points).terms();
@@ -239,7 +241,7 @@ TEST(FitParameters, KernelsOfSeveralTermsKeepTheirRatios) {
 
 // trouve-vialard calls its amplitude sigma.
 TEST(FitParameters, TheDeviationOfTheDataIsNotThatOfTheNoise) {
-  const RegistrationOptions options = options_of("trouve-vialard:sigma=0.5", 0.05, 1);
+  const matching::RegistrationOptions options = options_of("trouve-vialard:sigma=0.5", 0.05, 1);
   const FittedParameters of_noise = Small().fit(options, {"sigma"});
   EXPECT_EQ(of_noise.sigma, 0.05);
   EXPECT_EQ(make_noise(of_noise.noise)->parameters()[0], of_noise.values[0]);
@@ -304,12 +306,12 @@ TEST(FitParameters, PassesOnWhatACallbackThrows) {
 // Automatic choices are those for the source when aligned with the first target, and then the same for all.
 TEST(FitParameters, AutomaticChoicesBecomeNumbers) {
   const Small small;
-  RegistrationOptions options = options_of("none", 0.05, 1);
+  matching::RegistrationOptions options = options_of("none", 0.05, 1);
   options.kernel = "gaussian:alpha=auto";
   options.lambda.reset();
   options.align = AlignmentKind::kSimilarity;
   const Landmarks large = shape(3 * small.target.points);
-  const Registration first = register_shapes(small.source, large, options);
+  const matching::Registration first = register_shapes(small.source, large, options);
   const FittedParameters fitted =
       fit_parameters(small.source, {large, small.target}, options, {.names = {"data-sigma"}, .max_evaluations = 1});
   EXPECT_EQ(fitted.kernel, first.kernel);
@@ -319,14 +321,15 @@ TEST(FitParameters, AutomaticChoicesBecomeNumbers) {
 TEST(RegistrationProblem, IsWhatRegistrationMinimises) {
   const Small small;
   for (const char* noise : {"none", "ch-sd:beta=0.3"}) {
-    RegistrationOptions options = options_of(noise, 0.05, 1);
+    matching::RegistrationOptions options = options_of(noise, 0.05, 1);
     options.kernel = "gaussian:alpha=auto";
     options.lambda.reset();
     options.align = AlignmentKind::kSimilarity;
     const Landmarks target = shape(3 * small.target.points);
-    const Registration fit = register_shapes(small.source, target, options);
-    const RegistrationProblem problem = make_problem(small.source, target, options);
-    const MatchingObjective::Evaluation at = minimise(MatchingObjective(problem.matching), options.minimise).solution;
+    const matching::Registration fit = register_shapes(small.source, target, options);
+    const matching::RegistrationProblem problem = make_problem(small.source, target, options);
+    const matching::MatchingObjective::Evaluation at =
+        minimise(matching::MatchingObjective(problem.matching), options.minimise).solution;
     EXPECT_EQ(at.cost.total(), fit.cost.total());
     EXPECT_EQ(at.path().final().q, fit.result);
     EXPECT_EQ(problem.mode, fit.mode);
@@ -371,15 +374,15 @@ TEST(LogMaximum, HoldsWhatIsAtTheBound) {
 
 TEST(FitParameters, RefusesWhatItCannotFit) {
   const Small small;
-  const RegistrationOptions noisy = options_of("ch-sd:beta=0.3", 0.05, 1);
+  const matching::RegistrationOptions noisy = options_of("ch-sd:beta=0.3", 0.05, 1);
   EXPECT_EQ(small.error(noisy, {"gamma"}),
             "'gamma' is not a parameter of these models; valid: alpha, weight, beta, data-sigma, lambda");
   EXPECT_THAT(small.error(noisy, {"betta"}), HasSubstr("did you mean 'beta'"));
   EXPECT_THAT(small.error(noisy, {"sigma"}), HasSubstr("'sigma' is not a parameter"));
   EXPECT_THAT(small.error(options_of("none", 0.05, 1), {"beta"}),
               HasSubstr("valid: alpha, weight, data-sigma, lambda"));
-  RegistrationOptions quiet = noisy;
-  quiet.mode = MatchingMode::kDeterministic;
+  matching::RegistrationOptions quiet = noisy;
+  quiet.mode = matching::MatchingMode::kDeterministic;
   EXPECT_THAT(small.error(quiet, {"beta"}), HasSubstr("'beta' is not a parameter"));
   EXPECT_THAT(small.error(options_of("ch-sd:beta=1+p-sd:beta=0.2", 0.05, 1), {"gamma"}),
               HasSubstr("valid: alpha, weight, beta, ch-sd.beta, p-sd.beta, data-sigma, lambda"));
@@ -399,4 +402,4 @@ TEST(FitParameters, RefusesWhatItCannotFit) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -6,7 +6,7 @@
 
 #include "pulson/inference/posterior.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 using Eigen::MatrixXd;
@@ -17,7 +17,7 @@ PosteriorProblem swap(double shift) {
   source.points << 0, 1, 0, 0;
   target.points.resize(2, 2);
   target.points << 1, 0, shift, shift;
-  RegistrationOptions options;
+  matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
   options.noise = "ch-sd:beta=0.3";
   options.sigma = 0.1;
@@ -45,4 +45,4 @@ TEST(SeveralModes, OfASwapAreVisitedAlikeBySymmetry) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::inference

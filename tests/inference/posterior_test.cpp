@@ -10,7 +10,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 using Eigen::MatrixXd;
@@ -22,8 +22,8 @@ Landmarks shape(const Points& points) {
   return landmarks;
 }
 
-RegistrationOptions plain(const std::string& noise, double sigma, int steps = 10) {
-  RegistrationOptions options;
+matching::RegistrationOptions plain(const std::string& noise, double sigma, int steps = 10) {
+  matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
   options.noise = noise;
   options.sigma = sigma;
@@ -102,7 +102,7 @@ TEST_P(Method, OfSmallDeformationsIsTheClosedForm) {
   q0 << 0, 1, 0.3, 0, 0.2, 0.9;
   move << 1, -0.5, 0.3, 0.2, 0.8, -1;
   const double size = 1e-4;
-  RegistrationOptions options = plain("ch-sd:beta=5e-5", 3e-5);
+  matching::RegistrationOptions options = plain("ch-sd:beta=5e-5", 3e-5);
   options.lambda = 1 / (size * size);
   const PosteriorProblem problem = make_posterior_problem(shape(q0), {shape(q0 + size * move)}, options, {});
   const PosteriorDraws draws = sample_posterior(problem, sampler(GetParam()));
@@ -179,4 +179,4 @@ TEST(Problem, NamesWhatCannotBeSampled) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -8,7 +8,7 @@
 #include "pulson/inference/posterior.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 namespace {
 
 // Uniform ranks 0 … L.
@@ -57,4 +57,4 @@ TEST(RankBand, OfOneRankIsTheBinomialInterval) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -11,7 +11,7 @@
 #include "plain_options.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 Registration registered(const std::string& noise, const std::string& integrator, int steps, double displacement = 0.3) {
@@ -95,4 +95,4 @@ TEST(StepError, IsOfOneRealisationAtMost) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

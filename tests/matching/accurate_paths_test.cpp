@@ -4,7 +4,7 @@
 
 #include "path_examples.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 constexpr int kSteps = 5;
@@ -25,4 +25,4 @@ TEST(AccuratePaths, KeepTheStepsThatAreEnough) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -9,7 +9,7 @@
 
 #include "path_examples.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -139,4 +139,4 @@ TEST(Cometric, IsRegularWhereLandmarksCoincide) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -13,7 +13,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "shape.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -389,4 +389,4 @@ TEST(CurveErrors, OfVertices) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -12,7 +12,7 @@
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using testing::HasSubstr;
@@ -127,4 +127,4 @@ TEST(Lengths, OfSpecificationsAreOfTheShape) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -10,7 +10,7 @@
 #include "combinations.hpp"
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -152,4 +152,4 @@ TEST(DisplacementModel, NeedsMoreCoordinatesThanDirections) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

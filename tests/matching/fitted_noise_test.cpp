@@ -10,7 +10,7 @@
 #include "registration_problem.hpp"
 #include "shape.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -94,4 +94,4 @@ TEST(Integrators, AreChosenByMode) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

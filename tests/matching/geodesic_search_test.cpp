@@ -13,7 +13,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -113,4 +113,4 @@ TEST(SearchGeodesic, LeavesOutLandmarksThatAreNotObserved) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -7,7 +7,7 @@
 #include "pulson/core/errors.hpp"
 #include "shape.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 RegistrationOptions options_with(const std::string& noise) {
@@ -81,4 +81,4 @@ TEST(Homotopy, NeedsMetamorphosis) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -15,7 +15,7 @@
 #include "numbers.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -231,4 +231,4 @@ TEST(LandmarkTermErrors, NameWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -15,7 +15,7 @@
 #include "pulson/matching/objective.hpp"
 #include "random/normals.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -358,4 +358,4 @@ TEST(LaplaceApproximation, CurvesHaveDeviationsButNoEvidence) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -10,7 +10,7 @@
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// A problem of landmarks for the tests of searches.
 struct Match {
@@ -39,4 +39,4 @@ inline MinimiseSummary minimum(const Match& match, const MinimiseOptions& option
   return minimise(match.objective(), options);
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

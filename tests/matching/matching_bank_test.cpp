@@ -10,7 +10,7 @@
 #include "accurate_shot.hpp"
 #include "matching_problems.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 const std::string kRoot = PULSON_SOURCE_DIR;
@@ -106,4 +106,4 @@ TEST(AccurateShot, TakesTheRecordedIncrementsAsControls) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -11,7 +11,7 @@
 #include "pulson/matching/registration.hpp"
 #include "shape.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -253,4 +253,4 @@ TEST(Registration, CountsOrderInversions) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -11,7 +11,7 @@
 #include "combinations.hpp"
 #include "match.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -193,4 +193,4 @@ TEST_F(Realisations, AreMatchedOnTheAverage) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

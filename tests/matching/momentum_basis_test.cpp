@@ -20,7 +20,7 @@
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -223,4 +223,4 @@ TEST(Thinned, StandsForAllLandmarks) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

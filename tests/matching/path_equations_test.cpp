@@ -13,7 +13,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -81,4 +81,4 @@ TEST(PathEquations, WithoutOwnNoiseTheDataAreLessFirm) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -17,7 +17,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "shape.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 inline StochasticSystem make_system(const std::string& kernel, const std::string& noise, const Points& source) {
   return {make_kernel(kernel, source), make_noise(noise, shape(source))};
@@ -155,4 +155,4 @@ inline Eigen::VectorXd stacked(const std::vector<Points>& all) {
   return sum;
 }
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -14,7 +14,7 @@
 #include "path_examples.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 PathMatch permutation(const Points& target, double beta, int steps) {
@@ -243,4 +243,4 @@ TEST(PathMinima, OfCurvesConverge) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -10,7 +10,7 @@
 
 #include "path_examples.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -180,4 +180,4 @@ TEST(PathModelSolve, IsSymmetricAndPositive) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -12,7 +12,7 @@
 #include "kernel_definition.hpp"
 #include "path_examples.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -136,4 +136,4 @@ TEST(PathModel, HasTheDerivativesOfCurves) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -12,7 +12,7 @@
 
 #include "path_examples.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 TEST(PathSearch, SwapsOnALineAtTheCostOfTheClosedForm) {
@@ -131,4 +131,4 @@ TEST(PathSearch, OfEqualShapesCostsNothing) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

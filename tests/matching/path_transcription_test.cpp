@@ -11,7 +11,7 @@
 
 #include "path_examples.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -124,4 +124,4 @@ TEST(PathTranscription, HasTheSameMinimumForSwaps) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

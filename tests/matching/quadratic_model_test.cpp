@@ -9,7 +9,7 @@
 
 #include "combinations.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
@@ -85,4 +85,4 @@ TEST_F(Models, BeginWithoutDamping) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -12,7 +12,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/random/brownian.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 namespace {
 
 using testing::AllOf;
@@ -333,4 +333,4 @@ TEST(RegistrationErrors, ObjectiveRefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -2,4 +2,4 @@
 
 #include <pulson/images/image.hpp>
 
-int main(int argc, char** argv) { return argc > 1 && pulson::read_image(argv[1]).width() > 1 ? 0 : 1; }
+int main(int argc, char** argv) { return argc > 1 && pulson::images::read_image(argv[1]).width() > 1 ? 0 : 1; }

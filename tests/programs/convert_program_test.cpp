@@ -49,21 +49,21 @@ TEST_F(ConvertProgram, WritesAllShapesOrOne) {
   EXPECT_EQ(all.out, "wrote copy.json: 2 shapes, json\n");
   EXPECT_EQ(all.err, "");
   converted("copy.json copy.json");
-  const LandmarkFile copy = read_landmark_file("copy.json");
+  const formats::LandmarkFile copy = formats::read_landmark_file("copy.json");
   EXPECT_EQ(copy.shapes.at(1).name, "bob");
   EXPECT_EQ(copy.units, "mm");
   for (const std::string address : {"pair.json#1", "pair.json#id=ann"}) {
     const ProgramRun one = converted(address + " ann.vtk");
     EXPECT_EQ(one.out, "wrote ann.vtk: 1 shape, vtk\n");
     EXPECT_THAT(one.err, StartsWith("note: ann.vtk: vtk cannot hold images\n"));
-    EXPECT_EQ(read_landmarks("ann.vtk").points, copy.shapes[0].points);
+    EXPECT_EQ(formats::read_landmarks("ann.vtk").points, copy.shapes[0].points);
   }
 }
 
 TEST_F(ConvertProgram, JoinsFiles) {
   write("tail.fcsv", "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n1,7,8,9\n2,0,1,1\n");
   EXPECT_EQ(converted("head.fcsv tail.fcsv head.fcsv both.json --axes RAS").out, "wrote both.json: 3 shapes, json\n");
-  const LandmarkFile both = read_landmark_file("both.json");
+  const formats::LandmarkFile both = formats::read_landmark_file("both.json");
   EXPECT_EQ(both.axes, "RAS");
   ASSERT_EQ(both.shapes.size(), 3U);
   EXPECT_EQ(both.shapes[0].name, "head");
@@ -71,7 +71,7 @@ TEST_F(ConvertProgram, JoinsFiles) {
   EXPECT_EQ(both.shapes[1].points.col(0), Eigen::Vector3d(-7, -8, 9));
   EXPECT_EQ(both.shapes[2].points, both.shapes[0].points);
   converted("pair.json#2 pair.json -o three.tps");
-  EXPECT_EQ(read_landmark_file("three.tps").shapes.size(), 3U);
+  EXPECT_EQ(formats::read_landmark_file("three.tps").shapes.size(), 3U);
   expect_refused("convert head.fcsv tail.fcsv both.json --axes RAS",
                  "'both.json' exists and may be meant as an input; --out both.json replaces it");
   for (const std::string input : {"pair.json", "pair.json#2", "both.json#2"})
@@ -87,7 +87,7 @@ TEST_F(ConvertProgram, JoinsFiles) {
 TEST_F(ConvertProgram, TakesTheFormatFromTheOptionOrTheName) {
   EXPECT_EQ(converted("head.fcsv a.mrk.json").out, "wrote a.mrk.json: 1 shape, mrk.json\n");
   EXPECT_EQ(converted("head.fcsv a.dat --to npy").out, "wrote a.dat: 1 shape, npy\n");
-  EXPECT_EQ(read_landmark_file("a.dat").format, "npy");
+  EXPECT_EQ(formats::read_landmark_file("a.dat").format, "npy");
   expect_refused("convert head.fcsv a.dat", "the extension 'dat'");
   expect_refused("convert head.fcsv a.json --to jsn", "'jsn'");
   expect_refused("convert pair.json a.fcsv", "fcsv holds one shape; there are 2");
@@ -98,20 +98,20 @@ TEST_F(ConvertProgram, TakesTheFormatFromTheOptionOrTheName) {
 
 TEST_F(ConvertProgram, TurnsAxes) {
   converted("head.fcsv lps.mrk.json --axes LPS");
-  const LandmarkFile turned = read_landmark_file("lps.mrk.json");
+  const formats::LandmarkFile turned = formats::read_landmark_file("lps.mrk.json");
   EXPECT_EQ(turned.axes, "LPS");
   EXPECT_EQ(turned.shapes.at(0).points, (Points(3, 2) << -1, -4, -2, -5, 3, 6).finished());
   converted("head.fcsv same.json --axes RAS");
-  EXPECT_EQ(read_landmarks("same.json").points, read_landmarks("head.fcsv").points);
+  EXPECT_EQ(formats::read_landmarks("same.json").points, formats::read_landmarks("head.fcsv").points);
   converted("head.fcsv said.json --from-axes LPS --axes RAS");
-  EXPECT_EQ(read_landmarks("said.json").points, turned.shapes[0].points);
+  EXPECT_EQ(formats::read_landmarks("said.json").points, turned.shapes[0].points);
   expect_refused("convert pair.json a.json --axes RAS", "--from-axes");
   expect_refused("convert head.fcsv a.json --axes XYZ", "--axes is 'XYZ'; it must be LPS or RAS");
 }
 
 TEST_F(ConvertProgram, TurnsRowsOfAnImage) {
   converted("pair.json up.json --flip-y 10");
-  const Landmarks shape = read_landmarks("up.json#1");
+  const Landmarks shape = formats::read_landmarks("up.json#1");
   EXPECT_EQ(shape.points, points_2d({0, 9, 2, 7, 0, 9}));
   EXPECT_EQ(shape.curves.at(0), points_2d({0, 9, 5, 4}));
   write("line.json", "[[1], [2]]");
@@ -121,7 +121,7 @@ TEST_F(ConvertProgram, TurnsRowsOfAnImage) {
 
 TEST_F(ConvertProgram, TakesNegativesForMissingOnes) {
   converted("pair.json marked.json --missing negative");
-  EXPECT_THAT(incomplete_points(read_landmarks("marked.json#2").points), ElementsAre(0, 1));
+  EXPECT_THAT(incomplete_points(formats::read_landmarks("marked.json#2").points), ElementsAre(0, 1));
   expect_refused("convert pair.json a.json --missing zero", "--missing is 'zero'");
 }
 
@@ -130,7 +130,7 @@ TEST_F(ConvertProgram, TakesARegistration) {
       run(joined({"register", sample("swap_source"), sample("swap_target")}, words("-o out --no-picture --steps 2")));
   ASSERT_NE(registered.exit_code, 2) << registered.err;
   EXPECT_EQ(converted("out/registration.json#id=target target.npy").out, "wrote target.npy: 1 shape, npy\n");
-  EXPECT_EQ(read_landmarks("target.npy").points, read_landmarks(sample("swap_target")).points);
+  EXPECT_EQ(formats::read_landmarks("target.npy").points, formats::read_landmarks(sample("swap_target")).points);
 }
 
 TEST_F(ConvertProgram, TellsWhatIsInAFile) {

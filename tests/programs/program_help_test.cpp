@@ -75,12 +75,13 @@ TEST_F(HelpOfProgram, PrintsTheTables) {
   expect_rows(noise_table(), printed({"info", "noises"}));
   expect_rows(integrator_table(), printed({"info", "integrators"}));
   const std::string formats = printed({"info", "formats"});
-  for (const LandmarkFormat& format : landmark_formats()) {
+  for (const formats::LandmarkFormat& format : formats::landmark_formats()) {
     EXPECT_THAT(formats, HasSubstr(format.name + " "));
     EXPECT_THAT(formats, HasSubstr(format.help));
     for (const std::string& extension : format.extensions) EXPECT_THAT(formats, HasSubstr("." + extension));
   }
-  EXPECT_EQ(static_cast<std::size_t>(std::count(formats.begin(), formats.end(), '\n')), landmark_formats().size());
+  EXPECT_EQ(static_cast<std::size_t>(std::count(formats.begin(), formats.end(), '\n')),
+            formats::landmark_formats().size());
   EXPECT_THAT(formats, HasSubstr("\nbigwarp       read           -          landmarks of"));
   EXPECT_THAT(formats, HasSubstr("\ncsv           read, written  .csv .tsv  table"));
 }

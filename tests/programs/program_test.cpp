@@ -142,10 +142,10 @@ TEST_F(RegisterProgram, RegistersRealShapesInSpace) {
   const fs::path scallops = data_folder() / "tps_geomorph_course" / "scallops for viz.tps";
   if (!fs::exists(scallops)) GTEST_SKIP() << "no " << scallops << "; PULSON_DATA may name the folder with the data";
   for (const std::string number : {"1", "2"}) {  // every fourth landmark, to save time
-    const Points all = read_landmarks(scallops.string() + "#" + number).points;
+    const Points all = formats::read_landmarks(scallops.string() + "#" + number).points;
     Landmarks some;
     some.points = all(Eigen::all, Eigen::seq(0, Eigen::last, 4));
-    write_landmarks_csv(number + ".csv", some);
+    formats::write_landmarks_csv(number + ".csv", some);
   }
   const nlohmann::json record = expect_match({"register", "1.csv", "2.csv", "-o", "out"});
   EXPECT_EQ(record["result"].size(), 51U);
@@ -260,8 +260,8 @@ TEST_F(RegisterProgram, FindsLandmarksThatAreAtRandom) {
     source.points.col(a) << std::cos(0.15 * a), std::sin(0.15 * a);
     target.points.col(a) << std::cos(0.15 * other), 0.5 * std::sin(0.15 * other);
   }
-  write_landmarks_csv("source.csv", source);
-  write_landmarks_csv("target.csv", target);
+  formats::write_landmarks_csv("source.csv", source);
+  formats::write_landmarks_csv("target.csv", target);
   const ProgramRun done = run({"register", "source.csv", "target.csv", "-o", "out", "--no-picture", "--lambda", "1e6"});
   EXPECT_THAT(done.err, StartsWith("warning: not matched: "));
   EXPECT_THAT(done.err, HasSubstr("; neighbouring landmarks do not move together: check that landmarks correspond"));
@@ -271,8 +271,8 @@ TEST_F(RegisterProgram, FindsLandmarksThatAreAtRandom) {
 TEST_F(RegisterProgram, TakesEveryModeAndSolver) {
   Landmarks two, near;
   two.points = Points{{0, 1}}, near.points = Points{{0.1, 1.2}};
-  write_landmarks_csv("two.csv", two);
-  write_landmarks_csv("near.csv", near);
+  formats::write_landmarks_csv("two.csv", two);
+  formats::write_landmarks_csv("near.csv", near);
   for (const char* choice :
        {"--mode deterministic", "--mode metamorphosis", "--mode map", "--mode pathwise", "--mode expected",
         "--solver auto", "--solver paths", "--solver gauss-newton", "--solver lbfgs"}) {
@@ -288,9 +288,9 @@ TEST_F(RegisterProgram, TakesEveryModeAndSolver) {
 TEST_F(RegisterProgram, AdvisesByWhatTheNoiseCanDo) {
   Landmarks two, swapped, near;
   two.points = Points{{0, 1}}, swapped.points = Points{{1, 0}}, near.points = Points{{0.1, 1.2}};
-  write_landmarks_csv("two.csv", two);
-  write_landmarks_csv("swapped.csv", swapped);
-  write_landmarks_csv("near.csv", near);
+  formats::write_landmarks_csv("two.csv", two);
+  formats::write_landmarks_csv("swapped.csv", swapped);
+  formats::write_landmarks_csv("near.csv", near);
   const auto warned = [&](const std::string& target, const std::string& noise, const std::string& mode) {
     return run({"register", "two.csv", target, "-o", "out", "--no-picture", "--noise", noise, "--mode", mode,
                 "--kernel", "gaussian:alpha=1", "--sigma", "0.1", "--lambda", "1"})

@@ -57,11 +57,11 @@ class ReadingProgram : public Program {
 
 TEST_F(ReadingProgram, TakesColumnsAndTurns) {
   done("convert he.csv out.json --columns x=he_col,y=he_row,name=label");
-  const Landmarks shape = read_landmarks("out.json");
+  const Landmarks shape = formats::read_landmarks("out.json");
   EXPECT_EQ(shape.points, (Points(2, 3) << 1, 3, 5, 2, 4, 7).finished());
   EXPECT_THAT(shape.labels, ElementsAre("tip", "eye", "fin"));
   done("convert turns.txt turned.csv --dim 2");
-  EXPECT_EQ(read_landmarks("turned.csv").points, shape.points);
+  EXPECT_EQ(formats::read_landmarks("turned.csv").points, shape.points);
   expect_refused("info he.csv --columns x=he_x,y=he_row",
                  "he.csv:1: no column 'he_x'; the columns are 'id', 'he_col', 'he_row', 'label'");
   expect_refused("info he.csv --columns he_col,he_row",
@@ -102,7 +102,7 @@ TEST_F(ReadingProgram, HasTheSameOptionsInEveryVerbThatReads) {
   EXPECT_EQ(read_json("r/registration.json")["source"].size(), 5U);
   const std::string before = contents("a.tps");
   done("warp r a.tps -o w.csv --landmarks 2 --scale apply -q");
-  EXPECT_EQ(read_landmarks("w.csv").count(), 1);
+  EXPECT_EQ(formats::read_landmarks("w.csv").count(), 1);
   EXPECT_EQ(contents("a.tps"), before);
 }
 
@@ -112,7 +112,7 @@ TEST_F(ReadingProgram, ReadsStandardInput) {
   EXPECT_THAT(result.out, StartsWith("-: tps with 1 shape\n"));
   result = run_with_input("turns.txt", "convert - out.csv --format csv --dim 2");
   EXPECT_EQ(result.out, "wrote out.csv: 1 shape, csv\n");
-  EXPECT_EQ(read_landmarks("out.csv").count(), 3);
+  EXPECT_EQ(formats::read_landmarks("out.csv").count(), 3);
   write("two.tps", contents("a.tps") + contents("b.tps"));
   result = run_with_input("two.tps", "register /dev/stdin#1 /dev/stdin#id=b --no-picture -q -o out");
   EXPECT_EQ(result.exit_code, 0) << result.err;

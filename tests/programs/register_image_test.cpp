@@ -23,7 +23,7 @@ class RegisterImage : public Program {
 
   // The upper half is red, the lower one blue.
   static void write_photo() {
-    Image image(kSide, kSide, 3, PixelDepth::kUint8);
+    images::Image image(kSide, kSide, 3, images::PixelDepth::kUint8);
     for (std::size_t i = 0; i < image.pixel_count(); ++i)
       image.values<std::uint8_t>()[3 * i + (i < image.pixel_count() / 2 ? 0 : 2)] = 250;
     write_image("photo.png", image);
@@ -52,7 +52,7 @@ class RegisterImage : public Program {
 
   // Of the first panel of the picture: the mean of blue minus red, above and below its middle.
   static std::vector<double> blueness() {
-    const Image picture = read_image("out/registration.png");
+    const images::Image picture = images::read_image("out/registration.png");
     std::vector<double> means;
     for (const int part : {1, 3}) {
       double sum = 0;

@@ -59,13 +59,13 @@ TEST_F(RegisterSurface, MovesWithTheLandmarks) {
 TEST_F(RegisterSurface, IsFoundBesideItsLandmarks) {
   ASSERT_EQ(run(words("register skull.csv other.csv -o out")).exit_code, 0);
   EXPECT_EQ(motion()["triangles"].size(), 0U);
-  const Image without = read_image("out/registration.png");
+  const images::Image without = images::read_image("out/registration.png");
   write("skull.obj", kPyramid);
   ASSERT_EQ(run(words("register skull.csv other.csv -o out")).exit_code, 0);
   EXPECT_EQ(motion()["triangles"].size(), 18U);
-  const Image with = read_image("out/registration.png");
+  const images::Image with = images::read_image("out/registration.png");
   // Greys of a shaded surface, which are some 0.6 to 0.97 of white, on paper that was white.
-  const auto greys = [](const Image& image) {
+  const auto greys = [](const images::Image& image) {
     std::size_t count = 0;
     const auto& bytes = image.values<std::uint8_t>();
     const auto channels = static_cast<std::size_t>(image.channels());

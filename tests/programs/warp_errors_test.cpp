@@ -31,8 +31,8 @@ class WarpRefuses : public WarpProgram {
 TEST_F(WarpRefuses, WrongFilesAndOptions) {
   register_squares();
   write("word.png", "hello");
-  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
-  write_image("colour.png", uneven_image(17, 17, 3, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("colour.png", uneven_image(17, 17, 3, images::PixelDepth::kUint8));
   std::filesystem::create_directory("folder");
   const std::string registration = "out/registration.json";
   const auto refuse = [&](const std::string& line, const std::string& message) {
@@ -89,7 +89,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
 TEST_F(WarpRefuses, ImagesThatAreCutOffInOneLine) {
   register_squares();
   for (const std::string name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
-    write_image(name, uneven_image(32, 32, 3, PixelDepth::kUint8));
+    write_image(name, uneven_image(32, 32, 3, images::PixelDepth::kUint8));
     const std::string whole = contents(name);
     for (const double share : {0.3, 0.9}) {
       write(name, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
@@ -101,8 +101,8 @@ TEST_F(WarpRefuses, ImagesThatAreCutOffInOneLine) {
 
 TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
   register_squares("ch-sd:beta=1");
-  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
-  write_image("colour.png", uneven_image(17, 17, 3, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("colour.png", uneven_image(17, 17, 3, images::PixelDepth::kUint8));
   const auto refuse = [&](const std::string& line, const std::string& message) {
     expect_refused(joined({"out/registration.json"}, words(line)), message);
   };
@@ -127,7 +127,7 @@ TEST_F(WarpRefuses, ToPullByStepsThatAreTooLong) {
               "--no-picture -q"))
           .exit_code,
       0);
-  write_image("grey.png", uneven_image(120, 160, 1, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(120, 160, 1, images::PixelDepth::kUint8));
   expect_refused(words("out/registration.json grey.png -o w.png --pixel-size 0.05 --origin -2,-1.5 --method pull"),
                  "the time steps are too long for an inverse");
 }
@@ -136,7 +136,7 @@ TEST_F(WarpRefuses, ImagesInThreeDimensions) {
   write("a.csv", "x,y,z\n0,0,0\n1,0,1\n0,1,2\n3,1,1\n");
   write("b.csv", "x,y,z\n0,0,0\n1.1,0,1\n0,1.1,2\n3,1.1,1\n");
   ASSERT_EQ(run(words("register a.csv b.csv -o out --no-picture -q")).exit_code, 0);
-  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
   expect_refused(words("out/registration.json grey.png -o w.png"), "the landmarks are in 3D");
   write("flat.csv", "x,y\n0,0\n1,1\n");
   expect_refused(words("out/registration.json flat.csv -o w.csv"), "flat.csv is in 2D, the registration in 3D");

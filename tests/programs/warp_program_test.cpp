@@ -45,9 +45,9 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
   EXPECT_LE(recorded["landmark_error_max"], 1e-8);
   EXPECT_LE(recorded["map_error"], 0.05);
   EXPECT_GT(recorded["seconds"], 0);
-  const Image warped = read_image("w.png");
+  const images::Image warped = images::read_image("w.png");
   EXPECT_EQ(warped.channels(), 3);
-  const Image source = read_image(discs());
+  const images::Image source = images::read_image(discs());
   // Disc centres, which are landmarks, have changed places.
   const std::vector<double> left = pixel(source, 150, 180), right = pixel(source, 450, 180);
   ASSERT_NE(left, right);
@@ -55,17 +55,17 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
     EXPECT_NEAR(warped.at(450, 180, c), left[static_cast<std::size_t>(c)], 20);
     EXPECT_NEAR(warped.at(150, 180, c), right[static_cast<std::size_t>(c)], 20);
   }
-  const GridField counts = read_grid_field("m.mha");
+  const fields::GridField counts = fields::read_grid_field("m.mha");
   EXPECT_EQ(*std::max_element(counts.values.begin(), counts.values.end()), recorded["max_multiplicity"].get<float>());
-  EXPECT_THAT(read_grid_field("f.mha").sizes, ElementsAre(600, 360));
-  const Image folds = read_image("folds.png");
+  EXPECT_THAT(fields::read_grid_field("f.mha").sizes, ElementsAre(600, 360));
+  const images::Image folds = images::read_image("folds.png");
   const auto mask = folds.values<std::uint8_t>();
   const double folded =
       static_cast<double>(std::count(mask.begin(), mask.end(), 255)) / static_cast<double>(mask.size());
   EXPECT_NEAR(folded, recorded["folded_fraction"], 0.01);
-  EXPECT_EQ(read_image("l.tif").depth(), PixelDepth::kFloat32);
-  for (const char* picture : {"holes.png", "g.png"}) EXPECT_EQ(read_image(picture).width(), 600) << picture;
-  for (const char* drawing : {"j.png", "s.png"}) EXPECT_GT(read_image(drawing).width(), 1200) << drawing;
+  EXPECT_EQ(images::read_image("l.tif").depth(), images::PixelDepth::kFloat32);
+  for (const char* picture : {"holes.png", "g.png"}) EXPECT_EQ(images::read_image(picture).width(), 600) << picture;
+  for (const char* drawing : {"j.png", "s.png"}) EXPECT_GT(images::read_image(drawing).width(), 1200) << drawing;
 }
 
 // A fold has no logarithm: it is yellow, not white as where areas stay.
@@ -79,7 +79,7 @@ TEST_F(WarpProgram, MarksFoldsInTheLogarithmOfTheJacobian) {
 
 TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
   register_squares("none --align none");
-  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
   const ProgramRun done =
       warp("grey.png",
            "-o w.png --like grey.png --side-by-side s.svg --numbers --overlay o.svg --jacobian j.svg "
@@ -90,17 +90,17 @@ TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
                           HasSubstr("landmarks of the target"), HasSubstr(">4</")));
   EXPECT_THAT(overlay, AllOf(HasSubstr("Checkerboard of both"), HasSubstr("Half of each"), HasSubstr("Difference")));
   EXPECT_THAT(io::read_text_file("j.svg"), AllOf(HasSubstr("Jacobian"), HasSubstr("≥ 2"), Not(HasSubstr("below 0"))));
-  EXPECT_EQ(read_image("l.png").width(), 500);
+  EXPECT_EQ(images::read_image("l.png").width(), 500);
   const nlohmann::json end = read_json("out/registration.json")["result"][3];
   const double far = std::hypot(end[0].get<double>() - 4, end[1].get<double>() - 12);
-  EXPECT_NEAR(read_image("d.tif").at(4, 12, 0), far, 0.05);
+  EXPECT_NEAR(images::read_image("d.tif").at(4, 12, 0), far, 0.05);
   for (const auto& file : std::filesystem::directory_iterator("."))
     EXPECT_THAT(file.path().string(), Not(HasSubstr(".part-")));
 }
 
 TEST_F(WarpProgram, ReportsOnImagesAndPoints) {
   register_squares();
-  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
   ProgramRun done = warp("grey.png", "-o w.png --like grey.png --report page.html");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   std::string page = contents("page.html");
@@ -121,7 +121,7 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   std::vector<float> values;
   for (int y = 0; y < 17; ++y)
     for (int x = 0; x < 17; ++x) values.push_back(static_cast<float>(100 + 5 * x - 3 * y));
-  write_image("ramp.tif", Image(17, 17, 1, std::span<const float>(values)));
+  write_image("ramp.tif", images::Image(17, 17, 1, std::span<const float>(values)));
   ProgramRun done = warp("ramp.tif", "-o there.tif --border replicate --json -");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   nlohmann::json recorded = nlohmann::json::parse(done.out);
@@ -129,19 +129,19 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   EXPECT_EQ(recorded["folded_fraction"], 0);
   EXPECT_GT(recorded["min_jacobian"], 0);
   // The landmark (4, 12) is now at (3, 13), and (12, 12) at (13, 12).
-  EXPECT_NEAR(read_image("there.tif").at(3, 13, 0), 100 + 5 * 4 - 3 * 12, 0.2);
-  EXPECT_NEAR(read_image("there.tif").at(13, 12, 0), 100 + 5 * 12 - 3 * 12, 0.2);
+  EXPECT_NEAR(images::read_image("there.tif").at(3, 13, 0), 100 + 5 * 4 - 3 * 12, 0.2);
+  EXPECT_NEAR(images::read_image("there.tif").at(13, 12, 0), 100 + 5 * 12 - 3 * 12, 0.2);
   done = warp("there.tif", "-o back.tif --border replicate --inverse -q --json w.json");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.out, "");
   EXPECT_EQ(read_json("w.json")["inverse"], true);
-  const Image back = read_image("back.tif");
+  const images::Image back = images::read_image("back.tif");
   for (int y = 5; y < 12; ++y)
     for (int x = 5; x < 12; ++x) EXPECT_NEAR(back.at(x, y, 0), 100 + 5 * x - 3 * y, 0.3);
   // Pushed, it is the same picture.
   done = warp("ramp.tif", "-o pushed.tif --method push --border constant -q");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  const Image pulled = read_image("there.tif"), pushed = read_image("pushed.tif");
+  const images::Image pulled = images::read_image("there.tif"), pushed = images::read_image("pushed.tif");
   for (int y = 4; y < 13; ++y)
     for (int x = 4; x < 13; ++x) EXPECT_NEAR(pushed.at(x, y, 0), pulled.at(x, y, 0), 0.5);
 }
@@ -150,7 +150,7 @@ TEST_F(WarpProgram, CarriesLandmarksOntoTheResultAndBack) {
   register_squares();
   write("more.csv", "label,x,y\np,4,12\nq,NA,NA\nr,12,4\n");
   ASSERT_EQ(warp("more.csv", "-o moved.csv --json w.json").exit_code, 0);
-  const Points moved = read_landmarks("moved.csv").points;
+  const Points moved = formats::read_landmarks("moved.csv").points;
   const nlohmann::json record = read_json("out/registration.json");
   for (int axis = 0; axis < 2; ++axis) {
     EXPECT_NEAR(moved(axis, 0), record["result"][3][axis], 1e-9);
@@ -159,7 +159,7 @@ TEST_F(WarpProgram, CarriesLandmarksOntoTheResultAndBack) {
   }
   EXPECT_EQ(read_json("w.json")["method"], "points");
   ASSERT_EQ(warp("moved.csv", "-o back.csv --inverse").exit_code, 0);
-  const Points back = read_landmarks("back.csv").points;
+  const Points back = formats::read_landmarks("back.csv").points;
   EXPECT_LE((back.col(0) - Eigen::Vector2d(4, 12)).norm(), 1e-9);
 }
 
@@ -170,7 +170,7 @@ TEST_F(WarpProgram, CarriesAllPointsOfAFile) {
         "LM=1\n4 12\nCURVES=1\nPOINTS=2\n4 4\n12 4\nIMAGE=a.png\nID=one\nSCALE=0.5\n"
         "LM=2\n12 12\n4 4\nIMAGE=b.png\nID=two\n");
   ASSERT_EQ(warp("more.tps", "-o moved.tps").exit_code, 0);
-  const LandmarkFile moved = read_landmark_file("moved.tps");
+  const formats::LandmarkFile moved = formats::read_landmark_file("moved.tps");
   const nlohmann::json record = read_json("out/registration.json");
   const auto expect_corner = [&](const auto& point, int corner) {
     for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(point[axis], record["result"][corner][axis], 1e-9);
@@ -195,7 +195,7 @@ TEST_F(WarpProgram, CarriesAllPointsOfAFile) {
 
 TEST_F(WarpProgram, FlipsYForTpsFiles) {
   write("two.tps", "LM=4\n4 4\n12 4\n12 12\n4 12\nID=a\nLM=4\n4 3\n13 5\n13 12\n3 13\nID=b\n");
-  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
   ASSERT_EQ(run(words("register two.tps#1 two.tps#2 -o out --no-picture -q")).exit_code, 0);
   ASSERT_EQ(warp("grey.png", "-o w.png -q --json w.json").exit_code, 0);
   EXPECT_EQ(read_json("w.json")["flip_y"], true);
@@ -212,7 +212,7 @@ TEST_F(WarpProgram, MirrorsByTheAlignment) {
   write("a.csv", "x,y\n4,4\n12,4\n12,12\n4,8\n");
   write("b.csv", "x,y\n12,4\n4,4\n4,12\n12,8\n");
   ASSERT_EQ(run(words("register a.csv b.csv -o out --align rigid --reflect --no-picture -q")).exit_code, 0);
-  const Image image = uneven_image(17, 17, 3, PixelDepth::kUint8);
+  const images::Image image = uneven_image(17, 17, 3, images::PixelDepth::kUint8);
   write_image("a.png", image);
   for (const std::string method : {"pull", "push"}) {
     const ProgramRun done = warp("a.png", "-o w.png -q --json w.json --folds f.png --method " + method);
@@ -222,16 +222,16 @@ TEST_F(WarpProgram, MirrorsByTheAlignment) {
     EXPECT_EQ(recorded["folded_fraction"], 0);
     EXPECT_NEAR(recorded["min_jacobian"], 1, 1e-6);
     EXPECT_EQ(recorded["max_multiplicity"], 1);
-    EXPECT_THAT(read_image("f.png").values<std::uint8_t>(), Each(0));
-    for (int x = 1; x < 16; ++x) EXPECT_EQ(pixel(read_image("w.png"), x, 5)[0], pixel(image, 16 - x, 5)[0]);
+    EXPECT_THAT(images::read_image("f.png").values<std::uint8_t>(), Each(0));
+    for (int x = 1; x < 16; ++x) EXPECT_EQ(pixel(images::read_image("w.png"), x, 5)[0], pixel(image, 16 - x, 5)[0]);
   }
 }
 
 // Formats without alpha show what is not covered, and what was transparent, in white.
 TEST_F(WarpProgram, PutsTheResultOnWhiteWhereTheFormatHasNoAlpha) {
   register_squares();
-  const Image clear(40, 40, 4, PixelDepth::kUint8), red = [] {
-    Image image(40, 40, 3, PixelDepth::kUint8);
+  const images::Image clear(40, 40, 4, images::PixelDepth::kUint8), red = [] {
+    images::Image image(40, 40, 3, images::PixelDepth::kUint8);
     for (std::size_t i = 0; i < image.pixel_count(); ++i) image.values<std::uint8_t>()[3 * i] = 200;
     return image;
   }();
@@ -242,37 +242,38 @@ TEST_F(WarpProgram, PutsTheResultOnWhiteWhereTheFormatHasNoAlpha) {
       const std::string options = std::string("--method ") + method + " -q --size 60x60 -o " + name;
       ProgramRun done = warp("clear.png", options);
       ASSERT_EQ(done.exit_code, 0) << done.err;
-      EXPECT_THAT(read_image(name).values<std::uint8_t>(), Each(Ge(250))) << name;
+      EXPECT_THAT(images::read_image(name).values<std::uint8_t>(), Each(Ge(250))) << name;
       done = warp("red.png", options);
       ASSERT_EQ(done.exit_code, 0) << done.err;
-      EXPECT_GE(read_image(name).at(55, 55, 1), 250) << name;
-      EXPECT_LE(read_image(name).at(20, 20, 1), 5) << name;
+      EXPECT_GE(images::read_image(name).at(55, 55, 1), 250) << name;
+      EXPECT_LE(images::read_image(name).at(20, 20, 1), 5) << name;
     }
   ASSERT_EQ(warp("red.png", "-q --size 60x60 --border transparent -o W.PNG").exit_code, 0);
-  EXPECT_EQ(pixel(read_image("W.PNG"), 55, 55).back(), 0);
+  EXPECT_EQ(pixel(images::read_image("W.PNG"), 55, 55).back(), 0);
 }
 
 // What came in goes out: the same channels and depth, without an alpha channel that the image does not have.
 TEST_F(WarpProgram, KeepsTheKindOfAnImage) {
   register_squares();
   for (const std::string method : {"pull", "push"})
-    for (const PixelDepth depth : {PixelDepth::kUint8, PixelDepth::kUint16})
+    for (const images::PixelDepth depth : {images::PixelDepth::kUint8, images::PixelDepth::kUint16})
       for (const int channels : {1, 3, 4}) {
         SCOPED_TRACE(method + " " + describe(depth) + " " + std::to_string(channels));
         write_image("in.png", uneven_image(17, 17, channels, depth));
         ASSERT_EQ(warp("in.png", "-q --size 30x20 -o out.png --method " + method).exit_code, 0);
-        const Image result = read_image("out.png");
+        const images::Image result = images::read_image("out.png");
         EXPECT_EQ(result.depth(), depth);
         EXPECT_EQ(result.channels(), channels);
         EXPECT_EQ(pixel(result, 28, 18).back(), channels == 4 ? 0 : full_value(depth)) << "beyond the image";
       }
-  GridField grid{{17, 17}, {1, 1}, {0, 0}, 1, std::vector<float>(17 * 17, 100)};
-  for (const GridType type : {GridType::kUint8, GridType::kInt16, GridType::kUint16, GridType::kFloat}) {
+  fields::GridField grid{{17, 17}, {1, 1}, {0, 0}, 1, std::vector<float>(17 * 17, 100)};
+  for (const fields::GridType type :
+       {fields::GridType::kUint8, fields::GridType::kInt16, fields::GridType::kUint16, fields::GridType::kFloat}) {
     grid.type = type;
     write_grid_field("in.mha", grid);
     for (const std::string name : {"out.mha", "out.nrrd"}) {
       ASSERT_EQ(warp("in.mha", "-q --size 30x20 -o " + name).exit_code, 0);
-      const GridField result = read_grid_field(name);
+      const fields::GridField result = fields::read_grid_field(name);
       EXPECT_EQ(result.type, type) << name;
       EXPECT_EQ(result.values.back(), 0) << name;
       EXPECT_EQ(*std::max_element(result.values.begin(), result.values.end()), 100) << name;
@@ -282,7 +283,7 @@ TEST_F(WarpProgram, KeepsTheKindOfAnImage) {
 
 TEST_F(WarpProgram, KeepsLabels) {
   register_discs();
-  Image labels(600, 360, 1, PixelDepth::kUint8);
+  images::Image labels(600, 360, 1, images::PixelDepth::kUint8);
   constexpr std::array<std::uint8_t, 3> kLabels = {0, 5, 200};
   for (std::size_t i = 0; i < labels.pixel_count(); ++i)
     labels.values<std::uint8_t>()[i] = kLabels[(i % 600 / 23 + i / 600 / 17) % 3];
@@ -290,7 +291,7 @@ TEST_F(WarpProgram, KeepsLabels) {
   const std::string options = std::string(kFrame) + "-q -o l.png --interpolation ";
   const auto values = [&](const std::string& more) {
     EXPECT_EQ(warp("labels.png", options + more).exit_code, 0);
-    const Image result = read_image("l.png");
+    const images::Image result = images::read_image("l.png");
     EXPECT_EQ(result.channels(), 1);
     const auto pixels = result.values<std::uint8_t>();
     return std::set<int>(pixels.begin(), pixels.end());
@@ -306,13 +307,13 @@ TEST_F(WarpProgram, PutsNothingAroundGridsOfNumbers) {
   write("a.csv", "x,y\n10,20\n14,20\n14,24\n");
   const ProgramRun done = run(words("register a.csv a.csv -o out --no-picture -q"));
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  GridField grid{{6, 4}, {2, 2}, {10, 20}, 1, std::vector<float>(24, 700)};
+  fields::GridField grid{{6, 4}, {2, 2}, {10, 20}, 1, std::vector<float>(24, 700)};
   grid.values[0] = -300;
   write_grid_field("ct.mha", grid);
   for (const std::string method : {"pull", "push"}) {
     const ProgramRun warped = warp("ct.mha", "-o w.mha --size 8x4 --method " + method);
     ASSERT_EQ(warped.exit_code, 0) << warped.err;
-    const GridField result = read_grid_field("w.mha");
+    const fields::GridField result = fields::read_grid_field("w.mha");
     EXPECT_EQ(result.spacing, grid.spacing);
     EXPECT_EQ(result.origin, grid.origin);
     EXPECT_THAT(std::vector(result.values.begin(), result.values.begin() + 8),
@@ -322,7 +323,7 @@ TEST_F(WarpProgram, PutsNothingAroundGridsOfNumbers) {
 
 TEST_F(WarpProgram, SamplesTellMeanDeviationAndProbabilityOfFolds) {
   register_squares("ch-sd:beta=1");
-  write_image("grey.png", uneven_image(17, 17, 1, PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
   const std::string options =
       "-o w.png --border transparent --samples 5 --deviation d.tif --fold-probability p.tif -q --threads ";
   ASSERT_EQ(warp("grey.png", options + "1").exit_code, 0);
@@ -332,8 +333,8 @@ TEST_F(WarpProgram, SamplesTellMeanDeviationAndProbabilityOfFolds) {
   EXPECT_THAT(changed_since(files), ElementsAre("./w.json"));
   EXPECT_EQ(read_json("w.json")["samples"], 5);
   EXPECT_EQ(read_json("w.json")["reason"], "mean over 5 samples");
-  EXPECT_EQ(read_image("w.png").channels(), 4);
-  const Image deviation = read_image("d.tif"), probability = read_image("p.tif");
+  EXPECT_EQ(images::read_image("w.png").channels(), 4);
+  const images::Image deviation = images::read_image("d.tif"), probability = images::read_image("p.tif");
   EXPECT_THAT(deviation.values<float>(), Each(Ge(0)));
   EXPECT_GT(*std::max_element(deviation.values<float>().begin(), deviation.values<float>().end()), 1);
   for (const float value : probability.values<float>()) EXPECT_NEAR(std::remainder(value, 0.2), 0, 1e-6);

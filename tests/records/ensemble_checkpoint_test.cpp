@@ -11,7 +11,7 @@
 
 #include "ensemble_runs.hpp"
 
-namespace pulson {
+namespace pulson::records {
 namespace {
 
 using testing::AllOf;
@@ -25,7 +25,7 @@ EnsembleExample full_example() {
   example.options.antithetic = true;
   example.options.records = {0, 7, 200};
   example.options.histograms = {7, 200};
-  example.options.keep = KeepStates::kAll;
+  example.options.keep = ensemble::KeepStates::kAll;
   return example;
 }
 
@@ -45,9 +45,9 @@ TEST(EnsembleCheckpoint, IsReadBackToTheSameBits) {
     for (const int blocks : {0, 1, 2, 100}) {
       SCOPED_TRACE(example.noise + ", blocks: " + std::to_string(blocks));
       const EnsembleRun run = run_after(example, blocks);
-      const EnsembleSums back = read_ensemble_checkpoint(run, ensemble_checkpoint(run), "x");
+      const ensemble::EnsembleSums back = read_ensemble_checkpoint(run, ensemble_checkpoint(run), "x");
       expect_same_bits(back, run.sums);
-      Ensemble again = example.ensemble();
+      ensemble::Ensemble again = example.ensemble();
       again.resume(back);
       again.advance(100);
       expect_same_bits(again.sums(), example.sums());
@@ -57,7 +57,7 @@ TEST(EnsembleCheckpoint, IsReadBackToTheSameBits) {
 
 TEST(EnsembleCheckpoint, KeepsEveryFieldWhateverItIs) {
   EnsembleRun run = run_after(full_example(), 1);
-  EnsembleSums& sums = run.sums;
+  ensemble::EnsembleSums& sums = run.sums;
   sums.paths = {std::int64_t{1} << 40U, 2, 3, 4};
   sums.crossing = {5, 6, {7, 8, std::int64_t{1} << 41U}};
   sums.momentum_error = 5e-324;
@@ -94,7 +94,7 @@ TEST(EnsembleCheckpoint, OfAnotherEnsembleIsRefused) {
          run.options.records = {0, 8, 200};
        }},
       {"histograms", [](EnsembleRun& run) { run.options.histograms = {200}; }},
-      {"keep", [](EnsembleRun& run) { run.options.keep = KeepStates::kNone; }}};
+      {"keep", [](EnsembleRun& run) { run.options.keep = ensemble::KeepStates::kNone; }}};
   for (const Change& change : changes) {
     EnsembleRun other = run_after(full_example(), 0);
     EXPECT_EQ(checkpoint_error(other, bytes), "no error");
@@ -142,7 +142,7 @@ TEST(EnsembleCheckpoint, WithCountsThatAreNoneIsDamaged) {
 
 /// Reads damaged bytes as the program does, and goes on from them. @return whether that could be done
 bool goes_on(const EnsembleExample& example, const EnsembleRun& run, const std::string& bytes) {
-  Ensemble ensemble = example.ensemble();
+  ensemble::Ensemble ensemble = example.ensemble();
   try {
     ensemble.resume(read_ensemble_checkpoint(run, bytes, "x"));
   } catch (const InputError&) {
@@ -193,15 +193,15 @@ TEST(EnsembleCheckpoint, OfAnotherVersionIsRefused) {
 // Lists of other lengths than those of this ensemble: read with no check they would be written beyond their ends.
 TEST(EnsembleCheckpoint, WithListsOfOtherLengthsIsRefused) {
   const EnsembleExample example = line_example();
-  const std::vector<std::function<void(EnsembleSums&)>> damages = {
-      [](EnsembleSums& sums) { sums.moments[1].mean.conservativeResize(3); },
-      [](EnsembleSums& sums) { sums.moments[1].squares.resize(0); },
-      [](EnsembleSums& sums) { sums.moments.pop_back(); },
-      [](EnsembleSums& sums) { sums.histograms.pop_back(); },
-      [](EnsembleSums& sums) { sums.histograms[1].pop_back(); },
-      [](EnsembleSums& sums) { sums.histograms[2].clear(); },
-      [](EnsembleSums& sums) { sums.histograms[1][0].counts.clear(); },
-      [](EnsembleSums& sums) { sums.states.push_back(1); }};
+  const std::vector<std::function<void(ensemble::EnsembleSums&)>> damages = {
+      [](ensemble::EnsembleSums& sums) { sums.moments[1].mean.conservativeResize(3); },
+      [](ensemble::EnsembleSums& sums) { sums.moments[1].squares.resize(0); },
+      [](ensemble::EnsembleSums& sums) { sums.moments.pop_back(); },
+      [](ensemble::EnsembleSums& sums) { sums.histograms.pop_back(); },
+      [](ensemble::EnsembleSums& sums) { sums.histograms[1].pop_back(); },
+      [](ensemble::EnsembleSums& sums) { sums.histograms[2].clear(); },
+      [](ensemble::EnsembleSums& sums) { sums.histograms[1][0].counts.clear(); },
+      [](ensemble::EnsembleSums& sums) { sums.states.push_back(1); }};
   for (std::size_t i = 0; i < damages.size(); ++i) {
     EnsembleRun run = run_after(example, 1);
     damages[i](run.sums);
@@ -211,4 +211,4 @@ TEST(EnsembleCheckpoint, WithListsOfOtherLengthsIsRefused) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::records

@@ -14,7 +14,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::records {
 namespace {
 
 using testing::HasSubstr;
@@ -170,7 +170,7 @@ TEST(EnsembleDensitiesCsv, IntegratesToOne) {
   for (const auto& [place, integral] : integrals) EXPECT_NEAR(integral, 1, 1e-6) << place;
   std::size_t filled = 0;
   for (const std::size_t record : {1U, 2U})
-    for (const Histogram& h : run.sums.histograms[record])
+    for (const ensemble::Histogram& h : run.sums.histograms[record])
       filled += static_cast<std::size_t>(std::count_if(h.counts.begin(), h.counts.end(), [](auto n) { return n > 0; }));
   EXPECT_EQ(lines.size(), 1 + filled);
   run.densities = {100};
@@ -185,7 +185,7 @@ TEST_F(Npy, IsNumpysFormatOfVersionOne) {
   numbers[5] = std::nan("");
   for (const std::vector<std::size_t>& shape :
        std::vector<std::vector<std::size_t>>{{24}, {2, 12}, {2, 3, 4}, {1, 2, 3, 2, 2}}) {
-    write_npy("x.npy", numbers, shape);
+    formats::write_npy("x.npy", numbers, shape);
     const std::string file = contents("x.npy");
     ASSERT_GT(file.size(), 64U);
     EXPECT_EQ(file.substr(0, 8), std::string("\x93NUMPY\x01\x00", 8));
@@ -203,12 +203,12 @@ TEST_F(Npy, IsNumpysFormatOfVersionOne) {
 }
 
 TEST_F(Npy, HoldsNoNumbersToo) {
-  write_npy("none.npy", {}, {0, 4});
+  formats::write_npy("none.npy", {}, {0, 4});
   const std::string file = contents("none.npy");
   EXPECT_EQ(file.size() % 64, 0U);
   EXPECT_THAT(file, HasSubstr("(0, 4,)"));
-  EXPECT_THAT(error_of([] { write_npy("nowhere/x.npy", {}, {0}); }), HasSubstr("nowhere"));
+  EXPECT_THAT(error_of([] { formats::write_npy("nowhere/x.npy", {}, {0}); }), HasSubstr("nowhere"));
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::records

@@ -3,7 +3,7 @@
 #include "ensemble_examples.hpp"
 #include "pulson/records/records.hpp"
 
-namespace pulson {
+namespace pulson::records {
 
 /// Two landmarks on a line, with histograms at all times but the first.
 inline EnsembleExample line_example() {
@@ -26,7 +26,7 @@ inline EnsembleExample plane_example() {
 
 /// What the program makes of an example that has sampled so many blocks.
 inline EnsembleRun run_after(const EnsembleExample& example, int blocks) {
-  Ensemble ensemble = example.ensemble();
+  ensemble::Ensemble ensemble = example.ensemble();
   ensemble.advance(blocks);
   Landmarks shape;
   shape.points = example.start.q;
@@ -45,4 +45,4 @@ inline EnsembleRun run_after(const EnsembleExample& example, int blocks) {
 
 inline EnsembleRun finished_run(const EnsembleExample& example) { return run_after(example, 1000); }
 
-}  // namespace pulson
+}  // namespace pulson::records

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace pulson {
+namespace pulson::records {
 
 inline std::vector<std::string> lines_of(const std::string& text) {
   std::istringstream stream(text);
@@ -13,4 +13,4 @@ inline std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-}  // namespace pulson
+}  // namespace pulson::records

@@ -15,7 +15,7 @@
 #include "shape.hpp"
 #include "temporary_folder.hpp"
 
-namespace pulson {
+namespace pulson::records {
 namespace {
 
 using testing::AllOf;
@@ -23,7 +23,7 @@ using testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 
 // A registration in d dimensions in which nothing is trivial: noise, alignment, labels, groups.
-Registration example(int d, const std::string& noise = "ch-sd:beta=0.5,on=1/3") {
+matching::Registration example(int d, const std::string& noise = "ch-sd:beta=0.5,on=1/3") {
   Numbers numbers(static_cast<unsigned>(d));
   Landmarks source;
   source.points = numbers.landmarks(d, 4);
@@ -36,7 +36,7 @@ Registration example(int d, const std::string& noise = "ch-sd:beta=0.5,on=1/3") 
   Landmarks target = source;
   target.points = 2 * source.points + 0.3 * numbers(d, 4);
   target.source = "other.csv";
-  RegistrationOptions options = plain_options();
+  matching::RegistrationOptions options = plain_options();
   options.noise = noise;
   options.grid = {0.7, 6};
   options.lambda.reset();
@@ -46,7 +46,7 @@ Registration example(int d, const std::string& noise = "ch-sd:beta=0.5,on=1/3") 
 
 class Record : public InTemporaryFolder {
  protected:
-  static Registration reread(const Registration& registration) {
+  static matching::Registration reread(const matching::Registration& registration) {
     write("registration.json", registration_json(registration, {}));
     return read_registration("registration.json");
   }
@@ -64,8 +64,8 @@ TEST_F(Record, IsReadBackAndReplayedToTheSameBits) {
   for (int d = 1; d <= 3; ++d) {
     for (const std::string& noise : noise_specs()) {
       SCOPED_TRACE(noise + " in dimension " + std::to_string(d));
-      const Registration written = example(d, noise);
-      const Registration back = reread(written);
+      const matching::Registration written = example(d, noise);
+      const matching::Registration back = reread(written);
       const TopologyCounts counts{d == 1 ? std::optional(3) : std::nullopt, d == 2 ? std::optional(1) : std::nullopt};
       EXPECT_EQ(registration_json(back, {counts}), registration_json(written, {counts}));
       EXPECT_EQ(back.source.points, written.source.points);
@@ -90,15 +90,15 @@ TEST_F(Record, IsReadBackAndReplayedToTheSameBits) {
 // A square turned by half a turn, without noise: the path found runs into a collision, and a shot of its p0 leaves it.
 TEST_F(Record, KeepsTheStatesOfAPathThatAShotLeaves) {
   const Landmarks source = shape(Points{{1, -1, -1, 1}, {1, 1, -1, -1}});
-  RegistrationOptions options = plain_options();
+  matching::RegistrationOptions options = plain_options();
   options.kernel = "gaussian:alpha=1";
-  const Registration written = register_shapes(source, shape(-source.points), options);
+  const matching::Registration written = register_shapes(source, shape(-source.points), options);
   ASSERT_EQ(written.states.size(), 21);
   EXPECT_EQ(written.integrator, "midpoint");
   EXPECT_EQ(written.states.front().q, source.points);
   EXPECT_EQ(written.states.back().q, written.result);
   EXPECT_EQ(written.states.front().p, written.momenta);
-  const Registration back = reread(written);
+  const matching::Registration back = reread(written);
   ASSERT_EQ(back.states.size(), 21);
   const Trajectory path = replay(back);
   for (std::size_t k = 0; k < path.states.size(); ++k) {
@@ -114,7 +114,7 @@ TEST_F(Record, KeepsTheStatesOfAPathThatAShotLeaves) {
 }
 
 TEST_F(Record, HasEveryKeyOfTheInterface) {
-  const Registration fit = example(2);
+  const matching::Registration fit = example(2);
   const Json json = Json::parse(registration_json(fit, {std::nullopt, 2}));
   for (const char* key : {"kernel",     "noise",        "mode",         "integrator",       "steps",
                           "time",       "sigma",        "lambda",       "converged",        "iterations",
@@ -205,7 +205,7 @@ TEST_F(Record, WrongSizesNameFileAndKey) {
 }
 
 TEST_F(Record, AlignmentOfAnOldRecordIsRead) {
-  const Registration written = example(2);
+  const matching::Registration written = example(2);
   Json json = Json::parse(registration_json(written, {}));
   Json& alignment = json["alignment"];
   alignment["rotation"] = alignment["linear"];
@@ -253,7 +253,7 @@ TEST_F(Record, ResidualsTableHasARowForEachLandmark) {
       "landmark,label,target_x,target_y,result_x,result_y,residual_x,residual_y,distance",
       "landmark,label,target_x,target_y,target_z,result_x,result_y,result_z,residual_x,residual_y,residual_z,distance"};
   for (int d = 1; d <= 3; ++d) {
-    Registration fit = example(d);
+    matching::Registration fit = example(d);
     const std::vector<std::string> lines = lines_of(residuals_csv(fit, {}));
     ASSERT_EQ(lines.size(), 5U);
     EXPECT_EQ(lines[0], headers[static_cast<std::size_t>(d) - 1]);
@@ -276,7 +276,7 @@ TEST_F(Record, TrajectoryTableHasARowForEachStepAndLandmark) {
   const std::vector<std::string> headers = {"step,time,landmark,q_x,p_x", "step,time,landmark,q_x,q_y,p_x,p_y",
                                             "step,time,landmark,q_x,q_y,q_z,p_x,p_y,p_z"};
   for (int d = 1; d <= 3; ++d) {
-    const Registration fit = example(d);
+    const matching::Registration fit = example(d);
     const Trajectory path = replay(fit);
     const std::vector<std::string> lines = lines_of(trajectory_csv(fit, path));
     ASSERT_EQ(lines.size(), 1U + 7 * 4);
@@ -295,4 +295,4 @@ TEST_F(Record, TrajectoryTableHasARowForEachStepAndLandmark) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::records

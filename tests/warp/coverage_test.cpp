@@ -11,7 +11,7 @@
 #include "mesh_raster_examples.hpp"
 #include "warp/mesh_raster.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 TEST(MeshFolds, CountsReversedTriangles) {
@@ -75,4 +75,4 @@ TEST(Coverage, AddsUpOverBands) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::warp

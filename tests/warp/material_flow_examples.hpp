@@ -11,7 +11,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/warp/material_flow.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 /// A system and a path of its landmarks.
 struct Motion {
@@ -50,4 +50,4 @@ inline Motion random_motion(const std::string& integrator, const KernelOperator&
               std::sqrt(grid.dt()) * random_points(channels, grid.steps, 9));
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -13,7 +13,7 @@
 #include "error_of.hpp"
 #include "material_flow_examples.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 using testing::HasSubstr;
@@ -180,4 +180,4 @@ TEST(LabelSpaces, HaveNames) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -11,7 +11,7 @@
 
 #include "material_flow_examples.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 class MaterialFlowContract : public testing::TestWithParam<std::tuple<std::string, DefinedKernel, int>> {
@@ -159,4 +159,4 @@ TEST(MaterialFlow, CarriesLandmarksOverLongStepsOrRefuses) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::warp

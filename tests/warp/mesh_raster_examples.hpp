@@ -13,7 +13,7 @@
 #include "pulson/core/parallel.hpp"
 #include "warp/mesh_raster.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 inline constexpr float kFloatNaN = std::numeric_limits<float>::quiet_NaN();
 
@@ -88,4 +88,4 @@ inline std::array<float, 2> label_at(const RasterBand& band, int x, int y) {
   return band.labels[index_at(band.width, x, y)];
 }
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -19,7 +19,7 @@
 #include "mesh_raster_examples.hpp"
 #include "pulson/core/parallel.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 // ---- maps with one sheet
@@ -358,4 +358,4 @@ TEST(MeshRaster, RefusesWhatHasNoMeaning) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -13,7 +13,7 @@
 #include "mesh_raster_examples.hpp"
 #include "warp/mesh_raster.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 // Two patches of 10 columns, each with its own map of its places from (-0.5, -0.5) on, and nowhere between them.
@@ -109,4 +109,4 @@ TEST(MeshRaster, CountsSaturate) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::warp

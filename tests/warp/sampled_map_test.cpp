@@ -16,7 +16,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 // A displacement and its derivatives.
@@ -204,7 +204,7 @@ TEST(SampledMap, FlowsOfLandmarksAreWithinTolerance) {
   constexpr SampledPlane kSmall = {170, 150, -0.5};
   for (const std::string noise : {"none", "ch-sd:beta=5"}) {
     SCOPED_TRACE(noise);
-    const MaterialFlow flow = pulson::flow(noise);
+    const MaterialFlow flow = warp::flow(noise);
     const PlaneMap map = [&](const Points& points) { return flow.end_with_gradients(points); };
     for (const double tolerance : {0.5, 0.05, 0.005}) expect_within(map, kSmall, tolerance);
     EXPECT_LT(sample_map(map, kSmall, 0.05, false).exact_fraction, 0.05);
@@ -347,4 +347,4 @@ TEST(SampledMap, RefusesWrongInput) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::warp

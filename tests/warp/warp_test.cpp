@@ -13,7 +13,7 @@
 #include "kernel_definition.hpp"
 #include "pulson/warp/sampled_map.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 namespace {
 
 double twice_area(const Points& x, const std::array<int, 3>& t) {
@@ -118,4 +118,4 @@ TEST(FlippedTriangles, CountsReversedOrientation) {
 }
 
 }  // namespace
-}  // namespace pulson
+}  // namespace pulson::warp

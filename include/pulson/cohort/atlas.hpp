@@ -11,7 +11,7 @@
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/objective.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 /// No default depends on the unit of length.
 struct AtlasOptions {
@@ -36,7 +36,7 @@ struct AtlasSpecimen {
   double centroid_size = 0;  ///< of the shape as it was given
   Points momenta;            ///< p0, d×N, at the template
   Points result;             ///< q(1), d×N
-  MatchingCost cost;
+  matching::MatchingCost cost;
   double defect = 0;  ///< |q(1) + λσ²p(1) − y|, the largest, length units: the residual of the equation of the match
   bool converged = false;
 
@@ -88,4 +88,4 @@ struct Atlas {
 /// @throws InputError where shapes do not fit together or an option is wrong
 Atlas make_atlas(const std::vector<Landmarks>& shapes, const AtlasOptions& options = {});
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -4,7 +4,7 @@
 
 #include "pulson/cohort/atlas.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 /// Where the missing landmarks of a shape are, given the others.
 struct PredictedLandmarks {
@@ -65,4 +65,4 @@ std::vector<PredictedLandmarks> predict_missing(const Atlas& atlas, const std::v
 /// The quantile of Student's distribution with so many degrees of freedom: t with P(T ≤ t) = p, ½ < p < 1.
 double student_quantile(double p, double degrees);
 
-}  // namespace pulson
+}  // namespace pulson::cohort

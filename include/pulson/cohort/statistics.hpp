@@ -6,7 +6,7 @@
 
 #include "pulson/cohort/atlas.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 /// Principal components of n shapes, r of them with a variance that is not 0 within rounding.
 struct ShapeModes {
@@ -89,4 +89,4 @@ GroupComparison compare_groups(const Atlas& atlas, const std::vector<std::string
 /// The permutation number `index` of 0 … size − 1: a function of these and the seed.
 std::vector<int> random_permutation(std::uint64_t seed, std::uint64_t index, int size);
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -3,7 +3,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
-namespace pulson {
+namespace pulson::cohort {
 
 struct TransportOptions {
   int rungs = 20;
@@ -23,4 +23,4 @@ struct TransportOptions {
 Points transported(const KernelOperator& kernel, const Points& q0, const Points& along, const Points& momentum,
                    const TransportOptions& options = {});
 
-}  // namespace pulson
+}  // namespace pulson::cohort

@@ -12,7 +12,7 @@
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// A source shape and its targets, all in the coordinates of the source.
 struct Cohort {
@@ -60,15 +60,15 @@ struct FittedNumber {
 
 /// A model's match of one shape: the maximum of its posterior, and Laplace's approximation there.
 struct ShapeFit {
-  Points momenta;              ///< p0, d×N
-  Eigen::MatrixXd increments;  ///< ΔW, C×K
-  Points end;                  ///< q(T), d×N
-  Points flow_end;             ///< q(T) of the same momenta without the noise; empty where that has no path
-  MatchingCost cost;           ///< its data over the directions that the alignment leaves
-  double rms = 0;              ///< root mean square distance of q(T) to the target, a landmark
-  double log_evidence = 0;     ///< by importance sampling, or Laplace's where no samples were drawn
-  double laplace = 0;          ///< by Laplace's approximation
-  double variance = 0;         ///< of log_evidence, by the samples
+  Points momenta;               ///< p0, d×N
+  Eigen::MatrixXd increments;   ///< ΔW, C×K
+  Points end;                   ///< q(T), d×N
+  Points flow_end;              ///< q(T) of the same momenta without the noise; empty where that has no path
+  matching::MatchingCost cost;  ///< its data over the directions that the alignment leaves
+  double rms = 0;               ///< root mean square distance of q(T) to the target, a landmark
+  double log_evidence = 0;      ///< by importance sampling, or Laplace's where no samples were drawn
+  double laplace = 0;           ///< by Laplace's approximation
+  double variance = 0;          ///< of log_evidence, by the samples
   int samples = 0;
   double effective_samples = 0;
   int lost_samples = 0;  ///< those without a path, of weight 0
@@ -132,6 +132,7 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings);
 bool is_complete(const NoiseChoice& noise, const Landmarks& shape);
 
 /// The matching problem of one target of the cohort with the fitted parameters.
-MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings, int target);
+matching::MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings,
+                                        int target);
 
-}  // namespace pulson
+}  // namespace pulson::compare

@@ -10,7 +10,7 @@
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/core/estimate.hpp"
 
-namespace pulson {
+namespace pulson::compare {
 
 /// How well a model predicts one shape.
 struct ShapePrediction {
@@ -38,7 +38,8 @@ double energy_score(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outco
 double coverage(const Eigen::MatrixXd& samples, const Eigen::VectorXd& outcome, double part);
 
 /// Samples drawn from a model, with errors of observation, and aligned as the cohort's shapes are: dN×M.
-Eigen::MatrixXd aligned_samples(const Cohort& cohort, const MatchingProblem& model, int count, std::uint64_t seed);
+Eigen::MatrixXd aligned_samples(const Cohort& cohort, const matching::MatchingProblem& model, int count,
+                                std::uint64_t seed);
 
 /// Of the targets of `held`, by a model that was fitted to others.
 /// @param samples of that model, aligned onto the source of `held`
@@ -166,4 +167,4 @@ struct RecoveryRow {
 std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
                                         const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options);
 
-}  // namespace pulson
+}  // namespace pulson::compare

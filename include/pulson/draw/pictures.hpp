@@ -8,7 +8,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson {
+namespace pulson::draw {
 
 /// The files of a picture, all of one layout; one without a name is not written.
 struct PictureFiles {
@@ -107,4 +107,4 @@ OutlineKind outline_kind(const Points& points);
 /// some tenths of a second; safe to call from several threads.
 void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files);
 
-}  // namespace pulson
+}  // namespace pulson::draw

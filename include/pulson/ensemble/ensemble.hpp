@@ -12,7 +12,7 @@
 #include "pulson/core/estimate.hpp"
 #include "pulson/integrators/integrator.hpp"
 
-namespace pulson {
+namespace pulson::ensemble {
 
 /// How a sample path ended.
 enum class PathStatus {
@@ -194,4 +194,4 @@ class Ensemble {
   EnsembleSums sums_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::ensemble

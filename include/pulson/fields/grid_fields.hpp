@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson {
+namespace pulson::fields {
 
 /// The type of the numbers in a file. All are floats in memory: whole numbers beyond 2^24 are rounded to one.
 enum class GridType : std::uint8_t {
@@ -50,4 +50,4 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
 /// the file and what is wrong; nothing of the size that a header claims is allocated unless the file can hold it
 GridField read_grid_field(const std::filesystem::path& path);
 
-}  // namespace pulson
+}  // namespace pulson::fields

@@ -6,7 +6,7 @@
 #include "pulson/core/time_grid.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
-namespace pulson {
+namespace pulson::fokker_planck {
 
 /// A normal distribution on the line.
 struct NormalLaw {
@@ -110,4 +110,4 @@ PairCrossing crossing_probability(const PairEquation& pair, const PairEquationOp
 std::vector<PairCrossing> crossing_probabilities(const std::vector<PairEquation>& pairs,
                                                  const PairEquationOptions& options = {});
 
-}  // namespace pulson
+}  // namespace pulson::fokker_planck

@@ -13,7 +13,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 /// What a landmark file holds. Coordinates are as the file has them: length units, axes and their directions (in tps, y
 /// points up) are not changed. A missing coordinate is NaN.
@@ -135,4 +135,4 @@ std::string npy_bytes(std::span<const double> numbers, const std::vector<std::si
 void write_npy(const std::filesystem::path& path, std::span<const double> numbers,
                const std::vector<std::size_t>& shape);
 
-}  // namespace pulson
+}  // namespace pulson::formats

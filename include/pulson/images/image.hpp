@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pulson {
+namespace pulson::images {
 
 /// The type of a pixel's channels, and the value of full brightness or full opacity: 255, 65535 or 1.
 enum class PixelDepth : std::uint8_t { kUint8, kUint16, kFloat32 };
@@ -106,4 +106,4 @@ void write_image(const std::filesystem::path& path, const Image& image);
 /// @throws InputError that lists the extensions if not
 void check_image_extension(const std::filesystem::path& path);
 
-}  // namespace pulson
+}  // namespace pulson::images

@@ -10,7 +10,7 @@
 #include "pulson/images/image.hpp"
 #include "pulson/warp/material_flow.hpp"
 
-namespace pulson {
+namespace pulson::images {
 
 /// How the value between pixels is made: of the nearest, or of the 2×2 (linear), 4×4 (cubic, a = -3/4) or 8×8 (lanczos)
 /// nearest. Cubic and lanczos overshoot at edges. `label` is for numbers that name something, which have no mean: the
@@ -77,17 +77,17 @@ struct PixelFrame {
 class ImageWarp {
  public:
   /// Holds a reference to the flow. @throws InputError unless it is of the plane
-  ImageWarp(const MaterialFlow& flow, Alignment alignment, const PixelFrame& source, const PixelFrame& target);
+  ImageWarp(const warp::MaterialFlow& flow, Alignment alignment, const PixelFrame& source, const PixelFrame& target);
 
-  MovedPoints forward(const Points& pixels) const;
+  warp::MovedPoints forward(const Points& pixels) const;
   /// @throws InputError where the flow is not a diffeomorphism
-  MovedPoints backward(const Points& pixels) const;
+  warp::MovedPoints backward(const Points& pixels) const;
   /// Where the alignment alone takes pixels of the source, in pixels of the target.
   Points aligned(const Points& pixels) const;
   /// Places at every time of the flow, in pixels of the target.
   std::vector<Points> paths(const Points& pixels) const;
 
-  const MaterialFlow& flow() const { return flow_; }
+  const warp::MaterialFlow& flow() const { return flow_; }
   const PixelFrame& source() const { return source_; }
   const PixelFrame& target() const { return target_; }
   /// In pixels.
@@ -100,10 +100,10 @@ class ImageWarp {
   std::vector<Points> landmark_paths() const;
 
  private:
-  const MaterialFlow& flow_;
+  const warp::MaterialFlow& flow_;
   Alignment alignment_;
   PixelFrame source_;
   PixelFrame target_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::images

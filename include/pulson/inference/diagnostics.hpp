@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace pulson {
+namespace pulson::inference {
 
 /// Convergence diagnostics of Markov chains, after A. Vehtari, A. Gelman, D. Simpson, B. Carpenter and P.-C. Bürkner,
 /// "Rank-normalization, folding, and localization: an improved R-hat for assessing convergence of MCMC", Bayesian
@@ -40,4 +40,4 @@ DrawSummary summarise(const Eigen::MatrixXd& draws);
 /// R-hat above which chains have not converged (§1).
 inline constexpr double kHighRhat = 1.01;
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -7,7 +7,7 @@
 
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 struct FitOptions {
   std::vector<std::string> names;  ///< what is fitted, see fit_parameters()
@@ -55,6 +55,6 @@ struct FittedParameters {
 /// @throws InputError where the shapes do not fit together, an option is wrong, a parameter is none of these models
 /// (the message lists theirs), given twice or not positive at the start, or the evidence cannot be computed there
 FittedParameters fit_parameters(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                const RegistrationOptions& options, const FitOptions& fit);
+                                const matching::RegistrationOptions& options, const FitOptions& fit);
 
-}  // namespace pulson
+}  // namespace pulson::inference

@@ -12,7 +12,7 @@
 #include "pulson/inference/diagnostics.hpp"
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::inference {
 
 /// A parameter θ_j of the models that is sampled, with the prior log θ_j ~ N(log median, log_deviation²).
 struct ParameterPrior {
@@ -29,10 +29,10 @@ struct ParameterPrior {
 /// move no landmark by more than 0.03 σ; ε keeps them finite where K is singular to rounding, and changes
 /// the velocities K p0 of the others by a fraction ε over their eigenvalue.
 struct PosteriorProblem {
-  std::vector<MatchingProblem> specimens;   ///< at the medians; the data are landmarks
-  std::vector<Landmarks> sources, targets;  ///< aligned, of the same landmarks
-  std::vector<ParameterPrior> parameters;   ///< θ, may be empty
-  std::vector<std::string> notes;           ///< what a user should know, a line each
+  std::vector<matching::MatchingProblem> specimens;  ///< at the medians; the data are landmarks
+  std::vector<Landmarks> sources, targets;           ///< aligned, of the same landmarks
+  std::vector<ParameterPrior> parameters;            ///< θ, may be empty
+  std::vector<std::string> notes;                    ///< what a user should know, a line each
 };
 
 /// Prior deviations of log θ where none is given: `data-sigma` and `alpha` 0.25, others 0.5.
@@ -44,7 +44,8 @@ double usual_log_deviation(std::string_view name);
 /// the noise, `data-sigma` and `lambda`
 /// @throws InputError where shapes do not fit together, an option is wrong, or the data are no landmarks
 PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                        RegistrationOptions options, const std::vector<std::string>& parameters);
+                                        matching::RegistrationOptions options,
+                                        const std::vector<std::string>& parameters);
 
 /// How a chain moves in the whitened coordinates of the Gauss–Newton Gaussian.
 struct MoveKind {
@@ -157,4 +158,4 @@ RankBand rank_band(int simulations, int ranks, double level = 0.95);
 /// The probability that the counts stay within [lower, upper] at every i, for uniform ranks.
 double band_probability(const std::vector<int>& lower, const std::vector<int>& upper, int simulations);
 
-}  // namespace pulson
+}  // namespace pulson::inference

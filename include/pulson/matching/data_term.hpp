@@ -11,7 +11,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 class LandmarkTerm;
 
@@ -200,4 +200,4 @@ class CurveTerm final : public DataTerm {
   double weight_;         ///< s/σ²
 };
 
-}  // namespace pulson
+}  // namespace pulson::matching

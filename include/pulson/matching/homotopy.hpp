@@ -4,7 +4,7 @@
 
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// The match of a pair with noise of one amplitude.
 struct HomotopyStep {
@@ -36,4 +36,4 @@ std::vector<HomotopyStep>::const_iterator least_needed(const std::vector<Homotop
 /// Whether all of them match, and J hardly grows any more at the end.
 bool reaches_diffeomorphism(const std::vector<HomotopyStep>& steps);
 
-}  // namespace pulson
+}  // namespace pulson::matching

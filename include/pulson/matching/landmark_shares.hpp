@@ -4,7 +4,7 @@
 
 #include "pulson/matching/registration.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// The contribution of flow and noise to each landmark's displacement, and its share of the cost.
 struct LandmarkShares {
@@ -25,4 +25,4 @@ LandmarkShares landmark_shares(const Registration& registration);
 /// nothing moves.
 std::optional<double> noise_fraction(const Registration& registration, const LandmarkShares& shares);
 
-}  // namespace pulson
+}  // namespace pulson::matching

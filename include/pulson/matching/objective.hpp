@@ -11,7 +11,7 @@
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 class MomentumBasis;
 
@@ -196,4 +196,4 @@ LaplaceApproximation laplace(const MatchingObjective& objective, const MatchingO
 /// @throws InputError where the data are not landmarks: their term is no log of a normalised density
 double log_evidence(const MatchingObjective& objective, const MatchingObjective::Evaluation& minimum);
 
-}  // namespace pulson
+}  // namespace pulson::matching

@@ -12,7 +12,7 @@
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 
-namespace pulson {
+namespace pulson::matching {
 
 /// What is given before the width and weight of the model are fitted.
 struct DisplacementOptions {
@@ -196,4 +196,4 @@ Trajectory replay(const Registration& registration);
 /// Pairs of landmarks on a line whose order differs between the two sets. @param before, after 1×N
 int order_inversions(const Points& before, const Points& after);
 
-}  // namespace pulson
+}  // namespace pulson::matching

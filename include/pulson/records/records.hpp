@@ -11,7 +11,7 @@
 #include "pulson/matching/homotopy.hpp"
 #include "pulson/matching/landmark_shares.hpp"
 
-namespace pulson {
+namespace pulson::records {
 
 /// Counts that measure how far the result is from a diffeomorphic image of the source; none where undefined.
 struct TopologyCounts {
@@ -22,26 +22,26 @@ struct TopologyCounts {
 /// Additional facts about a registration.
 struct RegistrationFacts {
   TopologyCounts counts{};
-  LandmarkShares shares{};
-  std::optional<FittedParameters> fitted{};  ///< where parameters were fitted before
-  std::vector<HomotopyStep> homotopy{};      ///< where it was followed
+  matching::LandmarkShares shares{};
+  std::optional<inference::FittedParameters> fitted{};  ///< where parameters were fitted before
+  std::vector<matching::HomotopyStep> homotopy{};       ///< where it was followed
 };
 
 /// `registration.json`: the record of a registration, arrays as [landmark][axis] and increments as [step][channel],
 /// numbers in the fewest digits that read back to the same bits. `source` is q0, where the flow begins: the original
 /// after alignment.
-std::string registration_json(const Registration& registration, const RegistrationFacts& facts);
+std::string registration_json(const matching::Registration& registration, const RegistrationFacts& facts);
 
 /// Reads what registration_json wrote. @param own the noise models, where the record's is one of your own
 /// @throws InputError that names the file, the key and what would be right
-Registration read_registration(const std::filesystem::path& path, const NoiseTable* own = nullptr);
+matching::Registration read_registration(const std::filesystem::path& path, const NoiseTable* own = nullptr);
 
 /// `residuals.csv`: one row per landmark with result and distance; for landmark data also with target and residual; and
 /// with what there is of its shares. A number that is not there, as of a target that was not observed, is NA.
-std::string residuals_csv(const Registration& registration, const LandmarkShares& shares);
+std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares);
 
 /// `trajectory.csv`: one row per step and landmark with time, position and momentum.
-std::string trajectory_csv(const Registration& registration, const Trajectory& path);
+std::string trajectory_csv(const matching::Registration& registration, const Trajectory& path);
 
 /// An ensemble and all that it was made from.
 struct EnsembleRun {
@@ -49,9 +49,9 @@ struct EnsembleRun {
   std::string integrator;
   Landmarks shape;  ///< at q
   PhaseState start;
-  EnsembleOptions options;
+  ensemble::EnsembleOptions options;
   std::vector<int> densities;  ///< steps of those histograms that are to be written
-  EnsembleSums sums;
+  ensemble::EnsembleSums sums;
   std::string method;  ///< how paths were computed
   int threads = 1;
   double seconds = 0;
@@ -75,7 +75,7 @@ std::string ensemble_densities_csv(const EnsembleRun& run);
 std::string ensemble_checkpoint(const EnsembleRun& run);
 
 /// What ensemble_checkpoint wrote. @throws InputError if it is damaged or of another run; `name` is the file's
-EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name);
+ensemble::EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name);
 
 /// What a simulation was made of, and its sample paths.
 struct Simulation {
@@ -83,8 +83,8 @@ struct Simulation {
   std::string integrator;
   Landmarks shape;  ///< of the start
   PhaseState start;
-  SamplePathsOptions options;
-  std::vector<SamplePath> samples;
+  ensemble::SamplePathsOptions options;
+  std::vector<ensemble::SamplePath> samples;
   double seconds = 0;
 };
 
@@ -96,4 +96,4 @@ std::string simulation_json(const Simulation& simulation);
 /// count from 1, sample m being path m − 1 of brownian_increments; p is the adapted momentum.
 std::string sample_paths_csv(const Simulation& simulation, int every = 1);
 
-}  // namespace pulson
+}  // namespace pulson::records

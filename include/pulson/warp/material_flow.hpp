@@ -8,7 +8,7 @@
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 /// The basis that interpolates the displacements of landmarks between their labels, see LabelSpace.
 enum class LabelKernel {
@@ -110,4 +110,4 @@ class MaterialFlow {
   std::vector<std::vector<Points>> label_coefficients_;
 };
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -7,7 +7,7 @@
 #include "pulson/core/landmarks.hpp"
 #include "pulson/warp/material_flow.hpp"
 
-namespace pulson {
+namespace pulson::warp {
 
 /// The Delaunay triangles of points in the plane, as indices, each in positive orientation. Empty where all points lie
 /// on a line or there are fewer than three. @param points 2×N
@@ -67,4 +67,4 @@ SampledMap sample_map(const PlaneMap& map, const SampledPlane& plane, double tol
 void sample_map_by_rows(const PlaneMap& map, const SampledPlane& plane, double tolerance, bool with_jacobians,
                         const UseRows& use, int coarsest = 64);
 
-}  // namespace pulson
+}  // namespace pulson::warp

@@ -12,7 +12,7 @@
 
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 /// One line of a table, split into fields: blanks around a field and the quotes around it are taken off.
 struct CsvRecord {
@@ -212,4 +212,4 @@ bool is_one_column(const std::vector<CsvRecord>& records);
 /// One shape of a table of one column, where the d coordinates of each landmark take turns.
 LandmarkFile read_in_turn(const std::string& path, const std::vector<CsvRecord>& records, std::size_t dimension);
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

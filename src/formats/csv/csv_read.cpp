@@ -13,7 +13,7 @@
 #include "formats/formats.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 std::string field_or_empty(const CsvRecord& record, std::optional<std::size_t> column) {
@@ -21,7 +21,7 @@ std::string field_or_empty(const CsvRecord& record, std::optional<std::size_t> c
 }
 
 bool is_undefined(const CsvRecord& record, const CsvColumns& columns) {
-  const std::string field = to_lower(field_or_empty(record, columns.defined));
+  const std::string field = io::to_lower(field_or_empty(record, columns.defined));
   return field == "0" || field == "false";
 }
 
@@ -35,11 +35,11 @@ class ShapeBuilder {
     const std::string label = field_or_empty(record, columns_.label);
     const std::string group = field_or_empty(record, columns_.group);
     const std::string number = std::to_string(labels_.size() + 1);
-    CoordinatePlace place{path_, record.line, label.empty() ? number : in_quotes(label), "", 0};
-    if (!columns_.specimen.empty()) place.shape = "specimen " + in_quotes(name_);
+    io::CoordinatePlace place{path_, record.line, label.empty() ? number : io::in_quotes(label), "", 0};
+    if (!columns_.specimen.empty()) place.shape = "specimen " + io::in_quotes(name_);
     const bool is_missing = is_undefined(record, columns_);
     for (const std::size_t column : columns_.coordinates) {
-      const double value = parse_coordinate(record.fields[column], place);
+      const double value = io::parse_coordinate(record.fields[column], place);
       coordinates_.push_back(is_missing ? std::numeric_limits<double>::quiet_NaN() : value);
       ++place.axis;
     }
@@ -52,14 +52,14 @@ class ShapeBuilder {
 
   Landmarks finish() {
     Landmarks shape;
-    shape.points = points_from(coordinates_, columns_.coordinates.size());
+    shape.points = io::points_from(coordinates_, columns_.coordinates.size());
     if (columns_.are_numbered || (columns_.label && counts_from_one(labels_))) {
       shape.numbers.resize(labels_.size());
       std::iota(shape.numbers.begin(), shape.numbers.end(), 1);
     } else if (columns_.label) {
       shape.labels = std::move(labels_);
     }
-    shape.groups = unless_all_empty(std::move(groups_));
+    shape.groups = io::unless_all_empty(std::move(groups_));
     shape.name = std::move(name_);
     shape.image = std::move(image_);
     return shape;
@@ -70,11 +70,11 @@ class ShapeBuilder {
     if (label.empty()) return;
     const auto [other, is_new] = line_of_label_.try_emplace({group, label}, record.line);
     if (is_new) return;
-    fail(path_, record.line,
-         fmt::format("landmark {}{} is already on line {}; labels must differ within a shape, a column specimen "
-                     "distinguishes shapes and a column group distinguishes outlines",
-                     in_quotes(label), !columns_.specimen.empty() ? " of specimen " + in_quotes(name_) : "",
-                     other->second));
+    io::fail(path_, record.line,
+             fmt::format("landmark {}{} is already on line {}; labels must differ within a shape, a column specimen "
+                         "distinguishes shapes and a column group distinguishes outlines",
+                         io::in_quotes(label), !columns_.specimen.empty() ? " of specimen " + io::in_quotes(name_) : "",
+                         other->second));
   }
 
   const std::string& path_;
@@ -98,7 +98,7 @@ class Specimens {
     const std::string name = joined_fields(record, columns_.specimen);
     if (!columns_.specimen.empty() && name.empty()) {
       if (is_named_once_ && !names_.empty()) return names_.size() - 1;
-      fail(path_, record.line, "the specimen is empty; each line needs one");
+      io::fail(path_, record.line, "the specimen is empty; each line needs one");
     }
     const auto [entry, is_new] = places_.try_emplace(name, names_.size());
     if (is_new) names_.push_back(name);
@@ -164,7 +164,7 @@ std::optional<int> axes_in_turn(const Points& line) {
 std::vector<std::string> doubts_without_header(const std::string& path, const Landmarks& shape) {
   if (shape.dimension() == 1) {
     std::string doubt = fmt::format("{}: one column without a header, read as {} on a line (1D)", path,
-                                    counted(static_cast<std::size_t>(shape.count()), "landmark"));
+                                    io::counted(static_cast<std::size_t>(shape.count()), "landmark"));
     if (const std::optional<int> axes = axes_in_turn(shape.points))
       doubt +=
           fmt::format("; if it holds x{} in turn, use `dimension = {}`", *axes == 2 ? " and y" : ", y and z", *axes);
@@ -229,7 +229,8 @@ LandmarkFile read_table_with_header(const std::string& path, std::vector<CsvReco
 LandmarkFile read_table_without_header(const std::string& path, const std::vector<CsvRecord>& records) {
   const bool has_names = holds_named_points(records);
   if (records.size() > 1 && records.front().fields.size() > 3 && counts_lines(records, 0, 0))
-    fail(path, records.front().line, "the first column counts the lines; the table needs a header such as id,x,y,z");
+    io::fail(path, records.front().line,
+             "the first column counts the lines; the table needs a header such as id,x,y,z");
   const CsvColumns columns =
       has_names ? columns_of_named_points(records.front()) : columns_without_header(path, records.front());
   require_equal_lengths(path, records);
@@ -297,4 +298,4 @@ LandmarkFormat csv_format() {
       .write = write_csv};
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -10,7 +10,7 @@
 #include "csv_columns.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 constexpr char kAnyBlanks = ' ';
@@ -49,7 +49,7 @@ class FieldReader {
   bool next() {
     if (rest_.empty()) return false;
     rest_.remove_prefix(1);
-    if (delimiter_ == kAnyBlanks) rest_ = trim(rest_);
+    if (delimiter_ == kAnyBlanks) rest_ = io::trim(rest_);
     return true;
   }
 
@@ -63,7 +63,7 @@ class FieldReader {
   std::string take_plain() {
     const auto end = std::find_if(rest_.begin(), rest_.end(), [this](char c) { return is_delimiter(c); });
     const auto length = static_cast<std::size_t>(end - rest_.begin());
-    std::string field(trim(rest_.substr(0, length)));
+    std::string field(io::trim(rest_.substr(0, length)));
     rest_.remove_prefix(length);
     return field;
   }
@@ -74,7 +74,7 @@ class FieldReader {
       const bool is_quote = rest_[i] == '"';
       if (is_quote && !rest_.substr(i + 1).starts_with('"')) {
         rest_.remove_prefix(i + 1);
-        return std::string(trim(field));
+        return std::string(io::trim(field));
       }
       field += rest_[i];
       if (is_quote) ++i;
@@ -86,13 +86,14 @@ class FieldReader {
   char delimiter_;
 };
 
-std::vector<std::string> split_fields(const std::string& path, const TextLine& line, char delimiter) {
-  FieldReader reader(delimiter == kAnyBlanks ? trim(line.text) : line.text, delimiter);
+std::vector<std::string> split_fields(const std::string& path, const io::TextLine& line, char delimiter) {
+  FieldReader reader(delimiter == kAnyBlanks ? io::trim(line.text) : line.text, delimiter);
   std::vector<std::string> fields;
   do {
     std::optional<std::string> field = reader.take();
     if (!field)
-      fail(path, line.number, "broken quotes in " + in_quotes(line.text) + "; a field in quotes is \"like this\"");
+      io::fail(path, line.number,
+               "broken quotes in " + io::in_quotes(line.text) + "; a field in quotes is \"like this\"");
     fields.push_back(*std::move(field));
   } while (reader.next());
   return fields;
@@ -103,13 +104,13 @@ bool is_csv_comment(std::string_view content) {
   if (content.starts_with("//")) return true;
   if (!content.starts_with('#')) return false;
   const std::string_view word = content.substr(0, content.find_first_of(",;\t"));
-  return word.size() < 2 || !is_missing(trim(word));
+  return word.size() < 2 || !io::is_missing(io::trim(word));
 }
 
 /// What Excel's first line `sep=;` names.
 std::optional<char> named_delimiter(std::string_view content) {
   if (content.starts_with('"')) content.remove_prefix(1);
-  if (content.size() < 5 || to_lower(content.substr(0, 4)) != "sep=") return std::nullopt;
+  if (content.size() < 5 || io::to_lower(content.substr(0, 4)) != "sep=") return std::nullopt;
   const std::string_view rest = content.substr(5);
   const bool is_alone = rest.find_first_not_of(std::string{'"', content[4]}) == std::string_view::npos;
   return is_alone && std::string_view(",;\t|").find(content[4]) != std::string_view::npos ? std::optional(content[4])
@@ -142,8 +143,8 @@ class RecordReader {
  public:
   explicit RecordReader(const std::string& path) : path_(path) {}
 
-  void add(const TextLine& line) {
-    const std::string_view content = trim(line.text);
+  void add(const io::TextLine& line) {
+    const std::string_view content = io::trim(line.text);
     if (content.empty()) {
       next_.follows_blank_line = true;
       return;
@@ -169,7 +170,7 @@ class RecordReader {
   }
 
  private:
-  void add_record(const TextLine& line) {
+  void add_record(const io::TextLine& line) {
     CsvRecord record = std::exchange(next_, {});
     record.line = line.number;
     record.fields = split_fields(path_, line, *delimiter_);
@@ -190,7 +191,7 @@ class RecordReader {
 
   const std::string& path_;
   std::optional<char> delimiter_;
-  TextLine comment_{};
+  io::TextLine comment_{};
   CsvRecord next_{};
   std::vector<CsvRecord> records_;
 };
@@ -199,7 +200,7 @@ class RecordReader {
 
 std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text, std::size_t limit) {
   RecordReader reader(path);
-  for (const TextLine& line : split_lines(path, text)) {
+  for (const io::TextLine& line : io::split_lines(path, text)) {
     if (reader.count() >= limit) break;
     reader.add(line);
   }
@@ -257,7 +258,7 @@ bool has_decimal_commas(const std::vector<CsvRecord>& records, char delimiter, c
 
 bool commas_may_be_decimal(std::string_view text) {
   for (std::size_t i = text.find(','); i != std::string_view::npos; i = text.find(',', i + 1))
-    if (i == 0 || i + 1 == text.size() || !is_digit(text[i - 1]) || !is_digit(text[i + 1])) return false;
+    if (i == 0 || i + 1 == text.size() || !io::is_digit(text[i - 1]) || !io::is_digit(text[i + 1])) return false;
   return true;
 }
 
@@ -282,7 +283,7 @@ std::vector<CsvRecord> first_records(std::string_view text, std::size_t count) {
 void require_short_name(const std::string& path, const CsvRecord& record, const std::string& name) {
   constexpr std::size_t kLongest = 200;
   if (name.size() > kLongest)
-    fail(path, record.line, fmt::format("the name {} is longer than {} bytes", in_quotes(name), kLongest));
+    io::fail(path, record.line, fmt::format("the name {} is longer than {} bytes", io::in_quotes(name), kLongest));
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -13,7 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 bool needs_quotes(const std::string& text) {
@@ -56,7 +56,6 @@ void write_landmarks_csv(const std::filesystem::path& path, const Landmarks& sha
   write_file_atomically(path, landmarks_csv(shape));
 }
 
-namespace io {
 namespace {
 
 /// Shapes made fit for the table, one by one.
@@ -126,8 +125,8 @@ class TableShapes {
     for (const Landmarks& shape : shapes_)
       if (shape.dimension() != dimension)
         throw InputError(fmt::format("{}: {} is in {}D and {} in {}D; the shapes of a table need the same dimension",
-                                     target_.path, in_quotes(shapes_.front().name), dimension, in_quotes(shape.name),
-                                     shape.dimension()));
+                                     target_.path, io::in_quotes(shapes_.front().name), dimension,
+                                     io::in_quotes(shape.name), shape.dimension()));
   }
 
   Target target_;
@@ -169,5 +168,4 @@ WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file) {
   return {landmarks_csv(table.shapes().front()), std::move(table.losses())};
 }
 
-}  // namespace io
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -17,7 +17,7 @@
 #include "formats/shape_options.hpp"
 #include "json_reader.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 namespace {
 
@@ -36,10 +36,10 @@ class LabelmeReader {
   LandmarkFile read() {
     shape_.image = text_of(json_, "imagePath");
     for (const JsonValue& annotation : json_.at("shapes").items()) read_annotation(annotation);
-    shape_.points = points_from(coordinates_, 2);
-    shape_.labels = unless_all_empty(std::move(labels_));
+    shape_.points = io::points_from(coordinates_, 2);
+    shape_.labels = io::unless_all_empty(std::move(labels_));
     const bool all_have_groups = std::find(groups_.begin(), groups_.end(), "") == groups_.end();
-    const bool some_have_groups = !unless_all_empty(groups_).empty();
+    const bool some_have_groups = !io::unless_all_empty(groups_).empty();
     if (some_have_groups && !all_have_groups) warn("a group_id that not all points have is not used");
     if (all_have_groups) shape_.groups = std::move(groups_);
     if (take_lines_as_landmarks(shape_)) warn(taken_as_landmarks(1));
@@ -65,7 +65,7 @@ class LabelmeReader {
     } else if (points.cols() > 1 && kind == "polygon") {
       shape_.outlines.push_back(points);
     } else {
-      warn(fmt::format("the {} {} of LabelMe is not used", in_quotes(kind), in_quotes(label)));
+      warn(fmt::format("the {} {} of LabelMe is not used", io::in_quotes(kind), io::in_quotes(label)));
     }
   }
 
@@ -186,4 +186,4 @@ LandmarkFormat menpo_format() {
       .y_down = true};
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

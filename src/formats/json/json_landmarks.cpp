@@ -15,7 +15,7 @@
 #include "formats/landmark_writers.hpp"
 #include "json_reader.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 constexpr std::array<std::string_view, 10> kShapeKeys = {"name",  "points",     "labels", "groups",   "image",
@@ -35,8 +35,8 @@ std::vector<std::string> read_names(const JsonValue& object, const std::string& 
   if (!object.has(key)) return {};
   std::vector<std::string> names = object.at(key).texts();
   if (!names.empty() && names.size() != static_cast<std::size_t>(count))
-    object.at(key).fail(
-        fmt::format("has {} for {}", counted(names.size(), "item"), counted(static_cast<std::size_t>(count), "point")));
+    object.at(key).fail(fmt::format("has {} for {}", io::counted(names.size(), "item"),
+                                    io::counted(static_cast<std::size_t>(count), "point")));
   return names;
 }
 
@@ -184,7 +184,7 @@ LandmarkFile read_json(const std::string& path, std::string_view text) {
   unknown.erase("units");
   unknown.erase("axes");
   for (const std::string& key : unknown)
-    file.warnings.push_back(fmt::format("{}: the key {} is not used", path, in_quotes(key)));
+    file.warnings.push_back(fmt::format("{}: the key {} is not used", path, io::in_quotes(key)));
   return file;
 }
 
@@ -220,4 +220,4 @@ LandmarkFormat json_format() {
       .write = write_json};
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

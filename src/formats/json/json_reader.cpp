@@ -8,7 +8,7 @@
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 Json points_json(const Points& points) {
   Json rows = Json::array();
@@ -33,13 +33,7 @@ std::string one_key_a_line(const Json& json) {
   return text + "\n}\n";
 }
 
-}  // namespace pulson
-
-namespace pulson::io {
-
 namespace {
-
-using Json = nlohmann::json;
 
 /// The digits after `word`, moved out of `text` with all before them.
 std::string take_number_after(std::string_view word, std::string& text) {
@@ -86,22 +80,23 @@ std::string with_null_for_nan(std::string_view text) {
   throw InputError(fmt::format("{}:{}: column {}: not valid JSON: {}", path, line, column, text));
 }
 
-bool is_coordinates(const Json& value) {
+bool is_coordinates(const nlohmann::json& value) {
   return value.is_array() && !value.empty() && value.size() <= 3 &&
-         std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_number() || item.is_null(); });
+         std::all_of(value.begin(), value.end(),
+                     [](const nlohmann::json& item) { return item.is_number() || item.is_null(); });
 }
 
 }  // namespace
 
-Json parse_json(const std::string& path, std::string_view text) {
-  if (Json json = Json::parse(text, nullptr, false); !json.is_discarded()) return json;
+nlohmann::json parse_json(const std::string& path, std::string_view text) {
+  if (nlohmann::json json = nlohmann::json::parse(text, nullptr, false); !json.is_discarded()) return json;
   const std::string valid = with_null_for_nan(text);
   try {
-    return Json::parse(valid);
-  } catch (const Json::parse_error& error) {
+    return nlohmann::json::parse(valid);
+  } catch (const nlohmann::json::parse_error& error) {
     const bool is_infinite = error.byte > 0 && valid.find("Infinity", error.byte - 1) == error.byte - 1;
     rethrow(path, error.what(), is_infinite);
-  } catch (const Json::exception& error) {
+  } catch (const nlohmann::json::exception& error) {
     rethrow(path, error.what(), false);
   }
 }
@@ -137,7 +132,7 @@ double JsonValue::number() const {
 std::vector<std::string> JsonValue::texts() const {
   std::vector<std::string> all;
   if (!value_->is_array()) fail("is not a list of strings");
-  for (const Json& item : *value_) {
+  for (const nlohmann::json& item : *value_) {
     if (!item.is_string()) fail(fmt::format("has no string as item {}", all.size() + 1));
     all.push_back(item.get<std::string>());
   }
@@ -164,17 +159,17 @@ Eigen::VectorXd JsonValue::numbers() const {
 }
 
 Eigen::MatrixXd JsonValue::columns(Eigen::Index size, bool may_lack) const {
-  const auto is_known = [&](const Json& item) { return item.is_number() || (may_lack && item.is_null()); };
+  const auto is_known = [&](const nlohmann::json& item) { return item.is_number() || (may_lack && item.is_null()); };
   if (!value_->is_array()) fail("is not a list of lists of numbers");
   Eigen::MatrixXd matrix(size, std::ssize(*value_));
   for (Eigen::Index i = 0; i < matrix.cols(); ++i) {
-    const Json& row = (*value_)[static_cast<std::size_t>(i)];
+    const nlohmann::json& row = (*value_)[static_cast<std::size_t>(i)];
     if (!row.is_array() || !std::all_of(row.begin(), row.end(), is_known)) fail("is not a list of lists of numbers");
     if (std::ssize(row) != size)
-      fail(fmt::format("has {} in row {}; {} are needed", counted(row.size(), "number"), i + 1, size));
+      fail(fmt::format("has {} in row {}; {} are needed", io::counted(row.size(), "number"), i + 1, size));
     for (Eigen::Index c = 0; c < size; ++c) {
-      const Json& item = row[static_cast<std::size_t>(c)];
-      matrix(c, i) = item.is_null() ? kMissing : item.get<double>();
+      const nlohmann::json& item = row[static_cast<std::size_t>(c)];
+      matrix(c, i) = item.is_null() ? io::kMissing : item.get<double>();
     }
   }
   return matrix;
@@ -183,7 +178,7 @@ Eigen::MatrixXd JsonValue::columns(Eigen::Index size, bool may_lack) const {
 std::vector<JsonValue> JsonValue::items() const {
   if (!value_->is_array()) fail("is not a list");
   std::vector<JsonValue> all;
-  for (const Json& item : *value_) all.emplace_back(item, *file_, fmt::format("{}[{}]", place_, all.size()));
+  for (const nlohmann::json& item : *value_) all.emplace_back(item, *file_, fmt::format("{}[{}]", place_, all.size()));
   return all;
 }
 
@@ -197,10 +192,10 @@ Points JsonValue::points() const {
 }
 
 void JsonValue::read_point(std::size_t index, Points& points) const {
-  const Json& point = (*value_)[index];
+  const nlohmann::json& point = (*value_)[index];
   auto column = points.col(static_cast<Eigen::Index>(index));
   if (point.is_null()) {
-    column.setConstant(kMissing);
+    column.setConstant(io::kMissing);
     return;
   }
   const auto fail_here = [&](const std::string& problem) {
@@ -208,14 +203,14 @@ void JsonValue::read_point(std::size_t index, Points& points) const {
   };
   if (!is_coordinates(point)) fail_here("is not a list of 1, 2 or 3 numbers");
   if (static_cast<Eigen::Index>(point.size()) != points.rows())
-    fail_here(fmt::format("has {}; the first point has {}", counted(point.size(), "number"), points.rows()));
+    fail_here(fmt::format("has {}; the first point has {}", io::counted(point.size(), "number"), points.rows()));
   for (std::size_t axis = 0; axis < point.size(); ++axis)
-    column[static_cast<Eigen::Index>(axis)] = point[axis].is_null() ? kMissing : point[axis].get<double>();
+    column[static_cast<Eigen::Index>(axis)] = point[axis].is_null() ? io::kMissing : point[axis].get<double>();
 }
 
 void JsonValue::fail(std::string_view problem) const {
   if (place_.empty()) throw InputError(fmt::format("{}: the file {}", *file_, problem));
-  throw InputError(fmt::format("{}: {} {}", *file_, in_quotes(place_), problem));
+  throw InputError(fmt::format("{}: {} {}", *file_, io::in_quotes(place_), problem));
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

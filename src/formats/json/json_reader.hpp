@@ -11,7 +11,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 
 using Json = nlohmann::ordered_json;
 
@@ -23,10 +23,6 @@ std::string json_line(const Json& json, bool& is_changed);
 
 /// Valid JSON in which each key of the top level has a line of its own: to be read by people and compared by diff.
 std::string one_key_a_line(const Json& json);
-
-}  // namespace pulson
-
-namespace pulson::io {
 
 /// The value of a whole file, where NaN is null. @throws InputError "path:line: column n: ..." if it is no JSON
 nlohmann::json parse_json(const std::string& path, std::string_view text);
@@ -68,4 +64,4 @@ class JsonValue {
   std::string place_;
 };
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

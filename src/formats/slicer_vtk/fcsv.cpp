@@ -13,70 +13,70 @@
 #include "formats/landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 constexpr std::string_view kColumns = "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID";
 constexpr std::string_view kColumnsOfSlicer3 = "label,x,y,z,sel,vis";
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
-bool is_fcsv_comment(std::string_view line) { return trim(line).starts_with('#'); }
+bool is_fcsv_comment(std::string_view line) { return io::trim(line).starts_with('#'); }
 
 /// The fields of a line, which may be in quotes; a quote in them is doubled.
-std::vector<std::string> split_fields(const std::string& path, const TextLine& line) {
+std::vector<std::string> split_fields(const std::string& path, const io::TextLine& line) {
   std::vector<std::string> fields(1);
   bool in_quote = false;
   for (std::size_t i = 0; i < line.text.size(); ++i) {
     const char c = line.text[i];
     if (c == '"' && in_quote && i + 1 < line.text.size() && line.text[i + 1] == '"')
       fields.back() += line.text[++i];
-    else if (c == '"' && (in_quote || trim(fields.back()).empty()))
+    else if (c == '"' && (in_quote || io::trim(fields.back()).empty()))
       in_quote = !in_quote;
     else if (c == ',' && !in_quote)
       fields.emplace_back();
     else
       fields.back() += c;
   }
-  if (in_quote) fail(path, line.number, "a quotation mark is not closed");
+  if (in_quote) io::fail(path, line.number, "a quotation mark is not closed");
   return fields;
 }
 
 /// One pass over the lines of a file.
 class FcsvReader {
  public:
-  FcsvReader(const std::string& path, std::string_view text) : path_(path), lines_(split_lines(path, text)) {
+  FcsvReader(const std::string& path, std::string_view text) : path_(path), lines_(io::split_lines(path, text)) {
     file_.units = "mm";
   }
 
   LandmarkFile read() {
-    for (const TextLine& line : lines_) {
+    for (const io::TextLine& line : lines_) {
       if (is_fcsv_comment(line.text))
         read_comment(line);
-      else if (!trim(line.text).empty())
+      else if (!io::trim(line.text).empty())
         read_landmark(line);
     }
     if (!has_version_ && !has_axes_) file_.axes = "RAS";  // as Slicer takes files of its version 3
     Landmarks& shape = file_.shapes.emplace_back();
-    shape.points = points_from(coordinates_, 3);
-    shape.labels = unless_all_empty(std::move(labels_));
+    shape.points = io::points_from(coordinates_, 3);
+    shape.labels = io::unless_all_empty(std::move(labels_));
     return std::move(file_);
   }
 
  private:
-  void read_comment(const TextLine& line) {
-    std::string_view comment = trim(line.text).substr(1);
-    comment = trim(comment.substr(0, comment.find_last_not_of(", \t") + 1));  // spreadsheets add commas
+  void read_comment(const io::TextLine& line) {
+    std::string_view comment = io::trim(line.text).substr(1);
+    comment = io::trim(comment.substr(0, comment.find_last_not_of(", \t") + 1));  // spreadsheets add commas
     const std::size_t equals = comment.find('=');
     if (equals == std::string_view::npos) return;
-    const std::string key = to_lower(trim(comment.substr(0, equals)));
-    const std::string_view value = trim(comment.substr(equals + 1));
+    const std::string key = io::to_lower(io::trim(comment.substr(0, equals)));
+    const std::string_view value = io::trim(comment.substr(equals + 1));
     if (key == "markups fiducial file version") has_version_ = true;
     if (key == "coordinatesystem") read_axes(line, value);
     if (key == "columns") use_columns({line.number, value});
   }
 
-  void read_axes(const TextLine& line, std::string_view value) {
-    const std::string word = to_lower(value);
+  void read_axes(const io::TextLine& line, std::string_view value) {
+    const std::string word = io::to_lower(value);
     has_axes_ = true;
     file_.units = "mm";
     if (word == "0" || word == "ras") {
@@ -88,14 +88,14 @@ class FcsvReader {
       file_.warnings.push_back(path_ +
                                ": the coordinates are indices (IJK) of an image's voxels, with no unit of length");
     } else {
-      fail(path_, line.number,
-           fmt::format("CoordinateSystem is {}; RAS, LPS, IJK or 0, 1, 2 is expected", in_quotes(value)));
+      io::fail(path_, line.number,
+               fmt::format("CoordinateSystem is {}; RAS, LPS, IJK or 0, 1, 2 is expected", io::in_quotes(value)));
     }
   }
 
-  void use_columns(const TextLine& line) {
+  void use_columns(const io::TextLine& line) {
     std::vector<std::string> names = split_fields(path_, line);
-    for (std::string& name : names) name = to_lower(trim(name));
+    for (std::string& name : names) name = io::to_lower(io::trim(name));
     const auto place_of = [&](std::string_view name) {
       const auto found = std::find(names.begin(), names.end(), name);
       return found == names.end() ? kNoColumn : static_cast<std::size_t>(found - names.begin());
@@ -105,25 +105,25 @@ class FcsvReader {
     if (label_ == kNoColumn) label_ = place_of("name");
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (axes_[axis] == kNoColumn)
-        fail(path_, line.number, fmt::format("no column '{}' in {}", "xyz"[axis], in_quotes(line.text)));
+        io::fail(path_, line.number, fmt::format("no column '{}' in {}", "xyz"[axis], io::in_quotes(line.text)));
   }
 
-  void read_landmark(const TextLine& line) {
+  void read_landmark(const io::TextLine& line) {
     const std::vector<std::string> fields = split_fields(path_, line);
     if (axes_.empty()) use_columns({0, has_version_ || fields.size() > 6 ? kColumns : kColumnsOfSlicer3});
     const std::size_t needed = std::max({axes_[0], axes_[1], axes_[2]}) + 1;
     const std::size_t number = labels_.size() + 1;
     if (fields.size() < needed)
-      fail(path_, line.number,
-           fmt::format("landmark {} has {}; {} are needed", number, counted(fields.size(), "column"), needed));
-    labels_.push_back(label_ < fields.size() ? std::string(trim(fields[label_])) : "");
-    CoordinatePlace place{path_, line.number, std::to_string(number), "", 0};
+      io::fail(path_, line.number,
+               fmt::format("landmark {} has {}; {} are needed", number, io::counted(fields.size(), "column"), needed));
+    labels_.push_back(label_ < fields.size() ? std::string(io::trim(fields[label_])) : "");
+    io::CoordinatePlace place{path_, line.number, std::to_string(number), "", 0};
     for (; place.axis < 3; ++place.axis)
-      coordinates_.push_back(parse_coordinate(trim(fields[axes_[place.axis]]), place));
+      coordinates_.push_back(io::parse_coordinate(io::trim(fields[axes_[place.axis]]), place));
   }
 
   const std::string& path_;
-  std::vector<TextLine> lines_;
+  std::vector<io::TextLine> lines_;
   LandmarkFile file_;
   bool has_version_ = false;  // of Markups, from Slicer 4 on
   bool has_axes_ = false;
@@ -134,14 +134,14 @@ class FcsvReader {
 };
 
 std::string quoted_where_needed(const std::string& label) {
-  return label.find_first_of(",\"") == std::string::npos ? label : csv_quoted(label);
+  return label.find_first_of(",\"") == std::string::npos ? label : io::csv_quoted(label);
 }
 
 bool sniff_fcsv(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n\xEF\xBB\xBF"), text.size()));
   while (text.starts_with('#')) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
-    const std::string line = to_lower(text.substr(0, end));
+    const std::string line = io::to_lower(text.substr(0, end));
     for (const std::string_view mark : {"markups fiducial file", "fiducial list file", "coordinatesystem ="})
       if (line.find(mark) != std::string::npos) return true;
     text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n", end), text.size()));
@@ -160,7 +160,7 @@ WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file) {
   WrittenLandmarks written;
   written.losses = losses_of(target, file, {.labels = true, .units = true, .axes = knows_axes});
   if (!knows_units)
-    written.losses.push_back(cannot_hold(target, "the units " + in_quotes(file.units)) +
+    written.losses.push_back(cannot_hold(target, "the units " + io::in_quotes(file.units)) +
                              "; the numbers will be read as mm");
   const Points points = points_in_space(target, shape, written.losses);
   written.text = fmt::format("# Markups fiducial file version = 4.11\n# CoordinateSystem = {}\n# columns = {}\n",
@@ -189,4 +189,4 @@ LandmarkFormat fcsv_format() {
           .write = write_fcsv};
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -17,7 +17,7 @@
 #include "pulson/core/name_table.hpp"
 #include "vtk_numbers.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 namespace {
 
@@ -48,20 +48,21 @@ class VtkReader {
   void read_header() {
     const std::string_view first = cursor_.take_line();
     if (!first.starts_with(kVtkMagic))
-      cursor_.fail_here(fmt::format("the file begins with {}; {} is expected", in_quotes(first), in_quotes(kVtkMagic)));
-    const std::string_view version = trim(first.substr(kVtkMagic.size()));
-    const double number = is_number(version) ? parse_number(version, "") : 0;
+      cursor_.fail_here(
+          fmt::format("the file begins with {}; {} is expected", io::in_quotes(first), io::in_quotes(kVtkMagic)));
+    const std::string_view version = io::trim(first.substr(kVtkMagic.size()));
+    const double number = io::is_number(version) ? parse_number(version, "") : 0;
     if (!(number >= 1 && number < 5.2))
-      cursor_.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", in_quotes(version)));
+      cursor_.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", io::in_quotes(version)));
     read_title(cursor_.take_line());
-    const std::string_view encoding = trim(cursor_.take_line());
-    const bool is_binary = to_lower(encoding) == "binary";
-    if (!is_binary && to_lower(encoding) != "ascii")
-      cursor_.fail_here(in_quotes(encoding) + " where ASCII or BINARY is expected");
-    if (to_lower(cursor_.take_word()) != "dataset") cursor_.fail_here("a line DATASET POLYDATA is needed here");
+    const std::string_view encoding = io::trim(cursor_.take_line());
+    const bool is_binary = io::to_lower(encoding) == "binary";
+    if (!is_binary && io::to_lower(encoding) != "ascii")
+      cursor_.fail_here(io::in_quotes(encoding) + " where ASCII or BINARY is expected");
+    if (io::to_lower(cursor_.take_word()) != "dataset") cursor_.fail_here("a line DATASET POLYDATA is needed here");
     const std::string_view kind = cursor_.take_word();
-    if (to_lower(kind) != "polydata")
-      cursor_.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", in_quotes(kind)));
+    if (io::to_lower(kind) != "polydata")
+      cursor_.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", io::in_quotes(kind)));
     cursor_.is_binary = is_binary;
   }
 
@@ -74,7 +75,7 @@ class VtkReader {
   /// @return false at the end
   bool read_section() {
     const std::string_view word = cursor_.take_word();
-    const std::string keyword = to_lower(word);
+    const std::string keyword = io::to_lower(word);
     if (keyword.empty()) return false;
     if (keyword == "points")
       read_points(word);
@@ -87,7 +88,7 @@ class VtkReader {
     else if (keyword == "point_data" || keyword == "cell_data")
       at_attributes_ = true;  // they end the file
     else
-      cursor_.fail_here(in_quotes(word) +
+      cursor_.fail_here(io::in_quotes(word) +
                         " where a section is expected: POINTS, VERTICES, LINES, POLYGONS, TRIANGLE_STRIPS, FIELD, "
                         "METADATA, POINT_DATA or CELL_DATA");
     return true;
@@ -102,7 +103,7 @@ class VtkReader {
     block.text = fmt::format("{} {} {}", keyword, count, type.name);
     begin_vtk_numbers(cursor_, block, type, count, 3);
     points_.resize(3, static_cast<Eigen::Index>(count));
-    CoordinatePlace place{cursor_.path(), 0, "", in_quotes(block.text), 0};
+    io::CoordinatePlace place{cursor_.path(), 0, "", io::in_quotes(block.text), 0};
     for (std::size_t i = 0; i < 3 * count; ++i) {
       place.axis = i % 3;
       if (place.axis == 0) place.landmark = std::to_string(i / 3 + 1);
@@ -112,12 +113,12 @@ class VtkReader {
     }
   }
 
-  double text_coordinate(std::string_view word, CoordinatePlace& place) const {
+  double text_coordinate(std::string_view word, io::CoordinatePlace& place) const {
     place.line = cursor_.place().line;
-    return parse_coordinate(word, place);
+    return io::parse_coordinate(word, place);
   }
 
-  double binary_coordinate(const VtkType& type, const CoordinatePlace& place) {
+  double binary_coordinate(const VtkType& type, const io::CoordinatePlace& place) {
     const VtkPlace here = cursor_.here();
     const double value = type.number(cursor_.take_bytes(type.size));
     if (std::isinf(value))
@@ -133,7 +134,7 @@ class VtkReader {
     for (std::size_t skipped = 0; skipped < arrays;) {
       const std::string_view name = cursor_.take_word();
       if (name.empty()) cursor_.fail_here("the file ends within FIELD");
-      if (to_lower(name) == "metadata") {
+      if (io::to_lower(name) == "metadata") {
         skip_metadata();
       } else {
         if (name != "NULL_ARRAY") skip_array(name);
@@ -147,7 +148,8 @@ class VtkReader {
     VtkBlock block{cursor_.place(), ""};
     const std::size_t components = take_vtk_count(cursor_, name);
     const std::size_t tuples = take_vtk_count(cursor_, name);
-    if (components == 0) cursor_.fail_at(block.place, fmt::format("the field {} has no components", in_quotes(name)));
+    if (components == 0)
+      cursor_.fail_at(block.place, fmt::format("the field {} has no components", io::in_quotes(name)));
     if (cursor_.is_next("string")) return skip_vtk_strings(cursor_, name, tuples, components);
     const VtkType& type = take_vtk_type(cursor_, name);
     block.text = fmt::format("{} {} {} {}", name, components, tuples, type.name);
@@ -160,7 +162,7 @@ class VtkReader {
   /// Lines to an empty one.
   void skip_metadata() {
     cursor_.take_line();
-    while (cursor_.left() > 0 && !trim(cursor_.take_line()).empty()) {
+    while (cursor_.left() > 0 && !io::trim(cursor_.take_line()).empty()) {
     }
   }
 
@@ -194,7 +196,7 @@ class VtkReader {
   std::vector<VtkCells> sections_;
 };
 
-bool sniff_vtk(std::string_view text) { return without_byte_order_mark(text).starts_with(kVtkMagic); }
+bool sniff_vtk(std::string_view text) { return io::without_byte_order_mark(text).starts_with(kVtkMagic); }
 
 LandmarkFile read_vtk(const std::string& path, std::string_view text) { return VtkReader(path, text).read(); }
 
@@ -292,4 +294,4 @@ LandmarkFormat vtk_format() {
           .holds_bytes = true};
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

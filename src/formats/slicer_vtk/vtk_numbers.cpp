@@ -13,7 +13,7 @@
 
 #include "pulson/core/errors.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 namespace {
 
@@ -64,8 +64,8 @@ bool parse_whole(std::string_view word, Whole& value) {
 VtkId parse_id(const VtkCursor& cursor, std::string_view word, const VtkBlock& block) {
   VtkId id = 0;
   if (!parse_whole(word, id))
-    cursor.fail_here(
-        fmt::format("{} is among the numbers of {}; a whole number is needed", in_quotes(word), in_quotes(block.text)));
+    cursor.fail_here(fmt::format("{} is among the numbers of {}; a whole number is needed", io::in_quotes(word),
+                                 io::in_quotes(block.text)));
   return id;
 }
 
@@ -74,8 +74,8 @@ void skip_binary_string(VtkCursor& cursor, std::string_view name) {
   const VtkPlace place = cursor.here();
   const auto fail_if_longer = [&](std::uint64_t size) {
     if (size > cursor.left())
-      cursor.fail_at(place, fmt::format("a string of {} takes {}; the file has {} more", in_quotes(name),
-                                        counted(size, "byte"), cursor.left()));
+      cursor.fail_at(place, fmt::format("a string of {} takes {}; the file has {} more", io::in_quotes(name),
+                                        io::counted(size, "byte"), cursor.left()));
   };
   std::uint64_t length = static_cast<unsigned char>(*cursor.take_bytes(1));
   const std::uint64_t others = (std::uint64_t{8} >> (length >> 6U)) - 1;
@@ -114,11 +114,11 @@ const char* VtkCursor::take_bytes(std::size_t count) { return text_.data() + std
 
 bool VtkCursor::is_next(std::string_view word) const {
   const std::size_t begin = std::min(text_.find_first_not_of(kSpaces, at_), text_.size());
-  return to_lower(text_.substr(begin, word.size())) == word;
+  return io::to_lower(text_.substr(begin, word.size())) == word;
 }
 
 void VtkCursor::fail_at(VtkPlace place, const std::string& message) const {
-  if (!is_binary) fail(path_, place.line, message);
+  if (!is_binary) io::fail(path_, place.line, message);
   throw InputError(fmt::format("{}: byte {}: {}", path_, place.byte, message));
 }
 
@@ -126,17 +126,20 @@ std::size_t take_vtk_count(VtkCursor& cursor, std::string_view of) {
   const std::string_view word = cursor.take_word();
   std::size_t count = 0;
   if (!parse_whole(word, count))
-    cursor.fail_here(fmt::format("{} is followed by {}; a whole number, not negative, is needed", of, in_quotes(word)));
+    cursor.fail_here(
+        fmt::format("{} is followed by {}; a whole number, not negative, is needed", of, io::in_quotes(word)));
   return count;
 }
 
 const VtkType& take_vtk_type(VtkCursor& cursor, std::string_view of) {
   const std::string_view word = cursor.take_word();
-  const auto* const type = std::find_if(kVtkTypes.begin(), kVtkTypes.end(),
-                                        [name = to_lower(word)](const VtkType& known) { return known.name == name; });
+  const auto* const type =
+      std::find_if(kVtkTypes.begin(), kVtkTypes.end(),
+                   [name = io::to_lower(word)](const VtkType& known) { return known.name == name; });
   if (type == kVtkTypes.end())
-    cursor.fail_here(fmt::format(
-        "the numbers of {} have the type {}; float, double or a type of whole numbers is needed", of, in_quotes(word)));
+    cursor.fail_here(
+        fmt::format("the numbers of {} have the type {}; float, double or a type of whole numbers is needed", of,
+                    io::in_quotes(word)));
   return *type;
 }
 
@@ -147,15 +150,15 @@ void begin_vtk_numbers(VtkCursor& cursor, const VtkBlock& block, const VtkType& 
   const std::size_t most = cursor.is_binary ? cursor.left() / type.size : (cursor.left() + 1) / 2;
   if (count <= most / each) return;
   cursor.fail_at(block.place,
-                 fmt::format("{} needs {} numbers{}; the file has {} more", in_quotes(block.text), count,
-                             each == 1 ? "" : fmt::format(" times {}", each), counted(cursor.left(), "byte")));
+                 fmt::format("{} needs {} numbers{}; the file has {} more", io::in_quotes(block.text), count,
+                             each == 1 ? "" : fmt::format(" times {}", each), io::counted(cursor.left(), "byte")));
 }
 
 std::string_view take_vtk_number(VtkCursor& cursor, const VtkBlock& block, std::size_t count, std::size_t taken) {
   const std::string_view word = cursor.take_word();
   if (word.empty())
-    cursor.fail_at(block.place, fmt::format("{} needs {}; the file ends after {}", in_quotes(block.text),
-                                            counted(count, "number"), taken));
+    cursor.fail_at(block.place, fmt::format("{} needs {}; the file ends after {}", io::in_quotes(block.text),
+                                            io::counted(count, "number"), taken));
   return word;
 }
 
@@ -166,7 +169,7 @@ void skip_vtk_strings(VtkCursor& cursor, std::string_view name, std::size_t coun
     for (std::size_t e = 0; e < each; ++e) {
       if (cursor.left() == 0) {
         if (!cursor.is_binary) return;
-        cursor.fail_at(place, fmt::format("the file ends within the strings of {}", in_quotes(name)));
+        cursor.fail_at(place, fmt::format("the file ends within the strings of {}", io::in_quotes(name)));
       }
       if (cursor.is_binary)
         skip_binary_string(cursor, name);
@@ -176,7 +179,7 @@ void skip_vtk_strings(VtkCursor& cursor, std::string_view name, std::size_t coun
 }
 
 std::vector<VtkId> take_vtk_ids(VtkCursor& cursor, const VtkBlock& block, const VtkType& type, std::size_t count) {
-  if (!type.is_whole) cursor.fail_at(block.place, in_quotes(block.text) + " needs a type of whole numbers");
+  if (!type.is_whole) cursor.fail_at(block.place, io::in_quotes(block.text) + " needs a type of whole numbers");
   begin_vtk_numbers(cursor, block, type, count, 1);
   std::vector<VtkId> ids(count);
   for (std::size_t i = 0; i < count; ++i)
@@ -190,7 +193,7 @@ namespace {
 /// `count point point ...` of each cell, `size` numbers in all: to version 4.2.
 void take_counted(VtkCursor& cursor, VtkCells& cells, std::size_t count, std::size_t size) {
   const std::vector<VtkId> numbers = take_vtk_ids(cursor, cells.section, vtk_int(), size);
-  const std::string title = in_quotes(cells.section.text);
+  const std::string title = io::in_quotes(cells.section.text);
   std::size_t next = 0;
   cells.begins = {0};
   for (std::size_t c = 0; c < count; ++c) {
@@ -209,7 +212,8 @@ void take_counted(VtkCursor& cursor, VtkCells& cells, std::size_t count, std::si
 std::vector<VtkId> take_named(VtkCursor& cursor, std::string_view name, std::size_t count) {
   const std::string_view word = cursor.take_word();
   const VtkPlace place = cursor.place();
-  if (to_lower(word) != to_lower(name)) cursor.fail_here(fmt::format("{} where {} is expected", in_quotes(word), name));
+  if (io::to_lower(word) != io::to_lower(name))
+    cursor.fail_here(fmt::format("{} where {} is expected", io::in_quotes(word), name));
   const VtkType& type = take_vtk_type(cursor, name);
   return take_vtk_ids(cursor, {place, fmt::format("{} {}", name, type.name)}, type, count);
 }
@@ -221,8 +225,8 @@ void take_with_offsets(VtkCursor& cursor, VtkCells& cells, std::size_t begins, s
   if (cells.begins.empty()) cells.begins = {0};
   if (cells.begins.front() != 0 || cells.begins.back() != std::ssize(cells.points) ||
       !std::is_sorted(cells.begins.begin(), cells.begins.end()))
-    cursor.fail_at(cells.section.place,
-                   fmt::format("the offsets of {} do not rise from 0 to {}", in_quotes(cells.section.text), points));
+    cursor.fail_at(cells.section.place, fmt::format("the offsets of {} do not rise from 0 to {}",
+                                                    io::in_quotes(cells.section.text), points));
 }
 
 bool joins_points(const VtkCells& cells) { return cells.are_lines() || cells.keyword == "polygons"; }
@@ -246,7 +250,7 @@ class PointSets {
 }  // namespace
 
 VtkCells take_vtk_cells(VtkCursor& cursor, std::string_view keyword) {
-  VtkCells cells{{cursor.place(), ""}, to_lower(keyword)};
+  VtkCells cells{{cursor.place(), ""}, io::to_lower(keyword)};
   const std::size_t first = take_vtk_count(cursor, keyword);
   const std::size_t second = take_vtk_count(cursor, keyword);
   cells.section.text = fmt::format("{} {} {}", keyword, first, second);
@@ -264,8 +268,8 @@ void check_vtk_points(const VtkCursor& cursor, const VtkCells& cells, std::size_
   if (outside == cells.points.end()) return;
   const auto after = std::upper_bound(cells.begins.begin(), cells.begins.end(), outside - cells.points.begin());
   cursor.fail_at(cells.section.place, fmt::format("cell {} of {} has the point {}; there are {}, counted from 0",
-                                                  after - cells.begins.begin() - 1, in_quotes(cells.section.text),
-                                                  *outside, counted(count, "point")));
+                                                  after - cells.begins.begin() - 1, io::in_quotes(cells.section.text),
+                                                  *outside, io::counted(count, "point")));
 }
 
 std::vector<std::size_t> vtk_pieces(const std::vector<VtkCells>& sections, std::size_t count) {
@@ -297,4 +301,4 @@ bool vtk_lines_follow_points(const std::vector<VtkCells>& sections, const std::v
   return follow;
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -9,7 +9,7 @@
 
 #include "core/text.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 /// The index of a point in its file, from 0.
 using VtkId = std::int64_t;
@@ -36,7 +36,7 @@ struct VtkPlace {
 class VtkCursor {
  public:
   VtkCursor(const std::string& path, std::string_view text)
-      : path_(path), text_(text), at_(text.size() - without_byte_order_mark(text).size()) {}
+      : path_(path), text_(text), at_(text.size() - io::without_byte_order_mark(text).size()) {}
 
   bool is_binary = false;
 
@@ -130,4 +130,4 @@ std::vector<std::size_t> vtk_pieces(const std::vector<VtkCells>& sections, std::
 /// Whether each line joins neighbours in the order of its piece's points, or the last and the first.
 bool vtk_lines_follow_points(const std::vector<VtkCells>& sections, const std::vector<std::size_t>& pieces);
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -12,7 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "surface_files.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 struct PlyProperty {
@@ -39,9 +39,9 @@ PlyHead read_head(const std::string& path, std::string_view text) {
   PlyHead head;
   std::string_view rest = text;
   const char line_end = '\n';
-  if (trim(take_line(rest, line_end)) != "ply") refuse(path, "it does not begin with the line 'ply'");
+  if (io::trim(io::take_line(rest, line_end)) != "ply") refuse(path, "it does not begin with the line 'ply'");
   while (!rest.empty()) {
-    const std::vector<std::string_view> words = split_words(take_line(rest, line_end));
+    const std::vector<std::string_view> words = io::split_words(io::take_line(rest, line_end));
     if (words.empty()) continue;
     if (words[0] == "end_header") {
       head.end = text.size() - rest.size();
@@ -49,8 +49,8 @@ PlyHead read_head(const std::string& path, std::string_view text) {
     }
     if (words[0] == "format" && words.size() > 1) head.format = words[1];
     if (words[0] == "element" && words.size() == 3) {
-      if (words[2].size() > 9 || !std::all_of(words[2].begin(), words[2].end(), is_digit))
-        refuse(path, fmt::format("the number of its elements is {}", in_quotes(words[2])));
+      if (words[2].size() > 9 || !std::all_of(words[2].begin(), words[2].end(), io::is_digit))
+        refuse(path, fmt::format("the number of its elements is {}", io::in_quotes(words[2])));
       head.elements.push_back({std::string(words[1]), std::stoul(std::string(words[2])), {}});
     }
     if (words[0] != "property") continue;
@@ -82,7 +82,7 @@ class PlyValues {
     const bool is_big = format == "binary_big_endian";
     if (!is_big && format != "ascii" && format != "binary_little_endian")
       refuse(path_, fmt::format("its format is {}; ascii, binary_little_endian and binary_big_endian are read",
-                                in_quotes(format)));
+                                io::in_quotes(format)));
     return is_big == (std::endian::native == std::endian::little);
   }
 
@@ -92,7 +92,7 @@ class PlyValues {
     const std::string_view word = rest_.substr(0, rest_.find_first_of(kBlanks));
     rest_.remove_prefix(word.size());
     if (word.empty()) refuse(path_, "it ends before its last element");
-    if (!is_number(word)) refuse(path_, fmt::format("{} is not a number", in_quotes(word)));
+    if (!io::is_number(word)) refuse(path_, fmt::format("{} is not a number", io::in_quotes(word)));
     return std::strtod(std::string(word).c_str(), nullptr);
   }
 
@@ -117,7 +117,7 @@ class PlyValues {
       rest_.remove_prefix(kind.size);
       return kind.convert(bytes);
     }
-    refuse(path_, fmt::format("a property is of the unknown type {}", in_quotes(type)));
+    refuse(path_, fmt::format("a property is of the unknown type {}", io::in_quotes(type)));
   }
 
   const std::string& path_;
@@ -129,13 +129,14 @@ class PlyValues {
 void read_vertices(const PlyElement& element, PlyValues& values, std::size_t most, Surface& surface,
                    const std::string& path) {
   if (element.count > most) refuse(path, "it ends before its last vertex");
-  surface.vertices.points.setConstant(3, static_cast<Eigen::Index>(element.count), kMissing);
+  surface.vertices.points.setConstant(3, static_cast<Eigen::Index>(element.count), io::kMissing);
   for (Eigen::Index i = 0; i < surface.vertices.points.cols(); ++i)
     for (const PlyProperty& property : element.properties) {
       const double length = property.length.empty() ? 1 : values.take(property.length);
       for (int k = 0; k < length; ++k) {
         const double value = values.take(property.type);
-        const std::size_t axis = property.name.size() == 1 ? kAxisLetters.find(property.name) : std::string_view::npos;
+        const std::size_t axis =
+            property.name.size() == 1 ? io::kAxisLetters.find(property.name) : std::string_view::npos;
         if (axis != std::string_view::npos) surface.vertices.points(static_cast<Eigen::Index>(axis), i) = value;
       }
     }
@@ -173,4 +174,4 @@ Surface read_ply(const std::string& path, std::string_view text) {
   return surface;
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -12,7 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "surface_files.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 // Corners at the same position are one vertex.
@@ -32,7 +32,7 @@ class SharedCorners {
 
   Surface surface() const {
     Surface surface;
-    surface.vertices.points = points_from(coordinates_, 3);
+    surface.vertices.points = io::points_from(coordinates_, 3);
     for (std::size_t i = 0; i + 2 < corners_.size(); i += 3)
       surface.triangles.push_back({corners_[i], corners_[i + 1], corners_[i + 2]});
     return surface;
@@ -45,12 +45,12 @@ class SharedCorners {
 };
 
 // Three numbers behind the first word.
-std::array<double, 3> place_of(const std::string& path, const TextLine& line,
+std::array<double, 3> place_of(const std::string& path, const io::TextLine& line,
                                const std::vector<std::string_view>& words) {
-  if (words.size() < 4) fail(path, line.number, "a vertex has three coordinates");
+  if (words.size() < 4) io::fail(path, line.number, "a vertex has three coordinates");
   std::array<double, 3> place{};
   for (std::size_t axis = 0; axis < 3; ++axis)
-    place.at(axis) = parse_coordinate(words[axis + 1], {path, line.number, "a vertex", "", axis});
+    place.at(axis) = io::parse_coordinate(words[axis + 1], {path, line.number, "a vertex", "", axis});
   return place;
 }
 
@@ -83,8 +83,8 @@ Surface read_stl(const std::string& path, std::string_view text) {
     throw InputError(path + ": it is neither text that begins with 'solid' nor of the length that its number of " +
                      "triangles asks for");
   SharedCorners corners;
-  for (const TextLine& line : split_lines(path, text))
-    if (const auto words = split_words(line.text); !words.empty() && words[0] == "vertex")
+  for (const io::TextLine& line : io::split_lines(path, text))
+    if (const auto words = io::split_words(line.text); !words.empty() && words[0] == "vertex")
       corners.add(place_of(path, line, words));
   return corners.surface();
 }
@@ -92,8 +92,8 @@ Surface read_stl(const std::string& path, std::string_view text) {
 Surface read_obj(const std::string& path, std::string_view text) {
   Surface surface;
   std::vector<double> coordinates;
-  for (const TextLine& line : split_lines(path, text)) {
-    const std::vector<std::string_view> words = split_words(line.text);
+  for (const io::TextLine& line : io::split_lines(path, text)) {
+    const std::vector<std::string_view> words = io::split_words(line.text);
     if (words.empty()) continue;
     if (words[0] == "v") {
       const auto place = place_of(path, line, words);
@@ -104,15 +104,16 @@ Surface read_obj(const std::string& path, std::string_view text) {
     for (std::size_t i = 1; i < words.size(); ++i) {
       // vertex/texture/normal; from 1, or from the last backwards
       const std::string number(words[i].substr(0, words[i].find('/')));
-      if (!is_number(number)) fail(path, line.number, fmt::format("{} is not a vertex", in_quotes(words[i])));
+      if (!io::is_number(number))
+        io::fail(path, line.number, fmt::format("{} is not a vertex", io::in_quotes(words[i])));
       const double corner = std::strtod(number.c_str(), nullptr), count = static_cast<double>(coordinates.size()) / 3;
       const double index = corner < 0 ? count + corner : corner - 1;
       corners.push_back(index >= 0 && index < count ? static_cast<int>(index) : -1);
     }
     add_polygon(surface, corners);
   }
-  surface.vertices.points = points_from(coordinates, 3);
+  surface.vertices.points = io::points_from(coordinates, 3);
   return surface;
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -11,14 +11,14 @@
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 using Reader = Surface (*)(const std::string&, std::string_view);
 const std::map<std::string, Reader, std::less<>> kSurfaceReaders = {
     {".obj", read_obj}, {".ply", read_ply}, {".stl", read_stl}};
 
-std::string extension_of(const std::filesystem::path& file) { return to_lower(file.extension().string()); }
+std::string extension_of(const std::filesystem::path& file) { return io::to_lower(file.extension().string()); }
 
 std::string whole_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -116,4 +116,4 @@ void add_polygon(Surface& surface, const std::vector<int>& corners) {
     surface.triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

@@ -8,7 +8,7 @@
 
 #include "pulson/core/landmarks.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 
 /// A surface in space.
 struct Surface {
@@ -38,4 +38,4 @@ Surface read_obj(const std::string& path, std::string_view text);
 /// Adds the triangles of a polygon: a fan from its first corner.
 void add_polygon(Surface& surface, const std::vector<int>& corners);
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

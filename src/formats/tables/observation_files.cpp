@@ -9,20 +9,20 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
-namespace pulson {
+namespace pulson::formats {
 namespace {
 
 // The rows of a table but its header, one for each landmark.
-std::vector<io::CsvRecord> read_rows(const std::string& path, int count) {
-  std::vector<io::CsvRecord> rows = io::csv_records(path, io::read_text_file(path));
-  if (!rows.empty() && io::is_header(rows.front())) rows.erase(rows.begin());
+std::vector<CsvRecord> read_rows(const std::string& path, int count) {
+  std::vector<CsvRecord> rows = csv_records(path, io::read_text_file(path));
+  if (!rows.empty() && is_header(rows.front())) rows.erase(rows.begin());
   if (std::ssize(rows) != count)
     throw InputError(fmt::format("{} has {} of numbers; each of the {} landmarks needs one", path,
                                  io::counted(rows.size(), "row"), count));
   return rows;
 }
 
-Eigen::VectorXd numbers_of(const std::string& path, const io::CsvRecord& row) {
+Eigen::VectorXd numbers_of(const std::string& path, const CsvRecord& row) {
   Eigen::VectorXd numbers(std::ssize(row.fields));
   for (std::size_t i = 0; i < row.fields.size(); ++i) {
     const std::string& field = row.fields[i];
@@ -41,7 +41,7 @@ Eigen::MatrixXd symmetric_matrix(const Eigen::VectorXd& upper_triangle, Eigen::I
   return matrix;
 }
 
-Eigen::MatrixXd covariance_of(const std::string& path, const io::CsvRecord& row, Eigen::Index d) {
+Eigen::MatrixXd covariance_of(const std::string& path, const CsvRecord& row, Eigen::Index d) {
   const Eigen::VectorXd numbers = numbers_of(path, row);
   if (numbers.size() == 1) return numbers[0] * Eigen::MatrixXd::Identity(d, d);
   if (numbers.size() == d) return numbers.asDiagonal();
@@ -58,7 +58,7 @@ Eigen::MatrixXd covariance_of(const std::string& path, const io::CsvRecord& row,
 Eigen::VectorXd read_weights(const std::filesystem::path& path, int count) {
   const std::string name = path.string();
   std::vector<double> weights;
-  for (const io::CsvRecord& row : read_rows(name, count)) {
+  for (const CsvRecord& row : read_rows(name, count)) {
     const Eigen::VectorXd numbers = numbers_of(name, row);
     if (numbers.size() != 1)
       io::fail(name, row.line, io::counted(row.fields.size(), "number") + "; a row holds one weight");
@@ -71,7 +71,7 @@ Eigen::VectorXd read_weights(const std::filesystem::path& path, int count) {
 std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, int count, int dimension) {
   const std::string name = path.string();
   std::vector<Eigen::MatrixXd> covariances;
-  for (const io::CsvRecord& row : read_rows(name, count)) {
+  for (const CsvRecord& row : read_rows(name, count)) {
     covariances.push_back(covariance_of(name, row, dimension));
     if (!is_covariance(covariances.back()))
       io::fail(name, row.line, "the covariance is not symmetric and positive definite");
@@ -79,4 +79,4 @@ std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path,
   return covariances;
 }
 
-}  // namespace pulson
+}  // namespace pulson::formats

@@ -15,7 +15,7 @@
 #include "formats/formats.hpp"
 #include "text_lines.hpp"
 
-namespace pulson::io {
+namespace pulson::formats {
 namespace {
 
 struct Tag {
@@ -44,8 +44,8 @@ std::string without_references(std::string_view text) {
 /// Takes the tags of a file from its front; text between them is left out, but for what `text` returns.
 class Tags {
  public:
-  Tags(const std::string& path, std::string_view text) : path_(path), left_(without_byte_order_mark(text)) {
-    line_end_ = line_end_of(text);
+  Tags(const std::string& path, std::string_view text) : path_(path), left_(io::without_byte_order_mark(text)) {
+    line_end_ = io::line_end_of(text);
   }
 
   /// The next tag; nothing at the end.
@@ -85,7 +85,7 @@ class Tags {
 
   void skip_past(std::string_view end, std::string_view what) {
     const std::size_t found = left_.find(end);
-    if (found == std::string_view::npos) fail(path_, line_, fmt::format("{} has no '{}'", what, end));
+    if (found == std::string_view::npos) io::fail(path_, line_, fmt::format("{} has no '{}'", what, end));
     skip(found + end.size());
   }
 
@@ -124,10 +124,11 @@ class Tags {
   }
 
   [[noreturn]] void fail_attribute(const Tag& tag) const {
-    if (left_.empty()) fail(path_, line_, fmt::format("the tag <{}> has no '>'", as_one_line(tag.name)));
+    if (left_.empty()) io::fail(path_, line_, fmt::format("the tag <{}> has no '>'", io::as_one_line(tag.name)));
     const std::string_view shown = left_.substr(0, std::min(left_.find_first_of("\r\n"), left_.size()));
-    fail(path_, line_,
-         fmt::format("{} in the tag <{}>; name='value' is expected", in_quotes(shown), as_one_line(tag.name)));
+    io::fail(
+        path_, line_,
+        fmt::format("{} in the tag <{}>; name='value' is expected", io::in_quotes(shown), io::as_one_line(tag.name)));
   }
 
   const std::string& path_;
@@ -168,8 +169,9 @@ class DlibReader {
       if (tag->ends) end(*tag);
     }
     if (!open_.empty())
-      fail(path_, open_.back().line, fmt::format("<{}> has no end in this file", as_one_line(open_.back().name)));
-    if (file_.shapes.empty()) fail(path_, tags_.line(), "there is no <box> with landmarks in this file");
+      io::fail(path_, open_.back().line,
+               fmt::format("<{}> has no end in this file", io::as_one_line(open_.back().name)));
+    if (file_.shapes.empty()) io::fail(path_, tags_.line(), "there is no <box> with landmarks in this file");
     if (empty_boxes_ > 0)
       file_.warnings.push_back(fmt::format("{}: {} without a <part> {} left out", path_,
                                            empty_boxes_ == 1 ? "1 box" : fmt::format("{} boxes", empty_boxes_),
@@ -184,7 +186,7 @@ class DlibReader {
       image_ = file == tag.attributes.end() ? std::string() : file->second;
       first_of_image_ = file_.shapes.size();
     } else if (tag.name == "box") {
-      if (box_) fail(path_, tag.line, "a <box> within another; </box> is expected before it");
+      if (box_) io::fail(path_, tag.line, "a <box> within another; </box> is expected before it");
       box_.emplace();
       properties_.clear();
       keep_frame(tag);
@@ -196,9 +198,9 @@ class DlibReader {
 
   void end(const Tag& tag) {
     if (open_.empty() || open_.back().name != tag.name)
-      fail(path_, tag.line,
-           fmt::format("</{}> where {} is expected", as_one_line(tag.name),
-                       open_.empty() ? "nothing" : "</" + as_one_line(open_.back().name) + ">"));
+      io::fail(path_, tag.line,
+               fmt::format("</{}> where {} is expected", io::as_one_line(tag.name),
+                           open_.empty() ? "nothing" : "</" + io::as_one_line(open_.back().name) + ">"));
     open_.pop_back();
     if (tag.name == "label" && box_ && !tags_.text().empty()) properties_.emplace_back("label", tags_.text());
     if (tag.name == "box") finish_box();
@@ -212,24 +214,25 @@ class DlibReader {
   }
 
   void add_part(const Tag& tag) {
-    if (!box_) fail(path_, tag.line, "a <part> outside of all boxes; it must be between <box> and </box>");
+    if (!box_) io::fail(path_, tag.line, "a <part> outside of all boxes; it must be between <box> and </box>");
     const auto name = tag.attributes.find("name");
     const std::string label = name == tag.attributes.end() ? std::string() : name->second;
     if (!label.empty() && !labels_.insert(label).second)
-      fail(path_, tag.line, fmt::format("the part {} is in this box twice", in_quotes(label)));
-    CoordinatePlace place{path_, tag.line, label.empty() ? std::to_string(box_->names.size() + 1) : in_quotes(label),
-                          fmt::format("box {}", file_.shapes.size() + empty_boxes_ + 1), 0};
+      io::fail(path_, tag.line, fmt::format("the part {} is in this box twice", io::in_quotes(label)));
+    io::CoordinatePlace place{path_, tag.line,
+                              label.empty() ? std::to_string(box_->names.size() + 1) : io::in_quotes(label),
+                              fmt::format("box {}", file_.shapes.size() + empty_boxes_ + 1), 0};
     const double x = coordinate(tag, "x", place);
     place.axis = 1;
     box_->places.emplace_back(x, coordinate(tag, "y", place));
     box_->names.push_back(label);
   }
 
-  double coordinate(const Tag& tag, const std::string& key, const CoordinatePlace& place) const {
+  double coordinate(const Tag& tag, const std::string& key, const io::CoordinatePlace& place) const {
     const auto found = tag.attributes.find(key);
     if (found == tag.attributes.end())
-      fail(path_, tag.line, fmt::format("the part {} has no {}='...'", place.landmark, key));
-    return parse_coordinate(trim(found->second), place);
+      io::fail(path_, tag.line, fmt::format("the part {} has no {}='...'", place.landmark, key));
+    return io::parse_coordinate(io::trim(found->second), place);
   }
 
   void finish_box() {
@@ -247,14 +250,14 @@ class DlibReader {
       shape.points.col(column++) = Eigen::Vector2d(box.places[i].first, box.places[i].second);
       shape.labels.push_back(box.names[i]);
     }
-    shape.labels = unless_all_empty(std::move(shape.labels));
+    shape.labels = io::unless_all_empty(std::move(shape.labels));
     shape.image = image_;
     shape.properties = std::exchange(properties_, {});
   }
 
   /// A box alone is called as its image is, several have their numbers behind it.
   void name_boxes() {
-    const std::string stem = image_stem(image_);
+    const std::string stem = io::image_stem(image_);
     const bool is_alone = file_.shapes.size() == first_of_image_ + 1;
     for (std::size_t i = first_of_image_; i < file_.shapes.size() && !stem.empty(); ++i)
       file_.shapes[i].name = is_alone ? stem : fmt::format("{}_{}", stem, i - first_of_image_ + 1);
@@ -275,14 +278,14 @@ class DlibReader {
 
 /// XML with the elements dataset and image or images.
 bool sniff_dlib(std::string_view text) {
-  text = without_byte_order_mark(text);
+  text = io::without_byte_order_mark(text);
   text.remove_prefix(std::min(text.find_first_not_of(kXmlBlanks), text.size()));
   return (text.starts_with("<?xml") || text.starts_with("<dataset")) && text.find("<dataset") != text.npos &&
          text.find("<image") != text.npos;
 }
 
 LandmarkFile read_dlib(const std::string& path, std::string_view text) {
-  if (text.find('\0') != std::string_view::npos) split_lines(path, text);  // refuses it
+  if (text.find('\0') != std::string_view::npos) io::split_lines(path, text);  // refuses it
   return DlibReader(path, text).read();
 }
 
@@ -300,4 +303,4 @@ LandmarkFormat dlib_format() {
       .y_down = true};
 }
 
-}  // namespace pulson::io
+}  // namespace pulson::formats

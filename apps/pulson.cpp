@@ -15,6 +15,7 @@ void add_verbs(CLI::App& program, int& exit_code) {
   pulson::add_warp_verb(program, exit_code);
   pulson::add_simulate_verb(program, exit_code);
   pulson::add_ensemble_verb(program, exit_code);
+  pulson::add_merge_verb(program, exit_code);
   pulson::add_compare_verb(program, exit_code);
   pulson::add_sample_verb(program, exit_code);
   pulson::add_fokker_planck_verb(program, exit_code);

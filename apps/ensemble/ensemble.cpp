@@ -1,6 +1,7 @@
 // `pulson ensemble`: Monte Carlo over sample paths.
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -8,15 +9,11 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "picture.hpp"
 #include "pulson/core/parallel.hpp"
-#include "pulson/formats/landmark_files.hpp"
 #include "pulson/records/records.hpp"
-#include "report.hpp"
+#include "results.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
-#include "shell/outputs.hpp"
-#include "shell/report_parts.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 
@@ -31,7 +28,6 @@ constexpr int kBlocksAtOnce = 16;    // for each thread
 constexpr std::int64_t kMostSamples = 10'000'000'000;
 constexpr std::int64_t kMostKept = 400'000'000;    // numbers: 3.2 GB
 constexpr std::int64_t kMostHistograms = 100'000;  // of 512 bins: 200 MB
-const std::string kCheckpoint = "ensemble.partial";
 
 struct EnsembleArguments {
   StartOptions start;
@@ -40,15 +36,18 @@ struct EnsembleArguments {
   std::string integrator = "variational";
   int records = 101;
   std::vector<double> densities;
-  std::string save_final;
-  std::string save_paths;
+  std::string shard;
   std::optional<std::int64_t> stop_after;
   bool resume = false;
-  OutputOptions output;
-};
+  EnsembleOutput results;
 
-const std::vector<std::string> kEnsembleFiles = {"ensemble.json", "means.csv", "densities.csv", "report.html"};
-const std::vector<std::string> kEnsemblePictures = {"ensemble"};
+  /// Where the sums are kept: of a shard for good.
+  fs::path checkpoint() const {
+    const ensemble::Shard& part = options.shard;
+    return results.output.file(part.count == 1 ? "ensemble.partial"
+                                               : fmt::format("part-{}-of-{}.ensemble", part.index, part.count));
+  }
+};
 
 void sort_unique(std::vector<int>& steps) {
   std::sort(steps.begin(), steps.end());
@@ -97,9 +96,9 @@ ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, c
   if (histograms(options.histograms) > kMostHistograms)
     throw InputError(fmt::format("densities of {} coordinates at {} times are too many; ask for fewer times",
                                  coordinates, options.histograms.size()));
-  if (!arguments.save_paths.empty())
+  if (!arguments.results.save_paths.empty())
     options.keep = ensemble::KeepStates::kAll;
-  else if (!arguments.save_final.empty())
+  else if (!arguments.results.save_final.empty())
     options.keep = ensemble::KeepStates::kFinal;
   if (const std::int64_t numbers = options.kept_numbers(start.state) * options.samples; numbers > kMostKept)
     throw InputError(
@@ -109,15 +108,29 @@ ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, c
 }
 
 void check_outputs(const EnsembleArguments& arguments) {
-  arguments.output.check(kEnsembleFiles, kEnsemblePictures);
-  const fs::path checkpoint = arguments.output.file(kCheckpoint);
+  arguments.results.check();
+  const fs::path checkpoint = arguments.checkpoint();
   check_output_file(checkpoint);
-  if (fs::exists(checkpoint) && !arguments.resume)
-    throw InputError(fmt::format(
-        "'{}' belongs to an unfinished run: continue it with --resume, remove the file, or choose another folder",
-        checkpoint.string()));
-  for (const std::string& file : {arguments.save_final, arguments.save_paths})
-    if (!file.empty()) check_output_file(file);
+  if (!fs::exists(checkpoint) || arguments.resume) return;
+  throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
+                               checkpoint.string(),
+                               arguments.options.shard.count == 1 ? "belongs to an unfinished run" : "exists already",
+                               arguments.options.shard.count == 1 ? "continue" : "continue or keep"));
+}
+
+/// Of `i/n`.
+ensemble::Shard shard_of(const std::string& text) {
+  ensemble::Shard shard;
+  const std::size_t slash = text.find('/');
+  const auto whole = [](std::string_view digits, int& number) {
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    return error == std::errc() && end == digits.data() + digits.size();
+  };
+  const std::string_view view = text;
+  if (slash == std::string::npos || !whole(view.substr(0, slash), shard.index) ||
+      !whole(view.substr(slash + 1), shard.count) || shard.index < 1 || shard.index > shard.count)
+    throw InputError(fmt::format("--shard is '{}'; it must be i/n, as in 3/8, i from 1 to n", text));
+  return shard;
 }
 
 std::string file_contents(const fs::path& path) {
@@ -130,10 +143,10 @@ std::string file_contents(const fs::path& path) {
 void sample(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const EnsembleArguments& arguments) {
   const Interrupt interrupt;
   Progress progress;
-  const fs::path checkpoint = arguments.output.file(kCheckpoint);
+  const fs::path checkpoint = arguments.checkpoint();
   const double begin = seconds_now();
   const std::int64_t first = ensemble.sums().samples;
-  const std::int64_t enough = arguments.stop_after.value_or(run.options.samples);
+  const std::int64_t enough = std::min(arguments.stop_after.value_or(run.options.samples), run.options.shard_samples());
   double saved = begin;
   int blocks = thread_count();
   while (!ensemble.done() && !Interrupt::came() && ensemble.sums().samples < enough) {
@@ -145,7 +158,7 @@ void sample(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const Ensem
     // So many that a turn takes about a fifth of a second.
     blocks = std::clamp(static_cast<int>(rate * 0.2 / kBlock), 1, kBlocksAtOnce * thread_count());
     progress.show(static_cast<double>(samples) / static_cast<double>(enough),
-                  fmt::format("{} of {} paths", samples, run.options.samples));
+                  fmt::format("{} of {} paths", samples, run.options.shard_samples()));
     if (time - saved < kCheckpointSeconds) continue;
     saved = time;
     run.sums = ensemble.sums();
@@ -153,81 +166,24 @@ void sample(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const Ensem
   }
   run.sums = ensemble.sums();
   run.seconds = seconds_now() - begin;
-  if (run.partial() || saved > begin) write_file_atomically(checkpoint, ensemble_checkpoint(run));
+  if (run.partial() || saved > begin || run.options.shard.count > 1)
+    write_file_atomically(checkpoint, ensemble_checkpoint(run));
 }
 
-std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
-  std::vector<std::string> warnings;
-  const ensemble::PathCounts& paths = run.sums.paths;
-  if (run.partial())
-    warnings.push_back(
-        fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
-  if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
-    warnings.push_back(
-        fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
-                    "smaller --dt may help",
-                    lost, run.sums.samples));
-  return warnings;
+int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& arguments) {
+  print_notes(run.notes);
+  const ensemble::Shard& part = run.options.shard;
+  if (arguments.results.output.prints())
+    fmt::print("part {} of {}: {} of its {} paths in {}\n", part.index, part.count, run.sums.samples,
+               run.options.shard_samples(), arguments.checkpoint().string());
+  if (!run.partial()) return kDone;
+  print_warning(
+      fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.shard_samples()));
+  return kNotConverged;
 }
 
-void write_results(const records::EnsembleRun& run, const std::vector<std::string>& notes,
-                   const EnsembleArguments& arguments) {
-  const OutputOptions& output = arguments.output;
-  StagedFiles staged(output.out);
-  staged.write("means.csv", ensemble_means_csv(run));
-  staged.write("densities.csv", ensemble_densities_csv(run));
-  const auto n = static_cast<std::size_t>(run.start.q.cols());
-  const auto d = static_cast<std::size_t>(run.start.q.rows());
-  const auto samples = static_cast<std::size_t>(run.sums.samples);
-  const std::size_t records = run.options.keep == ensemble::KeepStates::kAll ? run.options.records.size() : 1;
-  if (!arguments.save_paths.empty())
-    formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d});
-  if (!arguments.save_final.empty()) {
-    std::vector<double> last;
-    for (std::size_t m = 0; m < samples; ++m) {
-      const auto* const begin = run.sums.states.data() + (m * records + records - 1) * 2 * n * d;
-      last.insert(last.end(), begin, begin + 2 * n * d);
-    }
-    formats::write_npy(arguments.save_final, last, {samples, 2, n, d});
-  }
-  const draw::EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : draw::EnsemblePicture{};
-  const bool draws = !output.no_picture && run.sums.paths.clean > 1;
-  const fs::path picture = staged.file("ensemble");
-  if (draws) write_ensemble_picture(run, shape, output.picture_files(picture));
-  staged.write("report.html", html_report(ensemble_report(run, shape, warnings_of(run), notes,
-                                                          draws ? output.shown_picture(picture) : "")));
-  const std::string record = ensemble_json(run);
-  staged.write("ensemble.json", record);
-  output.write_json(record);
-  staged.commit();
-  if (!run.partial()) fs::remove(output.file(kCheckpoint));
-}
-
-void print_summary(const records::EnsembleRun& run) {
-  const ensemble::EnsembleSums& sums = run.sums;
-  const TimeGrid& grid = run.options.grid;
-  fmt::print("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
-             run.partial() ? "PARTIAL: " : "", sums.samples, run.shape.count(), run.shape.dimension(), grid.time,
-             grid.steps, grid.dt(), run.options.seed, run.options.antithetic ? ", antithetic" : "");
-  fmt::print("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
-             shortened_spec(run.system.noise->spec()), run.integrator);
-  fmt::print("sampled    in {:.2f} s on {}, {}\n", run.seconds,
-             counted(static_cast<std::size_t>(run.threads), "thread"), run.method);
-  fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
-             sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
-  if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
-    const Estimate crossing = sums.crossing_probability();
-    fmt::print(
-        "crossing   {:.4f} ± {:.4f} of the clean paths end in a different order; {:.4f} were in one at some step\n",
-        crossing.value, crossing.standard_error,
-        static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
-  }
-  const NoiseTraits traits = run.system.noise->traits();
-  if (traits.translation_invariant && traits.hamiltonian)
-    fmt::print("momentum   total {}\n", conservation(sums.momentum_error));
-}
-
-int run_ensemble(const EnsembleArguments& arguments) {
+int run_ensemble(EnsembleArguments arguments) {
+  if (!arguments.shard.empty()) arguments.options.shard = shard_of(arguments.shard);
   const Start start = arguments.start.start();
   const TimeGrid grid = arguments.time.grid(start.default_time);
   const std::vector<int> densities = density_steps(arguments.densities, grid);
@@ -244,21 +200,19 @@ int run_ensemble(const EnsembleArguments& arguments) {
                            ensemble.method(),
                            thread_count(),
                            0};
-  const fs::path checkpoint = arguments.output.file(kCheckpoint);
-  if (arguments.resume) ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
+  run.notes = start.notes;
+  const fs::path checkpoint = arguments.checkpoint();
+  const bool is_shard = options.shard.count > 1;
+  // Scripts may give --resume to the first run of a shard, too.
+  if (arguments.resume && !(is_shard && !fs::exists(checkpoint)))
+    ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   sample(ensemble, run, arguments);
   log_step(fmt::format("sampled {} paths", run.sums.samples));
-  write_results(run, start.notes, arguments);
-  log_step("wrote the results");
-  print_notes(start.notes);
-  if (arguments.output.prints()) {
-    print_summary(run);
-    arguments.output.print_written(kEnsembleFiles, kEnsemblePictures);
-  }
-  const std::vector<std::string> warnings = warnings_of(run);
-  for (const std::string& text : warnings) print_warning(text);
-  return warnings.empty() ? kDone : kNotConverged;
+  if (is_shard) return finish_shard(run, arguments);
+  const int code = arguments.results.finish(run);
+  if (!run.partial()) fs::remove(checkpoint);
+  return code;
 }
 
 }  // namespace
@@ -282,20 +236,17 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
   verb->add_option("--densities", arguments->densities, "additional times with statistics and histograms")
       ->type_name("TIMES")
       ->delimiter(',');
-  verb->add_option("--save-final", arguments->save_final, "write the final states: .npy, [sample][q,p][landmark][axis]")
-      ->type_name("FILE");
-  verb->add_option("--save-paths", arguments->save_paths,
-                   "write the states at the records: .npy, [sample][record][q,p][landmark][axis]")
-      ->type_name("FILE");
-  verb->add_flag("--resume", arguments->resume, "continue from ensemble.partial in the folder");
+  verb->add_flag("--resume", arguments->resume, "continue from what is saved in the folder");
   verb->add_option("--stop-after", arguments->stop_after, "stop after this many samples; continue with --resume");
+  verb->add_option("--shard", arguments->shard, "sample part i of n, for pulson merge")->type_name("i/n");
   add_threads_option(*verb);
-  arguments->output.add_to(*verb, "ensemble.png and .svg");
+  arguments->results.add_to(*verb);
   verb->footer(
       "Examples:\n"
       "  pulson ensemble --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out\n"
       "  pulson ensemble --shape wings.tps#1 --noise ch-sd:beta=0.1 --samples 10000 -o out\n"
       "  pulson ensemble --from out/registration.json --samples 2000 --save-final ends.npy -o out\n"
+      "  pulson ensemble --from out/registration.json --shard 3/8 -o parts\n"
       "Ctrl-C writes the results so far, marked partial; --resume continues to the same result, bit for bit.\n"
       "Exit codes: 0 done, 2 bad input, 3 partial, or not all paths are clean (results are written).");
   verb->callback([arguments, &exit_code] { exit_code = run_ensemble(*arguments); });

@@ -15,6 +15,7 @@ void add_atlas_verb(CLI::App& program, int& exit_code);
 void add_warp_verb(CLI::App& program, int& exit_code);
 void add_simulate_verb(CLI::App& program, int& exit_code);
 void add_ensemble_verb(CLI::App& program, int& exit_code);
+void add_merge_verb(CLI::App& program, int& exit_code);
 void add_compare_verb(CLI::App& program, int& exit_code);
 void add_sample_verb(CLI::App& program, int& exit_code);
 void add_fokker_planck_verb(CLI::App& program, int& exit_code);

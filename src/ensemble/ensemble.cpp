@@ -183,12 +183,22 @@ constexpr std::size_t kEnoughForRanges = 32;  // samples
 constexpr std::int64_t kMostPilots = 64;      // blocks sampled for the ranges of histograms
 constexpr auto kBatch = static_cast<std::int64_t>(kPathBatch);
 
+std::int64_t blocks_of(const EnsembleOptions& options) { return (options.samples + kBatch - 1) / kBatch; }
+
 void check(const EnsembleOptions& options) {
   if (options.samples < 1) throw InputError(fmt::format("{} samples; at least one is needed", options.samples));
   if (options.antithetic && options.samples % 2 != 0)
     throw InputError(fmt::format("{} samples; antithetic paths come in pairs", options.samples));
   if (!(options.momentum_bound > 0))
     throw InputError(fmt::format("the momentum bound is {}; it must be greater than 0", options.momentum_bound));
+  const Shard shard = options.shard;
+  if (shard.count < 1 || shard.index < 1 || shard.index > shard.count)
+    throw InputError(
+        fmt::format("shard {} of {}: shards are counted from 1 to their number", shard.index, shard.count));
+  if (shard.count > blocks_of(options))
+    throw InputError(fmt::format("{} samples are {} of {} paths; there cannot be {} shards", options.samples,
+                                 io::counted(static_cast<std::size_t>(blocks_of(options)), "block"), kBatch,
+                                 shard.count));
 }
 
 /// Room for most samples around the middle nine tenths of those of the first block.
@@ -213,6 +223,18 @@ bool has_size(const std::vector<Moments>& moments, std::size_t coordinates) {
   });
 }
 
+/// Whether the tree holds the blocks of these samples from `first_path` on, and the moments are its total.
+bool has_blocks(const EnsembleSums& sums, std::int64_t first_path) {
+  std::int64_t block = first_path / kBatch;
+  for (const MomentNode& node : sums.tree.nodes()) {
+    if (node.first_block != block || node.moments.size() != sums.moments.size() ||
+        node.pair_moments.size() != sums.pair_moments.size())
+      return false;
+    block = node.end_block();
+  }
+  return block == first_path / kBatch + (sums.samples + kBatch - 1) / kBatch;
+}
+
 /// Whether the sums at each record are of so many coordinates, and have histograms where these are wanted.
 bool records_fit(const EnsembleSums& sums, const EnsembleOptions& options, std::size_t coordinates) {
   if (sums.histograms.size() != options.records.size()) return false;
@@ -224,10 +246,18 @@ bool records_fit(const EnsembleSums& sums, const EnsembleOptions& options, std::
     for (const Histogram& histogram : histograms)
       if (histogram.counts.size() != kBins) return false;
   }
-  return has_size(sums.moments, coordinates) && has_size(sums.pair_moments, coordinates);
+  return std::all_of(sums.tree.nodes().begin(), sums.tree.nodes().end(), [&](const MomentNode& node) {
+    return has_size(node.moments, coordinates) && has_size(node.pair_moments, coordinates);
+  });
 }
 
 }  // namespace
+
+std::int64_t EnsembleOptions::first_path() const { return blocks_of(*this) * (shard.index - 1) / shard.count * kBatch; }
+
+std::int64_t EnsembleOptions::shard_samples() const {
+  return std::min(blocks_of(*this) * shard.index / shard.count * kBatch, samples) - first_path();
+}
 
 std::int64_t EnsembleOptions::kept_numbers(const PhaseState& start) const {
   if (keep == KeepStates::kNone) return 0;
@@ -260,9 +290,10 @@ Ensemble::~Ensemble() = default;
 std::string Ensemble::method() const { return sampler_->name(); }
 
 void Ensemble::resume(EnsembleSums sums) {
-  const bool whole_blocks = sums.samples % kBatch == 0 || sums.samples == options_.samples;
-  bool fits = sums.samples >= 0 && sums.samples <= options_.samples && whole_blocks &&
-              sums.paths.total() == sums.samples && sums.moments.size() == options_.records.size() &&
+  const std::int64_t all = options_.shard_samples();
+  const bool whole_blocks = sums.samples % kBatch == 0 || sums.samples == all;
+  bool fits = sums.samples >= 0 && sums.samples <= all && whole_blocks && sums.paths.total() == sums.samples &&
+              has_blocks(sums, options_.first_path()) && sums.moments.size() == options_.records.size() &&
               sums.pair_moments.size() == sums_.pair_moments.size() &&
               static_cast<std::int64_t>(sums.states.size()) == sums.samples * options_.kept_numbers(start_);
   if (fits && sums.samples > 0) fits = records_fit(sums, options_, static_cast<std::size_t>(2 * start_.q.size()));
@@ -273,10 +304,10 @@ void Ensemble::resume(EnsembleSums sums) {
 void Ensemble::advance(int blocks) {
   if (sums_.samples == 0 && !done()) make_histograms();
   const std::int64_t first = sums_.samples;
-  const std::int64_t left = (options_.samples - first + kBatch - 1) / kBatch;
+  const std::int64_t left = (options_.shard_samples() - first + kBatch - 1) / kBatch;
   std::vector<std::optional<BlockSums>> done(static_cast<std::size_t>(std::min<std::int64_t>(blocks, left)));
   parallel_for(static_cast<int>(done.size()), [&](int i) {
-    const std::int64_t begin = first + i * kBatch;
+    const std::int64_t begin = options_.first_path() + first + i * kBatch;
     const auto lanes = static_cast<std::size_t>(std::min(kBatch, options_.samples - begin));
     BlockSums block(options_, start_, sums_.histograms, lanes);
     const LaneEnds ends =
@@ -286,6 +317,10 @@ void Ensemble::advance(int blocks) {
     done[static_cast<std::size_t>(i)].emplace(std::move(block));
   });
   for (const auto& block : done) add(*block);
+  const MomentNode total = sums_.tree.total();
+  if (total.moments.empty()) return;
+  sums_.moments = total.moments;
+  sums_.pair_moments = total.pair_moments;
 }
 
 // The first block is sampled once more, for the ranges alone; where few of its paths are clean, more of them.
@@ -313,22 +348,9 @@ void Ensemble::make_histograms() {
 
 void Ensemble::add(const BlockSums& block) {
   const EnsembleSums& more = block.sums();
-  sums_.samples += more.samples;
-  sums_.paths.clean += more.paths.clean;
-  sums_.paths.no_root += more.paths.no_root;
-  sums_.paths.momentum_bound += more.paths.momentum_bound;
-  sums_.paths.tie += more.paths.tie;
-  sums_.crossing.at_end += more.crossing.at_end;
-  sums_.crossing.ever += more.crossing.ever;
-  for (std::size_t k = 0; k < more.crossing.pairs.size(); ++k) sums_.crossing.pairs[k] += more.crossing.pairs[k];
-  sums_.momentum_error = std::max(sums_.momentum_error, more.momentum_error);
-  sums_.largest_momentum = std::max(sums_.largest_momentum, more.largest_momentum);
-  for (std::size_t record = 0; record < more.moments.size(); ++record) {
-    sums_.moments[record].merge(more.moments[record]);
-    if (options_.antithetic) sums_.pair_moments[record].merge(more.pair_moments[record]);
-    block.add_to(sums_.histograms[record], record);
-  }
-  sums_.states.insert(sums_.states.end(), more.states.begin(), more.states.end());
+  sums_.tree.add({(options_.first_path() + sums_.samples) / kBatch, 0, more.moments, more.pair_moments});
+  sums_.add_counts(more);
+  for (std::size_t record = 0; record < more.moments.size(); ++record) block.add_to(sums_.histograms[record], record);
 }
 
 }  // namespace pulson::ensemble

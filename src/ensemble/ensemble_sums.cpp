@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "pulson/ensemble/ensemble.hpp"
 
@@ -50,6 +52,41 @@ Moments moments_of(const Eigen::ArrayXXd& x, const std::vector<bool>& used) {
   return moments;
 }
 
+namespace {
+
+void merge_each(std::vector<Moments>& all, const std::vector<Moments>& next) {
+  for (std::size_t record = 0; record < all.size(); ++record) all[record].merge(next[record]);
+}
+
+void merge(MomentNode& node, const MomentNode& next) {
+  merge_each(node.moments, next.moments);
+  merge_each(node.pair_moments, next.pair_moments);
+}
+
+}  // namespace
+
+void MomentTree::add(MomentNode node) {
+  while (!nodes_.empty() && nodes_.back().level == node.level &&
+         nodes_.back().first_block % (std::int64_t{2} << node.level) == 0) {
+    merge(nodes_.back(), node);
+    ++nodes_.back().level;
+    node = std::move(nodes_.back());
+    nodes_.pop_back();
+  }
+  nodes_.push_back(std::move(node));
+}
+
+MomentNode MomentTree::total() const {
+  if (nodes_.empty()) return {};
+  MomentNode total = nodes_.back();
+  for (auto node = std::next(nodes_.rbegin()); node != nodes_.rend(); ++node) {
+    MomentNode sum = *node;
+    merge(sum, total);
+    total = std::move(sum);
+  }
+  return total;
+}
+
 std::int64_t Histogram::total() const {
   return static_cast<std::int64_t>(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}));
 }
@@ -80,6 +117,36 @@ DensityBars Histogram::bars(double tail, double most) const {
     bars.edges.push_back(bars.edges.back() + bar);
   }
   return bars;
+}
+
+void EnsembleSums::add_counts(const EnsembleSums& next) {
+  samples += next.samples;
+  paths.clean += next.paths.clean;
+  paths.no_root += next.paths.no_root;
+  paths.momentum_bound += next.paths.momentum_bound;
+  paths.tie += next.paths.tie;
+  crossing.at_end += next.crossing.at_end;
+  crossing.ever += next.crossing.ever;
+  for (std::size_t k = 0; k < crossing.pairs.size(); ++k) crossing.pairs[k] += next.crossing.pairs[k];
+  momentum_error = std::max(momentum_error, next.momentum_error);
+  largest_momentum = std::max(largest_momentum, next.largest_momentum);
+  states.insert(states.end(), next.states.begin(), next.states.end());
+}
+
+void EnsembleSums::append(const EnsembleSums& next) {
+  add_counts(next);
+  for (const MomentNode& node : next.tree.nodes()) tree.add(node);
+  const MomentNode total = tree.total();
+  moments = total.moments;
+  pair_moments = total.pair_moments;
+  for (std::size_t record = 0; record < histograms.size(); ++record)
+    for (std::size_t c = 0; c < histograms[record].size(); ++c) {
+      Histogram& all = histograms[record][c];
+      const Histogram& more = next.histograms[record][c];
+      for (std::size_t bin = 0; bin < all.counts.size(); ++bin) all.counts[bin] += more.counts[bin];
+      all.smallest = std::min(all.smallest, more.smallest);
+      all.largest = std::max(all.largest, more.largest);
+    }
 }
 
 Estimate EnsembleSums::crossing_probability() const {

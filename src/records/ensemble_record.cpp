@@ -2,13 +2,19 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "csv_rows.hpp"
+#include "formats/formats.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
+#include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
 
 namespace pulson::records {
@@ -158,7 +164,7 @@ std::string ensemble_densities_csv(const EnsembleRun& run) {
 
 namespace {
 
-constexpr const char* kFormat = "pulson ensemble sums 1";
+constexpr const char* kFormat = "pulson ensemble sums 2";
 
 /// For a message: the beginning of long lists.
 std::string excerpt(const formats::Json& json) {
@@ -186,11 +192,18 @@ formats::Json identity_json(const EnsembleRun& run) {
           {"antithetic", o.antithetic},
           {"records", o.records},
           {"histograms", o.histograms},
-          {"keep", static_cast<int>(o.keep)}};
+          {"keep", static_cast<int>(o.keep)},
+          {"shards", o.shard.count}};
 }
 
 /// A value that a checkpoint cannot have.
 struct Damaged {};
+
+std::string shape_text(const Landmarks& shape) {
+  formats::LandmarkFile file;
+  file.shapes = {shape};
+  return formats::json_format().write("", file).text;
+}
 
 /// What is counted: as another number it has no value, and sums of larger ones would overflow.
 std::int64_t count_of(const formats::Json& json) {
@@ -212,6 +225,20 @@ formats::Json moments_json(const std::vector<ensemble::Moments>& moments) {
   return rows;
 }
 
+/// @throws Damaged unless these can be added to others of `records` records of so many coordinates
+void check_sizes(const std::vector<ensemble::Moments>& moments, std::size_t records, Eigen::Index coordinates) {
+  if (moments.size() != records) throw Damaged();
+  for (const ensemble::Moments& m : moments)
+    if (m.count > 0 && (m.mean.size() != coordinates || m.squares.size() != coordinates)) throw Damaged();
+}
+
+formats::Json tree_json(const ensemble::MomentTree& tree) {
+  formats::Json nodes = formats::Json::array();
+  for (const ensemble::MomentNode& node : tree.nodes())
+    nodes.push_back({node.first_block, node.level, moments_json(node.moments), moments_json(node.pair_moments)});
+  return nodes;
+}
+
 std::vector<ensemble::Moments> moments_of(const formats::Json& json, std::int64_t samples) {
   std::vector<ensemble::Moments> moments;
   for (const formats::Json& row : json) {
@@ -219,6 +246,22 @@ std::vector<ensemble::Moments> moments_of(const formats::Json& json, std::int64_
     if (moments.back().count > samples) throw Damaged();
   }
   return moments;
+}
+
+ensemble::MomentTree tree_of(const formats::Json& json, std::int64_t samples, Eigen::Index coordinates) {
+  constexpr std::int64_t kHighest = 52;
+  ensemble::MomentTree tree;
+  for (const formats::Json& row : json) {
+    const std::int64_t level = count_of(row.at(1));
+    if (level > kHighest) throw Damaged();
+    ensemble::MomentNode node{count_of(row.at(0)), static_cast<int>(level), moments_of(row.at(2), samples),
+                              moments_of(row.at(3), samples)};
+    const ensemble::MomentNode& first = tree.nodes().empty() ? node : tree.nodes().front();
+    check_sizes(node.moments, first.moments.size(), coordinates);
+    check_sizes(node.pair_moments, first.pair_moments.size(), coordinates);
+    tree.add(std::move(node));
+  }
+  return tree;
 }
 
 formats::Json histograms_json(const std::vector<std::vector<ensemble::Histogram>>& histograms) {
@@ -288,8 +331,11 @@ ensemble::EnsembleSums sums_of(const formats::Json& json) {
   sums.crossing.pairs = {count_of(pairs.at(0)), count_of(pairs.at(1)), count_of(pairs.at(2))};
   json.at("momentum_error").get_to(sums.momentum_error);
   json.at("largest_momentum").get_to(sums.largest_momentum);
-  sums.moments = moments_of(json.at("moments"), sums.samples);
-  sums.pair_moments = moments_of(json.at("pair_moments"), sums.samples);
+  const formats::Json& q = json.at("identity").at("q");
+  sums.tree = tree_of(json.at("tree"), sums.samples, static_cast<Eigen::Index>(2 * q.size() * q.at(0).size()));
+  const ensemble::MomentNode total = sums.tree.total();
+  sums.moments = total.moments;
+  sums.pair_moments = total.pair_moments;
   sums.histograms = histograms_of(json.at("histograms"));
   json.at("states").get_to(sums.states);
   return sums;
@@ -302,6 +348,15 @@ std::string ensemble_checkpoint(const EnsembleRun& run) {
   formats::Json json;
   json["format"] = kFormat;
   json["identity"] = identity_json(run);
+  json["shard"] = run.options.shard.index;
+  json["shape"] = shape_text(run.shape);
+  json["source"] = run.shape.source;
+  json["numbers"] = run.shape.numbers;
+  json["densities"] = run.densities;
+  json["method"] = run.method;
+  json["threads"] = run.threads;
+  json["seconds"] = run.seconds;
+  json["notes"] = run.notes;
   json["samples"] = sums.samples;
   json["paths"] = {sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound, sums.paths.tie};
   json["crossed_at_end"] = sums.crossing.at_end;
@@ -309,15 +364,18 @@ std::string ensemble_checkpoint(const EnsembleRun& run) {
   json["crossed_pairs"] = sums.crossing.pairs;
   json["momentum_error"] = sums.momentum_error;
   json["largest_momentum"] = sums.largest_momentum;
-  json["moments"] = moments_json(sums.moments);
-  json["pair_moments"] = moments_json(sums.pair_moments);
+  json["tree"] = tree_json(sums.tree);
   json["histograms"] = histograms_json(sums.histograms);
   json["states"] = sums.states;
   const std::vector<std::uint8_t> bytes = formats::Json::to_cbor(json);
   return {bytes.begin(), bytes.end()};
 }
 
-ensemble::EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name) {
+namespace {
+
+/// Of a checkpoint: what `read` makes of it, or a word on what is wrong.
+template <class Read>
+auto read_checkpoint(std::string_view bytes, std::string_view name, const Read& read) {
   DepthCheck check;
   if (!formats::Json::sax_parse(bytes.begin(), bytes.end(), &check, formats::Json::input_format_t::cbor))
     fail_damaged(name);
@@ -325,18 +383,135 @@ ensemble::EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::str
     const formats::Json json = formats::Json::from_cbor(bytes.begin(), bytes.end());
     if (json.at("format") != kFormat)
       throw InputError(fmt::format("'{}' was written by another version of pulson and cannot be resumed", name));
-    const formats::Json expected = identity_json(run);
-    const formats::Json& found = json.at("identity");
-    for (const auto& [key, value] : expected.items())
-      if (found.at(key) != value)
-        throw InputError(fmt::format("'{}' holds another ensemble: its {} is {}, here it is {}", name, key,
-                                     excerpt(found.at(key)), excerpt(value)));
-    return sums_of(json);
+    return read(json);
   } catch (const formats::Json::exception&) {
     fail_damaged(name);
   } catch (const Damaged&) {
     fail_damaged(name);
   }
+}
+
+Points points_of(const formats::Json& json) {
+  if (json.empty()) throw Damaged();
+  Points points(static_cast<Eigen::Index>(json.at(0).size()), static_cast<Eigen::Index>(json.size()));
+  for (Eigen::Index a = 0; a < points.cols(); ++a) {
+    const Eigen::ArrayXd row = array_of(json.at(static_cast<std::size_t>(a)));
+    if (row.size() != points.rows()) throw Damaged();
+    points.col(a) = row;
+  }
+  return points;
+}
+
+int int_of(const formats::Json& json) {
+  const std::int64_t count = count_of(json);
+  if (count > std::numeric_limits<int>::max()) throw Damaged();
+  return static_cast<int>(count);
+}
+
+EnsembleRun run_of(const formats::Json& json, std::string_view name) {
+  const formats::Json& identity = json.at("identity");
+  Landmarks shape = formats::json_format().read(std::string(name), json.at("shape").get<std::string>()).shapes.at(0);
+  json.at("source").get_to(shape.source);
+  json.at("numbers").get_to(shape.numbers);
+  const PhaseState start{points_of(identity.at("q")), points_of(identity.at("p"))};
+  const auto kernel = identity.at("kernel").get<std::string>();
+  ensemble::EnsembleOptions options;
+  options.grid = {identity.at("time").get<double>(), int_of(identity.at("steps"))};
+  options.seed = identity.at("seed").get<std::uint64_t>();
+  options.samples = count_of(identity.at("samples"));
+  options.momentum_bound = identity.at("momentum_bound").get<double>();
+  options.antithetic = identity.at("antithetic").get<bool>();
+  identity.at("records").get_to(options.records);
+  identity.at("histograms").get_to(options.histograms);
+  const int keep = int_of(identity.at("keep"));
+  if (keep > static_cast<int>(ensemble::KeepStates::kAll)) throw Damaged();
+  options.keep = static_cast<ensemble::KeepStates>(keep);
+  options.shard = {int_of(json.at("shard")), int_of(identity.at("shards"))};
+  StochasticSystem system{make_kernel(kernel), make_noise(identity.at("noise").get<std::string>(), shape)};
+  EnsembleRun run{std::move(system),
+                  identity.at("integrator").get<std::string>(),
+                  std::move(shape),
+                  start,
+                  options,
+                  json.at("densities").get<std::vector<int>>(),
+                  sums_of(json),
+                  json.at("method").get<std::string>(),
+                  int_of(json.at("threads")),
+                  json.at("seconds").get<double>(),
+                  json.at("notes").get<std::vector<std::string>>()};
+  // Whether all of it fits together is for the ensemble to say.
+  ensemble::Ensemble(run.system, run.integrator, run.start, run.options).resume(run.sums);
+  return run;
+}
+
+std::string shard_name(const ensemble::Shard& shard) { return fmt::format("{}/{}", shard.index, shard.count); }
+
+void check_same(const EnsembleRun& expected, const std::string& expected_name, const EnsembleRun& part,
+                const std::string& name) {
+  const formats::Json a = identity_json(expected);
+  const formats::Json b = identity_json(part);
+  for (const auto& [key, value] : a.items())
+    if (b.at(key) != value)
+      throw InputError(fmt::format("'{}' is part of another ensemble than '{}': its {} is {}, there it is {}", name,
+                                   expected_name, key, excerpt(b.at(key)), excerpt(value)));
+}
+
+}  // namespace
+
+ensemble::EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name) {
+  return read_checkpoint(bytes, name, [&](const formats::Json& json) {
+    formats::Json expected = identity_json(run);
+    formats::Json found = json.at("identity");
+    expected["shard"] = run.options.shard.index;
+    found["shard"] = json.at("shard");
+    for (const auto& [key, value] : expected.items())
+      if (found.at(key) != value)
+        throw InputError(fmt::format("'{}' holds another ensemble: its {} is {}, here it is {}", name, key,
+                                     excerpt(found.at(key)), excerpt(value)));
+    return sums_of(json);
+  });
+}
+
+EnsembleRun read_ensemble_part(std::string_view bytes, std::string_view name) {
+  return read_checkpoint(bytes, name, [&](const formats::Json& json) { return run_of(json, name); });
+}
+
+EnsembleRun merge_ensembles(std::vector<EnsembleRun> parts, const std::vector<std::string>& names) {
+  if (parts.empty()) throw InputError("there are no parts to merge");
+  const int count = parts.front().options.shard.count;
+  std::vector<std::optional<std::size_t>> places(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    check_same(parts.front(), names.front(), parts[i], names[i]);
+    std::optional<std::size_t>& place = places.at(static_cast<std::size_t>(parts[i].options.shard.index) - 1);
+    if (place)
+      throw InputError(fmt::format("'{}' and '{}' are both part {}; one of them is enough", names[*place], names[i],
+                                   shard_name(parts[i].options.shard)));
+    place = i;
+    if (parts[i].partial())
+      throw InputError(fmt::format("'{}' is not finished: it has {} of {} paths. Run part {} again with --resume",
+                                   names[i], parts[i].sums.samples, parts[i].options.shard_samples(),
+                                   shard_name(parts[i].options.shard)));
+  }
+  std::vector<std::string> missing;
+  for (int k = 0; k < count; ++k)
+    if (!places[static_cast<std::size_t>(k)]) missing.push_back(shard_name({k + 1, count}));
+  if (!missing.empty()) {
+    constexpr std::size_t kMostNamed = 10;
+    const std::size_t more = missing.size() > kMostNamed ? missing.size() - kMostNamed : 0;
+    missing.resize(missing.size() - more);
+    throw InputError(fmt::format("part{} {}{} {} missing", missing.size() + more > 1 ? "s" : "",
+                                 fmt::join(missing, ", "), more > 0 ? fmt::format(" and {} more", more) : "",
+                                 missing.size() + more > 1 ? "are" : "is"));
+  }
+  EnsembleRun run = std::move(parts[*places.front()]);
+  for (std::size_t k = 1; k < places.size(); ++k) {
+    const EnsembleRun& part = parts[*places[k]];
+    run.sums.append(part.sums);
+    run.threads = std::max(run.threads, part.threads);
+    run.seconds += part.seconds;
+  }
+  run.options.shard = {};
+  return run;
 }
 
 }  // namespace pulson::records

@@ -118,13 +118,45 @@ struct CrossingCounts {
   std::array<std::int64_t, 3> pairs{};
 };
 
-/// All that an ensemble has added up so far: the paths 0 … samples − 1.
+/// The moments at each record of the paths of the blocks first_block … first_block + 2^level − 1.
+struct MomentNode {
+  std::int64_t first_block = 0;
+  int level = 0;
+  std::vector<Moments> moments;
+  std::vector<Moments> pair_moments;  ///< of the means of antithetic pairs; empty without these
+
+  std::int64_t end_block() const { return first_block + (std::int64_t{1} << level); }
+};
+
+/// Moments of consecutive blocks, by a binary tree of pairwise sums: a node of level l + 1 begins at a multiple of
+/// 2^(l+1) blocks and merges the two of level l below it. So the sum over any blocks is of the same bits, however these
+/// were shared out before; it is kept as the fewest nodes.
+class MomentTree {
+ public:
+  const std::vector<MomentNode>& nodes() const { return nodes_; }
+  /// Adds the node that follows the last one.
+  void add(MomentNode node);
+  /// The sum of all, nodes added up from the last to the first; empty moments where there are none.
+  MomentNode total() const;
+
+ private:
+  std::vector<MomentNode> nodes_;
+};
+
+/// One of `count` parts of an ensemble, whose blocks of 64 paths are shared out in their order.
+struct Shard {
+  int index = 1;  ///< 1 … count
+  int count = 1;
+};
+
+/// All that an ensemble, or a shard of it, has added up so far: its first `samples` paths.
 struct EnsembleSums {
   std::int64_t samples = 0;
   PathCounts paths;
   CrossingCounts crossing;
   double momentum_error = 0;    ///< max over paths and records of |Σp − Σp(0)| / Σ|p_a(0)|
   double largest_momentum = 0;  ///< max |p_a| over all paths, as far as they were followed
+  MomentTree tree;              ///< what the moments below are the sum of
   /// For each record: of the 2dN coordinates of (q, p), over the paths that were clean up to then.
   std::vector<Moments> moments;
   std::vector<Moments> pair_moments;               ///< of the means of antithetic pairs; empty without these
@@ -137,6 +169,10 @@ struct EnsembleSums {
   Estimate crossing_probability() const;
   /// Standard errors of the mean at a record.
   Eigen::ArrayXd mean_error(std::size_t record) const;
+  /// Adds the counts and the states of paths that follow these; moments and histograms are left as they are.
+  void add_counts(const EnsembleSums& next);
+  /// Appends the sums of the paths that follow these: the same bits as if all had been added to one.
+  void append(const EnsembleSums& next);
 };
 
 /// The states of single paths that are kept.
@@ -152,7 +188,11 @@ struct EnsembleOptions {
   std::vector<int> records{};     ///< steps after which statistics are taken, increasing; the last step is one
   std::vector<int> histograms{};  ///< steps of `records` for which there are histograms
   KeepStates keep = KeepStates::kNone;
+  Shard shard{};
 
+  /// The first path of the shard, and how many it has.
+  std::int64_t first_path() const;
+  std::int64_t shard_samples() const;
   /// Numbers of EnsembleSums::states for each path.
   std::int64_t kept_numbers(const PhaseState& start) const;
 };
@@ -163,8 +203,9 @@ std::vector<int> spread_steps(const TimeGrid& grid, int most);
 class BlockSums;
 class PathSampler;
 
-/// A Monte Carlo ensemble of sample paths 0 … samples − 1 from one start, in fixed blocks of 64 that are added up in
-/// their order: the result has the same bits for any number of threads, and for any number of interruptions.
+/// A Monte Carlo ensemble of sample paths 0 … samples − 1 from one start, or a shard of it, in fixed blocks of 64 that
+/// are added up by a fixed tree: the result has the same bits for any number of threads, of interruptions, and of
+/// shards.
 class Ensemble {
  public:
   /// @throws InputError if an option is out of its range, or the noise or the integrator refuse the start
@@ -177,7 +218,7 @@ class Ensemble {
 
   /// Samples the next blocks of paths, on all threads.
   void advance(int blocks);
-  bool done() const { return sums_.samples == options_.samples; }
+  bool done() const { return sums_.samples == options_.shard_samples(); }
 
   const EnsembleSums& sums() const { return sums_; }
   const EnsembleOptions& options() const { return options_; }

@@ -55,8 +55,9 @@ struct EnsembleRun {
   std::string method;  ///< how paths were computed
   int threads = 1;
   double seconds = 0;
+  std::vector<std::string> notes{};  ///< on the start, for people
 
-  bool partial() const { return sums.samples < options.samples; }
+  bool partial() const { return sums.samples < options.shard_samples(); }
 };
 
 /// The text of ensemble.json; NaN and what is not defined, as crossing in the plane, are null.
@@ -70,9 +71,17 @@ std::string ensemble_means_csv(const EnsembleRun& run);
 /// histograms that are to be written.
 std::string ensemble_densities_csv(const EnsembleRun& run);
 
-/// The sums of an unfinished ensemble, exact, as a binary text (CBOR) that belongs to this run only: a run with
-/// a different seed, noise or initial state cannot read it.
+/// The sums of an unfinished ensemble or of a shard, exact, as a binary text (CBOR) that belongs to this run only: a
+/// run with a different seed, noise or initial state cannot resume from it.
 std::string ensemble_checkpoint(const EnsembleRun& run);
+
+/// A shard's checkpoint, which is all of it once it is not partial: what it says of the run, and the sums. Its noise is
+/// one of noise_table(). @throws InputError if it is damaged; `name` is the file's
+EnsembleRun read_ensemble_part(std::string_view bytes, std::string_view name);
+
+/// The whole ensemble of these shards, in any order: of the same bits as in one run. `names` are their files'.
+/// @throws InputError that names the shard which is missing, there twice, not finished or of another ensemble
+EnsembleRun merge_ensembles(std::vector<EnsembleRun> parts, const std::vector<std::string>& names);
 
 /// What ensemble_checkpoint wrote. @throws InputError if it is damaged or of another run; `name` is the file's
 ensemble::EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name);

@@ -331,11 +331,16 @@ ensemble::EnsembleSums sums_of(const formats::Json& json) {
   sums.crossing.pairs = {count_of(pairs.at(0)), count_of(pairs.at(1)), count_of(pairs.at(2))};
   json.at("momentum_error").get_to(sums.momentum_error);
   json.at("largest_momentum").get_to(sums.largest_momentum);
-  const formats::Json& q = json.at("identity").at("q");
+  const formats::Json& identity = json.at("identity");
+  const formats::Json& q = identity.at("q");
   sums.tree = tree_of(json.at("tree"), sums.samples, static_cast<Eigen::Index>(2 * q.size() * q.at(0).size()));
   const ensemble::MomentNode total = sums.tree.total();
   sums.moments = total.moments;
   sums.pair_moments = total.pair_moments;
+  if (sums.tree.nodes().empty()) {
+    sums.moments.resize(identity.at("records").size());
+    if (identity.at("antithetic").get<bool>()) sums.pair_moments = sums.moments;
+  }
   sums.histograms = histograms_of(json.at("histograms"));
   json.at("states").get_to(sums.states);
   return sums;

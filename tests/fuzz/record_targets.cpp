@@ -81,6 +81,8 @@ bool ensemble_checkpoints(std::string_view input) {
   ensemble_json(run);
   ensemble_means_csv(run);
   ensemble_densities_csv(run);
+  const auto part = attempt([&] { return records::read_ensemble_part(bytes, "f"); });
+  if (part) attempt([&] { return records::merge_ensembles({*part}, {"f"}); });
   demand("a checkpoint that is written is not read",
          [&] { return read_ensemble_checkpoint(run, ensemble_checkpoint(run), "f"); });
   return true;

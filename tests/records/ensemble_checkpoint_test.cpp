@@ -40,6 +40,16 @@ std::string checkpoint_error(const EnsembleRun& run, const std::string& bytes) {
   return "no error";
 }
 
+/// The sums with a part of the only node of their tree changed.
+void change_node(ensemble::EnsembleSums& sums, const std::function<void(ensemble::MomentNode&)>& change) {
+  ensemble::MomentNode node = sums.tree.nodes().front();
+  change(node);
+  sums.tree = {};
+  sums.tree.add(node);
+  sums.moments = node.moments;
+  sums.pair_moments = node.pair_moments;
+}
+
 TEST(EnsembleCheckpoint, IsReadBackToTheSameBits) {
   for (const EnsembleExample& example : {full_example(), line_example(), plane_example()}) {
     for (const int blocks : {0, 1, 2, 100}) {
@@ -62,9 +72,11 @@ TEST(EnsembleCheckpoint, KeepsEveryFieldWhateverItIs) {
   sums.crossing = {5, 6, {7, 8, std::int64_t{1} << 41U}};
   sums.momentum_error = 5e-324;
   sums.largest_momentum = std::numeric_limits<double>::infinity();
-  sums.moments[1].mean[2] = -0.0;
-  sums.moments[1].squares[0] = std::nextafter(0.1, 1);
-  sums.pair_moments[2].count = 7;
+  change_node(sums, [](ensemble::MomentNode& node) {
+    node.moments[1].mean[2] = -0.0;
+    node.moments[1].squares[0] = std::nextafter(0.1, 1);
+    node.pair_moments[2].count = 7;
+  });
   sums.histograms[1][3].counts[511] = std::uint64_t{1} << 40U;
   sums.histograms[1][0].smallest = std::numeric_limits<double>::infinity();
   expect_same_bits(read_ensemble_checkpoint(run, ensemble_checkpoint(run), "x"), sums);
@@ -94,7 +106,10 @@ TEST(EnsembleCheckpoint, OfAnotherEnsembleIsRefused) {
          run.options.records = {0, 8, 200};
        }},
       {"histograms", [](EnsembleRun& run) { run.options.histograms = {200}; }},
-      {"keep", [](EnsembleRun& run) { run.options.keep = ensemble::KeepStates::kNone; }}};
+      {"keep", [](EnsembleRun& run) { run.options.keep = ensemble::KeepStates::kNone; }},
+      {"shards", [](EnsembleRun& run) {
+         run.options.shard = {1, 2};
+       }}};
   for (const Change& change : changes) {
     EnsembleRun other = run_after(full_example(), 0);
     EXPECT_EQ(checkpoint_error(other, bytes), "no error");
@@ -126,8 +141,7 @@ TEST(EnsembleCheckpoint, OfDeepListsIsDamaged) {
 // Moments of more paths than were sampled: their lists may have any length, as nothing is checked where there is none.
 TEST(EnsembleCheckpoint, WithMoreMomentsThanPathsIsDamaged) {
   EnsembleRun run = run_after(line_example(), 0);
-  run.sums.moments[0].count = 1;
-  run.sums.moments[0].mean = Eigen::ArrayXd::Zero(3);
+  run.sums.tree.add({0, 0, {{1, Eigen::ArrayXd::Zero(3), Eigen::ArrayXd::Zero(3)}}, {}});
   EXPECT_THAT(checkpoint_error(run, ensemble_checkpoint(run)), HasSubstr("is damaged"));
 }
 
@@ -187,16 +201,21 @@ std::string replaced(std::string bytes, const std::string& text, const std::stri
 TEST(EnsembleCheckpoint, OfAnotherVersionIsRefused) {
   const EnsembleRun run = run_after(line_example(), 1);
   const std::string bytes = ensemble_checkpoint(run);
-  EXPECT_NE(checkpoint_error(run, replaced(bytes, "pulson ensemble sums 1", "pulson ensemble sums 2")), "no error");
+  EXPECT_NE(checkpoint_error(run, replaced(bytes, "pulson ensemble sums 2", "pulson ensemble sums 1")), "no error");
 }
 
 // Lists of other lengths than those of this ensemble: read with no check they would be written beyond their ends.
 TEST(EnsembleCheckpoint, WithListsOfOtherLengthsIsRefused) {
   const EnsembleExample example = line_example();
   const std::vector<std::function<void(ensemble::EnsembleSums&)>> damages = {
-      [](ensemble::EnsembleSums& sums) { sums.moments[1].mean.conservativeResize(3); },
-      [](ensemble::EnsembleSums& sums) { sums.moments[1].squares.resize(0); },
-      [](ensemble::EnsembleSums& sums) { sums.moments.pop_back(); },
+      [](ensemble::EnsembleSums& sums) {
+        change_node(sums, [](auto& node) { node.moments[1].mean.conservativeResize(3); });
+      },
+      [](ensemble::EnsembleSums& sums) { change_node(sums, [](auto& node) { node.moments[1].squares.resize(0); }); },
+      [](ensemble::EnsembleSums& sums) { change_node(sums, [](auto& node) { node.moments.pop_back(); }); },
+      [](ensemble::EnsembleSums& sums) { change_node(sums, [](auto& node) { node.first_block = 1; }); },
+      [](ensemble::EnsembleSums& sums) { change_node(sums, [](auto& node) { node.level = 1; }); },
+      [](ensemble::EnsembleSums& sums) { sums.tree = {}; },
       [](ensemble::EnsembleSums& sums) { sums.histograms.pop_back(); },
       [](ensemble::EnsembleSums& sums) { sums.histograms[1].pop_back(); },
       [](ensemble::EnsembleSums& sums) { sums.histograms[2].clear(); },

@@ -18,7 +18,7 @@ using Reader = Surface (*)(const std::string&, std::string_view);
 const std::map<std::string, Reader, std::less<>> kSurfaceReaders = {
     {".obj", read_obj}, {".ply", read_ply}, {".stl", read_stl}};
 
-std::string extension_of(const std::filesystem::path& file) { return io::to_lower(file.extension().string()); }
+std::string surface_extension(const std::filesystem::path& file) { return io::to_lower(file.extension().string()); }
 
 std::string whole_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -67,14 +67,14 @@ std::pair<std::vector<int>, int> cells_of(const Points& vertices, double side) {
 }  // namespace
 
 Surface read_surface(const std::filesystem::path& file) {
-  if (!kSurfaceReaders.contains(extension_of(file)))
+  if (!kSurfaceReaders.contains(surface_extension(file)))
     throw InputError(fmt::format("the surface '{}' is of an unknown kind; ply, stl and obj are read", file.string()));
   return surface_of_text(file, whole_file(file));
 }
 
 Surface surface_of_text(const std::filesystem::path& file, std::string_view text) {
   const std::string path = file.string();
-  Surface surface = kSurfaceReaders.at(extension_of(file))(path, text);
+  Surface surface = kSurfaceReaders.at(surface_extension(file))(path, text);
   surface.vertices.source = path;
   surface.vertices.axes = stated_axes(text);
   check_surface(path, surface);

@@ -112,7 +112,7 @@ namespace {
 enum Compression : std::uint32_t { kNone = 0, kRle8 = 1, kRle4 = 2, kBitFields = 3, kAlphaBitFields = 6 };
 
 constexpr std::size_t kFileHeader = 14;
-using Colour = std::array<std::uint8_t, 4>;
+using PaletteColour = std::array<std::uint8_t, 4>;
 
 /// One channel's bits in a pixel.
 struct BitField {
@@ -149,7 +149,7 @@ class BmpReader {
                             ? bits_ == (compression_ == kRle8 ? 8U : 4U)
                             : compression_ == kNone || compression_ == kBitFields || compression_ == kAlphaBitFields;
     if (!is_known || !is_fit) fail_as_damaged();
-    const bool is_grey = bits_ <= 8 && std::all_of(palette_.begin(), palette_.end(), [](const Colour& colour) {
+    const bool is_grey = bits_ <= 8 && std::all_of(palette_.begin(), palette_.end(), [](const PaletteColour& colour) {
                            return colour[0] == colour[1] && colour[1] == colour[2];
                          });
     Image image = new_image(width_, std::abs(std::int64_t{height_}), is_grey ? 1 : (fields_[3].mask != 0 ? 4 : 3),
@@ -191,11 +191,11 @@ class BmpReader {
     return row(image, line) + std::ptrdiff_t{x} * image.channels();
   }
 
-  void put(Image& image, int x, int y, const Colour& colour) const {
+  void put(Image& image, int x, int y, const PaletteColour& colour) const {
     std::copy_n(colour.begin(), image.channels(), place(image, x, y));
   }
 
-  Colour colour_of(std::uint32_t pixel) const {
+  PaletteColour colour_of(std::uint32_t pixel) const {
     if (bits_ <= 8) return palette_[pixel];
     return {fields_[0].value(pixel), fields_[1].value(pixel), fields_[2].value(pixel), fields_[3].value(pixel)};
   }
@@ -248,7 +248,7 @@ class BmpReader {
   std::int32_t width_ = 0, height_ = 0;  ///< a negative height: rows from the top
   std::uint32_t bits_ = 0, compression_ = kNone;
   std::array<BitField, 4> fields_{{{0xFF0000}, {0xFF00}, {0xFF}, {0}}};
-  std::vector<Colour> palette_;
+  std::vector<PaletteColour> palette_;
 };
 
 void append_number(std::string& bytes, std::size_t value, int width) {

@@ -108,8 +108,11 @@ ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, c
 }
 
 void check_outputs(const EnsembleArguments& arguments) {
-  arguments.results.check();
   const fs::path checkpoint = arguments.checkpoint();
+  if (arguments.options.shard.count > 1)
+    arguments.results.output.check_only(checkpoint.filename().string());
+  else
+    arguments.results.check();
   check_output_file(checkpoint);
   if (!fs::exists(checkpoint) || arguments.resume) return;
   throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",

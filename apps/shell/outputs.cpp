@@ -85,6 +85,12 @@ void OutputOptions::check(const std::vector<std::string>& files, const std::vect
   for (const std::string& name : drawn) check_output_file(file(name));
 }
 
+void OutputOptions::check_only(const std::string& name) const {
+  create_output_directory(out);
+  lock = std::make_shared<FolderLock>(out, name);
+  check_output_file(file(name));
+}
+
 void OutputOptions::write_json(const std::string& record) const {
   if (json == "-")
     fmt::print("{}", record);

@@ -42,6 +42,8 @@ struct OutputOptions {
   /// All that can be known to fail before the work is done; locks the folder. @param stems of the pictures' names
   /// @throws InputError
   void check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const;
+  /// The same where only `name` is written in the folder: other processes may write other files there.
+  void check_only(const std::string& name) const;
   /// Writes the record to --json, where that was asked for.
   void write_json(const std::string& record) const;
   /// "wrote      DIR: a, b, c"

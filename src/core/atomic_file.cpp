@@ -152,14 +152,16 @@ std::string describe_holder(const fs::path& lock) {
 
 }  // namespace
 
-FolderLock::FolderLock(const fs::path& folder) : path_(folder / ".pulson.lock") {
+FolderLock::FolderLock(const fs::path& folder, const std::string& file)
+    : path_(folder / ("." + (file.empty() ? "pulson" : file) + ".lock")) {
   for (;;) {
     const int descriptor = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (descriptor < 0) fail_to_write(path_, last_error());
     const bool is_held = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
     if (!is_held && errno == EWOULDBLOCK) {
       ::close(descriptor);
-      throw InputError(describe_holder(path_) + " writes into '" + folder.string() +
+      const std::string what = file.empty() ? "into '" + folder.string() : "'" + (folder / file).string();
+      throw InputError(describe_holder(path_) + " writes " + what +
                        "' at present; wait until it ends, or choose another folder");
     }
     if (is_held && !is_still_at(descriptor, path_)) {  // its holder ended, and removed it, in between

@@ -51,13 +51,13 @@ void check_output_file(const std::filesystem::path& path);
 /// something else, or if nothing may be written in it.
 void create_output_directory(const std::filesystem::path& path);
 
-/// Keeps other processes from writing their results into the same folder: holds a lock on `folder/.pulson.lock`, which
-/// names the process and is removed at the end. The lock ends with the process, however that ends; where the file
-/// system has no locks, none is held.
+/// Keeps other processes from writing their results into the same folder, or one file of it: holds a lock on
+/// `folder/.pulson.lock` or `folder/.FILE.lock`, which names the process and is removed at the end. The lock ends with
+/// the process, however that ends; where the file system has no locks, none is held.
 class FolderLock {
  public:
   /// @throws InputError if another process holds the lock, or if the file cannot be made
-  explicit FolderLock(const std::filesystem::path& folder);
+  explicit FolderLock(const std::filesystem::path& folder, const std::string& file = "");
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
   ~FolderLock();

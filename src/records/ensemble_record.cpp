@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -264,19 +265,37 @@ ensemble::MomentTree tree_of(const formats::Json& json, std::int64_t samples, Ei
   return tree;
 }
 
+/// Without the empty bins at both ends, which are most: the first of the others, and these.
+std::pair<std::size_t, std::vector<std::uint64_t>> filled_bins(const std::vector<std::uint64_t>& counts) {
+  const auto is_filled = [](std::uint64_t count) { return count > 0; };
+  const auto first = std::find_if(counts.begin(), counts.end(), is_filled);
+  const auto last = std::find_if(counts.rbegin(), std::make_reverse_iterator(first), is_filled);
+  return {static_cast<std::size_t>(first - counts.begin()), {first, last.base()}};
+}
+
 formats::Json histograms_json(const std::vector<std::vector<ensemble::Histogram>>& histograms) {
   formats::Json records = formats::Json::array();
   for (const auto& record : histograms) {
     formats::Json rows = formats::Json::array();
-    for (const ensemble::Histogram& h : record) rows.push_back({h.low, h.high, h.counts, h.smallest, h.largest});
+    for (const ensemble::Histogram& h : record) {
+      const auto [first, counts] = filled_bins(h.counts);
+      rows.push_back({h.low, h.high, h.counts.size(), first, counts, h.smallest, h.largest});
+    }
     records.push_back(std::move(rows));
   }
   return records;
 }
 
-std::vector<std::uint64_t> bins_of(const formats::Json& json) {
-  std::vector<std::uint64_t> bins;
-  for (const formats::Json& count : json) bins.push_back(static_cast<std::uint64_t>(count_of(count)));
+/// @param row from its third number on: how many bins there are, the first of those that follow
+std::vector<std::uint64_t> bins_of(const formats::Json& row) {
+  constexpr std::int64_t kMostBins = 1 << 16;
+  const std::int64_t size = count_of(row.at(2));
+  std::int64_t bin = count_of(row.at(3));
+  const formats::Json& filled = row.at(4);
+  if (size > kMostBins || bin > size || std::ssize(filled) > size - bin) throw Damaged();
+  std::vector<std::uint64_t> bins(static_cast<std::size_t>(size));
+  for (const formats::Json& count : filled)
+    bins[static_cast<std::size_t>(bin++)] = static_cast<std::uint64_t>(count_of(count));
   return bins;
 }
 
@@ -285,8 +304,8 @@ std::vector<std::vector<ensemble::Histogram>> histograms_of(const formats::Json&
   for (const formats::Json& rows : json) {
     histograms.emplace_back();
     for (const formats::Json& row : rows)
-      histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(), bins_of(row.at(2)),
-                                   row.at(3).get<double>(), row.at(4).get<double>()});
+      histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(), bins_of(row),
+                                   row.at(5).get<double>(), row.at(6).get<double>()});
   }
   return histograms;
 }

@@ -106,6 +106,14 @@ TEST_F(LockedFolder, HasOneHolder) {
   EXPECT_FALSE(fs::exists(".pulson.lock"));
 }
 
+TEST_F(LockedFolder, HasAHolderForEachFile) {
+  const FolderLock lock(".", "a");
+  const FolderLock other(".", "b");
+  EXPECT_EQ(error_of([] { const FolderLock again(".", "a"); }),
+            "another pulson (process " + std::to_string(::getpid()) +
+                ") writes './a' at present; wait until it ends, or choose another folder");
+}
+
 TEST_F(AtomicFile, SaysThatADeviceIsFull) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
   EXPECT_EQ(error_of([] { write_file_atomically("/dev/full", "text"); }),

@@ -6,6 +6,8 @@
 #include <cstring>
 
 #include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "pulson/core/parallel.hpp"
 
@@ -143,6 +145,64 @@ TEST_F(EnsembleProgram, TellsOfPathsThatAreLost) {
   EXPECT_EQ(read_json("out/ensemble.json")["paths"]["momentum_bound"], 100);
   EXPECT_TRUE(read_json("out/ensemble.json")["crossing"].is_null());
   EXPECT_EQ(count_lines(contents("out/means.csv")), 1U);
+}
+
+// As on a cluster: parts in one folder, at the same time and in any order, given --resume from the start.
+TEST_F(EnsembleProgram, MergesPartsToTheFilesOfOneRun) {
+  const std::string options = "--samples 1000 --time 10 --densities 5 ";
+  ASSERT_EQ(run_pair(options + "--save-final one.npy -o one").exit_code, 0);
+  std::vector<pid_t> parts;
+  for (const int index : {3, 1, 4, 2}) {
+    const pid_t child = ::fork();
+    if (child == 0)
+      ::_exit(
+          run_pair(options + "--save-final parts.npy --resume --quiet -o parts --shard " + std::to_string(index) + "/4")
+              .exit_code);
+    parts.push_back(child);
+  }
+  for (const pid_t child : parts) {
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+  }
+  EXPECT_THAT(names_in("parts"), ElementsAre("part-1-of-4.ensemble", "part-2-of-4.ensemble", "part-3-of-4.ensemble",
+                                             "part-4-of-4.ensemble"));
+  const ProgramRun merge =
+      run(words("merge parts/part-2-of-4.ensemble parts/part-4-of-4.ensemble parts/part-1-of-4.ensemble "
+                "parts/part-3-of-4.ensemble --save-final two.npy --no-picture -o two"));
+  EXPECT_EQ(merge.exit_code, 0) << merge.err;
+  expect_same_results("one", "two");
+  EXPECT_TRUE(contents("one.npy") == contents("two.npy"));
+}
+
+TEST_F(EnsembleProgram, SaysWhatPartsLackAndWritesNothing) {
+  ASSERT_EQ(run_pair("--samples 200 --time 1 --shard 1/2 -o parts").exit_code, 0);
+  ASSERT_EQ(run_pair("--samples 200 --time 1 --shard 2/2 --stop-after 64 -o parts").exit_code, 3);
+  const auto error_of_merge = [](const std::string& arguments) {
+    const ProgramRun merge = run(words("merge " + arguments + " --no-picture -o out"));
+    EXPECT_EQ(merge.exit_code, 2);
+    EXPECT_THAT(names_in("out"), ElementsAre());
+    return merge.err;
+  };
+  EXPECT_EQ(error_of_merge("parts/part-1-of-2.ensemble"), "pulson: part 2/2 is missing\n");
+  EXPECT_EQ(error_of_merge("parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble"),
+            "pulson: 'parts/part-2-of-2.ensemble' is not finished: it has 64 of 72 paths. Run part 2/2 again with "
+            "--resume\n");
+  EXPECT_EQ(error_of_merge("none"), "pulson: 'none' cannot be read\n");
+  const ProgramRun again = run_pair("--samples 200 --time 1 --shard 2/2 --resume -o parts");
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.out, HasSubstr("part 2 of 2: 72 of its 72 paths"));
+  EXPECT_EQ(error_of_merge("parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble --save-final x.npy"),
+            "pulson: 'x.npy' cannot be written: give --save-final or --save-paths to the parts\n");
+  EXPECT_EQ(run(words("merge parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble --no-picture -o out")).exit_code, 0);
+}
+
+TEST_F(EnsembleProgram, TakesShardsThatAreSome) {
+  for (const std::string shard : {"0/2", "3/2", "1", "1/2/3", "a/2", "/2", "1/", "-1/2"}) {
+    const ProgramRun wrong = run_pair("--samples 200 -o out --shard=" + shard);
+    EXPECT_EQ(wrong.exit_code, 2) << shard;
+    EXPECT_EQ(wrong.err, "pulson: --shard is '" + shard + "'; it must be i/n, as in 3/8, i from 1 to n\n");
+  }
 }
 
 }  // namespace

@@ -117,6 +117,20 @@ TEST_F(EnsembleSignals, LosesNothingOfWhatWasSavedWhenItIsKilled) {
   expect_same_results("whole", "out");
 }
 
+TEST_F(EnsembleSignals, LosesNothingOfAShardThatIsKilled) {
+  const std::string kRun = "--samples 40000 --threads 1 -o ";
+  run_pair(kRun + "parts --shard 2/2");
+  run_pair(kRun + "parts --shard 1/2 --stop-after 1");
+  const pid_t child = sampling(kPair + kRun + "parts --shard 1/2 --resume");
+  ::kill(child, SIGKILL);
+  EXPECT_EQ(finished(child).exit_code, -SIGKILL);
+  EXPECT_EQ(run_pair(kRun + "parts --shard 1/2 --resume").exit_code, 0);
+  EXPECT_THAT(names_in("parts"), ElementsAre("part-1-of-2.ensemble", "part-2-of-2.ensemble"));
+  EXPECT_EQ(run(words("merge parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble --no-picture -o out")).exit_code, 0);
+  run_pair(kRun + "whole");
+  expect_same_results("whole", "out");
+}
+
 // Sums are saved every ten seconds.
 TEST_F(EnsembleSignals, HasNothingToResumeWhenItWasKilledEarly) {
   const std::string kRun = "--samples 100000000 --threads 1 -o out";

@@ -73,7 +73,7 @@ Json models(const inference::PosteriorProblem& problem) {
           {"priors", priors(problem)}};
 }
 
-Json settings(const inference::SamplerOptions& options) {
+Json sampler_settings(const inference::SamplerOptions& options) {
   return {{"method", options.method}, {"warmup", options.warmup}, {"seed", options.seed}};
 }
 
@@ -135,7 +135,7 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json["path_evaluations"] = draws.path_evaluations;
   json["warmup_seconds"] = draws.warmup_seconds;
   json.update(models(problem));
-  json.update(settings(options));
+  json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);
   json["version"] = version();
   return json.dump(2) + "\n";
@@ -207,7 +207,7 @@ std::string calibration_json(const inference::PosteriorProblem& problem, const i
             {"draws", options.sampler.draws}};
   if (!options.fault_name.empty()) json["fault"] = {{options.fault_name, options.fault_factor}};
   json.update(models(problem));
-  json.update(settings(options.sampler));
+  json.update(sampler_settings(options.sampler));
   json["version"] = version();
   return json.dump(2) + "\n";
 }

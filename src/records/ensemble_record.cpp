@@ -512,9 +512,9 @@ EnsembleRun merge_ensembles(std::vector<EnsembleRun> parts, const std::vector<st
                                    shard_name(parts[i].options.shard)));
     place = i;
     if (parts[i].partial())
-      throw InputError(fmt::format("'{}' is not finished: it has {} of {} paths. Run part {} again with --resume",
-                                   names[i], parts[i].sums.samples, parts[i].options.shard_samples(),
-                                   shard_name(parts[i].options.shard)));
+      throw InputError(
+          fmt::format("'{}' is not finished: it has {} of {} paths. Part {} has to go on before it is merged", names[i],
+                      parts[i].sums.samples, parts[i].options.shard_samples(), shard_name(parts[i].options.shard)));
   }
   std::vector<std::string> missing;
   for (int k = 0; k < count; ++k)

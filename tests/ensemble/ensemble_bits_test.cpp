@@ -235,7 +235,14 @@ TEST(EnsembleResume, CountsMoreThanAWordHolds) {
   ensemble.advance(1);
   EnsembleSums sums = ensemble.sums();
   sums.samples = sums.paths.clean = kMany;
-  for (Moments& moments : sums.moments) moments.count = kMany;
+  MomentNode node = sums.tree.nodes().front();
+  sums.tree = {};
+  for (int level = 25; level >= 0; --level) {
+    node.level = level;
+    for (Moments& moments : node.moments) moments.count = std::int64_t{64} << level;
+    sums.tree.add(node);
+    node.first_block = node.end_block();
+  }
   for (Histogram& h : sums.histograms.front())
     for (auto& count : h.counts)
       if (count > 0) count = static_cast<std::remove_reference_t<decltype(count)>>(kMany);
@@ -243,6 +250,7 @@ TEST(EnsembleResume, CountsMoreThanAWordHolds) {
   ensemble.advance(2);
   EXPECT_EQ(ensemble.sums().samples, kMany + 128);
   for (const Histogram& h : ensemble.sums().histograms.front()) EXPECT_EQ(h.total(), kMany + 128);
+  EXPECT_EQ(ensemble.sums().moments.back().count, kMany + 128);
 }
 
 }  // namespace

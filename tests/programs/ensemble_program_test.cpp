@@ -186,8 +186,8 @@ TEST_F(EnsembleProgram, SaysWhatPartsLackAndWritesNothing) {
   };
   EXPECT_EQ(error_of_merge("parts/part-1-of-2.ensemble"), "pulson: part 2/2 is missing\n");
   EXPECT_EQ(error_of_merge("parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble"),
-            "pulson: 'parts/part-2-of-2.ensemble' is not finished: it has 64 of 72 paths. Run part 2/2 again with "
-            "--resume\n");
+            "pulson: 'parts/part-2-of-2.ensemble' is not finished: it has 64 of 72 paths. Part 2/2 has to go on before "
+            "it is merged\n");
   EXPECT_EQ(error_of_merge("none"), "pulson: 'none' cannot be read\n");
   const ProgramRun again = run_pair("--samples 200 --time 1 --shard 2/2 --resume -o parts");
   EXPECT_EQ(again.exit_code, 0);

@@ -138,7 +138,7 @@ TEST(EnsembleParts, ThatDoNotMakeAWholeAreNamed) {
               example.options.shard = {12, 12};
               all[11] = run_after(example, 0);
             }),
-            "'part-12' is not finished: it has 0 of 10 paths. Run part 12/12 again with --resume");
+            "'part-12' is not finished: it has 0 of 10 paths. Part 12/12 has to go on before it is merged");
   EXPECT_THAT(error_with([](auto& all) { all[7].options.seed = 10; }),
               AllOf(HasSubstr("'part-8' is part of another ensemble than 'part-1'"), HasSubstr("its seed is 10")));
   EXPECT_THAT(error_with([](auto& all) { all.back() = parts_of(eleven_blocks(), 2).back(); }),

@@ -84,7 +84,7 @@ TEST(EnsembleParts, HaveAllPathsOnce) {
   }
 }
 
-// A tree that only looked right would add up what is left of an interruption in another order.
+// After an interruption the blocks that are left must be added up in the same order.
 TEST(EnsembleParts, GoOnAfterAnInterruption) {
   EnsembleExample example = eleven_blocks();
   const EnsembleRun whole = finished_run(example);

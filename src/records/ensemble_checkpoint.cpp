@@ -1,0 +1,397 @@
+// The sums of an ensemble in a file: to go on from, and to be merged with those of other shards.
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "formats/formats.hpp"
+#include "formats/json/json_reader.hpp"
+#include "pulson/core/version.hpp"
+#include "pulson/kernels/kernel_operator.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "pulson/records/records.hpp"
+
+namespace pulson::records {
+
+namespace {
+
+constexpr const char* kFormat = "pulson ensemble sums 2";
+
+/// For a message: the beginning of long lists.
+std::string excerpt(const formats::Json& json) {
+  constexpr std::size_t kLongest = 60;
+  const std::string text = json.dump();
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "…";
+}
+
+/// All on which the bits of the sums depend.
+formats::Json identity_json(const EnsembleRun& run) {
+  const ensemble::EnsembleOptions& o = run.options;
+  return {{"version", version()},
+          {"vector_target", vector_target()},
+          {"kernel", run.system.kernel.spec()},
+          {"noise", run.system.noise->spec()},
+          {"integrator", run.integrator},
+          {"q", formats::points_json(run.start.q)},
+          {"p", formats::points_json(run.start.p)},
+          {"groups", run.shape.groups},
+          {"time", o.grid.time},
+          {"steps", o.grid.steps},
+          {"seed", o.seed},
+          {"samples", o.samples},
+          {"momentum_bound", o.momentum_bound},
+          {"antithetic", o.antithetic},
+          {"records", o.records},
+          {"histograms", o.histograms},
+          {"keep", static_cast<int>(o.keep)},
+          {"shards", o.shard.count}};
+}
+
+/// A value that a checkpoint cannot have.
+struct Damaged {};
+
+std::string shape_text(const Landmarks& shape) {
+  formats::LandmarkFile file;
+  file.shapes = {shape};
+  return formats::json_format().write("", file).text;
+}
+
+/// What is counted: as another number it has no value, and sums of larger ones would overflow.
+std::int64_t count_of(const formats::Json& json) {
+  constexpr auto kMost = std::uint64_t{1} << 52U;
+  if (!json.is_number_unsigned() || json.get<std::uint64_t>() > kMost) throw Damaged();
+  return json.get<std::int64_t>();
+}
+
+formats::Json array_json(const Eigen::ArrayXd& x) { return std::vector<double>(x.begin(), x.end()); }
+
+Eigen::ArrayXd array_of(const formats::Json& json) {
+  const auto numbers = json.get<std::vector<double>>();
+  return Eigen::Map<const Eigen::ArrayXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
+formats::Json moments_json(const std::vector<ensemble::Moments>& moments) {
+  formats::Json rows = formats::Json::array();
+  for (const ensemble::Moments& m : moments) rows.push_back({m.count, array_json(m.mean), array_json(m.squares)});
+  return rows;
+}
+
+/// @throws Damaged unless these can be added to others of `records` records of so many coordinates
+void check_sizes(const std::vector<ensemble::Moments>& moments, std::size_t records, Eigen::Index coordinates) {
+  if (moments.size() != records) throw Damaged();
+  for (const ensemble::Moments& m : moments)
+    if (m.count > 0 && (m.mean.size() != coordinates || m.squares.size() != coordinates)) throw Damaged();
+}
+
+formats::Json tree_json(const ensemble::MomentTree& tree) {
+  formats::Json nodes = formats::Json::array();
+  for (const ensemble::MomentNode& node : tree.nodes())
+    nodes.push_back({node.first_block, node.level, moments_json(node.moments), moments_json(node.pair_moments)});
+  return nodes;
+}
+
+std::vector<ensemble::Moments> moments_of(const formats::Json& json, std::int64_t samples) {
+  std::vector<ensemble::Moments> moments;
+  for (const formats::Json& row : json) {
+    moments.push_back({count_of(row.at(0)), array_of(row.at(1)), array_of(row.at(2))});
+    if (moments.back().count > samples) throw Damaged();
+  }
+  return moments;
+}
+
+ensemble::MomentTree tree_of(const formats::Json& json, std::int64_t samples, Eigen::Index coordinates) {
+  constexpr std::int64_t kHighest = 52;
+  ensemble::MomentTree tree;
+  for (const formats::Json& row : json) {
+    const std::int64_t level = count_of(row.at(1));
+    if (level > kHighest) throw Damaged();
+    ensemble::MomentNode node{count_of(row.at(0)), static_cast<int>(level), moments_of(row.at(2), samples),
+                              moments_of(row.at(3), samples)};
+    const ensemble::MomentNode& first = tree.nodes().empty() ? node : tree.nodes().front();
+    check_sizes(node.moments, first.moments.size(), coordinates);
+    check_sizes(node.pair_moments, first.pair_moments.size(), coordinates);
+    tree.add(std::move(node));
+  }
+  return tree;
+}
+
+/// Without the empty bins at both ends, which are most: the first of the others, and these.
+std::pair<std::size_t, std::vector<std::uint64_t>> filled_bins(const std::vector<std::uint64_t>& counts) {
+  const auto is_filled = [](std::uint64_t count) { return count > 0; };
+  const auto first = std::find_if(counts.begin(), counts.end(), is_filled);
+  const auto last = std::find_if(counts.rbegin(), std::make_reverse_iterator(first), is_filled);
+  return {static_cast<std::size_t>(first - counts.begin()), {first, last.base()}};
+}
+
+formats::Json histograms_json(const std::vector<std::vector<ensemble::Histogram>>& histograms) {
+  formats::Json records = formats::Json::array();
+  for (const auto& record : histograms) {
+    formats::Json rows = formats::Json::array();
+    for (const ensemble::Histogram& h : record) {
+      const auto [first, counts] = filled_bins(h.counts);
+      rows.push_back({h.low, h.high, h.counts.size(), first, counts, h.smallest, h.largest});
+    }
+    records.push_back(std::move(rows));
+  }
+  return records;
+}
+
+/// @param row from its third number on: how many bins there are, the first of those that follow
+std::vector<std::uint64_t> bins_of(const formats::Json& row) {
+  constexpr std::int64_t kMostBins = 1 << 16;
+  const std::int64_t size = count_of(row.at(2));
+  std::int64_t bin = count_of(row.at(3));
+  const formats::Json& filled = row.at(4);
+  if (size > kMostBins || bin > size || std::ssize(filled) > size - bin) throw Damaged();
+  std::vector<std::uint64_t> bins(static_cast<std::size_t>(size));
+  for (const formats::Json& count : filled)
+    bins[static_cast<std::size_t>(bin++)] = static_cast<std::uint64_t>(count_of(count));
+  return bins;
+}
+
+std::vector<std::vector<ensemble::Histogram>> histograms_of(const formats::Json& json) {
+  std::vector<std::vector<ensemble::Histogram>> histograms;
+  for (const formats::Json& rows : json) {
+    histograms.emplace_back();
+    for (const formats::Json& row : rows)
+      histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(), bins_of(row),
+                                   row.at(5).get<double>(), row.at(6).get<double>()});
+  }
+  return histograms;
+}
+
+/// Goes through a binary text and stops where lists are nested deeper than those of a checkpoint: to make values of
+/// them takes a stack as deep.
+class DepthCheck : public nlohmann::json_sax<formats::Json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool /*value*/) override { return true; }
+  bool number_integer(number_integer_t /*value*/) override { return true; }
+  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
+  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
+  bool string(string_t& /*value*/) override { return true; }
+  bool binary(binary_t& /*value*/) override { return true; }
+  bool key(string_t& /*value*/) override { return true; }
+  bool start_object(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
+  bool start_array(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
+  bool end_object() override { return depth_-- > 0; }
+  bool end_array() override { return depth_-- > 0; }
+  bool parse_error(std::size_t /*place*/, const std::string& /*token*/, const nlohmann::json::exception&) override {
+    return false;
+  }
+
+ private:
+  static constexpr int kDeepest = 8;
+  int depth_ = 0;
+};
+
+[[noreturn]] void fail_damaged(std::string_view name) {
+  throw InputError(fmt::format("'{}' is damaged: it cannot be resumed; remove it and start again", name));
+}
+
+ensemble::EnsembleSums sums_of(const formats::Json& json) {
+  ensemble::EnsembleSums sums;
+  sums.samples = count_of(json.at("samples"));
+  const formats::Json& paths = json.at("paths");
+  sums.paths = {count_of(paths.at(0)), count_of(paths.at(1)), count_of(paths.at(2)), count_of(paths.at(3))};
+  sums.crossing.at_end = count_of(json.at("crossed_at_end"));
+  sums.crossing.ever = count_of(json.at("crossed_ever"));
+  const formats::Json& pairs = json.at("crossed_pairs");
+  sums.crossing.pairs = {count_of(pairs.at(0)), count_of(pairs.at(1)), count_of(pairs.at(2))};
+  json.at("momentum_error").get_to(sums.momentum_error);
+  json.at("largest_momentum").get_to(sums.largest_momentum);
+  const formats::Json& identity = json.at("identity");
+  const formats::Json& q = identity.at("q");
+  sums.tree = tree_of(json.at("tree"), sums.samples, static_cast<Eigen::Index>(2 * q.size() * q.at(0).size()));
+  const ensemble::MomentNode total = sums.tree.total();
+  sums.moments = total.moments;
+  sums.pair_moments = total.pair_moments;
+  if (sums.tree.nodes().empty()) {
+    sums.moments.resize(identity.at("records").size());
+    if (identity.at("antithetic").get<bool>()) sums.pair_moments = sums.moments;
+  }
+  sums.histograms = histograms_of(json.at("histograms"));
+  json.at("states").get_to(sums.states);
+  return sums;
+}
+
+}  // namespace
+
+std::string ensemble_checkpoint(const EnsembleRun& run) {
+  const ensemble::EnsembleSums& sums = run.sums;
+  formats::Json json;
+  json["format"] = kFormat;
+  json["identity"] = identity_json(run);
+  json["shard"] = run.options.shard.index;
+  json["shape"] = shape_text(run.shape);
+  json["source"] = run.shape.source;
+  json["numbers"] = run.shape.numbers;
+  json["densities"] = run.densities;
+  json["method"] = run.method;
+  json["threads"] = run.threads;
+  json["seconds"] = run.seconds;
+  json["notes"] = run.notes;
+  json["samples"] = sums.samples;
+  json["paths"] = {sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound, sums.paths.tie};
+  json["crossed_at_end"] = sums.crossing.at_end;
+  json["crossed_ever"] = sums.crossing.ever;
+  json["crossed_pairs"] = sums.crossing.pairs;
+  json["momentum_error"] = sums.momentum_error;
+  json["largest_momentum"] = sums.largest_momentum;
+  json["tree"] = tree_json(sums.tree);
+  json["histograms"] = histograms_json(sums.histograms);
+  json["states"] = sums.states;
+  const std::vector<std::uint8_t> bytes = formats::Json::to_cbor(json);
+  return {bytes.begin(), bytes.end()};
+}
+
+namespace {
+
+/// Of a checkpoint: what `read` makes of it, or a word on what is wrong.
+template <class Read>
+auto read_checkpoint(std::string_view bytes, std::string_view name, const Read& read) {
+  DepthCheck check;
+  if (!formats::Json::sax_parse(bytes.begin(), bytes.end(), &check, formats::Json::input_format_t::cbor))
+    fail_damaged(name);
+  try {
+    const formats::Json json = formats::Json::from_cbor(bytes.begin(), bytes.end());
+    if (json.at("format") != kFormat)
+      throw InputError(fmt::format("'{}' was written by another version of pulson and cannot be resumed", name));
+    return read(json);
+  } catch (const formats::Json::exception&) {
+    fail_damaged(name);
+  } catch (const Damaged&) {
+    fail_damaged(name);
+  }
+}
+
+Points points_of(const formats::Json& json) {
+  if (json.empty()) throw Damaged();
+  Points points(static_cast<Eigen::Index>(json.at(0).size()), static_cast<Eigen::Index>(json.size()));
+  for (Eigen::Index a = 0; a < points.cols(); ++a) {
+    const Eigen::ArrayXd row = array_of(json.at(static_cast<std::size_t>(a)));
+    if (row.size() != points.rows()) throw Damaged();
+    points.col(a) = row;
+  }
+  return points;
+}
+
+int int_of(const formats::Json& json) {
+  const std::int64_t count = count_of(json);
+  if (count > std::numeric_limits<int>::max()) throw Damaged();
+  return static_cast<int>(count);
+}
+
+EnsembleRun run_of(const formats::Json& json, std::string_view name) {
+  const formats::Json& identity = json.at("identity");
+  Landmarks shape = formats::json_format().read(std::string(name), json.at("shape").get<std::string>()).shapes.at(0);
+  json.at("source").get_to(shape.source);
+  json.at("numbers").get_to(shape.numbers);
+  const PhaseState start{points_of(identity.at("q")), points_of(identity.at("p"))};
+  const auto kernel = identity.at("kernel").get<std::string>();
+  ensemble::EnsembleOptions options;
+  options.grid = {identity.at("time").get<double>(), int_of(identity.at("steps"))};
+  options.seed = identity.at("seed").get<std::uint64_t>();
+  options.samples = count_of(identity.at("samples"));
+  options.momentum_bound = identity.at("momentum_bound").get<double>();
+  options.antithetic = identity.at("antithetic").get<bool>();
+  identity.at("records").get_to(options.records);
+  identity.at("histograms").get_to(options.histograms);
+  const int keep = int_of(identity.at("keep"));
+  if (keep > static_cast<int>(ensemble::KeepStates::kAll)) throw Damaged();
+  options.keep = static_cast<ensemble::KeepStates>(keep);
+  options.shard = {int_of(json.at("shard")), int_of(identity.at("shards"))};
+  StochasticSystem system{make_kernel(kernel), make_noise(identity.at("noise").get<std::string>(), shape)};
+  EnsembleRun run{std::move(system),
+                  identity.at("integrator").get<std::string>(),
+                  std::move(shape),
+                  start,
+                  options,
+                  json.at("densities").get<std::vector<int>>(),
+                  sums_of(json),
+                  json.at("method").get<std::string>(),
+                  int_of(json.at("threads")),
+                  json.at("seconds").get<double>(),
+                  json.at("notes").get<std::vector<std::string>>()};
+  // Whether all of it fits together is for the ensemble to say.
+  ensemble::Ensemble(run.system, run.integrator, run.start, run.options).resume(run.sums);
+  return run;
+}
+
+std::string shard_name(const ensemble::Shard& shard) { return fmt::format("{}/{}", shard.index, shard.count); }
+
+void check_same(const EnsembleRun& expected, const std::string& expected_name, const EnsembleRun& part,
+                const std::string& name) {
+  const formats::Json a = identity_json(expected);
+  const formats::Json b = identity_json(part);
+  for (const auto& [key, value] : a.items())
+    if (b.at(key) != value)
+      throw InputError(fmt::format("'{}' is part of another ensemble than '{}': its {} is {}, there it is {}", name,
+                                   expected_name, key, excerpt(b.at(key)), excerpt(value)));
+}
+
+}  // namespace
+
+ensemble::EnsembleSums read_ensemble_checkpoint(const EnsembleRun& run, std::string_view bytes, std::string_view name) {
+  return read_checkpoint(bytes, name, [&](const formats::Json& json) {
+    formats::Json expected = identity_json(run);
+    formats::Json found = json.at("identity");
+    expected["shard"] = run.options.shard.index;
+    found["shard"] = json.at("shard");
+    for (const auto& [key, value] : expected.items())
+      if (found.at(key) != value)
+        throw InputError(fmt::format("'{}' holds another ensemble: its {} is {}, here it is {}", name, key,
+                                     excerpt(found.at(key)), excerpt(value)));
+    return sums_of(json);
+  });
+}
+
+EnsembleRun read_ensemble_part(std::string_view bytes, std::string_view name) {
+  return read_checkpoint(bytes, name, [&](const formats::Json& json) { return run_of(json, name); });
+}
+
+EnsembleRun merge_ensembles(std::vector<EnsembleRun> parts, const std::vector<std::string>& names) {
+  if (parts.empty()) throw InputError("there are no parts to merge");
+  const int count = parts.front().options.shard.count;
+  std::vector<std::optional<std::size_t>> places(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    check_same(parts.front(), names.front(), parts[i], names[i]);
+    std::optional<std::size_t>& place = places.at(static_cast<std::size_t>(parts[i].options.shard.index) - 1);
+    if (place)
+      throw InputError(fmt::format("'{}' and '{}' are both part {}; one of them is enough", names[*place], names[i],
+                                   shard_name(parts[i].options.shard)));
+    place = i;
+    if (parts[i].partial())
+      throw InputError(
+          fmt::format("'{}' is not finished: it has {} of {} paths. Part {} has to go on before it is merged", names[i],
+                      parts[i].sums.samples, parts[i].options.shard_samples(), shard_name(parts[i].options.shard)));
+  }
+  std::vector<std::string> missing;
+  for (int k = 0; k < count; ++k)
+    if (!places[static_cast<std::size_t>(k)]) missing.push_back(shard_name({k + 1, count}));
+  if (!missing.empty()) {
+    constexpr std::size_t kMostNamed = 10;
+    const std::size_t more = missing.size() > kMostNamed ? missing.size() - kMostNamed : 0;
+    missing.resize(missing.size() - more);
+    throw InputError(fmt::format("part{} {}{} {} missing", missing.size() + more > 1 ? "s" : "",
+                                 fmt::join(missing, ", "), more > 0 ? fmt::format(" and {} more", more) : "",
+                                 missing.size() + more > 1 ? "are" : "is"));
+  }
+  EnsembleRun run = std::move(parts[*places.front()]);
+  for (std::size_t k = 1; k < places.size(); ++k) {
+    const EnsembleRun& part = parts[*places[k]];
+    run.sums.append(part.sums);
+    run.threads = std::max(run.threads, part.threads);
+    run.seconds += part.seconds;
+  }
+  run.options.shard = {};
+  return run;
+}
+
+}  // namespace pulson::records

@@ -62,8 +62,6 @@ void TemporaryFile::put_in_place() {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Writes `contents` to `to`; messages name `path`.
 void write_all(const fs::path& to, std::string_view contents, const fs::path& path) {
   std::FILE* const file = std::fopen(to.c_str(), "wb");

@@ -120,8 +120,6 @@ void require_written(std::string_view program, const TemporaryFile& file) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kGnuplot = "gnuplot";
 constexpr const char* kNoGnuplot =
     "gnuplot was not found; install it (Debian: gnuplot-nox) or put the folder that holds it on PATH";

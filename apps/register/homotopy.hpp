@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pulson/draw/pictures.hpp"
-#include "pulson/matching/homotopy.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson {
 

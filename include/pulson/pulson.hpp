@@ -21,8 +21,6 @@
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/matching/data_term.hpp"
-#include "pulson/matching/homotopy.hpp"
-#include "pulson/matching/landmark_shares.hpp"
 #include "pulson/matching/registration.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 #include "pulson/noise/noise_table.hpp"

@@ -1,9 +1,8 @@
-#include "pulson/core/procrustes.hpp"
-
 #include <cmath>
 
 #include <fmt/core.h>
 
+#include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 

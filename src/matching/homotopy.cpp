@@ -1,5 +1,3 @@
-#include "pulson/matching/homotopy.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -11,6 +9,7 @@
 #include "path_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson::matching {
 namespace {

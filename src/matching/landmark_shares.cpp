@@ -1,6 +1,5 @@
-#include "pulson/matching/landmark_shares.hpp"
-
 #include "pulson/matching/data_term.hpp"
+#include "pulson/matching/registration.hpp"
 #include "pulson/noise/noise_table.hpp"
 
 namespace pulson::matching {

@@ -1,10 +1,9 @@
 // J(β) as the noise vanishes.
 
-#include "pulson/matching/homotopy.hpp"
-
 #include <gtest/gtest.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/matching/registration.hpp"
 #include "shape.hpp"
 
 namespace pulson::matching {

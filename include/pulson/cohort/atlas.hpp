@@ -7,7 +7,6 @@
 
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/procrustes.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/objective.hpp"
 

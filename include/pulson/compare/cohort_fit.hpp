@@ -8,7 +8,6 @@
 
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/core/procrustes.hpp"
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/name_table.hpp"
@@ -195,5 +196,54 @@ Trajectory replay(const Registration& registration);
 
 /// Pairs of landmarks on a line whose order differs between the two sets. @param before, after 1×N
 int order_inversions(const Points& before, const Points& after);
+
+/// The contribution of flow and noise to each landmark's displacement, and its share of the cost.
+struct LandmarkShares {
+  /// d×N: displacement by the flow of the same momenta without noise; empty where its steps have no root.
+  Points flow;
+  /// d×N: displacement by the noise, q(T) − q0 − flow; empty where `flow` is.
+  Points noise;
+  Eigen::VectorXd energy;  ///< N, (λ/2) p_a·v_a: the energy is their sum
+  /// N, ½ Σ_k |ΔW_k|²/Δt over the channels that move this landmark; empty where a channel moves several, or there is no
+  /// action.
+  Eigen::VectorXd action;
+  Eigen::VectorXd data;  ///< N, the landmark's share of D; empty for curves
+};
+
+LandmarkShares landmark_shares(const Registration& registration);
+
+/// The fraction of the displacement due to the noise: Σ_a noise_a·(q_a(T) − q_a(0)) / Σ_a |q_a(T) − q_a(0)|²; none if
+/// nothing moves.
+std::optional<double> noise_fraction(const Registration& registration, const LandmarkShares& shares);
+
+/// The match of a pair with noise of one amplitude.
+struct HomotopyStep {
+  double beta = 0;  ///< of the noise; of a sum that of its first term: all are scaled alike
+  MatchingCost cost;
+  double rms = 0;  ///< length units
+  bool matched = false;
+  bool converged = false;
+  int iterations = 0;
+
+  /// The fraction by which J would grow if β were halved, to first order: dJ/d ln β = −2·action.
+  double growth() const;
+};
+
+/// How far from diffeomorphic a pair is: J(β) in mode metamorphosis while β is halved ten times, each search over paths
+/// beginning with the last one's path. J grows as β falls: where a diffeomorphism matches, to that of LDDMM; else
+/// without bound, or until the match is lost. (design: mathematics §4.1)
+/// @param registration what register_shapes() made of the other arguments
+/// @throws InputError where the mode is not metamorphosis
+std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmarks& target,
+                                          const RegistrationOptions& options, const Registration& registration);
+
+/// @throws InputError where follow_homotopy() would
+void require_homotopy(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options);
+
+/// The last step before the first that is not matched; the end where the first is not.
+std::vector<HomotopyStep>::const_iterator least_needed(const std::vector<HomotopyStep>& steps);
+
+/// Whether all of them match, and J hardly grows any more at the end.
+bool reaches_diffeomorphism(const std::vector<HomotopyStep>& steps);
 
 }  // namespace pulson::matching

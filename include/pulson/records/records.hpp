@@ -8,8 +8,7 @@
 
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/inference/fit_parameters.hpp"
-#include "pulson/matching/homotopy.hpp"
-#include "pulson/matching/landmark_shares.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson::records {
 

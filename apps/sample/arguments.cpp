@@ -51,6 +51,11 @@ void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("--searches", sampler.searches,
                   "searches for modes, from different initial guesses; 0: 4 for up to 12 coordinates, else 1")
       ->capture_default_str();
+  verb.add_option("--temperatures", sampler.temperatures,
+                  "parallel tempering: each chain exchanges points with chains of as many tempered posteriors, down to "
+                  "independent draws; for several modes and strongly bent paths, at that many times the cost")
+      ->type_name("COUNT")
+      ->capture_default_str();
   verb.add_option("--keep-paths", sampler.paths_kept, "number of paths in paths.npy")->capture_default_str();
   verb.add_option("--calibrate", calibrate,
                   "simulation-based calibration instead: shapes drawn from the prior, and ranks of the true values "
@@ -71,6 +76,7 @@ inference::PosteriorProblem SampleArguments::problem(std::vector<std::string>& n
   check_at_least(sampler.draws, 4, "--draws");
   check_at_least(sampler.warmup, 0, "--warmup");
   check_at_least(sampler.searches, 0, "--searches");
+  check_at_least(sampler.temperatures, 1, "--temperatures");
   check_at_least(sampler.paths_kept, 2, "--keep-paths");
   check_at_least(calibrate, 0, "--calibrate");
   static_cast<void>(inference::sampler_table().find(sampler.method));

@@ -133,6 +133,8 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json["step_angle"] = draws.step_angle;
   json["modes"] = draws.modes;
   json["path_evaluations"] = draws.path_evaluations;
+  if (!draws.powers.empty())
+    json["tempering"] = {{"powers", draws.powers}, {"exchanged", draws.exchanged}, {"prior_lost", draws.lost_fraction}};
   json["warmup_seconds"] = draws.warmup_seconds;
   json.update(models(problem));
   json.update(sampler_settings(options));

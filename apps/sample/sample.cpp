@@ -21,13 +21,13 @@ const std::vector<std::string> kSamplePictures = {"paths", "chains"};
 const std::vector<std::string> kCalibrationFiles = {"calibration.json", "report.html"};
 const std::vector<std::string> kCalibrationPictures = {"calibration"};
 
-std::vector<std::string> warnings_of(const PosteriorSummary& summary) {
+std::vector<std::string> warnings_of(const PosteriorSummary& summary, bool is_tempered) {
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
   if (!summary.converged)
     warnings.push_back(fmt::format(
-        "the chains have not converged: R-hat of {} is {:.3g}, more than {}; take more --draws and --warmup",
-        summary.worst, summary.worst_rhat, inference::kHighRhat));
+        "the chains have not converged: R-hat of {} is {:.3g}, more than {}; take more --draws and --warmup{}",
+        summary.worst, summary.worst_rhat, inference::kHighRhat, is_tempered ? "" : ", or --temperatures 8"));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)
     least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
@@ -55,6 +55,10 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
   fmt::print("paths      R-hat at most {:.3f}, ESS at least {:.0f}; momenta {:.3f}, {:.0f}\n", summary.rhat_max,
              summary.ess_min, summary.momenta_rhat_max, summary.momenta_ess_min);
   if (draws.modes > 1) fmt::print("modes      {} found\n", draws.modes);
+  if (!draws.exchanged.empty())
+    fmt::print("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
+               *std::min_element(draws.exchanged.begin(), draws.exchanged.end()),
+               *std::max_element(draws.exchanged.begin(), draws.exchanged.end()));
   fmt::print("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
              draws.laplace_log_evidence);
 }
@@ -74,7 +78,7 @@ int run_posterior(const SampleArguments& arguments, const inference::PosteriorPr
   const inference::PosteriorDraws draws = sample_posterior(problem, options);
   progress.clear();
   const PosteriorSummary summary = summarise_posterior(draws);
-  const std::vector<std::string> warnings = warnings_of(summary);
+  const std::vector<std::string> warnings = warnings_of(summary, options.temperatures > 1);
   const std::string record = summary_json(problem, options, draws, summary, notes);
   const bool draws_pictures = !output.no_picture;
   StagedFiles files(output.out);

@@ -25,16 +25,12 @@ constexpr int kMostKicks = 32;
 constexpr double kThetaAcceptance = 0.3;
 constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
 constexpr double kAdaptation = 0.6;
-// Factor on σ in the reference of moves with kicks: where the path is far from linear a wider reference has weights
-// that vary less, and chains do not stick in the tails. Without kicks it would cost acceptance, e^{−O(n)}.
-constexpr double kInflation = 1.5;
-double inflation(const MoveKind& move) { return move.uses_gradient ? kInflation : 1; }
 constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
 // Kinds of random numbers within an iteration.
-constexpr std::size_t kKindsOfSpecimen = 6, kFirstTheta = 1;
-constexpr std::uint64_t kStartIterations = 1ULL << 30U;
+constexpr std::size_t kOfExchange = 0, kKindsOfSpecimen = 6, kFirstTheta = 1;
+constexpr std::uint64_t kStartIterations = 1ULL << 30U, kExchangeIterations = 1ULL << 29U;
 constexpr std::uint64_t kReferenceChains = 1ULL << 20U;
 
 VectorXd drawn(std::uint64_t seed, std::uint64_t chain, std::uint64_t iteration, std::size_t kind, Index count) {
@@ -47,25 +43,27 @@ VectorXd drawn(std::uint64_t seed, std::uint64_t chain, std::uint64_t iteration,
 
 }  // namespace
 
-ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi) {
+ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi, double power) {
   ThetaPoint theta{phi, {}, {}};
   const ModelNumbers numbers = setting.space.at(phi);
   for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
     theta.models.push_back(setting.specimens[i].model(numbers));
     std::vector<LinearAt>& linear = theta.linear.emplace_back();
     Specimen::Model wider = theta.models.back();
-    wider.sigma *= inflation(setting.move);
+    wider.sigma *= setting.inflation / std::sqrt(power);
+    if (power == 0) continue;
     for (const Minimum& minimum : setting.reference.minima[i]) linear.emplace_back(*minimum.linear, wider);
   }
   return theta;
 }
 
-double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, const VectorXd& z,
-                     const Specimen::Shot& shot, VectorXd* responsibilities, std::vector<VectorXd>* residuals) {
+double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
+                     const VectorXd& z, const Specimen::Shot& shot, VectorXd* responsibilities,
+                     std::vector<VectorXd>* residuals) {
   const std::vector<LinearAt>& linear = theta.linear[specimen];
   const Specimen& of = setting.specimens[specimen];
-  const double volume =
-      of.log_volume(theta.models[specimen]) + static_cast<double>(of.data()) * std::log(inflation(setting.move));
+  const double volume = of.log_volume(theta.models[specimen]) +
+                        static_cast<double>(of.data()) * std::log(setting.inflation / std::sqrt(power));
   VectorXd logs(std::ssize(linear));
   for (std::size_t m = 0; m < linear.size(); ++m) {
     VectorXd residual = linear[m].residual(z);
@@ -77,7 +75,7 @@ double log_weight_of(const ChainSetting& setting, std::size_t specimen, const Th
   const double largest = logs.maxCoeff();
   const VectorXd parts = (logs.array() - largest).exp();
   if (responsibilities != nullptr) *responsibilities = parts / parts.sum();
-  return shot.log_likelihood - largest - std::log(parts.sum());
+  return power * shot.log_likelihood - largest - std::log(parts.sum());
 }
 
 namespace {
@@ -99,7 +97,7 @@ double reference_log_weight(const ChainSetting& setting, std::uint64_t number) {
   try {
     VectorXd phi = drawn(setting.seed, chain, number, 0, k);
     if (k > 0) phi = setting.reference.centre + VectorXd(setting.reference.root.triangularView<Eigen::Lower>() * phi);
-    const ThetaPoint theta = make_theta(setting, phi);
+    const ThetaPoint theta = make_theta(setting, phi, 1);
     double sum = log_standard_normal(phi) - setting.reference.log_density(phi);
     for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
       const Specimen& specimen = setting.specimens[i];
@@ -109,7 +107,7 @@ double reference_log_weight(const ChainSetting& setting, std::uint64_t number) {
           drawn(setting.seed, chain, number, 2 * i + 2, specimen.unknowns() + specimen.data()));
       const auto shot = specimen.shoot(theta.models[i], z);
       if (!shot) return kNone;
-      sum += log_weight_of(setting, i, theta, z, *shot);
+      sum += log_weight_of(setting, i, theta, 1, z, *shot);
     }
     return sum;
   } catch (const Error&) {
@@ -117,9 +115,10 @@ double reference_log_weight(const ChainSetting& setting, std::uint64_t number) {
   }
 }
 
-Chain::Chain(const ChainSetting& setting, int number)
+Chain::Chain(const ChainSetting& setting, int number, double power)
     : setting_(setting),
       number_(static_cast<std::uint64_t>(number)),
+      power_(power),
       log_angle_(std::log(setting.move.adapts ? kFirstAngle : kQuarterTurn)),
       log_scale_(std::log(2.4 / std::sqrt(std::max<double>(1, static_cast<double>(setting.space.count()))))),
       root_(setting.reference.root) {
@@ -127,25 +126,83 @@ Chain::Chain(const ChainSetting& setting, int number)
   double size = 1;  // of the first normal numbers: smaller where there is no path
   for (int start = 0; start < kStarts; ++start, size *= 0.9) {
     iteration_ = kStartIterations + static_cast<std::uint64_t>(start);
-    points_.clear();
     VectorXd phi = setting_.reference.centre;
     if (k > 0) phi += size * VectorXd(root_.triangularView<Eigen::Lower>() * normals(0, k));
-    theta_ = make_theta(setting_, phi);
-    for (std::size_t i = 0; i < setting_.specimens.size(); ++i) {
-      const std::size_t mode =
-          drawn_mode(setting_.reference.log_weights[i], uniform(kFirstTheta + kKindsOfSpecimen * (i + 1)));
-      const Specimen& specimen = setting_.specimens[i];
-      auto begun =
-          point(i, theta_, mode,
-                size * normals(kFirstTheta + kKindsOfSpecimen * (i + 1) + 1, specimen.unknowns() + specimen.data()));
-      if (!begun) break;
-      points_.push_back(std::move(*begun));
-    }
-    if (points_.size() == setting_.specimens.size()) break;
+    if (begin_at(make_theta(setting_, phi, power_), size)) break;
   }
-  if (points_.size() != setting_.specimens.size())
-    throw NumericalError("no path is found where chains begin; use more `grid.steps`");
+  if (points_.empty()) throw NumericalError("no path is found where chains begin; use more `grid.steps`");
   iteration_ = 0;
+}
+
+bool Chain::begin_at(ThetaPoint theta, double size) {
+  std::vector<ChainPoint> points;
+  for (std::size_t i = 0; i < setting_.specimens.size(); ++i) {
+    const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (i + 1);
+    const Specimen& specimen = setting_.specimens[i];
+    auto begun = power_ == 0 ? point(i, theta, 0, size * normals(kind + 1, specimen.unknowns()))
+                             : point(i, theta, drawn_mode(setting_.reference.log_weights[i], uniform(kind)),
+                                     size * normals(kind + 1, specimen.unknowns() + specimen.data()));
+    if (!begun) return false;
+    points.push_back(std::move(*begun));
+  }
+  theta_ = std::move(theta);
+  points_ = std::move(points);
+  return true;
+}
+
+void Chain::redraw() {
+  try {
+    if (begin_at(make_theta(setting_, normals(0, setting_.space.count()), power_), 1)) return;
+  } catch (const Error&) {
+    // θ without a model, as where the matrix of the kernel is singular
+  }
+  ++lost_draws_;
+}
+
+// (ζ, ε) given z are drawn anew: those of any normal numbers, moved by what their z lacks, v + AᵀP⁻¹(z − Av − mean)
+// with the covariance P = AAᵀ = (I + JᵀJ)⁻¹ of z.
+std::vector<ChainPoint> Chain::seen_here(const ThetaPoint& theta, const std::vector<ChainPoint>& points) const {
+  if (power_ == 0) return points;
+  std::vector<ChainPoint> made = points;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ChainPoint& point = made[i];
+    const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (i + 1);
+    const std::uint64_t iteration = kExchangeIterations + iteration_;
+    VectorXd responsibilities;
+    point.log_weight = log_weight_of(setting_, i, theta, power_, point.z, point.shot, &responsibilities);
+    point.mode = drawn_mode(responsibilities.array().log(),
+                            normal_probability(drawn(setting_.seed, number_, iteration, kind, 1)[0]));
+    const LinearAt& linear = theta.linear[i][point.mode];
+    point.v = drawn(setting_.seed, number_, iteration, kind + 1, point.z.size() + setting_.specimens[i].data());
+    const VectorXd lacks = point.z - linear.draw(point.v);
+    point.v += linear.pull_back(lacks + linear.transposed(linear.apply(lacks)));
+  }
+  return made;
+}
+
+void Chain::set_power(double power) {
+  if (power == power_) return;
+  power_ = power;
+  theta_ = make_theta(setting_, theta_.phi, power_);
+  points_ = seen_here(theta_, points_);
+}
+
+double Chain::exchange(Chain& lower) {
+  const double probability =
+      std::min(1.0, std::exp((power_ - lower.power_) * (lower.log_likelihood() - log_likelihood())));
+  if (!(uniform(kOfExchange) < probability)) return probability;
+  try {
+    ThetaPoint here = make_theta(setting_, lower.theta_.phi, power_);
+    ThetaPoint there = make_theta(setting_, theta_.phi, lower.power_);
+    std::vector<ChainPoint> points = seen_here(here, lower.points_);
+    lower.points_ = lower.seen_here(there, points_);
+    points_ = std::move(points);
+    theta_ = std::move(here);
+    lower.theta_ = std::move(there);
+  } catch (const Error&) {
+    return 0;
+  }
+  return probability;
 }
 
 VectorXd Chain::normals(std::size_t kind, Index count) const {
@@ -169,11 +226,12 @@ double Chain::log_likelihood() const {
 std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, VectorXd v) {
   ++evaluations_;
   ChainPoint at{mode, std::move(v), {}, {}, 0};
-  at.z = theta.linear[specimen][mode].draw(at.v);
+  at.z = power_ == 0 ? at.v : theta.linear[specimen][mode].draw(at.v);
   std::optional<Specimen::Shot> shot = setting_.specimens[specimen].shoot(theta.models[specimen], at.z);
   if (!shot) return std::nullopt;
   at.shot = std::move(*shot);
-  at.log_weight = log_weight_of(setting_, specimen, theta, at.z, at.shot);
+  if (power_ == 0) return at;
+  at.log_weight = log_weight_of(setting_, specimen, theta, power_, at.z, at.shot);
   if (!std::isfinite(at.log_weight)) return std::nullopt;
   return at;
 }
@@ -181,8 +239,8 @@ std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& t
 VectorXd Chain::gradient(std::size_t specimen, const ChainPoint& at) {
   VectorXd responsibilities;
   std::vector<VectorXd> residuals;
-  log_weight_of(setting_, specimen, theta_, at.z, at.shot, &responsibilities, &residuals);
-  VectorXd by_z = -setting_.specimens[specimen].misfit_gradient(theta_.models[specimen], at.shot);
+  log_weight_of(setting_, specimen, theta_, power_, at.z, at.shot, &responsibilities, &residuals);
+  VectorXd by_z = -power_ * setting_.specimens[specimen].misfit_gradient(theta_.models[specimen], at.shot);
   const std::vector<LinearAt>& linear = theta_.linear[specimen];
   for (std::size_t m = 0; m < linear.size(); ++m)
     by_z += linear[m].transposed(responsibilities[static_cast<Index>(m)] * residuals[m]);
@@ -253,7 +311,7 @@ void Chain::move_theta(int turn, bool adapting) {
   std::vector<ChainPoint> next;
   ThetaPoint theta;
   try {
-    theta = make_theta(setting_, phi);
+    theta = make_theta(setting_, phi, power_);
     double change = log_standard_normal(phi) - log_standard_normal(theta_.phi);
     for (std::size_t i = 0; i < points_.size(); ++i) {
       auto moved = point(i, theta, points_[i].mode, points_[i].v);
@@ -295,6 +353,11 @@ void Chain::learn(int warmup) {
 }
 
 void Chain::advance(int warmup) {
+  if (power_ == 0) {
+    redraw();
+    ++iteration_;
+    return;
+  }
   const bool adapting = iteration_ < static_cast<std::uint64_t>(warmup);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     move_path(i, adapting);

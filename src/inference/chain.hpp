@@ -14,6 +14,7 @@ struct ChainSetting {
   const ParameterSpace& space;
   const Reference& reference;
   MoveKind move;
+  double inflation = 1;  ///< factor on σ in the reference
   std::uint64_t seed = 1;
 };
 
@@ -23,24 +24,32 @@ struct ChainPoint {
   Eigen::VectorXd v;
   Eigen::VectorXd z;
   Specimen::Shot shot;
-  double log_weight = 0;  ///< log p(y, z | θ) / Σ_m a_m g_m(z | θ)
+  double log_weight = 0;  ///< log p(z | θ) p(y | z, θ)^τ / Σ_m a_m g_m(z | θ)
 };
 
 /// The models of one θ for all specimens, and the linear ones of all modes.
 struct ThetaPoint {
   Eigen::VectorXd phi;
   std::vector<Specimen::Model> models;
-  std::vector<std::vector<LinearAt>> linear;  ///< [specimen][mode]
+  std::vector<std::vector<LinearAt>> linear;  ///< [specimen][mode], of σ/√τ; none where τ is 0
 };
 
-/// One Markov chain, see sample_posterior(). Its random numbers are a function of seed, number and iteration.
+/// One Markov chain, see sample_posterior(), of the density N(ζ, ε; 0, I) N(φ; φ̂, BBᵀ) w^τ, w the weight relative to
+/// the reference: the posterior where the power τ is 1, the reference where it is 0. Its random numbers are a function
+/// of seed, number and iteration.
 class Chain {
  public:
-  /// @param specimens, one of each: begins at draws of the reference
-  Chain(const ChainSetting& setting, int number);
+  /// Begins at draws of the reference.
+  Chain(const ChainSetting& setting, int number, double power);
 
-  /// One iteration: each specimen's path, its mode, θ; `warmup` is how many iterations adapt.
+  /// One iteration: each specimen's path, its mode, θ; `warmup` is how many iterations adapt. With power 0 an
+  /// independent draw.
   void advance(int warmup);
+
+  /// Exchanges points with the chain of the next lower power, with the probability that leaves both densities as they
+  /// are. @return that probability
+  double exchange(Chain& lower);
+  void set_power(double power);
 
   const ThetaPoint& theta() const { return theta_; }
   const std::vector<ChainPoint>& points() const { return points_; }
@@ -53,10 +62,15 @@ class Chain {
     return theta_moves_ > 0 ? theta_accepted_ / static_cast<double>(theta_moves_) : 0;
   }
   std::int64_t evaluations() const { return evaluations_; }
+  std::int64_t lost_draws() const { return lost_draws_; }  ///< those without a path, with power 0
 
  private:
   Eigen::VectorXd normals(std::size_t kind, Eigen::Index count) const;
   double uniform(std::size_t kind) const;
+  bool begin_at(ThetaPoint theta, double size);
+  void redraw();
+  /// Points of another power in the coordinates of this.
+  std::vector<ChainPoint> seen_here(const ThetaPoint& theta, const std::vector<ChainPoint>& points) const;
   void move_path(std::size_t specimen, bool adapting);
   void jump(std::size_t specimen);
   void move_theta(int turn, bool adapting);
@@ -66,6 +80,7 @@ class Chain {
 
   ChainSetting setting_;
   std::uint64_t number_;
+  double power_;
   std::uint64_t iteration_ = 0;
   ThetaPoint theta_;
   std::vector<ChainPoint> points_;
@@ -74,13 +89,13 @@ class Chain {
   Eigen::MatrixXd root_;     ///< of their covariance
   Eigen::MatrixXd visited_;  ///< φ of the warm-up
   double accepted_ = 0, theta_accepted_ = 0;
-  std::int64_t moves_ = 0, theta_moves_ = 0, evaluations_ = 0;
+  std::int64_t moves_ = 0, theta_moves_ = 0, evaluations_ = 0, lost_draws_ = 0;
 };
 
-ThetaPoint make_theta(const ChainSetting& setting, const Eigen::VectorXd& phi);
+ThetaPoint make_theta(const ChainSetting& setting, const Eigen::VectorXd& phi, double power);
 
-/// log p(y, z | θ)/Σ_m a_m g_m(z | θ); with the responsibilities of the modes if these are asked for
-double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta,
+/// log p(z | θ) p(y | z, θ)^τ/Σ_m a_m g_m(z | θ); with the responsibilities of the modes if these are asked for
+double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
                      const Eigen::VectorXd& z, const Specimen::Shot& shot, Eigen::VectorXd* responsibilities = nullptr,
                      std::vector<Eigen::VectorXd>* residuals = nullptr);
 

@@ -18,20 +18,25 @@ constexpr int kMostIterations = 1000;
 constexpr double kSettled = 1e-10;
 constexpr int kMostReference = 2000;
 
-double square_sum(const ArrayXd& x) { return (x - x.mean()).square().sum() / static_cast<double>(x.size() - 1); }
+// Variance of numbers of mean 0.
+double variance_about_0(const VectorXd& x) { return x.squaredNorm() / static_cast<double>(x.size() - 1); }
 
-}  // namespace
+double effective(const Effective& size, const VectorXd& values) {
+  const double count = size(values);
+  return count > 1 ? count : static_cast<double>(values.size());
+}
 
-// With l = w/e^shift and estimate r: the mean over the reference of l/(s₁l + s₂r) over that over the posterior of
+// The logarithm of the ratio of two normalising constants, and how each draw moves it, of mean 0.
+struct Bridge {
+  double log_ratio = 0;
+  VectorXd of_upper, of_lower;
+};
+
+// With l = w/e^shift and estimate r: the mean over the lower law of l/(s₁l + s₂r) over that over the upper law of
 // 1/(s₁l + s₂r). −∞, where there is no path, is l = 0.
-Estimate bridge(const VectorXd& posterior, const VectorXd& reference,
-                const std::function<double(const VectorXd&)>& effective) {
-  const double shift = posterior.mean();
-  const ArrayXd l1 = (posterior.array() - shift).exp(), l2 = (reference.array() - shift).exp();
-  // The weights of the optimal bridge, with effective numbers.
-  double n1 = effective(posterior);
-  if (!(n1 > 1)) n1 = static_cast<double>(l1.size());
-  const auto n2 = static_cast<double>(l2.size());
+Bridge bridge_between(const VectorXd& upper, const VectorXd& lower, double n1, double n2) {
+  const double shift = upper.mean();
+  const ArrayXd l1 = (upper.array() - shift).exp(), l2 = (lower.array() - shift).exp();
   const double s1 = n1 / (n1 + n2), s2 = n2 / (n1 + n2);
   double r = 1;
   for (int i = 0; i < kMostIterations; ++i) {
@@ -40,13 +45,40 @@ Estimate bridge(const VectorXd& posterior, const VectorXd& reference,
     r = next;
     if (settled) break;
   }
-  const ArrayXd f2 = (l2 / r) / (s1 * l2 / r + s2);  // of the reference
-  const ArrayXd f1 = 1 / (s1 * l1 / r + s2);         // of the posterior
-  const double of_reference = square_sum(f2) / (f2.mean() * f2.mean()) / n2;
-  double count = effective(f1.matrix());
-  if (!(count > 1)) count = static_cast<double>(f1.size());
-  const double of_posterior = square_sum(f1) / (f1.mean() * f1.mean()) / count;
-  return {shift + std::log(r), std::sqrt(of_reference + of_posterior)};
+  const ArrayXd f2 = (l2 / r) / (s1 * l2 / r + s2);
+  const ArrayXd f1 = 1 / (s1 * l1 / r + s2);
+  return {shift + std::log(r), 1 - f1 / f1.mean(), f2 / f2.mean() - 1};
+}
+
+}  // namespace
+
+Estimate bridge(const VectorXd& posterior, const VectorXd& reference, const Effective& size) {
+  const Bridge found =
+      bridge_between(posterior, reference, effective(size, posterior), static_cast<double>(reference.size()));
+  return {found.log_ratio, std::sqrt(variance_about_0(found.of_lower) / static_cast<double>(reference.size()) +
+                                     variance_about_0(found.of_upper) / effective(size, found.of_upper))};
+}
+
+Estimate tempered_log_evidence(const PosteriorDraws& draws) {
+  const Effective size = [&](const VectorXd& values) {
+    return effective_sample_size(draws.by_chain(values.transpose()));
+  };
+  const Index levels = draws.tempered_log_likelihood.rows();
+  // Of draws of the lowest power only those with a path were kept.
+  const double reached = 1 - draws.lost_fraction;
+  double sum = std::log(reached);
+  const double square = (1 - reached) / reached / static_cast<double>(draws.log_weight.size());
+  // Draws of one iteration have exchanged points, so what they move the sum by counts as one.
+  VectorXd influence = VectorXd::Zero(draws.log_weight.size());
+  for (Index l = 0; l + 1 < levels; ++l) {
+    const double step = draws.powers[static_cast<std::size_t>(l + 1)] - draws.powers[static_cast<std::size_t>(l)];
+    const VectorXd upper = step * draws.tempered_log_likelihood.row(l + 1).transpose();
+    const VectorXd lower = step * draws.tempered_log_likelihood.row(l).transpose();
+    const Bridge found = bridge_between(upper, lower, effective(size, upper), effective(size, lower));
+    sum += found.log_ratio;
+    influence += found.of_lower + found.of_upper;
+  }
+  return {sum, std::sqrt(square + variance_about_0(influence) / effective(size, influence))};
 }
 
 Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& draws) {

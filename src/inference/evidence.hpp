@@ -9,8 +9,14 @@ namespace pulson::inference {
 /// as S. Frühwirth-Schnatter (2004), with the effective sample size of the posterior's draws.
 Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& draws);
 
-/// The same of given numbers. @param effective sample size of the posterior's draws; NaN: as many as there are
-Estimate bridge(const Eigen::VectorXd& posterior, const Eigen::VectorXd& reference,
-                const std::function<double(const Eigen::VectorXd&)>& effective);
+/// Effective sample size of numbers along the chains; NaN: as many as there are.
+using Effective = std::function<double(const Eigen::VectorXd&)>;
+
+/// The same of given numbers. @param size of functions of the posterior's draws
+Estimate bridge(const Eigen::VectorXd& posterior, const Eigen::VectorXd& reference, const Effective& size);
+
+/// The same from the draws of all powers: the sum over neighbouring powers of the logarithms of the ratios of their
+/// normalising constants, each by bridge sampling.
+Estimate tempered_log_evidence(const PosteriorDraws& draws);
 
 }  // namespace pulson::inference

@@ -1,15 +1,15 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <limits>
+#include <optional>
 
 #include <fmt/core.h>
 
-#include "chain.hpp"
 #include "evidence.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/inference/posterior.hpp"
+#include "tempering.hpp"
 
 namespace pulson::inference {
 
@@ -44,6 +44,8 @@ void check(const SamplerOptions& options) {
     throw InputError(fmt::format("the warm-up has {} iterations; it must not be negative", options.warmup));
   if (options.searches < 0)
     throw InputError(fmt::format("there are {} searches; the number must not be negative", options.searches));
+  if (options.temperatures < 1)
+    throw InputError(fmt::format("there are {} temperatures; at least 1 is needed", options.temperatures));
 }
 
 // What all chains have drawn, draw·chains + chain.
@@ -59,6 +61,7 @@ class Recorder {
     out.log_likelihood.resize(all);
     out.log_weight.resize(all);
     out.mode.resize(all);
+    if (options.temperatures > 1) out.tempered_log_likelihood.resize(options.temperatures, all);
     const Index kept = std::min<Index>(options.paths_kept, all);
     for (Index i = 0; i < kept; ++i) out.kept.push_back(static_cast<int>(i * all / kept));
     for (const matching::MatchingProblem& specimen : problem.specimens) {
@@ -67,8 +70,11 @@ class Recorder {
     }
   }
 
-  void record(int draw, int chain, const Chain& state, const std::vector<Specimen>& specimens) {
+  void record(int draw, int chain, const Replicas& group, const std::vector<Specimen>& specimens) {
     const Index column = static_cast<Index>(draw) * options_.chains + chain;
+    const Chain& state = group.posterior();
+    for (Index l = 0; l < out.tempered_log_likelihood.rows(); ++l)
+      out.tempered_log_likelihood(l, column) = group.chains()[static_cast<std::size_t>(l)].log_likelihood();
     if (space_.count() > 0) out.parameters.col(column) = space_.values(state.theta().phi);
     out.log_likelihood[column] = state.log_likelihood();
     out.log_weight[column] = state.log_weight();
@@ -93,6 +99,32 @@ class Recorder {
   const SamplerOptions& options_;
 };
 
+// Factor on σ in the reference of moves with kicks: where the path is far from linear a wider reference has weights
+// that vary less, and chains do not stick in the tails. Without kicks it would cost acceptance, e^{−O(n)}.
+constexpr double kInflation = 1.5;
+double inflation(const MoveKind& move) { return move.uses_gradient ? kInflation : 1; }
+
+// Where iterations of all chains end, as powers are retuned or draws begin: of the warm-up an eighth, a quarter, a half
+// and all.
+std::vector<int> phases(const SamplerOptions& options) {
+  std::vector<int> ends;
+  if (options.temperatures > 2)
+    for (const int part : {8, 4, 2})
+      if (options.warmup / part > (ends.empty() ? 0 : ends.back())) ends.push_back(options.warmup / part);
+  if (options.warmup > 0) ends.push_back(options.warmup);
+  ends.push_back(options.warmup + options.draws);
+  return ends;
+}
+
+std::vector<double> mean_rejected(const std::vector<std::optional<Replicas>>& groups) {
+  std::vector<double> mean(groups.front()->chains().size() - 1, 0);
+  for (const std::optional<Replicas>& group : groups) {
+    const std::vector<double> of_group = group->rejected();
+    for (std::size_t l = 0; l < mean.size(); ++l) mean[l] += of_group[l] / static_cast<double>(groups.size());
+  }
+  return mean;
+}
+
 }  // namespace
 
 MatrixXd PosteriorDraws::by_chain(const Eigen::Ref<const Eigen::RowVectorXd>& row) const {
@@ -108,34 +140,52 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   std::vector<Specimen> specimens;
   for (const matching::MatchingProblem& specimen : problem.specimens) specimens.emplace_back(specimen);
   const Reference reference = make_reference(specimens, space, options.searches, options.seed);
-  const ChainSetting setting{specimens, space, reference, move, options.seed};
+  const ChainSetting setting{specimens, space, reference, move, inflation(move), options.seed};
   Recorder recorder(problem, space, options);
-  std::vector<std::optional<Chain>> chains(static_cast<std::size_t>(options.chains));
+  std::vector<std::optional<Replicas>> groups(static_cast<std::size_t>(options.chains));
+  std::vector<double> powers = first_powers(options.temperatures);
   std::atomic<int> done = 0;
   const int all = options.chains * (options.warmup + options.draws);
-  std::vector<double> warm(chains.size());
-  parallel_for(options.chains, [&](int c) {
-    std::optional<Chain>& chain = chains[static_cast<std::size_t>(c)];
-    chain.emplace(setting, c);
-    for (int i = 0; i < options.warmup + options.draws; ++i) {
-      chain->advance(options.warmup);
-      if (i + 1 == options.warmup) warm[static_cast<std::size_t>(c)] = seconds_since(start);
-      if (i >= options.warmup) recorder.record(i - options.warmup, c, *chain, specimens);
-      const int now = ++done;
-      if (options.on_progress) options.on_progress(static_cast<double>(now) / all);
-    }
-  });
+  double warm = 0;
+  int begin = 0;
+  for (const int end : phases(options)) {
+    parallel_for(options.chains, [&](int c) {
+      std::optional<Replicas>& group = groups[static_cast<std::size_t>(c)];
+      if (!group)
+        group.emplace(setting, c, powers);
+      else if (begin <= options.warmup)
+        group->set_powers(powers);
+      for (int i = begin; i < end; ++i) {
+        group->advance(options.warmup);
+        if (i >= options.warmup) recorder.record(i - options.warmup, c, *group, specimens);
+        const int now = ++done;
+        if (options.on_progress) options.on_progress(static_cast<double>(now) / all);
+      }
+    });
+    begin = end;
+    if (end <= options.warmup && options.temperatures > 2) powers = retuned(powers, mean_rejected(groups));
+    if (end == options.warmup) warm = seconds_since(start);
+  }
   PosteriorDraws& out = recorder.out;
-  for (const std::optional<Chain>& chain : chains) {
-    out.acceptance += chain->acceptance() / options.chains;
-    out.parameter_acceptance += chain->parameter_acceptance() / options.chains;
-    out.step_angle += chain->angle() / options.chains;
-    out.path_evaluations += chain->evaluations();
+  std::int64_t lost = 0;
+  for (const std::optional<Replicas>& group : groups) {
+    const Chain& chain = group->posterior();
+    out.acceptance += chain.acceptance() / options.chains;
+    out.parameter_acceptance += chain.parameter_acceptance() / options.chains;
+    out.step_angle += chain.angle() / options.chains;
+    for (const Chain& of_power : group->chains()) out.path_evaluations += of_power.evaluations();
+    lost += group->chains().front().lost_draws();
+  }
+  if (options.temperatures > 1) {
+    out.powers = powers;
+    for (const double rejected : mean_rejected(groups)) out.exchanged.push_back(1 - rejected);
+    out.lost_fraction = static_cast<double>(lost) / all;
   }
   for (const auto& minima : reference.minima) out.modes = std::max(out.modes, static_cast<int>(minima.size()));
   out.laplace_log_evidence = reference.laplace_log_evidence;
-  if (options.evidence) out.log_evidence = bridge_log_evidence(setting, out);
-  out.warmup_seconds = *std::max_element(warm.begin(), warm.end());
+  if (options.evidence)
+    out.log_evidence = options.temperatures > 1 ? tempered_log_evidence(out) : bridge_log_evidence(setting, out);
+  out.warmup_seconds = warm;
   out.seconds = seconds_since(start);
   return std::move(out);
 }

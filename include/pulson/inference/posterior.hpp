@@ -64,6 +64,7 @@ struct SamplerOptions {
   int warmup = 500;
   int draws = 1000;      ///< of each chain, after the warm-up
   int paths_kept = 400;  ///< of all chains, evenly spaced
+  int temperatures = 1;  ///< powers τ of the likelihood whose chains exchange their points; 1: the posterior alone
   int searches = 0;      ///< for modes, from different initial guesses; 0: 4 where data are at most 12, else 1
   bool evidence = true;  ///< whether the evidence is computed, from up to 2000 draws of the reference
   std::uint64_t seed = 1;
@@ -92,6 +93,10 @@ struct PosteriorDraws {
   Estimate log_evidence;                                ///< log p(y) by bridge sampling
   double laplace_log_evidence = 0;                      ///< of the reference
   std::int64_t path_evaluations = 0;
+  std::vector<double> powers;               ///< τ, increasing from 0 to 1; empty without tempering
+  std::vector<double> exchanged;            ///< mean probability, of each pair of neighbours
+  Eigen::MatrixXd tempered_log_likelihood;  ///< powers × draws: of the draws of each power
+  double lost_fraction = 0;                 ///< of the prior's draws, for want of a path
 
   /// Draws of one row by chain, draws×chains.
   Eigen::MatrixXd by_chain(const Eigen::Ref<const Eigen::RowVectorXd>& row) const;
@@ -114,7 +119,14 @@ struct PosteriorDraws {
 /// F. Pinski, J. Sanz-Serna, A. Stuart 2011); the acceptance does not depend on the number of steps. Of several minima
 /// the reference is the mixture of their Gaussians, and chains jump between them by independent proposals.
 ///
-/// The evidence is that of bridge sampling (X.-L. Meng and W. Wong 1996) between the posterior and the reference.
+/// With several temperatures each chain is a group of chains of the densities p(z, θ) p(y | z, θ)^τ, 0 = τ_1 < … < τ_L
+/// = 1, which exchange their points (parallel tempering; powers and order of exchanges as S. Syed, A. Bouchard-Côté, G.
+/// Deligiannidis and A. Doucet 2022). Each moves in the coordinates of its own linear model, of σ/√τ. Those of τ_1 are
+/// independent draws of the prior, with which the posterior's chain begins anew each time one of them reaches it: so it
+/// finds minima that no search has found, and leaves tails.
+///
+/// The evidence is that of bridge sampling (X.-L. Meng and W. Wong 1996) between the posterior and the reference; with
+/// several temperatures from the prior by way of all of these, which is right however far from linear the path is.
 /// Chains run in parallel; the draws have the same bits for any number of threads.
 PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOptions& options);
 

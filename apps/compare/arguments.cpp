@@ -56,6 +56,11 @@ void CompareArguments::add_to(CLI::App& verb) {
   verb.add_option("--forward-samples", options.forward_samples,
                   "shapes drawn from each model to predict held-out shapes")
       ->capture_default_str();
+  verb.add_option("--evidence", evidence,
+                  "by which models are ranked: importance, that of the importance samples with which numbers are "
+                  "fitted; sampled: of Markov chains with these numbers, by bridge sampling, and slower")
+      ->type_name("NAME")
+      ->capture_default_str();
   verb.add_option("--importance", options.settings.importance_samples,
                   "importance samples per shape, at most, for its evidence; 0: Laplace's approximation")
       ->capture_default_str();
@@ -116,6 +121,11 @@ compare::CompareOptions CompareArguments::compare_options(const Landmarks& about
   check_at_least(asked.forward_samples, 2, "--forward-samples");
   check_at_least(asked.settings.importance_samples, 0, "--importance");
   check_at_least(asked.bootstrap, 0, "--bootstrap");
+  if (evidence != "importance" && evidence != "sampled")
+    throw InputError(fmt::format("--evidence is '{}'; it must be importance or sampled", evidence));
+  asked.sampled_evidence = evidence == "sampled";
+  if (asked.sampled_evidence && asked.bootstrap > 0)
+    throw InputError("--bootstrap compares evidences by importance sampling; leave out --evidence sampled");
   check_at_least(count, 1, "--count");
   if (cohort_size) check_at_least(*cohort_size, 1, "--cohort-size");
   if (true_lambda && !(*true_lambda > 0))

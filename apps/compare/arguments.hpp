@@ -20,6 +20,7 @@ struct CompareArguments {
   formats::ReadOptions reading;
   std::string kernel = "gaussian:alpha=fit";
   std::string align = "auto";
+  std::string evidence = "importance";
   std::string sigma = "auto";
   std::string lambda = "fit";
   compare::CompareOptions options;

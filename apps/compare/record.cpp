@@ -96,6 +96,11 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
   }
   json["importance_sampling"]["lost"] = lost;
   json["importance_sampling"]["most_beyond"] = beyond;
+  json["sampled_evidence"] = nullptr;
+  if (const auto& sampled = fit.sampled) {
+    json["sampled_evidence"] = estimate(sampled->total);
+    json["sampled_evidence"]["rhat_max"] = sampled->worst_rhat;
+  }
   json["prediction"] = nullptr;
   if (const auto& prediction = model.prediction)
     json["prediction"] = {{"energy_score", prediction->energy_score},

@@ -14,6 +14,7 @@
 #include "map_facts.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "sampled_evidence.hpp"
 #include "statistics.hpp"
 
 namespace pulson::compare {
@@ -25,6 +26,8 @@ using Eigen::VectorXd;
 
 constexpr double kConfounded = 0.9;
 constexpr double kMuchBeyond = 0.1;
+constexpr double kSameEvidence = 0.1;  // nats that two evidences may differ by, beside their errors, without a note
+constexpr double kWorstRhat = 1.05;    // of the log likelihood of a shape
 
 // Eigenvectors of K(q0) in the order of falling eigenvalues.
 struct KernelBasis {
@@ -129,6 +132,45 @@ bool with_the_same_evidence(Comparison& comparison) {
       shape.variance = 0;
     }
     model.score = model.fit.score();
+  }
+  return true;
+}
+
+// The evidence of Markov chains, unless these find no path for some shape.
+bool with_sampled_evidence(Comparison& comparison) {
+  auto& models = comparison.models;
+  for (ComparedModel& model : models) {
+    model.fit.sampled = sample_evidence(comparison.cohort, model.fit, comparison.settings);
+    if (std::isnan(model.fit.sampled->total.value)) {
+      comparison.notes.push_back(fmt::format(
+          "{}: Markov chains find no path for some shape, so models are not ranked by their evidence", model.noise));
+      for (ComparedModel& other : models) other.fit.sampled.reset();
+      return false;
+    }
+  }
+  for (ComparedModel& model : models) {
+    CohortFit& fit = model.fit;
+    const SampledEvidence& sampled = *fit.sampled;
+    const double before = has_few_effective(model) ? fit.laplace : fit.log_evidence;
+    const double error = std::hypot(sampled.total.standard_error, has_few_effective(model) ? 0 : fit.sampling_error);
+    if (std::abs(sampled.total.value - before) > 2 * error + kSameEvidence)
+      comparison.notes.push_back(
+          fmt::format("{}: log evidence {:.2f} ± {:.2f} by Markov chains, {:.2f} by {}, with which its numbers were "
+                      "fitted: these may "
+                      "be off",
+                      model.noise, sampled.total.value, sampled.total.standard_error, before,
+                      has_few_effective(model) ? "Laplace's approximation" : "importance samples"));
+    if (sampled.worst_rhat > kWorstRhat)
+      comparison.notes.push_back(
+          fmt::format("{}: the chains of some shape have not converged (R-hat {:.2f}), its evidence is uncertain",
+                      model.noise, sampled.worst_rhat));
+    fit.log_evidence = sampled.total.value;
+    fit.sampling_error = sampled.total.standard_error;
+    for (std::size_t s = 0; s < fit.shapes.size(); ++s) {
+      fit.shapes[s].log_evidence = sampled.shapes[s].value;
+      fit.shapes[s].variance = std::pow(sampled.shapes[s].standard_error, 2);
+    }
+    model.score = fit.score();
   }
   return true;
 }
@@ -243,7 +285,7 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
           fmt::format("{}: up to {:.0f} % of the evidence of a shape is far from its match, which the search "
                       "for the numbers left out",
                       model.noise, 100 * most_beyond->beyond));
-    if (has_few_effective(model))
+    if (has_few_effective(model) && !model.fit.sampled)
       notes.push_back(
           fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; the evidence of every "
                       "model is that "
@@ -288,7 +330,8 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     model.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     comparison.models.push_back(std::move(model));
   }
-  if (with_the_same_evidence(comparison)) same.settings.importance_samples = 0;
+  const bool sampled = options.sampled_evidence && with_sampled_evidence(comparison);
+  if (!sampled && with_the_same_evidence(comparison)) same.settings.importance_samples = 0;
   rank(comparison);
   test_against_none(comparison, noises, same);
   add_notes(comparison, options);

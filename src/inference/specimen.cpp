@@ -33,10 +33,10 @@ Specimen::Specimen(matching::MatchingProblem problem)
     : problem_(std::move(problem)),
       channels_(problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
                                                 static_cast<int>(problem_.source.cols()))),
-      count_(problem_.data->landmarks()->residuals()),
+      count_(problem_.data->residual(problem_.source).size()),
       nugget_(std::max(kSeen * problem_.lambda * std::pow(problem_.sigma / problem_.grid.time, 2),
                        kSingular * problem_.system.kernel.at_zero())),
-      log_determinant_(problem_.data->landmarks()->log_determinant()),
+      log_determinant_(problem_.data->log_determinant()),
       reference_root_(std::make_shared<MatrixXd>(root_of(problem_.system.kernel))) {
   check(problem_);
   matching::require_distinct(problem_.source);

@@ -8,4 +8,6 @@ Eigen::VectorXd DataTerm::residual(const Points& /*q*/) const {
   throw std::logic_error("this data term is not a sum of squares");
 }
 
+double DataTerm::log_determinant() const { throw std::logic_error("this data term is not a sum of squares"); }
+
 }  // namespace pulson::matching

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pulson/core/alignment.hpp"
+#include "pulson/core/estimate.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/matching/objective.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -76,6 +77,13 @@ struct ShapeFit {
   bool converged = false;
 };
 
+/// The evidence of a model with its fitted numbers, by Markov chains and bridge sampling for each shape.
+struct SampledEvidence {
+  std::vector<Estimate> shapes;  ///< NaN where no path is found
+  Estimate total;                ///< their sum
+  double worst_rhat = 1;         ///< of the log likelihood, over the shapes
+};
+
 /// A model fitted to a cohort.
 struct CohortFit {
   std::string kernel;
@@ -85,10 +93,11 @@ struct CohortFit {
   double lambda = 0;
   std::vector<FittedNumber> fitted;
   std::vector<ShapeFit> shapes;
-  double log_evidence = 0, laplace = 0;  ///< summed over the shapes
-  double sampling_error = 0;             ///< standard error of the first by the samples
-  double effective_part = 1;             ///< smallest effective fraction of the samples over the shapes
-  int coordinates = 0;                   ///< n, summed over the shapes
+  double log_evidence = 0, laplace = 0;      ///< summed over the shapes
+  double sampling_error = 0;                 ///< standard error of the first by the samples
+  double effective_part = 1;                 ///< smallest effective fraction of the samples over the shapes
+  std::optional<SampledEvidence> sampled{};  ///< where it was asked for: then log_evidence is that
+  int coordinates = 0;                       ///< n, summed over the shapes
   int rounds = 0;
   bool converged = false;
   /// Fraction of the variance of the end points, linearised about the matches, due to the noise: tr Σ_noise/(tr Σ_noise

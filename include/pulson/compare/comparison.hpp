@@ -68,7 +68,9 @@ struct CompareOptions {
   int folds = 5;              ///< of the predictive scores; 0: none
   int forward_samples = 400;  ///< from each model
   bool maps = true;           ///< whether folded areas are measured, and paths of least cost are searched
-  int bootstrap = 0;          ///< cohorts drawn without noise for each p-value; 0: from its limit for many shapes
+  bool sampled_evidence =
+      false;          ///< whether models are ranked by the evidence of Markov chains at their fitted numbers
+  int bootstrap = 0;  ///< cohorts drawn without noise for each p-value; 0: from its limit for many shapes
   /// Called before each model is fitted, for progress.
   std::function<void(int model, const std::string& noise)> on_model{};
 };

@@ -29,7 +29,7 @@ struct ParameterPrior {
 /// move no landmark by more than 0.03 σ; ε keeps them finite where K is singular to rounding, and changes
 /// the velocities K p0 of the others by a fraction ε over their eigenvalue.
 struct PosteriorProblem {
-  std::vector<matching::MatchingProblem> specimens;  ///< at the medians; the data are landmarks
+  std::vector<matching::MatchingProblem> specimens;  ///< at the medians; the data are least squares
   std::vector<Landmarks> sources, targets;           ///< aligned, of the same landmarks
   std::vector<ParameterPrior> parameters;            ///< θ, may be empty
   std::vector<std::string> notes;                    ///< what a user should know, a line each

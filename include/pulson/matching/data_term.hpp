@@ -50,6 +50,10 @@ class DataTerm {
   /// r. @throws std::logic_error unless is_least_squares()
   virtual Eigen::VectorXd residual(const Points& q) const;
 
+  /// c of −log p(y | q) = D(q) + c/2, the density of data with Gaussian errors: log det(2πR).
+  /// @throws std::logic_error unless is_least_squares()
+  virtual double log_determinant() const;
+
   /// FᵀF, where it is the same for each axis, 0 between them, and constant; else null.
   virtual const QuadraticForm* form_of_each_axis() const { return nullptr; }
 
@@ -106,7 +110,7 @@ class LandmarkTerm final : public DataTerm {
   Eigen::Index residuals() const { return whitening_.rows(); }
 
   /// Σ_a log det(2πR_a/w_a) over what is observed: −log of the density of y given q is D(q) plus half of it.
-  double log_determinant() const { return log_determinant_; }
+  double log_determinant() const override { return log_determinant_; }
 
  private:
   LandmarkObservations observations_;

@@ -34,8 +34,9 @@ void print_kernel(const matching::Registration& registration, const std::string&
 }
 
 void print_model(const matching::Registration& registration) {
-  fmt::print("model      noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n", registration.noise,
-             mode_name(registration.mode), registration.grid.steps, registration.sigma, registration.lambda);
+  fmt::print("model      noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n",
+             shortened_spec(registration.noise), mode_name(registration.mode), registration.grid.steps,
+             registration.sigma, registration.lambda);
   if (registration.data.kind != matching::DataKind::kLandmarks)
     fmt::print("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
                *registration.data.width, counted(registration.target.count(), "point"));

@@ -117,6 +117,8 @@ std::pair<std::string, std::string> first_difference(const std::string& a, const
   }
 }
 
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 /// What differs, for a message; empty where nothing does.
 std::string difference(const Json& here, const Json& there) {
   for (const auto& [key, value] : there.items()) {
@@ -124,14 +126,22 @@ std::string difference(const Json& here, const Json& there) {
     if (key == "shapes" || key == "facts") return fmt::format("its {} are others", key);
     auto [own, expected] = key == "settings"
                                ? first_difference(here.at(key).get<std::string>(), value.get<std::string>())
-                               : std::pair(fmt::format("{} {}", key, here.at(key).dump()), value.dump());
+                               : std::pair(fmt::format("{} {}", key, text_of(here.at(key))), text_of(value));
     const auto or_nothing = [](const std::string& text) { return text.empty() ? std::string("nothing") : text; };
     return fmt::format("it has {}, there it is {}", or_nothing(own), or_nothing(expected));
   }
   return {};
 }
 
+/// FNV-1a: a file that was changed is not to be taken for results.
+std::uint64_t checksum(const Json& json) {
+  std::uint64_t sum = 0xcbf29ce484222325;
+  for (const std::uint8_t byte : Json::to_cbor(json)) sum = (sum ^ byte) * 0x100000001b3;
+  return sum;
+}
+
 UnitRun unit_run_of(const Json& json) {
+  if (json.at("checksum") != checksum(json.at("results"))) throw Damaged();
   UnitRun run;
   const Json& identity = json.at("identity");
   identity.at("verb").get_to(run.verb);
@@ -163,9 +173,10 @@ std::vector<int> UnitRun::own_units() const {
 std::string unit_part(const UnitRun& run) {
   Json results = Json::array();
   for (const auto& [unit, result] : run.results) results.push_back({unit, result});
-  const Json json{{"format", kUnitFormat},        {"identity", unit_identity(run)}, {"shard", run.shard.index},
-                  {"notes", run.notes},           {"threads", run.threads},         {"seconds", run.seconds},
-                  {"results", std::move(results)}};
+  const Json json{{"format", kUnitFormat},         {"identity", unit_identity(run)},
+                  {"shard", run.shard.index},      {"notes", run.notes},
+                  {"threads", run.threads},        {"seconds", run.seconds},
+                  {"checksum", checksum(results)}, {"results", std::move(results)}};
   const std::vector<std::uint8_t> bytes = Json::to_cbor(json);
   return {bytes.begin(), bytes.end()};
 }

@@ -53,6 +53,7 @@ void AtlasArguments::add_to(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--max-iterations", options.max_iterations, "maximum number of iterations of the template")
       ->capture_default_str();
+  verb.add_flag("--resume", resume, "continue with the iterations that are saved in the folder");
   add_threads_option(verb);
 }
 

@@ -27,6 +27,7 @@ struct AtlasArguments {
   int modes = 3;           ///< in pictures
   cohort::AtlasOptions options;
   cohort::PermutationOptions permutations;
+  bool resume = false;
 
   void add_to(CLI::App& verb);
 

@@ -10,10 +10,13 @@
 #include "columns.hpp"
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
+#include "match_rounds.hpp"
 #include "pulson/core/errors.hpp"
 #include "register/report.hpp"
 #include "results.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/ranks.hpp"
+#include "shell/units.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -192,7 +195,22 @@ void warn(const AtlasResults& results) {
                             fmt::join(unmatched, ", "), more > 0 ? fmt::format(" and {} more", more) : std::string()));
 }
 
-int run_atlas(const AtlasArguments& arguments) {
+// Checks the outputs and the checkpoint, on rank 0.
+std::filesystem::path checked_checkpoint(const AtlasArguments& arguments, const Files& files,
+                                         const std::vector<std::string>& stems) {
+  std::filesystem::path checkpoint = arguments.output.file("atlas.partial");
+  if (!ranks::is_first()) return checkpoint;
+  arguments.output.check(files.names, stems);
+  check_output_file(checkpoint);
+  if (std::filesystem::exists(checkpoint) && !arguments.resume)
+    throw InputError(
+        fmt::format("'{}' belongs to an unfinished run: continue it with --resume, remove the file, or choose another "
+                    "folder",
+                    checkpoint.string()));
+  return checkpoint;
+}
+
+int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   std::vector<std::string> notes;
   const std::vector<Landmarks> shapes = arguments.read(notes);
   cohort::AtlasOptions options = arguments.atlas_options();
@@ -203,15 +221,30 @@ int run_atlas(const AtlasArguments& arguments) {
   const Files files(arguments, shapes);
   const std::vector<std::string> stems =
       picture_stems(shapes.front().dimension(), !arguments.covariate.empty(), !arguments.groups.empty());
-  arguments.output.check(files.names, stems);
-  const LossNotice lost(
-      fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
+  const std::filesystem::path checkpoint = checked_checkpoint(arguments, files, stems);
   const double start = seconds_now();
   Progress progress;
   options.on_iteration = [&](int iteration, double movement) {
     progress.show(fmt::format("iteration {}: the template moved by {:.2g} diameters", iteration, movement));
   };
-  results.atlas = make_atlas(shapes, options);
+  try {
+    records::UnitRun run;
+    run.verb = "atlas";
+    run.settings = settings;
+    run.shapes = shapes;
+    run.units = options.max_iterations + 2;  // the last round measures the matches
+    MatchRounds rounds(std::move(run), checkpoint, arguments.resume);
+    options.share = [&](int count, const auto& match, const auto& store) { rounds.share(count, match, store); };
+    results.atlas = make_atlas(shapes, options);
+  } catch (const ranks::Interrupted&) {
+    progress.clear();
+    print_warning(fmt::format("interrupted: the iterations so far are saved in '{}'; continue with --resume",
+                              checkpoint.string()));
+    return kNotConverged;
+  }
+  if (!ranks::is_first()) return kDone;
+  const LossNotice lost(
+      fmt::format("interrupted: the statistics are lost, and nothing was written to '{}'", arguments.output.out));
   results.names = folder_names(shapes, {});
   find_statistics(results, arguments, shapes, covariate);
   progress.clear();
@@ -226,6 +259,7 @@ int run_atlas(const AtlasArguments& arguments) {
     arguments.output.print_written(files.names, stems);
   }
   warn(results);
+  std::filesystem::remove(checkpoint);
   return results.converged() ? kDone : kNotConverged;
 }
 
@@ -242,7 +276,7 @@ void add_atlas_verb(CLI::App& program, int& exit_code) {
       "  pulson atlas skulls.csv -o out --groups species.csv:species --covariate sizes.csv:size\n"
       "  pulson atlas skulls.tps -o out --sigma 0 --kernel matern52:alpha=30\n"
       "Exit codes: 0 done, 2 bad input, 3 did not converge (results are written).");
-  verb->callback([arguments, &exit_code] { exit_code = run_atlas(*arguments); });
+  verb->callback([arguments, verb, &exit_code] { exit_code = run_atlas(*arguments, settings_of(*verb)); });
 }
 
 }  // namespace pulson

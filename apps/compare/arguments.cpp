@@ -81,12 +81,15 @@ void CompareArguments::add_to(CLI::App& verb) {
   verb.add_option("--count", count, "cohorts drawn from each model")->capture_default_str();
   verb.add_option("--cohort-size", cohort_size,
                   "shapes in each cohort drawn [as many as are given, or 20 if one is given]");
+  units.add_to(verb, "cohorts of --simulate");
   add_seed_option(verb, options.settings.seed);
   time.add_to(verb, "1");
   add_threads_option(verb);
 }
 
 compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) const {
+  if (simulate.empty() && (!units.shard.empty() || units.resume))
+    throw InputError(fmt::format("{} is for the cohorts of --simulate", units.resume ? "--resume" : "--shard"));
   std::vector<Landmarks> all = read_shapes(shapes, reading, notes);
   compare::CohortShapes cohort;
   if (source && *source != "mean")
@@ -114,8 +117,23 @@ compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) co
   return cohort;
 }
 
-compare::CompareOptions CompareArguments::compare_options(const Landmarks& about,
+compare::CompareOptions CompareArguments::compare_options(const compare::CohortShapes& cohort,
                                                           std::vector<std::string>& notes) const {
+  const compare::Cohort about = cohort.cohort();
+  compare::CompareOptions asked = options_about(about.source, notes);
+  if (constexpr std::size_t kFewest = 3;
+      asked.settings.fit_width && cohort.targets.size() < kFewest && simulate.empty()) {
+    asked.settings.fit_width = false;
+    notes.push_back(
+        fmt::format("the kernel's width is chosen by the spacing of landmarks, {:.4g}: so few shapes do not "
+                    "determine it",
+                    asked.settings.kernel.make(about.source.points).terms().front().alpha));
+  }
+  if (!time.chosen) asked.settings.grid.steps = sufficient_steps(about, asked.settings);
+  return asked;
+}
+
+compare::CompareOptions CompareArguments::options_about(const Landmarks& about, std::vector<std::string>& notes) const {
   compare::CompareOptions asked = options;
   check_at_least(asked.folds, 0, "--folds");
   check_at_least(asked.forward_samples, 2, "--forward-samples");

@@ -7,6 +7,7 @@
 #include "pulson/compare/comparison.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/units.hpp"
 
 namespace pulson {
 
@@ -32,14 +33,18 @@ struct CompareArguments {
   int count = 20;
   std::optional<int> cohort_size;
   TimeOptions time{.time = {}, .automatic = true, .dt = {}};
+  UnitOptions units;  ///< of --simulate
   OutputOptions output;
 
   void add_to(CLI::App& verb);
 
   /// The shapes, and notes about them. @throws InputError
   compare::CohortShapes read(std::vector<std::string>& notes) const;
-  /// @param source that the automatic choices are about
-  compare::CompareOptions compare_options(const Landmarks& source, std::vector<std::string>& notes) const;
+  /// What the options say of these shapes.
+  compare::CompareOptions compare_options(const compare::CohortShapes& shapes, std::vector<std::string>& notes) const;
+
+ private:
+  compare::CompareOptions options_about(const Landmarks& source, std::vector<std::string>& notes) const;
 };
 
 }  // namespace pulson

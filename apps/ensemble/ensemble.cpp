@@ -1,10 +1,10 @@
 // `pulson ensemble`: Monte Carlo over sample paths.
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -14,6 +14,8 @@
 #include "results.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/ranks.hpp"
+#include "shell/units.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 
@@ -23,8 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCheckpointSeconds = 10;
-constexpr std::int64_t kBlock = 64;  // paths
-constexpr int kBlocksAtOnce = 16;    // for each thread
+constexpr double kPieceSeconds = 1.0 / 3;
 constexpr std::int64_t kMostSamples = 10'000'000'000;
 constexpr std::int64_t kMostKept = 400'000'000;    // numbers: 3.2 GB
 constexpr std::int64_t kMostHistograms = 100'000;  // of 512 bins: 200 MB
@@ -121,57 +122,93 @@ void check_outputs(const EnsembleArguments& arguments) {
                                arguments.options.shard.count == 1 ? "continue" : "continue or keep"));
 }
 
-/// Of `i/n`.
-ensemble::Shard shard_of(const std::string& text) {
-  ensemble::Shard shard;
-  const std::size_t slash = text.find('/');
-  const auto whole = [](std::string_view digits, int& number) {
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    return error == std::errc() && end == digits.data() + digits.size();
-  };
-  const std::string_view view = text;
-  if (slash == std::string::npos || !whole(view.substr(0, slash), shard.index) ||
-      !whole(view.substr(slash + 1), shard.count) || shard.index < 1 || shard.index > shard.count)
-    throw InputError(fmt::format("--shard is '{}'; it must be i/n, as in 3/8, i from 1 to n", text));
-  return shard;
-}
-
 std::string file_contents(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", path.string()));
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Samples until all paths are there or a signal comes; saves the sums every so often.
-void sample(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const EnsembleArguments& arguments) {
-  const Interrupt interrupt;
-  Progress progress;
-  const fs::path checkpoint = arguments.checkpoint();
-  const double begin = seconds_now();
-  const std::int64_t first = ensemble.sums().samples;
-  const std::int64_t enough = std::min(arguments.stop_after.value_or(run.options.samples), run.options.shard_samples());
-  double saved = begin;
-  int blocks = thread_count();
-  while (!ensemble.done() && !Interrupt::came() && ensemble.sums().samples < enough) {
-    const std::int64_t wanted = (enough - ensemble.sums().samples + kBlock - 1) / kBlock;
-    ensemble.advance(static_cast<int>(std::min<std::int64_t>(blocks, wanted)));
-    const double time = seconds_now();
-    const std::int64_t samples = ensemble.sums().samples;
-    const double rate = static_cast<double>(samples - first) / (time - begin);
-    // So many that a turn takes about a fifth of a second.
-    blocks = std::clamp(static_cast<int>(rate * 0.2 / kBlock), 1, kBlocksAtOnce * thread_count());
-    progress.show(static_cast<double>(samples) / static_cast<double>(enough),
-                  fmt::format("{} of {} paths", samples, run.options.shard_samples()));
-    if (time - saved < kCheckpointSeconds) continue;
-    saved = time;
-    run.sums = ensemble.sums();
-    write_file_atomically(checkpoint, ensemble_checkpoint(run));
+/// Consecutive blocks, as they are dealt out.
+struct Blocks {
+  std::int64_t first = 0;
+  std::int64_t count = 0;
+};
+
+/// Deals out blocks and puts their sums together, in the order of the paths, whatever order they come in.
+class Sampling {
+ public:
+  Sampling(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const EnsembleArguments& arguments)
+      : ensemble_(ensemble),
+        run_(run),
+        checkpoint_(arguments.checkpoint()),
+        dealt_(ensemble.blocks_done()),
+        end_(std::clamp(blocks_in(arguments.stop_after.value_or(run.options.samples)), dealt_, ensemble.blocks())),
+        first_(ensemble.blocks_done()) {}
+
+  /// Until all paths are there or a signal comes; saves the sums every so often.
+  void run() {
+    ranks::share<Blocks, ensemble::EnsembleSums>(
+        {.next = [this] { return next(); },
+         .work = [this](const Blocks& blocks) { return ensemble_.sample(blocks.first, blocks.count); },
+         .take = [this](const Blocks& blocks, ensemble::EnsembleSums sums) { take(blocks, std::move(sums)); },
+         .to_bytes = [](const ensemble::EnsembleSums& sums) { return bytes_of(sums); },
+         .of_bytes = [](std::string_view bytes) { return ensemble::sums_of_bytes(bytes); }});
+    run_.sums = ensemble_.sums();
+    run_.seconds = seconds_now() - begin_;
+    if (ranks::is_first() && (run_.partial() || saved_ > begin_ || run_.options.shard.count > 1)) save();
   }
-  run.sums = ensemble.sums();
-  run.seconds = seconds_now() - begin;
-  if (run.partial() || saved > begin || run.options.shard.count > 1)
-    write_file_atomically(checkpoint, ensemble_checkpoint(run));
-}
+
+ private:
+  static std::int64_t blocks_in(std::int64_t samples) {
+    return (samples + ensemble::kBlockPaths - 1) / ensemble::kBlockPaths;
+  }
+
+  // So many that they take a third of a second, and fewer where few are left, so that all threads end together.
+  std::optional<Blocks> next() {
+    if (dealt_ == end_) return std::nullopt;
+    const double done = static_cast<double>(ensemble_.blocks_done() - first_);
+    const auto in_time =
+        static_cast<std::int64_t>(done / std::max(1e-3, seconds_now() - begin_) / threads_ * kPieceSeconds);
+    const auto in_turn = static_cast<std::int64_t>(static_cast<double>(end_ - dealt_) / (2 * threads_));
+    last_ = std::max<std::int64_t>(1, std::min({in_time, in_turn, 2 * last_}));
+    const Blocks blocks{dealt_, last_};
+    dealt_ += blocks.count;
+    return blocks;
+  }
+
+  void take(const Blocks& blocks, ensemble::EnsembleSums sums) {
+    waiting_.emplace(blocks.first, std::move(sums));
+    for (auto found = waiting_.find(ensemble_.blocks_done()); found != waiting_.end();
+         found = waiting_.find(ensemble_.blocks_done())) {
+      ensemble_.append(found->second);
+      waiting_.erase(found);
+    }
+    const std::int64_t samples = ensemble_.sums().samples;
+    progress_.show(static_cast<double>(ensemble_.blocks_done()) / static_cast<double>(end_),
+                   fmt::format("{} of {} paths", samples, run_.options.shard_samples()));
+    const double time = seconds_now();
+    if (time - saved_ < kCheckpointSeconds) return;
+    saved_ = time;
+    run_.sums = ensemble_.sums();
+    save();
+  }
+
+  void save() const { write_file_atomically(checkpoint_, ensemble_checkpoint(run_)); }
+
+  const Interrupt interrupt_;
+  Progress progress_;
+  ensemble::Ensemble& ensemble_;
+  records::EnsembleRun& run_;
+  fs::path checkpoint_;
+  double threads_ = thread_count() * ranks::size();
+  double begin_ = seconds_now();
+  double saved_ = begin_;
+  std::int64_t dealt_;
+  std::int64_t end_;
+  std::int64_t first_;
+  std::int64_t last_ = 1;                                   // blocks dealt out together
+  std::map<std::int64_t, ensemble::EnsembleSums> waiting_;  // for those before them
+};
 
 int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& arguments) {
   print_notes(run.notes);
@@ -186,12 +223,12 @@ int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& argum
 }
 
 int run_ensemble(EnsembleArguments arguments) {
-  if (!arguments.shard.empty()) arguments.options.shard = shard_of(arguments.shard);
+  if (!arguments.shard.empty()) arguments.options.shard = parse_shard(arguments.shard);
   const Start start = arguments.start.start();
   const TimeGrid grid = arguments.time.grid(start.default_time);
   const std::vector<int> densities = density_steps(arguments.densities, grid);
   const ensemble::EnsembleOptions options = ensemble_options(arguments, start, densities, grid);
-  check_outputs(arguments);
+  if (ranks::is_first()) check_outputs(arguments);
   ensemble::Ensemble ensemble(start.system, arguments.integrator, start.state, options);
   records::EnsembleRun run{start.system,
                            arguments.integrator,
@@ -201,16 +238,17 @@ int run_ensemble(EnsembleArguments arguments) {
                            densities,
                            {},
                            ensemble.method(),
-                           thread_count(),
+                           thread_count() * ranks::size(),
                            0};
   run.notes = start.notes;
   const fs::path checkpoint = arguments.checkpoint();
   const bool is_shard = options.shard.count > 1;
   // Scripts may give --resume to the first run of a shard, too.
-  if (arguments.resume && !(is_shard && !fs::exists(checkpoint)))
+  if (ranks::is_first() && arguments.resume && !(is_shard && !fs::exists(checkpoint)))
     ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
-  sample(ensemble, run, arguments);
+  Sampling(ensemble, run, arguments).run();
+  if (!ranks::is_first()) return kDone;
   log_step(fmt::format("sampled {} paths", run.sums.samples));
   if (is_shard) return finish_shard(run, arguments);
   const int code = arguments.results.finish(run);

@@ -1,5 +1,6 @@
 // `pulson merge`: the shards of a run as one.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -9,8 +10,12 @@
 
 #include <fmt/format.h>
 
+#include "compare/study.hpp"
 #include "pulson/records/records.hpp"
+#include "records/unit_parts.hpp"
+#include "register/cohort.hpp"
 #include "results.hpp"
+#include "sample/calibration.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/verbs.hpp"
@@ -29,11 +34,11 @@ std::string part_contents(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-int run_merge(const MergeArguments& arguments) {
+int merge_paths(const MergeArguments& arguments, const std::vector<std::string>& contents) {
   arguments.results.check();
   std::vector<records::EnsembleRun> parts;
-  for (const std::string& path : arguments.parts)
-    parts.push_back(records::read_ensemble_part(part_contents(path), path));
+  for (std::size_t i = 0; i < contents.size(); ++i)
+    parts.push_back(records::read_ensemble_part(contents[i], arguments.parts[i]));
   const records::EnsembleRun run = records::merge_ensembles(std::move(parts), arguments.parts);
   for (const std::string& file : {arguments.results.save_final, arguments.results.save_paths})
     if (!file.empty() && run.options.keep == ensemble::KeepStates::kNone)
@@ -44,10 +49,33 @@ int run_merge(const MergeArguments& arguments) {
   return arguments.results.finish(run);
 }
 
+int merge_units_of(const MergeArguments& arguments, const std::vector<std::string>& contents) {
+  const EnsembleOutput& results = arguments.results;
+  if (!results.save_final.empty() || !results.save_paths.empty())
+    throw InputError("--save-final and --save-paths are for parts of ensembles");
+  std::vector<records::UnitRun> parts;
+  for (std::size_t i = 0; i < contents.size(); ++i)
+    parts.push_back(records::read_unit_part(contents[i], arguments.parts[i]));
+  const records::UnitRun whole = merge_units(std::move(parts), arguments.parts);
+  log_step(fmt::format("merged {} parts", arguments.parts.size()));
+  if (whole.verb == "sample") return merge_calibration(whole, results.output);
+  if (whole.verb == "compare") return merge_study(whole, results.output);
+  if (whole.verb == "register") return merge_cohort(whole, results.output);
+  throw InputError(fmt::format("'{}' is part of a run of '{}', which has none", arguments.parts.front(), whole.verb));
+}
+
+int run_merge(const MergeArguments& arguments) {
+  std::vector<std::string> contents;
+  for (const std::string& path : arguments.parts) contents.push_back(part_contents(path));
+  const auto units = std::count_if(contents.begin(), contents.end(),
+                                   [](const std::string& bytes) { return records::is_unit_part(bytes); });
+  return units > 0 ? merge_units_of(arguments, contents) : merge_paths(arguments, contents);
+}
+
 }  // namespace
 
 void add_merge_verb(CLI::App& program, int& exit_code) {
-  CLI::App* verb = program.add_subcommand("merge", "Merge the parts of an ensemble that --shard made");
+  CLI::App* verb = program.add_subcommand("merge", "Merge the parts of a run that --shard made");
   auto arguments = std::make_shared<MergeArguments>();
   verb->add_option("PART", arguments->parts, "all parts of one run, in any order")->required();
   add_threads_option(*verb);

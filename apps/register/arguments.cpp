@@ -118,6 +118,7 @@ void RegisterArguments::add_to(CLI::App& verb) {
   add_data_options(verb, *this);
   add_solver_options(verb, *this);
   time.add_to(verb, "1");
+  units.add_to(verb, "shapes, where there are several");
   add_threads_option(verb);
 }
 

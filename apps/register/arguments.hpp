@@ -6,6 +6,7 @@
 #include "pulson/matching/registration.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/units.hpp"
 #include "underlay.hpp"
 
 namespace pulson {
@@ -37,6 +38,8 @@ struct RegisterArguments {
   std::optional<double> pixel_size;  ///< of that image
   std::string origin;                ///< of its first pixel: x,y
   std::string mesh;                  ///< surface of the source; empty: the one beside its file
+
+  UnitOptions units;  ///< of several shapes
 
   void add_to(CLI::App& verb);
 

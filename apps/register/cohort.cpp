@@ -4,14 +4,13 @@
 #include <filesystem>
 #include <iterator>
 #include <memory>
-#include <mutex>
 
 #include <fmt/core.h>
 
 #include "core/atomic_file.hpp"
+#include "core/text.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/parallel.hpp"
 #include "registration_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
 #include "shell/verbs.hpp"
@@ -19,6 +18,9 @@
 namespace pulson {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kShapes = "shapes";
 const std::vector<std::string> kCohortFiles = {"cohort.csv", "cohort.json", "report.html"};
 
 struct CohortInput {
@@ -55,38 +57,45 @@ CohortInput read_input(const RegisterArguments& arguments, std::vector<std::stri
   return input;
 }
 
-SpecimenMatch match(const Landmarks& source, const Landmarks& target, const matching::RegistrationOptions& options,
-                    const std::optional<inference::FittedParameters>& fitted) {
-  SpecimenMatch specimen{.name = {}, .source = target.source, .centroid_size = centroid_size(target.points)};
+/// A match as it is saved: the texts of its files, or why it failed.
+Json match(const Landmarks& source, const Landmarks& target, const matching::RegistrationOptions& options,
+           const std::optional<inference::FittedParameters>& fitted) {
   try {
-    specimen.registration = register_shapes(source, target, options);
-    specimen.facts = registration_facts(*specimen.registration, fitted);
+    const matching::Registration registration = register_shapes(source, target, options);
+    const records::RegistrationFacts facts = registration_facts(registration, fitted);
+    return {{"registration.json", registration_json(registration, facts)},
+            {"residuals.csv", records::residuals_csv(registration, facts.shares)},
+            {"trajectory.csv", records::trajectory_csv(registration, replay(registration))}};
   } catch (const Error& error) {
-    specimen.registration.reset();
-    specimen.error = error.what();
+    return {{"error", error.what()}};
   }
+}
+
+SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std::string& name) {
+  SpecimenMatch specimen{.name = name, .source = target.source, .centroid_size = centroid_size(target.points)};
+  if (match.contains("error")) {
+    match.at("error").get_to(specimen.error);
+    return specimen;
+  }
+  for (const auto& [file, text] : match.items()) specimen.files.emplace_back(file, text.get<std::string>());
+  specimen.registration = records::registration_of(specimen.files.front().second, name);
   return specimen;
 }
 
-CohortMatches match_all(const CohortInput& input, const matching::RegistrationOptions& options,
-                        const std::optional<inference::FittedParameters>& fitted, Progress& progress) {
-  CohortMatches cohort{input.source, std::vector<SpecimenMatch>(input.targets.size()), {}, 0};
-  const std::vector<std::string> names = folder_names(input.targets, kCohortFiles);
-  std::mutex turn;
-  int done = 0;
-  parallel_for(static_cast<int>(input.targets.size()), [&](int i) {
-    const auto s = static_cast<std::size_t>(i);
-    cohort.specimens[s] = match(input.source, input.targets[s], options, fitted);
-    cohort.specimens[s].name = names[s];
-    const std::lock_guard lock(turn);
-    ++done;
-    progress.show(static_cast<double>(done) / static_cast<double>(names.size()),
-                  fmt::format("{} of {} shapes", done, names.size()));
-  });
+/// @param run a whole one, whose first shape is the source
+CohortMatches matches_in(const records::UnitRun& run) {
+  CohortMatches cohort{run.shapes.front(), {}, run.notes, run.seconds};
+  const std::vector<Landmarks> targets(run.shapes.begin() + 1, run.shapes.end());
+  const std::vector<std::string> names = folder_names(targets, kCohortFiles);
   CohortNotes notes;
-  for (const SpecimenMatch& specimen : cohort.specimens)
-    if (specimen.registration) notes.add(specimen.registration->notes);
-  cohort.notes = std::move(notes).lines();
+  for (const auto& [unit, match] : run.results) {
+    const auto s = static_cast<std::size_t>(unit);
+    cohort.specimens.push_back(specimen_of(match, targets.at(s), names[s]));
+    if (const auto& registration = cohort.specimens.back().registration) notes.add(registration->notes);
+  }
+  const std::vector<std::string> of_matches = std::move(notes).lines();
+  cohort.notes.insert(cohort.notes.end(), of_matches.begin(), of_matches.end());
+  cohort.notes = without_repeats(cohort.notes);
   return cohort;
 }
 
@@ -107,9 +116,7 @@ void write_cohort(const CohortMatches& cohort, const OutputOptions& output) {
     const std::filesystem::path folder = output.file(specimen.name);
     create_output_directory(folder);
     const StagedFiles& files = *folders.emplace_back(std::make_unique<StagedFiles>(folder));
-    files.write("registration.json", registration_json(*specimen.registration, specimen.facts));
-    files.write("residuals.csv", records::residuals_csv(*specimen.registration, specimen.facts.shares));
-    files.write("trajectory.csv", records::trajectory_csv(*specimen.registration, replay(*specimen.registration)));
+    for (const auto& [name, text] : specimen.files) files.write(name, text);
   }
   StagedFiles& merged = *folders.emplace_back(std::make_unique<StagedFiles>(output.out));
   merged.write("cohort.csv", cohort_csv(cohort));
@@ -145,6 +152,29 @@ void print_failures(const CohortMatches& cohort) {
   }
 }
 
+int finish_cohort(const records::UnitRun& run, const OutputOptions& output) {
+  const CohortMatches cohort = matches_in(run);
+  print_notes(cohort.notes);
+  if (cohort.failed() == std::ssize(cohort.specimens)) throw InputError(all_failed(cohort));
+  write_cohort(cohort, output);
+  if (output.prints()) print_cohort(cohort, output);
+  print_failures(cohort);
+  return cohort.failed() + cohort.unconverged() > 0 ? kNotConverged : kDone;
+}
+
+OutputOptions without_pictures(OutputOptions output) {
+  output.no_picture = true;  // the page has a thumbnail of each
+  return output;
+}
+
+/// Of what is not among the options themselves.
+Json facts_of(const RegisterArguments& arguments) {
+  Json facts = Json::object();
+  for (const std::string& file : {arguments.weights, arguments.covariances})
+    if (!file.empty()) facts[file] = io::read_text_file(file);
+  return facts;
+}
+
 }  // namespace
 
 int CohortMatches::failed() const {
@@ -158,29 +188,37 @@ int CohortMatches::unconverged() const {
   }));
 }
 
-int run_register_cohort(const RegisterArguments& arguments) {
+int run_register_cohort(const RegisterArguments& arguments, const std::string& settings) {
   refuse_options_of_pairs(arguments);
-  std::vector<std::string> notes;
-  const CohortInput input = read_input(arguments, notes);
+  records::UnitRun run;
+  const CohortInput input = read_input(arguments, run.notes);
   matching::RegistrationOptions options = arguments.registration_options(input.source);
-  OutputOptions output = arguments.output;
-  output.no_picture = true;  // the page has a thumbnail of each
+  const OutputOptions output = without_pictures(arguments.output);
+  UnitJob job("register", arguments.units, output, [&] { output.check(kCohortFiles, {}); });
+  run.settings = settings;
+  run.shapes = input.targets;
+  run.shapes.insert(run.shapes.begin(), input.source);
+  run.facts = facts_of(arguments);
+  run.units = static_cast<int>(input.targets.size());
+  std::optional<inference::FittedParameters> fitted;
+  {
+    Progress progress;
+    const LossNotice lost(fmt::format("interrupted: the search is lost, and nothing was written to '{}'", output.out));
+    fitted = fit_first(input.source, input.targets, arguments.fit, options, progress);
+  }
+  job.run(
+      std::move(run),
+      [&](int i) { return match(input.source, input.targets[static_cast<std::size_t>(i)], options, fitted); }, kShapes);
+  if (!job.is_whole(output, kShapes)) return job.exit_code();
+  const int code = finish_cohort(job.result(), output);
+  job.remove_saved();
+  return code;
+}
+
+int merge_cohort(const records::UnitRun& whole, const OutputOptions& given) {
+  const OutputOptions output = without_pictures(given);
   output.check(kCohortFiles, {});
-  const double start = seconds_now();
-  Progress progress;
-  const LossNotice lost(fmt::format("interrupted: the search is lost, and nothing was written to '{}'", output.out));
-  const auto fitted = fit_first(input.source, input.targets, arguments.fit, options, progress);
-  CohortMatches cohort = match_all(input, options, fitted, progress);
-  progress.clear();
-  cohort.seconds = seconds_now() - start;
-  notes.insert(notes.end(), cohort.notes.begin(), cohort.notes.end());
-  cohort.notes = without_repeats(notes);
-  print_notes(notes);
-  if (cohort.failed() == std::ssize(cohort.specimens)) throw InputError(all_failed(cohort));
-  write_cohort(cohort, output);
-  if (output.prints()) print_cohort(cohort, output);
-  print_failures(cohort);
-  return cohort.failed() + cohort.unconverged() > 0 ? kNotConverged : kDone;
+  return finish_cohort(whole, output);
 }
 
 }  // namespace pulson

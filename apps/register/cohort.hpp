@@ -2,11 +2,13 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "arguments.hpp"
 #include "html/html_report.hpp"
 #include "pulson/records/records.hpp"
+#include "records/unit_parts.hpp"
 
 namespace pulson {
 
@@ -16,7 +18,8 @@ struct SpecimenMatch {
   std::string source;  ///< where its landmarks came from
   double centroid_size = 0;
   std::optional<matching::Registration> registration{};  ///< none where it failed
-  records::RegistrationFacts facts{};
+  /// Of its record, residuals and trajectory; empty where it failed.
+  std::vector<std::pair<std::string, std::string>> files{};
   std::string error{};  ///< why it failed
 
   /// √(p0ᵀKp0), the length of the geodesic, length units.
@@ -36,8 +39,11 @@ struct CohortMatches {
 
 /// Registers the source to each of several shapes, in parallel. A shape that fails is reported, and the others are
 /// kept.
-/// @return the exit code @throws InputError where all of them fail
-int run_register_cohort(const RegisterArguments& arguments);
+/// @param settings the options, see settings_of() @return the exit code @throws InputError where all of them fail
+int run_register_cohort(const RegisterArguments& arguments, const std::string& settings);
+
+/// Writes what run_register_cohort() would have, from the parts of such a run. @return the exit code
+int merge_cohort(const records::UnitRun& whole, const OutputOptions& output);
 
 /// The merged table: a row per specimen, NA where it failed.
 std::string cohort_csv(const CohortMatches& cohort);

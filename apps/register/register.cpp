@@ -16,6 +16,7 @@
 #include "registration_warnings.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/ranks.hpp"
 #include "shell/verbs.hpp"
 #include "summary.hpp"
 #include "surface.hpp"
@@ -115,8 +116,18 @@ matching::Registration register_or_tell(const Landmarks& source, const Landmarks
   }
 }
 
-int run_register(const RegisterArguments& arguments) {
-  if (arguments.asks_for_cohort()) return run_register_cohort(arguments);
+void refuse_options_of_cohorts(const RegisterArguments& arguments) {
+  if (!arguments.units.shard.empty() || arguments.units.resume)
+    throw InputError(fmt::format("{} is for several shapes; there is one TARGET here",
+                                 arguments.units.resume ? "--resume" : "--shard"));
+  if (ranks::size() > 1)
+    throw InputError(
+        fmt::format("there are {} ranks, and one TARGET; the shapes of a cohort are shared", ranks::size()));
+}
+
+int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
+  if (arguments.asks_for_cohort()) return run_register_cohort(arguments, settings_of(verb));
+  refuse_options_of_cohorts(arguments);
   std::vector<std::string> notes;
   Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
   Landmarks target = read_landmarks(arguments.targets.front(), &notes, arguments.reading);
@@ -172,12 +183,13 @@ void add_register_verb(CLI::App& program, int& exit_code) {
       "  pulson register a.csv b.csv -o out\n"
       "  pulson register skulls.tps#1 skulls.tps#2 -o out --sigma 1%\n"
       "  pulson register skulls.tps -o out --template mean\n"
+      "  pulson register skulls.tps --template mean --shard 3/8 -o parts\n"
       "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10%\n"
       "  pulson register a.csv b.csv -o out --kernel gaussian:alpha=30% --align none\n"
       "  pulson register outline_a.csv outline_b.csv -o out --data varifold\n"
       "  pulson register a.csv b.csv -o out --noise ch-sd:beta=10% --fit beta,alpha --uncertainty\n"
       "Exit codes: 0 done, 2 bad input, 3 not converged, or some of several shapes failed (results are written).");
-  verb->callback([arguments, &exit_code] { exit_code = run_register(*arguments); });
+  verb->callback([arguments, verb, &exit_code] { exit_code = run_register(*arguments, *verb); });
 }
 
 }  // namespace pulson

@@ -66,12 +66,22 @@ void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("--fault", fault,
                   "with --calibrate: draw the shapes with this parameter times FACTOR, to see that it is caught")
       ->type_name("NAME=FACTOR");
+  units.add_to(verb, "simulations of --calibrate");
   add_seed_option(verb, sampler.seed);
   time.add_to(verb, "1");
   add_threads_option(verb);
 }
 
-inference::PosteriorProblem SampleArguments::problem(std::vector<std::string>& notes) const {
+SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
+  if (calibrate <= 0 && (!units.shard.empty() || units.resume))
+    throw InputError(fmt::format("{} is for the simulations of --calibrate", units.resume ? "--resume" : "--shard"));
+  SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes)};
+  put_in_order_of(shapes.source, shapes.targets, notes);
+  return shapes;
+}
+
+inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
+                                                     std::vector<std::string>& notes) const {
   check_at_least(sampler.chains, 1, "--chains");
   check_at_least(sampler.draws, 4, "--draws");
   check_at_least(sampler.warmup, 0, "--warmup");
@@ -89,12 +99,9 @@ inference::PosteriorProblem SampleArguments::problem(std::vector<std::string>& n
   if (!(options.sigma.in(1) > 0)) throw InputError(fmt::format("--sigma is {}; it must be greater than 0", sigma));
   if (lambda != "auto") options.lambda = parse_number(lambda, "--lambda");
   if (align != "auto") options.align = parse_alignment(align);
-  const Landmarks shape = read_landmarks(source, &notes, reading);
-  std::vector<Landmarks> shapes = read_shapes(targets, reading, notes);
-  put_in_order_of(shape, shapes, notes);
   std::vector<std::string> names = parameters;
   if (names == std::vector<std::string>{"none"}) names.clear();
-  inference::PosteriorProblem made = inference::make_posterior_problem(shape, shapes, options, names);
+  inference::PosteriorProblem made = inference::make_posterior_problem(shapes.source, shapes.targets, options, names);
   notes.insert(notes.end(), made.notes.begin(), made.notes.end());
   return made;
 }

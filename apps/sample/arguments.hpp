@@ -7,8 +7,15 @@
 #include "pulson/inference/posterior.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/units.hpp"
 
 namespace pulson {
+
+/// What `pulson sample` reads, in the order of the source's landmarks.
+struct SampleShapes {
+  Landmarks source;
+  std::vector<Landmarks> targets;
+};
 
 /// The command line of `pulson sample`.
 struct SampleArguments {
@@ -28,11 +35,13 @@ struct SampleArguments {
   int calibrate = 0;  ///< simulations; 0: sample the posterior
   std::string fault;  ///< NAME=FACTOR, or empty
   int ranks = 63;
+  UnitOptions units;  ///< of --calibrate
 
   void add_to(CLI::App& verb);
 
   /// @throws InputError
-  inference::PosteriorProblem problem(std::vector<std::string>& notes) const;
+  SampleShapes read(std::vector<std::string>& notes) const;
+  inference::PosteriorProblem problem(const SampleShapes& shapes, std::vector<std::string>& notes) const;
   inference::CalibrationOptions calibration() const;
 };
 

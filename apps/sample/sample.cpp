@@ -7,10 +7,12 @@
 #include <fmt/format.h>
 
 #include "arguments.hpp"
+#include "calibration.hpp"
 #include "core/atomic_file.hpp"
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/ranks.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -18,8 +20,6 @@ namespace {
 
 const std::vector<std::string> kSampleFiles = {"summary.json", "draws.csv", "momenta.npy", "paths.npy", "report.html"};
 const std::vector<std::string> kSamplePictures = {"paths", "chains"};
-const std::vector<std::string> kCalibrationFiles = {"calibration.json", "report.html"};
-const std::vector<std::string> kCalibrationPictures = {"calibration"};
 
 std::vector<std::string> warnings_of(const PosteriorSummary& summary, bool is_tempered) {
   constexpr double kFewEffective = 400;
@@ -105,46 +105,16 @@ int run_posterior(const SampleArguments& arguments, const inference::PosteriorPr
   return summary.converged ? kDone : kNotConverged;
 }
 
-int run_calibration(const SampleArguments& arguments, const inference::PosteriorProblem& problem,
-                    const std::vector<std::string>& notes) {
-  const OutputOptions& output = arguments.output;
-  inference::CalibrationOptions options = arguments.calibration();
-  output.check(kCalibrationFiles, kCalibrationPictures);
-  Progress progress;
-  std::mutex turn;
-  options.sampler.on_progress = [&](double fraction) {
-    const std::lock_guard lock(turn);
-    progress.show(fraction, fmt::format("{} simulations", options.simulations));
-  };
-  const inference::Calibration calibration = calibrate(problem, options);
-  progress.clear();
-  const std::string record = calibration_json(problem, options, calibration);
-  StagedFiles files(output.out);
-  files.write("calibration.json", record);
-  if (!output.no_picture)
-    write_chart(calibration_chart(calibration,
-                                  fmt::format("{} simulations  ·  {}", calibration.simulations, model_words(problem))),
-                output.picture_files(files.file("calibration")));
-  files.write("report.html", html_report(calibration_report(problem, calibration, notes,
-                                                            output.shown_picture(files.file("calibration")))));
-  output.write_json(record);
-  files.commit();
-  print_notes(notes);
-  if (!output.prints()) return kDone;
-  fmt::print("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
-             calibration.failed, model_words(problem));
-  for (const inference::CalibratedQuantity& quantity : calibration.quantities)
-    fmt::print("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
-               quantity.inside_band ? "within the band of 95 %" : "LEAVES THE BAND OF 95 %");
-  output.print_written(kCalibrationFiles, kCalibrationPictures);
-  return kDone;
-}
-
-int run_sample(const SampleArguments& arguments) {
+int run_sample(const SampleArguments& arguments, const CLI::App& verb) {
+  if (arguments.calibrate > 0) return run_calibration(arguments, settings_of(verb));
+  if (ranks::size() > 1)
+    throw InputError(
+        fmt::format("there are {} ranks; the chains of one posterior are for one process, and with "
+                    "--calibrate simulations are shared",
+                    ranks::size()));
   std::vector<std::string> notes;
-  const inference::PosteriorProblem problem = arguments.problem(notes);
-  return arguments.calibrate > 0 ? run_calibration(arguments, problem, notes)
-                                 : run_posterior(arguments, problem, notes);
+  const SampleShapes shapes = arguments.read(notes);
+  return run_posterior(arguments, arguments.problem(shapes, notes), notes);
 }
 
 }  // namespace
@@ -158,8 +128,9 @@ void add_sample_verb(CLI::App& program, int& exit_code) {
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% -o out\n"
       "  pulson sample wings.tps#1 wings.tps#2 wings.tps#3 --noise ch-sd:beta=2% --parameters beta,lambda -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 -o out\n"
+      "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 --shard 3/8 -o parts\n"
       "Exit codes: 0 done, 2 bad input, 3 the chains have not converged (results are written).");
-  verb->callback([arguments, &exit_code] { exit_code = run_sample(*arguments); });
+  verb->callback([arguments, verb, &exit_code] { exit_code = run_sample(*arguments, *verb); });
 }
 
 }  // namespace pulson

@@ -182,8 +182,8 @@ namespace {
 constexpr const char* kPrint = "--print-config";
 
 // Of both programs, each of which knows its own alone.
-const std::vector<std::string> kVerbs = {"register", "atlas",         "warp",      "simulate", "ensemble",
-                                         "compare",  "fokker-planck", "reproduce", "convert",  "info"};
+const std::vector<std::string> kVerbs = {"register", "atlas",         "warp",      "simulate", "ensemble", "compare",
+                                         "sample",   "fokker-planck", "reproduce", "convert",  "info"};
 
 /// "steps" of --steps, "source" of SOURCE; empty for --help and what else no file holds.
 std::string key_of(const CLI::Option& option) {
@@ -257,15 +257,6 @@ void apply(CLI::App& verb, const ConfigFile& file, const std::string& section) {
   }
 }
 
-void apply_config(const std::string& path, CLI::App& verb) {
-  const ConfigFile file = read_config_file(path);
-  for (const auto& [section, place] : file.sections)
-    if (std::find(kVerbs.begin(), kVerbs.end(), section) == kVerbs.end())
-      throw InputError(fmt::format("{}: unknown verb '{}'{}", place, section, advice_on_name(section, kVerbs)));
-  apply(verb, file, verb.get_name());
-  apply(verb, file, "");
-}
-
 std::string value_text(const CLI::Option& option, const std::string& value) {
   const std::string type = option.get_type_name();
   const bool is_number = type == "FLOAT" || type == "INT" || type == "UINT" || type == "NUMBER";
@@ -287,9 +278,17 @@ bool is_excluded(const CLI::Option& option) {
 
 }  // namespace
 
+void apply_config(const ConfigFile& file, CLI::App& verb) {
+  for (const auto& [section, place] : file.sections)
+    if (std::find(kVerbs.begin(), kVerbs.end(), section) == kVerbs.end())
+      throw InputError(fmt::format("{}: unknown verb '{}'{}", place, section, advice_on_name(section, kVerbs)));
+  apply(verb, file, verb.get_name());
+  apply(verb, file, "");
+}
+
 void add_config_options(CLI::App& verb) {
   verb.add_option_function<std::string>(
-          "--config", [&verb](const std::string& path) { apply_config(path, verb); },
+          "--config", [&verb](const std::string& path) { apply_config(read_config_file(path), verb); },
           "read options from a .toml or .json file, by their long names: steps = 40; the command line takes precedence")
       ->type_name("FILE")
       ->configurable(false);

@@ -40,6 +40,9 @@ std::string toml_string(std::string_view text);
 /// Whether `text` is a TOML number as it stands.
 bool is_toml_number(const std::string& text);
 
+/// Gives a verb the options of a file that the command line does not give. @throws InputError that names file and line
+void apply_config(const ConfigFile& file, CLI::App& verb);
+
 /// `--config FILE`, whose settings fill in the options that the command line does not give, and `--print-config`.
 void add_config_options(CLI::App& verb);
 

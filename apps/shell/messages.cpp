@@ -14,6 +14,7 @@
 
 #include "core/text.hpp"
 #include "options.hpp"
+#include "ranks.hpp"
 
 namespace pulson {
 
@@ -72,6 +73,7 @@ const Clock::time_point kBegin = Clock::now();
 Verbosity chosen_verbosity = Verbosity::kNormal;
 
 void print_message(Style style, std::string_view name, std::string_view text) {
+  if (!ranks::is_first()) return;
   std::fflush(stdout);
   std::string line = in_option_words(text);
   std::replace_if(
@@ -165,7 +167,7 @@ std::string duration_text(double seconds) {
 Progress::Progress()
     : started_(seconds_now()),
       begun_(started_),
-      on_terminal_(is_terminal(STDERR_FILENO) && verbosity() != Verbosity::kQuiet) {}
+      on_terminal_(ranks::is_first() && is_terminal(STDERR_FILENO) && verbosity() != Verbosity::kQuiet) {}
 
 Progress::~Progress() { clear(); }
 

@@ -14,6 +14,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
+#include "ranks.hpp"
 
 namespace pulson {
 
@@ -87,9 +88,9 @@ void add_threads_option(CLI::App& verb) {
       "--threads",
       [](int count) {
         if (count < 0) throw InputError(fmt::format("--threads is {}; it must be 0 (one per core) or more", count));
-        set_thread_count(count);
+        set_thread_count(count > 0 ? count : ranks::default_threads());
       },
-      "threads to use, at most one per core; 0: one per core");
+      "threads to use, at most one per core; 0: one per core, shared out where there are several ranks");
 }
 
 namespace {

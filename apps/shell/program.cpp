@@ -18,6 +18,7 @@
 #include "options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "ranks.hpp"
 #include "verbs.hpp"
 
 namespace pulson {
@@ -165,9 +166,25 @@ namespace {
 
 using AddVerbs = std::function<void(CLI::App&, int&)>;
 
-int report_error(const std::string& message, int exit_code) {
+// How a run ends; the error is printed already.
+struct Ending {
+  int exit_code = kDone;
+  std::string error{};
+};
+
+Ending report_error(const std::string& message, int exit_code) {
   print_error(message);
-  return exit_code;
+  return {exit_code, message};
+}
+
+// The verbs whose work is shared where several processes run them together.
+const std::vector<std::string> kSharingVerbs = {"register", "atlas", "ensemble", "compare", "sample"};
+
+void check_ranks(const std::string& verb) {
+  if (ranks::size() == 1 || verb.starts_with('-')) return;
+  if (std::find(kSharingVerbs.begin(), kSharingVerbs.end(), verb) == kSharingVerbs.end())
+    throw InputError(fmt::format("'{}' is for one process, and there are {} ranks; those that share work: {}", verb,
+                                 ranks::size(), fmt::join(kSharingVerbs, ", ")));
 }
 
 // What every verb has besides its own options.
@@ -221,7 +238,7 @@ std::string parse_error_text(const CLI::ParseError& error) {
   return text;
 }
 
-int run(int argc, char** argv, const AddVerbs& add_verbs) {
+Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
   int exit_code = kDone;
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
   program.formatter(help_formatter());
@@ -234,17 +251,18 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
   program.parse_complete_callback([&program] { print_config(program); });
   if (argc < 2) {
     fmt::print(stderr, "{}", welcome());
-    return kBadInput;
+    return {kBadInput};
   }
   check_names(program, {argv + 1, argv + argc});
+  check_ranks(argv[1]);
   try {
     program.parse(argc, argv);
-    return exit_code;
+    return {exit_code};
   } catch (const CLI::CallForVersion& called) {
     fmt::print("{}", called.what());
-    return kDone;
+    return {kDone};
   } catch (const CLI::Success& success) {
-    return program.exit(success);
+    return {program.exit(success)};
   } catch (const CLI::ParseError& error) {
     const bool has_verb = argv[1][0] != '-';
     return report_error(
@@ -253,16 +271,23 @@ int run(int argc, char** argv, const AddVerbs& add_verbs) {
   }
 }
 
-}  // namespace
+// As one of several ranks: these share out the cores, and rank 0 alone prints.
+void join_ranks(int& argc, char**& argv) {
+  ranks::join(argc, argv);
+  set_thread_count(ranks::default_threads());
+  if (!ranks::is_first() && std::freopen("/dev/null", "w", stdout) == nullptr)
+    throw InputError("'/dev/null' cannot be opened");
+}
 
-int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
+Ending run_as_rank(int argc, char** argv, const AddVerbs& add_verbs) {
   const SerialBlas serial;  // verbs share out the threads themselves
   try {
+    join_ranks(argc, argv);
     keep_command_line(argc, argv);
-    const int exit_code = run(argc, argv, add_verbs);
+    Ending ending = run(argc, argv, add_verbs);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
       return report_error("standard output could not be written", kBadInput);
-    return exit_code;
+    return ending;
   } catch (const Error& error) {
     return report_error(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {
@@ -270,6 +295,13 @@ int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
   } catch (const std::exception& error) {
     return report_error(fmt::format("internal error: {}", error.what()), kInternalError);
   }
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
+  const Ending ending = run_as_rank(argc, argv, add_verbs);
+  return ranks::leave(ending.exit_code, ending.error);
 }
 
 const std::string& command_line() { return kept_command_line(); }

@@ -182,15 +182,37 @@ class TemplateSearch {
     std::vector<Index> all(static_cast<std::size_t>(metric.shape().cols()));
     std::iota(all.begin(), all.end(), 0);
     const MatchModel complete(metric, all);
-    std::vector<int> shots(atlas_.specimens.size());
-    parallel_for(static_cast<int>(atlas_.specimens.size()), [&](int i) {
-      const auto s = static_cast<std::size_t>(i);
-      if (observed_[s].size() == all.size())
-        shots[s] = match(metric, complete, atlas_.specimens[s], tolerance);
-      else
-        shots[s] = match(metric, MatchModel(metric, observed_[s]), atlas_.specimens[s], tolerance);
-    });
-    for (const int count : shots) atlas_.shots += count;
+    std::vector<double> shots(atlas_.specimens.size());
+    share(
+        [&](int i) {
+          const auto s = static_cast<std::size_t>(i);
+          AtlasSpecimen specimen = atlas_.specimens[s];
+          const int count = observed_[s].size() == all.size()
+                                ? match(metric, complete, specimen, tolerance)
+                                : match(metric, MatchModel(metric, observed_[s]), specimen, tolerance);
+          VectorXd made(2 * specimen.momenta.size() + 3);
+          made << specimen.momenta.reshaped(), specimen.result.reshaped(), specimen.defect,
+              specimen.converged ? 1.0 : 0.0, count;
+          return made;
+        },
+        [&](int i, const VectorXd& made) {
+          AtlasSpecimen& specimen = atlas_.specimens[static_cast<std::size_t>(i)];
+          const Points& q0 = metric.shape();
+          specimen.momenta = made.head(q0.size()).reshaped(q0.rows(), q0.cols());
+          specimen.result = made.segment(q0.size(), q0.size()).reshaped(q0.rows(), q0.cols());
+          specimen.defect = made[made.size() - 3];
+          specimen.converged = made[made.size() - 2] != 0;
+          shots[static_cast<std::size_t>(i)] = made[made.size() - 1];
+        });
+    for (const double count : shots) atlas_.shots += static_cast<long>(count);
+  }
+
+  void share(const std::function<VectorXd(int)>& make, const std::function<void(int, const VectorXd&)>& store) const {
+    const int count = static_cast<int>(atlas_.specimens.size());
+    if (options_.share)
+      options_.share(count, make, store);
+    else
+      parallel_for(count, [&](int i) { store(i, make(i)); });
   }
 
   int match(const TemplateMetric& metric, const MatchModel& model, AtlasSpecimen& specimen, double tolerance) const {
@@ -251,15 +273,24 @@ class TemplateSearch {
     const Geodesics finer(atlas_.kernel, 2 * options_.steps, atlas_.lambda, atlas_.beta);
     const Points& q0 = atlas_.template_shape.points;
     std::vector<double> errors(atlas_.specimens.size());
-    parallel_for(static_cast<int>(atlas_.specimens.size()), [&](int i) {
-      const auto s = static_cast<std::size_t>(i);
-      AtlasSpecimen& specimen = atlas_.specimens[s];
-      const Trajectory path = geodesics_.path(q0, specimen.momenta);
-      specimen.result = path.final().q;
-      specimen.cost = cost_of(atlas_, path, specimen);
-      errors[s] = (finer.shoot(q0, specimen.momenta).q - specimen.result).norm() /
-                  std::sqrt(static_cast<double>(q0.cols())) / size_;
-    });
+    share(
+        [&](int i) {
+          AtlasSpecimen specimen = atlas_.specimens[static_cast<std::size_t>(i)];
+          const Trajectory path = geodesics_.path(q0, specimen.momenta);
+          specimen.result = path.final().q;
+          const matching::MatchingCost cost = cost_of(atlas_, path, specimen);
+          const double error = (finer.shoot(q0, specimen.momenta).q - specimen.result).norm() /
+                               std::sqrt(static_cast<double>(q0.cols())) / size_;
+          VectorXd made(q0.size() + 4);
+          made << specimen.result.reshaped(), cost.energy, cost.action, cost.data, error;
+          return made;
+        },
+        [&](int i, const VectorXd& made) {
+          AtlasSpecimen& specimen = atlas_.specimens[static_cast<std::size_t>(i)];
+          specimen.result = made.head(q0.size()).reshaped(q0.rows(), q0.cols());
+          specimen.cost = {made[q0.size()], made[q0.size() + 1], made[q0.size() + 2]};
+          errors[static_cast<std::size_t>(i)] = made[q0.size() + 3];
+        });
     atlas_.step_error = *std::max_element(errors.begin(), errors.end());
     if (atlas_.step_error > kCoarse)
       atlas_.notes.push_back(

@@ -49,66 +49,82 @@ std::vector<Landmarks> draw_cohort(const Landmarks& source, const matching::Matc
   return targets;
 }
 
-// What each candidate makes of the cohort, and which has the greatest score; −1 where none can be fitted.
-std::pair<std::vector<RecoveredFit>, int> fit_all(const Cohort& cohort, const std::vector<NoiseChoice>& candidates,
-                                                  const CohortSettings& settings) {
-  std::vector<RecoveredFit> fits(candidates.size(), {{}, std::numeric_limits<double>::quiet_NaN()});
-  int best = -1;
+// What each candidate makes of the cohort.
+RecoveredCohort fit_all(const Cohort& cohort, const std::vector<NoiseChoice>& candidates,
+                        const CohortSettings& settings) {
+  RecoveredCohort recovered{{candidates.size(), {{}, std::numeric_limits<double>::quiet_NaN()}}, -1};
   double score = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i) try {
       const CohortFit fit = fit_cohort(cohort, candidates[i], settings);
-      fits[i] = {fit.fitted, fit.log_evidence};
+      recovered.fits[i] = {fit.fitted, fit.log_evidence};
       if (fit.score() <= score) continue;
       score = fit.score();
-      best = static_cast<int>(i);
+      recovered.chosen = static_cast<int>(i);
     } catch (const Error&) {
       // a model that these shapes cannot have
     }
-  return {std::move(fits), best};
+  return recovered;
 }
 
 }  // namespace
 
-std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
-                                        const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options) {
+RecoveryStudy::RecoveryStudy(const Landmarks& source, const std::vector<TrueModel>& truths,
+                             const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options)
+    : source_(source), candidates_(candidates), options_(options) {
   const SerialBlas serial;
   if (options.cohorts < 1 || options.shapes < 1)
     throw InputError(
         fmt::format("{} cohorts of {} shapes; there must be one of each at least", options.cohorts, options.shapes));
   const Cohort alone = make_cohort(source, {source}, AlignmentKind::kNone);
-  CohortSettings settings = options.settings;
+  CohortSettings& settings = options_.settings;
   settings.kernel = settings.kernel.make(source.points).spec();
-  std::vector<RecoveryRow> rows;
-  std::vector<matching::MatchingProblem> problems;
   for (const TrueModel& truth : truths) {
     if (!is_complete(truth.noise, source))
       throw InputError(
           fmt::format("noise '{}' lacks parameters; drawing shapes needs all of them", truth.noise.spec()));
-    problems.push_back(problem_of(alone, truth, settings));
+    problems_.push_back(problem_of(alone, truth, settings));
     RecoveryRow row{truth, std::vector<int>(candidates.size()), {}, 0, 0, 0};
-    row.fits.resize(static_cast<std::size_t>(options.cohorts));
-    const double with = mean_square(draw_shapes(problems.back(), kSamples, options.seed).ends, source.points);
+    const double with = mean_square(draw_shapes(problems_.back(), kSamples, options.seed).ends, source.points);
     const double without = mean_square(
         draw_shapes(problem_of(alone, {"none", truth.lambda, truth.kernel}, settings), kSamples, options.seed).ends,
         source.points);
     row.noise_share = 1 - without / with;
     row.displacement = std::sqrt(with);
-    rows.push_back(std::move(row));
+    rows_.push_back(std::move(row));
   }
-  const int all = static_cast<int>(truths.size()) * options.cohorts;
+}
+
+RecoveredCohort RecoveryStudy::cohort(int index) const {
+  const SerialBlas serial;
+  const matching::MatchingProblem& problem = problems_[static_cast<std::size_t>(index / options_.cohorts)];
+  const std::vector<Landmarks> targets =
+      draw_cohort(source_, problem, options_.shapes, options_.seed + 1000 + static_cast<std::uint64_t>(index));
+  return fit_all(make_cohort(source_, targets, options_.alignment), candidates_, options_.settings);
+}
+
+std::vector<RecoveryRow> RecoveryStudy::rows(const std::vector<RecoveredCohort>& cohorts) const {
+  std::vector<RecoveryRow> rows = rows_;
+  for (std::size_t i = 0; i < cohorts.size(); ++i) {
+    RecoveryRow& row = rows[i / static_cast<std::size_t>(options_.cohorts)];
+    row.fits.push_back(cohorts[i].fits);
+    ++(cohorts[i].chosen < 0 ? row.unfit : row.chosen[static_cast<std::size_t>(cohorts[i].chosen)]);
+  }
+  return rows;
+}
+
+std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
+                                        const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options) {
+  const SerialBlas serial;
+  const RecoveryStudy study(source, truths, candidates, options);
+  std::vector<RecoveredCohort> cohorts(static_cast<std::size_t>(study.cohorts()));
   int done = 0;
   std::mutex mutex;
-  parallel_for(all, [&](int i) {
-    const auto row = static_cast<std::size_t>(i / options.cohorts);
-    const std::vector<Landmarks> targets =
-        draw_cohort(source, problems[row], options.shapes, options.seed + 1000 + static_cast<std::uint64_t>(i));
-    auto [fits, chosen] = fit_all(make_cohort(source, targets, options.alignment), candidates, settings);
+  parallel_for(study.cohorts(), [&](int i) {
+    cohorts[static_cast<std::size_t>(i)] = study.cohort(i);
     const std::scoped_lock lock(mutex);
-    rows[row].fits[static_cast<std::size_t>(i % options.cohorts)] = std::move(fits);
-    ++(chosen < 0 ? rows[row].unfit : rows[row].chosen[static_cast<std::size_t>(chosen)]);
-    if (options.on_cohort) options.on_cohort(++done, all);
+    if (options.on_cohort) options.on_cohort(++done, study.cohorts());
   });
-  return rows;
+  return study.rows(cohorts);
 }
 
 }  // namespace pulson::compare

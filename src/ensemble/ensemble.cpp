@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <iterator>
 
 #include <fmt/core.h>
 
@@ -181,7 +181,8 @@ namespace {
 constexpr std::size_t kBins = 512;
 constexpr std::size_t kEnoughForRanges = 32;  // samples
 constexpr std::int64_t kMostPilots = 64;      // blocks sampled for the ranges of histograms
-constexpr auto kBatch = static_cast<std::int64_t>(kPathBatch);
+constexpr std::int64_t kBatch = kBlockPaths;
+static_assert(kBlockPaths == kPathBatch);
 
 std::int64_t blocks_of(const EnsembleOptions& options) { return (options.samples + kBatch - 1) / kBatch; }
 
@@ -301,30 +302,64 @@ void Ensemble::resume(EnsembleSums sums) {
   sums_ = std::move(sums);
 }
 
+std::int64_t Ensemble::blocks() const { return (options_.shard_samples() + kBatch - 1) / kBatch; }
+
+std::int64_t Ensemble::blocks_done() const { return (sums_.samples + kBatch - 1) / kBatch; }
+
 void Ensemble::advance(int blocks) {
-  if (sums_.samples == 0 && !done()) make_histograms();
-  const std::int64_t first = sums_.samples;
-  const std::int64_t left = (options_.shard_samples() - first + kBatch - 1) / kBatch;
-  std::vector<std::optional<BlockSums>> done(static_cast<std::size_t>(std::min<std::int64_t>(blocks, left)));
-  parallel_for(static_cast<int>(done.size()), [&](int i) {
-    const std::int64_t begin = options_.first_path() + first + i * kBatch;
+  const std::int64_t first = blocks_done();
+  const std::int64_t count = std::min<std::int64_t>(blocks, this->blocks() - first);
+  std::vector<EnsembleSums> pieces(static_cast<std::size_t>(std::min<std::int64_t>(count, thread_count())));
+  const auto begin = [&](std::size_t piece) {
+    return first + static_cast<std::int64_t>(piece) * count / std::ssize(pieces);
+  };
+  parallel_for(static_cast<int>(pieces.size()), [&](int i) {
+    const auto piece = static_cast<std::size_t>(i);
+    pieces[piece] = sample(begin(piece), begin(piece + 1) - begin(piece));
+  });
+  for (const EnsembleSums& piece : pieces) append(piece);
+}
+
+EnsembleSums Ensemble::sample(std::int64_t first, std::int64_t count) const {
+  EnsembleSums sums;
+  sums.histograms = empty_histograms();
+  for (std::int64_t block = first; block < first + count; ++block) {
+    const std::int64_t begin = options_.first_path() + block * kBatch;
     const auto lanes = static_cast<std::size_t>(std::min(kBatch, options_.samples - begin));
-    BlockSums block(options_, start_, sums_.histograms, lanes);
+    BlockSums one(options_, start_, sums.histograms, lanes);
     const LaneEnds ends =
         sampler_->sample(static_cast<std::uint64_t>(begin),
-                         [&](std::size_t record, const LaneStates& states) { block.take(record, states); });
-    block.finish(ends);
-    done[static_cast<std::size_t>(i)].emplace(std::move(block));
+                         [&](std::size_t record, const LaneStates& states) { one.take(record, states); });
+    one.finish(ends);
+    sums.tree.add({begin / kBatch, 0, one.sums().moments, one.sums().pair_moments});
+    sums.add_counts(one.sums());
+    for (std::size_t record = 0; record < sums.histograms.size(); ++record) one.add_to(sums.histograms[record], record);
+  }
+  return sums;
+}
+
+void Ensemble::append(const EnsembleSums& next) {
+  if (next.samples == 0) return;
+  if (sums_.samples == 0) sums_.histograms = empty_histograms();
+  sums_.append(next);
+}
+
+const Ensemble::Histograms& Ensemble::empty_histograms() const {
+  std::call_once(has_histograms_, [&] {
+    histograms_ = sums_.samples > 0 ? sums_.histograms : pilot_histograms();
+    for (std::vector<Histogram>& record : histograms_)
+      for (Histogram& histogram : record) {
+        const Histogram empty;
+        histogram.counts.assign(kBins, 0);
+        histogram.smallest = empty.smallest;
+        histogram.largest = empty.largest;
+      }
   });
-  for (const auto& block : done) add(*block);
-  const MomentNode total = sums_.tree.total();
-  if (total.moments.empty()) return;
-  sums_.moments = total.moments;
-  sums_.pair_moments = total.pair_moments;
+  return histograms_;
 }
 
 // The first block is sampled once more, for the ranges alone; where few of its paths are clean, more of them.
-void Ensemble::make_histograms() {
+Ensemble::Histograms Ensemble::pilot_histograms() const {
   const auto coordinates = static_cast<std::size_t>(2 * start_.q.size());
   std::vector<std::vector<std::vector<double>>> values(options_.records.size());  // [record][coordinate]
   for (std::size_t record = 0; record < values.size(); ++record)
@@ -340,17 +375,11 @@ void Ensemble::make_histograms() {
     });
     if (std::none_of(values.begin(), values.end(), few)) break;
   }
-  sums_.histograms.assign(options_.records.size(), {});
+  Histograms histograms(options_.records.size());
   for (std::size_t record = 0; record < values.size(); ++record)
     for (std::vector<double>& of_coordinate : values[record])
-      sums_.histograms[record].push_back(histogram_for(std::move(of_coordinate)));
-}
-
-void Ensemble::add(const BlockSums& block) {
-  const EnsembleSums& more = block.sums();
-  sums_.tree.add({(options_.first_path() + sums_.samples) / kBatch, 0, more.moments, more.pair_moments});
-  sums_.add_counts(more);
-  for (std::size_t record = 0; record < more.moments.size(); ++record) block.add_to(sums_.histograms[record], record);
+      histograms[record].push_back(histogram_for(std::move(of_coordinate)));
+  return histograms;
 }
 
 }  // namespace pulson::ensemble

@@ -44,7 +44,9 @@ VectorXd quantities(const VectorXd& theta, double p0, double middle, double log_
   return all;
 }
 
-class Simulations {
+}  // namespace
+
+class CalibrationStudy::Simulations {
  public:
   Simulations(const PosteriorProblem& problem, const CalibrationOptions& options)
       : options_(options), template_(problem), space_(problem), specimen_(problem.specimens.front()) {
@@ -117,6 +119,8 @@ class Simulations {
   VectorXd fault_;
 };
 
+namespace {
+
 // Ranks of the true values among L thinned draws.
 std::vector<int> ranks_of(const Truth& truth, const PosteriorDraws& draws, int ranks) {
   std::vector<int> below(static_cast<std::size_t>(truth.quantities.size()), 0);
@@ -134,54 +138,69 @@ std::vector<int> ranks_of(const Truth& truth, const PosteriorDraws& draws, int r
 
 }  // namespace
 
-Calibration calibrate(const PosteriorProblem& problem, const CalibrationOptions& options) {
+CalibrationStudy::CalibrationStudy(const PosteriorProblem& problem, const CalibrationOptions& options)
+    : options_(options), names_(quantity_names(problem)) {
   if (options.simulations < 1)
     throw InputError(fmt::format("there are {} simulations; at least 1 is needed", options.simulations));
   if (options.ranks < 1 || options.sampler.draws < options.ranks)
     throw InputError(fmt::format("{} draws are too few for {} ranks", options.sampler.draws, options.ranks));
-  const SerialBlas serial;
-  const auto start = std::chrono::steady_clock::now();
-  const Simulations simulations(problem, options);
-  std::vector<std::vector<int>> all(static_cast<std::size_t>(options.simulations));
-  std::atomic<int> done = 0;
-  parallel_for(options.simulations, [&](int s) {
-    SamplerOptions sampler = options.sampler;
-    sampler.chains = 1;
-    sampler.paths_kept = 0;
-    sampler.evidence = false;
-    sampler.seed = options.sampler.seed + 1 + static_cast<std::uint64_t>(s);
-    sampler.on_progress = {};
-    try {
-      const Truth truth = simulations.draw(s);
-      all[static_cast<std::size_t>(s)] = ranks_of(truth, sample_posterior(truth.problem, sampler), options.ranks);
-    } catch (const NumericalError&) {
-      all[static_cast<std::size_t>(s)].clear();
-    }
-    const int now = ++done;
-    if (options.sampler.on_progress) options.sampler.on_progress(static_cast<double>(now) / options.simulations);
-  });
+  simulations_ = std::make_unique<const Simulations>(problem, options_);
+}
+
+CalibrationStudy::~CalibrationStudy() = default;
+
+std::vector<int> CalibrationStudy::ranks(int simulation) const {
+  SamplerOptions sampler = options_.sampler;
+  sampler.chains = 1;
+  sampler.paths_kept = 0;
+  sampler.evidence = false;
+  sampler.seed = options_.sampler.seed + 1 + static_cast<std::uint64_t>(simulation);
+  sampler.on_progress = {};
+  try {
+    const Truth truth = simulations_->draw(simulation);
+    return ranks_of(truth, sample_posterior(truth.problem, sampler), options_.ranks);
+  } catch (const NumericalError&) {
+    return {};
+  }
+}
+
+Calibration CalibrationStudy::summarise(const std::vector<std::vector<int>>& ranks) const {
   Calibration calibration;
-  calibration.ranks = options.ranks;
-  const std::vector<std::string> names = quantity_names(problem);
-  for (std::size_t j = 0; j < names.size(); ++j) {
+  calibration.ranks = options_.ranks;
+  for (std::size_t j = 0; j < names_.size(); ++j) {
     CalibratedQuantity& quantity = calibration.quantities.emplace_back();
-    quantity.name = names[j];
-    for (const std::vector<int>& ranks : all)
-      if (!ranks.empty()) quantity.ranks.push_back(ranks[j]);
+    quantity.name = names_[j];
+    for (const std::vector<int>& of_simulation : ranks)
+      if (!of_simulation.empty()) quantity.ranks.push_back(of_simulation[j]);
   }
   calibration.simulations = static_cast<int>(calibration.quantities.front().ranks.size());
-  calibration.failed = options.simulations - calibration.simulations;
+  calibration.failed = options_.simulations - calibration.simulations;
   if (calibration.simulations == 0) throw NumericalError("no simulation has a posterior that could be sampled");
-  const RankBand band = rank_band(calibration.simulations, options.ranks, kBand);
+  const RankBand band = rank_band(calibration.simulations, options_.ranks, kBand);
   calibration.pointwise = band.pointwise;
   calibration.lower = band.lower;
   calibration.upper = band.upper;
   for (CalibratedQuantity& quantity : calibration.quantities) {
-    const std::vector<int> counts = rank_counts(quantity.ranks, options.ranks);
+    const std::vector<int> counts = rank_counts(quantity.ranks, options_.ranks);
     quantity.deviation = rank_p_value(counts);
     for (std::size_t i = 0; i < counts.size(); ++i)
       quantity.inside_band = quantity.inside_band && counts[i] >= band.lower[i] && counts[i] <= band.upper[i];
   }
+  return calibration;
+}
+
+Calibration calibrate(const PosteriorProblem& problem, const CalibrationOptions& options) {
+  const SerialBlas serial;
+  const auto start = std::chrono::steady_clock::now();
+  const CalibrationStudy study(problem, options);
+  std::vector<std::vector<int>> all(static_cast<std::size_t>(options.simulations));
+  std::atomic<int> done = 0;
+  parallel_for(options.simulations, [&](int s) {
+    all[static_cast<std::size_t>(s)] = study.ranks(s);
+    const int now = ++done;
+    if (options.sampler.on_progress) options.sampler.on_progress(static_cast<double>(now) / options.simulations);
+  });
+  Calibration calibration = study.summarise(all);
   calibration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return calibration;
 }

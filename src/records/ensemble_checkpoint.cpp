@@ -4,18 +4,18 @@
 #include <cstdint>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include "checked_cbor.hpp"
 #include "formats/formats.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
+#include "shards.hpp"
 
 namespace pulson::records {
 
@@ -52,9 +52,6 @@ formats::Json identity_json(const EnsembleRun& run) {
           {"keep", static_cast<int>(o.keep)},
           {"shards", o.shard.count}};
 }
-
-/// A value that a checkpoint cannot have.
-struct Damaged {};
 
 std::string shape_text(const Landmarks& shape) {
   formats::LandmarkFile file;
@@ -166,31 +163,6 @@ std::vector<std::vector<ensemble::Histogram>> histograms_of(const formats::Json&
   return histograms;
 }
 
-/// Goes through a binary text and stops where lists are nested deeper than those of a checkpoint: to make values of
-/// them takes a stack as deep.
-class DepthCheck : public nlohmann::json_sax<formats::Json> {
- public:
-  bool null() override { return true; }
-  bool boolean(bool /*value*/) override { return true; }
-  bool number_integer(number_integer_t /*value*/) override { return true; }
-  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
-  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
-  bool string(string_t& /*value*/) override { return true; }
-  bool binary(binary_t& /*value*/) override { return true; }
-  bool key(string_t& /*value*/) override { return true; }
-  bool start_object(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
-  bool start_array(std::size_t /*elements*/) override { return ++depth_ <= kDeepest; }
-  bool end_object() override { return depth_-- > 0; }
-  bool end_array() override { return depth_-- > 0; }
-  bool parse_error(std::size_t /*place*/, const std::string& /*token*/, const nlohmann::json::exception&) override {
-    return false;
-  }
-
- private:
-  static constexpr int kDeepest = 8;
-  int depth_ = 0;
-};
-
 [[noreturn]] void fail_damaged(std::string_view name) {
   throw InputError(fmt::format("'{}' is damaged: it cannot be resumed; remove it and start again", name));
 }
@@ -256,11 +228,9 @@ namespace {
 /// Of a checkpoint: what `read` makes of it, or a word on what is wrong.
 template <class Read>
 auto read_checkpoint(std::string_view bytes, std::string_view name, const Read& read) {
-  DepthCheck check;
-  if (!formats::Json::sax_parse(bytes.begin(), bytes.end(), &check, formats::Json::input_format_t::cbor))
-    fail_damaged(name);
+  constexpr int kDeepest = 8;
   try {
-    const formats::Json json = formats::Json::from_cbor(bytes.begin(), bytes.end());
+    const formats::Json json = checked_cbor(bytes, kDeepest);
     if (json.at("format") != kFormat)
       throw InputError(fmt::format("'{}' was written by another version of pulson and cannot be resumed", name));
     return read(json);
@@ -324,8 +294,6 @@ EnsembleRun run_of(const formats::Json& json, std::string_view name) {
   return run;
 }
 
-std::string shard_name(const ensemble::Shard& shard) { return fmt::format("{}/{}", shard.index, shard.count); }
-
 void check_same(const EnsembleRun& expected, const std::string& expected_name, const EnsembleRun& part,
                 const std::string& name) {
   const formats::Json a = identity_json(expected);
@@ -357,35 +325,16 @@ EnsembleRun read_ensemble_part(std::string_view bytes, std::string_view name) {
 }
 
 EnsembleRun merge_ensembles(std::vector<EnsembleRun> parts, const std::vector<std::string>& names) {
-  if (parts.empty()) throw InputError("there are no parts to merge");
-  const int count = parts.front().options.shard.count;
-  std::vector<std::optional<std::size_t>> places(static_cast<std::size_t>(count));
+  std::vector<ShardState> states;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     check_same(parts.front(), names.front(), parts[i], names[i]);
-    std::optional<std::size_t>& place = places.at(static_cast<std::size_t>(parts[i].options.shard.index) - 1);
-    if (place)
-      throw InputError(fmt::format("'{}' and '{}' are both part {}; one of them is enough", names[*place], names[i],
-                                   shard_name(parts[i].options.shard)));
-    place = i;
-    if (parts[i].partial())
-      throw InputError(
-          fmt::format("'{}' is not finished: it has {} of {} paths. Part {} has to go on before it is merged", names[i],
-                      parts[i].sums.samples, parts[i].options.shard_samples(), shard_name(parts[i].options.shard)));
+    const ensemble::EnsembleOptions& options = parts[i].options;
+    states.push_back({names[i], options.shard, parts[i].sums.samples, options.shard_samples(), "paths"});
   }
-  std::vector<std::string> missing;
-  for (int k = 0; k < count; ++k)
-    if (!places[static_cast<std::size_t>(k)]) missing.push_back(shard_name({k + 1, count}));
-  if (!missing.empty()) {
-    constexpr std::size_t kMostNamed = 10;
-    const std::size_t more = missing.size() > kMostNamed ? missing.size() - kMostNamed : 0;
-    missing.resize(missing.size() - more);
-    throw InputError(fmt::format("part{} {}{} {} missing", missing.size() + more > 1 ? "s" : "",
-                                 fmt::join(missing, ", "), more > 0 ? fmt::format(" and {} more", more) : "",
-                                 missing.size() + more > 1 ? "are" : "is"));
-  }
-  EnsembleRun run = std::move(parts[*places.front()]);
-  for (std::size_t k = 1; k < places.size(); ++k) {
-    const EnsembleRun& part = parts[*places[k]];
+  const std::vector<std::size_t> order = shards_in_order(states);
+  EnsembleRun run = std::move(parts[order.front()]);
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const EnsembleRun& part = parts[order[k]];
     run.sums.append(part.sums);
     run.threads = std::max(run.threads, part.threads);
     run.seconds += part.seconds;

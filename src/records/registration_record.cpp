@@ -142,8 +142,11 @@ void read_outcome(const Reader& reader, matching::Registration& registration) {
 }  // namespace
 
 matching::Registration read_registration(const std::filesystem::path& path, const NoiseTable* own) {
-  const std::string file = path.string();
-  const nlohmann::json json = formats::parse_json(file, io::read_text_file(path));
+  return registration_of(io::read_text_file(path), path.string(), own);
+}
+
+matching::Registration registration_of(std::string_view text, const std::string& file, const NoiseTable* own) {
+  const nlohmann::json json = formats::parse_json(file, text);
   const Reader reader(json, file);
   matching::Registration registration;
   read_setting(reader, registration);

@@ -52,6 +52,27 @@ TEST_P(EnsembleBits, AreTheSameAfterAnInterruption) {
   }
 }
 
+TEST_P(EnsembleBits, AreTheSameWhereOtherProcessesSampled) {
+  const EnsembleExample example = full_example(GetParam());
+  const EnsembleSums whole = example.sums();
+  for (const std::int64_t count : {1, 2, 4}) {
+    SCOPED_TRACE(count);
+    Ensemble first = example.ensemble();
+    while (!first.done()) {
+      const Ensemble other = example.ensemble();
+      const std::int64_t begin = first.blocks_done();
+      first.append(sums_of_bytes(bytes_of(other.sample(begin, std::min(count, first.blocks() - begin)))));
+    }
+    expect_same_bits(first.sums(), whole);
+  }
+}
+
+TEST_P(EnsembleBits, ThatEndEarlyAreRefused) {
+  const std::string bytes = bytes_of(full_example(GetParam()).ensemble().sample(1, 1));
+  for (const std::size_t length : {std::size_t{0}, std::size_t{7}, bytes.size() / 2, bytes.size() - 1})
+    EXPECT_THROW(static_cast<void>(sums_of_bytes(std::string_view(bytes).substr(0, length))), InputError) << length;
+}
+
 TEST_P(EnsembleBits, AreFinalWhenAllSamplesAreThere) {
   Ensemble ensemble = full_example(GetParam()).ensemble();
   ensemble.advance(100);

@@ -27,6 +27,12 @@ struct AtlasOptions {
   double tolerance = 1e-8;   ///< converged where the template moves by no more, root mean square in diameters
   int max_iterations = 100;  ///< of the template
   std::function<void(int iteration, double movement)> on_iteration{};
+  /// Makes the matches of one round where several processes share them: for each i from 0 to count − 1 what `match`
+  /// makes has to come to `store`, on every process and with the same bits; the vectors of a round are of one length.
+  /// Both may be called by several threads at once. None: all are made here, on all threads.
+  std::function<void(int count, const std::function<Eigen::VectorXd(int i)>& match,
+                     const std::function<void(int i, const Eigen::VectorXd& made)>& store)>
+      share{};
 };
 
 /// One shape of an atlas and its match.

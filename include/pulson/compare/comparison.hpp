@@ -163,10 +163,39 @@ struct RecoveryRow {
   double displacement = 0;  ///< root mean square of a coordinate of the displacements, length units
 };
 
+/// What the candidates made of one cohort.
+struct RecoveredCohort {
+  std::vector<RecoveredFit> fits;  ///< of each candidate
+  int chosen = -1;                 ///< the candidate with the greatest score; −1: none could be fitted
+};
+
 /// Draws cohorts from several models and fits all candidates to each: how often would the right one be chosen with this
 /// sample size? Parameters that a candidate leaves open are fitted each time.
 /// @throws InputError where a model is incomplete or draws no shapes
 std::vector<RecoveryRow> study_recovery(const Landmarks& source, const std::vector<TrueModel>& truths,
                                         const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options);
+
+/// The cohorts of study_recovery() one by one, to be shared out among processes: each depends on the seed and its
+/// number alone.
+class RecoveryStudy {
+ public:
+  /// @throws InputError where a model is incomplete or draws no shapes
+  RecoveryStudy(const Landmarks& source, const std::vector<TrueModel>& truths,
+                const std::vector<NoiseChoice>& candidates, const RecoveryOptions& options);
+
+  /// RecoveryOptions::cohorts from each model.
+  int cohorts() const { return static_cast<int>(rows_.size()) * options_.cohorts; }
+  /// Draws cohort 0 … cohorts() − 1 and fits the candidates to it. Thread-safe. @throws NumericalError
+  RecoveredCohort cohort(int index) const;
+  /// What study_recovery() makes of all cohorts.
+  std::vector<RecoveryRow> rows(const std::vector<RecoveredCohort>& cohorts) const;
+
+ private:
+  Landmarks source_;
+  std::vector<NoiseChoice> candidates_;
+  RecoveryOptions options_;
+  std::vector<matching::MatchingProblem> problems_;  // of each true model
+  std::vector<RecoveryRow> rows_;                    // without cohorts
+};
 
 }  // namespace pulson::compare

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -203,9 +205,12 @@ std::vector<int> spread_steps(const TimeGrid& grid, int most);
 class BlockSums;
 class PathSampler;
 
+/// So many neighbouring paths are one block.
+inline constexpr std::int64_t kBlockPaths = 64;
+
 /// A Monte Carlo ensemble of sample paths 0 … samples − 1 from one start, or a shard of it, in fixed blocks of 64 that
 /// are added up by a fixed tree: the result has the same bits for any number of threads, of interruptions, and of
-/// shards.
+/// shards, and whatever process sampled which blocks.
 class Ensemble {
  public:
   /// @throws InputError if an option is out of its range, or the noise or the integrator refuse the start
@@ -218,6 +223,16 @@ class Ensemble {
 
   /// Samples the next blocks of paths, on all threads.
   void advance(int blocks);
+
+  /// The sums of `count` blocks from block `first` of the shard on, which are left out of this ensemble's own; moments
+  /// are in the tree alone. Thread-safe.
+  EnsembleSums sample(std::int64_t first, std::int64_t count) const;
+  /// Adds what sample() made of the blocks that follow those that are there.
+  void append(const EnsembleSums& next);
+
+  /// Blocks of the shard, and how many of them have been added.
+  std::int64_t blocks() const;
+  std::int64_t blocks_done() const;
   bool done() const { return sums_.samples == options_.shard_samples(); }
 
   const EnsembleSums& sums() const { return sums_; }
@@ -226,13 +241,22 @@ class Ensemble {
   std::string method() const;
 
  private:
-  void make_histograms();
-  void add(const BlockSums& block);
+  using Histograms = std::vector<std::vector<Histogram>>;
+
+  const Histograms& empty_histograms() const;
+  Histograms pilot_histograms() const;
 
   PhaseState start_;
   EnsembleOptions options_;
   std::unique_ptr<const PathSampler> sampler_;
   EnsembleSums sums_;
+  mutable std::once_flag has_histograms_;
+  mutable Histograms histograms_;  // empty bins of the ranges that all blocks have; made when they are needed
 };
+
+/// All that sample() makes, as bytes for another process of the same build, and back.
+std::string bytes_of(const EnsembleSums& sums);
+/// @throws InputError where the bytes end early
+EnsembleSums sums_of_bytes(std::string_view bytes);
 
 }  // namespace pulson::ensemble

@@ -158,6 +158,27 @@ struct Calibration {
 /// @param problem whose first specimen gives source and models; its target only which coordinates are observed
 Calibration calibrate(const PosteriorProblem& problem, const CalibrationOptions& options);
 
+/// The simulations of calibrate() one by one, to be shared out among processes: each depends on the seed and its number
+/// alone.
+class CalibrationStudy {
+ public:
+  /// @throws InputError where an option is out of its range
+  CalibrationStudy(const PosteriorProblem& problem, const CalibrationOptions& options);
+  ~CalibrationStudy();
+
+  /// The ranks of the true values in simulation 0 … simulations − 1, one for each quantity; empty where its path or
+  /// minimum was not found. Thread-safe.
+  std::vector<int> ranks(int simulation) const;
+  /// What calibrate() makes of the ranks of all simulations, but for its seconds.
+  Calibration summarise(const std::vector<std::vector<int>>& ranks) const;
+
+ private:
+  class Simulations;
+  CalibrationOptions options_;
+  std::vector<std::string> names_;
+  std::unique_ptr<const Simulations> simulations_;
+};
+
 /// The simultaneous band of 95 % of the empirical distribution function of `simulations` uniform ranks 0 … L: the
 /// central intervals of level 1 − γ of the binomial counts at each i, with γ such that all hold with 95 %; exact by the
 /// recursion of T. Säilynoja, P.-C. Bürkner and A. Vehtari (Statistics and Computing 32, 2022, §2.3).

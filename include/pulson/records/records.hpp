@@ -35,6 +35,9 @@ std::string registration_json(const matching::Registration& registration, const 
 /// @throws InputError that names the file, the key and what would be right
 matching::Registration read_registration(const std::filesystem::path& path, const NoiseTable* own = nullptr);
 
+/// The same of the text of such a file; `name` is what messages call it.
+matching::Registration registration_of(std::string_view text, const std::string& name, const NoiseTable* own = nullptr);
+
 /// `residuals.csv`: one row per landmark with result and distance; for landmark data also with target and residual; and
 /// with what there is of its shares. A number that is not there, as of a target that was not observed, is NA.
 std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares);

@@ -89,9 +89,9 @@ charts::ChartPanel density(const MatrixXd& values, const inference::ParameterPri
     if (value >= low && value < high) bars.y[static_cast<std::size_t>((value - low) / (high - low) * bins)] += each;
   panel.series.push_back(std::move(bars));
   charts::Series line{.name = "", .x = {}, .y = {}, .colour = charts::Series::kInk, .dashed = true};
-  constexpr double kDeviations = 2.5;  // of the prior, to either side
+  constexpr double kPriorReach = 2.5;  // of the prior, to either side
   for (int i = 0; i <= 100; ++i) {
-    const double phi = kDeviations * (i / 50.0 - 1);
+    const double phi = kPriorReach * (i / 50.0 - 1);
     line.x.push_back(std::exp(prior.log_deviation * phi));
     line.y.push_back(std::exp(-0.5 * phi * phi) / (prior.log_deviation * std::sqrt(2 * std::numbers::pi)));
   }

@@ -46,7 +46,7 @@ std::vector<Points> matrices_from(const Json& json, Eigen::Index dimension) {
   return matrices;
 }
 
-Json shape_json(const Landmarks& shape) {
+Json shape_identity(const Landmarks& shape) {
   Json json{{"dimension", shape.dimension()},
             {"points", formats::points_json(shape.points)},
             {"labels", shape.labels},
@@ -98,7 +98,7 @@ int whole_number(const Json& json, int least, int most) {
 /// All on which the bits of the results depend, in the order in which differences are named.
 Json unit_identity(const UnitRun& run) {
   Json shapes = Json::array();
-  for (const Landmarks& shape : run.shapes) shapes.push_back(shape_json(shape));
+  for (const Landmarks& shape : run.shapes) shapes.push_back(shape_identity(shape));
   return {{"version", version()}, {"vector_target", vector_target()},
           {"verb", run.verb},     {"settings", run.settings},
           {"shapes", shapes},     {"facts", run.facts},

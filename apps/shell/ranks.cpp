@@ -209,7 +209,7 @@ class Server {
   /// Until all other ranks have ended their work.
   void run() {
     Pause pause;
-    while (ended_ + goodbyes < all_ranks - 1) {
+    while (ended_ < all_ranks - 1 && failure.empty()) {  // a rank that ended may have said goodbye by now
       if (const std::optional<Message> message = receive(MPI_ANY_SOURCE, MPI_ANY_TAG)) {
         answer(*message);
         pause.reset();

@@ -117,7 +117,7 @@ TEST(UnitParts, NameWhatMakesNoWhole) {
   other = shard_of(2, 2);
   other.facts = {{"models", {1, 3}}};
   EXPECT_THAT(error({shard_of(1, 2), other}), HasSubstr("its facts are others"));
-  EXPECT_THAT(error({shard_of(1, 2), shard_of(2, 3)}), HasSubstr("it has shards 3, there it is shards 2"));
+  EXPECT_THAT(error({shard_of(1, 2), shard_of(2, 3)}), HasSubstr("it has shards 3, there it is 2"));
 }
 
 TEST(UnitParts, GoOnWithTheirOwnResults) {

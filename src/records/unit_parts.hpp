@@ -14,7 +14,7 @@ namespace pulson::records {
 
 /// A run of independent units of work, such as simulations or fits, or a shard of one: unit u, from 0, is of shard
 /// u mod n + 1 of n.
-struct UnitRun {
+struct UnitRun {  // NOLINT(bugprone-exception-escape): moving Json throws nothing
   std::string verb;
   std::string settings;            ///< all options on which results depend, as a configuration file
   std::vector<Landmarks> shapes;   ///< what was read

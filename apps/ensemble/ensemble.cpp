@@ -166,7 +166,7 @@ class Sampling {
   // So many that they take a third of a second, and fewer where few are left, so that all threads end together.
   std::optional<Blocks> next() {
     if (dealt_ == end_) return std::nullopt;
-    const double done = static_cast<double>(ensemble_.blocks_done() - first_);
+    const auto done = static_cast<double>(ensemble_.blocks_done() - first_);
     const auto in_time =
         static_cast<std::int64_t>(done / std::max(1e-3, seconds_now() - begin_) / threads_ * kPieceSeconds);
     const auto in_turn = static_cast<std::int64_t>(static_cast<double>(end_ - dealt_) / (2 * threads_));

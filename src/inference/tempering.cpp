@@ -42,7 +42,7 @@ Replicas::Replicas(const ChainSetting& setting, int number, const std::vector<do
 
 void Replicas::advance(int warmup) {
   for (Chain& chain : chains_) chain.advance(warmup);
-  for (std::size_t l = static_cast<std::size_t>(iteration_ % 2); l + 1 < chains_.size(); l += 2) {
+  for (auto l = static_cast<std::size_t>(iteration_ % 2); l + 1 < chains_.size(); l += 2) {
     rejected_[l] += 1 - chains_[l + 1].exchange(chains_[l]);
     ++tried_[l];
   }

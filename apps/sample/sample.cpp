@@ -21,13 +21,20 @@ namespace {
 const std::vector<std::string> kSampleFiles = {"summary.json", "draws.csv", "momenta.npy", "paths.npy", "report.html"};
 const std::vector<std::string> kSamplePictures = {"paths", "chains"};
 
-std::vector<std::string> warnings_of(const PosteriorSummary& summary, bool is_tempered) {
+// Exchanges so rare do not bring points of the prior to the posterior.
+constexpr double kRareExchange = 0.2;
+
+std::vector<std::string> warnings_of(const PosteriorSummary& summary, const std::vector<double>& exchanged) {
+  std::string remedy = exchanged.empty() ? ", or --temperatures 8" : "";
+  if (!exchanged.empty())
+    if (const double least = *std::min_element(exchanged.begin(), exchanged.end()); least < kRareExchange)
+      remedy = fmt::format(", and more --temperatures: exchanges are accepted as rarely as {:.2g}", least);
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
   if (!summary.converged)
     warnings.push_back(fmt::format(
         "the chains have not converged: R-hat of {} is {:.3g}, more than {}; take more --draws and --warmup{}",
-        summary.worst, summary.worst_rhat, inference::kHighRhat, is_tempered ? "" : ", or --temperatures 8"));
+        summary.worst, summary.worst_rhat, inference::kHighRhat, remedy));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)
     least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
@@ -78,7 +85,7 @@ int run_posterior(const SampleArguments& arguments, const inference::PosteriorPr
   const inference::PosteriorDraws draws = sample_posterior(problem, options);
   progress.clear();
   const PosteriorSummary summary = summarise_posterior(draws);
-  const std::vector<std::string> warnings = warnings_of(summary, options.temperatures > 1);
+  const std::vector<std::string> warnings = warnings_of(summary, draws.exchanged);
   const std::string record = summary_json(problem, options, draws, summary, notes);
   const bool draws_pictures = !output.no_picture;
   StagedFiles files(output.out);

@@ -102,7 +102,7 @@ int rounds = 0;                // how often work was shared
 constexpr int kGoodbye = 0;
 constexpr int kFirstTag = 16;
 constexpr int kTagsOfRound = 4096;  // a question, the end of a rank's work, and an answer to each thread
-constexpr int kRounds = 4;          // that are told apart
+constexpr int kRounds = 4;          // whose tags differ
 int tag_of_round() { return kFirstTag + kTagsOfRound * (rounds % kRounds); }
 constexpr int kQuestion = 0;
 constexpr int kEnd = 1;

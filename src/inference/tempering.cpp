@@ -8,7 +8,8 @@ namespace pulson::inference {
 
 namespace {
 constexpr double kLeastPower = 1e-3;
-constexpr double kLeastRejected = 1e-3;  // of a pair, so that powers stay apart where nothing is rejected
+constexpr double kLeastRejected =
+    1e-3;  // probability of a pair, so that all powers differ where no exchange is rejected
 }  // namespace
 
 std::vector<double> first_powers(int count) {

@@ -109,7 +109,9 @@ struct StudyTask {
         study{options.settings, arguments.count,       arguments.cohort_size.value_or(usual_size(shapes)),
               cohort.alignment, options.settings.seed, {}},
         candidates(arguments.noises),
-        notes(std::move(read_notes)) {}
+        notes(std::move(read_notes)) {
+    for (const std::string& noise : candidates) compare::is_complete(noise, cohort.source);  // refuses unknown ones
+  }
 
   compare::RecoveryStudy with(const Json& facts) const {
     return {cohort.source, models_of(facts), {candidates.begin(), candidates.end()}, study};

@@ -256,14 +256,33 @@ void handle_with(void (*handler)(int)) {
   std::signal(SIGTERM, handler);
 }
 
+/// Of what mpirun sends before it kills: SIGCONT, a second later SIGTERM, a second later SIGKILL. The first says
+/// already that the run is to end, and the second says nothing new.
+void note_end_of_ranks(int number, siginfo_t* info, void* /*context*/) {
+  if (number == SIGCONT && info->si_pid != ::getppid()) return;  // from a shell or a scheduler: go on
+  signalled = 1;
+}
+
+void handle_signals_of_mpirun() {
+  struct sigaction action {};
+  action.sa_sigaction = note_end_of_ranks;
+  action.sa_flags = SA_SIGINFO | SA_RESTART;
+  for (const int number : {SIGCONT, SIGTERM}) ::sigaction(number, &action, nullptr);
+}
+
 }  // namespace
 
 Interrupt::Interrupt() {
   signalled = 0;
   handle_with(note);
+  if (ranks::are_of_mpirun()) handle_signals_of_mpirun();
 }
 
-Interrupt::~Interrupt() { handle_with(SIG_DFL); }
+Interrupt::~Interrupt() {
+  if (ranks::are_of_mpirun() && came()) return;  // SIGTERM is still to come, while the results are written
+  handle_with(SIG_DFL);
+  if (ranks::are_of_mpirun()) std::signal(SIGCONT, SIG_DFL);
+}
 
 bool Interrupt::came() { return signalled != 0; }
 

@@ -288,6 +288,8 @@ Ending run_as_rank(int argc, char** argv, const AddVerbs& add_verbs) {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
       return report_error("standard output could not be written", kBadInput);
     return ending;
+  } catch (const ranks::Dismissed&) {
+    return {kDone, {}};
   } catch (const Error& error) {
     return report_error(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {

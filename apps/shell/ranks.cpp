@@ -78,6 +78,7 @@ void join(int& /*argc*/, char**& /*argv*/) {}
 int leave(int exit_code, std::string_view /*error*/) { return exit_code; }
 int rank() { return 0; }
 int size() { return 1; }
+bool are_of_mpirun() { return false; }
 int default_threads() { return 0; }
 std::string gather(std::string_view own) { return std::string(own); }
 void deal_bytes(const Deal& deal) { OwnWork(deal).run(); }
@@ -171,6 +172,9 @@ std::optional<Message> receive(int from, int tag) {
 // On rank 0: what other ranks said at their end.
 int goodbyes = 0;
 std::string failure;
+
+// On the others: whether rank 0 has said goodbye.
+bool is_dismissed = false;
 
 void hear(const Message& goodbye) {
   ++goodbyes;
@@ -345,6 +349,7 @@ void join(int& argc, char**& argv) {
 
 int rank() { return own_rank; }
 int size() { return all_ranks; }
+bool are_of_mpirun() { return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr; }
 int default_threads() { return own_threads; }
 
 std::string gather(std::string_view own) {
@@ -357,8 +362,13 @@ std::string gather(std::string_view own) {
   const auto wait = [&] {
     for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && done == 0; pause.wait()) {
       if (patience.is_over()) throw Interrupted();
-      if (own_rank != 0) continue;
-      if (const std::optional<Message> message = receive(MPI_ANY_SOURCE, kGoodbye)) hear(*message);
+      const std::optional<Message> message = receive(MPI_ANY_SOURCE, kGoodbye);
+      if (!message) continue;
+      if (own_rank != 0) {
+        is_dismissed = true;
+        throw Dismissed();
+      }
+      hear(*message);
       if (!failure.empty()) throw InputError(failure);
     }
     pause.reset();
@@ -383,17 +393,21 @@ void deal_bytes(const Deal& deal) {
   ++rounds;
 }
 
-int leave(int exit_code, std::string_view error) {
-  if (all == MPI_COMM_NULL) return exit_code;
-  if (own_rank != 0) {
-    send(error, 0, kGoodbye);
-    if (!error.empty()) exit_code = 0;  // rank 0 has it now
-  }
-  // Those that still ask for work are sent home; who is in the middle of a piece is not waited for where work was
-  // interrupted or failed.
+namespace {
+
+/// Tells rank 0, and waits for its goodbye.
+void leave_first(std::string_view error) {
+  send(error, 0, kGoodbye);
+  for (Pause pause; !is_dismissed; pause.wait()) is_dismissed = receive(0, kGoodbye).has_value();
+}
+
+/// Sends home all who wait or ask for work. @return whether all have gone: who is in the middle of a piece is not
+/// waited for
+bool dismiss_others() {
+  for (int other = 1; other < all_ranks; ++other) send({}, other, kGoodbye);
   constexpr std::chrono::seconds kPatience{1};
   const Clock::time_point begin = Clock::now();
-  for (Pause pause; own_rank == 0 && goodbyes < all_ranks - 1;) {
+  for (Pause pause; goodbyes < all_ranks - 1;) {
     if (const std::optional<Message> message = receive(MPI_ANY_SOURCE, MPI_ANY_TAG)) {
       if (message->tag == kGoodbye) {
         hear(*message);
@@ -404,19 +418,29 @@ int leave(int exit_code, std::string_view error) {
       }
       pause.reset();
     } else if (Clock::now() - begin > kPatience) {
-      std::fflush(nullptr);
-      MPI_Abort(all, exit_code);
+      return false;
     } else {
       pause.wait();
     }
+  }
+  return true;
+}
+
+}  // namespace
+
+int leave(int exit_code, std::string_view error) {
+  if (all == MPI_COMM_NULL) return exit_code;
+  if (own_rank != 0) {
+    leave_first(error);
+    if (!error.empty()) exit_code = 0;  // rank 0 has it now
+  } else if (!dismiss_others()) {
+    std::fflush(nullptr);
+    MPI_Abort(all, exit_code);
   }
   if (own_rank == 0 && error.empty() && exit_code == 0 && !failure.empty()) {
     print_error(failure);
     exit_code = 1;
   }
-  MPI_Request barrier = MPI_REQUEST_NULL;  // waits without taking a core, as MPI_Finalize does
-  MPI_Ibarrier(all, &barrier);
-  complete(barrier);
   MPI_Finalize();
   return exit_code;
 }

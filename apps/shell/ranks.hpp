@@ -17,13 +17,16 @@ namespace pulson::ranks {
 /// @throws InputError where the ranks are of different builds or have different vector instructions
 void join(int& argc, char**& argv);
 
-/// Waits until all ranks are here and leaves them. @param error what ended this rank, empty where nothing did
+/// Leaves the other ranks. Rank 0 waits until all are here, but not for one that is still at work. @param error what
+/// ended this rank, empty where nothing did
 /// @return `exit_code`, or that of a failure of another rank
 int leave(int exit_code, std::string_view error);
 
 int rank();
 int size();
 inline bool is_first() { return rank() == 0; }
+/// Whether mpirun or its daemon of this machine started this process, and so sends the signals that end it.
+bool are_of_mpirun();
 
 /// Threads that each rank has unless others are asked for: its share of the cores that it may run on, where other ranks
 /// of the same machine may run on them, too; 0, one per core, where this process is alone.
@@ -32,7 +35,10 @@ int default_threads();
 /// What gather() throws where Interrupt came and others do not answer.
 struct Interrupted {};
 
-/// Gathers the bytes of each rank in their order, on all ranks. Every rank must call it. @throws Interrupted
+/// What gather() throws on other ranks where rank 0 has ended, and has said why.
+struct Dismissed {};
+
+/// Gathers the bytes of each rank in their order, on all ranks. Every rank must call it. @throws Interrupted, Dismissed
 std::string gather(std::string_view own);
 
 /// What is dealt out, as bytes.

@@ -21,6 +21,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// At most this part of the time is spent on saving. Long units are saved one by one: mpirun does not wait for those
+// that are not finished when it ends a run.
+constexpr double kPartForSaving = 0.01;
 constexpr double kSecondsBetweenSaves = 10;
 
 // On which no result depends.
@@ -107,6 +110,7 @@ void UnitJob::run(records::UnitRun run, const std::function<Json(int)>& work, co
   const double begin = seconds_now();
   const double before = run_.seconds;
   double saved = begin;
+  double seconds_to_save = 0.01;
   const std::vector<int> own = run_.own_units();
   std::size_t next = 0;
   ranks::share<int, Json>(
@@ -123,9 +127,10 @@ void UnitJob::run(records::UnitRun run, const std::function<Json(int)>& work, co
              run_.seconds = before + time - begin;
              progress.show(static_cast<double>(run_.results.size()) / static_cast<double>(own.size()),
                            fmt::format("{} of {} {}", run_.results.size(), own.size(), what));
-             if (time - saved < kSecondsBetweenSaves) return;
-             saved = time;
+             if (time - saved < std::min(kSecondsBetweenSaves, seconds_to_save / kPartForSaving)) return;
              save();
+             saved = seconds_now();
+             seconds_to_save = saved - time;
            },
        .to_bytes =
            [](const Json& result) {

@@ -180,17 +180,45 @@ FolderLock::~FolderLock() {
   ::close(descriptor_);
 }
 
-StagedFiles::StagedFiles(const fs::path& folder)
-    : folder_(folder), staged_(folder / (".part-" + std::to_string(::getpid()))) {
-  std::error_code error;
-  fs::remove_all(staged_, error);  // of an earlier process of this number
-  fs::create_directory(staged_, error);
-  if (error) fail_to_write(staged_, error.message());
+namespace {
+
+constexpr std::string_view kStaged = ".part-";
+
+/// Removes the folders of processes that are no more: their locks ended with them. Where the file system has no locks,
+/// nothing is removed.
+void remove_abandoned(const fs::path& folder) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    if (!entry.path().filename().string().starts_with(kStaged)) continue;
+    const int descriptor = ::open(entry.path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (descriptor < 0) continue;
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), ignored);
+    ::close(descriptor);
+  }
+}
+
+}  // namespace
+
+StagedFiles::StagedFiles(const fs::path& folder) : folder_(folder) {
+  remove_abandoned(folder);
+  for (int serial = 0;; ++serial) {  // on another machine there may be a process of the same number
+    staged_ = folder / fmt::format("{}{}-{}", kStaged, ::getpid(), serial);
+    if (::mkdir(staged_.c_str(), 0777) != 0) {
+      if (errno == EEXIST) continue;
+      fail_to_write(staged_, last_error());
+    }
+    descriptor_ = ::open(staged_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_SH);
+    std::error_code ignored;
+    if (descriptor_ < 0 ? fs::exists(staged_, ignored) : is_still_at(descriptor_, staged_)) return;
+    if (descriptor_ >= 0) ::close(descriptor_);  // another process took it for abandoned before it was locked
+  }
 }
 
 StagedFiles::~StagedFiles() {
   std::error_code ignored;
   fs::remove_all(staged_, ignored);
+  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 void StagedFiles::write(const std::string& name, std::string_view contents) const {

@@ -68,7 +68,8 @@ class FolderLock {
 };
 
 /// Files that are all put into a folder, or none of them: they are written into a folder within it, whose files
-/// `commit` moves up. What was not committed is removed.
+/// `commit` moves up. What was not committed is removed: at the end, or, where a process was killed, by the next one
+/// that writes into the folder.
 class StagedFiles {
  public:
   /// @throws InputError if nothing can be written in `folder`
@@ -90,6 +91,7 @@ class StagedFiles {
  private:
   std::filesystem::path folder_;
   std::filesystem::path staged_;
+  int descriptor_ = -1;  ///< of `staged_`, with a shared lock while this process lives
 };
 
 }  // namespace pulson

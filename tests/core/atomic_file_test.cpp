@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "temporary_folder.hpp"
@@ -64,6 +65,22 @@ TEST_F(StagedFolder, TakesAllFilesOrNone) {
   staged.commit();
   EXPECT_EQ(contents("old.txt"), "new");
   EXPECT_EQ(contents("more.txt"), "more");
+}
+
+TEST_F(StagedFolder, RemovesWhatAKilledProcessLeft) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const StagedFiles staged(".");
+    staged.write("a.txt", "text");
+    std::raise(SIGKILL);
+  }
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  EXPECT_EQ(count_entries(), 1U);
+  const StagedFiles first(".");
+  EXPECT_EQ(count_entries(), 1U);
+  const StagedFiles second(".");  // beside one that is alive
+  EXPECT_EQ(count_entries(), 2U);
+  EXPECT_TRUE(fs::is_directory(first.file("a.txt").parent_path()));
 }
 
 TEST_F(StagedFolder, WritesThroughLinks) {

@@ -158,8 +158,8 @@ class MorphologikaReader {
       const bool is_read = name != "groups" && name != "wireframe" && name != "polygons" &&
                            std::find(kSections.begin(), kSections.end(), name) != kSections.end();
       if (!is_read && !section.lines.empty())
-        file_.warnings.push_back(fmt::format("{}: the section [{}] ({}) is not used", path_,
-                                             io::as_one_line(name), io::counted(section.lines.size(), "line")));
+        file_.warnings.push_back(fmt::format("{}: the section [{}] ({}) is not used", path_, io::as_one_line(name),
+                                             io::counted(section.lines.size(), "line")));
     }
   }
 

@@ -15,6 +15,7 @@ NoiseTable::Row ch_sd_screened();
 NoiseTable::Row p_sd();
 NoiseTable::Row trouve_vialard();
 NoiseTable::Row potential();
+NoiseTable::Row kunita();
 NoiseTable::Row langevin();
 
 /// The channels of all terms one after the other, and everything else their sum. @param terms at least two

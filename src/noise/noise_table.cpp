@@ -20,7 +20,7 @@ void check_no_term_is_empty(std::string_view spec) {
 
 const NoiseTable& noise_table() {
   static const NoiseTable rows(
-      "noise", {no_noise(), ch_sd(), ch_sd_screened(), p_sd(), trouve_vialard(), potential(), langevin()});
+      "noise", {no_noise(), ch_sd(), ch_sd_screened(), p_sd(), kunita(), trouve_vialard(), potential(), langevin()});
   return rows;
 }
 

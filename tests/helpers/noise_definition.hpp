@@ -208,6 +208,7 @@ class DefinedNoise {
     if (term.name == "ch-sd" || term.name == "linear") return {"beta"};
     if (term.name == "ch-sd-screened" || term.name == "potential") return {"beta", "gamma"};
     if (term.name == "trouve-vialard") return {"sigma"};
+    if (term.name == "kunita") return {"beta", "width"};
     if (term.name == "langevin") return {"sigma", "friction"};
     if (term.name == "p-sd" && term.fields == "constant") return {"beta"};
     if (term.name == "p-sd" && term.fields == "cos") return {"beta", "wavenumber"};
@@ -269,7 +270,7 @@ class DefinedNoise {
     double widest = 0;
     for (int a = 0; a < n_; ++a)
       for (int b = 0; b < n_; ++b) widest = std::max(widest, (shape.points.col(a) - shape.points.col(b)).norm());
-    return widest / 4;
+    return term.name == "kunita" && widest == 0 ? 1 : widest / 4;
   }
 
   // ---- potentials, one function for each model
@@ -282,6 +283,7 @@ class DefinedNoise {
     if (term.name == "p-sd") return p_sd(term, at, theta);
     if (term.name == "trouve-vialard" || term.name == "langevin") return trouve_vialard(term, at, theta);
     if (term.name == "potential") return potential(term, at, theta);
+    if (term.name == "kunita") return kunita(at, theta);
     if (term.name == "linear") return linear(at, theta);
     throw std::logic_error("noise '" + term.name + "' has no definition in the tests");
   }
@@ -321,6 +323,19 @@ class DefinedNoise {
     for (int b = 0; b < n_; ++b)
       for (int a = 0; a < b; ++a) h.push_back(theta[0] * exp(-at.squared_distance(a, b) * inverse(theta[1])));
     return term.common ? shared(h, 1) : h;
+  }
+
+  template <class T>
+  std::vector<T> kunita(const Coordinates<T>& at, const std::vector<T>& theta) const {
+    using std::exp;
+    std::vector<T> h;
+    for (int b = 0; b < n_; ++b)
+      for (int j = 0; j < d_; ++j) {
+        h.push_back(constant<T>(0));
+        for (int a = 0; a < n_; ++a)
+          h.back() += theta[0] * at.p(a, j) * exp(-at.squared_distance(a, b) * inverse(theta[1] * theta[1]));
+      }
+    return h;
   }
 
   template <class T>

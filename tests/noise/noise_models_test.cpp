@@ -258,6 +258,20 @@ TEST(Potential, PushesPairsApart) {
   EXPECT_DOUBLE_EQ(common->potentials(state)[0], h12 + h13 + h23);
 }
 
+// Landmarks 0 and 1 apart by 2, width 2: fields fall to 1/e. Without momenta they move alone.
+TEST(Kunita, MovesLandmarksByFieldsAboutThem) {
+  const PhaseState state{row({0, 2}), row({3, 5})};
+  const auto noise = make_noise("kunita:beta=0.5,width=2");
+  const double k = std::exp(-1);
+  expect_near(noise->potentials(state), Eigen::Vector2d(0.5 * (3 + 5 * k), 0.5 * (5 + 3 * k)));
+  const PhaseState gradient = noise->gradient(state, Eigen::Vector2d(10, 20));
+  expect_near(gradient.p, row({0.5 * (10 + 20 * k), 0.5 * (20 + 10 * k)}));
+  const double slope = 0.5 * k * (3 * 20 + 5 * 10);  // of h_w by q_0, as −2 (q_0 − q_1)/width² = 1
+  expect_near(gradient.q, row({slope, -slope}));
+  EXPECT_EQ(noise->gradient({state.q, Points::Zero(1, 2)}, Eigen::Vector2d(10, 20)).q, Points::Zero(1, 2));
+  EXPECT_EQ(make_noise("kunita:beta=0.5", shape_of(row({0, 8})))->spec(), "kunita:beta=0.5,width=2");
+}
+
 TEST(Langevin, HasNoiseAndFriction) {
   const PhaseState state{columns({{1, 2}, {3, 4}}), random_points(2, 2, 1)};
   const auto noise = make_noise("langevin:sigma=0.5,friction=0.25");

@@ -34,14 +34,22 @@ struct Truth {
 std::vector<std::string> quantity_names(const PosteriorProblem& problem) {
   std::vector<std::string> names;
   for (const ParameterPrior& prior : problem.parameters) names.push_back(prior.name);
-  names.insert(names.end(), {"p0", "q(T/2)", "log_likelihood"});
+  names.insert(names.end(), {problem.tree.empty() ? "p0" : "node", "q(T/2)", "log_likelihood"});
   return names;
 }
 
-VectorXd quantities(const VectorXd& theta, double p0, double middle, double log_likelihood) {
+// @param first p0, or of a tree the place of its first inner node
+VectorXd quantities(const VectorXd& theta, double first, double middle, double log_likelihood) {
   VectorXd all(theta.size() + 3);
-  all << theta, p0, middle, log_likelihood;
+  all << theta, first, middle, log_likelihood;
   return all;
+}
+
+// The first branch of a tree whose end is not observed.
+std::size_t first_inner(const std::vector<Branch>& branches) {
+  for (std::size_t b = 0; b < branches.size(); ++b)
+    if (!branches[b].data) return b;
+  return 0;
 }
 
 }  // namespace
@@ -49,7 +57,7 @@ VectorXd quantities(const VectorXd& theta, double p0, double middle, double log_
 class CalibrationStudy::Simulations {
  public:
   Simulations(const PosteriorProblem& problem, const CalibrationOptions& options)
-      : options_(options), template_(problem), space_(problem), specimen_(problem.specimens.front()) {
+      : options_(options), template_(problem), space_(problem), specimen_(problem.specimens.front(), problem.tree) {
     template_.specimens.erase(template_.specimens.begin() + 1, template_.specimens.end());
     fault_ = VectorXd::Zero(space_.count());
     if (options.fault_name.empty()) return;
@@ -65,7 +73,8 @@ class CalibrationStudy::Simulations {
 
   Truth draw(int simulation) const {
     const Points& source = template_.specimens.front().source;
-    const auto count = static_cast<int>(specimen_.unknowns() + space_.count() + source.size());
+    const Index errors = static_cast<Index>(specimen_.branches().size()) * source.size();
+    const auto count = static_cast<int>(specimen_.unknowns() + space_.count() + errors);
     for (int attempt = 0; attempt < kMostTries; ++attempt) {
       const std::uint64_t path =
           kTruths + static_cast<std::uint64_t>(simulation) * kMostTries + static_cast<std::uint64_t>(attempt);
@@ -73,36 +82,50 @@ class CalibrationStudy::Simulations {
       const VectorXd phi = normals.head(space_.count());
       const VectorXd z = normals.segment(space_.count(), specimen_.unknowns());
       const Specimen::Model model = specimen_.model(space_.at(phi + fault_));
-      const auto drawn = specimen_.path(model, z);
+      const auto drawn = specimen_.paths(model, z);
       if (!drawn) continue;
-      return observed(model, *drawn, phi, normals.tail(source.size()).reshaped(source.rows(), source.cols()));
+      return observed(model, *drawn, phi, normals.tail(errors));
     }
     throw NumericalError("paths drawn from the prior do not exist; use more `grid.steps` or a smaller amplitude");
   }
 
  private:
-  // y = q(T) + √R ε, of the coordinates that the target has.
-  Truth observed(const Specimen::Model& model, const Trajectory& path, const VectorXd& phi,
-                 const Points& errors) const {
+  Truth observed(const Specimen::Model& model, const std::vector<Trajectory>& paths, const VectorXd& phi,
+                 const VectorXd& errors) const {
     Truth truth{template_, {}};
-    matching::MatchingProblem& problem = truth.problem.specimens.front();
-    const Points& end = path.final().q;
+    const Points& source = template_.specimens.front().source;
+    double misfit = 0;
+    for (std::size_t b = 0; b < paths.size(); ++b) {
+      const matching::DataTerm* data = specimen_.branches()[b].data.get();
+      if (data == nullptr) continue;
+      const Points& end = paths[b].final().q;
+      const auto of_branch = errors.segment(static_cast<Index>(b) * source.size(), source.size());
+      auto drawn = drawn_data(model, *data->landmarks(), end, of_branch.reshaped(source.rows(), source.cols()));
+      misfit += (drawn->residual(end) / model.sigma).squaredNorm();
+      (template_.tree.empty() ? truth.problem.specimens.front().data : truth.problem.tree[b].data) = std::move(drawn);
+    }
+    const double log_likelihood = -0.5 * misfit - specimen_.log_volume(model);
+    const std::vector<PhaseState>& states = paths.front().states;
+    const double first =
+        template_.tree.empty() ? states.front().p(0, 0) : paths[first_inner(template_.tree)].final().q(0, 0);
+    truth.quantities = quantities(space_.values(phi), first,
+                                  states[states.size() / 2].q(source.rows() - 1, source.cols() - 1), log_likelihood);
+    return truth;
+  }
+
+  // y = q(T) + √R ε, of the coordinates that the target has.
+  std::shared_ptr<const matching::LandmarkTerm> drawn_data(const Specimen::Model& model,
+                                                           const matching::LandmarkTerm& data, const Points& end,
+                                                           const Points& errors) const {
     Points target = end;
-    const matching::LandmarkTerm& data = *problem.data->landmarks();
     for (Index a = 0; a < target.cols(); ++a) {
       const MatrixXd precision = data.precision(a);
       for (Index i = 0; i < target.rows(); ++i)
         target(i, a) = precision(i, i) > 0 ? target(i, a) + model.sigma / std::sqrt(precision(i, i)) * errors(i, a)
                                            : std::numeric_limits<double>::quiet_NaN();
     }
-    problem.data =
-        std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{target, problem.sigma, weights(data)});
-    const VectorXd residual = problem.data->residual(end) / model.sigma;
-    const double log_likelihood = -0.5 * residual.squaredNorm() - specimen_.log_volume(model);
-    truth.quantities =
-        quantities(space_.values(phi), path.initial().p(0, 0),
-                   path.states[path.states.size() / 2].q(target.rows() - 1, target.cols() - 1), log_likelihood);
-    return truth;
+    return std::make_shared<matching::LandmarkTerm>(
+        matching::LandmarkObservations{target, template_.specimens.front().sigma, weights(data)});
   }
 
   VectorXd weights(const matching::LandmarkTerm& data) const {
@@ -128,8 +151,10 @@ std::vector<int> ranks_of(const Truth& truth, const PosteriorDraws& draws, int r
   const Index last = draws.middles.front().rows() - 1;
   for (int i = 0; i < ranks; ++i) {
     const Index at = (i + 1) * all / ranks - 1;
-    const VectorXd drawn = quantities(draws.parameters.col(at), draws.momenta.front()(0, at),
-                                      draws.middles.front()(last, at), draws.log_likelihood[at]);
+    const double first =
+        draws.momenta.empty() ? draws.ends[first_inner(truth.problem.tree)](0, at) : draws.momenta.front()(0, at);
+    const VectorXd drawn =
+        quantities(draws.parameters.col(at), first, draws.middles.front()(last, at), draws.log_likelihood[at]);
     for (Index j = 0; j < drawn.size(); ++j)
       if (drawn[j] < truth.quantities[j]) ++below[static_cast<std::size_t>(j)];
   }

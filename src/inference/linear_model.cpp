@@ -27,7 +27,7 @@ MatrixXd axis_columns(const MatrixXd& rows, Index axis, Index d) {
 // Σ_axis B_axis LLᵀ B_axisᵀ
 MatrixXd gram_through(const MatrixXd& rows, const MatrixXd& root, Index d) {
   MatrixXd gram = MatrixXd::Zero(rows.rows(), rows.rows());
-  for (Index axis = 0; axis < d; ++axis) {
+  for (Index axis = 0; axis < d && rows.cols() > 0; ++axis) {
     const MatrixXd image = axis_columns(rows, axis, d) * root.triangularView<Eigen::Lower>();
     gram.selfadjointView<Eigen::Lower>().rankUpdate(image);
   }
@@ -41,22 +41,25 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
     : specimen_(&specimen), noise_(model.system.noise), root_(model.root) {
   const matching::MatchingProblem& problem = specimen.problem();
   const Index d = problem.source.rows(), n = problem.source.cols(), channels = specimen.channels();
-  const EndpointJacobian end = problem.integrator->endpoint_jacobian(model.system, at.path);
-  const Points& q = at.path.final().q;
-  const MatrixXd by_momenta = problem.data->linearise(q, end.momenta).changes;
-  by_velocity_.resize(by_momenta.rows(), d * n);
-  for (Index axis = 0; axis < d; ++axis) {
-    MatrixXd rows = axis_columns(by_momenta, axis, d).transpose();
+  Specimen::Slopes slopes = specimen.slopes(model, at);
+  by_branch_ = std::move(slopes.by_branch);
+  by_velocity_.resize(slopes.momenta.rows(), slopes.momenta.cols());
+  for (Index axis = 0; axis < d && by_velocity_.cols() > 0; ++axis) {
+    MatrixXd rows = axis_columns(slopes.momenta, axis, d).transpose();
     root_->triangularView<Eigen::Lower>().solveInPlace(rows);
     root_->transpose().triangularView<Eigen::Upper>().solveInPlace(rows);
     by_velocity_(Eigen::all, Eigen::seqN(axis, n, d)) = MatrixXd(rows.transpose());
   }
   momentum_gram_ = gram_through(by_velocity_, *root_, d);
-  by_increments_ = problem.data->linearise(q, end.increments).changes;
-  const VectorXd of_momenta = by_momenta * specimen.momenta(model, z).reshaped();
-  offset_ = model.sigma * at.residual - of_momenta - by_increments_ * specimen.increments(z).reshaped();
+  offset_ = model.sigma * at.residual;
+  if (slopes.momenta.cols() > 0) offset_ -= slopes.momenta * specimen.momenta(model, z).reshaped();
+  for (std::size_t b = 0; b < by_branch_.size(); ++b) {
+    const Specimen::Place& place = specimen.places()[b];
+    offset_.segment(place.first_datum, place.data) -= by_branch_[b] * z.segment(place.first_unknown, place.unknowns);
+  }
 
-  middle_ = at.path.states[at.path.states.size() / 2];
+  const std::vector<PhaseState>& states = at.paths.front().states;
+  middle_ = states[states.size() / 2];
   for (int i = 0; i < kProbes; ++i) {
     const MatrixXd normals =
         standard_normals(kProbeSeed, static_cast<std::uint64_t>(i), static_cast<int>(d), static_cast<int>(2 * n));
@@ -77,14 +80,17 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
   std::map<std::vector<bool>, int> groups;
   for (const std::vector<bool>& pattern : patterns)
     group_.push_back(groups.try_emplace(pattern, static_cast<int>(groups.size())).first->second);
-  for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
-    std::vector<Index> columns;
-    for (Index k = 0; k < problem.grid.steps; ++k)
-      for (Index i = 0; i < channels; ++i)
-        if (group_[static_cast<std::size_t>(i)] == g) columns.push_back(k * channels + i);
-    const MatrixXd some = by_increments_(Eigen::all, columns);
-    gram_.emplace_back(problem.grid.dt() * some * some.transpose());
-  }
+  gram_.assign(groups.size(), MatrixXd::Zero(specimen.data(), specimen.data()));
+  for (std::size_t b = 0; b < by_branch_.size(); ++b)
+    for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
+      std::vector<Index> columns;
+      for (Index i = 0; i < by_branch_[b].cols(); ++i)
+        if (group_[static_cast<std::size_t>(i % channels)] == g) columns.push_back(i);
+      const MatrixXd some = by_branch_[b](Eigen::all, columns);
+      const Specimen::Place& place = specimen.places()[b];
+      gram_[static_cast<std::size_t>(g)].block(place.first_datum, place.first_datum, place.data, place.data) +=
+          some * some.transpose();
+    }
 }
 
 VectorXd LinearModel::strengths(const NoiseModel& noise) const {
@@ -102,7 +108,7 @@ LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model) : li
                (root_ == linear.root_ ? linear.momentum_gram_
                                       : gram_through(linear.by_velocity_, *root_, specimen.problem().source.rows()));
   const Index channels = specimen.channels();
-  scale_channels_ = VectorXd::Constant(channels, std::sqrt(specimen.problem().grid.dt()) / model.sigma);
+  scale_channels_ = VectorXd::Constant(channels, 1 / model.sigma);
   if (channels > 0) {
     const std::size_t groups = linear.gram_.size();
     VectorXd now = VectorXd::Zero(std::ssize(linear.gram_)), then = now;
@@ -128,29 +134,40 @@ LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model) : li
 }
 
 VectorXd LinearAt::apply(const VectorXd& z) const {
-  const matching::MatchingProblem& problem = linear_->specimen_->problem();
-  const Index d = problem.source.rows(), n = problem.source.cols();
-  const MatrixXd velocity = z.head(d * n).reshaped(d, n) * root_->transpose().triangularView<Eigen::Upper>();
-  VectorXd image = scale_velocity_ * (linear_->by_velocity_ * velocity.reshaped());
+  const Specimen& specimen = *linear_->specimen_;
+  VectorXd image = VectorXd::Zero(specimen.data());
+  if (const Index momenta = specimen.momentum_unknowns(); momenta > 0) {
+    const Points& source = specimen.problem().source;
+    const MatrixXd velocity =
+        z.head(momenta).reshaped(source.rows(), source.cols()) * root_->transpose().triangularView<Eigen::Upper>();
+    image = scale_velocity_ * (linear_->by_velocity_ * velocity.reshaped());
+  }
   const Index channels = scale_channels_.size();
-  if (channels > 0) {
+  for (std::size_t b = 0; channels > 0 && b < linear_->by_branch_.size(); ++b) {
+    const Specimen::Place& place = specimen.places()[b];
     const MatrixXd scaled =
-        scale_channels_.asDiagonal() * z.tail(channels * problem.grid.steps).reshaped(channels, problem.grid.steps);
-    image.noalias() += linear_->by_increments_ * scaled.reshaped();
+        scale_channels_.asDiagonal() *
+        z.segment(place.first_unknown, place.unknowns).reshaped(channels, place.unknowns / channels);
+    image.segment(place.first_datum, place.data).noalias() += linear_->by_branch_[b] * scaled.reshaped();
   }
   return image;
 }
 
 VectorXd LinearAt::transposed(const VectorXd& v) const {
-  const matching::MatchingProblem& problem = linear_->specimen_->problem();
-  const Index d = problem.source.rows(), n = problem.source.cols(), channels = scale_channels_.size();
-  VectorXd z(linear_->specimen_->unknowns());
-  const VectorXd by_velocity = scale_velocity_ * (linear_->by_velocity_.transpose() * v);
-  z.head(d * n) = MatrixXd(by_velocity.reshaped(d, n) * root_->triangularView<Eigen::Lower>()).reshaped();
-  if (channels > 0) {
-    const VectorXd pulled = linear_->by_increments_.transpose() * v;
-    z.tail(pulled.size()) =
-        MatrixXd(scale_channels_.asDiagonal() * pulled.reshaped(channels, problem.grid.steps)).reshaped();
+  const Specimen& specimen = *linear_->specimen_;
+  VectorXd z(specimen.unknowns());
+  if (const Index momenta = specimen.momentum_unknowns(); momenta > 0) {
+    const Points& source = specimen.problem().source;
+    const VectorXd by_velocity = scale_velocity_ * (linear_->by_velocity_.transpose() * v);
+    z.head(momenta) =
+        MatrixXd(by_velocity.reshaped(source.rows(), source.cols()) * root_->triangularView<Eigen::Lower>()).reshaped();
+  }
+  const Index channels = scale_channels_.size();
+  for (std::size_t b = 0; channels > 0 && b < linear_->by_branch_.size(); ++b) {
+    const Specimen::Place& place = specimen.places()[b];
+    const VectorXd pulled = linear_->by_branch_[b].transpose() * v.segment(place.first_datum, place.data);
+    z.segment(place.first_unknown, place.unknowns) =
+        MatrixXd(scale_channels_.asDiagonal() * pulled.reshaped(channels, place.unknowns / channels)).reshaped();
   }
   return z;
 }

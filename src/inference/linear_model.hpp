@@ -11,7 +11,7 @@ namespace pulson::inference {
 
 /// The residual of one specimen linearised about a point, in physical variables, at the σ of the data:
 ///
-///     r ≈ c + G_v K p0 + G_W (ρ ∘ ΔW),
+///     r ≈ c + G_v K p0 + G_W (ρ ∘ zW),
 ///
 /// ρ_i(θ) the strength of channel i relative to that of the models it was made with: so it holds for other θ as well,
 /// exactly for amplitudes, λ and σ where the path is linear in what moves it.
@@ -26,15 +26,15 @@ class LinearModel {
   Eigen::VectorXd strengths(const NoiseModel& noise) const;  ///< of each channel
 
   const Specimen* specimen_;
-  Eigen::MatrixXd by_velocity_;    ///< G_v, n×dN
-  Eigen::MatrixXd by_increments_;  ///< G_W, n×CK
-  Eigen::VectorXd offset_;         ///< c
-  PhaseState middle_;              ///< where strengths are measured
+  Eigen::MatrixXd by_velocity_;             ///< G_v, n×dN; of a tree n×0
+  std::vector<Eigen::MatrixXd> by_branch_;  ///< G_W, of each branch the rows of the data that depend on it
+  Eigen::VectorXd offset_;                  ///< c
+  PhaseState middle_;                       ///< where strengths are measured
   std::vector<PhaseState> probes_;
   std::shared_ptr<const NoiseModel> noise_;
   Eigen::VectorXd strengths_;          ///< at the θ it was made with
   std::vector<int> group_;             ///< of each channel: those of one group change alike with θ
-  std::vector<Eigen::MatrixXd> gram_;  ///< of each group, Δt G_W G_Wᵀ over its channels
+  std::vector<Eigen::MatrixXd> gram_;  ///< of each group, G_W G_Wᵀ over its channels
   std::shared_ptr<const Eigen::MatrixXd> root_;
   Eigen::MatrixXd momentum_gram_;  ///< G_v (K + ε) G_vᵀ with that root
 };

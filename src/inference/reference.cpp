@@ -90,8 +90,10 @@ std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model
     try {
       const int unknowns = static_cast<int>(specimen.unknowns());
       const VectorXd guess =
-          search == 0 ? registered(specimen, model, seed)
-                      : VectorXd(standard_normals(seed, kGuessPath + static_cast<std::uint64_t>(search), unknowns, 1));
+          search == 0 && specimen.momentum_unknowns() == 0 ? VectorXd(VectorXd::Zero(unknowns))
+          : search == 0
+              ? registered(specimen, model, seed)
+              : VectorXd(standard_normals(seed, kGuessPath + static_cast<std::uint64_t>(search), unknowns, 1));
       Minimum found = find_minimum(specimen, model, guess);
       const LinearAt linear(*found.linear, model);
       const bool known = std::any_of(minima.begin(), minima.end(),

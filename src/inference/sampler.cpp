@@ -51,7 +51,7 @@ void check(const SamplerOptions& options) {
 // What all chains have drawn, draw·chains + chain.
 class Recorder {
  public:
-  Recorder(const PosteriorProblem& problem, const ParameterSpace& space, const SamplerOptions& options)
+  Recorder(const std::vector<Specimen>& specimens, const ParameterSpace& space, const SamplerOptions& options)
       : space_(space), options_(options) {
     const Index all = static_cast<Index>(options.draws) * options.chains;
     out.chains = options.chains;
@@ -64,13 +64,17 @@ class Recorder {
     if (options.temperatures > 1) out.tempered_log_likelihood.resize(options.temperatures, all);
     const Index kept = std::min<Index>(options.paths_kept, all);
     for (Index i = 0; i < kept; ++i) out.kept.push_back(static_cast<int>(i * all / kept));
-    for (const matching::MatchingProblem& specimen : problem.specimens) {
-      for (auto* rows : {&out.momenta, &out.ends, &out.middles}) rows->emplace_back(specimen.source.size(), all);
-      out.paths.emplace_back(out.kept.size());
+    for (const Specimen& specimen : specimens) {
+      const Index size = specimen.problem().source.size();
+      if (specimen.momentum_unknowns() > 0) out.momenta.emplace_back(size, all);
+      for (std::size_t b = 0; b < specimen.branches().size(); ++b) {
+        for (auto* rows : {&out.ends, &out.middles}) rows->emplace_back(size, all);
+        out.paths.emplace_back(out.kept.size());
+      }
     }
   }
 
-  void record(int draw, int chain, const Replicas& group, const std::vector<Specimen>& specimens) {
+  void record(int draw, int chain, const Replicas& group) {
     const Index column = static_cast<Index>(draw) * options_.chains + chain;
     const Chain& state = group.posterior();
     for (Index l = 0; l < out.tempered_log_likelihood.rows(); ++l)
@@ -80,16 +84,19 @@ class Recorder {
     out.log_weight[column] = state.log_weight();
     out.mode[column] = static_cast<int>(state.points().front().mode);
     const auto kept = std::lower_bound(out.kept.begin(), out.kept.end(), static_cast<int>(column));
-    for (std::size_t i = 0; i < specimens.size(); ++i) {
-      const ChainPoint& point = state.points()[i];
-      const std::vector<PhaseState>& states = point.shot.path.states;
-      out.momenta[i].col(column) = states.front().p.reshaped();
-      out.ends[i].col(column) = states.back().q.reshaped();
-      out.middles[i].col(column) = states[states.size() / 2].q.reshaped();
-      if (kept == out.kept.end() || *kept != column) continue;
-      std::vector<Points>& path = out.paths[i][static_cast<std::size_t>(kept - out.kept.begin())];
-      for (const PhaseState& phase : states) path.push_back(phase.q);
-    }
+    const bool keeps = kept != out.kept.end() && *kept == column;
+    std::size_t path = 0;
+    for (const ChainPoint& point : state.points())
+      for (const Trajectory& trajectory : point.shot.paths) {
+        const std::vector<PhaseState>& states = trajectory.states;
+        if (path < out.momenta.size()) out.momenta[path].col(column) = states.front().p.reshaped();
+        out.ends[path].col(column) = states.back().q.reshaped();
+        out.middles[path].col(column) = states[states.size() / 2].q.reshaped();
+        if (keeps)
+          for (const PhaseState& phase : states)
+            out.paths[path][static_cast<std::size_t>(kept - out.kept.begin())].push_back(phase.q);
+        ++path;
+      }
   }
 
   PosteriorDraws out;
@@ -138,10 +145,10 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   const MoveKind move = sampler_table().find(options.method).make;
   const ParameterSpace space(problem);
   std::vector<Specimen> specimens;
-  for (const matching::MatchingProblem& specimen : problem.specimens) specimens.emplace_back(specimen);
+  for (const matching::MatchingProblem& specimen : problem.specimens) specimens.emplace_back(specimen, problem.tree);
   const Reference reference = make_reference(specimens, space, options.searches, options.seed);
   const ChainSetting setting{specimens, space, reference, move, inflation(move), options.seed};
-  Recorder recorder(problem, space, options);
+  Recorder recorder(specimens, space, options);
   std::vector<std::optional<Replicas>> groups(static_cast<std::size_t>(options.chains));
   std::vector<double> powers = first_powers(options.temperatures);
   std::atomic<int> done = 0;
@@ -157,7 +164,7 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
         group->set_powers(powers);
       for (int i = begin; i < end; ++i) {
         group->advance(options.warmup);
-        if (i >= options.warmup) recorder.record(i - options.warmup, c, *group, specimens);
+        if (i >= options.warmup) recorder.record(i - options.warmup, c, *group);
         const int now = ++done;
         if (options.on_progress) options.on_progress(static_cast<double>(now) / all);
       }

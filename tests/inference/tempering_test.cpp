@@ -48,7 +48,7 @@ BruteForce draw_prior(const PosteriorProblem& problem, int count) {
     const VectorXd z = VectorXd::NullaryExpr(specimen.unknowns(), [&] { return normal(bits); });
     const auto shot = specimen.shoot(specimen.model(space.at(phi)), z);
     weights[i] = shot ? std::exp(shot->log_likelihood) : 0;
-    early[i] = shot && shot->path.states[1].q(0, 0) > shot->path.states[1].q(0, 1) ? 1 : 0;
+    early[i] = shot && shot->paths[0].states[1].q(0, 0) > shot->paths[0].states[1].q(0, 1) ? 1 : 0;
   }
   const double mean = weights.mean();
   const double fraction = weights.dot(early) / weights.sum();

@@ -21,18 +21,30 @@ struct ParameterPrior {
   double log_deviation = 0.5;
 };
 
+/// A path of a tree of shapes. It begins where its parent ends, or at the source.
+struct Branch {
+  std::string name;  ///< of the node at its end
+  int parent = -1;   ///< −1: the source
+  TimeGrid grid;
+  std::shared_ptr<const matching::DataTerm> data;  ///< of the shape at its end, least squares; none: not observed
+};
+
 /// The posterior of one or more targets, each an independent path from the source,
 ///
 ///     y = q(T) + N(0, R),   p0 ~ N(0, (λ(K(q0) + εI))⁻¹),   ΔW ~ N(0, Δt),   log θ_j ~ N(log m_j, s_j²),
 ///
-/// with one θ for all. ε = 1e-3 λσ²/T², at the medians: momenta in directions whose eigenvalue of K is below ε would
-/// move no landmark by more than 0.03 σ; ε keeps them finite where K is singular to rounding, and changes
-/// the velocities K p0 of the others by a fraction ε over their eigenvalue.
+/// with one θ for all; or of a tree of paths, where the shapes at its leaves are observed and p0 = 0. ε = 1e-3 λσ²/T²,
+/// at the medians: momenta in directions whose eigenvalue of K is below ε would move no landmark by more than 0.03 σ; ε
+/// keeps them finite where K is singular to rounding, and changes the velocities K p0 of the others by a fraction ε
+/// over their eigenvalue.
 struct PosteriorProblem {
   std::vector<matching::MatchingProblem> specimens;  ///< at the medians; the data are least squares
   std::vector<Landmarks> sources, targets;           ///< aligned, of the same landmarks
-  std::vector<ParameterPrior> parameters;            ///< θ, may be empty
-  std::vector<std::string> notes;                    ///< what a user should know, a line each
+  /// Of the one specimen, whose source is at the root, without momenta there: parents before their children, those of
+  /// one branch one after the other. Empty: each specimen is one path from source to target.
+  std::vector<Branch> tree;
+  std::vector<ParameterPrior> parameters;  ///< θ, may be empty
+  std::vector<std::string> notes;          ///< what a user should know, a line each
 };
 
 /// Prior deviations of log θ where none is given: `data-sigma` and `alpha` 0.25, others 0.5.
@@ -72,19 +84,19 @@ struct SamplerOptions {
   std::function<void(double fraction)> on_progress{};
 };
 
-/// Draws of all chains; index draw·chains + chain throughout.
+/// Draws of all chains; index draw·chains + chain throughout. Each path is that of a specimen, or a branch of the tree.
 struct PosteriorDraws {
   int chains = 0, draws = 0;
   std::vector<std::string> names;        ///< of θ
   Eigen::MatrixXd parameters;            ///< θ, k × draws
-  std::vector<Eigen::MatrixXd> momenta;  ///< [specimen] p0, dN × draws
-  std::vector<Eigen::MatrixXd> ends;     ///< [specimen] q(T), dN × draws
-  std::vector<Eigen::MatrixXd> middles;  ///< [specimen] q(T/2), dN × draws
+  std::vector<Eigen::MatrixXd> momenta;  ///< [path] p0, dN × draws, none for a tree
+  std::vector<Eigen::MatrixXd> ends;     ///< [path] q(T), dN × draws
+  std::vector<Eigen::MatrixXd> middles;  ///< [path] q(T/2), dN × draws
   Eigen::VectorXd log_likelihood;        ///< log p(y | p0, ΔW, θ)
   Eigen::VectorXd log_weight;            ///< log of the density relative to the reference, normalised by p(y)
   Eigen::VectorXi mode;                  ///< of the first specimen, from 0
   std::vector<int> kept;                 ///< draws whose paths are kept
-  std::vector<std::vector<std::vector<Points>>> paths;  ///< [specimen][kept][time] q, d×N
+  std::vector<std::vector<std::vector<Points>>> paths;  ///< [path][kept][time] q, d×N
   int modes = 1;                                        ///< found by the searches, of the specimen that has most
   double acceptance = 0;                                ///< mean probability of the moves of paths
   double parameter_acceptance = 0;                      ///< of the moves of θ; 0 without parameters

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include "core/text.hpp"
+#include "formats/text/newick.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/cohort_shapes.hpp"
 
@@ -10,7 +11,9 @@ namespace pulson {
 
 void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
-  verb.add_option("TARGET", targets, "shapes, each an independent path from SOURCE; a file may hold several")
+  verb.add_option(
+          "TARGET", targets,
+          "shapes, each an independent path from SOURCE; with --tree those of its nodes; a file may hold several")
       ->required();
   add_read_options(verb, reading);
   add_flip_option(verb, reading);
@@ -34,9 +37,13 @@ void SampleArguments::add_to(CLI::App& verb) {
                   "inverse variance of the momenta; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
       ->type_name("NUMBER")
       ->capture_default_str();
+  verb.add_option("--tree", tree,
+                  "a phylogeny in Newick format: SOURCE is the shape at its root, noise moves it along the branches, "
+                  "and each TARGET is the shape of the node with its name")
+      ->type_name("FILE");
   only_known(verb.add_option("--align", align,
                              "transformation removed first: none, translation, rigid, similarity, affine; auto: "
-                             "similarity in the plane and in space, none on a line")
+                             "similarity in the plane and in space, none on a line and with --tree")
                  ->type_name("NAME")
                  ->capture_default_str(),
              "alignment", {"auto"});
@@ -75,7 +82,8 @@ void SampleArguments::add_to(CLI::App& verb) {
 SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
   if (calibrate <= 0 && (!units.shard.empty() || units.resume))
     throw InputError(fmt::format("{} is for the simulations of --calibrate", units.resume ? "--resume" : "--shard"));
-  SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes)};
+  SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes), {}};
+  if (!tree.empty()) shapes.tree = formats::parse_newick(tree, io::read_text_file(tree));
   put_in_order_of(shapes.source, shapes.targets, notes);
   return shapes;
 }
@@ -101,7 +109,9 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
   if (align != "auto") options.align = parse_alignment(align);
   std::vector<std::string> names = parameters;
   if (names == std::vector<std::string>{"none"}) names.clear();
-  inference::PosteriorProblem made = inference::make_posterior_problem(shapes.source, shapes.targets, options, names);
+  inference::PosteriorProblem made =
+      shapes.tree.empty() ? inference::make_posterior_problem(shapes.source, shapes.targets, options, names)
+                          : inference::make_tree_problem(shapes.source, shapes.tree, shapes.targets, options, names);
   notes.insert(notes.end(), made.notes.begin(), made.notes.end());
   return made;
 }

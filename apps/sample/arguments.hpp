@@ -15,6 +15,7 @@ namespace pulson {
 struct SampleShapes {
   Landmarks source;
   std::vector<Landmarks> targets;
+  std::vector<TreeNode> tree;  ///< empty: each target has a path of its own
 };
 
 /// The command line of `pulson sample`.
@@ -30,6 +31,7 @@ struct SampleArguments {
   std::string sigma = "0.5%";
   std::string lambda = "auto";
   std::string align = "auto";
+  std::string tree;  ///< a Newick file, or empty
   std::vector<std::string> parameters = {"all"};
   inference::SamplerOptions sampler;
   int calibrate = 0;  ///< simulations; 0: sample the posterior

@@ -37,6 +37,19 @@ std::vector<std::vector<int>> ranks_in(const records::UnitRun& run) {
   return ranks;
 }
 
+Json facts_of(const std::vector<TreeNode>& tree) {
+  Json nodes = Json::array();
+  for (const TreeNode& node : tree) nodes.push_back({node.name, node.parent, node.length});
+  return {{"tree", std::move(nodes)}};
+}
+
+SampleShapes shapes_of(const records::UnitRun& run) {
+  SampleShapes shapes{run.shapes.front(), {run.shapes.begin() + 1, run.shapes.end()}, {}};
+  for (const Json& node : run.facts.at("tree"))
+    shapes.tree.push_back({node.at(0).get<std::string>(), node.at(1).get<int>(), node.at(2).get<double>()});
+  return shapes;
+}
+
 int write_calibration(const CalibrationTask& task, const records::UnitRun& run, const OutputOptions& output) {
   const auto& [problem, options, notes] = task;
   inference::Calibration calibration = inference::CalibrationStudy(problem, options).summarise(ranks_in(run));
@@ -74,6 +87,7 @@ int run_calibration(const SampleArguments& arguments, const std::string& setting
   run.settings = settings;
   run.shapes = shapes.targets;
   run.shapes.insert(run.shapes.begin(), shapes.source);
+  run.facts = facts_of(shapes.tree);
   run.notes = notes;
   run.units = arguments.calibrate;
   const CalibrationTask task(arguments, shapes, notes);
@@ -91,8 +105,7 @@ int merge_calibration(const records::UnitRun& whole, const OutputOptions& output
   SampleArguments arguments;
   arguments.add_to(verb);
   apply_settings(whole.settings, "settings of the parts", verb);
-  const SampleShapes shapes{whole.shapes.front(), {whole.shapes.begin() + 1, whole.shapes.end()}};
-  const CalibrationTask task(arguments, shapes, whole.notes);
+  const CalibrationTask task(arguments, shapes_of(whole), whole.notes);
   output.check(kCalibrationFiles, kCalibrationPictures);
   return write_calibration(task, whole, output);
 }

@@ -118,6 +118,20 @@ charts::Chart chains_chart(const inference::PosteriorProblem& problem, const inf
   return chart;
 }
 
+std::size_t shown_path(const inference::PosteriorProblem& problem) {
+  for (std::size_t b = 0; b < problem.tree.size(); ++b)
+    if (!problem.tree[b].data) return b;
+  return 0;
+}
+
+const TimeGrid& grid_of(const inference::PosteriorProblem& problem, std::size_t path) {
+  return problem.tree.empty() ? problem.specimens[path].grid : problem.tree[path].grid;
+}
+
+std::string end_name(const inference::PosteriorProblem& problem, std::size_t path) {
+  return problem.tree.empty() ? short_name(problem.targets[path]) : node_name(problem, path);
+}
+
 std::vector<Points> mean_path(const inference::PosteriorDraws& draws, std::size_t specimen) {
   const auto& paths = draws.paths[specimen];
   std::vector<Points> mean = paths.front();
@@ -129,8 +143,12 @@ std::vector<Points> mean_path(const inference::PosteriorDraws& draws, std::size_
 
 namespace {
 
-std::vector<double> times_of(const inference::PosteriorProblem& problem) {
-  const TimeGrid& grid = problem.specimens.front().grid;
+const Landmarks& start_of(const inference::PosteriorProblem& problem, std::size_t path) {
+  return problem.tree.empty() ? problem.sources[path] : problem.sources.front();
+}
+
+std::vector<double> times_of(const inference::PosteriorProblem& problem, std::size_t path) {
+  const TimeGrid& grid = grid_of(problem, path);
   std::vector<double> times;
   for (int k = 0; k <= grid.steps; ++k) times.push_back(grid.at(k));
   return times;
@@ -139,9 +157,9 @@ std::vector<double> times_of(const inference::PosteriorProblem& problem) {
 charts::Chart paths_on_line(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                             std::size_t specimen) {
   charts::ChartPanel panel{.heading = "Positions over time"};
-  const std::vector<double> times = times_of(problem);
+  const std::vector<double> times = times_of(problem, specimen);
   const auto& paths = draws.paths[specimen];
-  const Landmarks& source = problem.sources[specimen];
+  const Landmarks& source = start_of(problem, specimen);
   const int shown = std::min(source.count(), kMostShown);
   for (int a = 0; a < shown; ++a) {
     charts::Series series{.name = "landmark " + source.describe(a), .x = times, .y = {}};
@@ -154,15 +172,15 @@ charts::Chart paths_on_line(const inference::PosteriorProblem& problem, const in
     }
     panel.series.push_back(std::move(series));
   }
-  const Points& target = problem.targets[specimen].points;
+  const Points target = problem.tree.empty() ? problem.targets[specimen].points : Points(1, 0);
   charts::Series ends{
       .name = "target", .x = {}, .y = {}, .style = charts::SeriesStyle::kPoints, .colour = charts::Series::kInk};
-  for (int a = 0; a < shown; ++a)
+  for (int a = 0; a < std::min<Index>(shown, target.cols()); ++a)
     if (std::isfinite(target(0, a))) {
       ends.x.push_back(times.back());
       ends.y.push_back(target(0, a));
     }
-  panel.series.push_back(std::move(ends));
+  if (!ends.x.empty()) panel.series.push_back(std::move(ends));
   return {.title = "Posterior paths",
           .subtitle = subtitle(problem, draws) + "  ·  lines: means, bands: middle 90 %",
           .rows = {{panel}}};
@@ -172,10 +190,11 @@ charts::Chart paths_on_line(const inference::PosteriorProblem& problem, const in
 
 void write_paths_picture(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                          std::size_t specimen, const draw::PictureFiles& files) {
-  const Landmarks& source = problem.sources[specimen];
+  const Landmarks& source = start_of(problem, specimen);
   if (source.dimension() == 1) return write_chart(paths_on_line(problem, draws, specimen), files);
-  const std::vector<double> times = times_of(problem);
-  const std::size_t middle = std::max<std::size_t>(1, (times.size() - 1) / 2);
+  const std::vector<double> times = times_of(problem, specimen);
+  const bool whole = !problem.tree.empty();  // as what is at the end is not observed
+  const std::size_t middle = whole ? times.size() - 1 : std::max<std::size_t>(1, (times.size() - 1) / 2);
   draw::EnsemblePicture picture;
   picture.start = source;
   const std::vector<Points> mean = mean_path(draws, specimen);
@@ -190,8 +209,9 @@ void write_paths_picture(const inference::PosteriorProblem& problem, const infer
   }
   for (std::size_t m = 0; m < paths.size(); m += std::max<std::size_t>(1, paths.size() / kFanPaths))
     picture.paths.push_back(paths[m]);
-  picture.title = fmt::format("Posterior paths to {}, halfway", short_name(problem.targets[specimen]));
-  picture.subtitle = subtitle(problem, draws) + fmt::format("  ·  sample paths go on to t = {:.4g}", times.back());
+  picture.title = fmt::format("Posterior paths to {}{}", end_name(problem, specimen), whole ? "" : ", halfway");
+  picture.subtitle = subtitle(problem, draws);
+  if (!whole) picture.subtitle += fmt::format("  ·  sample paths go on to t = {:.4g}", times.back());
   write_ensemble_picture(picture, files);
 }
 

@@ -10,10 +10,16 @@ namespace pulson {
 charts::Chart chains_chart(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                            const PosteriorSummary& summary);
 
-/// Draws the paths of one specimen: in the plane and in space halfway, with an ellipse for each landmark; on a line
-/// over time, with a band of nine tenths.
+/// The path that pictures show: that of the first specimen, or of a tree the first branch to an inner node.
+std::size_t shown_path(const inference::PosteriorProblem& problem);
+const TimeGrid& grid_of(const inference::PosteriorProblem& problem, std::size_t path);
+/// Where it leads: "node X", or the target's name.
+std::string end_name(const inference::PosteriorProblem& problem, std::size_t path);
+
+/// Draws the paths of one specimen, or of a branch from the root: in the plane and in space halfway, with an ellipse
+/// for each landmark; on a line over time, with a band of nine tenths.
 void write_paths_picture(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
-                         std::size_t specimen, const draw::PictureFiles& files);
+                         std::size_t path, const draw::PictureFiles& files);
 
 /// The mean path of one specimen over the draws that are kept, d×N at each time.
 std::vector<Points> mean_path(const inference::PosteriorDraws& draws, std::size_t specimen);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -40,9 +41,10 @@ Json landmark_rows(const inference::PosteriorProblem& problem,
                    const std::vector<std::vector<inference::DrawSummary>>& specimens) {
   Json rows = Json::array();
   for (std::size_t s = 0; s < specimens.size(); ++s) {
-    const auto d = static_cast<std::size_t>(problem.sources[s].dimension());
+    const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
     for (std::size_t i = 0; i < specimens[s].size(); ++i) {
       Json row{{"specimen", s + 1}, {"landmark", i / d + 1}, {"axis", i % d + 1}};
+      if (!problem.tree.empty()) row = {{"node", node_name(problem, s)}, {"landmark", i / d + 1}, {"axis", i % d + 1}};
       row.update(summary_of(specimens[s][i]));
       rows.push_back(std::move(row));
     }
@@ -55,6 +57,18 @@ Json priors(const inference::PosteriorProblem& problem) {
   for (const inference::ParameterPrior& prior : problem.parameters)
     all[prior.name] = {{"median", prior.median}, {"log_deviation", prior.log_deviation}};
   return all;
+}
+
+Json tree_rows(const inference::PosteriorProblem& problem) {
+  Json rows = Json::array();
+  for (std::size_t b = 0; b < problem.tree.size(); ++b) {
+    const inference::Branch& branch = problem.tree[b];
+    Json row{{"node", node_name(problem, b)}, {"parent", nullptr}};
+    if (branch.parent >= 0) row["parent"] = node_name(problem, static_cast<std::size_t>(branch.parent));
+    row.update({{"time", branch.grid.time}, {"steps", branch.grid.steps}, {"observed", branch.data != nullptr}});
+    rows.push_back(std::move(row));
+  }
+  return rows;
 }
 
 Json models(const inference::PosteriorProblem& problem) {
@@ -79,6 +93,11 @@ Json sampler_settings(const inference::SamplerOptions& options) {
 
 }  // namespace
 
+std::string node_name(const inference::PosteriorProblem& problem, std::size_t branch) {
+  const std::string& name = problem.tree[branch].name;
+  return name.empty() ? fmt::format("node {}", branch + 2) : name;
+}
+
 PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   PosteriorSummary summary;
   for (std::size_t j = 0; j < draws.names.size(); ++j)
@@ -98,12 +117,14 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   for (const NamedSummary& parameter : summary.parameters)
     consider(parameter.numbers, parameter.name, unused_rhat, unused_ess);
   summary.ess_min = summary.momenta_ess_min = INFINITY;
-  for (std::size_t s = 0; s < draws.momenta.size(); ++s) {
-    summary.momenta.push_back(summaries(draws, draws.momenta[s]));
-    summary.middles.push_back(summaries(draws, draws.middles[s]));
-    summary.ends.push_back(summaries(draws, draws.ends[s]));
+  for (const Eigen::MatrixXd& momenta : draws.momenta) {
+    summary.momenta.push_back(summaries(draws, momenta));
     for (const inference::DrawSummary& numbers : summary.momenta.back())
       consider(numbers, "momenta", summary.momenta_rhat_max, summary.momenta_ess_min);
+  }
+  for (std::size_t s = 0; s < draws.ends.size(); ++s) {
+    summary.middles.push_back(summaries(draws, draws.middles[s]));
+    summary.ends.push_back(summaries(draws, draws.ends[s]));
     for (const auto* of_path : {&summary.middles.back(), &summary.ends.back()})
       for (const inference::DrawSummary& numbers : *of_path)
         consider(numbers, "paths", summary.rhat_max, summary.ess_min);
@@ -137,6 +158,7 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
     json["tempering"] = {{"powers", draws.powers}, {"exchanged", draws.exchanged}, {"prior_lost", draws.lost_fraction}};
   json["warmup_seconds"] = draws.warmup_seconds;
   json.update(models(problem));
+  if (!problem.tree.empty()) json["tree"] = tree_rows(problem);
   json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);
   json["version"] = version();
@@ -157,18 +179,28 @@ std::string draws_csv(const inference::PosteriorDraws& draws) {
   return text;
 }
 
-std::string momenta_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
+namespace {
+
+// [chain][draw][path][landmark][axis]
+std::string numbers_of_all(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
+                           const std::vector<Eigen::MatrixXd>& of_paths) {
   std::vector<double> numbers;
   for (int c = 0; c < draws.chains; ++c)
     for (int i = 0; i < draws.draws; ++i)
-      for (const Eigen::MatrixXd& momenta : draws.momenta) {
-        const auto column = momenta.col(static_cast<Index>(i) * draws.chains + c);
+      for (const Eigen::MatrixXd& of_path : of_paths) {
+        const auto column = of_path.col(static_cast<Index>(i) * draws.chains + c);
         numbers.insert(numbers.end(), column.begin(), column.end());
       }
   const Landmarks& source = problem.sources.front();
   return formats::npy_bytes(
-      numbers, {static_cast<std::size_t>(draws.chains), static_cast<std::size_t>(draws.draws), draws.momenta.size(),
+      numbers, {static_cast<std::size_t>(draws.chains), static_cast<std::size_t>(draws.draws), of_paths.size(),
                 static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
+}
+
+}  // namespace
+
+std::string momenta_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
+  return numbers_of_all(problem, draws, draws.momenta);
 }
 
 std::string paths_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
@@ -181,6 +213,26 @@ std::string paths_npy(const inference::PosteriorProblem& problem, const inferenc
       numbers,
       {draws.kept.size(), draws.paths.size(), static_cast<std::size_t>(problem.specimens.front().grid.steps) + 1,
        static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
+}
+
+std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
+  std::string text = "node,parent,observed,landmark,axis,mean,sd,q05,q50,q95,rhat,ess_bulk\n";
+  const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
+  for (std::size_t b = 0; b < summary.ends.size(); ++b) {
+    const inference::Branch& branch = problem.tree[b];
+    const std::string parent = branch.parent < 0 ? "" : node_name(problem, static_cast<std::size_t>(branch.parent));
+    for (std::size_t i = 0; i < summary.ends[b].size(); ++i) {
+      const inference::DrawSummary& at = summary.ends[b][i];
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                     io::csv_quoted(node_name(problem, b)), io::csv_quoted(parent), branch.data ? 1 : 0, i / d + 1,
+                     "xyz"[i % d], at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk);
+    }
+  }
+  return text;
+}
+
+std::string nodes_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
+  return numbers_of_all(problem, draws, draws.ends);
 }
 
 std::string calibration_json(const inference::PosteriorProblem& problem, const inference::CalibrationOptions& options,

@@ -25,6 +25,9 @@ struct PosteriorSummary {
   std::string worst;  ///< what has it
 };
 
+/// Of the node at the end of a branch; counted with the root where it has none.
+std::string node_name(const inference::PosteriorProblem& problem, std::size_t branch);
+
 PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws);
 
 /// What scripts read: `summary.json`.
@@ -40,6 +43,12 @@ std::string momenta_npy(const inference::PosteriorProblem& problem, const infere
 
 /// `paths.npy`: [kept][specimen][time][landmark][axis].
 std::string paths_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws);
+
+/// Of a tree, `nodes.csv`: the shapes at its nodes, a row for each coordinate.
+std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary);
+
+/// Of a tree, `nodes.npy`: [chain][draw][node][landmark][axis], in the order of nodes.csv.
+std::string nodes_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws);
 
 /// `calibration.json`
 std::string calibration_json(const inference::PosteriorProblem& problem, const inference::CalibrationOptions& options,

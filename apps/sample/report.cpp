@@ -73,6 +73,26 @@ html::ReportTable landmarks(const inference::PosteriorProblem& problem, const Po
   return table;
 }
 
+html::ReportTable nodes(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
+  html::ReportTable table{{"node", "parent", "time from it", "observed", "sd of a coordinate", "least ESS"}, {}, ""};
+  for (std::size_t b = 0; b < summary.ends.size(); ++b) {
+    const inference::Branch& branch = problem.tree[b];
+    double variance = 0, ess = INFINITY;
+    for (const inference::DrawSummary& at : summary.ends[b]) {
+      variance += at.sd * at.sd / static_cast<double>(summary.ends[b].size());
+      ess = std::fmin(ess, std::fmin(at.ess_bulk, at.ess_tail));
+    }
+    table.rows.push_back({{node_name(problem, b)},
+                          {branch.parent < 0 ? "root" : node_name(problem, static_cast<std::size_t>(branch.parent))},
+                          {report_number(branch.grid.time)},
+                          {branch.data ? "yes" : "no"},
+                          {report_number(std::sqrt(variance))},
+                          {fmt::format("{:.0f}", ess)}});
+  }
+  table.caption = "Posterior deviations are root mean squares over the coordinates; nodes.csv has all of them.";
+  return table;
+}
+
 html::ReportTable facts(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                         const PosteriorSummary& summary) {
   FactTable table("setting");
@@ -95,18 +115,19 @@ html::ReportTable facts(const inference::PosteriorProblem& problem, const infere
 
 std::optional<html::ReportMotion> motion_of(const inference::PosteriorProblem& problem,
                                             const inference::PosteriorDraws& draws) {
-  const std::vector<Points> mean = mean_path(draws, 0);
-  const TimeGrid& grid = problem.specimens.front().grid;
+  const std::size_t path = shown_path(problem);
+  const std::vector<Points> mean = mean_path(draws, path);
+  const TimeGrid& grid = grid_of(problem, path);
   html::ReportMotion motion;
   motion.source = problem.sources.front();
-  motion.target = problem.targets.front().points.size() > 0 ? problem.targets.front() : Landmarks{};
+  motion.target = problem.tree.empty() ? problem.targets.front() : Landmarks{};
   const std::vector<int> shown = shown_frames(grid.steps, motion.source.points.size());
   for (const int k : shown) {
     motion.times.push_back(grid.at(k));
     motion.frames.push_back(mean[static_cast<std::size_t>(k)]);
   }
   constexpr std::size_t kMostOthers = 20;
-  const auto& paths = draws.paths.front();
+  const auto& paths = draws.paths[path];
   for (std::size_t m = 0; m < paths.size(); m += std::max<std::size_t>(1, paths.size() / kMostOthers)) {
     std::vector<Points> frames;
     for (const int k : shown) frames.push_back(paths[m][static_cast<std::size_t>(k)]);
@@ -114,7 +135,7 @@ std::optional<html::ReportMotion> motion_of(const inference::PosteriorProblem& p
   }
   if (motion.frames.size() < 2 || !can_be_drawn(motion.frames)) return std::nullopt;
   motion.others_name = fmt::format("{} posterior paths", motion.others.size());
-  motion.caption = "The posterior mean path, and faintly draws of it.";
+  motion.caption = fmt::format("The posterior mean path to {}, and faintly draws of it.", end_name(problem, path));
   return motion;
 }
 
@@ -141,7 +162,8 @@ html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const
   const std::string lead =
       fmt::format("{} of {}, {} in {}D: {}. Largest R-hat {:.3f}, least effective sample size of a position {:.0f}.",
                   counted(draws.chains * static_cast<std::int64_t>(draws.draws), "draw"),
-                  counted(static_cast<std::int64_t>(problem.targets.size()), "path"),
+                  problem.tree.empty() ? counted(static_cast<std::int64_t>(problem.targets.size()), "path")
+                                       : fmt::format("{} branches", problem.tree.size()),
                   counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension(),
                   model_words(problem), summary.worst_rhat, summary.ess_min);
   html::HtmlReport report = new_report("Posterior of " + start_name(problem.sources.front()), lead, warnings, notes);
@@ -151,7 +173,8 @@ html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const
   report.sections.push_back({"Parameters", {parameter_table(problem, summary)}});
   add_still(report, "Chains", chains);
   report.sections.push_back({"Numbers", {facts(problem, draws, summary)}});
-  report.sections.push_back({"Landmarks", {landmarks(problem, summary)}});
+  report.sections.push_back(problem.tree.empty() ? html::ReportSection{"Landmarks", {landmarks(problem, summary)}}
+                                                 : html::ReportSection{"Nodes", {nodes(problem, summary)}});
   return report;
 }
 

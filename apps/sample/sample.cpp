@@ -19,6 +19,7 @@ namespace pulson {
 namespace {
 
 const std::vector<std::string> kSampleFiles = {"summary.json", "draws.csv", "momenta.npy", "paths.npy", "report.html"};
+const std::vector<std::string> kTreeFiles = {"summary.json", "draws.csv", "nodes.csv", "nodes.npy", "report.html"};
 const std::vector<std::string> kSamplePictures = {"paths", "chains"};
 
 // Exchanges so rare do not bring points of the prior to the posterior.
@@ -48,10 +49,12 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const std:
 
 void print_summary(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                    const PosteriorSummary& summary) {
-  fmt::print("{}: {} of {} in {}D\n",
-             problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
-             counted(static_cast<std::int64_t>(problem.targets.size()), "target"),
-             counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension());
+  fmt::print(
+      "{}: {} of {} in {}D\n", problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
+      problem.tree.empty()
+          ? counted(static_cast<std::int64_t>(problem.targets.size()), "target")
+          : fmt::format("a tree of {} branches, with {} observed nodes", problem.tree.size(), problem.targets.size()),
+      counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension());
   fmt::print("model      {}\n", model_words(problem));
   fmt::print("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
              draws.seconds, draws.acceptance);
@@ -59,8 +62,9 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
   for (const auto& [name, numbers] : summary.parameters)
     fmt::print("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8.3f}{:>8.0f}\n", name, numbers.mean, numbers.sd,
                numbers.q05, numbers.q95, numbers.rhat, numbers.ess_bulk);
-  fmt::print("paths      R-hat at most {:.3f}, ESS at least {:.0f}; momenta {:.3f}, {:.0f}\n", summary.rhat_max,
-             summary.ess_min, summary.momenta_rhat_max, summary.momenta_ess_min);
+  fmt::print("paths      R-hat at most {:.3f}, ESS at least {:.0f}", summary.rhat_max, summary.ess_min);
+  if (problem.tree.empty()) fmt::print("; momenta {:.3f}, {:.0f}", summary.momenta_rhat_max, summary.momenta_ess_min);
+  fmt::print("\n");
   if (draws.modes > 1) fmt::print("modes      {} found\n", draws.modes);
   if (!draws.exchanged.empty())
     fmt::print("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
@@ -73,7 +77,9 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
 int run_posterior(const SampleArguments& arguments, const inference::PosteriorProblem& problem,
                   const std::vector<std::string>& notes) {
   const OutputOptions& output = arguments.output;
-  output.check(kSampleFiles, kSamplePictures);
+  const bool is_tree = !problem.tree.empty();
+  const std::vector<std::string>& files_written = is_tree ? kTreeFiles : kSampleFiles;
+  output.check(files_written, kSamplePictures);
   Progress progress;
   std::mutex turn;
   inference::SamplerOptions options = arguments.sampler;
@@ -91,10 +97,15 @@ int run_posterior(const SampleArguments& arguments, const inference::PosteriorPr
   StagedFiles files(output.out);
   files.write("summary.json", record);
   files.write("draws.csv", draws_csv(draws));
-  files.write("momenta.npy", momenta_npy(problem, draws));
-  files.write("paths.npy", paths_npy(problem, draws));
+  if (is_tree) {
+    files.write("nodes.csv", nodes_csv(problem, summary));
+    files.write("nodes.npy", nodes_npy(problem, draws));
+  } else {
+    files.write("momenta.npy", momenta_npy(problem, draws));
+    files.write("paths.npy", paths_npy(problem, draws));
+  }
   if (draws_pictures) {
-    write_paths_picture(problem, draws, 0, output.picture_files(files.file("paths")));
+    write_paths_picture(problem, draws, shown_path(problem), output.picture_files(files.file("paths")));
     write_chart(chains_chart(problem, draws, summary), output.picture_files(files.file("chains")));
   }
   files.write("report.html",
@@ -106,7 +117,7 @@ int run_posterior(const SampleArguments& arguments, const inference::PosteriorPr
   print_notes(notes);
   if (output.prints()) {
     print_summary(problem, draws, summary);
-    output.print_written(kSampleFiles, kSamplePictures);
+    output.print_written(files_written, kSamplePictures);
   }
   for (const std::string& text : warnings) print_warning(text);
   return summary.converged ? kDone : kNotConverged;
@@ -134,6 +145,7 @@ void add_sample_verb(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% -o out\n"
       "  pulson sample wings.tps#1 wings.tps#2 wings.tps#3 --noise ch-sd:beta=2% --parameters beta,lambda -o out\n"
+      "  pulson sample root.csv leaves.tps --tree phylogeny.nwk --noise kunita:beta=5%,width=20% -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 --shard 3/8 -o parts\n"
       "Exit codes: 0 done, 2 bad input, 3 the chains have not converged (results are written).");

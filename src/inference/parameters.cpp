@@ -18,14 +18,6 @@ namespace {
 // The part of a name behind its term's: `beta` of `ch-sd#2.beta`.
 std::string after_dot(const std::string& name) { return name.substr(name.find_last_of('.') + 1); }
 
-// Names of the parameters of these models in the order of ModelParameters: alpha and weight of each term of the kernel,
-// those of the noise, data-sigma, lambda.
-struct AllParameters {
-  std::vector<std::string> names;
-  std::vector<double> values;
-  Index kernel_terms;
-};
-
 AllParameters all_parameters(const matching::RegistrationProblem& problem,
                              const matching::RegistrationOptions& options) {
   const matching::ModelParameters parameters(problem, options);
@@ -36,14 +28,6 @@ AllParameters all_parameters(const matching::RegistrationProblem& problem,
 
 bool names_place(const std::string& asked, const std::string& full) {
   return full == asked || after_dot(full) == asked;
-}
-
-// What `all` stands for: no weights, of which λ is one, and nothing that is not positive.
-std::vector<std::string> every_parameter(const AllParameters& all) {
-  std::vector<std::string> names = {"alpha"};
-  for (Index i = 2 * all.kernel_terms; i < std::ssize(all.names); ++i)
-    if (all.values[static_cast<std::size_t>(i)] > 0) names.push_back(all.names[static_cast<std::size_t>(i)]);
-  return names;
 }
 
 ParameterPrior make_prior(const std::string& asked, const AllParameters& all) {
@@ -69,16 +53,21 @@ ParameterPrior make_prior(const std::string& asked, const AllParameters& all) {
 
 double usual_log_deviation(std::string_view name) { return name == "data-sigma" || name == "alpha" ? 0.25 : 0.5; }
 
-PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vector<Landmarks>& targets,
-                                        matching::RegistrationOptions options,
-                                        const std::vector<std::string>& parameters) {
+std::vector<std::string> every_parameter(const AllParameters& all) {
+  std::vector<std::string> names = {"alpha"};
+  for (Index i = 2 * all.kernel_terms; i < std::ssize(all.names); ++i)
+    if (all.values[static_cast<std::size_t>(i)] > 0) names.push_back(all.names[static_cast<std::size_t>(i)]);
+  return names;
+}
+
+PosteriorProblem make_specimens(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                matching::RegistrationOptions options, AllParameters& all) {
   if (targets.empty()) throw InputError("there is no target");
   if (options.data.kind != matching::DataKind::kLandmarks)
     throw InputError("the posterior needs landmarks as data: the cost of a curve is no normalised density");
   options.uncertainty = true;  // so that the mode is that of probabilities
   if (options.integrator == "auto") options.integrator = "heun";
   PosteriorProblem problem;
-  AllParameters all;
   for (const Landmarks& target : targets) {
     matching::RegistrationProblem made = make_problem(source, target, options);
     if (problem.specimens.empty()) {
@@ -94,11 +83,10 @@ PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vect
     problem.sources.push_back(std::move(made.source));
     problem.targets.push_back(std::move(made.target));
   }
-  std::vector<std::string> names;
-  for (const std::string& name : parameters) {
-    const std::vector<std::string> of_all = name == "all" ? every_parameter(all) : std::vector<std::string>{name};
-    names.insert(names.end(), of_all.begin(), of_all.end());
-  }
+  return problem;
+}
+
+void add_priors(PosteriorProblem& problem, const AllParameters& all, const std::vector<std::string>& names) {
   std::vector<char> taken(all.names.size(), 0);
   for (const std::string& name : names) {
     problem.parameters.push_back(make_prior(name, all));
@@ -107,6 +95,19 @@ PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vect
         throw InputError(fmt::format("{} is to be sampled twice", quoted_line(all.names[i])));
   }
   static_cast<void>(ParameterSpace(problem));
+}
+
+PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vector<Landmarks>& targets,
+                                        matching::RegistrationOptions options,
+                                        const std::vector<std::string>& parameters) {
+  AllParameters all;
+  PosteriorProblem problem = make_specimens(source, targets, std::move(options), all);
+  std::vector<std::string> names;
+  for (const std::string& name : parameters) {
+    const std::vector<std::string> of_all = name == "all" ? every_parameter(all) : std::vector<std::string>{name};
+    names.insert(names.end(), of_all.begin(), of_all.end());
+  }
+  add_priors(problem, all, names);
   return problem;
 }
 

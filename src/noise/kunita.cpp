@@ -6,6 +6,21 @@
 namespace pulson {
 namespace {
 
+// e^x of each number.
+void take_exponentials(std::vector<double>& x) {
+  Eigen::Map<Eigen::ArrayXd> all(x.data(), std::ssize(x));
+  all = all.exp();
+}
+void take_exponentials(std::vector<Dual>& x) {
+  Eigen::ArrayXd values(std::ssize(x));
+  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = x[static_cast<std::size_t>(i)].value;
+  values = values.exp();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    Dual& number = x[static_cast<std::size_t>(i)];
+    number = {values[i], values[i] * number.change};
+  }
+}
+
 // h = β Σ_a p_a^j k(q_a − q_b) for each landmark b and axis j, axis fastest, k(z) = exp(−|z|²/width²): fields about the
 // landmarks, that move with them. Without momenta dq_a = β Σ_b k(q_a − q_b) ∘ dW_b.
 struct Kunita : NoiseFormula {
@@ -25,12 +40,15 @@ struct Kunita : NoiseFormula {
 
   template <class T>
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
-    MatrixOf<T> sums = theta[0] * state.p;
-    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const VectorOf<T>&, const T& k) {
-      sums.col(a) += theta[0] * k * state.p.col(b);
-      sums.col(b) += theta[0] * k * state.p.col(a);
+    const Eigen::Index d = state.q.rows();
+    h += theta[0] * state.p.reshaped();
+    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const T*, const T& k) {
+      const T strength = theta[0] * k;
+      for (Eigen::Index j = 0; j < d; ++j) {
+        h[a * d + j] += strength * state.p(j, b);
+        h[b * d + j] += strength * state.p(j, a);
+      }
     });
-    h += sums.reshaped();
   }
 
   // h_w = β Σ_ab p_a·w_b k(q_a − q_b)
@@ -38,19 +56,26 @@ struct Kunita : NoiseFormula {
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
     const Eigen::Index d = state.q.rows();
-    const Eigen::Map<const Eigen::MatrixXd> increments(w.data(), d, state.q.cols());
     const T c = T(-2) * theta[0] / (theta[1] * theta[1]);
-    for (Eigen::Index i = 0; i < w.size(); ++i) gradient.p.reshaped()[i] += theta[0] * T(w[i]);
-    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const VectorOf<T>& z, const T& k) {
-      T both(0);
+    const bool at_rest = (state.p.array() == T(0)).all();  // then h_w,q is 0
+    T* const by_p = gradient.p.data();
+    T* const by_q = gradient.q.data();
+    const T* const p = state.p.data();
+    for (Eigen::Index i = 0; i < w.size(); ++i) by_p[i] += theta[0] * T(w[i]);
+    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
+      const T strength = theta[0] * k;
       for (Eigen::Index j = 0; j < d; ++j) {
-        gradient.p(j, a) += theta[0] * k * T(increments(j, b));
-        gradient.p(j, b) += theta[0] * k * T(increments(j, a));
-        both += state.p(j, a) * T(increments(j, b)) + state.p(j, b) * T(increments(j, a));
+        by_p[a * d + j] += strength * T(w[b * d + j]);
+        by_p[b * d + j] += strength * T(w[a * d + j]);
       }
+      if (at_rest) return;
+      T both(0);
+      for (Eigen::Index j = 0; j < d; ++j) both += p[a * d + j] * T(w[b * d + j]) + p[b * d + j] * T(w[a * d + j]);
       const T slope = c * k * both;
-      gradient.q.col(a) += slope * z;
-      gradient.q.col(b) -= slope * z;
+      for (Eigen::Index j = 0; j < d; ++j) {
+        by_q[a * d + j] += slope * z[j];
+        by_q[b * d + j] -= slope * z[j];
+      }
     });
   }
 
@@ -58,30 +83,50 @@ struct Kunita : NoiseFormula {
   // −¼β²s Σ_b ((k² − k) v − s (2k − 1) k z z·v), v = p_a − p_b.
   template <class T>
   void add_compensation_gradient(const StateOf<T>& state, const VectorOf<T>& theta, StateOf<T>& gradient) const {
+    const Eigen::Index d = state.q.rows();
     const T s = T(2) / (theta[1] * theta[1]);
     const T factor = T(-0.25) * theta[0] * theta[0] * s;
-    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const VectorOf<T>& z, const T& k) {
+    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
       const T part = factor * (k * k - k);
-      const VectorOf<T> v = state.p.col(a) - state.p.col(b);
-      const VectorOf<T> by_q = part * v - (factor * s * (T(2) * k - T(1)) * k * z.dot(v)) * z;
-      gradient.p.col(a) += part * z;
-      gradient.p.col(b) -= part * z;
-      gradient.q.col(a) += by_q;
-      gradient.q.col(b) -= by_q;
+      T along(0);  // z·v
+      for (Eigen::Index j = 0; j < d; ++j) along += z[j] * (state.p(j, a) - state.p(j, b));
+      const T across = factor * s * (T(2) * k - T(1)) * k * along;
+      for (Eigen::Index j = 0; j < d; ++j) {
+        const T by_q = part * (state.p(j, a) - state.p(j, b)) - across * z[j];
+        gradient.p(j, a) += part * z[j];
+        gradient.p(j, b) -= part * z[j];
+        gradient.q(j, a) += by_q;
+        gradient.q(j, b) -= by_q;
+      }
     });
   }
 
  private:
-  // visit(a, b, q_a − q_b, k)
+  // visit(a, b, q_a − q_b, k), a < b
   template <class T, class Visit>
   static void for_each_pair(const StateOf<T>& state, const VectorOf<T>& theta, const Visit& visit) {
-    using std::exp;
+    const Eigen::Index d = state.q.rows(), n = state.q.cols();
+    const auto pairs = static_cast<std::size_t>(n * (n - 1) / 2);
     const T c = T(-1) / (theta[1] * theta[1]);
-    for (Eigen::Index b = 1; b < state.q.cols(); ++b)
-      for (Eigen::Index a = 0; a < b; ++a) {
-        const VectorOf<T> z = state.q.col(a) - state.q.col(b);
-        visit(a, b, z, T(exp(c * z.dot(z))));
+    const T* const q = state.q.data();
+    std::vector<T> differences(pairs * static_cast<std::size_t>(d));
+    std::vector<T> fields(pairs);
+    T* z = differences.data();
+    T* k = fields.data();
+    for (Eigen::Index b = 1; b < n; ++b)
+      for (Eigen::Index a = 0; a < b; ++a, z += d, ++k) {
+        T squared(0);
+        for (Eigen::Index j = 0; j < d; ++j) {
+          z[j] = q[a * d + j] - q[b * d + j];
+          squared += z[j] * z[j];
+        }
+        *k = c * squared;
       }
+    take_exponentials(fields);
+    z = differences.data();
+    k = fields.data();
+    for (Eigen::Index b = 1; b < n; ++b)
+      for (Eigen::Index a = 0; a < b; ++a, z += d, ++k) visit(a, b, z, *k);
   }
 };
 

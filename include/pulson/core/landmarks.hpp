@@ -72,6 +72,13 @@ struct PhaseState {
   Points p;
 };
 
+/// A node of a rooted tree of shapes, as a phylogeny is one.
+struct TreeNode {
+  std::string name;
+  int parent = -1;    ///< −1: it is the root
+  double length = 0;  ///< of the branch that leads to it
+};
+
 /// How Eigen allocates its matrices, which -mavx, -march=native and -fsanitize=address change. Declared for every
 /// layout but defined only for the one pulson was compiled with: a program that would free memory differently from how
 /// pulson allocated it does not link. Compile it with the same of these options.

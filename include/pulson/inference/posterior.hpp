@@ -59,6 +59,16 @@ PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vect
                                         matching::RegistrationOptions options,
                                         const std::vector<std::string>& parameters);
 
+/// The posterior of a tree of paths along which noise moves the source, which is the shape at its root.
+/// @param tree as parse_newick() gives it @param shapes of leaves, and of inner nodes where they are known, by name
+/// @param options as for make_posterior_problem(); the grid's time is that of the farthest leaf and its steps as many
+/// as lead there; no alignment is automatic
+/// @param parameters as for make_posterior_problem(), without `lambda`
+/// @throws InputError also where a leaf has no shape, a shape no node, or a branch no length
+PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<TreeNode>& tree,
+                                   const std::vector<Landmarks>& shapes, matching::RegistrationOptions options,
+                                   const std::vector<std::string>& parameters);
+
 /// How a chain moves in the whitened coordinates of the Gauss–Newton Gaussian.
 struct MoveKind {
   bool uses_gradient = false;

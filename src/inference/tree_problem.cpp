@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "parameters.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
+#include "pulson/matching/data_term.hpp"
+
+namespace pulson::inference {
+namespace {
+
+std::size_t index_of(int node) { return static_cast<std::size_t>(node); }
+
+std::string words_for(const std::vector<TreeNode>& tree, std::size_t node) {
+  return tree[node].name.empty() ? fmt::format("node {} of the tree", node + 1) : quoted_line(tree[node].name);
+}
+
+// Time from the root to each node.
+std::vector<double> depths_of(const std::vector<TreeNode>& tree) {
+  std::vector<double> depths(tree.size(), 0);
+  for (std::size_t i = 1; i < tree.size(); ++i) {
+    if (!(tree[i].length > 0))
+      throw InputError(fmt::format("the branch to {} has the length {}; it must be greater than 0", words_for(tree, i),
+                                   tree[i].length));
+    depths[i] = depths[index_of(tree[i].parent)] + tree[i].length;
+  }
+  return depths;
+}
+
+std::vector<bool> leaves_of(const std::vector<TreeNode>& tree) {
+  std::vector<bool> leaves(tree.size(), true);
+  for (std::size_t i = 1; i < tree.size(); ++i) leaves[index_of(tree[i].parent)] = false;
+  return leaves;
+}
+
+// The shape of each node but the root, none where none is given.
+std::vector<const Landmarks*> shapes_by_node(const std::vector<TreeNode>& tree, const std::vector<Landmarks>& shapes) {
+  std::vector<const Landmarks*> of_node(tree.size(), nullptr);
+  std::vector<std::string> names;
+  for (std::size_t i = 1; i < tree.size(); ++i)
+    if (!tree[i].name.empty()) names.push_back(tree[i].name);
+  for (const Landmarks& shape : shapes) {
+    const auto found = std::find_if(tree.begin() + 1, tree.end(), [&](const TreeNode& node) {
+      return !node.name.empty() && node.name == shape.name;
+    });
+    if (found == tree.end())
+      throw InputError(fmt::format("{}: the tree has no node {}{}", shape.source, quoted_line(shape.name),
+                                   advice_on_name(shape.name, names)));
+    const Landmarks*& place = of_node[static_cast<std::size_t>(found - tree.begin())];
+    if (place != nullptr) throw InputError(fmt::format("two shapes are called {}", quoted_line(shape.name)));
+    place = &shape;
+  }
+  const std::vector<bool> leaves = leaves_of(tree);
+  for (std::size_t i = 1; i < tree.size(); ++i)
+    if (leaves[i] && of_node[i] == nullptr)
+      throw InputError(fmt::format("no shape is given for the leaf {}", words_for(tree, i)));
+  return of_node;
+}
+
+// Without momenta λ has no effect, nor has the kernel where noise does not make any.
+std::vector<std::string> sampled_names(const std::vector<std::string>& asked, const AllParameters& all, bool kernel) {
+  const auto has_effect = [&](const std::string& name) { return name != "lambda" && (name != "alpha" || kernel); };
+  std::vector<std::string> names;
+  for (const std::string& name : asked) {
+    if (name == "all") {
+      const std::vector<std::string> every = every_parameter(all);
+      std::copy_if(every.begin(), every.end(), std::back_inserter(names), has_effect);
+      continue;
+    }
+    const std::string plain = name.substr(0, name.find('='));
+    if (!has_effect(plain))
+      throw InputError(fmt::format("{} has no effect on a tree, whose root has no momenta", quoted_line(plain)));
+    names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<TreeNode>& tree,
+                                   const std::vector<Landmarks>& shapes, matching::RegistrationOptions options,
+                                   const std::vector<std::string>& parameters) {
+  if (tree.size() < 2) throw InputError("the tree has no branch");
+  const std::vector<double> depths = depths_of(tree);
+  const std::vector<const Landmarks*> of_node = shapes_by_node(tree, shapes);
+  std::vector<Landmarks> observed;
+  for (const Landmarks* shape : of_node)
+    if (shape != nullptr) observed.push_back(*shape);
+  if (!options.align) options.align = AlignmentKind::kNone;
+  if (options.kernel.spec() == "auto") options.kernel = "matern32:alpha=auto";  // to which no shape is matched
+  const double time = options.grid.time / *std::max_element(depths.begin(), depths.end());
+  const double steps = options.grid.steps / options.grid.time;
+  AllParameters all;
+  PosteriorProblem problem = make_specimens(source, observed, std::move(options), all);
+  const NoiseTraits traits = problem.specimens.front().system.noise->traits();
+  if (problem.specimens.front().system.noise->channels(source.dimension(), source.count()) == 0)
+    throw InputError("a tree needs noise: nothing else moves the shapes along it");
+  std::size_t next = 0;
+  for (std::size_t i = 1; i < tree.size(); ++i) {
+    const double of_branch = time * tree[i].length;
+    Branch& branch = problem.tree.emplace_back();
+    branch.name = tree[i].name;
+    branch.parent = tree[i].parent - 1;
+    branch.grid = {of_branch, std::max(1, static_cast<int>(std::lround(of_branch * steps)))};
+    if (of_node[i] != nullptr) branch.data = problem.specimens[next++].data;
+  }
+  problem.specimens.erase(problem.specimens.begin() + 1, problem.specimens.end());
+  problem.sources.erase(problem.sources.begin() + 1, problem.sources.end());
+  add_priors(problem, all, sampled_names(parameters, all, !traits.linear));
+  return problem;
+}
+
+}  // namespace pulson::inference

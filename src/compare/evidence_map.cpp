@@ -20,6 +20,8 @@ MatrixXd columns_of(const std::vector<VectorXd>& places) {
   return columns;
 }
 
+constexpr double kNats = 4;  // of evidence, over which what samples add there counts less by a factor of e
+
 // log of the mean of e^l over the pairs of other groups, and half of its variance, which the logarithm takes off.
 double log_mean(const VectorXd& logs, int left_out) {
   const double largest = logs.maxCoeff();
@@ -59,17 +61,11 @@ void EvidenceMap::add_samples(const VectorXd& x, std::vector<VectorXd> excess) {
   excess_.push_back(std::move(excess));
 }
 
-const VectorXd& EvidenceMap::best_place() const {
-  const auto value = [&](std::size_t k) {
-    const std::size_t place = static_cast<std::size_t>(
-        std::find(places_.begin(), places_.end(), (has_samples() ? sampled_ : places_)[k]) - places_.begin());
-    return laplace_[place] + (has_samples() ? sum_of_log_means(excess_[k]) : 0);
-  };
+const VectorXd& EvidenceMap::best_place(const Likelihood& likelihood) const {
   const auto& places = has_samples() ? sampled_ : places_;
-  std::size_t best = 0;
-  for (std::size_t k = 1; k < places.size(); ++k)
-    if (value(k) > value(best)) best = k;
-  return places[best];
+  return *std::max_element(places.begin(), places.end(), [&](const VectorXd& a, const VectorXd& b) {
+    return likelihood.value(a) < likelihood.value(b);
+  });
 }
 
 bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metric) const {
@@ -77,6 +73,10 @@ bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metr
   const auto& places = sampled ? sampled_ : places_;
   return std::any_of(places.begin(), places.end(),
                      [&](const VectorXd& place) { return (place - x).dot(metric * (place - x)) < kNear * kNear; });
+}
+
+double EvidenceMap::laplace_at(const VectorXd& x) const {
+  return laplace_[static_cast<std::size_t>(std::find(places_.begin(), places_.end(), x) - places_.begin())];
 }
 
 Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int left_out) const {
@@ -87,7 +87,10 @@ Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int l
     VectorXd values(std::ssize(sampled_));
     for (Index k = 0; k < values.size(); ++k)
       values[k] = sum_of_log_means(excess_[static_cast<std::size_t>(k)], left_out);
-    added = std::make_shared<ResponseSurface>(columns_of(sampled_), values, metric);
+    VectorXd evidence = values;
+    for (Index k = 0; k < values.size(); ++k) evidence[k] += laplace_at(sampled_[static_cast<std::size_t>(k)]);
+    const VectorXd weights = ((evidence.array() - evidence.maxCoeff()) / kNats).exp();
+    added = std::make_shared<ResponseSurface>(columns_of(sampled_), values, metric, weights);
   }
   return {[=](const VectorXd& x) { return (*laplace)(x) + (added ? (*added)(x) : 0); },
           [=](const VectorXd& x) {

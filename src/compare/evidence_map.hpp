@@ -14,7 +14,8 @@ namespace pulson::compare {
 double sum_of_log_means(const std::vector<Eigen::VectorXd>& excess, int left_out = -1);
 
 /// The evidence of a cohort about a place: Laplace's approximation at many places, and what the samples add to it at
-/// some of them, each continued by a ResponseSurface.
+/// some of them, each continued by a ResponseSurface: through the former, and, as the samples have errors, near the
+/// latter, the nearer the greater the evidence.
 class EvidenceMap {
  public:
   static constexpr int kGroups = 8;  ///< of draws, of which one may be left out
@@ -23,8 +24,8 @@ class EvidenceMap {
   /// @param excess of each shape, for each pair of draws, log of its mean weight over Laplace's evidence
   void add_samples(const Eigen::VectorXd& x, std::vector<Eigen::VectorXd> excess);
   bool has_samples() const { return !sampled_.empty(); }
-  /// The known place of greatest evidence, of the sampled ones where there are any.
-  const Eigen::VectorXd& best_place() const;
+  /// The known place that is the likeliest, of the sampled ones where there are any.
+  const Eigen::VectorXd& best_place(const Likelihood& likelihood) const;
   /// Whether there is a place within a sixth of a deviation, so that another says nothing more.
   bool is_known(const Eigen::VectorXd& x, bool sampled, const Eigen::MatrixXd& metric) const;
 
@@ -32,6 +33,8 @@ class EvidenceMap {
   Likelihood likelihood(const Eigen::MatrixXd& metric, const Box& box, int left_out = -1) const;
 
  private:
+  double laplace_at(const Eigen::VectorXd& x) const;
+
   std::vector<Eigen::VectorXd> places_, sampled_;
   std::vector<double> laplace_;
   std::vector<std::vector<Eigen::VectorXd>> excess_;

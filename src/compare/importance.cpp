@@ -1,5 +1,6 @@
 #include "importance.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -19,7 +20,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostIterations = 60;
+constexpr int kMostIterations = 60, kMostNewton = 30;
+constexpr double kLeastPart = 1.0 / 64;    // of a step of Newton's method
 constexpr double kWider = 2;               // than Laplace's approximation, draws from elsewhere
 constexpr double kNegligibleWeight = -14;  // nats, beside the evidence
 constexpr double kFlat = 1e-9;             // of s, where (1 − (1 + s)^-½)/s is ½
@@ -117,43 +119,94 @@ class Draws {
                      ? first
                      : factors_.solve(VectorXd(epsilon.col(l) + match_.innovation - jacobian * zeta.col(l)));
     }
-    enum class State { kMoving, kFound, kLost };
-    std::vector<State> states(static_cast<std::size_t>(count), State::kMoving);
-    MatrixXd z(zeta.rows(), count), residual(v.rows(), count);
+    std::vector<char> found(static_cast<std::size_t>(count), 0);
+    MatrixXd nearest = v;  // of the places with a path
+    VectorXd least = VectorXd::Constant(count, std::numeric_limits<double>::infinity());
+    std::vector<char> moves(static_cast<std::size_t>(count), 1);
+    MatrixXd z = match_.at.z.replicate(1, count), residual(v.rows(), count);
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       for (Index l = 0; l < count; ++l)
-        if (states[static_cast<std::size_t>(l)] == State::kMoving)
-          z.col(l) = zeta.col(l) + jacobian.transpose() * v.col(l);
+        if (moves[static_cast<std::size_t>(l)]) z.col(l) = zeta.col(l) + jacobian.transpose() * v.col(l);
       const LaneShots::Shots shots = shots_->shoot(z, LaneShots::With::kNothing);
-      bool moving = false;
+      bool any = false;
       for (Index l = 0; l < count; ++l) {
-        State& state = states[static_cast<std::size_t>(l)];
-        if (state != State::kMoving) continue;
+        char& moving = moves[static_cast<std::size_t>(l)];
+        if (!moving) continue;
         if (!shots.found[static_cast<std::size_t>(l)]) {
-          state = State::kLost;
+          moving = 0;
           z.col(l) = match_.at.z;
           continue;
         }
         residual.col(l) = observation_.target - observation_.projection * shots.ends.col(l);
-        const VectorXd change = factors_.solve(VectorXd(epsilon.col(l) + residual.col(l) - v.col(l)));
-        if (change.norm() <= kAccuracy)
-          state = State::kFound;
-        else
-          v.col(l) += change;
-        moving |= state == State::kMoving;
+        const VectorXd missing = epsilon.col(l) + residual.col(l) - v.col(l);
+        if (missing.norm() < least[l]) {
+          least[l] = missing.norm();
+          nearest.col(l) = v.col(l);
+        }
+        const VectorXd change = factors_.solve(missing);
+        found[static_cast<std::size_t>(l)] = change.norm() <= kAccuracy ? 1 : 0;
+        moving = found[static_cast<std::size_t>(l)] ? 0 : 1;
+        if (moving) v.col(l) += change;
+        any |= moving != 0;
       }
-      if (!moving) break;
+      if (!any) break;
     }
-    for (Index l = 0; l < count; ++l)
-      if (states[static_cast<std::size_t>(l)] == State::kMoving) z.col(l) = match_.at.z;
+    if (std::find(found.begin(), found.end(), char{0}) != found.end())
+      find_by_newton(epsilon, zeta, nearest, v, z, residual, found);
     const LaneShots::Shots shots = shots_->shoot(z, LaneShots::With::kSlopes);
     for (Index l = 0; l < count; ++l) {
-      const bool found = states[static_cast<std::size_t>(l)] == State::kFound;
-      *begin[static_cast<std::size_t>(l)] = found ? VectorXd(v.col(l)) : VectorXd();
-      if (!found) continue;
+      const bool is_found = found[static_cast<std::size_t>(l)] != 0;
+      *begin[static_cast<std::size_t>(l)] = is_found ? VectorXd(v.col(l)) : VectorXd();
+      if (!is_found) continue;
       if (const auto density = log_density(z.col(l), residual.col(l), shots.slopes[static_cast<std::size_t>(l)]))
         weights[l] = log_joint(z.col(l), residual.col(l)) - *density;
     }
+  }
+
+  // Where steps with the slopes of the match lead nowhere: those of Newton's method, halved until they come nearer.
+  void find_by_newton(const MatrixXd& epsilon, const MatrixXd& zeta, const MatrixXd& nearest, MatrixXd& v, MatrixXd& z,
+                      MatrixXd& residual, std::vector<char>& found) const {
+    const Index count = v.cols();
+    const MatrixXd& jacobian = match_.jacobian;
+    MatrixXd here = nearest, step = MatrixXd::Zero(v.rows(), count);
+    VectorXd error = VectorXd::Constant(count, std::numeric_limits<double>::infinity()), part = VectorXd::Ones(count);
+    std::vector<char> moves(found.size());
+    for (std::size_t l = 0; l < found.size(); ++l) moves[l] = found[l] ? 0 : 1;
+    for (int iteration = 0; iteration < kMostNewton; ++iteration) {
+      for (Index l = 0; l < count; ++l) {
+        if (!moves[static_cast<std::size_t>(l)]) continue;
+        v.col(l) = here.col(l) + part[l] * step.col(l);
+        z.col(l) = zeta.col(l) + jacobian.transpose() * v.col(l);
+      }
+      const LaneShots::Shots shots = shots_->shoot(z, LaneShots::With::kSlopes);
+      bool any = false;
+      for (Index l = 0; l < count; ++l) {
+        char& moving = moves[static_cast<std::size_t>(l)];
+        if (!moving) continue;
+        VectorXd missing;
+        if (shots.found[static_cast<std::size_t>(l)]) {
+          residual.col(l) = observation_.target - observation_.projection * shots.ends.col(l);
+          missing = epsilon.col(l) + residual.col(l) - v.col(l);
+        }
+        if (missing.size() > 0 && missing.norm() < error[l]) {
+          here.col(l) = v.col(l);
+          error[l] = missing.norm();
+          part[l] = 1;
+          MatrixXd slope = shots.slopes[static_cast<std::size_t>(l)];
+          slope.diagonal().array() += 1;
+          step.col(l) = slope.partialPivLu().solve(missing);
+          found[static_cast<std::size_t>(l)] = step.col(l).norm() <= kAccuracy ? 1 : 0;
+        } else {
+          part[l] /= 2;
+        }
+        moving = found[static_cast<std::size_t>(l)] || part[l] < kLeastPart ? 0 : 1;
+        if (!moving && !found[static_cast<std::size_t>(l)]) z.col(l) = match_.at.z;
+        any |= moving != 0;
+      }
+      if (!any) break;
+    }
+    for (Index l = 0; l < count; ++l)
+      if (!found[static_cast<std::size_t>(l)]) z.col(l) = match_.at.z;
   }
 
   // z = ζ + Jᵀv with v = ε + r(z).
@@ -280,6 +333,23 @@ ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weight
   return found;
 }
 
+// Where the iteration comes nowhere from the end of an earlier one it begins as if there were none.
+VectorXd log_weights_from(const Draws& draws, const MatrixXd& normals, const std::vector<VectorXd*>& v) {
+  std::vector<Index> known;
+  for (Index l = 0; l < normals.cols(); ++l)
+    if (v[static_cast<std::size_t>(l)]->size() > 0) known.push_back(l);
+  VectorXd weights = draws.log_weights(normals, v);
+  std::vector<Index> again;
+  std::vector<VectorXd*> from_new;
+  for (const Index l : known)
+    if (weights[l] == kNone) {
+      again.push_back(l);
+      from_new.push_back(v[static_cast<std::size_t>(l)]);
+    }
+  if (!again.empty()) weights(again) = draws.log_weights(normals(Eigen::all, again), from_new);
+  return weights;
+}
+
 }  // namespace
 
 BeyondEstimate sample_beyond(const matching::MatchingObjective& objective, const Observation& observation,
@@ -317,7 +387,7 @@ ImportanceEstimate importance_sample(const matching::MatchingObjective& objectiv
       normals.col(2 * j + 1) = -normals.col(2 * j);
       for (const Index sign : {0, 1}) places.push_back(&begin[static_cast<std::size_t>(2 * (i + j) + sign)]);
     }
-    log_weights.middleCols(i, some).reshaped() = draws.log_weights(normals, places);
+    log_weights.middleCols(i, some).reshaped() = log_weights_from(draws, normals, places);
     if (i + some < kLeastPairs) continue;
     ImportanceEstimate so_far = estimate(log_weights.leftCols(i + some));
     if (std::isfinite(so_far.log_evidence) && so_far.variance <= enough) return so_far;

@@ -1,8 +1,10 @@
 #include "response_surface.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 namespace pulson::compare {
@@ -11,29 +13,78 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-ResponseSurface::ResponseSurface(const MatrixXd& places, const VectorXd& values, const MatrixXd& metric)
+namespace {
+
+// μ, of distances in deviations: from nearly none to where P alone is left.
+constexpr double kLeastErrors = 1e-3, kMostErrors = 1e4, kStepOfErrors = 10;
+
+}  // namespace
+
+ResponseSurface::ResponseSurface(const MatrixXd& places, const MatrixXd& metric)
     : root_(MatrixXd(metric.llt().matrixU())), origin_(places.col(0)) {
   centres_ = root_ * (places.colwise() - origin_);
-  const Index m = places.cols();
+  weights_ = VectorXd::Zero(places.cols());
+}
+
+MatrixXd ResponseSurface::choose_polynomials(const VectorXd& weights) {
   MatrixXd tail;
   for (degree_ = 2; degree_ >= 0; --degree_) {
-    tail.resize(m, polynomials(VectorXd::Zero(places.rows())).size());
-    for (Index k = 0; k < m; ++k) tail.row(k) = polynomials(centres_.col(k)).transpose();
-    Eigen::ColPivHouseholderQR<MatrixXd> qr(tail);
+    tail.resize(centres_.cols(), polynomials(VectorXd::Zero(centres_.rows())).size());
+    for (Index k = 0; k < tail.rows(); ++k) tail.row(k) = polynomials(centres_.col(k)).transpose();
+    Eigen::ColPivHouseholderQR<MatrixXd> qr(weights.asDiagonal() * tail);
     qr.setThreshold(1e-3);
     if (degree_ == 0 || qr.rank() == tail.cols()) break;
   }
-  const Index q = tail.cols();
+  return tail;
+}
+
+ResponseSurface::ResponseSurface(const MatrixXd& places, const VectorXd& values, const MatrixXd& metric)
+    : ResponseSurface(places, metric) {
+  const MatrixXd tail = choose_polynomials(VectorXd::Ones(places.cols()));
+  take(MatrixXd(system(tail).colPivHouseholderQr().solve(right_side(values, tail.cols()))));
+}
+
+ResponseSurface::ResponseSurface(const MatrixXd& places, const VectorXd& values, const MatrixXd& metric,
+                                 const VectorXd& weights)
+    : ResponseSurface(places, metric) {
+  const Index m = places.cols();
+  const MatrixXd tail = choose_polynomials(weights.cwiseSqrt());
+  const MatrixXd through = system(tail);
+  const VectorXd right = right_side(values, tail.cols());
+  double least = std::numeric_limits<double>::infinity();
+  for (double mu = kLeastErrors; mu <= kMostErrors; mu *= kStepOfErrors) {
+    MatrixXd near = through;
+    near.diagonal().head(m) += mu * weights.cwiseInverse();
+    const MatrixXd inverse = near.inverse();
+    const VectorXd solution = inverse * right;
+    const VectorXd left_out = solution.head(m).cwiseQuotient(inverse.diagonal().head(m));
+    const double misfit = left_out.cwiseAbs2().dot(weights);
+    if (!(misfit < least)) continue;
+    least = misfit;
+    take(solution);
+  }
+}
+
+// Φ and Q, of which the solution is (w, c).
+MatrixXd ResponseSurface::system(const MatrixXd& tail) const {
+  const Index m = centres_.cols(), q = tail.cols();
   MatrixXd system = MatrixXd::Zero(m + q, m + q);
   for (Index k = 0; k < m; ++k)
     system.col(k).head(m) = (centres_.colwise() - centres_.col(k)).colwise().norm().array().cube().matrix().transpose();
   system.topRightCorner(m, q) = tail;
   system.bottomLeftCorner(q, m) = tail.transpose();
-  VectorXd right = VectorXd::Zero(m + q);
-  right.head(m) = values;
-  const VectorXd solution = system.colPivHouseholderQr().solve(right);
-  weights_ = solution.head(m);
-  coefficients_ = solution.tail(q);
+  return system;
+}
+
+VectorXd ResponseSurface::right_side(const VectorXd& values, Index polynomials) {
+  VectorXd right = VectorXd::Zero(values.size() + polynomials);
+  right.head(values.size()) = values;
+  return right;
+}
+
+void ResponseSurface::take(const VectorXd& solution) {
+  weights_ = solution.head(centres_.cols());
+  coefficients_ = solution.tail(solution.size() - centres_.cols());
 }
 
 // 1, y, then products y_i y_j for j ≤ i.

@@ -19,10 +19,21 @@ class ResponseSurface {
   /// @param places a column each, no two the same @param metric positive definite
   ResponseSurface(const Eigen::MatrixXd& places, const Eigen::VectorXd& values, const Eigen::MatrixXd& metric);
 
+  /// A smooth function near values with errors, of variance inverse to these weights: a smoothing spline, with w such
+  /// that f(x_k) = value_k − μ w_k/weight_k, and μ such that values left out are predicted best.
+  ResponseSurface(const Eigen::MatrixXd& places, const Eigen::VectorXd& values, const Eigen::MatrixXd& metric,
+                  const Eigen::VectorXd& weights);
+
   double operator()(const Eigen::VectorXd& x) const;
   SecondOrder second_order(const Eigen::VectorXd& x) const;
 
  private:
+  ResponseSurface(const Eigen::MatrixXd& places, const Eigen::MatrixXd& metric);
+  /// Chooses the degree. @return Q(y_k), a row for each place
+  Eigen::MatrixXd choose_polynomials(const Eigen::VectorXd& weights);
+  Eigen::MatrixXd system(const Eigen::MatrixXd& tail) const;
+  static Eigen::VectorXd right_side(const Eigen::VectorXd& values, Eigen::Index polynomials);
+  void take(const Eigen::VectorXd& solution);
   Eigen::VectorXd polynomials(const Eigen::VectorXd& y) const;
 
   Eigen::MatrixXd root_;     // R

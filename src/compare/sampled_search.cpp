@@ -30,6 +30,7 @@ constexpr double kTrusted = 2.5;      // deviations that the maximum may be from
 constexpr double kDifference = 0.05;  // of coordinates
 constexpr double kAtRest = 1.0 / 6;   // deviations that the maximum of a chart still moves
 constexpr int kMostCharts = 3, kMostPlaces = 6;
+constexpr int kRoundsOfEnds = 4;  // in all but the last of which the ends of intervals are charted
 // Of the evidence's places in a chart, deviations along the axes, and along two at once.
 constexpr double kSampledAxis = 1.5, kSampledPair = 1.1;
 constexpr double kAxes[] = {0.75, 2.4};
@@ -68,12 +69,15 @@ VectorXd greatest_of(const Likelihood& likelihood, const std::vector<VectorXd>& 
   return best.x;
 }
 
-// Variances of the maximum by the draws, by the jackknife over their groups.
-VectorXd variances_by_draws(const EvidenceMap& map, const MatrixXd& metric, const Box& box, const VectorXd& maximum) {
+// Variances of the maximum by the draws, by the jackknife over their groups, each of which moves it by a Newton step.
+VectorXd variances_by_draws(const EvidenceMap& map, const MatrixXd& metric, const Likelihood& likelihood) {
   constexpr int kGroups = EvidenceMap::kGroups;
-  MatrixXd maxima(maximum.size(), kGroups);
-  for (int g = 0; g < kGroups; ++g) maxima.col(g) = maximum_of(map.likelihood(metric, box, g), maximum);
-  return (maxima.colwise() - maxima.rowwise().mean()).rowwise().squaredNorm() * ((kGroups - 1.0) / kGroups);
+  const VectorXd& x = likelihood.maximum;
+  const Eigen::LLT<MatrixXd> information(metric_of(likelihood.second_order(x).information));
+  MatrixXd moves(x.size(), kGroups);
+  for (int g = 0; g < kGroups; ++g)
+    moves.col(g) = information.solve(map.likelihood(metric, likelihood.box, g).second_order(x).gradient);
+  return (moves.colwise() - moves.rowwise().mean()).rowwise().squaredNorm() * ((kGroups - 1.0) / kGroups);
 }
 
 }  // namespace
@@ -161,7 +165,7 @@ void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) const {
     }
 }
 
-// Profile intervals, widened by what the draws leave uncertain. The ends are charted, and found once more.
+// Profile intervals, widened by what the draws leave uncertain. The ends are charted, and found again.
 Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) const {
   const Index n = numbers_open();
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
@@ -169,14 +173,15 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
   const VectorXd found_at = place(found.state);
   const VectorXd by_metric = deviations_of(chart.metric);
   const Box box = extent(chart.box, found_at, chart.metric, kExtent);
-  for (const bool last : {false, true}) {
+  const bool sampled = map.has_samples();
+  for (int round = 0; round < kRoundsOfEnds; ++round) {
     Likelihood likelihood = map.likelihood(chart.metric, box);
     likelihood.maximum = maximum_of(likelihood, found_at);
     const MatrixXd information = likelihood.second_order(likelihood.maximum).information;
     if (Eigen::LLT<MatrixXd>(information).info() == Eigen::Success) found.information = information;
     const VectorXd deviations = deviations_of(metric_of(found.information));
     VectorXd by_draws = VectorXd::Zero(n);
-    if (map.has_samples()) by_draws = variances_by_draws(map, chart.metric, box, likelihood.maximum);
+    if (map.has_samples()) by_draws = variances_by_draws(map, chart.metric, likelihood);
     for (Index i = 0; i < n; ++i)
       for (const int direction : {-1, 1}) {
         const double wider = 1 + by_draws[i] / (deviations[i] * deviations[i]);
@@ -191,7 +196,8 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
                                      ? direction * kNowhere
                                      : found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
         (direction < 0 ? found.low : found.high)[i] = end ? (*end)[i] : otherwise;
-        if (end && !last) chart_at(chart, *end, true, map, draws);
+        if (end && round + 1 < kRoundsOfEnds && !map.is_known(*end, sampled, chart.metric))
+          chart_at(chart, *end, true, map, draws);
       }
   }
   return found;
@@ -237,8 +243,9 @@ Fitter::Maximum Fitter::search(const State& start) const {
     survey(chart, map, draws);
     const VectorXd centre = place(chart.centre);
     bool at_rest = false;
+    const auto likelihood = [&] { return map.likelihood(chart.metric, extent(box, centre, chart.metric, kExtent)); };
     for (int places = 0; places < kMostPlaces && !at_rest; ++places) {
-      const VectorXd before = map.best_place();
+      const VectorXd before = map.best_place(likelihood());
       Box near = extent(box, centre, chart.metric, kTrusted);
       near = {near.least.cwiseMin(before), near.most.cwiseMax(before)};
       const VectorXd x = greatest_of(map.likelihood(chart.metric, near), {before, place(best), centre});
@@ -248,7 +255,7 @@ Fitter::Maximum Fitter::search(const State& start) const {
         if (!at_rest && !next) next = chart_at(chart, before + part * (x - before), true, map, draws);
       if (!next) break;
     }
-    if (auto there = chart_at(chart, map.best_place(), false, map, draws)) best = std::move(*there);
+    if (auto there = chart_at(chart, map.best_place(likelihood()), false, map, draws)) best = std::move(*there);
     best.converged = (at_rest || all_vanish(best)) && best.all_matched();
     if (distance(chart.metric, place(best) - centre) < kTrusted) break;
   }

@@ -101,7 +101,8 @@ Figure plan_figure(const Landmarks& shape, double scale) {
     std::size_t stride = 1;
     if (kind != OutlineKind::kNone) {
       const double gap = scale * median(gaps_of(points));
-      if (gap < kDenseGap) stride = static_cast<std::size_t>(std::ceil(kDenseGap / gap));
+      const auto most = static_cast<double>(members.size());
+      if (gap < kDenseGap) stride = static_cast<std::size_t>(std::min(most, std::ceil(kDenseGap / gap)));
       figure.outlines.push_back({members, figure.groups.size(), stride > 1});
       if (kind == OutlineKind::kClosed) figure.outlines.back().members.push_back(members.front());
     }

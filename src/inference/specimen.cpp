@@ -140,7 +140,7 @@ VectorXd Specimen::misfit_gradient(const Model& model, const Shot& shot) const {
   for (std::size_t b = branches_.size(); b-- > 0;) {
     const Branch& branch = branches_[b];
     if (branch.data) bars[b].q += branch.data->gradient(shot.paths[b].final().q);
-    const PathGradient bar = problem_.integrator->adjoint(model.system, shot.paths[b], bars[b]);
+    const PathGradient bar = problem_.integrator->adjoint(model.system, shot.paths[b], bars[b], false);
     gradient.segment(places_[b].first_unknown, places_[b].unknowns) =
         std::sqrt(branch.grid.dt()) * bar.increments_bar.reshaped();
     if (branch.parent >= 0) {
@@ -179,7 +179,7 @@ Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {
     MatrixXd starts(place.data, 2 * size);
     parallel_for(static_cast<int>(place.data), [&](int row) {
       const PhaseState bar{ends[b].row(row).head(size).reshaped(d, n), ends[b].row(row).tail(size).reshaped(d, n)};
-      const PathGradient gradient = problem_.integrator->adjoint(model.system, shot.paths[b], bar);
+      const PathGradient gradient = problem_.integrator->adjoint(model.system, shot.paths[b], bar, false);
       slopes.by_branch[b].row(row) = std::sqrt(branch.grid.dt()) * gradient.increments_bar.reshaped().transpose();
       starts.row(row).head(size) = gradient.q0_bar.reshaped().transpose();
       starts.row(row).tail(size) = gradient.p0_bar.reshaped().transpose();

@@ -67,7 +67,7 @@ Trajectory Integrator::integrate(const StochasticSystem& system, const PhaseStat
 Integrator::Step Integrator::step_of(const StochasticSystem& system, const Trajectory& path, int k,
                                      const MatrixXd& acting) {
   const auto i = static_cast<std::size_t>(k);
-  return {system, path.grid.dt(), acting.col(k), path.states[i], path.states[i + 1], path.step_momenta(k)};
+  return {system, path.grid.dt(), acting.col(k), path.states[i], path.states[i + 1], path.step_momenta(k), 0};
 }
 
 PhaseState Integrator::tangent(const StochasticSystem& system, const Trajectory& path, const PathChange& change) const {
@@ -93,17 +93,19 @@ std::vector<SpaceStep> Integrator::space_steps(const StochasticSystem& system, c
   return steps;
 }
 
-PathGradient Integrator::adjoint(const StochasticSystem& system, const Trajectory& path,
-                                 const PhaseState& final_bar) const {
+PathGradient Integrator::adjoint(const StochasticSystem& system, const Trajectory& path, const PhaseState& final_bar,
+                                 bool by_parameters) const {
   const SerialBlas serial;
   check_state("the derivative by the end", final_bar, path.final().q);
   const MatrixXd w = acting(path.increments);
   MatrixXd w_bar(w.rows(), w.cols());
   PathGradient gradient;
-  gradient.parameters_bar = VectorXd::Zero(system.noise->parameters().size());
+  gradient.parameters_bar = VectorXd::Zero(by_parameters ? system.noise->parameters().size() : 0);
   PhaseState bar = final_bar;
   for (int k = path.grid.steps - 1; k >= 0; --k) {
-    StepBar before = do_adjoint(step_of(system, path, k, w), bar);
+    Step step = step_of(system, path, k, w);
+    step.parameters = gradient.parameters_bar.size();
+    StepBar before = do_adjoint(step, bar);
     bar = std::move(before.start);
     w_bar.col(k) = before.w;
     gradient.parameters_bar += before.parameters;
@@ -120,7 +122,7 @@ EndpointJacobian Integrator::endpoint_jacobian(const StochasticSystem& system, c
   parallel_for(static_cast<int>(q.size()), [&](int row) {
     PhaseState unit{Points::Zero(q.rows(), q.cols()), Points::Zero(q.rows(), q.cols())};
     unit.q.reshaped()[row] = 1;
-    const PathGradient gradient = adjoint(system, path, unit);
+    const PathGradient gradient = adjoint(system, path, unit, false);
     jacobian.momenta.row(row) = gradient.p0_bar.reshaped().transpose();
     jacobian.increments.row(row) = gradient.increments_bar.reshaped().transpose();
   });

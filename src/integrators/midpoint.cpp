@@ -101,7 +101,7 @@ PhaseState MidpointIntegrator::do_tangent(const Step& step, const PhaseState& st
 }
 
 Integrator::StepBar MidpointIntegrator::do_adjoint(const Step& step, const PhaseState& end_bar) const {
-  StepBar bar{{}, VectorXd::Zero(step.w.size()), VectorXd::Zero(step.system.noise->parameters().size())};
+  StepBar bar{{}, VectorXd::Zero(step.w.size()), VectorXd::Zero(step.parameters)};
   bar.start = MidpointStep(step.system, step.dt, step.w)
                   .adjoint(middle_of(step.start, step.end), end_bar, bar.w, bar.parameters);
   return bar;

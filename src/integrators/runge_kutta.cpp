@@ -68,7 +68,7 @@ PhaseState RungeKuttaIntegrator::do_tangent(const Step& step, const PhaseState& 
 Integrator::StepBar RungeKuttaIntegrator::do_adjoint(const Step& step, const PhaseState& end_bar) const {
   const StepField field(step.system, step.dt, step.w);
   const Stages stages = run_stages(tableau_, field, step.start);
-  StepBar bar{end_bar, VectorXd::Zero(step.w.size()), VectorXd::Zero(step.system.noise->parameters().size())};
+  StepBar bar{end_bar, VectorXd::Zero(step.w.size()), VectorXd::Zero(step.parameters)};
   std::vector<PhaseState> at_bar(stages.at.size());
   for (std::size_t i = stages.at.size(); i-- > 0;) {
     PhaseState slope_bar = tableau_.b[static_cast<Eigen::Index>(i)] * end_bar;

@@ -109,7 +109,7 @@ PhaseState SymmetricVariationalIntegrator::do_tangent(const Step& step, const Ph
 
 Integrator::StepBar SymmetricVariationalIntegrator::do_adjoint(const Step& step, const PhaseState& end_bar) const {
   const Parts at = parts_of(step);
-  StepBar bar{{}, VectorXd::Zero(step.w.size()), VectorXd::Zero(step.system.noise->parameters().size())};
+  StepBar bar{{}, VectorXd::Zero(step.w.size()), VectorXd::Zero(step.parameters)};
   bar.start = FlowPart(step.system, step.dt / 2, false).adjoint(at.second, end_bar, bar.parameters);
   if (step.w.size() > 0)
     bar.start = MidpointStep(step.system, 0, step.w).adjoint(at.noise, bar.start, bar.w, bar.parameters);

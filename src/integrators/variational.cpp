@@ -75,7 +75,7 @@ Integrator::StepBar VariationalIntegrator::do_adjoint(const Step& step, const Ph
   const Points& p = step.momenta;
   const Points zero = Points::Zero(p.rows(), p.cols());
 
-  StepBar bar{{}, {}, VectorXd::Zero(noise.parameters().size())};
+  StepBar bar{{}, {}, VectorXd::Zero(step.parameters)};
   bar.start = FlowPart(step.system, step.dt, compensates(noise)).adjoint({step.end.q, p}, end_bar, bar.parameters);
   const Points mu = bar.start.q;
   const PhaseState inside{step.start.q, p};

@@ -64,7 +64,7 @@ std::optional<double> amplification(const StochasticSystem& system, const Trajec
   change.increments = MatrixXd::Zero(path.increments.rows(), path.increments.cols());
   double largest = 0;
   for (int i = 0; i < kPowers; ++i) {
-    if (i > 0) change.initial.q = linearised.adjoint(system, path, {change.initial.q, none}).q0_bar;
+    if (i > 0) change.initial.q = linearised.adjoint(system, path, {change.initial.q, none}, false).q0_bar;
     change.initial.q /= change.initial.q.norm();
     change.initial.q = linearised.tangent(system, path, change).q;
     largest = change.initial.q.norm();

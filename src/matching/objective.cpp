@@ -147,7 +147,7 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
   parallel_for(static_cast<int>(bars.size()), [&](int i) {
     const Trajectory& path = at.paths[static_cast<std::size_t>(i)];
     bars[static_cast<std::size_t>(i)] =
-        problem_.integrator->adjoint(problem_.system, path, {problem_.data->gradient(path.final().q), zero});
+        problem_.integrator->adjoint(problem_.system, path, {problem_.data->gradient(path.final().q), zero}, false);
   });
   Points p_bar = zero;
   for (const PathGradient& bar : bars) p_bar += bar.p0_bar;

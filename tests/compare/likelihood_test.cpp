@@ -58,6 +58,33 @@ TEST(ResponseSurface, PassesThroughAnyValuesWithItsOwnDerivatives) {
   }
 }
 
+// With errors of ±0.3 about a quadratic whose values within a deviation differ by less than ½, a surface through them
+// has maxima between its places.
+TEST(ResponseSurface, IsNearValuesWithErrors) {
+  MatrixXd at(2, 25);
+  VectorXd values(25), exact(25);
+  for (Index k = 0; k < 25; ++k) {
+    at.col(k) = VectorXd{{0.5 * static_cast<double>(k % 5 - 2), 0.5 * static_cast<double>(k / 5 - 2)}};
+    exact[k] = -0.5 * at.col(k).squaredNorm();
+    values[k] = exact[k] + 0.3 * std::sin(40.0 * static_cast<double>(k * k));
+  }
+  const MatrixXd metric = MatrixXd::Identity(2, 2);
+  const ResponseSurface through(at, values, metric), near(at, values, metric, VectorXd::Ones(25));
+  const auto error = [&](const ResponseSurface& surface) {
+    double sum = 0;
+    for (Index k = 0; k < 25; ++k) sum += std::pow(surface(at.col(k)) - exact[k], 2);
+    return std::sqrt(sum / 25);
+  };
+  EXPECT_GT(error(through), 0.18);
+  EXPECT_LT(error(near), 0.12);
+  EXPECT_NEAR(near.second_order(VectorXd::Zero(2)).information(0, 0), 1, 0.3);
+  // Without errors it is as good as through them.
+  VectorXd bent(25);
+  for (Index k = 0; k < 25; ++k) bent[k] = std::exp(at(0, k)) * std::cos(at(1, k));
+  const ResponseSurface smooth(at, bent, metric, VectorXd::Ones(25));
+  EXPECT_NEAR(smooth(VectorXd{{0.3, 0.2}}), std::exp(0.3) * std::cos(0.2), 0.02);
+}
+
 // One number never varies, so that no quadratic is determined.
 TEST(ResponseSurface, OfPlacesOnALineIsFlatAcrossIt) {
   MatrixXd at(2, 4);

@@ -18,6 +18,17 @@ Landmarks ring(int count) {
   return shape;
 }
 
+CalibrationOptions short_study() {
+  CalibrationOptions calibration;
+  calibration.sampler.method = "pcn";
+  calibration.sampler.warmup = 100;
+  calibration.sampler.draws = 310;
+  calibration.sampler.searches = 1;
+  calibration.simulations = 150;
+  calibration.ranks = 31;
+  return calibration;
+}
+
 Calibration calibration_of(const std::string& fault, double factor) {
   matching::RegistrationOptions options;
   options.kernel = "gaussian:alpha=1";
@@ -27,13 +38,7 @@ Calibration calibration_of(const std::string& fault, double factor) {
   options.align = AlignmentKind::kNone;
   options.grid = {1, 4};
   const PosteriorProblem problem = make_posterior_problem(ring(8), {ring(8)}, options, {"beta=0.3"});
-  CalibrationOptions calibration;
-  calibration.sampler.method = "pcn";
-  calibration.sampler.warmup = 100;
-  calibration.sampler.draws = 310;
-  calibration.sampler.searches = 1;
-  calibration.simulations = 150;
-  calibration.ranks = 31;
+  CalibrationOptions calibration = short_study();
   calibration.fault_name = fault;
   calibration.fault_factor = factor;
   return calibrate(problem, calibration);
@@ -53,6 +58,24 @@ TEST(Calibration, CatchesAnAmplitudeThatIsOffByAFifth) {
   EXPECT_EQ(calibration.quantities.front().name, "beta");
   EXPECT_FALSE(calibration.quantities.front().inside_band);
   EXPECT_LT(calibration.quantities.front().deviation, 0.001);
+}
+
+// Noise whose fields move with the landmarks, along ((a,b)x,c).
+TEST(Calibration, RanksOfATreeStayWithinTheirBand) {
+  matching::RegistrationOptions options;
+  options.noise = "kunita:beta=0.1,width=0.8";
+  options.sigma = 0.1;
+  options.grid = {1, 4};
+  std::vector<Landmarks> leaves(3, ring(3));
+  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i].name = "abc"[i];
+  const std::vector<TreeNode> tree = {{"", -1, 0}, {"x", 0, 1}, {"a", 1, 1}, {"b", 1, 1}, {"c", 0, 2}};
+  const PosteriorProblem problem =
+      make_tree_problem(ring(3), tree, leaves, options, {"beta=0.3", "width=0.3", "data-sigma=0.2"});
+  const Calibration calibration = calibrate(problem, short_study());
+  ASSERT_EQ(calibration.quantities.size(), 6U);
+  EXPECT_EQ(calibration.quantities[3].name, "node");
+  for (const CalibratedQuantity& quantity : calibration.quantities)
+    EXPECT_GT(quantity.deviation, 0.001) << quantity.name;
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 // The verb `sample`: what it writes, and what it refuses.
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,41 @@ TEST_F(SampleProgram, WritesDrawsAndTheirSummary) {
   EXPECT_TRUE(summary["log_evidence"]["value"].is_number());
   EXPECT_EQ(summary["converged"].get<bool>(), done.exit_code == 0);
   EXPECT_EQ(count_lines(contents("out/draws.csv")), 81U);
+}
+
+TEST_F(SampleProgram, WritesTheNodesOfATree) {
+  std::ofstream("tree.nwk") << "((a:1,b:1)x:1,c:2);\n";
+  std::ofstream("root.csv") << "x,y\n0,0\n4,1\n";
+  std::ofstream("leaves.csv") << "shape,x,y\na,0.5,0.1\na,4.2,1\nb,0.4,0.3\nb,4.1,0.8\nc,-0.4,0\nc,3.5,1.2\n";
+  const std::string kTree = "root.csv leaves.csv --tree tree.nwk --time 2 --steps 4 --sigma 0.1 ";
+  const std::string kRun = "--chains 2 --draws 40 --warmup 20 --noise kunita:beta=0.3,width=1 -o out ";
+  const ProgramRun done = run(words("sample " + kTree + kRun));
+  ASSERT_TRUE(done.exit_code == 0 || done.exit_code == 3) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("a tree of 4 branches, with 3 observed nodes of 2 landmarks in 2D"));
+  EXPECT_THAT(names_in("out"), ElementsAre("chains.png", "chains.svg", "draws.csv", "nodes.csv", "nodes.npy",
+                                           "paths.png", "paths.svg", "report.html", "summary.json"));
+  const nlohmann::json summary = read_json("out/summary.json");
+  EXPECT_EQ(summary["tree"][1]["node"], "a");
+  EXPECT_EQ(summary["tree"][1]["parent"], "x");
+  EXPECT_EQ(summary["tree"][3]["steps"], 4);
+  EXPECT_EQ(summary["path"]["end"].size(), 16U);
+  EXPECT_EQ(summary["path"]["end"][0]["node"], "x");
+  EXPECT_TRUE(summary["momenta"].empty());
+  EXPECT_EQ(summary["parameters"].size(), 4U);  // beta, width, data-sigma, log_likelihood
+  EXPECT_EQ(count_lines(contents("out/nodes.csv")), 17U);
+  const ProgramRun study = run(words("sample " + kTree + kRun + "--calibrate 3 --ranks 7 --no-picture --resume"));
+  EXPECT_EQ(study.exit_code, 2);  // nothing to resume
+  for (const auto& [options, message] :
+       {std::pair<std::string, std::string>{kTree + "--noise none", "a tree needs noise"},
+        {kTree + "--noise ch-sd:beta=1 --parameters lambda", "'lambda' has no effect on a tree"},
+        {"root.csv root.csv --tree tree.nwk --noise ch-sd:beta=1", "the tree has no node 'root'"},
+        {"root.csv leaves.csv --tree root.csv --noise ch-sd:beta=1", "root.csv:1: "}}) {
+    const ProgramRun refused = run(words("sample " + options + " -o none"));
+    EXPECT_EQ(refused.exit_code, 2) << options;
+    EXPECT_THAT(refused.err, HasSubstr(message));
+    EXPECT_EQ(count_lines(refused.err), 1U) << refused.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists("none"));
 }
 
 TEST_F(SampleProgram, RanksTrueValuesInSimulations) {

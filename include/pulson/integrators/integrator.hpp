@@ -117,7 +117,9 @@ class Integrator {
   PhaseState tangent(const StochasticSystem& system, const Trajectory& path, const PathChange& change) const;
 
   /// The transpose of `tangent`: given ∂f/∂(q,p)(T), returns ∂f/∂q0, ∂f/∂p0, ∂f/∂ΔW, ∂f/∂θ.
-  PathGradient adjoint(const StochasticSystem& system, const Trajectory& path, const PhaseState& final_bar) const;
+  /// @param by_parameters whether ∂f/∂θ is wanted; else it is empty
+  PathGradient adjoint(const StochasticSystem& system, const Trajectory& path, const PhaseState& final_bar,
+                       bool by_parameters = true) const;
 
   /// All rows of the derivative of q(T) at once: here one adjoint for each.
   virtual EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const;
@@ -146,6 +148,7 @@ class Integrator {
     const PhaseState& start;  ///< adapted
     const PhaseState& end;    ///< adapted
     const Points& momenta;    ///< Trajectory::step_momenta
+    Eigen::Index parameters;  ///< of the noise, by which do_adjoint() takes derivatives; 0 for none
   };
 
   struct StepBar {

@@ -36,6 +36,7 @@ TEST(Newick, SaysWhereItIsNoTree) {
            {"((a,b);", "t.nwk:1: 1 '(' without ')'"},
            {"(a,b));", "t.nwk:1: ')' without '('"},
            {"a;", "t.nwk:1: the tree has no branch"},
+           {"x,y\n0,0\n", "t.nwk:1: ',' outside of all parentheses: it is no Newick tree"},
            {"(a,b);\n(c,d);", "t.nwk:2: there is more than one tree; one is needed"},
            {"(a:1,\nb:x);", "t.nwk:2: the length of a branch is 'x'; a number that is not negative is needed"},
            {"(a:1,b:-1);", "t.nwk:1: the length of a branch is '-1'; a number that is not negative is needed"},

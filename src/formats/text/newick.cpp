@@ -26,6 +26,7 @@ class NewickReader {
       skip();
       const char next = take();
       if (next == ',') {
+        if (depth_ == 0) fail("',' outside of all parentheses: it is no Newick tree");
         open(nodes_[at_].parent);
       } else if (next == ')') {
         close();

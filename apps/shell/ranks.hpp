@@ -11,7 +11,8 @@
 namespace pulson::ranks {
 
 // The processes of one run: those that mpirun or srun started together, or this one alone. Where the program was built
-// without MPI there is one. Rank 0 prints and writes; the others compute. MPI is known to ranks.cpp alone.
+// without MPI there is one. Rank 0 prints and writes; the others compute. MPI is known to the files
+// mpi_*.cpp alone.
 
 /// Joins the others, once, before anything else. What ends a rank other than 0 is reported by rank 0.
 /// @throws InputError where the ranks are of different builds or have different vector instructions

@@ -28,7 +28,8 @@ std::vector<Case> cases() {
           make_case("ch-sd-screened:beta=1,gamma=4,on=2", q1, p1, true),
           make_case("p-sd:beta=0.7,fields=cos,wavenumber=1", q1, 0.5 * p1, true),
           make_case("p-sd:beta=0.7,fields=cos,wavenumber=1", q2, p2, false),
-          make_case("p-sd:beta=0.5,fields=grid,count=2", q2, p2, false)};
+          make_case("p-sd:beta=0.5,fields=grid,count=2", q2, p2, false),
+          make_case("kunita:beta=0.5,width=2", q2, p2, false)};
 }
 
 bool lags(const std::string& integrator) { return integrator == "variational" || integrator == "variational-paper"; }

@@ -56,6 +56,14 @@ TEST_F(EnsemblePictureTest, HasAnEllipseForEachLandmarkInEachPanel) {
     }
 }
 
+// An outline whose mean path leads so far away that it is a point: its marks are as far apart as it has landmarks.
+TEST_F(EnsemblePictureTest, OfAnOutlineThatIsAPointInItHasAnEnd) {
+  EnsemblePicture picture = some_ensemble(2, 40);
+  for (int a = 0; a < 40; ++a) picture.start.points.col(a) << std::cos(a * M_PI / 20), std::sin(a * M_PI / 20);
+  picture.mean.back() *= 1e30;
+  EXPECT_TRUE(contains(draw(picture), ">2 sample paths<"));
+}
+
 // A tall covariance must be drawn tall, whichever way y points.
 TEST_F(EnsemblePictureTest, EllipsesHaveTheAxesOfTheirCovariance) {
   EnsemblePicture picture = some_ensemble(2, 1);

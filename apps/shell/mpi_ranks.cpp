@@ -125,7 +125,7 @@ void leave_first(std::string_view error) {
 /// waited for
 bool dismiss_others() {
   for (int other = 1; other < all_ranks; ++other) send({}, other, kGoodbye);
-  constexpr std::chrono::seconds kPatience{1};
+  constexpr std::chrono::seconds kPatience{5};
   const Clock::time_point begin = Clock::now();
   for (Pause pause; goodbyes < all_ranks - 1;) {
     if (const std::optional<Message> message = receive(MPI_ANY_SOURCE, MPI_ANY_TAG)) {

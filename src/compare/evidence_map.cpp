@@ -20,7 +20,8 @@ MatrixXd columns_of(const std::vector<VectorXd>& places) {
   return columns;
 }
 
-constexpr double kNats = 4;  // of evidence, over which what samples add there counts less by a factor of e
+constexpr double kLeastWeight = 1e-9;  // so that the inverse is a number
+constexpr double kNats = 4;            // of evidence, over which what samples add there counts less by a factor of e
 
 // log of the mean of e^l over the pairs of other groups, and half of its variance, which the logarithm takes off.
 double log_mean(const VectorXd& logs, int left_out) {
@@ -89,7 +90,7 @@ Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int l
       values[k] = sum_of_log_means(excess_[static_cast<std::size_t>(k)], left_out);
     VectorXd evidence = values;
     for (Index k = 0; k < values.size(); ++k) evidence[k] += laplace_at(sampled_[static_cast<std::size_t>(k)]);
-    const VectorXd weights = ((evidence.array() - evidence.maxCoeff()) / kNats).exp();
+    const VectorXd weights = ((evidence.array() - evidence.maxCoeff()) / kNats).exp().cwiseMax(kLeastWeight);
     added = std::make_shared<ResponseSurface>(columns_of(sampled_), values, metric, weights);
   }
   return {[=](const VectorXd& x) { return (*laplace)(x) + (added ? (*added)(x) : 0); },

@@ -52,6 +52,7 @@ ResponseSurface::ResponseSurface(const MatrixXd& places, const VectorXd& values,
   const MatrixXd through = system(tail);
   const VectorXd right = right_side(values, tail.cols());
   double least = std::numeric_limits<double>::infinity();
+  bool is_first = true;  // with no more places than polynomials nothing is left out, and all μ are alike
   for (double mu = kLeastErrors; mu <= kMostErrors; mu *= kStepOfErrors) {
     MatrixXd near = through;
     near.diagonal().head(m) += mu * weights.cwiseInverse();
@@ -59,8 +60,9 @@ ResponseSurface::ResponseSurface(const MatrixXd& places, const VectorXd& values,
     const VectorXd solution = inverse * right;
     const VectorXd left_out = solution.head(m).cwiseQuotient(inverse.diagonal().head(m));
     const double misfit = left_out.cwiseAbs2().dot(weights);
-    if (!(misfit < least)) continue;
-    least = misfit;
+    if (!is_first && !(misfit < least)) continue;
+    is_first = false;
+    least = std::isfinite(misfit) ? misfit : least;
     take(solution);
   }
 }

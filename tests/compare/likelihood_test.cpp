@@ -85,6 +85,19 @@ TEST(ResponseSurface, IsNearValuesWithErrors) {
   EXPECT_NEAR(smooth(VectorXd{{0.3, 0.2}}), std::exp(0.3) * std::cos(0.2), 0.02);
 }
 
+// Nothing can be left out to choose how smooth it is.
+TEST(ResponseSurface, PassesThroughAsManyValuesAsItsPolynomialHas) {
+  const MatrixXd metric = MatrixXd::Identity(2, 2);
+  for (const Index count : {1, 2, 3, 6}) {
+    const MatrixXd at = MatrixXd{{0, 1, 0, 2, 1, 0}, {0, 0, 1, 0, 1, 2}}.leftCols(count);
+    const VectorXd values = VectorXd{{3, 1, -2, 4, 0.5, 7}}.head(count);
+    const ResponseSurface near(at, values, metric, VectorXd::Constant(count, 1e-9));
+    EXPECT_TRUE(std::isfinite(near(VectorXd{{0.3, 0.4}})));
+    if (count == 2) continue;  // a constant
+    for (Index k = 0; k < count; ++k) EXPECT_NEAR(near(at.col(k)), values[k], 1e-6) << count;
+  }
+}
+
 // One number never varies, so that no quadratic is determined.
 TEST(ResponseSurface, OfPlacesOnALineIsFlatAcrossIt) {
   MatrixXd at(2, 4);

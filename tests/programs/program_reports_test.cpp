@@ -119,8 +119,9 @@ TEST_F(Reports, CompareTellsTheVerdictAndEveryModel) {
   EXPECT_EQ(count_of(page, "<img src=\"data:image/"), 1U);
   EXPECT_THAT(page, HasSubstr("--noise ch-sd:beta=1 --lambda 1</code>"));
   const nlohmann::json recorded = read_json("out/comparison.json");
-  const double evidence = recorded["models"][1]["log_evidence"].get<double>();
-  EXPECT_THAT(page, HasSubstr(">" + std::to_string(static_cast<int>(evidence)) + "."));
+  char evidence[32];
+  std::snprintf(evidence, sizeof evidence, ">%.2f<", recorded["models"][1]["log_evidence"].get<double>());
+  EXPECT_THAT(page, HasSubstr(evidence));
 }
 
 TEST_F(Reports, CompareReportsAStudyOfRecovery) {

@@ -22,6 +22,7 @@ CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const Cohor
 }
 
 int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
+  const SerialBlas serial;
   constexpr int kFewest = 5, kMost = 80;
   constexpr double kExact = 0.1;  // of σ
   constexpr int kDrawn = 100;
@@ -32,7 +33,7 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
   int steps = kFewest;
   for (; steps < kMost; steps *= 2) try {
       settings.grid.steps = steps;
-      const CohortFit fit = fit_cohort(cohort, "none", settings);
+      const CohortFit fit = Fitter(cohort, make_open_noise("none", cohort.source), settings).run_coarse();
       const matching::MatchingProblem problem = shape_problem(cohort, fit, settings, 0);
       const StochasticSystem& system = problem.system;
       const TimeGrid finer{settings.grid.time, 2 * steps};
@@ -68,7 +69,8 @@ matching::MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& f
               matching::LandmarkObservations{cohort.targets[static_cast<std::size_t>(target)].points, sigma, {}, {}}),
           sigma,
           fit.lambda,
-          {}};
+          {},
+          kFaint};
 }
 
 }  // namespace pulson::compare

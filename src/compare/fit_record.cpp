@@ -121,26 +121,6 @@ ShapeFit Fitter::shape_fit(const matching::MatchingObjective& objective, const L
   const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));
   fit.rms = sigma_ * residual.norm() / std::sqrt(std::max(landmarks, 1.0));
   fit.log_evidence = fit.laplace = match.log_evidence;
-  if (settings_.importance_samples > 0) {
-    const double enough = std::pow(settings_.sampling_error, 2) / static_cast<double>(observations_.size());
-    std::vector<VectorXd> begin;
-    const ImportanceEstimate sampled = importance_sample(objective, observation, match, settings_.importance_samples,
-                                                         enough, settings_.seed + at(target), begin);
-    if (std::isfinite(sampled.log_evidence)) fit.log_evidence = sampled.log_evidence;
-    fit.variance = sampled.variance;
-    const BeyondEstimate beyond =
-        sample_beyond(objective, observation, match, sampled.samples, settings_.seed + at(target));
-    if (beyond.part > 0) {
-      const double found = std::exp(fit.log_evidence - fit.laplace);
-      const double sum = found + beyond.part;
-      fit.beyond = beyond.part / sum;
-      fit.log_evidence += std::log(sum / found);
-      fit.variance = (found * found * fit.variance + beyond.variance) / (sum * sum);
-    }
-    fit.samples = sampled.samples;
-    fit.effective_samples = sampled.effective_samples;
-    fit.lost_samples = sampled.lost;
-  }
   fit.coordinates = static_cast<int>(observation.count());
   fit.converged = match.converged;
   try {
@@ -153,6 +133,31 @@ ShapeFit Fitter::shape_fit(const matching::MatchingObjective& objective, const L
     fit.flow_end.resize(0, 0);
   }
   return fit;
+}
+
+// The samples' evidence in place of Laplace's. @return whether enough of them are effective
+bool Fitter::sample(const matching::MatchingObjective& objective, const Linearised& match, int target,
+                    ShapeFit& fit) const {
+  const Observation& observation = observations_[at(target)];
+  const double enough = std::pow(settings_.sampling_error, 2) / static_cast<double>(observations_.size());
+  std::vector<VectorXd> begin;
+  const ImportanceEstimate sampled = importance_sample(objective, observation, match, settings_.importance_samples,
+                                                       enough, settings_.seed + at(target), begin);
+  if (std::isfinite(sampled.log_evidence)) fit.log_evidence = sampled.log_evidence;
+  fit.variance = sampled.variance;
+  const BeyondEstimate beyond =
+      sample_beyond(objective, observation, match, sampled.samples, settings_.seed + at(target));
+  if (beyond.part > 0) {
+    const double found = std::exp(fit.log_evidence - fit.laplace);
+    const double sum = found + beyond.part;
+    fit.beyond = beyond.part / sum;
+    fit.log_evidence += std::log(sum / found);
+    fit.variance = (found * found * fit.variance + beyond.variance) / (sum * sum);
+  }
+  fit.samples = sampled.samples;
+  fit.effective_samples = sampled.effective_samples;
+  fit.lost_samples = sampled.lost;
+  return sampled.effective_samples >= kFewEffective * sampled.samples;
 }
 
 CohortFit Fitter::record_without_intervals(const State& state) const {
@@ -176,6 +181,9 @@ CohortFit Fitter::record(const Maximum& maximum) const {
   fit.shapes.resize(state.matches.size());
   parallel_for(static_cast<int>(state.matches.size()),
                [&](int s) { fit.shapes[at(s)] = shape_fit(objective, state.matches[at(s)], s); });
+  if (settings_.importance_samples > 0)
+    while_enough(static_cast<int>(state.matches.size()),
+                 [&](int s) { return sample(objective, state.matches[at(s)], s, fit.shapes[at(s)]); });
   for (std::size_t s = 0; s < state.matches.size(); ++s) {
     const Linearised& match = state.matches[s];
     const ShapeFit& shape = fit.shapes[s];

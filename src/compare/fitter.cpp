@@ -110,7 +110,8 @@ matching::MatchingProblem Fitter::problem(const State& state, int target) const 
               matching::LandmarkObservations{cohort_.targets[at(target)].points, sigma_, {}, {}}),
           sigma_,
           state.lambda,
-          {}};
+          {},
+          kFaint};
 }
 
 matching::MatchingObjective Fitter::objective(const State& state) const {
@@ -182,7 +183,7 @@ Fitter::State Fitter::start(double width) const {
               static_cast<double>(match.innovation.size());
     for (Index g = 0; g < groups(); ++g) traces[g] += data.groups[at(g)].trace();
   }
-  rescale(state, (excess / static_cast<double>(groups()) / traces.array()).log());
+  scale(state, (excess / static_cast<double>(groups()) / traces.array()).log());
   return state;
 }
 
@@ -199,24 +200,34 @@ void Fitter::check_observable(const matching::MatchingObjective& objective, cons
   }
 }
 
-// Numbers whose variances are e^u times those now, and where the matches then are by the linear model.
-std::vector<VectorXd> Fitter::rescale(State& state, const VectorXd& u) const {
+// Numbers whose variances are e^u times those now.
+void Fitter::scale(State& state, const VectorXd& u) const {
   const Index first = lambda_open_ ? 1 : 0;
   if (lambda_open_) state.lambda *= std::exp(-u[0]);
   for (Index g = 0; g < std::ssize(amplitudes_); ++g)
     state.parameters[amplitudes_[at(g)]] *= std::exp(u[first + g] / 2);
+}
+
+// The same, and where the matches then are by the linear model. Of the matches themselves momenta stay.
+std::vector<VectorXd> Fitter::rescale(State& state, const VectorXd& u) const {
+  const matching::MatchingObjective before = objective(state);
+  scale(state, u);
+  const matching::MatchingObjective after = objective(state);
+  const Index momenta = before.basis().unknowns();
+  const Index channels = std::ssize(group_of_channel_);
+  const double of_momenta = lambda_open_ ? std::exp(u[0] / 2) : 1;
+  VectorXd factors = VectorXd::Constant(before.unknowns(), of_momenta);
+  for (Index i = momenta; i < factors.size(); ++i) {
+    const int group = group_of_channel_[at((i - momenta) % channels)];
+    factors[i] = group >= 0 ? std::exp(u[(lambda_open_ ? 1 : 0) + group] / 2) : 1;
+  }
   std::vector<VectorXd> from;
-  for (const Linearised& match : state.matches) {
-    const Index channels = std::ssize(group_of_channel_);
-    const Index momenta = match.jacobian.cols() - channels * settings_.grid.steps;
-    VectorXd factors = VectorXd::Ones(match.jacobian.cols());
-    if (lambda_open_) factors.head(momenta).setConstant(std::exp(u[0] / 2));
-    for (Index i = momenta; i < factors.size(); ++i)
-      if (const int group = group_of_channel_[at((i - momenta) % channels)]; group >= 0)
-        factors[i] = std::exp(u[first + group] / 2);
+  for (Linearised& match : state.matches) {
     const MatrixXd scaled = match.jacobian * factors.asDiagonal();
     const MatrixXd covariance = squared(scaled) + MatrixXd::Identity(scaled.rows(), scaled.rows());
-    from.emplace_back(scaled.transpose() * covariance.llt().solve(match.innovation));
+    const VectorXd z = scaled.transpose() * covariance.llt().solve(match.innovation);
+    from.emplace_back(after.white(of_momenta * before.momenta(z), before.increments(z)));
+    match.at.z = after.white(before.momenta(match.at.z), before.increments(match.at.z));
   }
   return from;
 }
@@ -278,8 +289,7 @@ void Fitter::find_variances(State& state) const {
 
 // Alternates between matches and amplitudes until they converge.
 Fitter::State Fitter::alternate(State state, int most_rounds) const {
-  std::vector<VectorXd> from;
-  for (const Linearised& match : state.matches) from.emplace_back(VectorXd::Zero(match.at.z.size()));
+  std::vector<VectorXd> from(state.matches.size(), VectorXd::Zero(objective(state).unknowns()));
   State best;
   VectorXd u = VectorXd::Zero(groups());  // from the state before
   for (state.rounds = 1; state.rounds <= most_rounds; ++state.rounds) {
@@ -312,8 +322,8 @@ std::vector<VectorXd> Fitter::match_with_backoff(State& state, std::vector<Vecto
     } catch (const Error&) {
       if (count == kMostBackoffs) throw;
       if (!is_first) u /= 2;
-      rescale(state, -u);
-      for (VectorXd& z : from) z.setZero();
+      scale(state, -u);
+      from.assign(from.size(), VectorXd::Zero(objective(state).unknowns()));
     }
 }
 
@@ -332,6 +342,14 @@ CohortFit Fitter::run_again(const CohortFit& before) {
   find_units(state);
   if (numbers_open() > 0) state = climb(state, everywhere(state), -std::numeric_limits<double>::infinity());
   find_variances(state);
+  return record_without_intervals(state);
+}
+
+CohortFit Fitter::run_coarse() {
+  State state = best_start();
+  find_variances(state);
+  find_units(state);
+  state.converged = state.all_matched();
   return record_without_intervals(state);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "newton.hpp"
 #include "posterior.hpp"
 #include "pulson/compare/cohort_fit.hpp"
+#include "pulson/core/parallel.hpp"
 #include "variances.hpp"
 
 namespace pulson::compare {
@@ -19,6 +21,21 @@ inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 /// factor·factorᵀ
 Eigen::MatrixXd squared(const Eigen::MatrixXd& factor);
+
+/// What is done for each shape, in parallel, some shapes after others until it is not enough for one of them.
+/// @return whether it was for all
+template <typename Of>
+bool while_enough(int shapes, const Of& of) {
+  constexpr int kAtOnce = 8;
+  std::vector<char> enough(static_cast<std::size_t>(shapes));
+  for (int first = 0; first < shapes; first += kAtOnce) {
+    const int some = std::min(kAtOnce, shapes - first);
+    parallel_for(some, [&](int i) { enough[at(first + i)] = of(first + i) ? 1 : 0; });
+    if (std::find(enough.begin() + first, enough.begin() + first + some, 0) != enough.begin() + first + some)
+      return false;
+  }
+  return true;
+}
 
 /// Nats of Laplace's evidence below the greatest, at which the samples of a candidate are not taken.
 inline constexpr double kHopeless = 15;
@@ -32,6 +49,9 @@ class Fitter {
   Fitter(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings);
 
   CohortFit run();
+
+  /// To near the maximum of Laplace's evidence, without intervals.
+  CohortFit run_coarse();
 
   /// From the numbers of a fit to more shapes: to the maximum of Laplace's evidence nearest to these, without
   /// intervals.
@@ -81,6 +101,7 @@ class Fitter {
   State start(double width) const;
   void find_units(const State& first);
   void match(State& state, const std::vector<Eigen::VectorXd>& from, bool with_other_starts) const;
+  void scale(State& state, const Eigen::VectorXd& u) const;
   std::vector<Eigen::VectorXd> rescale(State& state, const Eigen::VectorXd& u) const;
   std::vector<Eigen::VectorXd> match_with_backoff(State& state, std::vector<Eigen::VectorXd> from,
                                                   Eigen::VectorXd u) const;
@@ -111,6 +132,7 @@ class Fitter {
   CohortFit record(const Maximum& maximum) const;
   CohortFit record_without_intervals(const State& state) const;
   std::vector<FittedNumber> numbers(const Maximum& maximum) const;
+  bool sample(const matching::MatchingObjective& objective, const Linearised& match, int target, ShapeFit& fit) const;
   ShapeFit shape_fit(const matching::MatchingObjective& objective, const Linearised& match, int target) const;
 
   const Cohort& cohort_;

@@ -18,13 +18,15 @@ ForwardSamples draw_shapes(const matching::MatchingProblem& problem, int count, 
   const SerialBlas serial;
   const matching::MatchingObjective objective(problem);
   const Index coordinates = problem.source.size();
-  const VectorXd observable = observable_unknowns(objective);
+  const Index of_noise = objective.unknowns() - objective.basis().unknowns();
   std::vector<std::optional<VectorXd>> ends(static_cast<std::size_t>(count));
   parallel_for(count, [&](int s) {
     // Errors of observation first, so that they are the same for all models; then momenta, then the noise.
     const VectorXd normals =
-        standard_normals(seed, static_cast<std::uint64_t>(s), static_cast<int>(coordinates + objective.unknowns()), 1);
-    const VectorXd z = normals.tail(objective.unknowns()).cwiseProduct(observable);
+        standard_normals(seed, static_cast<std::uint64_t>(s), static_cast<int>(2 * coordinates + of_noise), 1);
+    const Index of_momenta = objective.basis().unknowns();  // the last ones, as directions fade from the first
+    VectorXd z(objective.unknowns());
+    z << normals.segment(2 * coordinates - of_momenta, of_momenta), normals.tail(of_noise);
     try {
       const Trajectory path = problem.integrator->integrate(problem.system, {problem.source, objective.momenta(z)},
                                                             problem.grid, objective.increments(z));

@@ -34,7 +34,7 @@ constexpr double kAccuracy =
 class Draws {
  public:
   Draws(const matching::MatchingObjective& objective, const Observation& observation, const Linearised& match)
-      : objective_(objective), observation_(observation), match_(match), observable_(observable_unknowns(objective)) {
+      : objective_(objective), observation_(observation), match_(match) {
     MatrixXd covariance = MatrixXd::Identity(observation.count(), observation.count());
     covariance.selfadjointView<Eigen::Lower>().rankUpdate(match.jacobian);
     factors_.compute(covariance);
@@ -75,7 +75,7 @@ class Draws {
   // Log of the weight of a draw from elsewhere, half of which are from the prior and half from Laplace's approximation,
   // twice as wide; where draws of the first kind come to it too, it counts there: none.
   std::optional<double> log_weight_beyond(const VectorXd& normals, bool from_prior) const {
-    const VectorXd white = normals.head(match_.jacobian.cols()).cwiseProduct(observable_);
+    const VectorXd white = normals.head(match_.jacobian.cols());
     const VectorXd z = from_prior ? white : VectorXd(match_.at.z + kWider * posterior_root(white));
     bool contracts = true;
     const std::optional<VectorXd> residual = residual_at(z, contracts);
@@ -83,7 +83,7 @@ class Draws {
     const VectorXd off = (z - match_.at.z) / kWider;
     const double of_prior = -0.5 * z.squaredNorm();
     const double of_laplace = -0.5 * (off.squaredNorm() + (match_.jacobian * off).squaredNorm()) +
-                              half_log_determinant_ - observable_.sum() * std::log(kWider);
+                              half_log_determinant_ - static_cast<double>(z.size()) * std::log(kWider);
     const double larger = std::max(of_prior, of_laplace);
     const double density = larger + std::log(0.5 * (std::exp(of_prior - larger) + std::exp(of_laplace - larger)));
     const double weight = log_joint(z, *residual) - density;
@@ -101,9 +101,9 @@ class Draws {
   // ζ of the normals of a draw.
   VectorXd white(const VectorXd& normals) const {
     VectorXd zeta(match_.jacobian.cols());
-    zeta << white_momenta(normals.segment(observation_.count(), objective_.problem().source.size())),
+    zeta << objective_.basis().in_directions(normals.segment(observation_.count(), objective_.problem().source.size())),
         normals.tail(controls());
-    return zeta.cwiseProduct(observable_);
+    return zeta;
   }
 
   // As fitted() and log_density() in all lanes at once.
@@ -270,15 +270,6 @@ class Draws {
 
   Index controls() const { return match_.jacobian.cols() - objective_.basis().unknowns(); }
 
-  // With λK = VDVᵀ at the pivots the unknowns are those of (λK)^-½ times these normals there: Vᵀ of them.
-  VectorXd white_momenta(const VectorXd& normals) const {
-    const Points& source = objective_.problem().source;
-    const VectorXd eigenvalues = objective_.basis().eigenvalues();
-    if (!eigenvalues.allFinite()) return normals.head(eigenvalues.size());
-    const VectorXd pulled = objective_.basis().pull_back(normals.reshaped(source.rows(), source.cols()));
-    return eigenvalues.cwiseSqrt().cwiseProduct(pulled);
-  }
-
   std::optional<double> log_density(const Place& place) const {
     const MatrixXd changes = observation_.projection * objective_.endpoint_changes(place.at.path());
     return log_density(place.at.z, place.residual, changes * match_.jacobian.transpose());
@@ -299,7 +290,6 @@ class Draws {
   const matching::MatchingObjective& objective_;
   const Observation& observation_;
   const Linearised& match_;
-  VectorXd observable_;
   Eigen::LLT<MatrixXd> factors_;  // of I + JJᵀ
   double half_log_determinant_ = 0;
   std::optional<Eigen::SelfAdjointEigenSolver<MatrixXd>> axes_;  // of JJᵀ

@@ -9,6 +9,7 @@
 #include <Eigen/QR>
 #include <fmt/core.h>
 
+#include "core/secants.hpp"
 #include "lane_shots.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
@@ -47,11 +48,11 @@ using Evaluation = matching::MatchingObjective::Evaluation;
 
 constexpr int kMostSteps = 60;
 constexpr int kMostHalvings = 12;
+constexpr double kFall = 1e-4;       // of the cost, of what a step should gain
+constexpr std::size_t kWindow = 3;   // of the secants of Gauss–Newton steps
 constexpr double kSmallGain = 1e-4;  // nats; an error of z by its root changes the determinant by less than that
 constexpr const char* kNoPath =
     "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`";
-
-constexpr double kSeen = 1e-3;  // variance of a place, of σ²
 
 double cost_of(const VectorXd& z, const VectorXd& residual) { return 0.5 * (z.squaredNorm() + residual.squaredNorm()); }
 
@@ -61,11 +62,9 @@ struct Step {
 };
 
 // Says where the minimum of the linear problem is. @param changes ∂q(T)/∂z
-Step linear_step(const Observation& observation, const VectorXd& observable, const MatrixXd& changes, Evaluation at,
-                 Points end) {
+Step linear_step(const Observation& observation, const MatrixXd& changes, Evaluation at, Points end) {
   Linearised here;
   here.jacobian.noalias() = observation.projection * changes;
-  here.jacobian *= observable.asDiagonal();
   const VectorXd residual = observation.residual(end);
   here.end = std::move(end);
   here.innovation = residual + here.jacobian * at.z;
@@ -86,20 +85,10 @@ Step linear_step(const Observation& observation, const VectorXd& observable, con
 Step linearise(const matching::MatchingObjective& objective, const Observation& observation, Evaluation at) {
   const MatrixXd changes = objective.endpoint_changes(at.path());
   Points end = at.path().final().q;
-  return linear_step(observation, observable_unknowns(objective), changes, std::move(at), std::move(end));
+  return linear_step(observation, changes, std::move(at), std::move(end));
 }
 
 }  // namespace
-
-VectorXd observable_unknowns(const matching::MatchingObjective& objective) {
-  const matching::MatchingProblem& problem = objective.problem();
-  const VectorXd eigenvalues = objective.basis().eigenvalues();  // of λK
-  const double least = kSeen * std::pow(problem.lambda * problem.sigma / problem.grid.time, 2);
-  VectorXd observable = VectorXd::Ones(objective.unknowns());
-  for (Index i = 0; i < eigenvalues.size(); ++i)
-    if (eigenvalues[i] < least) observable[i] = 0;
-  return observable;
-}
 
 Linearised linearised_at(const matching::MatchingObjective& objective, const Observation& observation,
                          const VectorXd& z) {
@@ -110,7 +99,6 @@ Linearised linearised_at(const matching::MatchingObjective& objective, const Obs
 
 Linearised find_match(const matching::MatchingObjective& objective, const Observation& observation,
                       const std::vector<VectorXd>& starts, double good) {
-  const VectorXd observable = observable_unknowns(objective);
   std::optional<Evaluation> at;
   double least = 0;
   const auto begin_at = [&](const VectorXd& z) {
@@ -122,20 +110,25 @@ Linearised find_match(const matching::MatchingObjective& objective, const Observ
     at = std::move(tried);
   };
   for (const VectorXd& z : starts)
-    if (!at || least > good) begin_at(z.cwiseProduct(observable));
-  if (!at) begin_at(VectorXd::Zero(observable.size()));
+    if (!at || least > good) begin_at(z);
+  if (!at) begin_at(VectorXd::Zero(objective.unknowns()));
   if (!at) throw NumericalError(kNoPath);
   Step step = linearise(objective, observation, std::move(*at));
+  Secants secants(kWindow);
   for (int count = 0; count < kMostSteps && !step.from.converged; ++count) {
-    const VectorXd way = step.z - step.from.at.z;
-    double part = 1;
     std::optional<Evaluation> next;
-    for (int halving = 0; halving < kMostHalvings && !next; ++halving, part /= 2) {
-      std::optional<Evaluation> tried = objective.evaluate(step.from.at.z + part * way);
-      if (!tried) continue;
+    const auto try_at = [&](const VectorXd& z, double part) {
+      std::optional<Evaluation> tried = objective.evaluate(z);
+      if (!tried) return;
       const double cost = cost_of(tried->z, observation.residual(tried->path().final().q));
-      if (cost < step.from.cost - 1e-4 * part * step.from.gain) next = std::move(tried);
-    }
+      if (cost < step.from.cost - kFall * part * step.from.gain) next = std::move(tried);
+    };
+    const VectorXd back = step.from.at.z - step.z;
+    const VectorXd faster = secants.next(step.from.at.z, back);
+    if (secants.any()) try_at(faster, 1);
+    double part = 1;
+    for (int halving = 0; halving < kMostHalvings && !next; ++halving, part /= 2)
+      try_at(step.from.at.z - part * back, part);
     if (!next) break;
     step = linearise(objective, observation, std::move(*next));
   }
@@ -149,8 +142,9 @@ struct LaneSearch {
   VectorXd begin;    // where it begins, once that is found
   double least = 0;  // cost there
   Step step;
+  Secants secants{kWindow};
+  VectorXd faster;  // than the step, if it has a size
   double part = 1;  // of the step
-  int halvings = 0;
   bool ended = false;
 };
 
@@ -160,11 +154,10 @@ std::vector<Linearised> find_matches(const LaneShots& shots, const matching::Mat
                                      const std::vector<const Observation*>& observations,
                                      const std::vector<std::vector<VectorXd>>& starts,
                                      const std::vector<double>& good) {
-  const VectorXd observable = observable_unknowns(objective);
   const auto shapes = std::ssize(observations);
   const Points& source = objective.problem().source;
   std::vector<LaneSearch> lanes(observations.size());
-  MatrixXd z = MatrixXd::Zero(observable.size(), shapes);
+  MatrixXd z = MatrixXd::Zero(objective.unknowns(), shapes);
   const auto lane_of = [](Index s) { return static_cast<std::size_t>(s); };
   const auto end_of = [&](const LaneShots::Shots& shot, Index s) {
     return Points(shot.ends.col(s).reshaped(source.rows(), source.cols()));
@@ -180,7 +173,7 @@ std::vector<Linearised> find_matches(const LaneShots& shots, const matching::Mat
           lane.begin.size() == 0 ? (is_start || i == most) : (is_start && lane.least > good[lane_of(s)]);
       if (!tries[lane_of(s)]) continue;
       z.col(s).setZero();
-      if (is_start) z.col(s) = starts[lane_of(s)][i].cwiseProduct(observable);
+      if (is_start) z.col(s) = starts[lane_of(s)][i];
     }
     if (std::none_of(tries.begin(), tries.end(), [](char is) { return is != 0; })) continue;
     const LaneShots::Shots shot = shots.shoot(z, LaneShots::With::kNothing);
@@ -207,22 +200,24 @@ std::vector<Linearised> find_matches(const LaneShots& shots, const matching::Mat
       Evaluation at{z.col(s), {}, {}};
       at.cost.energy = 0.5 * z.col(s).head(momenta).squaredNorm();
       at.cost.action = 0.5 * z.col(s).tail(z.rows() - momenta).squaredNorm();
-      lane.step =
-          linear_step(*observations[lane_of(s)], observable, shot.changes[lane_of(s)], std::move(at), end_of(shot, s));
+      lane.step = linear_step(*observations[lane_of(s)], shot.changes[lane_of(s)], std::move(at), end_of(shot, s));
       lane.ended = lane.step.from.converged;
       lane.part = 1;
-      lane.halvings = 0;
+      const VectorXd& from = lane.step.from.at.z;
+      lane.faster = lane.secants.next(from, from - lane.step.z);
+      if (!lane.secants.any()) lane.faster.resize(0);
     }
     if (count == kMostSteps) break;
     std::fill(moved.begin(), moved.end(), char{0});
     const auto waits = [&](Index s) { return !lanes[lane_of(s)].ended && !moved[lane_of(s)]; };
-    for (int halving = 0; halving < kMostHalvings; ++halving) {
+    for (int halving = 0; halving <= kMostHalvings; ++halving) {
       bool any = false;
       for (Index s = 0; s < shapes; ++s) {
         const LaneSearch& lane = lanes[lane_of(s)];
         if (!waits(s)) continue;
         any = true;
-        z.col(s) = lane.step.from.at.z + lane.part * (lane.step.z - lane.step.from.at.z);
+        const VectorXd& from = lane.step.from.at.z;
+        z.col(s) = lane.faster.size() > 0 ? lane.faster : from + lane.part * (lane.step.z - from);
       }
       if (!any) break;
       const LaneShots::Shots tried = shots.shoot(z, LaneShots::With::kNothing);
@@ -230,10 +225,11 @@ std::vector<Linearised> find_matches(const LaneShots& shots, const matching::Mat
         LaneSearch& lane = lanes[lane_of(s)];
         if (!waits(s)) continue;
         const double cost = cost_of(z.col(s), observations[lane_of(s)]->residual(end_of(tried, s)));
-        if (tried.found[lane_of(s)] && cost < lane.step.from.cost - 1e-4 * lane.part * lane.step.from.gain)
+        if (tried.found[lane_of(s)] && cost < lane.step.from.cost - kFall * lane.part * lane.step.from.gain)
           moved[lane_of(s)] = 1;
-        else
+        else if (lane.faster.size() == 0)
           lane.part /= 2;
+        lane.faster.resize(0);
       }
     }
     for (Index s = 0; s < shapes; ++s)

@@ -33,17 +33,17 @@ struct Linearised {
   bool converged = false;
 };
 
-/// Whether each unknown is observable, 1 or 0: momenta are not in a direction whose prior moves no landmark by more
-/// than about 0.03 σ, because no data could determine them and, where landmarks are dense relative to the kernel, no
-/// time step resolves them. With Λ the eigenvalue of K in that direction, Λ T²/λ < 1e-3 σ².
-Eigen::VectorXd observable_unknowns(const matching::MatchingObjective& objective);
+/// MatchingProblem::faint of all that is fitted to a cohort: no data could determine momenta that move landmarks by
+/// less than about 0.03 σ, and, where landmarks are dense relative to the kernel, no time step resolves them.
+inline constexpr double kFaint = 1e-3;
 
 /// About z. @throws InputError where it has no path
 Linearised linearised_at(const matching::MatchingObjective& objective, const Observation& observation,
                          const Eigen::VectorXd& z);
 
 /// Searches for the maximum of the posterior from the start of least cost, or from rest where none has a path, by
-/// Gauss–Newton steps in the space of the data, halved until the cost falls.
+/// Gauss–Newton steps in the space of the data, continued by secants where the cost falls so, and else halved until it
+/// does.
 /// @param good starts are not compared with others where their cost is less
 /// @throws NumericalError where even landmarks at rest have no path
 Linearised find_match(const matching::MatchingObjective& objective, const Observation& observation,

@@ -88,16 +88,14 @@ Fitter::Excess Fitter::sampled_excess(const State& state, Draws& draws) const {
   const int count = std::clamp(kDrawsOfCohort / shapes, kFewestDraws, kMostDraws);
   draws.resize(at(shapes));
   Excess excess{std::vector<VectorXd>(at(shapes))};
-  std::vector<char> enough(at(shapes));
-  parallel_for(shapes, [&](int s) {
+  excess.enough = while_enough(shapes, [&](int s) {
     const Linearised& match = state.matches[at(s)];
     const ImportanceEstimate sampled =
         importance_sample(objective, observations_[at(s)], match, count, 0, settings_.seed + at(s), draws[at(s)]);
     excess.of_shapes[at(s)] = sampled.log_pairs.array() - match.log_evidence;
-    enough[at(s)] = sampled.effective_samples >= kFewEffective * sampled.samples ? 1 : 0;
     if (settings_.on_match) settings_.on_match();
+    return sampled.effective_samples >= kFewEffective * sampled.samples;
   });
-  excess.enough = std::all_of(enough.begin(), enough.end(), [](char is) { return is != 0; });
   return excess;
 }
 
@@ -152,7 +150,7 @@ void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) const {
   add(VectorXd::Zero(centre.size()), true);
   const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(centre.size(), centre.size()));
   for (Index g = 0; g < groups(); ++g)
-    if (const double down = chart.box.least[g] - centre[g]; -down < kBeside * std::sqrt(covariance(g, g)))
+    if (const double down = chart.box.least[g] - centre[g]; - down < kBeside * std::sqrt(covariance(g, g)))
       add(covariance.col(g) * (down / covariance(g, g)), true);
   for (Index i = 0; i < axes.cols(); ++i)
     for (const double sign : {1.0, -1.0}) {

@@ -78,13 +78,20 @@ Factorisation factor(const KernelOperator& kernel, const Points& q, double toler
   return factor_pivots(kernel, q, tolerance, n);
 }
 
+// Between −1 and 1, where its first two derivatives vanish.
+double smooth_step(double x) {
+  const double t = std::clamp(0.5 * (x + 1), 0.0, 1.0);
+  return t * t * t * (10 + t * (6 * t - 15));
+}
+
 }  // namespace
 
 std::vector<Index> pivoted_landmarks(const KernelOperator& kernel, const Points& q, double tolerance, Index most) {
   return factor_pivots(kernel, q, tolerance, most).pivots;
 }
 
-MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance)
+MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance,
+                             double faint)
     : kernel_(kernel), q0_(q0), lambda_(lambda), dimension_(q0.rows()) {
   const SerialBlas serial;
   Factorisation result = factor(kernel, q0, tolerance);
@@ -95,8 +102,15 @@ MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, dou
   const MatrixXd lower = factor_.triangularView<Eigen::Lower>();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(lower * lower.transpose());
   const double floor = kSingular * eigen.eigenvalues()[rank() - 1];
-  eigenvalues_ = eigen.eigenvalues().cwiseMax(floor);
-  eigen_root_ = eigen.eigenvectors() * eigenvalues_.cwiseSqrt().cwiseInverse().asDiagonal();
+  const VectorXd all = eigen.eigenvalues().cwiseMax(floor);
+  const VectorXd strength =
+      all.unaryExpr([&](double value) { return faint > 0 ? smooth_step(std::log10(value / faint)) : 1; });
+  Index left = 0;  // eigenvalues ascend
+  while (left < rank() - 1 && strength[left] == 0) ++left;
+  eigenvalues_ = all.tail(rank() - left);
+  strength_ = strength.tail(rank() - left);
+  eigenvectors_ = eigen.eigenvectors().rightCols(rank() - left);
+  eigen_root_ = eigenvectors_ * strength_.cwiseQuotient(eigenvalues_.cwiseSqrt()).asDiagonal();
 }
 
 Points MomentumBasis::scatter(const Points& at_pivots) const {
@@ -108,7 +122,7 @@ Points MomentumBasis::scatter(const Points& at_pivots) const {
 Points MomentumBasis::momenta(const VectorXd& z0) const {
   const SerialBlas serial;
   require_size("the unknowns of the momenta", z0, unknowns(), 1);
-  const auto z = z0.reshaped(dimension_, rank());
+  const auto z = z0.reshaped(dimension_, directions());
   if (eigen_root_.size() > 0) return scatter(z * eigen_root_.transpose());
   return scatter(factor_.triangularView<Eigen::Lower>().transpose().solve(MatrixXd(z.transpose())).transpose());
 }
@@ -121,12 +135,22 @@ VectorXd MomentumBasis::pull_back(const Points& p_bar) const {
   return factor_.triangularView<Eigen::Lower>().solve(MatrixXd(at_pivots.transpose())).transpose().reshaped();
 }
 
-// With p = Wz, WWᵀ = (λK)⁻¹: z = WᵀλKp.
+// With p = Wz, WWᵀ = (λK)⁻¹: z = WᵀλKp. Where directions fade, p = WFz and z = F⁻¹WᵀλKp, but no more than ten times
+// the latter, and less where F is nearly 0.
 VectorXd MomentumBasis::white(const Points& p) const {
   require_size("the momenta", p, q0_.rows(), q0_.cols());
   Points velocity = Points::Zero(dimension_, q0_.cols());
   velocity(Eigen::all, pivots_) = lambda_ * kernel_.apply(q0_(Eigen::all, pivots_), q0_, p);
-  return pull_back(velocity);
+  VectorXd z = pull_back(velocity);
+  constexpr double kLeast = 0.1;  // F
+  for (Index i = 0; i < strength_.size(); ++i)
+    z.segment(i * dimension_, dimension_) /= std::pow(std::max(strength_[i], kLeast), 2);
+  return z;
+}
+
+VectorXd MomentumBasis::in_directions(const VectorXd& normals) const {
+  if (eigen_root_.size() == 0) return normals.head(unknowns());
+  return (normals.reshaped(dimension_, q0_.cols())(Eigen::all, pivots_) * eigenvectors_).reshaped();
 }
 
 MatrixXd MomentumBasis::changes() const {
@@ -143,7 +167,7 @@ VectorXd MomentumBasis::eigenvalues() const {
 
 VectorXd MomentumBasis::frequency() const {
   if (eigenvalues_.size() == 0) return VectorXd::Ones(unknowns());
-  return eigenvalues_[rank() - 1] * eigenvalues().cwiseInverse();
+  return eigenvalues_[eigenvalues_.size() - 1] * eigenvalues().cwiseInverse();
 }
 
 }  // namespace pulson::matching

@@ -65,7 +65,8 @@ MomentumBasis make_basis(const MatchingProblem& problem) {
   const double observable = kUsefulPart * problem.lambda * std::pow(problem.sigma / problem.grid.time, 2);
   const double trace = kernel.at_zero() * static_cast<double>(problem.source.cols());
   const double tolerance = problem.source.cols() <= kAllLandmarks ? 0 : std::min(observable, kMostLeftOut * trace);
-  return {kernel, problem.source, problem.lambda, tolerance};
+  const double faint = problem.faint * std::pow(problem.lambda * problem.sigma / problem.grid.time, 2);
+  return {kernel, problem.source, problem.lambda, tolerance, faint};
 }
 
 }  // namespace

@@ -72,6 +72,21 @@ TEST_P(OfMatching, IsTheOneAtTheMinimum) {
   EXPECT_DOUBLE_EQ(fit.log_evidence, sum);
 }
 
+// As λ grows, one direction of the momenta after another becomes too faint for the data to show.
+TEST(Evidence, HasNoJumpsWhereDirectionsFade) {
+  const Landmarks source = oval(24);
+  CohortSettings settings = cohort_settings();
+  settings.kernel = "gaussian:alpha=1";
+  const Cohort cohort = drawn_cohort(source, "none", 40, settings, 6, 5);
+  std::vector<double> evidence;
+  for (int i = 0; i < 60; ++i) {
+    settings.lambda = 40 * std::exp(0.02 * i);
+    evidence.push_back(fit_cohort(cohort, "none", settings).log_evidence);
+  }
+  for (std::size_t i = 3; i < evidence.size(); ++i)
+    EXPECT_NEAR(evidence[i] - 3 * (evidence[i - 1] - evidence[i - 2]) - evidence[i - 3], 0, 0.006) << "place " << i;
+}
+
 // Momenta that do nothing, λ → ∞: y − q0 ~ N(0, σ² + β²c) with c = Δt (K − 3/4), as w_k = ½(ΔW_{k−1} + ΔW_k).
 struct LinearModel {
   static constexpr double kSigma = 0.1, kBeta = 0.3;

@@ -200,6 +200,40 @@ TEST(MomentumBasis, StopsWhereTheKernelIsNumericallySingular) {
   EXPECT_TRUE(basis.momenta(VectorXd::Ones(basis.unknowns())).allFinite());
 }
 
+// Directions of eigenvalues about that at which they are half faded.
+TEST(MomentumBasis, DirectionsFadeWithTheirEigenvalues) {
+  const Points q = on_line(9, 0.4);
+  const KernelOperator kernel = make_kernel("gaussian:alpha=0.5", q);
+  const MomentumBasis all(kernel, q, kRegularisation, 0);
+  const double faint = std::sqrt(all.eigenvalues()[0] * all.eigenvalues()[8]);
+  const MomentumBasis faded(kernel, q, kRegularisation, 0, faint);
+  const Index left = all.unknowns() - faded.unknowns();
+  ASSERT_GT(left, 0);
+  for (Index i = 0; i < faded.unknowns(); ++i) {
+    const double decades = std::log10(faded.eigenvalues()[i] / faint);
+    const Points whole = all.momenta(VectorXd::Unit(9, left + i));
+    const Points part = faded.momenta(VectorXd::Unit(faded.unknowns(), i));
+    const double strength = part.cwiseProduct(whole).sum() / whole.squaredNorm();
+    EXPECT_NEAR((part - strength * whole).norm(), 0, 1e-12 * whole.norm());
+    EXPECT_EQ(strength > 1 - 1e-12, decades >= 1);
+    EXPECT_EQ(strength > 0.5, decades > 0);
+    if (strength > 0.1) {
+      EXPECT_NEAR((faded.white(part) - VectorXd::Unit(faded.unknowns(), i)).norm(), 0, 1e-9);
+    }
+  }
+  EXPECT_LE(all.eigenvalues()[left - 1], faint / 10);
+  const VectorXd normals = VectorXd::LinSpaced(9, -1, 2);
+  EXPECT_NEAR((faded.in_directions(normals) - all.in_directions(normals).tail(faded.unknowns())).norm(), 0, 1e-12);
+}
+
+TEST(MomentumBasis, KeepsTheSmoothestDirectionWhereAllAreFaded) {
+  const Points q = ring(2, 5);
+  const MomentumBasis basis(make_kernel("gaussian:alpha=1", q), q, kRegularisation, 0, 1e6);
+  EXPECT_EQ(basis.unknowns(), 2);
+  EXPECT_EQ(basis.momenta(VectorXd::Ones(2)).norm(), 0);
+  EXPECT_EQ(basis.white(Points::Ones(2, 5)).norm(), 0);
+}
+
 // Data of every other landmark, at twice the weight, with the weights and covariances that these had.
 TEST(Thinned, StandsForAllLandmarks) {
   const std::vector<Index> few = {1, 3, 5, 7};

@@ -32,6 +32,9 @@ struct MatchingProblem {
   double sigma = 0;   ///< what the data can resolve, length units: see MatchingObjective; must be given
   double lambda = 0;  ///< weight of the energy; must be given
   std::vector<Eigen::MatrixXd> realisations{};  ///< frozen ΔW, C×K each; empty: the increments are fitted
+  /// A variance, of σ²: directions of the momenta whose prior moves the landmarks by less than that fade, from ten
+  /// times as much to a tenth of it. 0: none do.
+  double faint = 0;
 };
 
 /// @throws InputError if a number is out of its range or shapes do not fit together

@@ -62,6 +62,12 @@ void EvidenceMap::add_samples(const VectorXd& x, std::vector<VectorXd> excess) {
   excess_.push_back(std::move(excess));
 }
 
+std::optional<double> EvidenceMap::evidence_at(const VectorXd& x) const {
+  const auto found = std::find(sampled_.begin(), sampled_.end(), x);
+  if (found == sampled_.end()) return std::nullopt;
+  return laplace_at(x) + sum_of_log_means(excess_[static_cast<std::size_t>(found - sampled_.begin())]);
+}
+
 const VectorXd& EvidenceMap::best_place(const Likelihood& likelihood) const {
   const auto& places = has_samples() ? sampled_ : places_;
   return *std::max_element(places.begin(), places.end(), [&](const VectorXd& a, const VectorXd& b) {

@@ -21,8 +21,11 @@ class EvidenceMap {
   static constexpr int kGroups = 8;  ///< of draws, of which one may be left out
 
   void add(const Eigen::VectorXd& x, double laplace);
-  /// @param excess of each shape, for each pair of draws, log of its mean weight over Laplace's evidence
+  /// @param excess of each shape, for each pair of draws, log of its mean weight over
+  /// Laplace's evidence
   void add_samples(const Eigen::VectorXd& x, std::vector<Eigen::VectorXd> excess);
+  /// By the samples, of a place that has some.
+  std::optional<double> evidence_at(const Eigen::VectorXd& x) const;
   bool has_samples() const { return !sampled_.empty(); }
   /// The known place that is the likeliest, of the sampled ones where there are any.
   const Eigen::VectorXd& best_place(const Likelihood& likelihood) const;

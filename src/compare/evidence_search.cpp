@@ -28,6 +28,23 @@ constexpr int kRoundsOfWidth = 5;                 // of the alternation, by whic
 constexpr double kNear = 0.05;                    // nats, at which a climb ends: a chart of the evidence finds the rest
 constexpr double kLongest = 1;                    // of a step of Newton's method, in each coordinate
 
+// Momenta and increments, of any numbers of the model.
+VectorXd joined(const matching::MatchingObjective& objective, const VectorXd& z) {
+  const Points momenta = objective.momenta(z);
+  const MatrixXd increments = objective.increments(z);
+  VectorXd all(momenta.size() + increments.size());
+  all << momenta.reshaped(), increments.reshaped();
+  return all;
+}
+
+VectorXd unknowns_of(const matching::MatchingObjective& objective, const VectorXd& joined) {
+  const Points& source = objective.problem().source;
+  const int steps = objective.problem().grid.steps;
+  return objective.white(
+      joined.head(source.size()).reshaped(source.rows(), source.cols()),
+      joined.tail(joined.size() - source.size()).reshaped((joined.size() - source.size()) / steps, steps));
+}
+
 MatrixXd covariance_of(const Linearised& match) {
   return squared(match.jacobian) + MatrixXd::Identity(match.jacobian.rows(), match.jacobian.rows());
 }
@@ -51,7 +68,7 @@ VectorXd Fitter::place(const State& state) const {
 }
 
 // The numbers at another place, and the matches there. @throws Error where there is none
-Fitter::State Fitter::moved(const State& from, const VectorXd& to) const {
+Fitter::State Fitter::moved(const State& from, const VectorXd& to) {
   State state = from;
   VectorXd u(groups());
   Index i = 0;
@@ -70,7 +87,13 @@ Fitter::State Fitter::moved(const State& from, const VectorXd& to) const {
     }
   }
   for (const Index other : others_) state.parameters[other] = std::exp(to[i++]);
-  match(state, z, false);
+  const matching::MatchingObjective here = objective(state);
+  std::vector<VectorXd> foretold = known_.at(to);
+  for (VectorXd& of_shape : foretold) of_shape = unknowns_of(here, of_shape);
+  match(state, z, false, foretold);
+  std::vector<VectorXd> of_shapes;
+  for (const Linearised& found : state.matches) of_shapes.push_back(joined(here, found.at.z));
+  known_.add(to, std::move(of_shapes));
   return state;
 }
 
@@ -88,7 +111,7 @@ Box Fitter::everywhere(const State& start) const {
 
 // The gradient of the evidence, and Fisher's information of the model linear about the matches, in the coordinates of
 // place(), by differences to one side: with C_i the derivative of C, Σ ½ tr C⁻¹C_i C⁻¹C_j over the shapes.
-SecondOrder Fitter::second_order(const State& here, const Box& box, const VectorXd& steps) const {
+SecondOrder Fitter::second_order(const State& here, const Box& box, const VectorXd& steps) {
   const VectorXd x = place(here);
   const Index n = x.size();
   const auto shapes = static_cast<int>(here.matches.size());
@@ -116,7 +139,7 @@ SecondOrder Fitter::second_order(const State& here, const Box& box, const Vector
 }
 
 // Fisher scoring, given up where it will not come to `least`.
-Fitter::State Fitter::climb(const State& from, const Box& box, double least) const {
+Fitter::State Fitter::climb(const State& from, const Box& box, double least) {
   State best = from;
   double greatest = from.log_evidence();
   const auto value = [&](const VectorXd& x) {
@@ -178,7 +201,7 @@ Fitter::State Fitter::best_start() const {
 
 // Where the evidence may be greatest: near the start, and, as Laplace's evidence falls with the noise where that of the
 // samples does not, at the best of each of some levels of noise, from none up to ten times sigma.
-std::vector<Fitter::State> Fitter::candidates(const State& start) const {
+std::vector<Fitter::State> Fitter::climbed(const State& start) {
   const Box box = everywhere(start);
   std::vector<State> found{climb(start, box, -std::numeric_limits<double>::infinity())};
   if (amplitudes_.empty()) return found;
@@ -197,6 +220,64 @@ std::vector<Fitter::State> Fitter::candidates(const State& start) const {
       // no path with so much noise
     }
   }
+  return found;
+}
+
+bool Fitter::is_large() const { return std::ssize(observations_) >= 2 * kFew; }
+
+// kFew of the shapes, evenly spaced.
+Cohort Fitter::part() const {
+  Cohort part{cohort_.source, {}, cohort_.alignment};
+  for (int i = 0; i < kFew; ++i) part.targets.push_back(cohort_.targets[at(i * std::ssize(cohort_.targets) / kFew)]);
+  return part;
+}
+
+// Of all shapes, with the numbers of some.
+Fitter::State Fitter::with_numbers_of(const State& of_few) const {
+  State state;
+  state.lambda = of_few.lambda;
+  state.width = of_few.width;
+  state.parameters = of_few.parameters;
+  match(state, std::vector<VectorXd>(observations_.size(), VectorXd::Zero(objective(state).unknowns())), true);
+  return state;
+}
+
+// Where a large cohort's numbers are is first asked of a part of it.
+Fitter::State Fitter::near_maximum() {
+  State state;
+  if (is_large()) {
+    const Cohort few = part();
+    Fitter of_few(few, noise_, settings_);
+    state = with_numbers_of(of_few.near_maximum());
+    units_ = of_few.units_;
+  } else {
+    state = best_start();
+    find_variances(state);
+    find_units(state);
+  }
+  return state;
+}
+
+std::vector<Fitter::State> Fitter::candidates() {
+  if (!is_large()) {
+    const State start = near_maximum();
+    return numbers_open() == 0 ? std::vector{start} : climbed(start);
+  }
+  const Cohort few = part();
+  Fitter of_few(few, noise_, settings_);
+  std::vector<State> of_part = of_few.candidates();
+  units_ = of_few.units_;
+  std::sort(of_part.begin(), of_part.end(),
+            [](const State& a, const State& b) { return a.log_evidence() > b.log_evidence(); });
+  const State start = with_numbers_of(of_part.front());
+  if (numbers_open() == 0) return {start};
+  std::vector<State> found{climb(start, everywhere(start), -std::numeric_limits<double>::infinity())};
+  const double least = of_part.front().log_evidence() - kHopeless;
+  for (std::size_t i = 1; i < of_part.size() && of_part[i].log_evidence() > least; ++i) try {
+      found.push_back(moved(start, of_few.place(of_part[i])));
+    } catch (const Error&) {
+      // no path for one of the others
+    }
   return found;
 }
 

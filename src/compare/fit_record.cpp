@@ -100,7 +100,8 @@ std::vector<FittedNumber> Fitter::numbers(const Maximum& maximum) const {
     numbers.push_back({name, value, errors[i], false, nan, determined ? value * std::exp(maximum.low[i] - x[i]) : nan,
                        determined ? value * std::exp(maximum.high[i] - x[i]) : nan});
   };
-  if (settings_.fit_width && lambda_open_ && numbers.front().vanishes) {  // of no momenta: any width does
+  const bool at_rest = lambda_open_ && numbers.front().vanishes && noise_.model->traits().linear;
+  if (settings_.fit_width && at_rest) {  // of no momenta: any width does
     numbers.push_back({"alpha", kernel(state).terms().front().alpha, nan, false, nan, nan, nan});
   } else if (settings_.fit_width)
     add_by_logarithm("alpha", kernel(state).terms().front().alpha);

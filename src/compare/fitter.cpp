@@ -17,6 +17,7 @@
 #include "pulson/matching/objective.hpp"
 
 namespace pulson::compare {
+void tick(const char*);
 namespace {
 
 using Eigen::Index;
@@ -232,14 +233,18 @@ std::vector<VectorXd> Fitter::rescale(State& state, const VectorXd& u) const {
   return from;
 }
 
-void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_other_starts) const {
+void Fitter::match(State& state, const std::vector<VectorXd>& from, bool with_other_starts,
+                   const std::vector<VectorXd>& foretold) const {
   const matching::MatchingObjective objective = this->objective(state);
   state.matches.resize(observations_.size());
   const auto shapes = static_cast<int>(observations_.size());
-  // Where what the linear model predicts is far off, the match before is at hand.
+  // Where what is foretold is far off, the linear model's prediction and the match before are at hand.
   const auto starts_of = [&](int s) {
-    std::vector<VectorXd> starts{from[at(s)]};
-    if (const VectorXd& before = state.matches[at(s)].at.z; before.size() == starts[0].size()) starts.push_back(before);
+    std::vector<VectorXd> starts;
+    if (!foretold.empty()) starts.push_back(foretold[at(s)]);
+    starts.push_back(from[at(s)]);
+    if (const VectorXd& before = state.matches[at(s)].at.z; before.size() == from[at(s)].size())
+      starts.push_back(before);
     return starts;
   };
   const auto good_of = [&](int s) { return state.matches[at(s)].cost + kWorse; };
@@ -289,7 +294,10 @@ void Fitter::find_variances(State& state) const {
 
 // Alternates between matches and amplitudes until they converge.
 Fitter::State Fitter::alternate(State state, int most_rounds) const {
-  std::vector<VectorXd> from(state.matches.size(), VectorXd::Zero(objective(state).unknowns()));
+  const Index unknowns = objective(state).unknowns();
+  std::vector<VectorXd> from;
+  for (const Linearised& match : state.matches)
+    from.push_back(match.at.z.size() == unknowns ? match.at.z : VectorXd::Zero(unknowns));
   State best;
   VectorXd u = VectorXd::Zero(groups());  // from the state before
   for (state.rounds = 1; state.rounds <= most_rounds; ++state.rounds) {
@@ -333,11 +341,16 @@ void Fitter::find_units(const State& first) {
     units_[g] = kUnit * variance(first, g) * std::exp(first.variances.least[g]) / kNegligible;
 }
 
-CohortFit Fitter::run_again(const CohortFit& before) {
+CohortFit Fitter::run_again(const CohortFit& before, const std::vector<int>& which) {
   State state = start(1);
   if (lambda_open_) state.lambda = before.lambda;
   if (!before.fitted.empty() && state.parameters.size() > 0)
     state.parameters = (before.own_noise ? before.own_noise : make_noise(before.noise, cohort_.source))->parameters();
+  const matching::MatchingObjective objective = this->objective(state);
+  for (std::size_t s = 0; s < which.size(); ++s) {
+    const ShapeFit& shape = before.shapes[at(which[s])];
+    state.matches[s].at.z = objective.white(shape.momenta, shape.increments);
+  }
   state = alternate(std::move(state), 1);
   find_units(state);
   if (numbers_open() > 0) state = climb(state, everywhere(state), -std::numeric_limits<double>::infinity());
@@ -346,18 +359,18 @@ CohortFit Fitter::run_again(const CohortFit& before) {
 }
 
 CohortFit Fitter::run_coarse() {
-  State state = best_start();
+  State state = near_maximum();
   find_variances(state);
-  find_units(state);
   state.converged = state.all_matched();
   return record_without_intervals(state);
 }
 
 CohortFit Fitter::run() {
-  State first = best_start();
-  if (numbers_open() == 0) return record({std::move(first), {}, {}, {}});
-  find_variances(first);
-  find_units(first);
+  std::vector<State> first = candidates();
+  if (numbers_open() == 0) {
+    find_variances(first.front());
+    return record({std::move(first.front()), {}, {}, {}});
+  }
   Maximum best = search(first);
   find_variances(best.state);
   return record(best);

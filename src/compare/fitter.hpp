@@ -9,6 +9,7 @@
 
 #include "amplitudes.hpp"
 #include "evidence_map.hpp"
+#include "known_matches.hpp"
 #include "newton.hpp"
 #include "posterior.hpp"
 #include "pulson/compare/cohort_fit.hpp"
@@ -40,6 +41,9 @@ bool while_enough(int shapes, const Of& of) {
 /// Nats of Laplace's evidence below the greatest, at which the samples of a candidate are not taken.
 inline constexpr double kHopeless = 15;
 
+/// Shapes that stand for all of a cohort of at least twice as many.
+inline constexpr int kFew = 16;
+
 /// Of Fitter::alternate() at most.
 inline constexpr int kMostAlternations = 30;
 
@@ -55,7 +59,8 @@ class Fitter {
 
   /// From the numbers of a fit to more shapes: to the maximum of Laplace's evidence nearest to these, without
   /// intervals.
-  CohortFit run_again(const CohortFit& before);
+  /// @param which of those shapes these are
+  CohortFit run_again(const CohortFit& before, const std::vector<int>& which);
 
  private:
   /// The parameters of the model, and the matches for them.
@@ -87,6 +92,7 @@ class Fitter {
     Eigen::MatrixXd metric;  ///< about −∇² there
     Box box;
     bool sampled = false;
+    Eigen::MatrixXd axes() const;
   };
   using Draws = std::vector<std::vector<Eigen::VectorXd>>;  ///< where the iteration of each draw of a shape begins
 
@@ -100,7 +106,8 @@ class Fitter {
   Eigen::Index numbers_open() const { return groups() + (settings_.fit_width ? 1 : 0) + std::ssize(others_); }
   State start(double width) const;
   void find_units(const State& first);
-  void match(State& state, const std::vector<Eigen::VectorXd>& from, bool with_other_starts) const;
+  void match(State& state, const std::vector<Eigen::VectorXd>& from, bool with_other_starts,
+             const std::vector<Eigen::VectorXd>& foretold = {}) const;
   void scale(State& state, const Eigen::VectorXd& u) const;
   std::vector<Eigen::VectorXd> rescale(State& state, const Eigen::VectorXd& u) const;
   std::vector<Eigen::VectorXd> match_with_backoff(State& state, std::vector<Eigen::VectorXd> from,
@@ -111,22 +118,28 @@ class Fitter {
   // In evidence_search.cpp: Laplace's evidence.
   double variance(const State& state, Eigen::Index group) const;
   Eigen::VectorXd place(const State& state) const;
-  State moved(const State& from, const Eigen::VectorXd& to) const;
+  State moved(const State& from, const Eigen::VectorXd& to);
   Box everywhere(const State& start) const;
-  SecondOrder second_order(const State& here, const Box& box, const Eigen::VectorXd& steps) const;
-  State climb(const State& from, const Box& box, double least) const;
+  SecondOrder second_order(const State& here, const Box& box, const Eigen::VectorXd& steps);
+  State climb(const State& from, const Box& box, double least);
   State best_start() const;
-  std::vector<State> candidates(const State& start) const;
+  State near_maximum();
+  std::vector<State> climbed(const State& start);
+  std::vector<State> candidates();
+  bool is_large() const;
+  Cohort part() const;
+  State with_numbers_of(const State& of_few) const;
 
   // In sampled_search.cpp: that of the samples.
   Excess sampled_excess(const State& state, Draws& draws) const;
-  State best_candidate(const std::vector<State>& candidates, EvidenceMap& map, Draws& draws) const;
+  State best_candidate(const std::vector<State>& candidates, EvidenceMap& map, Draws& draws);
   std::optional<State> chart_at(const Chart& chart, const Eigen::VectorXd& x, bool sampled, EvidenceMap& map,
-                                Draws& draws) const;
-  Chart chart_about(const State& state, const Box& box, bool sampled) const;
-  void survey(const Chart& chart, EvidenceMap& map, Draws& draws) const;
-  Maximum find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) const;
-  Maximum search(const State& start) const;
+                                Draws& draws);
+  Chart chart_about(const State& state, const Box& box, bool sampled);
+  std::optional<State> approach(const Chart& chart, EvidenceMap& map, Draws& draws);
+  void survey(const Chart& chart, EvidenceMap& map, Draws& draws);
+  Maximum find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws);
+  Maximum search(const std::vector<State>& candidates);
 
   void check_observable(const matching::MatchingObjective& objective, const State& at_rest) const;
   CohortFit record(const Maximum& maximum) const;
@@ -147,6 +160,7 @@ class Fitter {
   std::vector<int> group_of_channel_;     ///< −1: fixed
   Eigen::VectorXd units_;                 ///< variances of the groups, v₀ of place()
   std::vector<Observation> observations_;
+  KnownMatches known_;
 };
 
 }  // namespace pulson::compare

@@ -67,12 +67,21 @@ ResponseSurface::ResponseSurface(const MatrixXd& places, const VectorXd& values,
   }
 }
 
+// Of (w, c), the inverse of a symmetric matrix times the values, the product with |y − y_k|³ and Q(y).
+VectorXd ResponseSurface::weights_at(const VectorXd& x, const MatrixXd& places, const MatrixXd& metric) {
+  ResponseSurface surface(places, metric);
+  const MatrixXd tail = surface.choose_polynomials(VectorXd::Ones(places.cols()));
+  const VectorXd y = surface.root_ * (x - surface.origin_);
+  VectorXd right(places.cols() + tail.cols());
+  right << surface.distances_cubed(y), surface.polynomials(y);
+  return VectorXd(surface.system(tail).colPivHouseholderQr().solve(right)).head(places.cols());
+}
+
 // Φ and Q, of which the solution is (w, c).
 MatrixXd ResponseSurface::system(const MatrixXd& tail) const {
   const Index m = centres_.cols(), q = tail.cols();
   MatrixXd system = MatrixXd::Zero(m + q, m + q);
-  for (Index k = 0; k < m; ++k)
-    system.col(k).head(m) = (centres_.colwise() - centres_.col(k)).colwise().norm().array().cube().matrix().transpose();
+  for (Index k = 0; k < m; ++k) system.col(k).head(m) = distances_cubed(centres_.col(k));
   system.topRightCorner(m, q) = tail;
   system.bottomLeftCorner(q, m) = tail.transpose();
   return system;
@@ -102,10 +111,13 @@ VectorXd ResponseSurface::polynomials(const VectorXd& y) const {
   return values;
 }
 
+VectorXd ResponseSurface::distances_cubed(const VectorXd& y) const {
+  return (centres_.colwise() - y).colwise().norm().array().cube().matrix().transpose();
+}
+
 double ResponseSurface::operator()(const VectorXd& x) const {
   const VectorXd y = root_ * (x - origin_);
-  return weights_.dot((centres_.colwise() - y).colwise().norm().array().cube().matrix()) +
-         coefficients_.dot(polynomials(y));
+  return weights_.dot(distances_cubed(y)) + coefficients_.dot(polynomials(y));
 }
 
 SecondOrder ResponseSurface::second_order(const VectorXd& x) const {

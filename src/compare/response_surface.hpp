@@ -27,6 +27,10 @@ class ResponseSurface {
   double operator()(const Eigen::VectorXd& x) const;
   SecondOrder second_order(const Eigen::VectorXd& x) const;
 
+  /// f(x) through values at these places is the product of these weights with the values.
+  static Eigen::VectorXd weights_at(const Eigen::VectorXd& x, const Eigen::MatrixXd& places,
+                                    const Eigen::MatrixXd& metric);
+
  private:
   ResponseSurface(const Eigen::MatrixXd& places, const Eigen::MatrixXd& metric);
   /// Chooses the degree. @return Q(y_k), a row for each place
@@ -35,6 +39,7 @@ class ResponseSurface {
   static Eigen::VectorXd right_side(const Eigen::VectorXd& values, Eigen::Index polynomials);
   void take(const Eigen::VectorXd& solution);
   Eigen::VectorXd polynomials(const Eigen::VectorXd& y) const;
+  Eigen::VectorXd distances_cubed(const Eigen::VectorXd& y) const;
 
   Eigen::MatrixXd root_;     // R
   Eigen::VectorXd origin_;   // x₀

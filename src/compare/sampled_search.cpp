@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -21,19 +22,21 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kDrawsOfCohort = 960, kFewestDraws = 16, kMostDraws = 48;  // of a shape the latter two
+constexpr double kMostError = 1;  // nats, of the cohort's evidence by samples that are taken for better than Laplace's
 // Fewer shapes have deviations that are far larger than the bias of Laplace's numbers, which does not shrink with them.
 constexpr Index kFewestSampled = 3;
 constexpr double kMostDeviation = 2;  // of a coordinate, and least, of a chart
 constexpr double kLeastDeviation = 0.01;
 constexpr double kExtent = 6;         // deviations, of a chart's box
 constexpr double kTrusted = 2.5;      // deviations that the maximum may be from a chart's centre
+constexpr double kFarthest = 5;       // deviations of a step to another chart
 constexpr double kDifference = 0.05;  // of coordinates
 constexpr double kAtRest = 1.0 / 6;   // deviations that the maximum of a chart still moves
 constexpr int kMostCharts = 3, kMostPlaces = 6;
 constexpr int kRoundsOfEnds = 4;  // in all but the last of which the ends of intervals are charted
 // Of the evidence's places in a chart, deviations along the axes, and along two at once.
 constexpr double kSampledAxis = 1.5, kSampledPair = 1.1;
-constexpr double kAxes[] = {0.75, 2.4};
+constexpr double kInnerAxis = 0.75, kOuterAxis = 2.4;
 constexpr double kPair = 1.2;
 constexpr double kBeside = 4;  // deviations to a bound
 
@@ -69,15 +72,24 @@ VectorXd greatest_of(const Likelihood& likelihood, const std::vector<VectorXd>& 
   return best.x;
 }
 
-// Variances of the maximum by the draws, by the jackknife over their groups, each of which moves it by a Newton step.
+// Variances of the maximum by the draws, by the jackknife over their groups, each of which moves it by a Newton step;
+// numbers at a bound stay there.
 VectorXd variances_by_draws(const EvidenceMap& map, const MatrixXd& metric, const Likelihood& likelihood) {
   constexpr int kGroups = EvidenceMap::kGroups;
   const VectorXd& x = likelihood.maximum;
-  const Eigen::LLT<MatrixXd> information(metric_of(likelihood.second_order(x).information));
-  MatrixXd moves(x.size(), kGroups);
-  for (int g = 0; g < kGroups; ++g)
-    moves.col(g) = information.solve(map.likelihood(metric, likelihood.box, g).second_order(x).gradient);
-  return (moves.colwise() - moves.rowwise().mean()).rowwise().squaredNorm() * ((kGroups - 1.0) / kGroups);
+  std::vector<Index> free;
+  for (Index i = 0; i < x.size(); ++i)
+    if (x[i] > likelihood.box.least[i] && x[i] < likelihood.box.most[i]) free.push_back(i);
+  VectorXd variances = VectorXd::Zero(x.size());
+  if (free.empty()) return variances;
+  const Eigen::LLT<MatrixXd> information(metric_of(likelihood.second_order(x).information(free, free)));
+  MatrixXd moves(std::ssize(free), kGroups);
+  for (int g = 0; g < kGroups; ++g) {
+    const VectorXd gradient = map.likelihood(metric, likelihood.box, g).second_order(x).gradient(free);
+    moves.col(g) = information.solve(gradient);
+  }
+  variances(free) = (moves.colwise() - moves.rowwise().mean()).rowwise().squaredNorm() * ((kGroups - 1.0) / kGroups);
+  return variances;
 }
 
 }  // namespace
@@ -88,19 +100,22 @@ Fitter::Excess Fitter::sampled_excess(const State& state, Draws& draws) const {
   const int count = std::clamp(kDrawsOfCohort / shapes, kFewestDraws, kMostDraws);
   draws.resize(at(shapes));
   Excess excess{std::vector<VectorXd>(at(shapes))};
+  std::vector<double> variances(at(shapes));
   excess.enough = while_enough(shapes, [&](int s) {
     const Linearised& match = state.matches[at(s)];
     const ImportanceEstimate sampled =
         importance_sample(objective, observations_[at(s)], match, count, 0, settings_.seed + at(s), draws[at(s)]);
     excess.of_shapes[at(s)] = sampled.log_pairs.array() - match.log_evidence;
+    variances[at(s)] = sampled.variance;
     if (settings_.on_match) settings_.on_match();
     return sampled.effective_samples >= kFewEffective * sampled.samples;
   });
+  excess.enough = excess.enough && std::sqrt(std::accumulate(variances.begin(), variances.end(), 0.0)) < kMostError;
   return excess;
 }
 
 // Charts the candidates, and finds the best: by the samples, or by Laplace's approximation where they do not tell.
-Fitter::State Fitter::best_candidate(const std::vector<State>& candidates, EvidenceMap& map, Draws& draws) const {
+Fitter::State Fitter::best_candidate(const std::vector<State>& candidates, EvidenceMap& map, Draws& draws) {
   const auto least = [](const State& a, const State& b) { return a.log_evidence() < b.log_evidence(); };
   const State& laplace = *std::max_element(candidates.begin(), candidates.end(), least);
   const State* greatest = nullptr;
@@ -122,7 +137,7 @@ Fitter::State Fitter::best_candidate(const std::vector<State>& candidates, Evide
 
 // Adds a place to the map, unless it is known; none where some shape has no match, as time steps are too few for it.
 std::optional<Fitter::State> Fitter::chart_at(const Chart& chart, const VectorXd& x, bool sampled, EvidenceMap& map,
-                                              Draws& draws) const {
+                                              Draws& draws) {
   const VectorXd to = chart.box.clipped(x);
   try {
     const bool is_centre = to == place(chart.centre);
@@ -138,11 +153,44 @@ std::optional<Fitter::State> Fitter::chart_at(const Chart& chart, const VectorXd
   }
 }
 
-// Places along the axes of the metric, and at bounds that are near.
-void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) const {
+// In columns of unit length in the metric.
+MatrixXd Fitter::Chart::axes() const {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(metric);
+  return solver.eigenvectors() * solver.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+// Where a step of Newton's method leads, by the samples at the centre and beside it and the curvature of the metric, if
+// that is farther than a chart is trusted.
+std::optional<Fitter::State> Fitter::approach(const Chart& chart, EvidenceMap& map, Draws& draws) {
   const VectorXd centre = place(chart.centre);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(chart.metric);
-  const MatrixXd axes = solver.eigenvectors() * solver.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
+  const MatrixXd axes = chart.axes();
+  const auto evidence = [&](const VectorXd& x) -> std::optional<double> {
+    const auto state = chart_at(chart, x, true, map, draws);
+    if (!state) return std::nullopt;
+    return map.evidence_at(place(*state));
+  };
+  const std::optional<double> middle = evidence(centre);
+  if (!middle) return std::nullopt;
+  VectorXd slopes(axes.cols());
+  for (Index i = 0; i < axes.cols(); ++i) {
+    const VectorXd x = centre + kSampledAxis * axes.col(i);
+    const bool inside = chart.box.clipped(x) == x;
+    const double step = inside ? kSampledAxis : -kSampledAxis;
+    const std::optional<double> aside = evidence(centre + step * axes.col(i));
+    if (!aside) return std::nullopt;
+    slopes[i] = (*aside - *middle) / step + step / 2;
+  }
+  if (slopes.norm() < kTrusted) return std::nullopt;
+  slopes *= std::min(1.0, kFarthest / slopes.norm());
+  const VectorXd to = chart.box.clipped(centre + axes * slopes);
+  if (distance(chart.metric, to - centre) < kTrusted) return std::nullopt;
+  return chart_at(chart, to, false, map, draws);
+}
+
+// Places along the axes of the metric, and at bounds that are near.
+void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) {
+  const VectorXd centre = place(chart.centre);
+  const MatrixXd axes = chart.axes();
   const auto add = [&](const VectorXd& aside, bool sampled) {
     if (const VectorXd x = chart.box.clipped(centre + aside); !map.is_known(x, sampled, chart.metric))
       chart_at(chart, x, sampled, map, draws);
@@ -155,7 +203,8 @@ void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) const {
   for (Index i = 0; i < axes.cols(); ++i)
     for (const double sign : {1.0, -1.0}) {
       add(sign * kSampledAxis * axes.col(i), true);
-      for (const double part : kAxes) add(sign * part * axes.col(i), false);
+      add(sign * kOuterAxis * axes.col(i), false);
+      add(sign * kInnerAxis * axes.col(i), false);
       for (Index j = 0; j < i; ++j) {
         add(sign * kSampledPair * (axes.col(i) + axes.col(j)), sign > 0);
         add(sign * kPair * (axes.col(i) - axes.col(j)), false);
@@ -164,7 +213,7 @@ void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) const {
 }
 
 // Profile intervals, widened by what the draws leave uncertain. The ends are charted, and found again.
-Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) const {
+Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) {
   const Index n = numbers_open();
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
   Maximum found{std::move(best), chart.metric, VectorXd::Constant(n, -kNowhere), VectorXd::Constant(n, kNowhere)};
@@ -203,7 +252,7 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
 
 // About a state, or, where a variance is near its bound, so far from that that the places of a survey are not, with the
 // others where the metric has them best.
-Fitter::Chart Fitter::chart_about(const State& state, const Box& box, bool sampled) const {
+Fitter::Chart Fitter::chart_about(const State& state, const Box& box, bool sampled) {
   const VectorXd steps = VectorXd::Constant(numbers_open(), kDifference);
   const auto about = [&](const State& centre) {
     return Chart{centre, metric_of(second_order(centre, box, steps).information), box, sampled};
@@ -223,9 +272,9 @@ Fitter::Chart Fitter::chart_about(const State& state, const Box& box, bool sampl
   return chart;
 }
 
-Fitter::Maximum Fitter::search(const State& start) const {
+Fitter::Maximum Fitter::search(const std::vector<State>& candidates) {
   Draws draws;
-  const Box box = everywhere(start);
+  const Box box = everywhere(candidates.front());
   // Neither momenta nor noise: the other numbers are of no effect.
   const auto all_vanish = [this](const State& state) {
     for (Index g = 0; g < groups(); ++g)
@@ -233,11 +282,16 @@ Fitter::Maximum Fitter::search(const State& start) const {
     return groups() > 0;
   };
   EvidenceMap map;
-  State best = best_candidate(candidates(start), map, draws);
+  State best = best_candidate(candidates, map, draws);
   const bool sampled = map.has_samples();
   Chart chart;
   for (int count = 0; count < kMostCharts; ++count) {
     chart = chart_about(best, box, sampled);
+    if (sampled && count + 1 < kMostCharts)
+      if (std::optional<State> there = approach(chart, map, draws)) {
+        best = std::move(*there);
+        continue;
+      }
     survey(chart, map, draws);
     const VectorXd centre = place(chart.centre);
     bool at_rest = false;

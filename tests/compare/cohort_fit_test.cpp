@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -110,6 +111,24 @@ TEST(FitCohort, NoModelIsBehindTheGeodesicThatItNests) {
       EXPECT_GE(fit.log_evidence, least - 0.05) << truth << ' ' << noise;
     }
   }
+}
+
+// Of 40 shapes, the numbers of a part of them lead to those of all.
+TEST(FitCohort, OfManyShapesIsTheMostLikely) {
+  const Cohort cohort = drawn_from("ch-sd:beta=0.1", 8, 40, 8);
+  CohortSettings settings = cohort_settings();
+  const CohortFit fit = fit_cohort(cohort, "ch-sd", settings);
+  EXPECT_TRUE(fit.converged);
+  const FittedNumber lambda = fitted_number(fit, "lambda");
+  const FittedNumber beta = fitted_number(fit, "beta");
+  expect_recovered(lambda, kLambda);
+  expect_recovered(beta, 0.1);
+  const auto evidence = [&](double of_lambda, double of_beta) {
+    settings.lambda = lambda.value * of_lambda;
+    return fit_cohort(cohort, "ch-sd:beta=" + std::to_string(beta.value * of_beta), settings).log_evidence;
+  };
+  for (const auto& [of_lambda, of_beta] : {std::pair{0.8, 1.0}, {1.25, 1.0}, {1.0, 0.8}, {1.0, 1.25}})
+    EXPECT_LT(evidence(of_lambda, of_beta), fit.log_evidence - 0.1) << of_lambda << ' ' << of_beta;
 }
 
 // At the edge β = 0 the greatest likelihood lies in half of all cohorts; beyond it, twice the gain is χ² of one degree.

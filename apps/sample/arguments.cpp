@@ -73,15 +73,20 @@ void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("--fault", fault,
                   "with --calibrate: draw the shapes with this parameter times FACTOR, to see that it is caught")
       ->type_name("NAME=FACTOR");
-  units.add_to(verb, "simulations of --calibrate");
+  units.add_to(verb, "simulations of --calibrate, or the chains,");
   add_seed_option(verb, sampler.seed);
   time.add_to(verb, "1");
   add_threads_option(verb);
 }
 
+nlohmann::ordered_json tree_facts(const std::vector<TreeNode>& tree) {
+  nlohmann::ordered_json nodes = nlohmann::ordered_json::array();
+  for (const TreeNode& node : tree) nodes.push_back({node.name, node.parent, node.length});
+  return nodes;
+}
+
 SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
-  if (calibrate <= 0 && (!units.shard.empty() || units.resume))
-    throw InputError(fmt::format("{} is for the simulations of --calibrate", units.resume ? "--resume" : "--shard"));
+  if (calibrate <= 0 && !units.shard.empty()) throw InputError("--shard is for the simulations of --calibrate");
   SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes), {}};
   if (!tree.empty()) shapes.tree = formats::parse_newick(tree, io::read_text_file(tree));
   put_in_order_of(shapes.source, shapes.targets, notes);

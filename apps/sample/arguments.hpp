@@ -18,6 +18,9 @@ struct SampleShapes {
   std::vector<TreeNode> tree;  ///< empty: each target has a path of its own
 };
 
+/// Of each node name, parent and length, as saved runs have them.
+nlohmann::ordered_json tree_facts(const std::vector<TreeNode>& tree);
+
 /// The command line of `pulson sample`.
 struct SampleArguments {
   std::string source;
@@ -37,7 +40,7 @@ struct SampleArguments {
   int calibrate = 0;  ///< simulations; 0: sample the posterior
   std::string fault;  ///< NAME=FACTOR, or empty
   int ranks = 63;
-  UnitOptions units;  ///< of --calibrate
+  UnitOptions units;
 
   void add_to(CLI::App& verb);
 

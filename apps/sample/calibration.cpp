@@ -37,12 +37,6 @@ std::vector<std::vector<int>> ranks_in(const records::UnitRun& run) {
   return ranks;
 }
 
-Json facts_of(const std::vector<TreeNode>& tree) {
-  Json nodes = Json::array();
-  for (const TreeNode& node : tree) nodes.push_back({node.name, node.parent, node.length});
-  return {{"tree", std::move(nodes)}};
-}
-
 SampleShapes shapes_of(const records::UnitRun& run) {
   SampleShapes shapes{run.shapes.front(), {run.shapes.begin() + 1, run.shapes.end()}, {}};
   for (const Json& node : run.facts.at("tree"))
@@ -87,7 +81,7 @@ int run_calibration(const SampleArguments& arguments, const std::string& setting
   run.settings = settings;
   run.shapes = shapes.targets;
   run.shapes.insert(run.shapes.begin(), shapes.source);
-  run.facts = facts_of(shapes.tree);
+  run.facts["tree"] = tree_facts(shapes.tree);
   run.notes = notes;
   run.units = arguments.calibrate;
   const CalibrationTask task(arguments, shapes, notes);

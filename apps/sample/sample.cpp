@@ -74,12 +74,59 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
              draws.laplace_log_evidence);
 }
 
-int run_posterior(const SampleArguments& arguments, const inference::PosteriorProblem& problem,
-                  const std::vector<std::string>& notes) {
+// The chains so far, as the first of the two units of a run of which nothing else is done.
+class SavedChains {
+ public:
+  SavedChains(const SampleArguments& arguments, const SampleShapes& shapes, std::string settings)
+      : file_(arguments.output.file("sample.partial")) {
+    check_output_file(file_);
+    run_.verb = "sample";
+    run_.settings = std::move(settings);
+    run_.shapes = shapes.targets;
+    run_.shapes.insert(run_.shapes.begin(), shapes.source);
+    run_.facts["tree"] = tree_facts(shapes.tree);
+    run_.units = 2;
+    if (saved_before(file_, arguments.units.resume)) resume_units(run_, read_saved(file_), file_.string());
+  }
+
+  std::string state() const {
+    if (!run_.results.contains(0)) return {};
+    const auto& bytes = run_.results.at(0).get_binary();
+    return {bytes.begin(), bytes.end()};
+  }
+
+  // Every so often, so that it takes no more than a hundredth of the time, and where a signal came. @return whether
+  // none did
+  bool keep(const std::function<std::string()>& state) {
+    constexpr double kPart = 0.01, kMostSeconds = 10;
+    const bool stops = Interrupt::came();
+    const double now = seconds_now();
+    if (!stops && now - saved_ < std::min(kMostSeconds, taken_ / kPart)) return true;
+    const std::string bytes = state();
+    run_.results[0] = nlohmann::ordered_json::binary({bytes.begin(), bytes.end()});
+    write_file_atomically(file_, unit_part(run_));
+    saved_ = seconds_now();
+    taken_ = saved_ - now;
+    return !stops;
+  }
+
+  const std::filesystem::path& file() const { return file_; }
+  void remove() const { std::filesystem::remove(file_); }
+
+ private:
+  std::filesystem::path file_;
+  records::UnitRun run_;
+  double saved_ = seconds_now(), taken_ = 0.1;
+};
+
+int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,
+                  std::vector<std::string> notes) {
+  const inference::PosteriorProblem problem = arguments.problem(shapes, notes);
   const OutputOptions& output = arguments.output;
   const bool is_tree = !problem.tree.empty();
   const std::vector<std::string>& files_written = is_tree ? kTreeFiles : kSampleFiles;
   output.check(files_written, kSamplePictures);
+  SavedChains saved(arguments, shapes, settings);
   Progress progress;
   std::mutex turn;
   inference::SamplerOptions options = arguments.sampler;
@@ -87,9 +134,16 @@ int run_posterior(const SampleArguments& arguments, const inference::PosteriorPr
     const std::lock_guard lock(turn);
     progress.show(fraction, "sampling");
   };
-  const LossNotice notice("interrupted: the draws are lost");
+  const Interrupt interrupt;
+  options.on_state = [&](const std::function<std::string()>& state) { return saved.keep(state); };
+  options.state = saved.state();
   const inference::PosteriorDraws draws = sample_posterior(problem, options);
   progress.clear();
+  if (draws.partial) {
+    print_warning(
+        fmt::format("interrupted: the chains are saved in '{}'; continue with --resume", saved.file().string()));
+    return kNotConverged;
+  }
   const PosteriorSummary summary = summarise_posterior(draws);
   const std::vector<std::string> warnings = warnings_of(summary, draws.exchanged);
   const std::string record = summary_json(problem, options, draws, summary, notes);
@@ -114,6 +168,7 @@ int run_posterior(const SampleArguments& arguments, const inference::PosteriorPr
                                         draws_pictures ? output.shown_picture(files.file("chains")) : "")));
   output.write_json(record);
   files.commit();
+  saved.remove();
   print_notes(notes);
   if (output.prints()) {
     print_summary(problem, draws, summary);
@@ -132,7 +187,7 @@ int run_sample(const SampleArguments& arguments, const CLI::App& verb) {
                     ranks::size()));
   std::vector<std::string> notes;
   const SampleShapes shapes = arguments.read(notes);
-  return run_posterior(arguments, arguments.problem(shapes, notes), notes);
+  return run_posterior(arguments, shapes, settings_of(verb), notes);
 }
 
 }  // namespace
@@ -148,7 +203,8 @@ void add_sample_verb(CLI::App& program, int& exit_code) {
       "  pulson sample root.csv leaves.tps --tree phylogeny.nwk --noise kunita:beta=5%,width=20% -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 --shard 3/8 -o parts\n"
-      "Exit codes: 0 done, 2 bad input, 3 the chains have not converged (results are written).");
+      "Exit codes: 0 done, 2 bad input, 3 the chains have not converged (results are written), or were"
+      " interrupted (--resume continues).");
   verb->callback([arguments, verb, &exit_code] { exit_code = run_sample(*arguments, *verb); });
 }
 

@@ -66,6 +66,24 @@ void apply_settings(const std::string& settings, const std::string& name, CLI::A
   apply_config(read_toml_config(name, settings), verb);
 }
 
+bool saved_before(const std::filesystem::path& file, bool resume, bool part) {
+  const bool exists = std::filesystem::exists(file);
+  if (exists && !resume)
+    throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
+                                 file.string(), part ? "exists already" : "belongs to an unfinished run",
+                                 part ? "continue or keep" : "continue"));
+  if (resume && !exists && !part)
+    throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
+  return exists;  // scripts may give --resume to the first run of a shard, too
+}
+
+records::UnitRun read_saved(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  return records::read_unit_part(bytes, file.string());
+}
+
 UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const OutputOptions& output,
                  const std::function<void()>& check_outputs)
     : verb_(verb) {
@@ -78,22 +96,10 @@ UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const Outp
   else
     check_outputs();
   check_output_file(file_);
-  const bool exists = std::filesystem::exists(file_);
-  if (exists && !options.resume)
-    throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
-                                 file_.string(), is_shard ? "exists already" : "belongs to an unfinished run",
-                                 is_shard ? "continue or keep" : "continue"));
-  if (options.resume && !exists && !is_shard)
-    throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file_.string()));
-  resumes_ = exists;  // scripts may give --resume to the first run of a shard, too
+  resumes_ = saved_before(file_, options.resume, is_shard);
 }
 
-void UnitJob::resume() {
-  std::ifstream file(file_, std::ios::binary);
-  if (!file) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file_.string()));
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  resume_units(run_, records::read_unit_part(bytes, file_.string()), file_.string());
-}
+void UnitJob::resume() { resume_units(run_, read_saved(file_), file_.string()); }
 
 void UnitJob::save() const { write_file_atomically(file_, unit_part(run_)); }
 

@@ -24,6 +24,14 @@ struct UnitOptions {
 /// Of `i/n`. @throws InputError
 ensemble::Shard parse_shard(const std::string& text);
 
+/// What an unfinished run saved is in `file`. @param part whether that is a shard
+/// @return whether it is there, to be continued @throws InputError where it is there and is not to be continued, or is
+/// not there and should
+bool saved_before(const std::filesystem::path& file, bool resume, bool part = false);
+
+/// What is in such a file. @throws InputError where it cannot be read
+records::UnitRun read_saved(const std::filesystem::path& file);
+
 /// The options of a verb on which its results depend, as a configuration file: all but those of outputs, threads,
 /// messages, shards and resuming.
 std::string settings_of(const CLI::App& verb);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reference.hpp"
+#include "state_bytes.hpp"
 
 namespace pulson::inference {
 
@@ -50,6 +51,11 @@ class Chain {
   /// are. @return that probability
   double exchange(Chain& lower);
   void set_power(double power);
+
+  /// All from which it goes on, but the setting. After read() the next iterations have the bits that they would have
+  /// had.
+  void write(StateWriter& to) const;
+  void read(StateReader& from);
 
   const ThetaPoint& theta() const { return theta_; }
   const std::vector<ChainPoint>& points() const { return points_; }

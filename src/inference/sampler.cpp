@@ -99,6 +99,20 @@ class Recorder {
       }
   }
 
+  // What is recorded, in an order that writing and reading share.
+  template <typename Archive>
+  void pass(Archive& archive) {
+    archive(out.parameters);
+    archive(out.log_likelihood);
+    archive(out.log_weight);
+    archive(out.mode);
+    archive(out.tempered_log_likelihood);
+    archive(out.momenta);
+    archive(out.ends);
+    archive(out.middles);
+    archive(out.paths);
+  }
+
   PosteriorDraws out;
 
  private:
@@ -123,14 +137,110 @@ std::vector<int> phases(const SamplerOptions& options) {
   return ends;
 }
 
-std::vector<double> mean_rejected(const std::vector<std::optional<Replicas>>& groups) {
-  std::vector<double> mean(groups.front()->chains().size() - 1, 0);
-  for (const std::optional<Replicas>& group : groups) {
-    const std::vector<double> of_group = group->rejected();
+std::vector<double> mean_rejected(const std::vector<Replicas>& groups) {
+  std::vector<double> mean(groups.front().chains().size() - 1, 0);
+  for (const Replicas& group : groups) {
+    const std::vector<double> of_group = group.rejected();
     for (std::size_t l = 0; l < mean.size(); ++l) mean[l] += of_group[l] / static_cast<double>(groups.size());
   }
   return mean;
 }
+
+// All iterations of all chains.
+class Run {
+ public:
+  Run(const ChainSetting& setting, const SamplerOptions& options, Recorder& recorder)
+      : options_(options), recorder_(recorder), powers_(first_powers(options.temperatures)) {
+    std::vector<std::optional<Replicas>> begun(static_cast<std::size_t>(options.chains));
+    parallel_for(options.chains, [&](int c) { begun[static_cast<std::size_t>(c)].emplace(setting, c, powers_); });
+    for (std::optional<Replicas>& group : begun) groups_.push_back(std::move(*group));
+    if (!options.state.empty()) read();
+  }
+
+  /// @return whether it was not ended before
+  bool finish(std::chrono::steady_clock::time_point start) {
+    for (const int end : phases(options_)) {
+      while (done_ < end) {
+        const auto before = std::chrono::steady_clock::now();
+        const int some = std::min(at_once_, end - done_);
+        iterate(some);
+        done_ += some;
+        const double taken = seconds_since(before);
+        if (taken < kSeconds / 2) at_once_ = std::min(2 * at_once_, kMostAtOnce);
+        if (taken > kSeconds) at_once_ = std::max(1, at_once_ / 2);
+        if (done_ == end) between_phases(start);
+        if (options_.on_state && !options_.on_state([&] { return state(start); }) && done_ < iterations()) return false;
+      }
+    }
+    return true;
+  }
+
+  const std::vector<Replicas>& groups() const { return groups_; }
+  const std::vector<double>& powers() const { return powers_; }
+  double warmup_seconds() const { return warm_; }
+  double seconds_before() const { return before_; }
+
+ private:
+  static constexpr double kSeconds = 1;  // between states
+  static constexpr int kMostAtOnce = 1024;
+
+  int iterations() const { return options_.warmup + options_.draws; }
+
+  void iterate(int count) {
+    parallel_for(options_.chains, [&](int c) {
+      Replicas& group = groups_[static_cast<std::size_t>(c)];
+      for (int i = done_; i < done_ + count; ++i) {
+        group.advance(options_.warmup);
+        if (i >= options_.warmup) recorder_.record(i - options_.warmup, c, group);
+        if (options_.on_progress) options_.on_progress(done_part(1));
+      }
+    });
+  }
+
+  double done_part(int more) {
+    const int now = counted_ += more;
+    return static_cast<double>(now) / (static_cast<double>(options_.chains) * iterations());
+  }
+
+  void between_phases(std::chrono::steady_clock::time_point start) {
+    if (done_ > options_.warmup) return;
+    if (options_.temperatures > 2) powers_ = retuned(powers_, mean_rejected(groups_));
+    for (Replicas& group : groups_) group.set_powers(powers_);
+    if (done_ == options_.warmup) warm_ = before_ + seconds_since(start);
+  }
+
+  std::string state(std::chrono::steady_clock::time_point start) {
+    StateWriter to;
+    to(done_);
+    to(warm_);
+    to(before_ + seconds_since(start));
+    to(powers_);
+    for (const Replicas& group : groups_) group.write(to);
+    recorder_.pass(to);
+    return to.take();
+  }
+
+  void read() {
+    StateReader from(options_.state);
+    from(done_);
+    from(warm_);
+    from(before_);
+    from(powers_);
+    for (Replicas& group : groups_) group.read(from);
+    recorder_.pass(from);
+    from.end();
+    counted_ = done_ * options_.chains;
+  }
+
+  const SamplerOptions& options_;
+  Recorder& recorder_;
+  std::vector<Replicas> groups_;
+  std::vector<double> powers_;
+  int done_ = 0;  // iterations of each chain
+  int at_once_ = 1;
+  std::atomic<int> counted_ = 0;  // of all chains
+  double warm_ = 0, before_ = 0;  // seconds
+};
 
 }  // namespace
 
@@ -149,51 +259,34 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   const Reference reference = make_reference(specimens, space, options.searches, options.seed);
   const ChainSetting setting{specimens, space, reference, move, inflation(move), options.seed};
   Recorder recorder(specimens, space, options);
-  std::vector<std::optional<Replicas>> groups(static_cast<std::size_t>(options.chains));
-  std::vector<double> powers = first_powers(options.temperatures);
-  std::atomic<int> done = 0;
-  const int all = options.chains * (options.warmup + options.draws);
-  double warm = 0;
-  int begin = 0;
-  for (const int end : phases(options)) {
-    parallel_for(options.chains, [&](int c) {
-      std::optional<Replicas>& group = groups[static_cast<std::size_t>(c)];
-      if (!group)
-        group.emplace(setting, c, powers);
-      else if (begin <= options.warmup)
-        group->set_powers(powers);
-      for (int i = begin; i < end; ++i) {
-        group->advance(options.warmup);
-        if (i >= options.warmup) recorder.record(i - options.warmup, c, *group);
-        const int now = ++done;
-        if (options.on_progress) options.on_progress(static_cast<double>(now) / all);
-      }
-    });
-    begin = end;
-    if (end <= options.warmup && options.temperatures > 2) powers = retuned(powers, mean_rejected(groups));
-    if (end == options.warmup) warm = seconds_since(start);
+  Run run(setting, options, recorder);
+  if (!run.finish(start)) {
+    recorder.out.partial = true;
+    return std::move(recorder.out);
   }
+  const std::vector<Replicas>& groups = run.groups();
   PosteriorDraws& out = recorder.out;
   std::int64_t lost = 0;
-  for (const std::optional<Replicas>& group : groups) {
-    const Chain& chain = group->posterior();
+  for (const Replicas& group : groups) {
+    const Chain& chain = group.posterior();
     out.acceptance += chain.acceptance() / options.chains;
     out.parameter_acceptance += chain.parameter_acceptance() / options.chains;
     out.step_angle += chain.angle() / options.chains;
-    for (const Chain& of_power : group->chains()) out.path_evaluations += of_power.evaluations();
-    lost += group->chains().front().lost_draws();
+    for (const Chain& of_power : group.chains()) out.path_evaluations += of_power.evaluations();
+    lost += group.chains().front().lost_draws();
   }
   if (options.temperatures > 1) {
-    out.powers = powers;
+    out.powers = run.powers();
     for (const double rejected : mean_rejected(groups)) out.exchanged.push_back(1 - rejected);
-    out.lost_fraction = static_cast<double>(lost) / all;
+    out.lost_fraction =
+        static_cast<double>(lost) / (static_cast<double>(options.chains) * (options.warmup + options.draws));
   }
   for (const auto& minima : reference.minima) out.modes = std::max(out.modes, static_cast<int>(minima.size()));
   out.laplace_log_evidence = reference.laplace_log_evidence;
   if (options.evidence)
     out.log_evidence = options.temperatures > 1 ? tempered_log_evidence(out) : bridge_log_evidence(setting, out);
-  out.warmup_seconds = warm;
-  out.seconds = seconds_since(start);
+  out.warmup_seconds = run.warmup_seconds();
+  out.seconds = run.seconds_before() + seconds_since(start);
   return std::move(out);
 }
 

@@ -56,6 +56,20 @@ void Replicas::set_powers(const std::vector<double>& powers) {
   std::fill(tried_.begin(), tried_.end(), 0);
 }
 
+void Replicas::write(StateWriter& to) const {
+  for (const Chain& chain : chains_) chain.write(to);
+  to(rejected_);
+  to(tried_);
+  to(iteration_);
+}
+
+void Replicas::read(StateReader& from) {
+  for (Chain& chain : chains_) chain.read(from);
+  from(rejected_);
+  from(tried_);
+  from(iteration_);
+}
+
 std::vector<double> Replicas::rejected() const {
   std::vector<double> mean = rejected_;
   for (std::size_t l = 0; l < mean.size(); ++l) mean[l] /= std::max(tried_[l], 1);

@@ -24,6 +24,8 @@ class Replicas {
 
   void advance(int warmup);
   void set_powers(const std::vector<double>& powers);
+  void write(StateWriter& to) const;
+  void read(StateReader& from);
 
   const Chain& posterior() const { return chains_.back(); }
   const std::vector<Chain>& chains() const { return chains_; }

@@ -120,15 +120,16 @@ std::pair<std::string, std::string> first_difference(const std::string& a, const
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 /// What differs, for a message; empty where nothing does.
-std::string difference(const Json& here, const Json& there) {
-  for (const auto& [key, value] : there.items()) {
-    if (Json::to_cbor(here.at(key)) == Json::to_cbor(value)) continue;  // NaN are equal, too
+/// Where one of the other is not equal. @param where that other is: `there`
+std::string difference(const Json& one, const Json& other, std::string_view where) {
+  for (const auto& [key, value] : other.items()) {
+    if (Json::to_cbor(one.at(key)) == Json::to_cbor(value)) continue;  // NaN are equal, too
     if (key == "shapes" || key == "facts") return fmt::format("its {} are others", key);
     auto [own, expected] = key == "settings"
-                               ? first_difference(here.at(key).get<std::string>(), value.get<std::string>())
-                               : std::pair(fmt::format("{} {}", key, text_of(here.at(key))), text_of(value));
+                               ? first_difference(one.at(key).get<std::string>(), value.get<std::string>())
+                               : std::pair(fmt::format("{} {}", key, text_of(one.at(key))), text_of(value));
     const auto or_nothing = [](const std::string& text) { return text.empty() ? std::string("nothing") : text; };
-    return fmt::format("it has {}, there it is {}", or_nothing(own), or_nothing(expected));
+    return fmt::format("it has {}, {} it is {}", or_nothing(own), where, or_nothing(expected));
   }
   return {};
 }
@@ -202,7 +203,7 @@ UnitRun read_unit_part(std::string_view bytes, std::string_view name) {
 }
 
 void resume_units(UnitRun& run, UnitRun part, std::string_view name) {
-  if (const std::string text = difference(unit_identity(part), unit_identity(run)); !text.empty())
+  if (const std::string text = difference(unit_identity(part), unit_identity(run), "here"); !text.empty())
     throw InputError(fmt::format("'{}' is of another run than this: {}", name, text));
   if (part.shard.index != run.shard.index)
     throw InputError(fmt::format("'{}' is part {} of {}, and this is part {}", name, part.shard.index, part.shard.count,
@@ -214,7 +215,8 @@ void resume_units(UnitRun& run, UnitRun part, std::string_view name) {
 UnitRun merge_units(std::vector<UnitRun> parts, const std::vector<std::string>& names) {
   std::vector<ShardState> states;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (const std::string text = difference(unit_identity(parts[i]), unit_identity(parts.front())); !text.empty())
+    if (const std::string text = difference(unit_identity(parts[i]), unit_identity(parts.front()), "there");
+        !text.empty())
       throw InputError(fmt::format("'{}' is part of another run than '{}': {}", names[i], names.front(), text));
     states.push_back(
         {names[i], parts[i].shard, std::ssize(parts[i].results), std::ssize(parts[i].own_units()), "units"});

@@ -114,5 +114,63 @@ TEST(Tempering, NeedsATemperature) {
   EXPECT_THROW(sample_posterior(swap_on_a_line({}), options), InputError);
 }
 
+class Interrupted : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Temperatures, Interrupted, testing::Values(1, 4));
+
+// Wherever it is ended, and with other threads.
+TEST_P(Interrupted, SamplingGoesOnToTheSameBits) {
+  const PosteriorProblem problem = swap_on_a_line({"beta=0.3"});
+  SamplerOptions options;
+  options.temperatures = GetParam();
+  options.chains = 2;
+  options.warmup = 40;
+  options.draws = 60;
+  const PosteriorDraws whole = sample_posterior(problem, options);
+  EXPECT_FALSE(whole.partial);
+  int parts = 0;
+  int states = 0;
+  PosteriorDraws draws;
+  const int threads = thread_count();
+  do {
+    ASSERT_LT(++parts, 100);
+    set_thread_count(1 + parts % 2);
+    options.on_state = [&](const std::function<std::string()>& state) {
+      if (++states % 3 != 0) return true;
+      options.state = state();
+      return false;
+    };
+    draws = sample_posterior(problem, options);
+  } while (draws.partial);
+  set_thread_count(threads);
+  EXPECT_GT(parts, 3);
+  EXPECT_EQ(draws.parameters, whole.parameters);
+  EXPECT_EQ(draws.ends, whole.ends);
+  EXPECT_EQ(draws.paths, whole.paths);
+  EXPECT_EQ(draws.log_weight, whole.log_weight);
+  EXPECT_EQ(draws.log_evidence.value, whole.log_evidence.value);
+  EXPECT_EQ(draws.acceptance, whole.acceptance);
+  EXPECT_EQ(draws.exchanged, whole.exchanged);
+}
+
+TEST(Interrupted, RefusesWhatIsNoState) {
+  const PosteriorProblem problem = swap_on_a_line({"beta=0.3"});
+  SamplerOptions options;
+  options.chains = 1;
+  options.warmup = 4;
+  options.draws = 4;
+  std::string state;
+  options.on_state = [&](const std::function<std::string()>& of_chains) {
+    state = of_chains();
+    return false;
+  };
+  sample_posterior(problem, options);
+  for (const std::string& wrong : {state.substr(0, state.size() / 2), state + "more", std::string(40, '\xff')}) {
+    options.state = wrong;
+    EXPECT_THROW(sample_posterior(problem, options), InputError);
+  }
+  options.state = state;
+  EXPECT_THROW(sample_posterior(swap_on_a_line({}), options), InputError);
+}
+
 }  // namespace
 }  // namespace pulson::inference

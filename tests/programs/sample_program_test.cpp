@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "program.hpp"
+#include "program_signals.hpp"
 
 namespace pulson {
 namespace {
@@ -48,6 +49,33 @@ TEST_F(SampleProgram, WritesDrawsAndTheirSummary) {
   EXPECT_TRUE(summary["log_evidence"]["value"].is_number());
   EXPECT_EQ(summary["converged"].get<bool>(), done.exit_code == 0);
   EXPECT_EQ(count_lines(contents("out/draws.csv")), 81U);
+}
+
+using SampleSignals = WithSignals<SampleProgram>;
+
+TEST_F(SampleSignals, SavesTheChainsAfterASignalAndGoesOn) {
+  const std::string kRun =
+      "--noise ch-sd:beta=1 --sigma 0.2 --lambda 1 --kernel gaussian:alpha=1 --parameters beta=0.2 --steps 10 --chains "
+      "2 "
+      "--draws 2000 --warmup 100 --searches 1 --no-picture --threads 1 ";  // some seconds
+  const std::string kPair = "sample " + sample("swap_source") + ' ' + sample("swap_target") + ' ';
+  const pid_t child = sampling(kPair + kRun + "-o parts");
+  ::kill(child, SIGINT);
+  const ProgramRun stopped = finished(child);
+  EXPECT_EQ(stopped.exit_code, 3) << stopped.err;
+  EXPECT_EQ(stopped.err,
+            "warning: interrupted: the chains are saved in 'parts/sample.partial'; continue with --resume\n");
+  EXPECT_THAT(names_in("parts"), ElementsAre("sample.partial"));
+  expect_refused(kRun + "-o parts", "'parts/sample.partial' belongs to an unfinished run: continue it with --resume");
+  expect_refused(kRun + "-o parts --resume --seed 2",
+                 "is of another run than this: it has seed = 1, here it is seed = 2");
+  const ProgramRun done = sample_pair(kRun + "-o parts --resume");
+  ASSERT_TRUE(done.exit_code == 0 || done.exit_code == 3) << done.err;
+  const ProgramRun whole = sample_pair(kRun + "-o whole");
+  EXPECT_EQ(contents("parts/draws.csv"), contents("whole/draws.csv"));
+  EXPECT_EQ(contents("parts/paths.npy"), contents("whole/paths.npy"));
+  EXPECT_EQ(names_in("parts"), names_in("whole"));
+  expect_refused(kRun + "-o parts --resume", "there is nothing to resume");
 }
 
 TEST_F(SampleProgram, WritesTheNodesOfATree) {

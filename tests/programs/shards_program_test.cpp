@@ -111,7 +111,7 @@ TEST_P(ShardedVerbs, AreFinishedOnce) {
   EXPECT_EQ(run_part(GetParam(), 1, 2, " --resume").exit_code, 0);
   const ProgramRun other = run_part(GetParam(), 1, 2, " --resume --seed 2");
   EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.err, HasSubstr("it has seed = 1, there it is seed = 2"));
+  EXPECT_THAT(other.err, HasSubstr("it has seed = 1, here it is seed = 2"));
   const ProgramRun many = run_part(GetParam(), 1, 100);
   EXPECT_EQ(many.exit_code, 2);
   EXPECT_EQ(count_lines(many.err), 1U) << many.err;
@@ -143,7 +143,7 @@ TEST_F(ShardsProgram, AreOfUnitsAlone) {
   const std::string pair = sample("swap_source") + ' ' + sample("swap_target") + " -o out ";
   for (const auto& [line, message] :
        {std::pair<std::string, std::string>{"sample " + pair + "--shard 1/2", "--shard is for the simulations"},
-        {"sample " + pair + "--resume", "--resume is for the simulations"},
+        {"sample " + pair + "--resume", "there is nothing to resume"},
         {"compare " + pair + "--sigma 0.1 --shard 1/2", "--shard is for the cohorts"}}) {
     const ProgramRun refused = run(words(line));
     EXPECT_EQ(refused.exit_code, 2);

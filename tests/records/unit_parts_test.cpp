@@ -129,7 +129,7 @@ TEST(UnitParts, GoOnWithTheirOwnResults) {
   UnitRun other = shard_of(1, 2);
   other.settings = "[sample]\nseed = 2\n";
   EXPECT_EQ(error_of([&] { resume_units(run, other, "file"); }),
-            "'file' is of another run than this: it has seed = 2, there it is seed = 1");
+            "'file' is of another run than this: it has seed = 2, here it is seed = 1");
 }
 
 TEST(UnitParts, ThatAreDamagedAreRefused) {

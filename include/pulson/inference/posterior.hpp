@@ -92,6 +92,12 @@ struct SamplerOptions {
   std::uint64_t seed = 1;
   /// Called with the fraction done, for progress; from several threads.
   std::function<void(double fraction)> on_progress{};
+  /// Called every second or so, while no chain is at work, with what gives all that sampling needs to go on from there.
+  /// @return whether to go on at once; if not, the draws are those so far, and `partial`
+  std::function<bool(const std::function<std::string()>& state)> on_state{};
+  /// Of a call with the same problem and options, from which this one goes on, to the bits of one call. Not for another
+  /// version of the program or another kind of machine.
+  std::string state{};
 };
 
 /// Draws of all chains; index draw·chains + chain throughout. Each path is that of a specimen, or a branch of the tree.
@@ -119,6 +125,7 @@ struct PosteriorDraws {
   std::vector<double> exchanged;            ///< mean probability, of each pair of neighbours
   Eigen::MatrixXd tempered_log_likelihood;  ///< powers × draws: of the draws of each power
   double lost_fraction = 0;                 ///< of the prior's draws, for want of a path
+  bool partial = false;                     ///< sampling was ended by SamplerOptions::on_state: most is not there
 
   /// Draws of one row by chain, draws×chains.
   Eigen::MatrixXd by_chain(const Eigen::Ref<const Eigen::RowVectorXd>& row) const;

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "posterior.hpp"
+#include "matching/momentum_basis.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "random/normals.hpp"

@@ -392,12 +392,14 @@ void Chain::write(StateWriter& to) const {
 }
 
 void Chain::read(StateReader& from) {
-  const InputError other("the saved state of the chains is of another posterior");
+  const auto require = [](bool is_so) {
+    if (!is_so) throw InputError("the saved state of the chains is of another posterior");
+  };
   from(power_);
   from(iteration_);
   VectorXd phi;
   from(phi);
-  if (phi.size() != setting_.space.count()) throw other;
+  require(phi.size() == setting_.space.count());
   theta_ = make_theta(setting_, phi, power_);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Specimen& specimen = setting_.specimens[i];
@@ -407,9 +409,9 @@ void Chain::read(StateReader& from) {
     from(point.v);
     from(point.z);
     point.mode = static_cast<std::size_t>(mode);
-    if (point.z.size() != specimen.unknowns() || (power_ != 0 && point.mode >= theta_.linear[i].size())) throw other;
+    require(point.z.size() == specimen.unknowns() && (power_ == 0 || point.mode < theta_.linear[i].size()));
     auto shot = specimen.shoot(theta_.models[i], point.z);
-    if (!shot) throw other;
+    require(shot.has_value());
     point.shot = std::move(*shot);
     point.log_weight = power_ == 0 ? 0 : log_weight_of(setting_, i, theta_, power_, point.z, point.shot);
   }

@@ -48,36 +48,36 @@ class StateReader {
   template <typename T>
   void operator()(T& number) {
     static_assert(std::is_arithmetic_v<T>);
-    if (bytes_.size() < sizeof number) throw damaged();
+    if (bytes_.size() < sizeof number) damaged();
     std::memcpy(&number, bytes_.data(), sizeof number);
     bytes_.remove_prefix(sizeof number);
   }
   template <typename T, int Rows, int Columns>
   void operator()(Eigen::Matrix<T, Rows, Columns>& matrix) {
     const std::int64_t rows = count(), columns = count();
-    if (columns > 0 && rows > most(sizeof(T)) / columns) throw damaged();
+    if (columns > 0 && rows > most(sizeof(T)) / columns) damaged();
     matrix.resize(rows, columns);
     for (Eigen::Index i = 0; i < matrix.size(); ++i) (*this)(matrix.data()[i]);
   }
   template <typename T>
   void operator()(std::vector<T>& many) {
     const std::int64_t size = count();
-    if (size > most(1)) throw damaged();
+    if (size > most(1)) damaged();
     many.resize(static_cast<std::size_t>(size));
     for (T& one : many) (*this)(one);
   }
 
   void end() const {
-    if (!bytes_.empty()) throw damaged();
+    if (!bytes_.empty()) damaged();
   }
 
  private:
-  static InputError damaged() { return InputError("the saved state of the chains is damaged"); }
+  [[noreturn]] static void damaged() { throw InputError("the saved state of the chains is damaged"); }
   std::int64_t most(std::size_t size) const { return static_cast<std::int64_t>(bytes_.size() / size); }
   std::int64_t count() {
     std::int64_t number = 0;
     (*this)(number);
-    if (number < 0) throw damaged();
+    if (number < 0) damaged();
     return number;
   }
 

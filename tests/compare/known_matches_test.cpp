@@ -3,6 +3,7 @@
 #include "known_matches.hpp"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 

@@ -33,7 +33,7 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
   int steps = kFewest;
   for (; steps < kMost; steps *= 2) try {
       settings.grid.steps = steps;
-      const CohortFit fit = Fitter(cohort, make_open_noise("none", cohort.source), settings).run_coarse();
+      const CohortFit fit = Fitter(cohort, make_open_noise("none", cohort.source), settings).run_by_part();
       const matching::MatchingProblem problem = shape_problem(cohort, fit, settings, 0);
       const StochasticSystem& system = problem.system;
       const TimeGrid finer{settings.grid.time, 2 * steps};

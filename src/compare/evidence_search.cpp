@@ -243,25 +243,13 @@ Fitter::State Fitter::with_numbers_of(const State& of_few) const {
 }
 
 // Where a large cohort's numbers are is first asked of a part of it.
-Fitter::State Fitter::near_maximum() {
-  State state;
-  if (is_large()) {
-    const Cohort few = part();
-    Fitter of_few(few, noise_, settings_);
-    state = with_numbers_of(of_few.near_maximum());
-    units_ = of_few.units_;
-  } else {
-    state = best_start();
-    find_variances(state);
-    find_units(state);
-  }
-  return state;
-}
-
 std::vector<Fitter::State> Fitter::candidates() {
   if (!is_large()) {
-    const State start = near_maximum();
-    return numbers_open() == 0 ? std::vector{start} : climbed(start);
+    State start = best_start();
+    if (numbers_open() == 0) return {start};
+    find_variances(start);
+    find_units(start);
+    return climbed(start);
   }
   const Cohort few = part();
   Fitter of_few(few, noise_, settings_);

@@ -358,20 +358,26 @@ CohortFit Fitter::run_again(const CohortFit& before, const std::vector<int>& whi
   return record_without_intervals(state);
 }
 
-CohortFit Fitter::run_coarse() {
-  State state = near_maximum();
+CohortFit Fitter::run_by_part() {
+  if (!is_large()) return run();
+  const Cohort few = part();
+  Fitter of_few(few, noise_, settings_);
+  const State of_part = of_few.maximum().state;
+  State state = with_numbers_of(of_part);
+  units_ = of_few.units_;
+  state.converged = of_part.converged && state.all_matched();
   find_variances(state);
-  state.converged = state.all_matched();
   return record_without_intervals(state);
 }
 
-CohortFit Fitter::run() {
+Fitter::Maximum Fitter::maximum() {
   std::vector<State> first = candidates();
-  if (numbers_open() == 0) {
-    find_variances(first.front());
-    return record({std::move(first.front()), {}, {}, {}});
-  }
-  Maximum best = search(first);
+  if (numbers_open() == 0) return {std::move(first.front()), {}, {}, {}};
+  return search(first);
+}
+
+CohortFit Fitter::run() {
+  Maximum best = maximum();
   find_variances(best.state);
   return record(best);
 }

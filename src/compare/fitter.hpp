@@ -54,8 +54,8 @@ class Fitter {
 
   CohortFit run();
 
-  /// To near the maximum of Laplace's evidence, without intervals.
-  CohortFit run_coarse();
+  /// The same, but that the numbers of a large cohort are those of a part of it, without intervals.
+  CohortFit run_by_part();
 
   /// From the numbers of a fit to more shapes: to the maximum of Laplace's evidence nearest to these, without
   /// intervals.
@@ -123,7 +123,6 @@ class Fitter {
   SecondOrder second_order(const State& here, const Box& box, const Eigen::VectorXd& steps);
   State climb(const State& from, const Box& box, double least);
   State best_start() const;
-  State near_maximum();
   std::vector<State> climbed(const State& start);
   std::vector<State> candidates();
   bool is_large() const;
@@ -140,6 +139,7 @@ class Fitter {
   void survey(const Chart& chart, EvidenceMap& map, Draws& draws);
   Maximum find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws);
   Maximum search(const std::vector<State>& candidates);
+  Maximum maximum();
 
   void check_observable(const matching::MatchingObjective& objective, const State& at_rest) const;
   CohortFit record(const Maximum& maximum) const;

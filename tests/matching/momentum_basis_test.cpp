@@ -203,7 +203,7 @@ TEST(MomentumBasis, StopsWhereTheKernelIsNumericallySingular) {
 // Directions of eigenvalues about that at which they are half faded.
 TEST(MomentumBasis, DirectionsFadeWithTheirEigenvalues) {
   const Points q = on_line(9, 0.4);
-  const KernelOperator kernel = make_kernel("gaussian:alpha=0.5", q);
+  const KernelOperator kernel = make_kernel("gaussian:alpha=1.2", q);
   const MomentumBasis all(kernel, q, kRegularisation, 0);
   const double faint = std::sqrt(all.eigenvalues()[0] * all.eigenvalues()[8]);
   const MomentumBasis faded(kernel, q, kRegularisation, 0, faint);

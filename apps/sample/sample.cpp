@@ -95,18 +95,15 @@ class SavedChains {
     return {bytes.begin(), bytes.end()};
   }
 
-  // Every so often, so that it takes no more than a hundredth of the time, and where a signal came. @return whether
-  // none did
+  // Every so often, and where a signal came. @return whether none did
   bool keep(const std::function<std::string()>& state) {
-    constexpr double kPart = 0.01, kMostSeconds = 10;
     const bool stops = Interrupt::came();
-    const double now = seconds_now();
-    if (!stops && now - saved_ < std::min(kMostSeconds, taken_ / kPart)) return true;
-    const std::string bytes = state();
-    run_.results[0] = nlohmann::ordered_json::binary({bytes.begin(), bytes.end()});
-    write_file_atomically(file_, unit_part(run_));
-    saved_ = seconds_now();
-    taken_ = saved_ - now;
+    if (stops || pace_.is_due())
+      pace_.save([&] {
+        const std::string bytes = state();
+        run_.results[0] = nlohmann::ordered_json::binary({bytes.begin(), bytes.end()});
+        write_file_atomically(file_, unit_part(run_));
+      });
     return !stops;
   }
 
@@ -116,7 +113,7 @@ class SavedChains {
  private:
   std::filesystem::path file_;
   records::UnitRun run_;
-  double saved_ = seconds_now(), taken_ = 0.1;
+  SavingPace pace_;
 };
 
 int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,

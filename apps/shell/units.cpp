@@ -66,6 +66,18 @@ void apply_settings(const std::string& settings, const std::string& name, CLI::A
   apply_config(read_toml_config(name, settings), verb);
 }
 
+bool SavingPace::is_due() const {
+  return seconds_now() - saved_ >= std::min(kSecondsBetweenSaves, taken_ / kPartForSaving);
+}
+
+void SavingPace::save(const std::function<void()>& how) {
+  const double begin = seconds_now();
+  how();
+  saved_ = seconds_now();
+  taken_ = saved_ - begin;
+  has_saved_ = true;
+}
+
 bool saved_before(const std::filesystem::path& file, bool resume, bool part) {
   const bool exists = std::filesystem::exists(file);
   if (exists && !resume)
@@ -115,8 +127,7 @@ void UnitJob::run(records::UnitRun run, const std::function<Json(int)>& work, co
   Progress progress;
   const double begin = seconds_now();
   const double before = run_.seconds;
-  double saved = begin;
-  double seconds_to_save = 0.01;
+  SavingPace pace;
   const std::vector<int> own = run_.own_units();
   std::size_t next = 0;
   ranks::share<int, Json>(
@@ -129,14 +140,10 @@ void UnitJob::run(records::UnitRun run, const std::function<Json(int)>& work, co
        .take =
            [&](const int& unit, Json result) {
              run_.results.emplace(unit, std::move(result));
-             const double time = seconds_now();
-             run_.seconds = before + time - begin;
+             run_.seconds = before + seconds_now() - begin;
              progress.show(static_cast<double>(run_.results.size()) / static_cast<double>(own.size()),
                            fmt::format("{} of {} {}", run_.results.size(), own.size(), what));
-             if (time - saved < std::min(kSecondsBetweenSaves, seconds_to_save / kPartForSaving)) return;
-             save();
-             saved = seconds_now();
-             seconds_to_save = saved - time;
+             if (pace.is_due()) pace.save([&] { save(); });
            },
        .to_bytes =
            [](const Json& result) {
@@ -144,7 +151,7 @@ void UnitJob::run(records::UnitRun run, const std::function<Json(int)>& work, co
              return std::string(bytes.begin(), bytes.end());
            },
        .of_bytes = [](std::string_view bytes) { return Json::from_cbor(bytes.begin(), bytes.end()); }});
-  if (ranks::is_first() && (run_.partial() || saved > begin || run_.shard.count > 1)) save();
+  if (ranks::is_first() && (run_.partial() || pace.has_saved() || run_.shard.count > 1)) save();
 }
 
 bool UnitJob::is_whole(const OutputOptions& output, const std::string& what) const {

@@ -7,6 +7,7 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "messages.hpp"
 #include "outputs.hpp"
 #include "records/unit_parts.hpp"
 
@@ -23,6 +24,19 @@ struct UnitOptions {
 
 /// Of `i/n`. @throws InputError
 ensemble::Shard parse_shard(const std::string& text);
+
+/// When work in progress is saved: every ten seconds, more often where that takes little of the time.
+class SavingPace {
+ public:
+  bool is_due() const;
+  void save(const std::function<void()>& how);
+  bool has_saved() const { return has_saved_; }
+
+ private:
+  double saved_ = seconds_now();
+  double taken_ = 0.01;  // seconds
+  bool has_saved_ = false;
+};
 
 /// What an unfinished run saved is in `file`. @param part whether that is a shard
 /// @return whether it is there, to be continued @throws InputError where it is there and is not to be continued, or is

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/columns.hpp"
 #include "response_surface.hpp"
 
 namespace pulson::compare {
@@ -13,12 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-MatrixXd columns_of(const std::vector<VectorXd>& places) {
-  MatrixXd columns(places.front().size(), std::ssize(places));
-  for (Index k = 0; k < columns.cols(); ++k) columns.col(k) = places[static_cast<std::size_t>(k)];
-  return columns;
-}
 
 constexpr double kLeastWeight = 1e-9;  // so that the inverse is a number
 constexpr double kNats = 4;            // of evidence, over which what samples add there counts less by a factor of e

@@ -17,7 +17,6 @@
 #include "pulson/matching/objective.hpp"
 
 namespace pulson::compare {
-void tick(const char*);
 namespace {
 
 using Eigen::Index;

@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "core/columns.hpp"
 #include "response_surface.hpp"
 
 namespace pulson::compare {
@@ -41,8 +42,7 @@ void KnownMatches::add(const VectorXd& x, std::vector<VectorXd> of_shapes) {
 
 std::vector<VectorXd> KnownMatches::at(const VectorXd& x) const {
   if (std::ssize(places_) <= x.size()) return {};
-  MatrixXd places(x.size(), std::ssize(places_));
-  for (Index k = 0; k < places.cols(); ++k) places.col(k) = places_[static_cast<std::size_t>(k)];
+  const MatrixXd places = columns_of(places_);
   const VectorXd weights = ResponseSurface::weights_at(x, places, metric_about(places));
   if (!(weights.lpNorm<1>() < kMostWeight)) return {};
   std::vector<VectorXd> sums;

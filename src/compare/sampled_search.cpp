@@ -198,7 +198,7 @@ void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) {
   add(VectorXd::Zero(centre.size()), true);
   const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(centre.size(), centre.size()));
   for (Index g = 0; g < groups(); ++g)
-    if (const double down = chart.box.least[g] - centre[g]; - down < kBeside * std::sqrt(covariance(g, g)))
+    if (const double down = chart.box.least[g] - centre[g]; kBeside * std::sqrt(covariance(g, g)) > -down)
       add(covariance.col(g) * (down / covariance(g, g)), true);
   for (Index i = 0; i < axes.cols(); ++i)
     for (const double sign : {1.0, -1.0}) {

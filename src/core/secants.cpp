@@ -2,20 +2,12 @@
 
 #include <Eigen/QR>
 
-namespace pulson {
-namespace {
+#include "core/columns.hpp"
 
-using Eigen::Index;
+namespace pulson {
+
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-MatrixXd as_columns(const std::vector<VectorXd>& vectors) {
-  MatrixXd matrix(vectors.front().size(), std::ssize(vectors));
-  for (std::size_t j = 0; j < vectors.size(); ++j) matrix.col(static_cast<Index>(j)) = vectors[j];
-  return matrix;
-}
-
-}  // namespace
 
 VectorXd Secants::next(const VectorXd& x, const VectorXd& f) {
   if (x_.size() > 0) {
@@ -29,9 +21,9 @@ VectorXd Secants::next(const VectorXd& x, const VectorXd& f) {
   x_ = x;
   f_ = f;
   if (!any()) return x - f;
-  const MatrixXd f_changes = as_columns(f_changes_);
+  const MatrixXd f_changes = columns_of(f_changes_);
   const VectorXd gamma = f_changes.colPivHouseholderQr().solve(f);
-  return x - f - (as_columns(x_changes_) - f_changes) * gamma;
+  return x - f - (columns_of(x_changes_) - f_changes) * gamma;
 }
 
 void Secants::forget() {

@@ -231,6 +231,26 @@ TEST(StudyRecovery, ModelsThatDifferMuchAreToldApart) {
   EXPECT_GE(covered, 3);
 }
 
+// Under the model that shapes are drawn from, the ratio of the evidence of any other to its own has mean 1, if both are
+// exact. Draws that fit their data to a hundredth of σ only made it 1.2.
+TEST(StudyRecovery, RatiosOfEvidencesHaveMeanOne) {
+  RecoveryOptions options = tiny_study();
+  options.settings.kernel = "gaussian:alpha=0.5";
+  options.settings.lambda = 50;
+  options.settings.importance_samples = 32;
+  options.cohorts = 60;
+  options.shapes = 20;
+  const RecoveryRow row = study_recovery(oval(12), {{"none", 50}}, {"none", "ch-sd:beta=0.01"}, options).front();
+  Eigen::ArrayXd ratios(options.cohorts);
+  for (Eigen::Index i = 0; i < ratios.size(); ++i) {
+    const std::vector<RecoveredFit>& fits = row.fits[static_cast<std::size_t>(i)];
+    ratios[i] = std::exp(fits[1].log_evidence - fits[0].log_evidence);
+  }
+  const double error = std::sqrt((ratios - ratios.mean()).square().mean() / options.cohorts);
+  EXPECT_LE(error, 0.06);
+  EXPECT_NEAR(ratios.mean(), 1, 2.5 * error);
+}
+
 TEST(StudyRecovery, Refuses) {
   const Landmarks source = oval(5);
   EXPECT_THAT(error_of([&] {

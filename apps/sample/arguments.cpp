@@ -73,7 +73,7 @@ void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("--fault", fault,
                   "with --calibrate: draw the shapes with this parameter times FACTOR, to see that it is caught")
       ->type_name("NAME=FACTOR");
-  units.add_to(verb, "simulations of --calibrate, or the chains,");
+  units.add_to(verb, "simulations of --calibrate, or the chains");
   add_seed_option(verb, sampler.seed);
   time.add_to(verb, "1");
   add_threads_option(verb);

@@ -142,8 +142,9 @@ bool with_sampled_evidence(Comparison& comparison) {
   for (ComparedModel& model : models) {
     model.fit.sampled = sample_evidence(comparison.cohort, model.fit, comparison.settings);
     if (std::isnan(model.fit.sampled->total.value)) {
-      comparison.notes.push_back(fmt::format(
-          "{}: Markov chains find no path for some shape, so models are not ranked by their evidence", model.noise));
+      comparison.notes.push_back(
+          fmt::format("{}: the evidence of some shape by Markov chains is undetermined, so models are not ranked by it",
+                      model.noise));
       for (ComparedModel& other : models) other.fit.sampled.reset();
       return false;
     }

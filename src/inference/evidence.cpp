@@ -1,5 +1,6 @@
 #include "evidence.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -17,6 +18,8 @@ namespace {
 constexpr int kMostIterations = 1000;
 constexpr double kSettled = 1e-10;
 constexpr int kMostReference = 2000;
+constexpr double kFewestShared = 4;  // draws of the one law that come to where those of the other are
+constexpr double kUndetermined = std::numeric_limits<double>::quiet_NaN();
 
 // Variance of numbers of mean 0.
 double variance_about_0(const VectorXd& x) { return x.squaredNorm() / static_cast<double>(x.size() - 1); }
@@ -55,8 +58,10 @@ Bridge bridge_between(const VectorXd& upper, const VectorXd& lower, double n1, d
 Estimate bridge(const VectorXd& posterior, const VectorXd& reference, const Effective& size) {
   const Bridge found =
       bridge_between(posterior, reference, effective(size, posterior), static_cast<double>(reference.size()));
-  return {found.log_ratio, std::sqrt(variance_about_0(found.of_lower) / static_cast<double>(reference.size()) +
-                                     variance_about_0(found.of_upper) / effective(size, found.of_upper))};
+  const double of_lower = variance_about_0(found.of_lower) / static_cast<double>(reference.size());
+  const double of_upper = variance_about_0(found.of_upper) / effective(size, found.of_upper);
+  if (!(std::max(of_lower, of_upper) < 1 / kFewestShared)) return {kUndetermined, kUndetermined};
+  return {found.log_ratio, std::sqrt(of_lower + of_upper)};
 }
 
 Estimate tempered_log_evidence(const PosteriorDraws& draws) {
@@ -85,8 +90,7 @@ Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& 
   const int count = std::min<int>(kMostReference, static_cast<int>(draws.log_weight.size()));
   VectorXd reference(count);
   parallel_for(count, [&](int i) { reference[i] = reference_log_weight(setting, static_cast<std::uint64_t>(i)); });
-  if (!(reference.maxCoeff() > -std::numeric_limits<double>::infinity()))
-    return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+  if (!(reference.maxCoeff() > -std::numeric_limits<double>::infinity())) return {kUndetermined, kUndetermined};
   return bridge(draws.log_weight, reference,
                 [&](const VectorXd& values) { return effective_sample_size(draws.by_chain(values.transpose())); });
 }

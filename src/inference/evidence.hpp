@@ -12,7 +12,8 @@ Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& 
 /// Effective sample size of numbers along the chains; NaN: as many as there are.
 using Effective = std::function<double(const Eigen::VectorXd&)>;
 
-/// The same of given numbers. @param size of functions of the posterior's draws
+/// The same of given numbers; NaN where fewer than 4 draws of the one law come to where those of the other are: nothing
+/// is known then of the ratio, nor of its error. @param size of functions of the posterior's draws
 Estimate bridge(const Eigen::VectorXd& posterior, const Eigen::VectorXd& reference, const Effective& size);
 
 /// The same from the draws of all powers: the sum over neighbouring powers of the logarithms of the ratios of their

@@ -79,7 +79,7 @@ struct ShapeFit {
 
 /// The evidence of a model with its fitted numbers, by Markov chains and bridge sampling for each shape.
 struct SampledEvidence {
-  std::vector<Estimate> shapes;  ///< NaN where no path is found
+  std::vector<Estimate> shapes;  ///< NaN where undetermined
   Estimate total;                ///< their sum
   double worst_rhat = 1;         ///< of the log likelihood, over the shapes
 };

@@ -118,7 +118,7 @@ struct PosteriorDraws {
   double parameter_acceptance = 0;                      ///< of the moves of θ; 0 without parameters
   double step_angle = 0;                                ///< mean over chains, radians
   double warmup_seconds = 0, seconds = 0;               ///< all, warm-up included
-  Estimate log_evidence;                                ///< log p(y) by bridge sampling
+  Estimate log_evidence;                                ///< log p(y) by bridge sampling; NaN: undetermined
   double laplace_log_evidence = 0;                      ///< of the reference
   std::int64_t path_evaluations = 0;
   std::vector<double> powers;               ///< τ, increasing from 0 to 1; empty without tempering

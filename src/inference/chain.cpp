@@ -25,6 +25,9 @@ constexpr int kMostKicks = 32;
 constexpr double kThetaAcceptance = 0.3;
 constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
 constexpr double kAdaptation = 0.6;
+// Nats, where a chain begins, below the weight of the centre: draws of a reference of strongly bent paths may lie 10⁵
+// below, from where chains come to other parts of the posterior.
+constexpr double kFarFromCentre = 10;
 constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
@@ -123,12 +126,15 @@ Chain::Chain(const ChainSetting& setting, int number, double power)
       log_scale_(std::log(2.4 / std::sqrt(std::max<double>(1, static_cast<double>(setting.space.count()))))),
       root_(setting.reference.root) {
   const Index k = setting_.space.count();
-  double size = 1;  // of the first normal numbers: smaller where there is no path
+  double size = 1;  // of the first normal numbers: smaller where there is no path, or none as good as at the centre
+  double least = -std::numeric_limits<double>::infinity();
+  if (power_ > 0 && begin_at(make_theta(setting_, setting_.reference.centre, power_), 0))
+    least = log_weight() - kFarFromCentre;
   for (int start = 0; start < kStarts; ++start, size *= 0.9) {
     iteration_ = kStartIterations + static_cast<std::uint64_t>(start);
     VectorXd phi = setting_.reference.centre;
     if (k > 0) phi += size * VectorXd(root_.triangularView<Eigen::Lower>() * normals(0, k));
-    if (begin_at(make_theta(setting_, phi, power_), size)) break;
+    if (begin_at(make_theta(setting_, phi, power_), size) && (power_ == 0 || log_weight() >= least)) break;
   }
   if (points_.empty()) throw NumericalError("no path is found where chains begin; use more `grid.steps`");
   iteration_ = 0;

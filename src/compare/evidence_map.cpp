@@ -70,6 +70,14 @@ const VectorXd& EvidenceMap::best_place(const Likelihood& likelihood) const {
   });
 }
 
+std::vector<VectorXd> EvidenceMap::likely_places(const Likelihood& likelihood, double nats) const {
+  const double least = likelihood.value(likelihood.maximum) - nats;
+  std::vector<VectorXd> likely;
+  for (const VectorXd& place : has_samples() ? sampled_ : places_)
+    if (likelihood.value(place) >= least) likely.push_back(place);
+  return likely;
+}
+
 bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metric) const {
   constexpr double kNear = 1.0 / 6;
   const auto& places = sampled ? sampled_ : places_;

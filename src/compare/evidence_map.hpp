@@ -29,6 +29,9 @@ class EvidenceMap {
   bool has_samples() const { return !sampled_.empty(); }
   /// The known place that is the likeliest, of the sampled ones where there are any.
   const Eigen::VectorXd& best_place(const Likelihood& likelihood) const;
+  /// The known places that are at most so many nats less likely than the maximum, of the sampled ones where there are
+  /// any.
+  std::vector<Eigen::VectorXd> likely_places(const Likelihood& likelihood, double nats) const;
   /// Whether there is a place within a sixth of a deviation, so that another says nothing more.
   bool is_known(const Eigen::VectorXd& x, bool sampled, const Eigen::MatrixXd& metric) const;
 

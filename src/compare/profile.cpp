@@ -31,9 +31,9 @@ double drop_of_ninety(double from_bound) {
 }
 
 std::optional<VectorXd> profile_end(const Likelihood& likelihood, Index i, int direction, double step,
-                                    const std::function<double(double)>& drop) {
+                                    const std::function<double(double)>& drop, const std::vector<VectorXd>& others) {
   const double greatest = likelihood.value(likelihood.maximum);
-  const double end = direction > 0 ? likelihood.box.most[i] : likelihood.box.least[i];
+  const double bound = direction > 0 ? likelihood.box.most[i] : likelihood.box.least[i];
   // The greatest with that number, from x, which is moved there.
   const auto is_inside = [&](double t, VectorXd& x) {
     Box box = likelihood.box;
@@ -42,22 +42,32 @@ std::optional<VectorXd> profile_end(const Likelihood& likelihood, Index i, int d
     x = found.x;
     return found.value >= greatest - drop(t);
   };
-  VectorXd inside = likelihood.maximum;
-  VectorXd outside = inside;
-  for (int count = 1;; ++count) {
-    const double t = likelihood.maximum[i] + direction * 0.5 * step * count;
-    const bool beyond = direction * (t - end) >= 0;
-    outside = inside;
-    if (!is_inside(beyond ? end : t, outside)) break;
-    if (beyond || count == kMostOutward) return std::nullopt;
-    inside = outside;
+  const auto end_beyond = [&](const VectorXd& from) -> std::optional<VectorXd> {
+    VectorXd inside = from;
+    VectorXd outside = inside;
+    for (int count = 1;; ++count) {
+      const double t = from[i] + direction * 0.5 * step * count;
+      const bool beyond = direction * (t - bound) >= 0;
+      outside = inside;
+      if (!is_inside(beyond ? bound : t, outside)) break;
+      if (beyond || count == kMostOutward) return std::nullopt;
+      inside = outside;
+    }
+    for (int k = 0; k < kBisections; ++k) {
+      VectorXd between = inside;
+      const bool in = is_inside((inside[i] + outside[i]) / 2, between);
+      (in ? inside : outside) = between;
+    }
+    return inside;
+  };
+  std::optional<VectorXd> end = end_beyond(likelihood.maximum);
+  for (const VectorXd& other : others) {
+    if (!end) return end;
+    VectorXd from = likelihood.box.clipped(other);
+    if (direction * (from[i] - (*end)[i]) <= 0 || !is_inside(from[i], from)) continue;
+    end = end_beyond(from);
   }
-  for (int k = 0; k < kBisections; ++k) {
-    VectorXd between = inside;
-    const bool in = is_inside((inside[i] + outside[i]) / 2, between);
-    (in ? inside : outside) = between;
-  }
-  return inside;
+  return end;
 }
 
 }  // namespace pulson::compare

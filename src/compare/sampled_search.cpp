@@ -32,6 +32,7 @@ constexpr double kTrusted = 2.5;      // deviations that the maximum may be from
 constexpr double kFarthest = 5;       // deviations of a step to another chart
 constexpr double kDifference = 0.05;  // of coordinates
 constexpr double kAtRest = 1.0 / 6;   // deviations that the maximum of a chart still moves
+constexpr double kStillMoves = 0.5;   // the same, as ends of intervals are charted
 constexpr int kMostCharts = 3, kMostPlaces = 6;
 constexpr int kRoundsOfEnds = 4;  // in all but the last of which the ends of intervals are charted
 // Of the evidence's places in a chart, deviations along the axes, and along two at once.
@@ -212,18 +213,22 @@ void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) {
     }
 }
 
-// Profile intervals, widened by what the draws leave uncertain. The ends are charted, and found again.
+// Profile intervals, from the least to the greatest likely number, be there less likely ones between, and widened by
+// what the draws leave uncertain. The ends are charted, and found again.
 Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws) {
   const Index n = numbers_open();
   constexpr double kNowhere = std::numeric_limits<double>::infinity();
   Maximum found{std::move(best), chart.metric, VectorXd::Constant(n, -kNowhere), VectorXd::Constant(n, kNowhere)};
   const VectorXd found_at = place(found.state);
   const VectorXd by_metric = deviations_of(chart.metric);
-  const Box box = extent(chart.box, found_at, chart.metric, kExtent);
+  const Box about = extent(chart.box, found_at, chart.metric, kExtent);
   const bool sampled = map.has_samples();
   for (int round = 0; round < kRoundsOfEnds; ++round) {
-    Likelihood likelihood = map.likelihood(chart.metric, box);
+    Likelihood likelihood = map.likelihood(chart.metric, extent(chart.box, found_at, chart.metric, kStillMoves));
     likelihood.maximum = maximum_of(likelihood, found_at);
+    const std::vector<VectorXd> likely = map.likely_places(likelihood, kDropOfNinety);
+    Box& box = likelihood.box = about;
+    for (const VectorXd& place : likely) box = {box.least.cwiseMin(place), box.most.cwiseMax(place)};
     const MatrixXd information = likelihood.second_order(likelihood.maximum).information;
     if (Eigen::LLT<MatrixXd>(information).info() == Eigen::Success) found.information = information;
     const VectorXd deviations = deviations_of(metric_of(found.information));
@@ -235,7 +240,7 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
         const auto drop = [&](double t) {
           return wider * (i < groups() ? drop_of_ninety((t - chart.box.least[i]) / deviations[i]) : kDropOfNinety);
         };
-        const auto end = profile_end(likelihood, i, direction, deviations[i], drop);
+        const auto end = profile_end(likelihood, i, direction, deviations[i], drop, likely);
         const double bound = (direction < 0 ? chart.box.least : chart.box.most)[i];
         const bool is_bound = (direction < 0 ? box.least : box.most)[i] == bound;
         // Where the chart has no end, as too few places about it have matches, that of a parabola.

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
@@ -133,6 +135,30 @@ TEST(ProfileEnd, OfAQuadraticIsTheMarginalDeviation) {
 TEST(ProfileEnd, IsNoneBeyondTheBox) {
   const Likelihood likelihood{quadratic, second_order, {VectorXd{{0.9, -99}}, VectorXd{{99, 99}}}, kMiddle};
   EXPECT_FALSE(profile_end(likelihood, 0, -1, 1, [](double) { return kDropOfNinety; }));
+}
+
+// Two peaks of deviations 1 at 0 and 10, the latter lower by less than 1.35, with a valley between.
+TEST(ProfileEnd, IsThatOfTheFartherPeakWhereThatIsLikelyToo) {
+  const auto of_peaks = [](double lower) {
+    const auto log_sum = [lower](double x) {
+      return std::log(std::exp(-0.5 * x * x) + std::exp(-0.5 * (x - 10) * (x - 10) - lower));
+    };
+    return Likelihood{[=](const VectorXd& x) { return log_sum(x[0]); },
+                      [=](const VectorXd& x) {
+                        constexpr double kStep = 1e-4;
+                        const double up = log_sum(x[0] + kStep), here = log_sum(x[0]), down = log_sum(x[0] - kStep);
+                        return SecondOrder{VectorXd::Constant(1, (up - down) / (2 * kStep)),
+                                           MatrixXd::Constant(1, 1, -(up - 2 * here + down) / (kStep * kStep))};
+                      },
+                      {VectorXd::Constant(1, -99), VectorXd::Constant(1, 99)},
+                      VectorXd::Zero(1)};
+  };
+  const auto drop = [](double) { return kDropOfNinety; };
+  const std::vector<VectorXd> others = {VectorXd::Constant(1, 10.2)};
+  EXPECT_NEAR((*profile_end(of_peaks(1), 0, 1, 1, drop))[0], 1.64485, 2e-3);
+  EXPECT_NEAR((*profile_end(of_peaks(1), 0, 1, 1, drop, others))[0], 10 + std::sqrt(2 * (kDropOfNinety - 1)), 2e-3);
+  EXPECT_NEAR((*profile_end(of_peaks(1), 0, -1, 1, drop, others))[0], -1.64485, 2e-3);
+  EXPECT_NEAR((*profile_end(of_peaks(2), 0, 1, 1, drop, others))[0], 1.64485, 2e-3);
 }
 
 // An estimate that would be N(d, 1) were there no bound at 0: the likelihood ratio of the truth d over a grid of 2e5

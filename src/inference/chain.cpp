@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/factorisations.hpp"
+#include "no_u_turn.hpp"
 #include "normal_quantile.hpp"
 #include "pulson/core/errors.hpp"
 #include "random/normals.hpp"
@@ -21,7 +22,7 @@ namespace {
 constexpr double kQuarterTurn = std::numbers::pi / 2;
 constexpr double kFirstAngle = 0.8;
 constexpr double kLeastAngle = 1e-4;
-constexpr int kMostKicks = 32;
+constexpr int kMostKicks = 32, kMostDoublings = 6;
 constexpr double kThetaAcceptance = 0.3;
 constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
 constexpr double kAdaptation = 0.6;
@@ -255,37 +256,54 @@ VectorXd Chain::gradient(std::size_t specimen, const ChainPoint& at) {
 
 // Rotations of (v, η) by the angle of a step, which leave N(0, I) invariant, between kicks of η by the gradient of the
 // log weight: reversible, and of the volume of (v, η).
+double Chain::energy(const ChainPoint& at, const VectorXd& eta) {
+  return -at.log_weight + 0.5 * at.v.squaredNorm() + 0.5 * eta.squaredNorm();
+}
+
+std::optional<TrajectoryPoint> Chain::step(std::size_t specimen, const TrajectoryPoint& from, double angle) {
+  VectorXd eta = from.eta + 0.5 * angle * from.kick;
+  VectorXd turned = std::cos(angle) * from.at.v + std::sin(angle) * eta;
+  eta = std::cos(angle) * eta - std::sin(angle) * from.at.v;
+  auto next = point(specimen, theta_, from.at.mode, std::move(turned));
+  if (!next) return std::nullopt;
+  VectorXd kick = VectorXd::Zero(eta.size());
+  if (setting_.move.uses_gradient) kick = gradient(specimen, *next);
+  eta += 0.5 * angle * kick;
+  const double energy = Chain::energy(*next, eta);
+  return TrajectoryPoint{std::move(*next), std::move(eta), std::move(kick), energy};
+}
+
 void Chain::move_path(std::size_t specimen, bool adapting) {
   const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (specimen + 1);
   const ChainPoint& from = points_[specimen];
-  // Steps of different lengths, so that no trajectory is periodic.
-  const double angle = setting_.move.adapts ? std::exp(log_angle_) * (0.8 + 0.4 * uniform(kind)) : kQuarterTurn;
-  const int steps =
-      setting_.move.whole_rotation ? std::clamp(static_cast<int>(std::lround(kQuarterTurn / angle)), 1, kMostKicks) : 1;
   VectorXd eta = normals(kind + 1, from.v.size());
-  double energy = -from.log_weight + 0.5 * from.v.squaredNorm() + 0.5 * eta.squaredNorm();
-  ChainPoint at = from;
-  bool lost = false;
-  VectorXd kick = setting_.move.uses_gradient ? gradient(specimen, at) : VectorXd::Zero(eta.size());
-  for (int step = 0; step < steps && !lost; ++step) {
-    eta += 0.5 * angle * kick;
-    VectorXd turned = std::cos(angle) * at.v + std::sin(angle) * eta;
-    eta = std::cos(angle) * eta - std::sin(angle) * at.v;
-    auto next = point(specimen, theta_, at.mode, std::move(turned));
-    lost = !next;
-    if (lost) break;
-    at = std::move(*next);
-    if (setting_.move.uses_gradient) {
-      kick = gradient(specimen, at);
-      eta += 0.5 * angle * kick;
-    }
-  }
+  VectorXd kick = VectorXd::Zero(eta.size());
+  if (setting_.move.uses_gradient) kick = gradient(specimen, from);
+  const double energy = Chain::energy(from, eta);
+  TrajectoryPoint at{from, std::move(eta), std::move(kick), energy};
   double probability = 0;
-  if (!lost) {
-    energy -= -at.log_weight + 0.5 * at.v.squaredNorm() + 0.5 * eta.squaredNorm();
-    probability = std::isnan(energy) ? 0 : std::min(1.0, std::exp(energy));
+  if (setting_.move.until_it_turns) {
+    const double angle = std::exp(log_angle_);
+    const VectorXd uniforms = normals(kind + 2, Index{2} << kMostDoublings).unaryExpr(&normal_probability);
+    NoUTurn trajectory([&](const TrajectoryPoint& of, int direction) { return step(specimen, of, direction * angle); },
+                       uniforms, kMostDoublings);
+    points_[specimen] = trajectory.draw(at);
+    probability = trajectory.acceptance();
+  } else {
+    // Steps of different lengths, so that no trajectory is periodic.
+    const double angle = setting_.move.adapts ? std::exp(log_angle_) * (0.8 + 0.4 * uniform(kind)) : kQuarterTurn;
+    const int steps = setting_.move.whole_rotation
+                          ? std::clamp(static_cast<int>(std::lround(kQuarterTurn / angle)), 1, kMostKicks)
+                          : 1;
+    bool lost = false;
+    for (int count = 0; count < steps && !lost; ++count) {
+      auto next = step(specimen, at, angle);
+      lost = !next;
+      if (!lost) at = std::move(*next);
+    }
+    if (!lost && !std::isnan(at.energy)) probability = std::min(1.0, std::exp(energy - at.energy));
+    if (uniform(kind + 2) < probability) points_[specimen] = std::move(at.at);
   }
-  if (uniform(kind + 2) < probability) points_[specimen] = std::move(at);
   if (!adapting) {
     accepted_ += probability;
     ++moves_;

@@ -28,6 +28,8 @@ struct ChainPoint {
   double log_weight = 0;  ///< log p(z | θ) p(y | z, θ)^τ / Σ_m a_m g_m(z | θ)
 };
 
+struct TrajectoryPoint;
+
 /// The models of one θ for all specimens, and the linear ones of all modes.
 struct ThetaPoint {
   Eigen::VectorXd phi;
@@ -77,6 +79,9 @@ class Chain {
   void redraw();
   /// Points of another power in the coordinates of this.
   std::vector<ChainPoint> seen_here(const ThetaPoint& theta, const std::vector<ChainPoint>& points) const;
+  static double energy(const ChainPoint& at, const Eigen::VectorXd& eta);
+  /// A kick of half a step, a rotation by `angle`, and another kick; none without a path.
+  std::optional<TrajectoryPoint> step(std::size_t specimen, const TrajectoryPoint& from, double angle);
   void move_path(std::size_t specimen, bool adapting);
   void jump(std::size_t specimen);
   void move_theta(int turn, bool adapting);

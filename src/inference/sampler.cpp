@@ -21,6 +21,10 @@ const NameTable<MoveKind>& sampler_table() {
   static const NameTable<MoveKind> kTable(
       "sampler",
       {{"hmc", {}, "Hamiltonian Monte Carlo: a quarter turn in steps whose size is adapted", {true, true, true, 0.8}},
+       {"nuts",
+        {},
+        "the same, with trajectories that end where they turn back (no-U-turn sampler)",
+        {true, true, true, 0.8, true}},
        {"mala", {}, "one step of it: function-space Langevin", {true, false, true, 0.6}},
        {"pcn",
         {},

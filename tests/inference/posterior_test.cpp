@@ -55,7 +55,7 @@ void expect_gaussian(const PosteriorDraws& draws, const Eigen::RowVectorXd& row,
 }
 
 class Method : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(All, Method, testing::Values("hmc", "mala", "pcn", "independence"),
+INSTANTIATE_TEST_SUITE_P(All, Method, testing::Values("hmc", "nuts", "mala", "pcn", "independence"),
                          [](const auto& method) { return std::string(method.param); });
 
 // One pulson is free: q(t) = q0 + t p0 + β W(t), all Gaussian.

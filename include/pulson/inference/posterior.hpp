@@ -75,9 +75,10 @@ struct MoveKind {
   bool whole_rotation = false;  ///< trajectories of a quarter turn, else of one step
   bool adapts = true;           ///< the angle of a step; else it is a quarter turn
   double target_acceptance = 0;
+  bool until_it_turns = false;  ///< trajectories of NUTS, which end where they turn back
 };
 
-/// hmc, mala, pcn, independence.
+/// hmc, nuts, mala, pcn, independence.
 const NameTable<MoveKind>& sampler_table();
 
 struct SamplerOptions {

@@ -48,7 +48,7 @@ void SampleArguments::add_to(CLI::App& verb) {
                  ->capture_default_str(),
              "alignment", {"auto"});
   verb.add_option("--integrator", integrator, "see pulson info integrators")->type_name("NAME")->capture_default_str();
-  verb.add_option("--method", sampler.method, "hmc, nuts, mala, pcn or independence")
+  verb.add_option("--method", sampler.method, "hmc, nuts, mala, pcn, rto or independence")
       ->type_name("NAME")
       ->capture_default_str();
   verb.add_option("--chains", sampler.chains, "number of chains")->capture_default_str();

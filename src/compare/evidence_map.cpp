@@ -78,11 +78,11 @@ std::vector<VectorXd> EvidenceMap::likely_places(const Likelihood& likelihood, d
   return likely;
 }
 
-bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metric) const {
-  constexpr double kNear = 1.0 / 6;
+bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metric, double deviations) const {
   const auto& places = sampled ? sampled_ : places_;
-  return std::any_of(places.begin(), places.end(),
-                     [&](const VectorXd& place) { return (place - x).dot(metric * (place - x)) < kNear * kNear; });
+  return std::any_of(places.begin(), places.end(), [&](const VectorXd& place) {
+    return (place - x).dot(metric * (place - x)) < deviations * deviations;
+  });
 }
 
 double EvidenceMap::laplace_at(const VectorXd& x) const {

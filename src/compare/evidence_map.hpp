@@ -32,8 +32,9 @@ class EvidenceMap {
   /// The known places that are at most so many nats less likely than the maximum, of the sampled ones where there are
   /// any.
   std::vector<Eigen::VectorXd> likely_places(const Likelihood& likelihood, double nats) const;
-  /// Whether there is a place within a sixth of a deviation, so that another says nothing more.
-  bool is_known(const Eigen::VectorXd& x, bool sampled, const Eigen::MatrixXd& metric) const;
+  /// Whether there is a place within so many deviations: within a sixth another says nothing more.
+  bool is_known(const Eigen::VectorXd& x, bool sampled, const Eigen::MatrixXd& metric,
+                double deviations = 1.0 / 6) const;
 
   /// @param metric the scale of distances @param left_out group of draws, or −1
   Likelihood likelihood(const Eigen::MatrixXd& metric, const Box& box, int left_out = -1) const;

@@ -27,12 +27,13 @@ constexpr double kMostError = 1;  // nats, of the cohort's evidence by samples t
 constexpr Index kFewestSampled = 3;
 constexpr double kMostDeviation = 2;  // of a coordinate, and least, of a chart
 constexpr double kLeastDeviation = 0.01;
-constexpr double kExtent = 6;         // deviations, of a chart's box
-constexpr double kTrusted = 2.5;      // deviations that the maximum may be from a chart's centre
-constexpr double kFarthest = 5;       // deviations of a step to another chart
-constexpr double kDifference = 0.05;  // of coordinates
-constexpr double kAtRest = 1.0 / 6;   // deviations that the maximum of a chart still moves
-constexpr double kStillMoves = 0.5;   // the same, as ends of intervals are charted
+constexpr double kExtent = 6;           // deviations, of a chart's box
+constexpr double kTrusted = 2.5;        // deviations that the maximum may be from a chart's centre
+constexpr double kFarthest = 5;         // deviations of a step to another chart
+constexpr double kDifference = 0.05;    // of coordinates
+constexpr double kAtRest = 1.0 / 6;     // deviations that the maximum of a chart still moves
+constexpr double kStillMoves = 0.5;     // the same, as ends of intervals are charted
+constexpr double kBelowItsProfile = 4;  // nats: places that may lead to a likely number, with the others at their best
 constexpr int kMostCharts = 3, kMostPlaces = 6;
 constexpr int kRoundsOfEnds = 4;  // in all but the last of which the ends of intervals are charted
 // Of the evidence's places in a chart, deviations along the axes, and along two at once.
@@ -226,7 +227,7 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
   for (int round = 0; round < kRoundsOfEnds; ++round) {
     Likelihood likelihood = map.likelihood(chart.metric, extent(chart.box, found_at, chart.metric, kStillMoves));
     likelihood.maximum = maximum_of(likelihood, found_at);
-    const std::vector<VectorXd> likely = map.likely_places(likelihood, kDropOfNinety);
+    const std::vector<VectorXd> likely = map.likely_places(likelihood, kDropOfNinety + kBelowItsProfile);
     Box& box = likelihood.box = about;
     for (const VectorXd& place : likely) box = {box.least.cwiseMin(place), box.most.cwiseMax(place)};
     const MatrixXd information = likelihood.second_order(likelihood.maximum).information;
@@ -247,7 +248,8 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
         const double otherwise = is_bound
                                      ? direction * kNowhere
                                      : found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
-        (direction < 0 ? found.low : found.high)[i] = end ? (*end)[i] : otherwise;
+        const bool is_charted = end && map.is_known(*end, sampled, chart.metric, kTrusted);
+        (direction < 0 ? found.low : found.high)[i] = is_charted ? (*end)[i] : otherwise;
         if (end && round + 1 < kRoundsOfEnds && !map.is_known(*end, sampled, chart.metric))
           chart_at(chart, *end, true, map, draws);
       }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/factorisations.hpp"
+#include "fitted_draws.hpp"
 #include "no_u_turn.hpp"
 #include "normal_quantile.hpp"
 #include "pulson/core/errors.hpp"
@@ -66,6 +67,8 @@ double log_weight_of(const ChainSetting& setting, std::size_t specimen, const Th
                      std::vector<VectorXd>* residuals) {
   const std::vector<LinearAt>& linear = theta.linear[specimen];
   const Specimen& of = setting.specimens[specimen];
+  if (setting.move.fits_data)
+    return shot.log_likelihood - fitted_log_density(of, theta.models[specimen], linear.front(), z, shot);
   const double volume = of.log_volume(theta.models[specimen]) +
                         static_cast<double>(of.data()) * std::log(setting.inflation / std::sqrt(power));
   VectorXd logs(std::ssize(linear));
@@ -83,6 +86,14 @@ double log_weight_of(const ChainSetting& setting, std::size_t specimen, const Th
 }
 
 namespace {
+
+// z of standard normal numbers.
+std::optional<VectorXd> draw_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta,
+                                std::size_t mode, const VectorXd& normals) {
+  const LinearAt& linear = theta.linear[specimen][mode];
+  if (!setting.move.fits_data) return linear.draw(normals);
+  return fitted_draw(setting.specimens[specimen], theta.models[specimen], linear, normals);
+}
 
 std::size_t drawn_mode(const VectorXd& log_weights, double uniform) {
   double below = 0;
@@ -107,11 +118,12 @@ double reference_log_weight(const ChainSetting& setting, std::uint64_t number) {
       const Specimen& specimen = setting.specimens[i];
       const double uniform = normal_probability(drawn(setting.seed, chain, number, 2 * i + 1, 1)[0]);
       const std::size_t mode = drawn_mode(setting.reference.log_weights[i], uniform);
-      const VectorXd z = theta.linear[i][mode].draw(
-          drawn(setting.seed, chain, number, 2 * i + 2, specimen.unknowns() + specimen.data()));
-      const auto shot = specimen.shoot(theta.models[i], z);
+      const auto z = draw_of(setting, i, theta, mode,
+                             drawn(setting.seed, chain, number, 2 * i + 2, specimen.unknowns() + specimen.data()));
+      if (!z) return kNone;
+      const auto shot = specimen.shoot(theta.models[i], *z);
       if (!shot) return kNone;
-      sum += log_weight_of(setting, i, theta, 1, z, *shot);
+      sum += log_weight_of(setting, i, theta, 1, *z, *shot);
     }
     return sum;
   } catch (const Error&) {
@@ -233,7 +245,9 @@ double Chain::log_likelihood() const {
 std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, VectorXd v) {
   ++evaluations_;
   ChainPoint at{mode, std::move(v), {}, {}, 0};
-  at.z = power_ == 0 ? at.v : theta.linear[specimen][mode].draw(at.v);
+  std::optional<VectorXd> z = power_ == 0 ? at.v : draw_of(setting_, specimen, theta, mode, at.v);
+  if (!z) return std::nullopt;
+  at.z = std::move(*z);
   std::optional<Specimen::Shot> shot = setting_.specimens[specimen].shoot(theta.models[specimen], at.z);
   if (!shot) return std::nullopt;
   at.shot = std::move(*shot);
@@ -388,7 +402,7 @@ void Chain::advance(int warmup) {
     jump(i);
   }
   if (setting_.space.count() > 0) {
-    for (int turn = 0; turn < kThetaMoves; ++turn) move_theta(turn, adapting);
+    for (int turn = 0; turn < (setting_.move.fits_data ? 1 : kThetaMoves); ++turn) move_theta(turn, adapting);
     if (adapting) learn(warmup);
   }
   ++iteration_;

@@ -129,9 +129,10 @@ LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model) : li
   }
   s.diagonal().array() += 1;
   factors_.compute(s);
-  log_evidence_ = -0.5 * offset_.dot(factors_.solve(offset_)) - factors_.matrixLLT().diagonal().array().log().sum() -
-                  specimen.log_volume(model);
+  log_evidence_ = -0.5 * offset_.dot(factors_.solve(offset_)) - half_log_determinant() - specimen.log_volume(model);
 }
+
+double LinearAt::half_log_determinant() const { return factors_.matrixLLT().diagonal().array().log().sum(); }
 
 VectorXd LinearAt::apply(const VectorXd& z) const {
   const Specimen& specimen = *linear_->specimen_;

@@ -57,6 +57,7 @@ class LinearAt {
   /// −JᵀS⁻¹c
   Eigen::VectorXd mean() const;
 
+  double half_log_determinant() const;                   ///< ½ log det S
   double log_evidence() const { return log_evidence_; }  ///< log p(y | θ) of the linear model
 
  private:

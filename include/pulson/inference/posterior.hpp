@@ -76,9 +76,10 @@ struct MoveKind {
   bool adapts = true;           ///< the angle of a step; else it is a quarter turn
   double target_acceptance = 0;
   bool until_it_turns = false;  ///< trajectories of NUTS, which end where they turn back
+  bool fits_data = false;       ///< each draw fits its perturbed data exactly, and not by the linear model
 };
 
-/// hmc, nuts, mala, pcn, independence.
+/// hmc, nuts, mala, pcn, rto, independence.
 const NameTable<MoveKind>& sampler_table();
 
 struct SamplerOptions {

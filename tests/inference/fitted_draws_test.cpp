@@ -1,0 +1,167 @@
+// Draws that fit their perturbed data: their equation, their density, and the posterior they lead to, by quadrature.
+
+#include "inference/fitted_draws.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "inference/parameters.hpp"
+#include "inference/reference.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/inference/posterior.hpp"
+#include "random/normals.hpp"
+
+namespace pulson::inference {
+namespace {
+
+using Eigen::VectorXd;
+
+// Two landmarks on a line that are moved by more than the kernel's width, and nearly to one place.
+PosteriorProblem near_collision(const std::string& noise, std::vector<std::string> parameters = {}) {
+  const auto shape = [](double a, double b) {
+    Landmarks made;
+    made.points = Eigen::RowVector2d(a, b);
+    return made;
+  };
+  matching::RegistrationOptions options;
+  options.kernel = "gaussian:alpha=1";
+  options.noise = noise;
+  options.sigma = 0.05;
+  options.lambda = 1;
+  options.align = AlignmentKind::kNone;
+  options.grid = {1, 8};
+  return make_posterior_problem(shape(0, 1), {shape(1.3, 1.6)}, options, parameters);
+}
+
+struct AtTheMinimum {
+  explicit AtTheMinimum(const PosteriorProblem& problem)
+      : specimen(problem.specimens.front()),
+        model(specimen.model(ParameterSpace(problem).at(VectorXd()))),
+        minimum(find_minimum(specimen, model, VectorXd::Zero(specimen.unknowns()))),
+        linear(*minimum.linear, model) {}
+
+  VectorXd normals(std::uint64_t path) const {
+    return standard_normals(5, path, static_cast<int>(specimen.unknowns() + specimen.data()), 1);
+  }
+
+  Specimen specimen;
+  Specimen::Model model;
+  Minimum minimum;
+  LinearAt linear;
+};
+
+TEST(FittedDraws, SolveTheirEquation) {
+  const AtTheMinimum at(near_collision("ch-sd:beta=0.1"));
+  int found = 0;
+  for (std::uint64_t path = 0; path < 50; ++path) {
+    const VectorXd normals = at.normals(path);
+    const auto z = fitted_draw(at.specimen, at.model, at.linear, normals);
+    if (!z) continue;
+    ++found;
+    const VectorXd v = normals.tail(at.specimen.data()) + at.specimen.shoot(at.model, *z)->residual;
+    const VectorXd lacks = at.linear.apply(normals.head(at.specimen.unknowns()) - at.linear.transposed(v) - *z);
+    EXPECT_LE(at.linear.solve(lacks).norm(), 0.011);
+  }
+  EXPECT_GE(found, 45);
+}
+
+// The density is that of numerical differentiation: with ε = 0 z is a function of ζ, whose derivative is (I +
+// JᵀJ(z))⁻¹.
+TEST(FittedDraws, HaveTheDensityOfTheirMap) {
+  const AtTheMinimum at(near_collision("none"));
+  for (std::uint64_t path = 0; path < 10; ++path) {
+    VectorXd normals = at.normals(path);
+    normals.tail(at.specimen.data()).setZero();
+    const auto z = fitted_draw(at.specimen, at.model, at.linear, normals);
+    ASSERT_TRUE(z);
+    constexpr double kStep = 0.03;
+    const Eigen::Index unknowns = at.specimen.unknowns();
+    Eigen::MatrixXd derivative(unknowns, unknowns);
+    for (Eigen::Index i = 0; i < unknowns; ++i) {
+      VectorXd more = normals, less = normals;
+      more[i] += kStep;
+      less[i] -= kStep;
+      derivative.col(i) = (*fitted_draw(at.specimen, at.model, at.linear, more) -
+                           *fitted_draw(at.specimen, at.model, at.linear, less)) /
+                          (2 * kStep);
+    }
+    const VectorXd zeta = normals.head(unknowns);
+    const VectorXd image = at.linear.apply(zeta);
+    const double of_eta = -0.5 * (zeta.squaredNorm() - image.dot(at.linear.solve(image))) -
+                          at.linear.half_log_determinant() + 0.5 * z->squaredNorm();
+    const double expected = of_eta - std::log(std::abs(derivative.determinant()));
+    EXPECT_NEAR(fitted_log_density(at.specimen, at.model, at.linear, *z, *at.specimen.shoot(at.model, *z)), expected,
+                0.02);
+  }
+}
+
+TEST(FittedDraws, LeadToThePosteriorOfQuadrature) {
+  const PosteriorProblem problem = near_collision("none");
+  const AtTheMinimum at(problem);
+  constexpr int kPoints = 1200;
+  constexpr double kFarthest = 6, kCell = 2 * kFarthest / kPoints;
+  double mass = 0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int i = 0; i < kPoints; ++i)
+    for (int j = 0; j < kPoints; ++j) {
+      const VectorXd z = Eigen::Vector2d(-kFarthest + (i + 0.5) * kCell, -kFarthest + (j + 0.5) * kCell);
+      if ((z - at.minimum.z).norm() > 2) continue;
+      const auto shot = at.specimen.shoot(at.model, z);
+      if (!shot) continue;
+      const double part = kCell * kCell * std::exp(log_standard_normal(z) + shot->log_likelihood);
+      mass += part;
+      sum += part * at.specimen.momenta(at.model, z).reshaped();
+    }
+  SamplerOptions options;
+  options.method = "rto";
+  options.draws = 2000;
+  options.warmup = 200;
+  options.searches = 1;
+  const PosteriorDraws draws = sample_posterior(problem, options);
+  EXPECT_LE(draws.log_evidence.standard_error, 0.02);
+  EXPECT_NEAR(draws.log_evidence.value, std::log(mass), 3.5 * draws.log_evidence.standard_error + 1e-3);
+  for (int a = 0; a < 2; ++a) {
+    const DrawSummary summary = summarise(draws.by_chain(draws.momenta[0].row(a)));
+    EXPECT_NEAR(summary.mean, sum[a] / mass, 4 * summary.mcse);
+    EXPECT_LT(summary.rhat, 1.01);
+  }
+  std::printf("acc %g ev %g %g se %g lap %g\n", draws.acceptance, draws.log_evidence.value, std::log(mass),
+              draws.log_evidence.standard_error, draws.laplace_log_evidence);
+}
+
+// With β sampled too, against chains that know of no fitted draws.
+TEST(FittedDraws, LeadToTheParametersOfOtherChains) {
+  const PosteriorProblem problem = near_collision("ch-sd:beta=0.2", {"beta"});
+  const auto drawn = [&](const std::string& method, int count) {
+    SamplerOptions options;
+    options.method = method;
+    options.draws = count;
+    options.warmup = 300;
+    options.searches = 1;
+    const PosteriorDraws draws = sample_posterior(problem, options);
+    return summarise(draws.by_chain(draws.parameters.row(0).array().log().matrix()));
+  };
+  const DrawSummary fitted = drawn("rto", 8000), other = drawn("hmc", 12000);
+  EXPECT_NEAR(fitted.mean, other.mean, 4 * std::hypot(fitted.mcse, other.mcse));
+  EXPECT_NEAR(fitted.sd, other.sd, 0.1 * other.sd);
+  std::printf("%g %g %g / %g %g %g ess %g %g\n", fitted.mean, fitted.mcse, fitted.sd, other.mean, other.mcse, other.sd,
+              fitted.ess_bulk, other.ess_bulk);
+}
+
+TEST(FittedDraws, HaveNoTemperatures) {
+  SamplerOptions options;
+  options.method = "rto";
+  options.temperatures = 3;
+  try {
+    sample_posterior(near_collision("none"), options);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("no tempered posteriors"));
+  }
+}
+
+}  // namespace
+}  // namespace pulson::inference

@@ -19,7 +19,7 @@ constexpr int kMostChords = 40, kMostNewton = 20;
 constexpr std::size_t kWindow = 3;       // of the secants of chord iterations
 constexpr double kLeastPart = 1.0 / 64;  // of a step of Newton's method
 constexpr double kFarther = 1e3;         // than before, where chord iterations lead nowhere
-constexpr double kAccuracy = 1e-2;       // of ε + r(z) − v, in standard deviations of the data
+constexpr double kAccuracy = 1e-3;       // of ε + r(z) − v, in standard deviations of the data
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // I + J(z)Jᵀ

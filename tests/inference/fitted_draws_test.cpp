@@ -63,7 +63,7 @@ TEST(FittedDraws, SolveTheirEquation) {
     ++found;
     const VectorXd v = normals.tail(at.specimen.data()) + at.specimen.shoot(at.model, *z)->residual;
     const VectorXd lacks = at.linear.apply(normals.head(at.specimen.unknowns()) - at.linear.transposed(v) - *z);
-    EXPECT_LE(at.linear.solve(lacks).norm(), 0.011);
+    EXPECT_LE(at.linear.solve(lacks).norm(), 0.0011);
   }
   EXPECT_GE(found, 45);
 }
@@ -128,7 +128,6 @@ TEST(FittedDraws, LeadToThePosteriorOfQuadrature) {
     EXPECT_NEAR(summary.mean, sum[a] / mass, 4 * summary.mcse);
     EXPECT_LT(summary.rhat, 1.01);
   }
-  std::printf("acc %g ev %g %g se %g lap %g\n", draws.acceptance, draws.log_evidence.value, std::log(mass),
               draws.log_evidence.standard_error, draws.laplace_log_evidence);
 }
 
@@ -144,10 +143,9 @@ TEST(FittedDraws, LeadToTheParametersOfOtherChains) {
     const PosteriorDraws draws = sample_posterior(problem, options);
     return summarise(draws.by_chain(draws.parameters.row(0).array().log().matrix()));
   };
-  const DrawSummary fitted = drawn("rto", 8000), other = drawn("hmc", 12000);
+  const DrawSummary fitted = drawn("rto", 2000), other = drawn("pcn", 8000);
   EXPECT_NEAR(fitted.mean, other.mean, 4 * std::hypot(fitted.mcse, other.mcse));
   EXPECT_NEAR(fitted.sd, other.sd, 0.1 * other.sd);
-  std::printf("%g %g %g / %g %g %g ess %g %g\n", fitted.mean, fitted.mcse, fitted.sd, other.mean, other.mcse, other.sd,
               fitted.ess_bulk, other.ess_bulk);
 }
 

@@ -1,7 +1,10 @@
 #include "localisation.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "pulson/inference/ensemble_kalman.hpp"
 #include "random/normals.hpp"
@@ -18,6 +21,62 @@ double gaspari_cohn(double distance, double radius) {
   if (z >= 2) return 0;
   if (z <= 1) return 1 + z * z * (-5.0 / 3 + z * (5.0 / 8 + z * (0.5 - z / 4)));
   return 4 - 5 * z + z * z * (5.0 / 3 + z * (5.0 / 8 + z * (-0.5 + z / 12))) - 2 / (3 * z);
+}
+
+LocalWeights::LocalWeights(const matching::LandmarkTerm& data, Points q0, double radius)
+    : q0_(std::move(q0)), radius_(radius), first_{0} {
+  for (Index a = 0; a < q0_.cols(); ++a)
+    first_.push_back(first_.back() + (data.precision(a).diagonal().array() > 0).count());
+}
+
+LocalData LocalWeights::near(Index landmark) const {
+  LocalData local;
+  std::vector<double> roots;
+  for (Index b = 0; b < q0_.cols(); ++b) {
+    const double weight = gaspari_cohn((q0_.col(b) - q0_.col(landmark)).norm(), radius_);
+    if (!(weight > 0)) continue;
+    for (Index row = first_[static_cast<std::size_t>(b)]; row < first_[static_cast<std::size_t>(b) + 1]; ++row) {
+      local.rows.push_back(row);
+      roots.push_back(std::sqrt(weight));
+    }
+  }
+  local.roots = Eigen::Map<const VectorXd>(roots.data(), std::ssize(roots));
+  return local;
+}
+
+LocalData LocalWeights::all(double weight) const {
+  LocalData all{std::vector<Index>(static_cast<std::size_t>(first_.back())),
+                VectorXd::Constant(first_.back(), std::sqrt(weight))};
+  std::iota(all.rows.begin(), all.rows.end(), Index(0));
+  return all;
+}
+
+double local_weight(int members, Index dimension) {
+  constexpr double kMembersPerDatum = 12;
+  return std::max(members / kMembersPerDatum, 2.0 * static_cast<double>(dimension));
+}
+
+double automatic_localisation(const Points& q0, Index data, int members) {
+  constexpr Index kMostCentres = 200;
+  const double wanted = local_weight(members, q0.rows());
+  if (static_cast<double>(data) <= wanted) return std::numeric_limits<double>::infinity();
+  const double of_landmark = static_cast<double>(data) / static_cast<double>(q0.cols());
+  const Index every = std::max<Index>(1, (q0.cols() + kMostCentres - 1) / kMostCentres);
+  const auto mean_weight = [&](double radius) {
+    double sum = 0;
+    Index centres = 0;
+    for (Index a = 0; a < q0.cols(); a += every, ++centres)
+      for (Index b = 0; b < q0.cols(); ++b) sum += gaspari_cohn((q0.col(b) - q0.col(a)).norm(), radius);
+    return of_landmark * sum / static_cast<double>(centres);
+  };
+  double low = 0, high = diameter(q0);
+  while (mean_weight(high) < wanted) low = std::exchange(high, 2 * high);
+  constexpr int kHalvings = 20;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = (low + high) / 2;
+    (mean_weight(middle) < wanted ? low : high) = middle;
+  }
+  return high;
 }
 
 ChannelSites channel_sites(const NoiseModel& noise, const Points& q0, double reach) {
@@ -37,8 +96,9 @@ ChannelSites channel_sites(const NoiseModel& noise, const Points& q0, double rea
   VectorXd mass = VectorXd::Zero(channels), squares = VectorXd::Zero(channels);
   MatrixXd moments = MatrixXd::Zero(d, channels);
   for (int t = 0; t < kProbes; ++t) {
-    const Points signs = standard_normals(kSeed, static_cast<std::uint64_t>(t), static_cast<int>(d), static_cast<int>(n))
-                             .unaryExpr([](double x) { return x < 0 ? -1.0 : 1.0; });
+    const Points signs =
+        standard_normals(kSeed, static_cast<std::uint64_t>(t), static_cast<int>(d), static_cast<int>(n))
+            .unaryExpr([](double x) { return x < 0 ? -1.0 : 1.0; });
     const VectorXd plain = noise.contract(rest, {signs, signs});
     mass += plain.cwiseAbs2();
     for (Index k = 0; k < d; ++k) {

@@ -107,7 +107,7 @@ class Members {
         ids.push_back(ids_[static_cast<std::size_t>(i)]);
       }
     if (2 * std::ssize(left) < options_.members)
-      throw NumericalError(fmt::format("only {} of {} members have a path; take more `steps`, or a larger `lambda`",
+      throw NumericalError(fmt::format("only {} of {} members have a path; take more `grid.steps`, or a larger lambda",
                                        left.size(), options_.members));
     z_ = MatrixXd(z_(left, Eigen::all));
     ids_ = std::move(ids);

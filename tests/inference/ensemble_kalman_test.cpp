@@ -251,10 +251,10 @@ TEST(EnsembleKalman, GivesTheSameBitsForAnyNumberOfThreads) {
 // At the prior's momenta these time steps are too coarse for many paths.
 TEST(EnsembleKalman, DropsMembersWithoutAPath) {
   const auto problem = [](double lambda) {
-    return make_posterior_problem(shape_of(ring(16, 0)), {shape_of(ring(16, 0.1))},
-                                  models("trouve-vialard:sigma=0.1", 0.05, lambda, 4), {});
+    return make_posterior_problem(shape_of(ring(30, 0)), {shape_of(ring(30, 0.15))},
+                                  models("ch-sd:beta=0.05", 0.02, lambda, 8), {});
   };
-  const EnsembleDraws draws = sample_ensemble(problem(12), EnsembleKalmanOptions{.members = 60});
+  const EnsembleDraws draws = sample_ensemble(problem(10), EnsembleKalmanOptions{.members = 60});
   EXPECT_GT(draws.lost, 0);
   EXPECT_EQ(draws.draws.draws, 60 - draws.lost);
   EXPECT_TRUE(draws.draws.momenta.front().allFinite());

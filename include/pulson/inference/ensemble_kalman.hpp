@@ -11,7 +11,7 @@ namespace pulson::inference {
 
 struct EnsembleKalmanOptions {
   int members = 100;  ///< m, at least 20
-  int rounds = 4;     ///< R
+  int rounds = 8;     ///< R
   /// Radius of gaspari_cohn(), length units; infinity: all data have the weight 1. Automatic, where none is given: the
   /// radius where the weights of the data near a landmark add up to m/12, or to two landmarks where that is more.
   std::optional<double> localisation{};

@@ -71,20 +71,19 @@ MatrixXd centred_normals(std::uint64_t seed, Stream stream, std::size_t specimen
 class Members {
  public:
   Members(const Specimen& specimen, const Specimen::Model& model, const EnsembleKalmanOptions& options,
-          std::size_t number, double radius)
+          std::size_t number)
       : specimen_(specimen),
         model_(model),
         options_(options),
         number_(number),
-        is_local_(std::isfinite(radius)),
-        data_(landmark_data(specimen), specimen.problem().source, radius),
-        sites_(channel_sites(*model.system.noise, specimen.problem().source, radius / 4)),
+        data_(landmark_data(specimen), specimen.problem().source),
         z_(centred_normals(options.seed, Stream::kUnknowns, number, 0, options.members, specimen.unknowns())),
         ids_(static_cast<std::size_t>(options.members)) {
     std::iota(ids_.begin(), ids_.end(), 0);
   }
 
   const std::vector<int>& ids() const { return ids_; }  ///< which members are left
+  double radius() const { return radius_; }             ///< after the first round
 
   /// Integrates the path of each member, and drops those that have none.
   /// @param visit (row, shot), in parallel @return the rows that are left
@@ -125,11 +124,21 @@ class Members {
         centred_normals(options_.seed, Stream::kErrors, number_, round * options_.members, count(), specimen_.data());
     const MatrixXd innovations = std::sqrt(static_cast<double>(options_.rounds)) * errors - residuals;
     residuals.rowwise() -= residuals.colwise().mean().eval();
+    if (round == 0) localise(residuals);
     assimilate(residuals, innovations);
   }
 
  private:
   Index count() const { return z_.rows(); }
+
+  void localise(const MatrixXd& anomalies) {
+    radius_ = options_.localisation ? *options_.localisation : automatic_localisation(data_, anomalies);
+    is_local_ = std::isfinite(radius_);
+    sites_ = channel_sites(*model_.system.noise, specimen_.problem().source, radius_ / 4);
+    if (!is_local_) return;
+    const double of_all = resolved_data(data_.all(1), anomalies);
+    weight_of_all_ = std::min(1.0, wanted_data(count(), specimen_.problem().source.rows()) / of_all);
+  }
 
   // W, m×m: an unknown there, a column of the ensemble, changes by Wᵀ times that column. Columns of W sum to 0.
   MatrixXd weights(const LocalData& local, const MatrixXd& anomalies, const MatrixXd& innovations) const {
@@ -147,10 +156,10 @@ class Members {
     for (Index axis = 0; axis < d; ++axis)
       velocities.push_back(by_rows(of_axis(axis), [&](const MatrixXd& rows) -> MatrixXd { return rows * upper; }));
     MatrixXd of_all;
-    if (!is_local_ || !sites_.wide.empty()) of_all = weights(data_.all(weight_of_all()), anomalies, innovations);
+    if (!is_local_ || !sites_.wide.empty()) of_all = weights(data_.all(weight_of_all_), anomalies, innovations);
     std::vector<MatrixXd> changes(static_cast<std::size_t>(d), MatrixXd(count(), n));
     parallel_for(static_cast<int>(n), [&](int a) {
-      const MatrixXd near = is_local_ ? weights(data_.near(a), anomalies, innovations) : of_all;
+      const MatrixXd near = is_local_ ? weights(data_.near(a, radius_), anomalies, innovations) : of_all;
       for (std::size_t axis = 0; axis < changes.size(); ++axis)
         changes[axis].col(a) = near.transpose() * velocities[axis].col(a);
       update_channels(sites_.of_landmark[static_cast<std::size_t>(a)], near);
@@ -159,13 +168,6 @@ class Members {
     for (Index axis = 0; axis < d; ++axis)
       of_axis(axis) += by_rows(changes[static_cast<std::size_t>(axis)],
                                [&](const MatrixXd& rows) -> MatrixXd { return upper.solve<Eigen::OnTheRight>(rows); });
-  }
-
-  // Where data are local, those of channels that act everywhere are not to weigh more than those of a landmark.
-  double weight_of_all() const {
-    if (!is_local_) return 1;
-    return std::min(
-        1.0, local_weight(options_.members, specimen_.problem().source.rows()) / static_cast<double>(specimen_.data()));
   }
 
   void update_channels(const std::vector<Index>& channels, const MatrixXd& weights) {
@@ -199,8 +201,10 @@ class Members {
   const Specimen::Model& model_;
   const EnsembleKalmanOptions& options_;
   std::size_t number_;
-  bool is_local_;
   LocalWeights data_;
+  double radius_ = 0;
+  bool is_local_ = false;
+  double weight_of_all_ = 1;  // of data for channels that act everywhere
   ChannelSites sites_;
   MatrixXd z_;  // m×unknowns
   std::vector<int> ids_;
@@ -283,11 +287,9 @@ EnsembleDraws sample_ensemble(const PosteriorProblem& problem, const EnsembleKal
   for (std::size_t s = 0; s < problem.specimens.size(); ++s) {
     const Specimen specimen(problem.specimens[s]);
     const Specimen::Model model = specimen.model(ParameterSpace(problem).at(VectorXd::Zero(0)));
-    out.localisation.push_back(
-        options.localisation ? *options.localisation
-                             : automatic_localisation(specimen.problem().source, specimen.data(), options.members));
-    Members members(specimen, model, options, s, out.localisation.back());
+    Members members(specimen, model, options, s);
     for (int round = 0; round < options.rounds; ++round) members.update(round, on_path);
+    out.localisation.push_back(members.radius());
     specimens.push_back(final_paths(members, specimen, options, on_path));
   }
   gather(specimens, out);

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "core/factorisations.hpp"
+#include "pulson/core/parallel.hpp"
 #include "pulson/inference/ensemble_kalman.hpp"
 #include "random/normals.hpp"
 
@@ -23,17 +25,16 @@ double gaspari_cohn(double distance, double radius) {
   return 4 - 5 * z + z * z * (5.0 / 3 + z * (5.0 / 8 + z * (-0.5 + z / 12))) - 2 / (3 * z);
 }
 
-LocalWeights::LocalWeights(const matching::LandmarkTerm& data, Points q0, double radius)
-    : q0_(std::move(q0)), radius_(radius), first_{0} {
+LocalWeights::LocalWeights(const matching::LandmarkTerm& data, Points q0) : q0_(std::move(q0)), first_{0} {
   for (Index a = 0; a < q0_.cols(); ++a)
     first_.push_back(first_.back() + (data.precision(a).diagonal().array() > 0).count());
 }
 
-LocalData LocalWeights::near(Index landmark) const {
+LocalData LocalWeights::near(Index landmark, double radius) const {
   LocalData local;
   std::vector<double> roots;
   for (Index b = 0; b < q0_.cols(); ++b) {
-    const double weight = gaspari_cohn((q0_.col(b) - q0_.col(landmark)).norm(), radius_);
+    const double weight = gaspari_cohn((q0_.col(b) - q0_.col(landmark)).norm(), radius);
     if (!(weight > 0)) continue;
     for (Index row = first_[static_cast<std::size_t>(b)]; row < first_[static_cast<std::size_t>(b) + 1]; ++row) {
       local.rows.push_back(row);
@@ -51,30 +52,44 @@ LocalData LocalWeights::all(double weight) const {
   return all;
 }
 
-double local_weight(int members, Index dimension) {
-  constexpr double kMembersPerDatum = 12;
-  return std::max(members / kMembersPerDatum, 2.0 * static_cast<double>(dimension));
+double resolved_data(const LocalData& local, const MatrixXd& anomalies) {
+  const MatrixXd predicted = anomalies(Eigen::all, local.rows) * local.roots.asDiagonal();
+  MatrixXd gram = predicted.rows() < predicted.cols() ? MatrixXd(predicted * predicted.transpose())
+                                                      : MatrixXd(predicted.transpose() * predicted);
+  gram /= static_cast<double>(anomalies.rows() - 1);
+  gram.diagonal().array() += 1;
+  const Index size = gram.rows();
+  const Eigen::LLT<MatrixXd> factors(gram);
+  return static_cast<double>(size) - MatrixXd(factors.matrixL().solve(MatrixXd::Identity(size, size))).squaredNorm();
 }
 
-double automatic_localisation(const Points& q0, Index data, int members) {
-  constexpr Index kMostCentres = 200;
-  const double wanted = local_weight(members, q0.rows());
-  if (static_cast<double>(data) <= wanted) return std::numeric_limits<double>::infinity();
-  const double of_landmark = static_cast<double>(data) / static_cast<double>(q0.cols());
+double wanted_data(Index members, Index dimension) {
+  constexpr double kMembersPerDatum = 8;
+  return std::max(static_cast<double>(members) / kMembersPerDatum, 2.0 * static_cast<double>(dimension));
+}
+
+double automatic_localisation(const LocalWeights& data, const MatrixXd& anomalies) {
+  constexpr Index kMostCentres = 8;
+  constexpr int kHalvings = 8;
+  const Points& q0 = data.source();
+  const double wanted = wanted_data(anomalies.rows(), q0.rows());
+  if (resolved_data(data.all(1), anomalies) <= wanted) return std::numeric_limits<double>::infinity();
   const Index every = std::max<Index>(1, (q0.cols() + kMostCentres - 1) / kMostCentres);
-  const auto mean_weight = [&](double radius) {
-    double sum = 0;
-    Index centres = 0;
-    for (Index a = 0; a < q0.cols(); a += every, ++centres)
-      for (Index b = 0; b < q0.cols(); ++b) sum += gaspari_cohn((q0.col(b) - q0.col(a)).norm(), radius);
-    return of_landmark * sum / static_cast<double>(centres);
+  const Index centres = (q0.cols() + every - 1) / every;
+  VectorXd resolved(centres);
+  const auto mean_resolved = [&](double radius) {
+    parallel_for(static_cast<int>(centres),
+                 [&](int c) { resolved[c] = resolved_data(data.near(c * every, radius), anomalies); });
+    return resolved.mean();
   };
-  double low = 0, high = diameter(q0);
-  while (mean_weight(high) < wanted) low = std::exchange(high, 2 * high);
-  constexpr int kHalvings = 20;
-  for (int i = 0; i < kHalvings; ++i) {
+  double low = median_nearest_distance(q0), high = low;
+  while (mean_resolved(high) < wanted) {
+    low = std::exchange(high, 2 * high);
+    if (low > 2 * diameter(q0)) return std::numeric_limits<double>::infinity();
+  }
+  for (int i = 0; i < kHalvings && high > low; ++i) {
     const double middle = (low + high) / 2;
-    (mean_weight(middle) < wanted ? low : high) = middle;
+    (mean_resolved(middle) < wanted ? low : high) = middle;
   }
   return high;
 }

@@ -17,26 +17,28 @@ struct LocalData {
 /// The data of landmarks, weighted by gaspari_cohn() of their distances at the source.
 class LocalWeights {
  public:
-  /// @param count of the rows of the residual
-  LocalWeights(const matching::LandmarkTerm& data, Points q0, double radius);
+  LocalWeights(const matching::LandmarkTerm& data, Points q0);
 
-  LocalData near(Eigen::Index landmark) const;
+  LocalData near(Eigen::Index landmark, double radius) const;
   LocalData all(double weight) const;  ///< each with this weight
+  const Points& source() const { return q0_; }
 
  private:
   Points q0_;
-  double radius_;
   std::vector<Eigen::Index> first_;  ///< of the rows of each landmark, and their number
 };
 
-/// What the weights of the data near a landmark should add up to: a twelfth of the members, or the data of two
-/// landmarks where that is more. With more data the sample shrinks by fitting its own noise; with fewer, information is
-/// lost.
-double local_weight(int members, Eigen::Index dimension);
+/// How many directions of the weighted data the members resolve: tr G(G + I)⁻¹, G the covariance of the predicted data
+/// over that of their errors. @param anomalies of the residuals, m×n
+double resolved_data(const LocalData& local, const Eigen::MatrixXd& anomalies);
 
-/// The radius where the weights of the data near a landmark add up to local_weight(), on average over up to 200
-/// landmarks; infinity where all data are no more.
-double automatic_localisation(const Points& q0, Eigen::Index data, int members);
+/// What resolved_data() should be near a landmark: an eighth of the members, or the data of two landmarks where that is
+/// more. With more the sample shrinks by fitting its own noise; with fewer information is lost.
+double wanted_data(Eigen::Index members, Eigen::Index dimension);
+
+/// The radius where resolved_data() is wanted_data(), on average over up to eight landmarks; infinity where all data
+/// are no more.
+double automatic_localisation(const LocalWeights& data, const Eigen::MatrixXd& anomalies);
 
 /// Which channels of a noise act near which landmark.
 struct ChannelSites {

@@ -147,8 +147,8 @@ TEST_F(SampleProgram, WritesTheMembersOfAnEnsemble) {
   EXPECT_EQ(summary["path"]["middle"].size(), 80U);
   EXPECT_GT(summary["path"]["end"][0]["sd"].get<double>(), 0);
   EXPECT_FALSE(summary["momenta"][0].contains("rhat"));
-  EXPECT_THAT(contents("out/paths.npy"), HasSubstr("(10, 1, 5, 40, 2)"));
-  EXPECT_THAT(contents("out/momenta.npy"), HasSubstr("(1, 30, 1, 40, 2)"));
+  EXPECT_THAT(contents("out/paths.npy").substr(0, 128), HasSubstr("(10, 1, 5, 40, 2"));
+  EXPECT_THAT(contents("out/momenta.npy").substr(0, 128), HasSubstr("(1, 30, 1, 40, 2"));
   EXPECT_THAT(contents("out/report.html"), testing::Not(HasSubstr("R-hat")));
   const ProgramRun coarse = run(words(kPair + " -o coarse --method enkf --rounds 1 --sigma 0.01% --localisation none "
                                               "--parameters none --no-picture"));

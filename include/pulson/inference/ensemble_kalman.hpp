@@ -12,8 +12,10 @@ namespace pulson::inference {
 struct EnsembleKalmanOptions {
   int members = 100;  ///< m, at least 20
   int rounds = 8;     ///< R
-  /// Radius of gaspari_cohn(), length units; infinity: all data have the weight 1. Automatic, where none is given: the
-  /// radius where the weights of the data near a landmark add up to m/12, or to two landmarks where that is more.
+  /// Radius of gaspari_cohn(), length units; infinity: all data have the weight 1. Automatic, where none is given: from
+  /// the predictions of the first round the radius where the members resolve m/8 directions of the data near a
+  /// landmark, tr G(G + I)⁻¹ with G their weighted covariance over that of the errors, or as many as the data of two
+  /// landmarks where that is more.
   std::optional<double> localisation{};
   int paths_kept = 400;  ///< at most, evenly spaced
   std::uint64_t seed = 1;
@@ -44,8 +46,9 @@ struct EnsembleDraws {
 ///
 /// Localisation (B. Hunt, E. Kostelich and I. Szunyogh, Physica D 230, 2007): v at a landmark, and the increments of
 /// the channels that act about it, are updated by the data nearby, with Σ⁻¹ times gaspari_cohn() of the distance at the
-/// source. Channels that act over more than a quarter of the radius take all data, with a weight that adds up to no
-/// more than those of one landmark. The numbers are drawn so that priors and errors have the mean 0 over the members.
+/// source. Channels that act over more than a quarter of the radius take all data, with one weight that is less than 1
+/// where more than m/8 directions are resolved. The numbers are drawn so that priors and errors have the mean 0 over
+/// the members.
 ///
 /// A member without a path, or whose path goes ten times as far as the median one, is dropped. Cost: (R + 1)m paths, a
 /// factorisation of N×N, and O(m²n + m³) for each landmark and round, n the number of data within the radius. Members

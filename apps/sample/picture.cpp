@@ -24,8 +24,9 @@ constexpr std::size_t kFanPaths = 30;
 std::string subtitle(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
   const matching::MatchingProblem& first = problem.specimens.front();
   const std::string noise = first.system.noise->spec();
-  return fmt::format("{}  ·  {}  ·  {} chains of {} draws", noise == "none" ? "no noise" : shortened_spec(noise),
-                     first.system.kernel.spec(3), draws.chains, draws.draws);
+  return fmt::format("{}  ·  {}  ·  {}{} draws", noise == "none" ? "no noise" : shortened_spec(noise),
+                     first.system.kernel.spec(3), draws.chains > 1 ? fmt::format("{} chains of ", draws.chains) : "",
+                     draws.draws);
 }
 
 std::string chain_name(int chain) { return fmt::format("chain {}", chain + 1); }

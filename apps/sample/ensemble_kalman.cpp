@@ -1,0 +1,104 @@
+// The approximate posterior by an ensemble Kalman smoother.
+
+#include "ensemble_kalman.hpp"
+
+#include <cmath>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "core/atomic_file.hpp"
+#include "picture.hpp"
+#include "report.hpp"
+#include "shell/messages.hpp"
+
+namespace pulson {
+namespace {
+
+const std::vector<std::string> kEnsembleFiles = {"summary.json", "momenta.npy", "paths.npy", "report.html"};
+const std::vector<std::string> kEnsemblePictures = {"paths"};
+
+// |r|²/n above which the members do not have the data within their errors.
+constexpr double kHighMisfit = 4;
+
+std::vector<std::string> warnings_of(const inference::EnsembleDraws& ensemble) {
+  std::vector<std::string> warnings;
+  if (ensemble.lost > 0)
+    warnings.push_back(
+        fmt::format("{} of {} members have no path and were dropped; take more --steps, or a larger --lambda",
+                    ensemble.lost, ensemble.lost + ensemble.draws.draws));
+  if (ensemble.misfit > kHighMisfit)
+    warnings.push_back(
+        fmt::format("the members are {:.2g} sigma from the target (root mean square), where draws of the posterior are "
+                    "about 1 or less; take more --members or --rounds",
+                    std::sqrt(ensemble.misfit)));
+  return warnings;
+}
+
+void print_summary(const inference::PosteriorProblem& problem, const inference::EnsembleDraws& ensemble,
+                   const PosteriorSummary& summary) {
+  const auto rms_sd = [](const std::vector<std::vector<inference::DrawSummary>>& specimens) {
+    double sum = 0, count = 0;
+    for (const auto& specimen : specimens)
+      for (const inference::DrawSummary& numbers : specimen) {
+        sum += numbers.sd * numbers.sd;
+        ++count;
+      }
+    return std::sqrt(sum / count);
+  };
+  const Landmarks& source = problem.sources.front();
+  fmt::print("{}: {} of {} in {}D\n", source.source.empty() ? "source" : source.source,
+             counted(static_cast<std::int64_t>(problem.targets.size()), "target"), counted(source.count(), "landmark"),
+             source.dimension());
+  fmt::print("model      {}\n", model_words(problem));
+  fmt::print("sampled    {} members, {} paths in {:.1f} s, {}\n", ensemble.draws.draws, ensemble.draws.path_evaluations,
+             ensemble.draws.seconds, localisation_words(ensemble));
+  fmt::print("misfit     {:.3g} sigma (root mean square)\n", std::sqrt(ensemble.misfit));
+  fmt::print("sd         {:.3g} of a coordinate of p0, {:.3g} of q(T/2), {:.3g} of q(T) (root mean squares)\n",
+             rms_sd(summary.momenta), rms_sd(summary.middles), rms_sd(summary.ends));
+}
+
+}  // namespace
+
+int run_ensemble_kalman(const SampleArguments& arguments, const CLI::App& verb) {
+  std::vector<std::string> notes;
+  const SampleShapes shapes = arguments.read(notes);
+  SampleArguments fixed = arguments;
+  fixed.parameters = {"none"};
+  const inference::PosteriorProblem problem = fixed.problem(shapes, notes);
+  if (verb.get_option("--parameters")->count() == 0)
+    notes.emplace_back("--method enkf samples no parameters: those of kernel, noise, sigma and lambda are held");
+  const OutputOptions& output = arguments.output;
+  output.check(kEnsembleFiles, kEnsemblePictures);
+  Progress progress;
+  std::mutex turn;
+  inference::EnsembleKalmanOptions options = arguments.ensemble_kalman(problem);
+  options.on_progress = [&](double fraction) {
+    const std::lock_guard lock(turn);
+    progress.show(fraction, "sampling");
+  };
+  const inference::EnsembleDraws ensemble = sample_ensemble(problem, options);
+  progress.clear();
+  const PosteriorSummary summary = summarise_posterior(ensemble.draws);
+  const std::vector<std::string> warnings = warnings_of(ensemble);
+  const std::string record = ensemble_json(problem, options, ensemble, summary, notes);
+  StagedFiles files(output.out);
+  files.write("summary.json", record);
+  files.write("momenta.npy", momenta_npy(problem, ensemble.draws));
+  files.write("paths.npy", paths_npy(problem, ensemble.draws));
+  if (!output.no_picture) write_paths_picture(problem, ensemble.draws, 0, output.picture_files(files.file("paths")));
+  files.write("report.html",
+              html_report(ensemble_report(problem, ensemble, summary, warnings, notes,
+                                          output.no_picture ? "" : output.shown_picture(files.file("paths")))));
+  output.write_json(record);
+  files.commit();
+  print_notes(notes);
+  if (output.prints()) {
+    print_summary(problem, ensemble, summary);
+    output.print_written(kEnsembleFiles, kEnsemblePictures);
+  }
+  for (const std::string& text : warnings) print_warning(text);
+  return ensemble.misfit > kHighMisfit ? kNotConverged : kDone;
+}
+
+}  // namespace pulson

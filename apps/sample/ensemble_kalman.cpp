@@ -11,6 +11,7 @@
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <mutex>
 #include <utility>
@@ -17,6 +18,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr int kSamples = 1000;  // for the share of the noise
+// Between the seeds of cohorts' importance samples: with the same samples all cohorts would have the same errors.
+constexpr std::uint64_t kSeedsOfCohort = 1ULL << 32U;
 
 matching::MatchingProblem problem_of(const Cohort& cohort, const TrueModel& truth, const CohortSettings& settings) {
   CohortFit fit;
@@ -99,7 +102,9 @@ RecoveredCohort RecoveryStudy::cohort(int index) const {
   const matching::MatchingProblem& problem = problems_[static_cast<std::size_t>(index / options_.cohorts)];
   const std::vector<Landmarks> targets =
       draw_cohort(source_, problem, options_.shapes, options_.seed + 1000 + static_cast<std::uint64_t>(index));
-  return fit_all(make_cohort(source_, targets, options_.alignment), candidates_, options_.settings);
+  CohortSettings settings = options_.settings;
+  settings.seed += kSeedsOfCohort * (static_cast<std::uint64_t>(index) + 1);
+  return fit_all(make_cohort(source_, targets, options_.alignment), candidates_, settings);
 }
 
 std::vector<RecoveryRow> RecoveryStudy::rows(const std::vector<RecoveredCohort>& cohorts) const {

@@ -259,9 +259,9 @@ void gather(std::vector<MemberPaths>& specimens, EnsembleDraws& out) {
   out.draws.draws = static_cast<int>(left.size());
   out.draws.log_likelihood = VectorXd::Zero(std::ssize(left));
   for (MemberPaths& of : specimens) {
-    out.draws.momenta.push_back(of.momenta(Eigen::all, left));
-    out.draws.ends.push_back(of.ends(Eigen::all, left));
-    out.draws.middles.push_back(of.middles(Eigen::all, left));
+    out.draws.momenta.emplace_back(of.momenta(Eigen::all, left));
+    out.draws.ends.emplace_back(of.ends(Eigen::all, left));
+    out.draws.middles.emplace_back(of.middles(Eigen::all, left));
     out.draws.log_likelihood += VectorXd(of.log_likelihood(left));
     out.misfit += VectorXd(of.misfit(left)).mean() / static_cast<double>(specimens.size());
     std::vector<std::vector<Points>>& kept = out.draws.paths.emplace_back();

@@ -3,7 +3,8 @@
 #include "inference/fitted_draws.hpp"
 
 #include <cmath>
-#include <numbers>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

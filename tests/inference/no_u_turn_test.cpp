@@ -3,6 +3,8 @@
 #include "inference/no_u_turn.hpp"
 
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include <gtest/gtest.h>
 

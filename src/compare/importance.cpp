@@ -28,8 +28,8 @@ constexpr double kFlat = 1e-9;             // of s, where (1 − (1 + s)^-½)/s 
 constexpr double kExact = 1e-3;            // as kAccuracy, where it is asked to what root the iteration leads
 constexpr double kSamePlace = 0.1;         // in white unknowns; roots that differ are farther apart
 // Of ε + r(z) − v, in standard deviations of the data. What is missing varies with the draw, so that a draw has not
-// quite the density it is weighed with. Where about 1 was missing the evidence of 20 ovals was 0.18 nats too great,
-// where 0.1, 0.005 too small.
+// quite the density it is weighed with. Where up to 1 was missing the evidence of 20 ovals was 0.1 nats too great,
+// where up to 3, 0.6.
 constexpr double kAccuracy = 1e-2;
 
 // The draws of one shape.

@@ -23,7 +23,7 @@ const NameTable<MoveKind>& sampler_table() {
       {{"hmc", {}, "Hamiltonian Monte Carlo: a quarter turn in steps whose size is adapted", {true, true, true, 0.8}},
        {"nuts",
         {},
-        "the same, with trajectories that end where they turn back (no-U-turn sampler)",
+        "Hamiltonian Monte Carlo whose trajectories end where they turn back: the no-U-turn sampler",
         {true, true, true, 0.8, true}},
        {"mala", {}, "one step of it: function-space Langevin", {true, false, true, 0.6}},
        {"pcn",
@@ -32,8 +32,7 @@ const NameTable<MoveKind>& sampler_table() {
         {false, false, true, 0.35}},
        {"rto",
         {},
-        "the same, each draw fitted to its perturbed data (randomise then optimise): for data far more exact than the "
-        "path is linear",
+        "randomise then optimise: rotations without gradients, each draw fitted to its perturbed data",
         {false, false, true, 0.35, false, true}},
        {"independence", {}, "independent draws of the Gauss-Newton Gaussian", {false, false, false, 0}}});
   return kTable;

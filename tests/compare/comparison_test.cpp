@@ -232,7 +232,7 @@ TEST(StudyRecovery, ModelsThatDifferMuchAreToldApart) {
 }
 
 // Under the model that shapes are drawn from, the ratio of the evidence of any other to its own has mean 1, if both are
-// exact. Draws that fit their data to a hundredth of σ only made it 1.2.
+// exact. Draws that miss their data by up to a standard deviation make it 1.13, by up to three 1.8.
 TEST(StudyRecovery, RatiosOfEvidencesHaveMeanOne) {
   RecoveryOptions options = tiny_study();
   options.settings.kernel = "gaussian:alpha=0.5";
@@ -248,7 +248,7 @@ TEST(StudyRecovery, RatiosOfEvidencesHaveMeanOne) {
   }
   const double error = std::sqrt((ratios - ratios.mean()).square().mean() / options.cohorts);
   EXPECT_LE(error, 0.06);
-  EXPECT_NEAR(ratios.mean(), 1, 2.5 * error);
+  EXPECT_NEAR(ratios.mean(), 1, 2 * error);
 }
 
 TEST(StudyRecovery, Refuses) {

@@ -16,17 +16,18 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kLeastWeight = 1e-9;  // so that the inverse is a number
+constexpr double kRounding = 1e-9;     // of coordinates
 constexpr double kNats = 4;            // of evidence, over which what samples add there counts less by a factor of e
 
-// log of the mean of e^l over the pairs of other groups, and half of its variance, which the logarithm takes off.
-double log_mean(const VectorXd& logs, int left_out) {
+// log of the mean of e^l over the sets of other groups, and half of its variance, which the logarithm takes off.
+double log_mean(const VectorXd& logs, Index first_group, int left_out) {
   const double largest = logs.maxCoeff();
   if (!std::isfinite(largest)) return largest;
   double sum = 0;
   double squares = 0;
   double count = 0;
   for (Index i = 0; i < logs.size(); ++i) {
-    if (i % EvidenceMap::kGroups == left_out) continue;
+    if ((first_group + i) % EvidenceMap::kGroups == left_out) continue;
     const double weight = std::exp(logs[i] - largest);
     sum += weight;
     squares += weight * weight;
@@ -37,30 +38,45 @@ double log_mean(const VectorXd& logs, int left_out) {
   return largest + std::log(mean) + 0.5 * variance;
 }
 
+// Of the numbers of a model and back a place returns but for rounding.
+std::optional<std::size_t> index_of(const VectorXd& x, const std::vector<VectorXd>& places) {
+  const auto found = std::find_if(places.begin(), places.end(), [&](const VectorXd& place) {
+    return (place - x).cwiseAbs().maxCoeff() <= kRounding;
+  });
+  if (found == places.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - places.begin());
+}
+
 }  // namespace
 
 double sum_of_log_means(const std::vector<VectorXd>& excess, int left_out) {
   double sum = 0;
-  for (const VectorXd& logs : excess) sum += log_mean(logs, left_out);
+  Index first_group = 0;
+  for (const VectorXd& logs : excess) {
+    sum += log_mean(logs, first_group, left_out);
+    first_group += logs.size();
+  }
   return sum;
 }
 
 void EvidenceMap::add(const VectorXd& x, double laplace) {
-  if (std::find(places_.begin(), places_.end(), x) != places_.end()) return;
+  if (index_of(x, places_)) return;
   places_.push_back(x);
   laplace_.push_back(laplace);
 }
 
 void EvidenceMap::add_samples(const VectorXd& x, std::vector<VectorXd> excess) {
-  if (std::find(sampled_.begin(), sampled_.end(), x) != sampled_.end()) return;
+  if (index_of(x, sampled_)) return;
   sampled_.push_back(x);
   excess_.push_back(std::move(excess));
 }
 
 std::optional<double> EvidenceMap::evidence_at(const VectorXd& x) const {
-  const auto found = std::find(sampled_.begin(), sampled_.end(), x);
-  if (found == sampled_.end()) return std::nullopt;
-  return laplace_at(x) + sum_of_log_means(excess_[static_cast<std::size_t>(found - sampled_.begin())]);
+  const std::optional<double> laplace = laplace_at(x);
+  if (!laplace || !has_samples()) return laplace;
+  const auto sampled = index_of(x, sampled_);
+  if (!sampled) return std::nullopt;
+  return *laplace + sum_of_log_means(excess_[*sampled]);
 }
 
 const VectorXd& EvidenceMap::best_place(const Likelihood& likelihood) const {
@@ -85,8 +101,10 @@ bool EvidenceMap::is_known(const VectorXd& x, bool sampled, const MatrixXd& metr
   });
 }
 
-double EvidenceMap::laplace_at(const VectorXd& x) const {
-  return laplace_[static_cast<std::size_t>(std::find(places_.begin(), places_.end(), x) - places_.begin())];
+std::optional<double> EvidenceMap::laplace_at(const VectorXd& x) const {
+  const auto known = index_of(x, places_);
+  if (!known) return std::nullopt;
+  return laplace_[*known];
 }
 
 Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int left_out) const {
@@ -98,7 +116,7 @@ Likelihood EvidenceMap::likelihood(const MatrixXd& metric, const Box& box, int l
     for (Index k = 0; k < values.size(); ++k)
       values[k] = sum_of_log_means(excess_[static_cast<std::size_t>(k)], left_out);
     VectorXd evidence = values;
-    for (Index k = 0; k < values.size(); ++k) evidence[k] += laplace_at(sampled_[static_cast<std::size_t>(k)]);
+    for (Index k = 0; k < values.size(); ++k) evidence[k] += laplace_at(sampled_[static_cast<std::size_t>(k)]).value();
     const VectorXd weights = ((evidence.array() - evidence.maxCoeff()) / kNats).exp().cwiseMax(kLeastWeight);
     added = std::make_shared<ResponseSurface>(columns_of(sampled_), values, metric, weights);
   }

@@ -9,8 +9,9 @@
 
 namespace pulson::compare {
 
-/// Σ_s log of the mean over pairs of draws of e^excess, and half of the variance that the logarithm takes off.
-/// @param left_out those pairs i of i mod EvidenceMap::kGroups that are left out; −1: none
+/// Σ_s log of the mean over sets of draws of e^excess, and half of the variance that the logarithm takes off.
+/// @param left_out the sets of that group are left out; −1: none. Set i of shape s with n sets is in group
+/// (i + ns) mod EvidenceMap::kGroups, so that each group has as many where shapes have few sets.
 double sum_of_log_means(const std::vector<Eigen::VectorXd>& excess, int left_out = -1);
 
 /// The evidence of a cohort about a place: Laplace's approximation at many places, and what the samples add to it at
@@ -21,10 +22,9 @@ class EvidenceMap {
   static constexpr int kGroups = 8;  ///< of draws, of which one may be left out
 
   void add(const Eigen::VectorXd& x, double laplace);
-  /// @param excess of each shape, for each pair of draws, log of its mean weight over
-  /// Laplace's evidence
+  /// @param excess of each shape, for each set of draws, log of its mean weight over Laplace's evidence
   void add_samples(const Eigen::VectorXd& x, std::vector<Eigen::VectorXd> excess);
-  /// By the samples, of a place that has some.
+  /// Of a known place, by the samples where any place has some.
   std::optional<double> evidence_at(const Eigen::VectorXd& x) const;
   bool has_samples() const { return !sampled_.empty(); }
   /// The known place that is the likeliest, of the sampled ones where there are any.
@@ -40,7 +40,7 @@ class EvidenceMap {
   Likelihood likelihood(const Eigen::MatrixXd& metric, const Box& box, int left_out = -1) const;
 
  private:
-  double laplace_at(const Eigen::VectorXd& x) const;
+  std::optional<double> laplace_at(const Eigen::VectorXd& x) const;
 
   std::vector<Eigen::VectorXd> places_, sampled_;
   std::vector<double> laplace_;

@@ -137,6 +137,7 @@ class Fitter {
   Chart chart_about(const State& state, const Box& box, bool sampled);
   std::optional<State> approach(const Chart& chart, EvidenceMap& map, Draws& draws);
   void survey(const Chart& chart, EvidenceMap& map, Draws& draws);
+  State vanishing_if_likelier(const Chart& chart, State best, EvidenceMap& map, Draws& draws);
   Maximum find_intervals(const Chart& chart, State best, EvidenceMap& map, Draws& draws);
   Maximum search(const std::vector<State>& candidates);
   Maximum maximum();

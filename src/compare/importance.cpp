@@ -32,6 +32,8 @@ constexpr double kSamePlace = 0.1;         // in white unknowns; roots that diff
 // where up to 3, 0.6.
 constexpr double kAccuracy = 1e-2;
 
+constexpr Index kMostOfOneSet = 4;  // draws that differ in signs
+
 // The draws of one shape.
 class Draws {
  public:
@@ -58,6 +60,20 @@ class Draws {
       if (const auto weight = log_weight(normals.col(l), *v[static_cast<std::size_t>(l)])) weights[l] = *weight;
     return weights;
   }
+
+  // Draws that differ in signs alone, a column each.
+  MatrixXd with_all_signs(const VectorXd& normals) const {
+    MatrixXd columns(normals.size(), of_one_set());
+    columns.leftCols(2) << normals, -normals;
+    if (columns.cols() == 2) return columns;
+    columns.rightCols(2) = columns.leftCols(2);
+    columns.bottomRightCorner(controls(), 2) *= -1;
+    return columns;
+  }
+
+  // Without noise those that differ in its sign are alike, and are left out: the evidence of noise that vanishes is
+  // that of none.
+  Index of_one_set() const { return controls() > 0 ? kMostOfOneSet : 2; }
 
   Index normals() const { return observation_.count() + objective_.problem().source.size() + controls(); }
 
@@ -304,22 +320,22 @@ namespace {
 constexpr std::uint64_t kBeyond = 1U << 20;  // of the streams of random numbers
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
-// Of the weights of pairs, 2×pairs.
-ImportanceEstimate estimate(const Eigen::Ref<const Eigen::Matrix2Xd>& log_weights) {
+// Of the weights of draws, a set of signs in each column.
+ImportanceEstimate estimate(const Eigen::Ref<const MatrixXd>& log_weights) {
   const double largest = log_weights.maxCoeff();
   const auto samples = static_cast<int>(log_weights.size());
   if (!std::isfinite(largest))
-    return {largest, 0, samples, 0, samples, Eigen::VectorXd::Constant(samples / 2, largest)};
-  const Eigen::Array2Xd weights = (log_weights.array() - largest).exp();
-  const Eigen::ArrayXd of_pairs = weights.colwise().mean();
-  const double mean = of_pairs.mean();
-  const auto count = static_cast<double>(of_pairs.size());
+    return {largest, 0, samples, 0, samples, Eigen::VectorXd::Constant(log_weights.cols(), largest)};
+  const Eigen::ArrayXXd weights = (log_weights.array() - largest).exp();
+  const Eigen::ArrayXd of_sets = weights.colwise().mean();
+  const double mean = of_sets.mean();
+  const auto count = static_cast<double>(of_sets.size());
   ImportanceEstimate found;
-  found.variance = (of_pairs / mean - 1).square().sum() / (count * std::max(1.0, count - 1));
+  found.variance = (of_sets / mean - 1).square().sum() / (count * std::max(1.0, count - 1));
   found.log_evidence = largest + std::log(mean) + 0.5 * found.variance;
   found.samples = samples;
   found.effective_samples = weights.sum() * weights.sum() / weights.square().sum();
-  found.log_pairs = largest + of_pairs.log();
+  found.log_sets = largest + of_sets.log();
   found.lost = static_cast<int>((log_weights.array() == kNone).count());
   return found;
 }
@@ -362,24 +378,23 @@ BeyondEstimate sample_beyond(const matching::MatchingObjective& objective, const
 ImportanceEstimate importance_sample(const matching::MatchingObjective& objective, const Observation& observation,
                                      const Linearised& match, int samples, double enough, std::uint64_t seed,
                                      std::vector<VectorXd>& begin) {
-  constexpr Index kLeastPairs = 8;
+  constexpr Index kLeastSets = 4;
   const Draws draws(objective, observation, match);
-  const Index pairs = (samples + 1) / 2;
-  begin.resize(static_cast<std::size_t>(2 * pairs));
-  Eigen::Matrix2Xd log_weights = Eigen::Matrix2Xd::Constant(2, pairs, kNone);
-  const Index at_once = std::max<Index>(1, draws.at_once() / 2);  // pairs
-  for (Index i = 0; i < pairs; i += at_once) {
-    const Index some = std::min(at_once, pairs - i);
-    MatrixXd normals(draws.normals(), 2 * some);
+  const Index of_set = draws.of_one_set();
+  const Index sets = (samples + kMostOfOneSet - 1) / kMostOfOneSet;
+  begin.resize(static_cast<std::size_t>(of_set * sets));
+  MatrixXd log_weights = MatrixXd::Constant(of_set, sets, kNone);
+  const Index at_once = std::max<Index>(1, draws.at_once() / of_set);  // sets
+  for (Index i = 0; i < sets; i += at_once) {
+    const Index some = std::min(at_once, sets - i);
+    MatrixXd normals(draws.normals(), of_set * some);
     std::vector<VectorXd*> places;
-    for (Index j = 0; j < some; ++j) {
-      normals.col(2 * j) =
-          standard_normals(seed, static_cast<std::uint64_t>(i + j), static_cast<int>(draws.normals()), 1);
-      normals.col(2 * j + 1) = -normals.col(2 * j);
-      for (const Index sign : {0, 1}) places.push_back(&begin[static_cast<std::size_t>(2 * (i + j) + sign)]);
-    }
+    for (Index j = 0; j < some; ++j)
+      normals.middleCols(of_set * j, of_set) = draws.with_all_signs(
+          standard_normals(seed, static_cast<std::uint64_t>(i + j), static_cast<int>(draws.normals()), 1));
+    for (Index j = 0; j < normals.cols(); ++j) places.push_back(&begin[static_cast<std::size_t>(of_set * i + j)]);
     log_weights.middleCols(i, some).reshaped() = log_weights_from(draws, normals, places);
-    if (i + some < kLeastPairs) continue;
+    if (i + some < kLeastSets) continue;
     ImportanceEstimate so_far = estimate(log_weights.leftCols(i + some));
     if (std::isfinite(so_far.log_evidence) && so_far.variance <= enough) return so_far;
   }

@@ -17,7 +17,7 @@ struct ImportanceEstimate {
   int samples = 0;
   double effective_samples = 0;  ///< (Σw)²/Σw²
   int lost = 0;                  ///< draws without a path, of weight 0
-  Eigen::VectorXd log_pairs;     ///< log of the mean weight of each pair
+  Eigen::VectorXd log_sets;      ///< log of the mean weight of each set of draws that differ in signs alone
 };
 
 /// Randomise then optimise (Bardsley, Solonen, Haario & Laine 2014): with r(z) the residual and J its derivative at the
@@ -30,11 +30,15 @@ struct ImportanceEstimate {
 ///
 ///     N(η; 0, I + JᵀJ) |det(I + J(z)Jᵀ)|,   η = z − Jᵀr(z),
 ///
-/// with which it is weighed. Draws come in pairs of ±(ζ, ε), which takes the odd terms out of the sum.
+/// with which it is weighed. Draws come in sets that differ in signs alone: ±(ζ, ε), which takes the odd terms out of
+/// the sum, and the same with the other sign of the noise. The latter makes the sum even in the amplitudes, as the
+/// evidence is: otherwise it has a slope at β = 0 that is an error of the draws, and half of the models without noise
+/// seem to have some.
 ///
 /// The draws move continuously with the numbers of the model: ζ is white noise at the landmarks, and so at the pivots
 /// of their basis, whatever its eigenvectors.
-/// @param samples at most, rounded up to pairs @param enough the variance of the logarithm at which fewer will do
+/// @param samples at most, rounded up to whole sets, and half of that without noise @param enough the variance of the
+/// logarithm at which fewer will do
 /// @param begin where the iteration of each draw begins, and where it ended then; empty at first
 ImportanceEstimate importance_sample(const matching::MatchingObjective& objective, const Observation& observation,
                                      const Linearised& match, int samples, double enough, std::uint64_t seed,

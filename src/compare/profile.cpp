@@ -30,8 +30,8 @@ double drop_of_ninety(double from_bound) {
   return low / 2;
 }
 
-std::optional<VectorXd> profile_end(const Likelihood& likelihood, Index i, int direction, double step,
-                                    const std::function<double(double)>& drop, const std::vector<VectorXd>& others) {
+ProfileEnd profile_end(const Likelihood& likelihood, Index i, int direction, double step,
+                       const std::function<double(double)>& drop, const std::vector<VectorXd>& others) {
   const double greatest = likelihood.value(likelihood.maximum);
   const double bound = direction > 0 ? likelihood.box.most[i] : likelihood.box.least[i];
   // The greatest with that number, from x, which is moved there.
@@ -42,7 +42,7 @@ std::optional<VectorXd> profile_end(const Likelihood& likelihood, Index i, int d
     x = found.x;
     return found.value >= greatest - drop(t);
   };
-  const auto end_beyond = [&](const VectorXd& from) -> std::optional<VectorXd> {
+  const auto end_beyond = [&](const VectorXd& from) -> ProfileEnd {
     VectorXd inside = from;
     VectorXd outside = inside;
     for (int count = 1;; ++count) {
@@ -50,21 +50,21 @@ std::optional<VectorXd> profile_end(const Likelihood& likelihood, Index i, int d
       const bool beyond = direction * (t - bound) >= 0;
       outside = inside;
       if (!is_inside(beyond ? bound : t, outside)) break;
-      if (beyond || count == kMostOutward) return std::nullopt;
       inside = outside;
+      if (beyond || count == kMostOutward) return {inside, true};
     }
     for (int k = 0; k < kBisections; ++k) {
       VectorXd between = inside;
       const bool in = is_inside((inside[i] + outside[i]) / 2, between);
       (in ? inside : outside) = between;
     }
-    return inside;
+    return {inside, false};
   };
-  std::optional<VectorXd> end = end_beyond(likelihood.maximum);
+  ProfileEnd end = end_beyond(likelihood.maximum);
   for (const VectorXd& other : others) {
-    if (!end) return end;
+    if (end.is_beyond) return end;
     VectorXd from = likelihood.box.clipped(other);
-    if (direction * (from[i] - (*end)[i]) <= 0 || !is_inside(from[i], from)) continue;
+    if (direction * (from[i] - end.place[i]) <= 0 || !is_inside(from[i], from)) continue;
     end = end_beyond(from);
   }
   return end;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,13 +29,17 @@ double drop_of_ninety(double from_bound);
 /// Far from any bound.
 inline constexpr double kDropOfNinety = 2.70554 / 2;
 
+/// The place of all numbers where a profile ends.
+struct ProfileEnd {
+  Eigen::VectorXd place;
+  bool is_beyond = false;  ///< the box ends there, and not the profile
+};
+
 /// Where number i, in the direction ±1 from the maximum, has the farthest of the values t at which the profile, the
-/// greatest log-likelihood with that number, is at most drop(t) below the maximum: the place of all numbers. None where
-/// the box ends before.
+/// greatest log-likelihood with that number, is at most drop(t) below the maximum.
 /// @param step with which an end is sought, about a standard deviation
 /// @param others places from which it is sought too, as the likelihood may have several maxima
-std::optional<Eigen::VectorXd> profile_end(const Likelihood& likelihood, Eigen::Index i, int direction, double step,
-                                           const std::function<double(double)>& drop,
-                                           const std::vector<Eigen::VectorXd>& others = {});
+ProfileEnd profile_end(const Likelihood& likelihood, Eigen::Index i, int direction, double step,
+                       const std::function<double(double)>& drop, const std::vector<Eigen::VectorXd>& others = {});
 
 }  // namespace pulson::compare

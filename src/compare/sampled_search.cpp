@@ -32,15 +32,17 @@ constexpr double kTrusted = 2.5;        // deviations that the maximum may be fr
 constexpr double kFarthest = 5;         // deviations of a step to another chart
 constexpr double kDifference = 0.05;    // of coordinates
 constexpr double kAtRest = 1.0 / 6;     // deviations that the maximum of a chart still moves
+constexpr double kMayVanish = 1;        // nats by a chart, which it may be wrong about places where a number vanishes
 constexpr double kStillMoves = 0.5;     // the same, as ends of intervals are charted
 constexpr double kBelowItsProfile = 4;  // nats: places that may lead to a likely number, with the others at their best
 constexpr int kMostCharts = 3, kMostPlaces = 6;
-constexpr int kRoundsOfEnds = 4;  // in all but the last of which the ends of intervals are charted
+constexpr int kRoundsOfEnds = 6;  // in all but the last of which the ends of intervals are charted
 // Of the evidence's places in a chart, deviations along the axes, and along two at once.
 constexpr double kSampledAxis = 1.5, kSampledPair = 1.1;
 constexpr double kInnerAxis = 0.75, kOuterAxis = 2.4;
 constexpr double kPair = 1.2;
-constexpr double kBeside = 4;  // deviations to a bound
+constexpr double kCurved = 1e-6;  // of the metric, more than rounding leaves of a surface without curvature
+constexpr double kBeside = 4;     // deviations to a bound
 
 // Eigenvalues within the range of deviations.
 MatrixXd metric_of(const MatrixXd& information) {
@@ -107,12 +109,14 @@ Fitter::Excess Fitter::sampled_excess(const State& state, Draws& draws) const {
     const Linearised& match = state.matches[at(s)];
     const ImportanceEstimate sampled =
         importance_sample(objective, observations_[at(s)], match, count, 0, settings_.seed + at(s), draws[at(s)]);
-    excess.of_shapes[at(s)] = sampled.log_pairs.array() - match.log_evidence;
+    excess.of_shapes[at(s)] = sampled.log_sets.array() - match.log_evidence;
     variances[at(s)] = sampled.variance;
     if (settings_.on_match) settings_.on_match();
     return sampled.effective_samples >= kFewEffective * sampled.samples;
   });
   excess.enough = excess.enough && std::sqrt(std::accumulate(variances.begin(), variances.end(), 0.0)) < kMostError;
+  for (int g = 0; g < EvidenceMap::kGroups && excess.enough; ++g)
+    excess.enough = std::isfinite(sum_of_log_means(excess.of_shapes, g));
   return excess;
 }
 
@@ -135,6 +139,45 @@ Fitter::State Fitter::best_candidate(const std::vector<State>& candidates, Evide
     greatest = &state;
   }
   return greatest == nullptr ? laplace : *greatest;
+}
+
+// Where a chart has little more evidence than without some noise, within its errors, the evidence without it is found
+// itself, with the other numbers where the chart has them best.
+Fitter::State Fitter::vanishing_if_likelier(const Chart& chart, State best, EvidenceMap& map, Draws& draws) {
+  const bool sampled = map.has_samples();
+  const auto charted = [&](const VectorXd& x) -> std::optional<State> {
+    try {
+      State state = moved(best, x);
+      if (!state.all_matched()) return std::nullopt;
+      map.add(x, state.log_evidence());
+      if (sampled)
+        if (Excess excess = sampled_excess(state, draws); excess.enough)
+          map.add_samples(x, std::move(excess.of_shapes));
+      return state;
+    } catch (const Error&) {
+      return std::nullopt;
+    }
+  };
+  VectorXd x = place(best);
+  for (Index g = 0; g < groups(); ++g) {
+    std::optional<VectorXd> before;
+    for (int round = 0; round < kMostPlaces && x[g] > chart.box.least[g]; ++round) {
+      Likelihood likelihood = map.likelihood(chart.metric, extent(chart.box, x, chart.metric, kTrusted));
+      likelihood.box.least[g] = likelihood.box.most[g] = chart.box.least[g];
+      const VectorXd without = maximum_of(likelihood, likelihood.box.clipped(x));
+      if (likelihood.value(without) < likelihood.value(x) - kMayVanish) break;
+      if (before && distance(chart.metric, without - *before) < kAtRest) break;
+      before = without;
+      std::optional<State> there = charted(without);
+      if (!there) break;
+      const auto value = map.evidence_at(x), value_without = map.evidence_at(without);
+      if (!value || !value_without || *value_without < *value) continue;
+      there->converged = best.converged;
+      best = std::move(*there);
+      x = without;
+    }
+  }
+  return best;
 }
 
 // Adds a place to the map, unless it is known; none where some shape has no match, as time steps are too few for it.
@@ -162,14 +205,14 @@ MatrixXd Fitter::Chart::axes() const {
 }
 
 // Where a step of Newton's method leads, by the samples at the centre and beside it and the curvature of the metric, if
-// that is farther than a chart is trusted.
+// that is farther than a chart is trusted, and likelier.
 std::optional<Fitter::State> Fitter::approach(const Chart& chart, EvidenceMap& map, Draws& draws) {
   const VectorXd centre = place(chart.centre);
   const MatrixXd axes = chart.axes();
   const auto evidence = [&](const VectorXd& x) -> std::optional<double> {
     const auto state = chart_at(chart, x, true, map, draws);
     if (!state) return std::nullopt;
-    return map.evidence_at(place(*state));
+    return map.evidence_at(chart.box.clipped(x));
   };
   const std::optional<double> middle = evidence(centre);
   if (!middle) return std::nullopt;
@@ -184,9 +227,12 @@ std::optional<Fitter::State> Fitter::approach(const Chart& chart, EvidenceMap& m
   }
   if (slopes.norm() < kTrusted) return std::nullopt;
   slopes *= std::min(1.0, kFarthest / slopes.norm());
-  const VectorXd to = chart.box.clipped(centre + axes * slopes);
-  if (distance(chart.metric, to - centre) < kTrusted) return std::nullopt;
-  return chart_at(chart, to, false, map, draws);
+  for (;; slopes /= 2) {
+    const VectorXd to = chart.box.clipped(centre + axes * slopes);
+    if (distance(chart.metric, to - centre) < kTrusted) return std::nullopt;
+    std::optional<State> there = chart_at(chart, to, true, map, draws);
+    if (const auto value = map.evidence_at(to); there && value && *value > *middle) return there;
+  }
 }
 
 // Places along the axes of the metric, and at bounds that are near.
@@ -229,9 +275,13 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
     likelihood.maximum = maximum_of(likelihood, found_at);
     const std::vector<VectorXd> likely = map.likely_places(likelihood, kDropOfNinety + kBelowItsProfile);
     Box& box = likelihood.box = about;
-    for (const VectorXd& place : likely) box = {box.least.cwiseMin(place), box.most.cwiseMax(place)};
+    for (const VectorXd& place : likely) {
+      const Box near = extent(chart.box, place, chart.metric, kTrusted);
+      box = {box.least.cwiseMin(near.least), box.most.cwiseMax(near.most)};
+    }
     const MatrixXd information = likelihood.second_order(likelihood.maximum).information;
-    if (Eigen::LLT<MatrixXd>(information).info() == Eigen::Success) found.information = information;
+    if (Eigen::LLT<MatrixXd>(information - kCurved * chart.metric).info() == Eigen::Success)
+      found.information = information;
     const VectorXd deviations = deviations_of(metric_of(found.information));
     VectorXd by_draws = VectorXd::Zero(n);
     if (map.has_samples()) by_draws = variances_by_draws(map, chart.metric, likelihood);
@@ -241,17 +291,19 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
         const auto drop = [&](double t) {
           return wider * (i < groups() ? drop_of_ninety((t - chart.box.least[i]) / deviations[i]) : kDropOfNinety);
         };
-        const auto end = profile_end(likelihood, i, direction, deviations[i], drop, likely);
-        const double bound = (direction < 0 ? chart.box.least : chart.box.most)[i];
-        const bool is_bound = (direction < 0 ? box.least : box.most)[i] == bound;
-        // Where the chart has no end, as too few places about it have matches, that of a parabola.
-        const double otherwise = is_bound
-                                     ? direction * kNowhere
-                                     : found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
-        const bool is_charted = end && map.is_known(*end, sampled, chart.metric, kTrusted);
-        (direction < 0 ? found.low : found.high)[i] = is_charted ? (*end)[i] : otherwise;
-        if (end && round + 1 < kRoundsOfEnds && !map.is_known(*end, sampled, chart.metric))
-          chart_at(chart, *end, true, map, draws);
+        const auto [end, is_beyond] = profile_end(likelihood, i, direction, deviations[i], drop, likely);
+        double& interval_end = (direction < 0 ? found.low : found.high)[i];
+        const bool is_bound = end[i] == (direction < 0 ? chart.box.least : chart.box.most)[i];
+        // Where nothing is charted, as places there have no matches, or the chart contradicts the estimate, that of a
+        // parabola.
+        if (is_beyond && is_bound)
+          interval_end = direction * kNowhere;
+        else if (map.is_known(end, sampled, chart.metric, kTrusted) && direction * (end[i] - found_at[i]) > 0)
+          interval_end = end[i];
+        else
+          interval_end = found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
+        if (round + 1 < kRoundsOfEnds && !map.is_known(end, sampled, chart.metric))
+          chart_at(chart, end, true, map, draws);
       }
   }
   return found;
@@ -318,7 +370,7 @@ Fitter::Maximum Fitter::search(const std::vector<State>& candidates) {
     best.converged = (at_rest || all_vanish(best)) && best.all_matched();
     if (distance(chart.metric, place(best) - centre) < kTrusted) break;
   }
-  return find_intervals(chart, best, map, draws);
+  return find_intervals(chart, vanishing_if_likelier(chart, best, map, draws), map, draws);
 }
 
 }  // namespace pulson::compare

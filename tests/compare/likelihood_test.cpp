@@ -127,14 +127,16 @@ TEST(ProfileEnd, OfAQuadraticIsTheMarginalDeviation) {
     for (const int direction : {-1, 1}) {
       const double deviation = std::sqrt(covariance(i, i));
       const auto end = profile_end(likelihood, i, direction, deviation, [](double) { return kDropOfNinety; });
-      ASSERT_TRUE(end);
-      EXPECT_NEAR((*end)[i], kMiddle[i] + direction * 1.64485 * deviation, 2e-3 * deviation);
+      EXPECT_FALSE(end.is_beyond);
+      EXPECT_NEAR(end.place[i], kMiddle[i] + direction * 1.64485 * deviation, 2e-3 * deviation);
     }
 }
 
-TEST(ProfileEnd, IsNoneBeyondTheBox) {
+TEST(ProfileEnd, IsThatOfTheBoxWhereTheProfileEndsBeyond) {
   const Likelihood likelihood{quadratic, second_order, {VectorXd{{0.9, -99}}, VectorXd{{99, 99}}}, kMiddle};
-  EXPECT_FALSE(profile_end(likelihood, 0, -1, 1, [](double) { return kDropOfNinety; }));
+  const ProfileEnd end = profile_end(likelihood, 0, -1, 1, [](double) { return kDropOfNinety; });
+  EXPECT_TRUE(end.is_beyond);
+  EXPECT_DOUBLE_EQ(end.place[0], 0.9);
 }
 
 // Two peaks of deviations 1 at 0 and 10, the latter lower by less than 1.35, with a valley between.
@@ -155,10 +157,10 @@ TEST(ProfileEnd, IsThatOfTheFartherPeakWhereThatIsLikelyToo) {
   };
   const auto drop = [](double) { return kDropOfNinety; };
   const std::vector<VectorXd> others = {VectorXd::Constant(1, 10.2)};
-  EXPECT_NEAR((*profile_end(of_peaks(1), 0, 1, 1, drop))[0], 1.64485, 2e-3);
-  EXPECT_NEAR((*profile_end(of_peaks(1), 0, 1, 1, drop, others))[0], 10 + std::sqrt(2 * (kDropOfNinety - 1)), 2e-3);
-  EXPECT_NEAR((*profile_end(of_peaks(1), 0, -1, 1, drop, others))[0], -1.64485, 2e-3);
-  EXPECT_NEAR((*profile_end(of_peaks(2), 0, 1, 1, drop, others))[0], 1.64485, 2e-3);
+  EXPECT_NEAR(profile_end(of_peaks(1), 0, 1, 1, drop).place[0], 1.64485, 2e-3);
+  EXPECT_NEAR(profile_end(of_peaks(1), 0, 1, 1, drop, others).place[0], 10 + std::sqrt(2 * (kDropOfNinety - 1)), 2e-3);
+  EXPECT_NEAR(profile_end(of_peaks(1), 0, -1, 1, drop, others).place[0], -1.64485, 2e-3);
+  EXPECT_NEAR(profile_end(of_peaks(2), 0, 1, 1, drop, others).place[0], 1.64485, 2e-3);
 }
 
 // An estimate that would be N(d, 1) were there no bound at 0: the likelihood ratio of the truth d over a grid of 2e5

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
-#include "core/factorisations.hpp"
-#include "fitted_draws.hpp"
+#include <Eigen/Cholesky>
+
 #include "no_u_turn.hpp"
 #include "normal_quantile.hpp"
 #include "pulson/core/errors.hpp"
-#include "random/normals.hpp"
 
 namespace pulson::inference {
 
@@ -31,105 +29,12 @@ constexpr double kAdaptation = 0.6;
 // below, from where chains come to other parts of the posterior.
 constexpr double kFarFromCentre = 10;
 constexpr int kStarts = 50;  // draws of the reference before a chain begins at its centre
-constexpr double kNone = -std::numeric_limits<double>::infinity();
 
 // Kinds of random numbers within an iteration.
 constexpr std::size_t kOfExchange = 0, kKindsOfSpecimen = 6, kFirstTheta = 1;
 constexpr std::uint64_t kStartIterations = 1ULL << 30U, kExchangeIterations = 1ULL << 29U;
-constexpr std::uint64_t kReferenceChains = 1ULL << 20U;
-
-VectorXd drawn(std::uint64_t seed, std::uint64_t chain, std::uint64_t iteration, std::size_t kind, Index count) {
-  constexpr std::uint64_t kKinds = 1ULL << 10U, kIterations = 1ULL << 31U;
-  const std::uint64_t path = (chain * kIterations + iteration) * kKinds + kind;
-  // Steps are drawn four at a time.
-  const auto channels = static_cast<int>((count + 3) / 4);
-  return standard_normals(seed, path, channels, 4).reshaped().head(count);
-}
 
 }  // namespace
-
-ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi, double power) {
-  ThetaPoint theta{phi, {}, {}};
-  const ModelNumbers numbers = setting.space.at(phi);
-  for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
-    theta.models.push_back(setting.specimens[i].model(numbers));
-    std::vector<LinearAt>& linear = theta.linear.emplace_back();
-    Specimen::Model wider = theta.models.back();
-    wider.sigma *= setting.inflation / std::sqrt(power);
-    if (power == 0) continue;
-    for (const Minimum& minimum : setting.reference.minima[i]) linear.emplace_back(*minimum.linear, wider);
-  }
-  return theta;
-}
-
-double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
-                     const VectorXd& z, const Specimen::Shot& shot, VectorXd* responsibilities,
-                     std::vector<VectorXd>* residuals) {
-  const std::vector<LinearAt>& linear = theta.linear[specimen];
-  const Specimen& of = setting.specimens[specimen];
-  if (setting.move.fits_data)
-    return shot.log_likelihood - fitted_log_density(of, theta.models[specimen], linear.front(), z, shot);
-  const double volume = of.log_volume(theta.models[specimen]) +
-                        static_cast<double>(of.data()) * std::log(setting.inflation / std::sqrt(power));
-  VectorXd logs(std::ssize(linear));
-  for (std::size_t m = 0; m < linear.size(); ++m) {
-    VectorXd residual = linear[m].residual(z);
-    const auto index = static_cast<Index>(m);
-    logs[index] = setting.reference.log_weights[specimen][index] - 0.5 * residual.squaredNorm() - volume -
-                  linear[m].log_evidence();
-    if (residuals != nullptr) residuals->push_back(std::move(residual));
-  }
-  const double largest = logs.maxCoeff();
-  const VectorXd parts = (logs.array() - largest).exp();
-  if (responsibilities != nullptr) *responsibilities = parts / parts.sum();
-  return power * shot.log_likelihood - largest - std::log(parts.sum());
-}
-
-namespace {
-
-// z of standard normal numbers.
-std::optional<VectorXd> draw_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta,
-                                std::size_t mode, const VectorXd& normals) {
-  const LinearAt& linear = theta.linear[specimen][mode];
-  if (!setting.move.fits_data) return linear.draw(normals);
-  return fitted_draw(setting.specimens[specimen], theta.models[specimen], linear, normals);
-}
-
-std::size_t drawn_mode(const VectorXd& log_weights, double uniform) {
-  double below = 0;
-  for (Index m = 0; m + 1 < log_weights.size(); ++m) {
-    below += std::exp(log_weights[m]);
-    if (uniform < below) return static_cast<std::size_t>(m);
-  }
-  return static_cast<std::size_t>(log_weights.size() - 1);
-}
-
-}  // namespace
-
-double reference_log_weight(const ChainSetting& setting, std::uint64_t number) {
-  const std::uint64_t chain = kReferenceChains;
-  const Index k = setting.space.count();
-  try {
-    VectorXd phi = drawn(setting.seed, chain, number, 0, k);
-    if (k > 0) phi = setting.reference.centre + VectorXd(setting.reference.root.triangularView<Eigen::Lower>() * phi);
-    const ThetaPoint theta = make_theta(setting, phi, 1);
-    double sum = log_standard_normal(phi) - setting.reference.log_density(phi);
-    for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
-      const Specimen& specimen = setting.specimens[i];
-      const double uniform = normal_probability(drawn(setting.seed, chain, number, 2 * i + 1, 1)[0]);
-      const std::size_t mode = drawn_mode(setting.reference.log_weights[i], uniform);
-      const auto z = draw_of(setting, i, theta, mode,
-                             drawn(setting.seed, chain, number, 2 * i + 2, specimen.unknowns() + specimen.data()));
-      if (!z) return kNone;
-      const auto shot = specimen.shoot(theta.models[i], *z);
-      if (!shot) return kNone;
-      sum += log_weight_of(setting, i, theta, 1, *z, *shot);
-    }
-    return sum;
-  } catch (const Error&) {
-    return kNone;
-  }
-}
 
 Chain::Chain(const ChainSetting& setting, int number, double power)
     : setting_(setting),

@@ -4,20 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "reference.hpp"
+#include "reference_weight.hpp"
 #include "state_bytes.hpp"
 
 namespace pulson::inference {
-
-/// What the moves of all chains share.
-struct ChainSetting {
-  const std::vector<Specimen>& specimens;
-  const ParameterSpace& space;
-  const Reference& reference;
-  MoveKind move;
-  double inflation = 1;  ///< factor on σ in the reference
-  std::uint64_t seed = 1;
-};
 
 /// A point of the posterior of one specimen in whitened coordinates v = (ζ, ε) of mode m.
 struct ChainPoint {
@@ -29,13 +19,6 @@ struct ChainPoint {
 };
 
 struct TrajectoryPoint;
-
-/// The models of one θ for all specimens, and the linear ones of all modes.
-struct ThetaPoint {
-  Eigen::VectorXd phi;
-  std::vector<Specimen::Model> models;
-  std::vector<std::vector<LinearAt>> linear;  ///< [specimen][mode], of σ/√τ; none where τ is 0
-};
 
 /// One Markov chain, see sample_posterior(), of the density N(ζ, ε; 0, I) N(φ; φ̂, BBᵀ) w^τ, w the weight relative to
 /// the reference: the posterior where the power τ is 1, the reference where it is 0. Its random numbers are a function
@@ -102,15 +85,5 @@ class Chain {
   double accepted_ = 0, theta_accepted_ = 0;
   std::int64_t moves_ = 0, theta_moves_ = 0, evaluations_ = 0, lost_draws_ = 0;
 };
-
-ThetaPoint make_theta(const ChainSetting& setting, const Eigen::VectorXd& phi, double power);
-
-/// log p(z | θ) p(y | z, θ)^τ/Σ_m a_m g_m(z | θ); with the responsibilities of the modes if these are asked for
-double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
-                     const Eigen::VectorXd& z, const Specimen::Shot& shot, Eigen::VectorXd* responsibilities = nullptr,
-                     std::vector<Eigen::VectorXd>* residuals = nullptr);
-
-/// The log weight of an independent draw of the reference; −∞ without a path.
-double reference_log_weight(const ChainSetting& setting, std::uint64_t number);
 
 }  // namespace pulson::inference

@@ -176,7 +176,7 @@ std::string ensemble_json(const inference::PosteriorProblem& problem, const infe
   Json json{{"method", "enkf"},
             {"members", ensemble.draws.draws},
             {"lost", ensemble.lost},
-            {"rounds", options.rounds},
+            {"rounds", ensemble.rounds},
             {"localisation", std::move(radii)},
             {"seconds", ensemble.draws.seconds},
             {"misfit", ensemble.misfit},

@@ -35,7 +35,7 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const std:
   std::vector<std::string> warnings;
   if (!summary.converged)
     warnings.push_back(fmt::format(
-        "the chains have not converged: R-hat of {} is {:.3g}, more than {}; take more --draws and --warmup{}",
+        "the chains have not converged: R-hat of {} is {:.4g}, more than {}; take more --draws and --warmup{}",
         summary.worst, summary.worst_rhat, inference::kHighRhat, remedy));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)

@@ -26,9 +26,12 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kFewestMembers = 20;
+constexpr double kRoundOff = 1e-9;
 
 // A path that goes so many times as far as the median one has left the range that the time steps resolve.
 constexpr double kFar = 10;
+
+constexpr int kMostRounds = 200;
 
 void check(const PosteriorProblem& problem, const EnsembleKalmanOptions& options) {
   if (!problem.tree.empty()) throw InputError("an ensemble Kalman smoother takes independent paths, not a tree");
@@ -113,6 +116,8 @@ class Members {
     return left;
   }
 
+  double assimilated() const { return assimilated_; }  ///< of log p(y | x)
+
   void update(int round, const std::function<void()>& on_path) {
     MatrixXd residuals(count(), specimen_.data());
     const std::vector<Index> left = shoot([&](int i, const std::optional<Specimen::Shot>& shot) {
@@ -122,14 +127,29 @@ class Members {
     residuals = MatrixXd(residuals(left, Eigen::all));
     const MatrixXd errors =
         centred_normals(options_.seed, Stream::kErrors, number_, round * options_.members, count(), specimen_.data());
-    const MatrixXd innovations = std::sqrt(static_cast<double>(options_.rounds)) * errors - residuals;
+    const double alpha = find_inflation(residuals.rowwise().squaredNorm());
+    const MatrixXd innovations = std::sqrt(alpha) * errors - residuals;
     residuals.rowwise() -= residuals.colwise().mean().eval();
     if (round == 0) localise(residuals);
-    assimilate(residuals, innovations);
+    assimilate(alpha, residuals, innovations);
   }
 
  private:
   Index count() const { return z_.rows(); }
+
+  // α of Σ in this round, of the members' |r|².
+  double find_inflation(const VectorXd& misfits) {
+    const auto data = static_cast<double>(specimen_.data());
+    const double mean = misfits.mean(), variance = (misfits.array() - mean).square().mean();
+    double part = std::min(1.0 / options_.rounds, std::max(data / mean, std::sqrt(2 * data / variance)));
+    const double left = 1 - assimilated_;
+    if (part >= (1 - kRoundOff) * left) {
+      assimilated_ = 1;
+      return 1 / left;
+    }
+    assimilated_ += part;
+    return 1 / part;
+  }
 
   void localise(const MatrixXd& anomalies) {
     radius_ = options_.localisation ? *options_.localisation : automatic_localisation(data_, anomalies);
@@ -141,25 +161,25 @@ class Members {
   }
 
   // W, m×m: an unknown there, a column of the ensemble, changes by Wᵀ times that column. Columns of W sum to 0.
-  MatrixXd weights(const LocalData& local, const MatrixXd& anomalies, const MatrixXd& innovations) const {
+  MatrixXd weights(const LocalData& local, double alpha, const MatrixXd& anomalies, const MatrixXd& innovations) const {
     const MatrixXd predicted = anomalies(Eigen::all, local.rows) * local.roots.asDiagonal();
     const MatrixXd missed = innovations(Eigen::all, local.rows) * local.roots.asDiagonal();
     MatrixXd gram = predicted * predicted.transpose();
-    gram.diagonal().array() += options_.rounds * static_cast<double>(count() - 1);
+    gram.diagonal().array() += alpha * static_cast<double>(count() - 1);
     return gram.llt().solve(predicted * missed.transpose());
   }
 
-  void assimilate(const MatrixXd& anomalies, const MatrixXd& innovations) {
+  void assimilate(double alpha, const MatrixXd& anomalies, const MatrixXd& innovations) {
     const Index d = specimen_.problem().source.rows(), n = specimen_.problem().source.cols();
     const auto upper = model_.root->transpose().triangularView<Eigen::Upper>();
     std::vector<MatrixXd> velocities;  // of each axis, m×N, times √λ
     for (Index axis = 0; axis < d; ++axis)
       velocities.push_back(by_rows(of_axis(axis), [&](const MatrixXd& rows) -> MatrixXd { return rows * upper; }));
     MatrixXd of_all;
-    if (!is_local_ || !sites_.wide.empty()) of_all = weights(data_.all(weight_of_all_), anomalies, innovations);
+    if (!is_local_ || !sites_.wide.empty()) of_all = weights(data_.all(weight_of_all_), alpha, anomalies, innovations);
     std::vector<MatrixXd> changes(static_cast<std::size_t>(d), MatrixXd(count(), n));
     parallel_for(static_cast<int>(n), [&](int a) {
-      const MatrixXd near = is_local_ ? weights(data_.near(a, radius_), anomalies, innovations) : of_all;
+      const MatrixXd near = is_local_ ? weights(data_.near(a, radius_), alpha, anomalies, innovations) : of_all;
       for (std::size_t axis = 0; axis < changes.size(); ++axis)
         changes[axis].col(a) = near.transpose() * velocities[axis].col(a);
       update_channels(sites_.of_landmark[static_cast<std::size_t>(a)], near);
@@ -203,6 +223,7 @@ class Members {
   std::size_t number_;
   LocalWeights data_;
   double radius_ = 0;
+  double assimilated_ = 0;
   bool is_local_ = false;
   double weight_of_all_ = 1;  // of data for channels that act everywhere
   ChannelSites sites_;
@@ -277,10 +298,9 @@ EnsembleDraws sample_ensemble(const PosteriorProblem& problem, const EnsembleKal
   check(problem, options);
   const auto start = std::chrono::steady_clock::now();
   std::atomic<std::int64_t> done = 0;
-  const double all = static_cast<double>(problem.specimens.size()) * (options.rounds + 1) * options.members;
-  const auto on_path = [&] {
-    const std::int64_t now = ++done;
-    if (options.on_progress) options.on_progress(static_cast<double>(now) / all);
+  const auto on_path = [&] { ++done; };
+  const auto report = [&](double specimens) {
+    if (options.on_progress) options.on_progress(specimens / static_cast<double>(problem.specimens.size()));
   };
   EnsembleDraws out;
   std::vector<MemberPaths> specimens;
@@ -288,7 +308,16 @@ EnsembleDraws sample_ensemble(const PosteriorProblem& problem, const EnsembleKal
     const Specimen specimen(problem.specimens[s]);
     const Specimen::Model model = specimen.model(ParameterSpace(problem).at(VectorXd::Zero(0)));
     Members members(specimen, model, options, s);
-    for (int round = 0; round < options.rounds; ++round) members.update(round, on_path);
+    for (int round = 0; members.assimilated() < 1; ++round) {
+      if (round == kMostRounds)
+        throw NumericalError(
+            fmt::format("the members are too far from the target after {} rounds; a larger sigma or a smaller lambda "
+                        "brings them nearer",
+                        kMostRounds));
+      members.update(round, on_path);
+      out.rounds = std::max(out.rounds, round + 1);
+      report(static_cast<double>(s) + members.assimilated());
+    }
     out.localisation.push_back(members.radius());
     specimens.push_back(final_paths(members, specimen, options, on_path));
   }

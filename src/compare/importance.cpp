@@ -53,7 +53,10 @@ class Draws {
   VectorXd log_weights(const MatrixXd& normals, const std::vector<VectorXd*>& v) const {
     VectorXd weights = VectorXd::Constant(normals.cols(), -std::numeric_limits<double>::infinity());
     if (shots_) {
-      shoot_all(normals, v, weights);
+      for (Index first = 0; first < normals.cols(); first += LaneShots::lanes()) {
+        const Index some = std::min<Index>(LaneShots::lanes(), normals.cols() - first);
+        shoot_all(normals.middleCols(first, some), v.data() + first, weights.segment(first, some));
+      }
       return weights;
     }
     for (Index l = 0; l < weights.size(); ++l)
@@ -125,14 +128,15 @@ class Draws {
   }
 
   // As fitted() and log_density() in all lanes at once.
-  void shoot_all(const MatrixXd& normals, const std::vector<VectorXd*>& begin, VectorXd& weights) const {
+  // @param begin of each column
+  void shoot_all(const MatrixXd& normals, VectorXd* const* begin, Eigen::Ref<VectorXd> weights) const {
     const MatrixXd& jacobian = match_.jacobian;
     const Index count = normals.cols();
     const MatrixXd epsilon = normals.topRows(observation_.count());
     MatrixXd zeta(jacobian.cols(), count), v(epsilon.rows(), count);
     for (Index l = 0; l < count; ++l) {
       zeta.col(l) = white(normals.col(l));
-      const VectorXd& first = *begin[static_cast<std::size_t>(l)];
+      const VectorXd& first = *begin[l];
       v.col(l) = first.size() > 0
                      ? first
                      : factors_.solve(VectorXd(epsilon.col(l) + match_.innovation - jacobian * zeta.col(l)));
@@ -173,7 +177,7 @@ class Draws {
     const LaneShots::Shots shots = shots_->shoot(z, LaneShots::With::kSlopes);
     for (Index l = 0; l < count; ++l) {
       const bool is_found = found[static_cast<std::size_t>(l)] != 0;
-      *begin[static_cast<std::size_t>(l)] = is_found ? VectorXd(v.col(l)) : VectorXd();
+      *begin[l] = is_found ? VectorXd(v.col(l)) : VectorXd();
       if (!is_found) continue;
       if (const auto density = log_density(z.col(l), residual.col(l), shots.slopes[static_cast<std::size_t>(l)]))
         weights[l] = log_joint(z.col(l), residual.col(l)) - *density;

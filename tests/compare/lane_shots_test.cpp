@@ -2,6 +2,8 @@
 
 #include "lane_shots.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <tuple>
@@ -9,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "cohort_examples.hpp"
+#include "forced_target.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "random_numbers.hpp"
@@ -94,6 +97,24 @@ TEST(LaneShots, DoNotKnowOtherNoiseNorManyLandmarks) {
   EXPECT_FALSE(is_known(5, "ch-sd-screened:beta=0.1,gamma=1"));
   EXPECT_FALSE(is_known(5, "langevin:sigma=0.1,friction=0.1"));
   EXPECT_FALSE(is_known(60, "none"));
+}
+
+// Fewer lanes than there are draws in a set, too.
+TEST(LaneShots, GiveTheSameEvidenceOfSamplesWithAllVectorTargets) {
+  const Landmarks source = oval(8);
+  Points off(2, 8);
+  for (Index i = 0; i < off.size(); ++i) off.reshaped()[i] = 0.2 * std::sin(3.0 * static_cast<double>(i));
+  const Landmarks target = named_shape(source.points + off);
+  CohortSettings settings = cohort_settings();
+  settings.lambda = 10;
+  settings.sampling_error = 0;
+  settings.importance_samples = 16;
+  const double evidence = fit_cohort({source, {target}}, "ch-sd:beta=0.05", settings).shapes.front().log_evidence;
+  for (const std::int64_t vector : hwy::SupportedAndGeneratedTargets()) {
+    const ForcedTarget forced(vector);
+    EXPECT_NEAR(fit_cohort({source, {target}}, "ch-sd:beta=0.05", settings).shapes.front().log_evidence, evidence, 1e-3)
+        << hwy::TargetName(vector);
+  }
 }
 
 }  // namespace

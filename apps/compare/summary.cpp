@@ -81,7 +81,7 @@ void print_paths(const compare::Comparison& comparison, const std::vector<std::s
 }  // namespace
 
 std::string kernel_words(const compare::CohortSettings& settings) {
-  return shortened_spec(settings.kernel.spec()) + (settings.fit_width ? " (width fitted)" : "");
+  return shortened_spec(settings.kernel.spec()) + (settings.fit_width ? " (the width fitted, from there)" : "");
 }
 
 std::string number(double value, const char* format) {

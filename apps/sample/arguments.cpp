@@ -84,7 +84,7 @@ void SampleArguments::add_to(CLI::App& verb) {
   verb.add_option("--members", ensemble.members, "with --method enkf: members of the ensemble")
       ->type_name("COUNT")
       ->capture_default_str();
-  verb.add_option("--rounds", ensemble.rounds, "with --method enkf: rounds in which the data are assimilated")
+  verb.add_option("--rounds", ensemble.rounds, "with --method enkf: rounds in which the data are assimilated, at least")
       ->type_name("COUNT")
       ->capture_default_str();
   verb.add_option("--localisation", localisation,

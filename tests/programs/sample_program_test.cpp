@@ -133,12 +133,13 @@ TEST_F(SampleProgram, WritesTheMembersOfAnEnsemble) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"),
               ElementsAre("momenta.npy", "paths.npy", "paths.png", "paths.svg", "report.html", "summary.json"));
-  EXPECT_THAT(done.out, HasSubstr("30 members, 120 paths"));
   EXPECT_THAT(done.err, HasSubstr("note: --method enkf samples no parameters"));
   const nlohmann::json summary = read_json("out/summary.json");
   EXPECT_EQ(summary["method"], "enkf");
   EXPECT_EQ(summary["members"], 30);
-  EXPECT_EQ(summary["rounds"], 3);
+  const int rounds = summary["rounds"].get<int>();
+  EXPECT_GE(rounds, 3);  // more where the members are far from the target
+  EXPECT_THAT(done.out, HasSubstr("30 members, " + std::to_string(30 * (rounds + 1)) + " paths"));
   EXPECT_EQ(summary["lost"], 0);
   EXPECT_EQ(summary["seed"], 2);
   EXPECT_NEAR(summary["localisation"][0].get<double>(), 0.65, 0.01);  // 40 % of 1.62

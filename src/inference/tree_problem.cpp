@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 
 #include "parameters.hpp"
+#include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/matching/data_term.hpp"
 
 namespace pulson::inference {
 namespace {
+
+constexpr double kMostlyPlaced = 0.5;
 
 std::size_t index_of(int node) { return static_cast<std::size_t>(node); }
 
@@ -77,6 +80,17 @@ std::vector<std::string> sampled_names(const std::vector<std::string>& asked, co
   return names;
 }
 
+// Of the sum of squared distances to shapes, what a similarity of each removes.
+double part_of_place(const Points& source, const std::vector<Landmarks>& shapes) {
+  const auto squares = [](const Points& off) { return off.array().isFinite().select(off.array(), 0).square().sum(); };
+  double all = 0, left = 0;
+  for (const Landmarks& shape : shapes) {
+    all += squares(source - shape.points);
+    left += squares(align(source, shape.points, AlignmentKind::kSimilarity).apply(source) - shape.points);
+  }
+  return all > 0 ? 1 - left / all : 0;
+}
+
 }  // namespace
 
 PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<TreeNode>& tree,
@@ -88,6 +102,7 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
   std::vector<Landmarks> observed;
   for (const Landmarks* shape : of_node)
     if (shape != nullptr) observed.push_back(*shape);
+  const bool as_given = !options.align && source.dimension() > 1;
   if (!options.align) options.align = AlignmentKind::kNone;
   if (options.kernel.spec() == "auto") options.kernel = "matern32:alpha=auto";  // to which no shape is matched
   const double time = options.grid.time / *std::max_element(depths.begin(), depths.end());
@@ -109,6 +124,11 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
   problem.specimens.erase(problem.specimens.begin() + 1, problem.specimens.end());
   problem.sources.erase(problem.sources.begin() + 1, problem.sources.end());
   add_priors(problem, all, sampled_names(parameters, all, !traits.linear));
+  if (const double placed = as_given ? part_of_place(source.points, observed) : 0; placed > kMostlyPlaced)
+    problem.notes.push_back(
+        fmt::format("{:.0f} % of the squared distances from the root are position, orientation and size of the shapes, "
+                    "and count as evolution; `align = similarity` removes them",
+                    100 * placed));
   return problem;
 }
 

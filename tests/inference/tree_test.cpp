@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
@@ -171,6 +174,22 @@ TEST(TreeProblem, SaysWhatIsWrong) {
   ASSERT_EQ(all.parameters.size(), 2U);  // no lambda, no alpha
   EXPECT_EQ(all.tree[0].grid.steps, 4);
   EXPECT_EQ(all.tree[3].grid.time, 2);
+}
+
+TEST(TreeProblem, SaysThatPlacesOfShapesCountAsEvolution) {
+  const Points root{{0.0, 1, 1, 0}, {0, 0, 2, 2}};
+  const auto notes = [&](const Points& shape, std::optional<AlignmentKind> alignment) {
+    const std::vector<Landmarks> shapes = {called("a", shape), called("b", shape), called("c", shape)};
+    matching::RegistrationOptions options = along_tree("ch-sd:beta=1", 0.1);
+    options.align = alignment;
+    return make_tree_problem(called("root", root), kTree, shapes, options, {}).notes;
+  };
+  Points bent = root;
+  bent(0, 0) += 0.5;
+  const Points moved = (2 * bent).array() + 3;
+  EXPECT_THAT(notes(bent, {}), testing::Not(testing::Contains(testing::HasSubstr("evolution"))));
+  EXPECT_THAT(notes(moved, {}), testing::Contains(testing::HasSubstr("count as evolution; `align = similarity`")));
+  EXPECT_THAT(notes(moved, AlignmentKind::kNone), testing::Not(testing::Contains(testing::HasSubstr("evolution"))));
 }
 
 }  // namespace

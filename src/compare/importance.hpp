@@ -32,8 +32,7 @@ struct ImportanceEstimate {
 ///
 /// with which it is weighed. Draws come in sets that differ in signs alone: ±(ζ, ε), which takes the odd terms out of
 /// the sum, and the same with the other sign of the noise. The latter makes the sum even in the amplitudes, as the
-/// evidence is: otherwise it has a slope at β = 0 that is an error of the draws, and half of the models without noise
-/// seem to have some.
+/// evidence is: otherwise it has a slope at β = 0 that is an error of the draws, and a maximum beside it.
 ///
 /// The draws move continuously with the numbers of the model: ζ is white noise at the landmarks, and so at the pivots
 /// of their basis, whatever its eigenvectors.

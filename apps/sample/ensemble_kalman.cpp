@@ -31,7 +31,7 @@ std::vector<std::string> warnings_of(const inference::EnsembleDraws& ensemble) {
   if (ensemble.misfit > kHighMisfit)
     warnings.push_back(
         fmt::format("the members are {:.2g} sigma from the target (root mean square), where draws of the posterior are "
-                    "about 1 or less; take more --members or --rounds",
+                    "about 1 or less; take more --members, or a larger --lambda",
                     std::sqrt(ensemble.misfit)));
   return warnings;
 }

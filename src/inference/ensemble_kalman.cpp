@@ -31,7 +31,7 @@ constexpr double kRoundOff = 1e-9;
 // A path that goes so many times as far as the median one has left the range that the time steps resolve.
 constexpr double kFar = 10;
 
-constexpr int kMostRounds = 200;
+constexpr int kMostRounds = 200;  // beyond those asked for
 
 void check(const PosteriorProblem& problem, const EnsembleKalmanOptions& options) {
   if (!problem.tree.empty()) throw InputError("an ensemble Kalman smoother takes independent paths, not a tree");
@@ -309,11 +309,11 @@ EnsembleDraws sample_ensemble(const PosteriorProblem& problem, const EnsembleKal
     const Specimen::Model model = specimen.model(ParameterSpace(problem).at(VectorXd::Zero(0)));
     Members members(specimen, model, options, s);
     for (int round = 0; members.assimilated() < 1; ++round) {
-      if (round == kMostRounds)
+      if (round == options.rounds + kMostRounds)
         throw NumericalError(
             fmt::format("the members are too far from the target after {} rounds; a larger sigma or a smaller lambda "
                         "brings them nearer",
-                        kMostRounds));
+                        round));
       members.update(round, on_path);
       out.rounds = std::max(out.rounds, round + 1);
       report(static_cast<double>(s) + members.assimilated());

@@ -244,12 +244,17 @@ TEST(Evidence, CountsPartsFarFromTheMatch) {
       << shape.effective_samples;
 }
 
+// Displacements of 0.15 of each landmark by itself.
+Landmarks far_from(const Landmarks& source) {
+  Numbers numbers(11);
+  return named_shape(source.points + 0.15 * numbers(source.points.rows(), source.points.cols()));
+}
+
 // Displacements by the noise of ten times σ, where the posterior is thin and bent: draws from a normal distribution
 // miss it, 1 of 40 being effective.
 TEST(Evidence, IsSampledWhereTheNoiseIsMuchGreaterThanSigma) {
   const Landmarks source = oval(8);
-  Numbers numbers(11);
-  const Landmarks target = named_shape(source.points + 0.15 * numbers(2, 8));
+  const Landmarks target = far_from(source);
   CohortSettings settings = complete_settings(0.01, 10, 10);
   settings.importance_samples = 40;
   const ShapeFit shape = fit_cohort({source, {target}}, "ch-sd:beta=0.1", settings).shapes.front();
@@ -262,8 +267,7 @@ TEST(Evidence, IsSampledWhereTheNoiseIsMuchGreaterThanSigma) {
 // a maximum beside it.
 TEST(Evidence, BySamplesIsEvenInTheAmplitudeAsItIs) {
   const Landmarks source = oval(8);
-  Numbers numbers(11);
-  const Landmarks target = named_shape(source.points + 0.15 * numbers(2, 8));
+  const Landmarks target = far_from(source);
   CohortSettings settings = complete_settings(0.01, 10, 5);
   settings.importance_samples = 16;
   const auto sampled_excess = [&](const std::string& noise) {

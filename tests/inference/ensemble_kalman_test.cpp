@@ -246,6 +246,7 @@ TEST(EnsembleKalman, TakesMoreRoundsWhereMembersAreFarFromTheTarget) {
   const Points q0 = ring(8, 0);
   const PosteriorProblem near = make_posterior_problem(shape_of(q0), {shape_of(q0)}, models("none", 1, 50, 5), {});
   EXPECT_EQ(sample_ensemble(near, {}).rounds, 8);
+  EXPECT_EQ(sample_ensemble(near, {.rounds = 250}).rounds, 250);
 }
 
 TEST(EnsembleKalman, GivesTheSameBitsForAnyNumberOfThreads) {

@@ -59,7 +59,7 @@ struct EnsembleDraws {
 /// within the radius. Members and landmarks are worked on in parallel; the draws have the same bits for any number of
 /// threads.
 /// @throws InputError for a tree, a problem with parameters, or an option out of its range; NumericalError where more
-/// than half of the members, or all but 19, are dropped, or 200 rounds do not suffice
+/// than half of the members, or all but 19, are dropped, or R + 200 rounds do not suffice
 EnsembleDraws sample_ensemble(const PosteriorProblem& problem, const EnsembleKalmanOptions& options);
 
 /// The compactly supported correlation function of G. Gaspari and S. Cohn (Q. J. R. Meteorol. Soc. 125, 1999,

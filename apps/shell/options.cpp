@@ -95,7 +95,8 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kOptionOf{{
+    {"align", "--align"},
     {"applies_scale", "--scale apply"},
     {"columns", "--columns x=NAME,y=NAME"},
     {"curve_points", "--curves"},

@@ -91,7 +91,6 @@ class Fitter {
     State centre;
     Eigen::MatrixXd metric;  ///< about −∇² there
     Box box;
-    bool sampled = false;
     Eigen::MatrixXd axes() const;
   };
   using Draws = std::vector<std::vector<Eigen::VectorXd>>;  ///< where the iteration of each draw of a shape begins
@@ -132,9 +131,9 @@ class Fitter {
   // In sampled_search.cpp: that of the samples.
   Excess sampled_excess(const State& state, Draws& draws) const;
   State best_candidate(const std::vector<State>& candidates, EvidenceMap& map, Draws& draws);
-  std::optional<State> chart_at(const Chart& chart, const Eigen::VectorXd& x, bool sampled, EvidenceMap& map,
-                                Draws& draws);
-  Chart chart_about(const State& state, const Box& box, bool sampled);
+  std::optional<State> charted(const State& from, const Eigen::VectorXd& x, bool with_samples, EvidenceMap& map,
+                               Draws& draws);
+  Chart chart_about(const State& state, const Box& box);
   std::optional<State> approach(const Chart& chart, EvidenceMap& map, Draws& draws);
   void survey(const Chart& chart, EvidenceMap& map, Draws& draws);
   State vanishing_if_likelier(const Chart& chart, State best, EvidenceMap& map, Draws& draws);

@@ -144,20 +144,6 @@ Fitter::State Fitter::best_candidate(const std::vector<State>& candidates, Evide
 // Where a chart has little more evidence than without some noise, within its errors, the evidence without it is found
 // itself, with the other numbers where the chart has them best.
 Fitter::State Fitter::vanishing_if_likelier(const Chart& chart, State best, EvidenceMap& map, Draws& draws) {
-  const bool sampled = map.has_samples();
-  const auto charted = [&](const VectorXd& x) -> std::optional<State> {
-    try {
-      State state = moved(best, x);
-      if (!state.all_matched()) return std::nullopt;
-      map.add(x, state.log_evidence());
-      if (sampled)
-        if (Excess excess = sampled_excess(state, draws); excess.enough)
-          map.add_samples(x, std::move(excess.of_shapes));
-      return state;
-    } catch (const Error&) {
-      return std::nullopt;
-    }
-  };
   VectorXd x = place(best);
   for (Index g = 0; g < groups(); ++g) {
     std::optional<VectorXd> before;
@@ -168,7 +154,7 @@ Fitter::State Fitter::vanishing_if_likelier(const Chart& chart, State best, Evid
       if (likelihood.value(without) < likelihood.value(x) - kMayVanish) break;
       if (before && distance(chart.metric, without - *before) < kAtRest) break;
       before = without;
-      std::optional<State> there = charted(without);
+      std::optional<State> there = charted(best, without, true, map, draws);
       if (!there) break;
       const auto value = map.evidence_at(x), value_without = map.evidence_at(without);
       if (!value || !value_without || *value_without < *value) continue;
@@ -180,18 +166,17 @@ Fitter::State Fitter::vanishing_if_likelier(const Chart& chart, State best, Evid
   return best;
 }
 
-// Adds a place to the map, unless it is known; none where some shape has no match, as time steps are too few for it.
-std::optional<Fitter::State> Fitter::chart_at(const Chart& chart, const VectorXd& x, bool sampled, EvidenceMap& map,
-                                              Draws& draws) {
-  const VectorXd to = chart.box.clipped(x);
+// Adds a place to the map; none where some shape has no match, as time steps are too few for it.
+// @param from whose matches are followed there @param with_samples where the map has any
+std::optional<Fitter::State> Fitter::charted(const State& from, const VectorXd& x, bool with_samples, EvidenceMap& map,
+                                             Draws& draws) {
   try {
-    const bool is_centre = to == place(chart.centre);
-    State state = is_centre ? chart.centre : moved(chart.centre, to);
-    if (!is_centre && !state.all_matched()) return std::nullopt;
-    const bool adds_samples = sampled && chart.sampled && !map.is_known(to, true, chart.metric);
-    if (adds_samples || !map.is_known(to, false, chart.metric)) map.add(to, state.log_evidence());
-    if (adds_samples)
-      if (Excess excess = sampled_excess(state, draws); excess.enough) map.add_samples(to, std::move(excess.of_shapes));
+    const bool is_here = x == place(from);
+    State state = is_here ? from : moved(from, x);
+    if (!is_here && !state.all_matched()) return std::nullopt;
+    map.add(x, state.log_evidence());
+    if (with_samples && map.has_samples() && !map.evidence_at(x))
+      if (Excess excess = sampled_excess(state, draws); excess.enough) map.add_samples(x, std::move(excess.of_shapes));
     return state;
   } catch (const Error&) {
     return std::nullopt;
@@ -210,9 +195,9 @@ std::optional<Fitter::State> Fitter::approach(const Chart& chart, EvidenceMap& m
   const VectorXd centre = place(chart.centre);
   const MatrixXd axes = chart.axes();
   const auto evidence = [&](const VectorXd& x) -> std::optional<double> {
-    const auto state = chart_at(chart, x, true, map, draws);
-    if (!state) return std::nullopt;
-    return map.evidence_at(chart.box.clipped(x));
+    const VectorXd inside = chart.box.clipped(x);
+    if (!charted(chart.centre, inside, true, map, draws)) return std::nullopt;
+    return map.evidence_at(inside);
   };
   const std::optional<double> middle = evidence(centre);
   if (!middle) return std::nullopt;
@@ -230,7 +215,7 @@ std::optional<Fitter::State> Fitter::approach(const Chart& chart, EvidenceMap& m
   for (;; slopes /= 2) {
     const VectorXd to = chart.box.clipped(centre + axes * slopes);
     if (distance(chart.metric, to - centre) < kTrusted) return std::nullopt;
-    std::optional<State> there = chart_at(chart, to, true, map, draws);
+    std::optional<State> there = charted(chart.centre, to, true, map, draws);
     if (const auto value = map.evidence_at(to); there && value && *value > *middle) return there;
   }
 }
@@ -239,9 +224,10 @@ std::optional<Fitter::State> Fitter::approach(const Chart& chart, EvidenceMap& m
 void Fitter::survey(const Chart& chart, EvidenceMap& map, Draws& draws) {
   const VectorXd centre = place(chart.centre);
   const MatrixXd axes = chart.axes();
-  const auto add = [&](const VectorXd& aside, bool sampled) {
-    if (const VectorXd x = chart.box.clipped(centre + aside); !map.is_known(x, sampled, chart.metric))
-      chart_at(chart, x, sampled, map, draws);
+  const auto add = [&](const VectorXd& aside, bool with_samples) {
+    const VectorXd x = chart.box.clipped(centre + aside);
+    if (!map.is_known(x, with_samples && map.has_samples(), chart.metric))
+      charted(chart.centre, x, with_samples, map, draws);
   };
   add(VectorXd::Zero(centre.size()), true);
   const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(centre.size(), centre.size()));
@@ -303,7 +289,7 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
         else
           interval_end = found_at[i] + direction * std::sqrt(2 * kDropOfNinety * wider) * by_metric[i];
         if (round + 1 < kRoundsOfEnds && !map.is_known(end, sampled, chart.metric))
-          chart_at(chart, end, true, map, draws);
+          charted(chart.centre, end, true, map, draws);
       }
   }
   return found;
@@ -311,10 +297,10 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
 
 // About a state, or, where a variance is near its bound, so far from that that the places of a survey are not, with the
 // others where the metric has them best.
-Fitter::Chart Fitter::chart_about(const State& state, const Box& box, bool sampled) {
+Fitter::Chart Fitter::chart_about(const State& state, const Box& box) {
   const VectorXd steps = VectorXd::Constant(numbers_open(), kDifference);
   const auto about = [&](const State& centre) {
-    return Chart{centre, metric_of(second_order(centre, box, steps).information), box, sampled};
+    return Chart{centre, metric_of(second_order(centre, box, steps).information), box};
   };
   Chart chart = about(state);
   const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(chart.metric.rows(), chart.metric.cols()));
@@ -345,7 +331,7 @@ Fitter::Maximum Fitter::search(const std::vector<State>& candidates) {
   const bool sampled = map.has_samples();
   Chart chart;
   for (int count = 0; count < kMostCharts; ++count) {
-    chart = chart_about(best, box, sampled);
+    chart = chart_about(best, box);
     if (sampled && count + 1 < kMostCharts)
       if (std::optional<State> there = approach(chart, map, draws)) {
         best = std::move(*there);
@@ -360,13 +346,13 @@ Fitter::Maximum Fitter::search(const std::vector<State>& candidates) {
       Box near = extent(box, centre, chart.metric, kTrusted);
       near = {near.least.cwiseMin(before), near.most.cwiseMax(before)};
       const VectorXd x = greatest_of(map.likelihood(chart.metric, near), {before, place(best), centre});
-      at_rest = distance(chart.metric, x - before) < kAtRest;
+      at_rest = map.is_known(x, sampled, chart.metric, kAtRest);
       std::optional<State> next;
       for (const double part : {1.0, 0.5, 0.25})
-        if (!at_rest && !next) next = chart_at(chart, before + part * (x - before), true, map, draws);
+        if (!at_rest && !next) next = charted(chart.centre, before + part * (x - before), true, map, draws);
       if (!next) break;
     }
-    if (auto there = chart_at(chart, map.best_place(likelihood()), false, map, draws)) best = std::move(*there);
+    if (auto there = charted(chart.centre, map.best_place(likelihood()), false, map, draws)) best = std::move(*there);
     best.converged = (at_rest || all_vanish(best)) && best.all_matched();
     if (distance(chart.metric, place(best) - centre) < kTrusted) break;
   }

@@ -138,8 +138,8 @@ SecondOrder Fitter::second_order(const State& here, const Box& box, const Vector
   return model;
 }
 
-// Fisher scoring, given up where it will not come to `least`.
-Fitter::State Fitter::climb(const State& from, const Box& box, double least) {
+// Fisher scoring.
+Fitter::State Fitter::climb(const State& from, const Box& box, NewtonOptions options) {
   State best = from;
   double greatest = from.log_evidence();
   const auto value = [&](const VectorXd& x) {
@@ -163,10 +163,8 @@ Fitter::State Fitter::climb(const State& from, const Box& box, double least) {
                 .cwiseMin(kMostDifference);
     return here;
   };
-  NewtonOptions options;
   options.longest_step = kLongest;
   options.tolerance = kNear;
-  options.least = least;
   bool converged = false;
   try {
     converged = maximise_in_box(value, model, box, place(from), options).converged;
@@ -203,7 +201,7 @@ Fitter::State Fitter::best_start() const {
 // samples does not, at the best of each of some levels of noise, from none up to ten times sigma.
 std::vector<Fitter::State> Fitter::climbed(const State& start) {
   const Box box = everywhere(start);
-  std::vector<State> found{climb(start, box, -std::numeric_limits<double>::infinity())};
+  std::vector<State> found{climb(start, box)};
   if (amplitudes_.empty()) return found;
   double greatest = found.front().log_evidence();
   const Index first = lambda_open_ ? 1 : 0;
@@ -213,7 +211,9 @@ std::vector<Fitter::State> Fitter::climbed(const State& start) {
     held.least.segment(first, groups() - first) = box.least.segment(first, groups() - first).cwiseMax(level);
     held.most.segment(first, groups() - first) = held.least.segment(first, groups() - first);
     try {
-      nearest = climb(moved(nearest, held.clipped(place(nearest))), held, greatest - kHopeless);
+      NewtonOptions options;
+      options.least = greatest - kHopeless;
+      nearest = climb(moved(nearest, held.clipped(place(nearest))), held, options);
       greatest = std::max(greatest, nearest.log_evidence());
       found.push_back(nearest);
     } catch (const Error&) {
@@ -259,13 +259,17 @@ std::vector<Fitter::State> Fitter::candidates() {
             [](const State& a, const State& b) { return a.log_evidence() > b.log_evidence(); });
   const State start = with_numbers_of(of_part.front());
   if (numbers_open() == 0) return {start};
-  std::vector<State> found{climb(start, everywhere(start), -std::numeric_limits<double>::infinity())};
+  std::vector<State> found{climb(start, everywhere(start))};
+  // The part's numbers are deviations of its own from those of all, so the likeliest are climbed from.
+  std::size_t greatest = 0;
   const double least = of_part.front().log_evidence() - kHopeless;
   for (std::size_t i = 1; i < of_part.size() && of_part[i].log_evidence() > least; ++i) try {
       found.push_back(moved(start, of_few.place(of_part[i])));
+      if (found.back().log_evidence() > found[greatest].log_evidence()) greatest = found.size() - 1;
     } catch (const Error&) {
       // no path for one of the others
     }
+  if (greatest > 0) found[greatest] = climb(found[greatest], everywhere(start));
   return found;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include <Eigen/Cholesky>
@@ -341,18 +340,21 @@ void Fitter::find_units(const State& first) {
 }
 
 CohortFit Fitter::run_again(const CohortFit& before, const std::vector<int>& which) {
-  State state = start(1);
-  if (lambda_open_) state.lambda = before.lambda;
+  State state;
+  state.lambda = before.lambda;
+  state.parameters = noise_.model->parameters();
   if (!before.fitted.empty() && state.parameters.size() > 0)
     state.parameters = (before.own_noise ? before.own_noise : make_noise(before.noise, cohort_.source))->parameters();
   const matching::MatchingObjective objective = this->objective(state);
-  for (std::size_t s = 0; s < which.size(); ++s) {
-    const ShapeFit& shape = before.shapes[at(which[s])];
-    state.matches[s].at.z = objective.white(shape.momenta, shape.increments);
-  }
-  state = alternate(std::move(state), 1);
+  std::vector<VectorXd> from;
+  for (const int s : which)
+    from.push_back(objective.white(before.shapes[at(s)].momenta, before.shapes[at(s)].increments));
+  match(state, from, false);
+  find_variances(state);
   find_units(state);
-  if (numbers_open() > 0) state = climb(state, everywhere(state), -std::numeric_limits<double>::infinity());
+  NewtonOptions options;
+  if (is_large()) options.most_steps = 1;
+  if (numbers_open() > 0) state = climb(state, everywhere(state), options);
   find_variances(state);
   return record_without_intervals(state);
 }

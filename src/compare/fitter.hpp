@@ -57,8 +57,8 @@ class Fitter {
   /// The same, but that the numbers of a large cohort are those of a part of it, without intervals.
   CohortFit run_by_part();
 
-  /// From the numbers of a fit to more shapes: to the maximum of Laplace's evidence nearest to these, without
-  /// intervals.
+  /// From the numbers of a fit to more shapes to the maximum of Laplace's evidence nearest to these, without intervals.
+  /// One step of Fisher scoring does for a large cohort, in whose deviations the evidence is quadratic.
   /// @param which of those shapes these are
   CohortFit run_again(const CohortFit& before, const std::vector<int>& which);
 
@@ -120,7 +120,7 @@ class Fitter {
   State moved(const State& from, const Eigen::VectorXd& to);
   Box everywhere(const State& start) const;
   SecondOrder second_order(const State& here, const Box& box, const Eigen::VectorXd& steps);
-  State climb(const State& from, const Box& box, double least);
+  State climb(const State& from, const Box& box, NewtonOptions options = {});
   State best_start() const;
   std::vector<State> climbed(const State& start);
   std::vector<State> candidates();

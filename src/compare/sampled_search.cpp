@@ -26,7 +26,7 @@ constexpr double kMostError = 1;  // nats, of the cohort's evidence by samples t
 // Fewer shapes have deviations that are far larger than the bias of Laplace's numbers, which does not shrink with them.
 constexpr Index kFewestSampled = 3;
 constexpr double kMostDeviation = 2;  // of a coordinate, and least, of a chart
-constexpr double kLeastDeviation = 0.01;
+constexpr double kLeastDeviation = 1e-4;
 constexpr double kExtent = 6;           // deviations, of a chart's box
 constexpr double kTrusted = 2.5;        // deviations that the maximum may be from a chart's centre
 constexpr double kFarthest = 5;         // deviations of a step to another chart
@@ -43,6 +43,7 @@ constexpr double kInnerAxis = 0.75, kOuterAxis = 2.4;
 constexpr double kPair = 1.2;
 constexpr double kCurved = 1e-6;  // of the metric, more than rounding leaves of a surface without curvature
 constexpr double kBeside = 4;     // deviations to a bound
+constexpr double kSteep = 6;      // nats that the evidence may fall from a bound to the first place of an axis
 
 // Eigenvalues within the range of deviations.
 MatrixXd metric_of(const MatrixXd& information) {
@@ -50,6 +51,21 @@ MatrixXd metric_of(const MatrixXd& information) {
   const VectorXd values =
       axes.eigenvalues().cwiseMax(std::pow(kMostDeviation, -2)).cwiseMin(std::pow(kLeastDeviation, -2));
   return axes.eigenvectors() * values.asDiagonal() * axes.eigenvectors().transpose();
+}
+
+// The information of a metric. Where the evidence falls steeply from a bound, places deviations away would tell
+// nothing: those of that number are less.
+// @param above the bounds of the first numbers
+MatrixXd information_beside_bounds(const SecondOrder& here, const VectorXd& above) {
+  MatrixXd information = here.information;
+  for (Index g = 0; g < above.size(); ++g) {
+    const double slope = -here.gradient[g];
+    const double curvature = here.information(g, g);
+    if (slope <= 0 || above[g] * std::sqrt(curvature) > kSampledAxis) continue;
+    const double fallen = 2 * kSteep / (slope + std::sqrt(slope * slope + 2 * curvature * kSteep));
+    information(g, g) = std::max(curvature, std::pow(kSampledAxis / fallen, 2));
+  }
+  return information;
 }
 
 VectorXd deviations_of(const MatrixXd& metric) {
@@ -300,7 +316,8 @@ Fitter::Maximum Fitter::find_intervals(const Chart& chart, State best, EvidenceM
 Fitter::Chart Fitter::chart_about(const State& state, const Box& box) {
   const VectorXd steps = VectorXd::Constant(numbers_open(), kDifference);
   const auto about = [&](const State& centre) {
-    return Chart{centre, metric_of(second_order(centre, box, steps).information), box};
+    const VectorXd above = (place(centre) - box.least).head(groups());
+    return Chart{centre, metric_of(information_beside_bounds(second_order(centre, box, steps), above)), box};
   };
   Chart chart = about(state);
   const MatrixXd covariance = chart.metric.llt().solve(MatrixXd::Identity(chart.metric.rows(), chart.metric.cols()));

@@ -210,6 +210,7 @@ std::vector<Fitter::State> Fitter::climbed(const State& start) {
     Box held = box;
     held.least.segment(first, groups() - first) = box.least.segment(first, groups() - first).cwiseMax(level);
     held.most.segment(first, groups() - first) = held.least.segment(first, groups() - first);
+    if (place(found.front()) == held.clipped(place(found.front()))) continue;  // where no noise is the likeliest
     try {
       NewtonOptions options;
       options.least = greatest - kHopeless;

@@ -25,17 +25,30 @@ VectorXd solved(const MatrixXd& information, const VectorXd& gradient) {
   return axes.eigenvectors() * along.cwiseQuotient(sizes.cwiseMax(least));
 }
 
+// Numbers that it would take beyond a bound end there, and the others where the model has them best then.
 VectorXd newton_step(const SecondOrder& here, const VectorXd& x, const Box& box, double longest) {
-  std::vector<Index> free;
+  std::vector<Index> free, held;
   for (Index i = 0; i < x.size(); ++i) {
     const bool at_least = x[i] <= box.least[i] && here.gradient[i] <= 0;
     const bool at_most = x[i] >= box.most[i] && here.gradient[i] >= 0;
-    if (!at_least && !at_most) free.push_back(i);
+    (at_least || at_most ? held : free).push_back(i);
   }
   VectorXd step = VectorXd::Zero(x.size());
-  if (free.empty()) return step;
-  const VectorXd of_free = solved(here.information(free, free), here.gradient(free));
-  step(free) = of_free * std::min(1.0, longest / std::max(of_free.cwiseAbs().maxCoeff(), 1e-300));
+  while (!free.empty()) {
+    const VectorXd gradient = here.gradient(free) - here.information(free, held) * step(held);
+    const VectorXd of_free = solved(here.information(free, free), gradient);
+    step(free) = of_free * std::min(1.0, longest / std::max(of_free.cwiseAbs().maxCoeff(), 1e-300));
+    const VectorXd to = x + step;
+    const VectorXd inside = box.clipped(to);
+    const auto crosses = [&](Index i) { return inside[i] != to[i]; };
+    if (std::none_of(free.begin(), free.end(), crosses)) break;
+    for (const Index i : free) {
+      if (!crosses(i)) continue;
+      held.push_back(i);
+      step[i] = inside[i] - x[i];
+    }
+    std::erase_if(free, crosses);
+  }
   return step;
 }
 

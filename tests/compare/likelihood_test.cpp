@@ -118,6 +118,11 @@ TEST(MaximiseInBox, FindsTheMaximumInsideAndAtABound) {
   const BoxMaximum bound = maximise_in_box(quadratic, second_order, narrow, VectorXd{{0, 0}});
   EXPECT_NEAR(bound.x[1], -1, 1e-12);
   EXPECT_NEAR(bound.x[0], 1 - 1.5 / 4, 1e-6);  // the best with the other held
+  NewtonOptions one_step;
+  one_step.most_steps = 1;
+  one_step.longest_step = 9;
+  const BoxMaximum after_one = maximise_in_box(quadratic, second_order, narrow, VectorXd{{0, 0}}, one_step);
+  EXPECT_LE((after_one.x - bound.x).norm(), 1e-6) << "in one step, as of any quadratic";
 }
 
 TEST(ProfileEnd, OfAQuadraticIsTheMarginalDeviation) {

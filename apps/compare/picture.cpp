@@ -119,7 +119,7 @@ charts::ChartPanel spectrum(const compare::Comparison& comparison) {
 }
 
 charts::ChartPanel noise_displacements(const compare::Comparison& comparison) {
-  charts::ChartPanel panel{.heading = "Displacement of each landmark by the noise (root mean square)",
+  charts::ChartPanel panel{.heading = "Displacement by the noise (root mean square)",
                            .x_label = "landmark"};
   for (std::size_t i = 0; i < comparison.models.size(); ++i) {
     const compare::ComparedModel& model = comparison.models[i];

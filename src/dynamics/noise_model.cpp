@@ -78,6 +78,42 @@ PhaseState NoiseModel::hessian(const PhaseState& state, const VectorXd& w, const
                       &NoiseSums<Dual>::gradient);
 }
 
+// With index a·d + axis a matrix of all coordinates is one of N columns, in which axes are parts of a column.
+Points RestFields::velocity(Eigen::Index d, const VectorXd& w) const {
+  if (w.size() == 0) return Points::Zero(d, fields.rows() / d);
+  const Eigen::Index alike = w.size() / fields.cols();
+  const Eigen::MatrixXd moved = w.reshaped(alike, fields.cols()) * fields.transpose();
+  return moved.reshaped(d, moved.size() / d);
+}
+
+void RestFields::add_rows(const Eigen::MatrixXd& rows, Eigen::Ref<Eigen::MatrixXd> by_w) const {
+  if (by_w.cols() == 0) return;
+  const Eigen::Index height = rows.size() / fields.rows();
+  Eigen::Map<Eigen::MatrixXd>(by_w.data(), height, fields.cols()).noalias() +=
+      Eigen::Map<const Eigen::MatrixXd>(rows.data(), height, fields.rows()) * fields;
+}
+
+Points NoiseModel::rest_velocity(const Points& q, const VectorXd& w) const {
+  return gradient({q, Points::Zero(q.rows(), q.cols())}, w).p;
+}
+
+void NoiseModel::rest_fields(const Points& q, const VectorXd& w, RestFields& fields) const {
+  const Points zero = Points::Zero(q.rows(), q.cols());
+  const PhaseState state{q, zero};
+  const Eigen::Index size = q.size(), channels = w.size();
+  fields.fields.resize(size, channels);
+  for (Eigen::Index i = 0; i < channels; ++i)
+    fields.fields.col(i) = gradient(state, VectorXd::Unit(channels, i)).p.reshaped();
+  fields.slope.setZero(size, size);
+  if (traits().additive) return;
+  PhaseState unit{zero, zero};
+  for (Eigen::Index i = 0; i < size; ++i) {
+    unit.q.reshaped()[i] = 1;
+    fields.slope.col(i) = hessian(state, w, unit).p.reshaped();
+    unit.q.reshaped()[i] = 0;
+  }
+}
+
 PhaseState NoiseModel::gradient_by_parameters(const PhaseState& state, const VectorXd& w,
                                               const VectorXd& change) const {
   return sum_of<Dual>(*this, {.at = dual(state), .theta = dual(parameters(), change), .w = w, .count = count_of(state)},

@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "fitted_draws.hpp"
 #include "no_u_turn.hpp"
 #include "normal_quantile.hpp"
 #include "pulson/core/errors.hpp"
@@ -25,6 +26,7 @@ constexpr int kMostKicks = 32, kMostDoublings = 6;
 constexpr double kThetaAcceptance = 0.3;
 constexpr int kThetaMoves = 6;  // an iteration: each takes one path, and mixes less than a trajectory
 constexpr double kAdaptation = 0.6;
+constexpr double kWider = 1.3;  // deviations of the law within which φ rotates
 // Nats, where a chain begins, below the weight of the centre: draws of a reference of strongly bent paths may lie 10⁵
 // below, from where chains come to other parts of the posterior.
 constexpr double kFarFromCentre = 10;
@@ -41,7 +43,10 @@ Chain::Chain(const ChainSetting& setting, int number, double power)
       number_(static_cast<std::uint64_t>(number)),
       power_(power),
       log_angle_(std::log(setting.move.adapts ? kFirstAngle : kQuarterTurn)),
-      log_scale_(std::log(2.4 / std::sqrt(std::max<double>(1, static_cast<double>(setting.space.count()))))),
+      log_scale_(setting.move.fits_data
+                     ? std::log(kQuarterTurn)
+                     : std::log(2.4 / std::sqrt(std::max<double>(1, static_cast<double>(setting.space.count()))))),
+      centre_(setting.reference.centre),
       root_(setting.reference.root) {
   const Index k = setting_.space.count();
   double size = 1;  // of the first normal numbers: smaller where there is no path, or none as good as at the centre
@@ -92,9 +97,8 @@ std::vector<ChainPoint> Chain::seen_here(const ThetaPoint& theta, const std::vec
     ChainPoint& point = made[i];
     const std::size_t kind = kFirstTheta + kKindsOfSpecimen * (i + 1);
     const std::uint64_t iteration = kExchangeIterations + iteration_;
-    VectorXd responsibilities;
-    point.log_weight = log_weight_of(setting_, i, theta, power_, point.z, point.shot, &responsibilities);
-    point.mode = drawn_mode(responsibilities.array().log(),
+    point.weight = log_weight_of(setting_, i, theta, power_, point.z, point.shot);
+    point.mode = drawn_mode(point.weight.responsibilities.array().log(),
                             normal_probability(drawn(setting_.seed, number_, iteration, kind, 1)[0]));
     const LinearAt& linear = theta.linear[i][point.mode];
     point.v = drawn(setting_.seed, number_, iteration, kind + 1, point.z.size() + setting_.specimens[i].data());
@@ -137,7 +141,7 @@ double Chain::uniform(std::size_t kind) const { return normal_probability(normal
 
 double Chain::log_weight() const {
   double sum = log_standard_normal(theta_.phi) - setting_.reference.log_density(theta_.phi);
-  for (const ChainPoint& point : points_) sum += point.log_weight;
+  for (const ChainPoint& point : points_) sum += point.weight.value;
   return sum;
 }
 
@@ -147,43 +151,46 @@ double Chain::log_likelihood() const {
   return sum;
 }
 
-std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, VectorXd v) {
+std::optional<ChainPoint> Chain::point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, VectorXd v,
+                                       bool passing) {
   ++evaluations_;
-  ChainPoint at{mode, std::move(v), {}, {}, 0};
-  std::optional<VectorXd> z = power_ == 0 ? at.v : draw_of(setting_, specimen, theta, mode, at.v);
+  ChainPoint at{mode, std::move(v), {}, {}, {}};
+  std::optional<VectorXd> z = power_ == 0 ? at.v : draw_of(setting_, specimen, theta, mode, at.v, passing);
   if (!z) return std::nullopt;
   at.z = std::move(*z);
   std::optional<Specimen::Shot> shot = setting_.specimens[specimen].shoot(theta.models[specimen], at.z);
   if (!shot) return std::nullopt;
   at.shot = std::move(*shot);
-  if (power_ == 0) return at;
-  at.log_weight = log_weight_of(setting_, specimen, theta, power_, at.z, at.shot);
-  if (!std::isfinite(at.log_weight)) return std::nullopt;
+  if (power_ == 0 || (passing && setting_.move.fits_data)) return at;
+  at.weight = log_weight_of(setting_, specimen, theta, power_, at.z, at.shot);
+  if (!std::isfinite(at.weight.value)) return std::nullopt;
   return at;
 }
 
-VectorXd Chain::gradient(std::size_t specimen, const ChainPoint& at) {
-  VectorXd responsibilities;
-  std::vector<VectorXd> residuals;
-  log_weight_of(setting_, specimen, theta_, power_, at.z, at.shot, &responsibilities, &residuals);
-  VectorXd by_z = -power_ * setting_.specimens[specimen].misfit_gradient(theta_.models[specimen], at.shot);
+VectorXd Chain::gradient(std::size_t specimen, const ChainPoint& at) const {
+  const Specimen& of = setting_.specimens[specimen];
+  const Specimen::Model& model = theta_.models[specimen];
   const std::vector<LinearAt>& linear = theta_.linear[specimen];
+  if (setting_.move.fits_data) return fitted_kick(of, model, linear.front(), at.z, at.shot);
+  const LogWeight& weight = at.weight;
+  VectorXd by_z = -power_ * of.transposed(model, at.shot, at.shot.residual);
   for (std::size_t m = 0; m < linear.size(); ++m)
-    by_z += linear[m].transposed(responsibilities[static_cast<Index>(m)] * residuals[m]);
+    by_z += linear[m].transposed(weight.responsibilities[static_cast<Index>(m)] * weight.residuals[m]);
   return linear[at.mode].pull_back(by_z);
 }
 
 // Rotations of (v, η) by the angle of a step, which leave N(0, I) invariant, between kicks of η by the gradient of the
 // log weight: reversible, and of the volume of (v, η).
 double Chain::energy(const ChainPoint& at, const VectorXd& eta) {
-  return -at.log_weight + 0.5 * at.v.squaredNorm() + 0.5 * eta.squaredNorm();
+  return -at.weight.value + 0.5 * at.v.squaredNorm() + 0.5 * eta.squaredNorm();
 }
 
-std::optional<TrajectoryPoint> Chain::step(std::size_t specimen, const TrajectoryPoint& from, double angle) {
+std::optional<TrajectoryPoint> Chain::step(std::size_t specimen, const TrajectoryPoint& from, double angle,
+                                           bool passing) {
   VectorXd eta = from.eta + 0.5 * angle * from.kick;
   VectorXd turned = std::cos(angle) * from.at.v + std::sin(angle) * eta;
   eta = std::cos(angle) * eta - std::sin(angle) * from.at.v;
-  auto next = point(specimen, theta_, from.at.mode, std::move(turned));
+  auto next = point(specimen, theta_, from.at.mode, std::move(turned), passing);
   if (!next) return std::nullopt;
   VectorXd kick = VectorXd::Zero(eta.size());
   if (setting_.move.uses_gradient) kick = gradient(specimen, *next);
@@ -200,14 +207,15 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
   if (setting_.move.uses_gradient) kick = gradient(specimen, from);
   const double energy = Chain::energy(from, eta);
   TrajectoryPoint at{from, std::move(eta), std::move(kick), energy};
-  double probability = 0;
+  double probability = 0, of_kicks = 0;  // of_kicks: without what no kick sees, to which steps cannot adapt
   if (setting_.move.until_it_turns) {
     const double angle = std::exp(log_angle_);
     const VectorXd uniforms = normals(kind + 2, Index{2} << kMostDoublings).unaryExpr(&normal_probability);
-    NoUTurn trajectory([&](const TrajectoryPoint& of, int direction) { return step(specimen, of, direction * angle); },
-                       uniforms, kMostDoublings);
+    NoUTurn trajectory(
+        [&](const TrajectoryPoint& of, int direction) { return step(specimen, of, direction * angle, false); },
+        uniforms, kMostDoublings);
     points_[specimen] = trajectory.draw(at);
-    probability = trajectory.acceptance();
+    probability = of_kicks = trajectory.acceptance();
   } else {
     // Steps of different lengths, so that no trajectory is periodic.
     const double angle = setting_.move.adapts ? std::exp(log_angle_) * (0.8 + 0.4 * uniform(kind)) : kQuarterTurn;
@@ -216,11 +224,16 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
                           : 1;
     bool lost = false;
     for (int count = 0; count < steps && !lost; ++count) {
-      auto next = step(specimen, at, angle);
+      auto next = step(specimen, at, angle, count + 1 < steps);
       lost = !next;
       if (!lost) at = std::move(*next);
     }
-    if (!lost && !std::isnan(at.energy)) probability = std::min(1.0, std::exp(energy - at.energy));
+    if (!lost && !std::isnan(at.energy)) {
+      const LogWeight &begin = from.weight, &end = at.at.weight;
+      const double not_kicked = end.value - end.kicked - begin.value + begin.kicked;
+      probability = std::min(1.0, std::exp(energy - at.energy));
+      of_kicks = std::min(1.0, std::exp(energy - at.energy - not_kicked));
+    }
     if (uniform(kind + 2) < probability) points_[specimen] = std::move(at.at);
   }
   if (!adapting) {
@@ -228,7 +241,7 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
     ++moves_;
   } else if (setting_.move.adapts) {
     log_angle_ +=
-        (probability - setting_.move.target_acceptance) / std::pow(static_cast<double>(iteration_ + 1), kAdaptation);
+        (of_kicks - setting_.move.target_acceptance) / std::pow(static_cast<double>(iteration_ + 1), kAdaptation);
     log_angle_ = std::clamp(log_angle_, std::log(kLeastAngle), std::log(kQuarterTurn));
   }
 }
@@ -240,7 +253,7 @@ void Chain::jump(std::size_t specimen) {
   const std::size_t mode = drawn_mode(setting_.reference.log_weights[specimen], uniform(kind));
   auto next = point(specimen, theta_, mode, normals(kind + 1, points_[specimen].v.size()));
   if (!next) return;
-  if (std::log(uniform(kind + 2)) < next->log_weight - points_[specimen].log_weight)
+  if (std::log(uniform(kind + 2)) < next->weight.value - points_[specimen].weight.value)
     points_[specimen] = std::move(*next);
 }
 
@@ -248,18 +261,28 @@ void Chain::move_theta(int turn, bool adapting) {
   const Index k = setting_.space.count();
   const std::size_t kind =
       kFirstTheta + kKindsOfSpecimen * (setting_.specimens.size() + 1) + 2 * static_cast<std::size_t>(turn);
-  const VectorXd phi =
-      theta_.phi + std::exp(log_scale_) * VectorXd(root_.triangularView<Eigen::Lower>() * normals(kind, k));
+  const VectorXd eta = normals(kind, k);
+  // Draws that fit their data weigh nearly alike for all θ: so φ rotates within a law that is wider than its own, so
+  // that it does not stay in tails.
+  const bool rotates = setting_.move.fits_data;
+  const MatrixXd root = (rotates ? kWider : 1) * root_;
+  const auto lower = root.triangularView<Eigen::Lower>();
+  const double scale = std::exp(log_scale_);
+  const VectorXd white = lower.solve(theta_.phi - centre_);
+  const VectorXd turned =
+      rotates ? VectorXd(std::cos(scale) * white + std::sin(scale) * eta) : VectorXd(white + scale * eta);
+  const VectorXd phi = centre_ + VectorXd(lower * turned);
   double probability = 0;
   std::vector<ChainPoint> next;
   ThetaPoint theta;
   try {
     theta = make_theta(setting_, phi, power_);
     double change = log_standard_normal(phi) - log_standard_normal(theta_.phi);
+    if (rotates) change += 0.5 * (turned.squaredNorm() - white.squaredNorm());
     for (std::size_t i = 0; i < points_.size(); ++i) {
       auto moved = point(i, theta, points_[i].mode, points_[i].v);
       if (!moved) break;
-      change += moved->log_weight - points_[i].log_weight;
+      change += moved->weight.value - points_[i].weight.value;
       next.push_back(std::move(*moved));
     }
     if (next.size() == points_.size()) probability = std::min(1.0, std::exp(change));
@@ -272,13 +295,14 @@ void Chain::move_theta(int turn, bool adapting) {
   }
   if (adapting) {
     log_scale_ += (probability - kThetaAcceptance) / std::pow(static_cast<double>(iteration_ + 1), kAdaptation);
+    if (rotates) log_scale_ = std::min(log_scale_, std::log(kQuarterTurn));
   } else {
     theta_accepted_ += probability;
     ++theta_moves_;
   }
 }
 
-// Halfway through the warm-up the moves of φ take the covariance of the second quarter of it.
+// Halfway through the warm-up the moves of φ take the mean and covariance of the second quarter of it.
 void Chain::learn(int warmup) {
   const Index k = setting_.space.count();
   const auto done = static_cast<Index>(iteration_);
@@ -287,12 +311,15 @@ void Chain::learn(int warmup) {
   const Index first = warmup / 4, last = warmup / 2;
   if (done != last || last - first < 20 * k) return;
   const MatrixXd some = visited_.middleCols(first, last - first);
-  const MatrixXd centred = some.colwise() - some.rowwise().mean();
+  const VectorXd mean = some.rowwise().mean();
+  const MatrixXd centred = some.colwise() - mean;
   const MatrixXd of_reference = setting_.reference.root * setting_.reference.root.transpose();
   const double weight = 5.0 / (5.0 + static_cast<double>(last - first));
   const Eigen::LLT<MatrixXd> factors(MatrixXd(
       (1 - weight) / static_cast<double>(last - first) * centred * centred.transpose() + weight * of_reference));
-  if (factors.info() == Eigen::Success) root_ = factors.matrixL();
+  if (factors.info() != Eigen::Success) return;
+  root_ = factors.matrixL();
+  centre_ += (1 - weight) * (mean - centre_);
 }
 
 void Chain::advance(int warmup) {
@@ -307,7 +334,8 @@ void Chain::advance(int warmup) {
     jump(i);
   }
   if (setting_.space.count() > 0) {
-    for (int turn = 0; turn < (setting_.move.fits_data ? 1 : kThetaMoves); ++turn) move_theta(turn, adapting);
+    for (int turn = 0; turn < (setting_.move.fits_data ? 1 : kThetaMoves); ++turn)
+      move_theta(turn, adapting);
     if (adapting) learn(warmup);
   }
   ++iteration_;

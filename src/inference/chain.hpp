@@ -15,7 +15,7 @@ struct ChainPoint {
   Eigen::VectorXd v;
   Eigen::VectorXd z;
   Specimen::Shot shot;
-  double log_weight = 0;  ///< log p(z | θ) p(y | z, θ)^τ / Σ_m a_m g_m(z | θ)
+  LogWeight weight;
 };
 
 struct TrajectoryPoint;
@@ -63,14 +63,15 @@ class Chain {
   /// Points of another power in the coordinates of this.
   std::vector<ChainPoint> seen_here(const ThetaPoint& theta, const std::vector<ChainPoint>& points) const;
   static double energy(const ChainPoint& at, const Eigen::VectorXd& eta);
-  /// A kick of half a step, a rotation by `angle`, and another kick; none without a path.
-  std::optional<TrajectoryPoint> step(std::size_t specimen, const TrajectoryPoint& from, double angle);
+  /// A kick of half a step, a rotation by `angle`, and another kick; none without a path. @param passing see draw_of()
+  std::optional<TrajectoryPoint> step(std::size_t specimen, const TrajectoryPoint& from, double angle, bool passing);
   void move_path(std::size_t specimen, bool adapting);
   void jump(std::size_t specimen);
   void move_theta(int turn, bool adapting);
   void learn(int warmup);
-  std::optional<ChainPoint> point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, Eigen::VectorXd v);
-  Eigen::VectorXd gradient(std::size_t specimen, const ChainPoint& at);
+  std::optional<ChainPoint> point(std::size_t specimen, const ThetaPoint& theta, std::size_t mode, Eigen::VectorXd v,
+                                  bool passing = false);
+  Eigen::VectorXd gradient(std::size_t specimen, const ChainPoint& at) const;
 
   ChainSetting setting_;
   std::uint64_t number_;
@@ -80,6 +81,7 @@ class Chain {
   std::vector<ChainPoint> points_;
   double log_angle_;
   double log_scale_;         ///< of the moves of φ
+  Eigen::VectorXd centre_;   ///< of those that are rotations
   Eigen::MatrixXd root_;     ///< of their covariance
   Eigen::MatrixXd visited_;  ///< φ of the warm-up
   double accepted_ = 0, theta_accepted_ = 0;

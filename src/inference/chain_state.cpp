@@ -20,6 +20,7 @@ void Chain::write(StateWriter& to) const {
   }
   to(log_angle_);
   to(log_scale_);
+  to(centre_);
   to(root_);
   to(visited_);
   to(accepted_);
@@ -52,10 +53,11 @@ void Chain::read(StateReader& from) {
     auto shot = specimen.shoot(theta_.models[i], point.z);
     require(shot.has_value());
     point.shot = std::move(*shot);
-    point.log_weight = power_ == 0 ? 0 : log_weight_of(setting_, i, theta_, power_, point.z, point.shot);
+    point.weight = power_ == 0 ? LogWeight() : log_weight_of(setting_, i, theta_, power_, point.z, point.shot);
   }
   from(log_angle_);
   from(log_scale_);
+  from(centre_);
   from(root_);
   from(visited_);
   from(accepted_);

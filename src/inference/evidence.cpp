@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMostIterations = 1000;
 constexpr double kSettled = 1e-10;
-constexpr int kMostReference = 2000;
+constexpr int kMostReference = 2000, kFewestReference = 100;
 constexpr double kFewestShared = 4;  // draws of the one law that come to where those of the other are
 constexpr double kUndetermined = std::numeric_limits<double>::quiet_NaN();
 
@@ -87,12 +87,16 @@ Estimate tempered_log_evidence(const PosteriorDraws& draws) {
 }
 
 Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& draws) {
-  const int count = std::min<int>(kMostReference, static_cast<int>(draws.log_weight.size()));
+  const Effective size = [&](const VectorXd& values) {
+    return effective_sample_size(draws.by_chain(values.transpose()));
+  };
+  // As many as the others are worth.
+  const double worth = effective(size, draws.log_weight);
+  const int count = std::min(kMostReference, std::max(kFewestReference, static_cast<int>(worth)));
   VectorXd reference(count);
   parallel_for(count, [&](int i) { reference[i] = reference_log_weight(setting, static_cast<std::uint64_t>(i)); });
   if (!(reference.maxCoeff() > -std::numeric_limits<double>::infinity())) return {kUndetermined, kUndetermined};
-  return bridge(draws.log_weight, reference,
-                [&](const VectorXd& values) { return effective_sample_size(draws.by_chain(values.transpose())); });
+  return bridge(draws.log_weight, reference, size);
 }
 
 }  // namespace pulson::inference

@@ -19,28 +19,12 @@ constexpr int kMostChords = 40, kMostNewton = 20;
 constexpr std::size_t kWindow = 3;       // of the secants of chord iterations
 constexpr double kLeastPart = 1.0 / 64;  // of a step of Newton's method
 constexpr double kFarther = 1e3;         // than before, where chord iterations lead nowhere
-constexpr double kAccuracy = 1e-3;       // of ε + r(z) − v, in standard deviations of the data
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // I + J(z)Jᵀ
 MatrixXd slope_at(const Specimen& specimen, const Specimen::Model& model, const LinearAt& linear,
                   const Specimen::Shot& shot) {
-  const Index n = specimen.data();
-  MatrixXd across(specimen.unknowns(), n);
-  for (Index i = 0; i < n; ++i) across.col(i) = linear.transposed(VectorXd::Unit(n, i));
-  const Specimen::Slopes slopes = specimen.slopes(model, shot);
-  MatrixXd slope = MatrixXd::Zero(n, n);
-  if (const Index momenta = specimen.momentum_unknowns(); momenta > 0) {
-    MatrixXd of_momenta(momenta, n);
-    for (Index i = 0; i < n; ++i) of_momenta.col(i) = specimen.momenta(model, across.col(i)).reshaped();
-    slope.noalias() += slopes.momenta * of_momenta;
-  }
-  for (std::size_t b = 0; b < slopes.by_branch.size(); ++b) {
-    const Specimen::Place& place = specimen.places()[b];
-    slope.middleRows(place.first_datum, place.data).noalias() +=
-        slopes.by_branch[b] * across.middleRows(place.first_unknown, place.unknowns);
-  }
-  slope /= model.sigma;
+  MatrixXd slope = linear.product(specimen.slopes(model, shot), model);
   slope.diagonal().array() += 1;
   return slope;
 }
@@ -57,7 +41,7 @@ struct Search {
 };
 
 // Steps of Newton's method from v, halved until they come nearer.
-std::optional<VectorXd> by_newton(const Search& search, const VectorXd& begin) {
+std::optional<VectorXd> by_newton(const Search& search, const VectorXd& begin, double accuracy) {
   VectorXd here = begin, step = VectorXd::Zero(begin.size());
   double error = kInfinity, part = 1;
   for (int iteration = 0; iteration < kMostNewton && part >= kLeastPart; ++iteration) {
@@ -71,7 +55,7 @@ std::optional<VectorXd> by_newton(const Search& search, const VectorXd& begin) {
     }
     here = v;
     error = missing.norm();
-    if (error <= kAccuracy) return z;
+    if (error <= accuracy) return z;
     part = 1;
     step = slope_at(search.specimen, search.model, search.linear, *shot).partialPivLu().solve(missing);
   }
@@ -81,7 +65,7 @@ std::optional<VectorXd> by_newton(const Search& search, const VectorXd& begin) {
 }  // namespace
 
 std::optional<VectorXd> fitted_draw(const Specimen& specimen, const Specimen::Model& model, const LinearAt& linear,
-                                    const VectorXd& normals) {
+                                    const VectorXd& normals, double accuracy) {
   const Index unknowns = specimen.unknowns();
   const Search search{specimen, model, linear, normals.head(unknowns), normals.tail(normals.size() - unknowns)};
   VectorXd v = linear.solve(VectorXd(linear.apply(search.zeta) + linear.offset() + search.epsilon));
@@ -93,7 +77,7 @@ std::optional<VectorXd> fitted_draw(const Specimen& specimen, const Specimen::Mo
     const auto shot = specimen.shoot(model, z);
     if (!shot) break;
     const VectorXd missing = search.missing(v, *shot);
-    if (missing.norm() <= kAccuracy) return z;
+    if (missing.norm() <= accuracy) return z;
     if (!(missing.norm() < kFarther * least)) break;
     if (missing.norm() < least) {
       least = missing.norm();
@@ -101,7 +85,7 @@ std::optional<VectorXd> fitted_draw(const Specimen& specimen, const Specimen::Mo
     }
     v = secants.next(v, -linear.solve(missing));
   }
-  return by_newton(search, nearest);
+  return by_newton(search, nearest, accuracy);
 }
 
 double fitted_log_density(const Specimen& specimen, const Specimen::Model& model, const LinearAt& linear,
@@ -111,6 +95,13 @@ double fitted_log_density(const Specimen& specimen, const Specimen::Model& model
   const Eigen::PartialPivLU<MatrixXd> lu(slope_at(specimen, model, linear, shot));
   return 0.5 * (z.squaredNorm() - eta.squaredNorm() + image.dot(linear.solve(image))) - linear.half_log_determinant() +
          lu.matrixLU().diagonal().array().abs().log().sum();
+}
+
+// By z it is −(J(z) − J)ᵀS⁻¹b.
+VectorXd fitted_kick(const Specimen& specimen, const Specimen::Model& model, const LinearAt& linear, const VectorXd& z,
+                     const Specimen::Shot& shot) {
+  const VectorXd u = linear.solve(VectorXd(shot.residual - linear.apply(z)));
+  return linear.pull_back(linear.transposed(u) - specimen.transposed(model, shot, u));
 }
 
 }  // namespace pulson::inference

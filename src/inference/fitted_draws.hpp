@@ -13,13 +13,19 @@ namespace pulson::inference {
 ///
 /// which fits its perturbed data however much the path bends; where r is linear it is LinearAt::draw(). Found by chord
 /// iterations with S, and else by Newton's method; none where neither leads to a root.
+/// @param accuracy of the norm of ε + r(z) − v, in standard deviations of the data
 std::optional<Eigen::VectorXd> fitted_draw(const Specimen& specimen, const Specimen::Model& model,
-                                           const LinearAt& linear, const Eigen::VectorXd& normals);
+                                           const LinearAt& linear, const Eigen::VectorXd& normals, double accuracy);
 
 /// The logarithm of the density of these draws relative to N(0, I),
 ///
 ///     N(η; 0, I + JᵀJ) |det(I + J(z)Jᵀ)| / N(z; 0, I),   η = z + Jᵀr(z).
 double fitted_log_density(const Specimen& specimen, const Specimen::Model& model, const LinearAt& linear,
                           const Eigen::VectorXd& z, const Specimen::Shot& shot);
+
+/// About the derivative by (ζ, ε) of the logarithm of N(z; 0, I) p(y | z) over this density: of −½ bᵀS⁻¹b, b = r(z) −
+/// Jz, which is that but for the determinant, with dz as the linear model has it. It takes one adjoint.
+Eigen::VectorXd fitted_kick(const Specimen& specimen, const Specimen::Model& model, const LinearAt& linear,
+                            const Eigen::VectorXd& z, const Specimen::Shot& shot);
 
 }  // namespace pulson::inference

@@ -24,6 +24,13 @@ MatrixXd axis_columns(const MatrixXd& rows, Index axis, Index d) {
   return rows(Eigen::all, Eigen::seqN(axis, rows.cols() / d, d));
 }
 
+// AAᵀ
+MatrixXd gram_of(const MatrixXd& a) {
+  MatrixXd gram = MatrixXd::Zero(a.rows(), a.rows());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(a);
+  return gram.selfadjointView<Eigen::Lower>();
+}
+
 // Σ_axis B_axis LLᵀ B_axisᵀ
 MatrixXd gram_through(const MatrixXd& rows, const MatrixXd& root, Index d) {
   MatrixXd gram = MatrixXd::Zero(rows.rows(), rows.rows());
@@ -42,7 +49,7 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
   const matching::MatchingProblem& problem = specimen.problem();
   const Index d = problem.source.rows(), n = problem.source.cols(), channels = specimen.channels();
   Specimen::Slopes slopes = specimen.slopes(model, at);
-  by_branch_ = std::move(slopes.by_branch);
+  branches_ = std::move(slopes.branches);
   by_velocity_.resize(slopes.momenta.rows(), slopes.momenta.cols());
   for (Index axis = 0; axis < d && by_velocity_.cols() > 0; ++axis) {
     MatrixXd rows = axis_columns(slopes.momenta, axis, d).transpose();
@@ -53,9 +60,10 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
   momentum_gram_ = gram_through(by_velocity_, *root_, d);
   offset_ = model.sigma * at.residual;
   if (slopes.momenta.cols() > 0) offset_ -= slopes.momenta * specimen.momenta(model, z).reshaped();
-  for (std::size_t b = 0; b < by_branch_.size(); ++b) {
+  for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Specimen::Place& place = specimen.places()[b];
-    offset_.segment(place.first_datum, place.data) -= by_branch_[b] * z.segment(place.first_unknown, place.unknowns);
+    const VectorXd moved = branches_[b].end * z.segment(place.first_unknown, place.unknowns);
+    offset_.segment(place.first_datum, place.data).noalias() -= branches_[b].by_end * moved;
   }
 
   const std::vector<PhaseState>& states = at.paths.front().states;
@@ -81,15 +89,17 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
   for (const std::vector<bool>& pattern : patterns)
     group_.push_back(groups.try_emplace(pattern, static_cast<int>(groups.size())).first->second);
   gram_.assign(groups.size(), MatrixXd::Zero(specimen.data(), specimen.data()));
-  for (std::size_t b = 0; b < by_branch_.size(); ++b)
+  for (std::size_t b = 0; b < branches_.size(); ++b)
     for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
+      const MatrixXd& end = branches_[b].end;
       std::vector<Index> columns;
-      for (Index i = 0; i < by_branch_[b].cols(); ++i)
+      for (Index i = 0; groups.size() > 1 && i < end.cols(); ++i)
         if (group_[static_cast<std::size_t>(i % channels)] == g) columns.push_back(i);
-      const MatrixXd some = by_branch_[b](Eigen::all, columns);
+      const MatrixXd of_end = groups.size() > 1 ? gram_of(end(Eigen::all, columns)) : gram_of(end);
       const Specimen::Place& place = specimen.places()[b];
-      gram_[static_cast<std::size_t>(g)].block(place.first_datum, place.first_datum, place.data, place.data) +=
-          some * some.transpose();
+      gram_[static_cast<std::size_t>(g)]
+          .block(place.first_datum, place.first_datum, place.data, place.data)
+          .noalias() += branches_[b].by_end * of_end * branches_[b].by_end.transpose();
     }
 }
 
@@ -144,12 +154,13 @@ VectorXd LinearAt::apply(const VectorXd& z) const {
     image = scale_velocity_ * (linear_->by_velocity_ * velocity.reshaped());
   }
   const Index channels = scale_channels_.size();
-  for (std::size_t b = 0; channels > 0 && b < linear_->by_branch_.size(); ++b) {
+  for (std::size_t b = 0; channels > 0 && b < linear_->branches_.size(); ++b) {
     const Specimen::Place& place = specimen.places()[b];
     const MatrixXd scaled =
         scale_channels_.asDiagonal() *
         z.segment(place.first_unknown, place.unknowns).reshaped(channels, place.unknowns / channels);
-    image.segment(place.first_datum, place.data).noalias() += linear_->by_branch_[b] * scaled.reshaped();
+    const VectorXd moved = linear_->branches_[b].end * scaled.reshaped();
+    image.segment(place.first_datum, place.data).noalias() += linear_->branches_[b].by_end * moved;
   }
   return image;
 }
@@ -164,13 +175,38 @@ VectorXd LinearAt::transposed(const VectorXd& v) const {
         MatrixXd(by_velocity.reshaped(source.rows(), source.cols()) * root_->triangularView<Eigen::Lower>()).reshaped();
   }
   const Index channels = scale_channels_.size();
-  for (std::size_t b = 0; channels > 0 && b < linear_->by_branch_.size(); ++b) {
+  for (std::size_t b = 0; channels > 0 && b < linear_->branches_.size(); ++b) {
     const Specimen::Place& place = specimen.places()[b];
-    const VectorXd pulled = linear_->by_branch_[b].transpose() * v.segment(place.first_datum, place.data);
+    const VectorXd by_end = linear_->branches_[b].by_end.transpose() * v.segment(place.first_datum, place.data);
+    const VectorXd pulled = linear_->branches_[b].end.transpose() * by_end;
     z.segment(place.first_unknown, place.unknowns) =
         MatrixXd(scale_channels_.asDiagonal() * pulled.reshaped(channels, place.unknowns / channels)).reshaped();
   }
   return z;
+}
+
+// By p0 = (K + ε)^{-½}z/√λ the root in Jᵀ is undone by that in J'.
+MatrixXd LinearAt::product(const Specimen::Slopes& slopes, const Specimen::Model& model) const {
+  const Specimen& specimen = *linear_->specimen_;
+  MatrixXd product = MatrixXd::Zero(specimen.data(), specimen.data());
+  if (slopes.momenta.cols() > 0)
+    product.noalias() += scale_velocity_ / std::sqrt(model.lambda) * slopes.momenta * linear_->by_velocity_.transpose();
+  const Index channels = scale_channels_.size();
+  const bool alike = channels > 0 && (scale_channels_.array() == scale_channels_[0]).all();
+  for (std::size_t b = 0; channels > 0 && b < slopes.branches.size(); ++b) {
+    const Specimen::Place& place = specimen.places()[b];
+    const Specimen::BranchSlopes &there = slopes.branches[b], &here = linear_->branches_[b];
+    MatrixXd of_ends;
+    if (alike) {
+      of_ends.noalias() = scale_channels_[0] * there.end * here.end.transpose();
+    } else {
+      const VectorXd scales = scale_channels_.replicate(place.unknowns / channels, 1);
+      of_ends.noalias() = there.end * (here.end * scales.asDiagonal()).transpose();
+    }
+    product.block(place.first_datum, place.first_datum, place.data, place.data).noalias() +=
+        there.by_end * of_ends * here.by_end.transpose();
+  }
+  return product / model.sigma;
 }
 
 VectorXd LinearAt::draw(const VectorXd& normals) const {

@@ -26,10 +26,10 @@ class LinearModel {
   Eigen::VectorXd strengths(const NoiseModel& noise) const;  ///< of each channel
 
   const Specimen* specimen_;
-  Eigen::MatrixXd by_velocity_;             ///< G_v, n×dN; of a tree n×0
-  std::vector<Eigen::MatrixXd> by_branch_;  ///< G_W, of each branch the rows of the data that depend on it
-  Eigen::VectorXd offset_;                  ///< c
-  PhaseState middle_;                       ///< where strengths are measured
+  Eigen::MatrixXd by_velocity_;                   ///< G_v, n×dN; of a tree n×0
+  std::vector<Specimen::BranchSlopes> branches_;  ///< G_W
+  Eigen::VectorXd offset_;                        ///< c
+  PhaseState middle_;                             ///< where strengths are measured
   std::vector<PhaseState> probes_;
   std::shared_ptr<const NoiseModel> noise_;
   Eigen::VectorXd strengths_;          ///< at the θ it was made with
@@ -46,7 +46,9 @@ class LinearAt {
 
   Eigen::VectorXd apply(const Eigen::VectorXd& z) const;       ///< Jz
   Eigen::VectorXd transposed(const Eigen::VectorXd& v) const;  ///< Jᵀv
-  const Eigen::VectorXd& offset() const { return offset_; }    ///< c
+  /// J'Jᵀ, J' of the slopes at another point, of the same models.
+  Eigen::MatrixXd product(const Specimen::Slopes& slopes, const Specimen::Model& model) const;
+  const Eigen::VectorXd& offset() const { return offset_; }  ///< c
   Eigen::VectorXd residual(const Eigen::VectorXd& z) const { return apply(z) + offset_; }
   Eigen::VectorXd solve(const Eigen::VectorXd& v) const { return factors_.solve(v); }  ///< S⁻¹v
 

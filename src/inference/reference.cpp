@@ -124,11 +124,13 @@ double Reference::log_density(const VectorXd& phi) const {
 
 namespace {
 
-// log p(φ) + Σ log Σ_m p_m(y | φ), of the linear models.
+// log p(φ) + Σ log max_m p_m(y | φ), of linear models: those of the reference, or new ones at their minima at φ, which
+// know how the fields change with θ.
 class LinearPosterior {
  public:
-  LinearPosterior(const std::vector<Specimen>& specimens, const ParameterSpace& space, const Reference& reference)
-      : specimens_(specimens), space_(space), reference_(reference) {}
+  LinearPosterior(const std::vector<Specimen>& specimens, const ParameterSpace& space, const Reference& reference,
+                  bool anew)
+      : specimens_(specimens), space_(space), reference_(reference), anew_(anew) {}
 
   double operator()(const VectorXd& phi) const {
     double sum = log_standard_normal(phi);
@@ -137,8 +139,10 @@ class LinearPosterior {
       for (std::size_t i = 0; i < specimens_.size(); ++i) {
         const Specimen::Model model = specimens_[i].model(numbers);
         double best = -std::numeric_limits<double>::infinity();
-        for (const Minimum& minimum : reference_.minima[i])
-          best = std::max(best, LinearAt(*minimum.linear, model).log_evidence());
+        for (const Minimum& minimum : reference_.minima[i]) {
+          const LinearAt linear(*minimum.linear, model);
+          best = std::max(best, anew_ ? evidence_anew(specimens_[i], model, linear.mean()) : linear.log_evidence());
+        }
         sum += best;
       }
     } catch (const Error&) {
@@ -148,9 +152,16 @@ class LinearPosterior {
   }
 
  private:
+  static double evidence_anew(const Specimen& specimen, const Specimen::Model& model, const VectorXd& z) {
+    const auto shot = specimen.shoot(model, z);
+    if (!shot) return -std::numeric_limits<double>::infinity();
+    return LinearAt(LinearModel(specimen, model, *shot, z), model).log_evidence();
+  }
+
   const std::vector<Specimen>& specimens_;
   const ParameterSpace& space_;
   const Reference& reference_;
+  bool anew_;
 };
 
 struct Quadratic {
@@ -227,8 +238,7 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
   });
   Quadratic best;
   for (int turn = 0; k > 0 && turn < kTurns; ++turn) {
-    best = maximise(LinearPosterior(specimens, space, reference), reference.centre);
-    if (turn + 1 == kTurns) break;
+    best = maximise(LinearPosterior(specimens, space, reference, turn + 1 == kTurns), reference.centre);
     numbers = space.at(reference.centre);
     parallel_for(count, [&](int i) {
       const auto s = static_cast<std::size_t>(i);

@@ -16,6 +16,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr std::uint64_t kReferenceChains = 1ULL << 20U;
+// How well draws fit their data, in standard deviations: those that are weighed, and those between them.
+constexpr double kFitted = 1e-3;
+constexpr double kPassing = 0.5;
 constexpr double kNoPath = -std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -42,34 +45,39 @@ ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi, double p
   return theta;
 }
 
-double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
-                     const VectorXd& z, const Specimen::Shot& shot, VectorXd* responsibilities,
-                     std::vector<VectorXd>* residuals) {
+LogWeight log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
+                        const VectorXd& z, const Specimen::Shot& shot) {
   const std::vector<LinearAt>& linear = theta.linear[specimen];
   const Specimen& of = setting.specimens[specimen];
-  if (setting.move.fits_data)
-    return shot.log_likelihood - fitted_log_density(of, theta.models[specimen], linear.front(), z, shot);
+  LogWeight weight;
+  if (setting.move.fits_data) {
+    weight.value = shot.log_likelihood - fitted_log_density(of, theta.models[specimen], linear.front(), z, shot);
+    const VectorXd lacks = shot.residual - linear.front().apply(z);
+    weight.kicked = -0.5 * lacks.dot(linear.front().solve(lacks));
+    return weight;
+  }
   const double volume = of.log_volume(theta.models[specimen]) +
                         static_cast<double>(of.data()) * std::log(setting.inflation / std::sqrt(power));
   VectorXd logs(std::ssize(linear));
   for (std::size_t m = 0; m < linear.size(); ++m) {
-    VectorXd residual = linear[m].residual(z);
+    weight.residuals.push_back(linear[m].residual(z));
     const auto index = static_cast<Index>(m);
-    logs[index] = setting.reference.log_weights[specimen][index] - 0.5 * residual.squaredNorm() - volume -
+    logs[index] = setting.reference.log_weights[specimen][index] - 0.5 * weight.residuals[m].squaredNorm() - volume -
                   linear[m].log_evidence();
-    if (residuals != nullptr) residuals->push_back(std::move(residual));
   }
   const double largest = logs.maxCoeff();
   const VectorXd parts = (logs.array() - largest).exp();
-  if (responsibilities != nullptr) *responsibilities = parts / parts.sum();
-  return power * shot.log_likelihood - largest - std::log(parts.sum());
+  weight.responsibilities = parts / parts.sum();
+  weight.value = weight.kicked = power * shot.log_likelihood - largest - std::log(parts.sum());
+  return weight;
 }
 
 std::optional<VectorXd> draw_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta,
-                                std::size_t mode, const VectorXd& normals) {
+                                std::size_t mode, const VectorXd& normals, bool passing) {
   const LinearAt& linear = theta.linear[specimen][mode];
   if (!setting.move.fits_data) return linear.draw(normals);
-  return fitted_draw(setting.specimens[specimen], theta.models[specimen], linear, normals);
+  return fitted_draw(setting.specimens[specimen], theta.models[specimen], linear, normals,
+                     passing ? kPassing : kFitted);
 }
 
 std::size_t drawn_mode(const VectorXd& log_weights, double uniform) {
@@ -98,7 +106,7 @@ double reference_log_weight(const ChainSetting& setting, std::uint64_t number) {
       if (!z) return kNoPath;
       const auto shot = specimen.shoot(theta.models[i], *z);
       if (!shot) return kNoPath;
-      sum += log_weight_of(setting, i, theta, 1, *z, *shot);
+      sum += log_weight_of(setting, i, theta, 1, *z, *shot).value;
     }
     return sum;
   } catch (const Error&) {

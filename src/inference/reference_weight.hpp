@@ -33,15 +33,21 @@ Eigen::VectorXd drawn(std::uint64_t seed, std::uint64_t chain, std::uint64_t ite
 std::size_t drawn_mode(const Eigen::VectorXd& log_weights, double uniform);
 
 /// z of the reference about a mode, of standard normal numbers; none without a path.
+/// @param passing within a trajectory, where its weight is not asked for: less accurate where draws fit their data
 std::optional<Eigen::VectorXd> draw_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta,
-                                       std::size_t mode, const Eigen::VectorXd& normals);
+                                       std::size_t mode, const Eigen::VectorXd& normals, bool passing = false);
 
 ThetaPoint make_theta(const ChainSetting& setting, const Eigen::VectorXd& phi, double power);
 
-/// log p(z | θ) p(y | z, θ)^τ/Σ_m a_m g_m(z | θ); with the responsibilities of the modes if these are asked for
-double log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
-                     const Eigen::VectorXd& z, const Specimen::Shot& shot, Eigen::VectorXd* responsibilities = nullptr,
-                     std::vector<Eigen::VectorXd>* residuals = nullptr);
+/// log p(z | θ) p(y | z, θ)^τ/Σ_m a_m g_m(z | θ), and what its gradient takes of it.
+struct LogWeight {
+  double value = 0;
+  double kicked = 0;  ///< the part whose gradient kicks follow: all, but where draws fit their data the determinant
+  Eigen::VectorXd responsibilities;        ///< of the modes; none where draws fit their data
+  std::vector<Eigen::VectorXd> residuals;  ///< of the linear models
+};
+LogWeight log_weight_of(const ChainSetting& setting, std::size_t specimen, const ThetaPoint& theta, double power,
+                        const Eigen::VectorXd& z, const Specimen::Shot& shot);
 
 /// The log weight of an independent draw of the reference; −∞ without a path.
 double reference_log_weight(const ChainSetting& setting, std::uint64_t number);

@@ -32,8 +32,8 @@ const NameTable<MoveKind>& sampler_table() {
         {false, false, true, 0.35}},
        {"rto",
         {},
-        "randomise then optimise: rotations without gradients, each draw fitted to its perturbed data",
-        {false, false, true, 0.35, false, true}},
+        "randomise then optimise: Hamiltonian Monte Carlo whose draws are fitted to their perturbed data",
+        {true, true, true, 0.8, false, true}},
        {"independence", {}, "independent draws of the Gauss-Newton Gaussian", {false, false, false, 0}}});
   return kTable;
 }
@@ -129,9 +129,10 @@ class Recorder {
 };
 
 // Factor on σ in the reference of moves with kicks: where the path is far from linear a wider reference has weights
-// that vary less, and chains do not stick in the tails. Without kicks it would cost acceptance, e^{−O(n)}.
+// that vary less, and chains do not stick in the tails. Without kicks it would cost acceptance, e^{−O(n)}, and draws
+// that fit their data have flat weights without it.
 constexpr double kInflation = 1.5;
-double inflation(const MoveKind& move) { return move.uses_gradient ? kInflation : 1; }
+double inflation(const MoveKind& move) { return move.uses_gradient && !move.fits_data ? kInflation : 1; }
 
 // Draws that fit their data have a density by one linear model alone.
 void keep_the_best(Reference& reference) {

@@ -132,62 +132,78 @@ double Specimen::log_volume(const Model& model) const {
   return 0.5 * log_determinant_ + static_cast<double>(count_) * std::log(model.sigma);
 }
 
+// By p0 = z0 L⁻¹/√λ.
+VectorXd Specimen::whitened(const Model& model, const VectorXd& by_momenta) const {
+  const MatrixXd rows = by_momenta.reshaped(problem_.source.rows(), problem_.source.cols()).transpose();
+  const MatrixXd by_z = model.root->triangularView<Eigen::Lower>().solve(rows);
+  return by_z.transpose().reshaped() / std::sqrt(model.lambda);
+}
+
+MatrixXd Specimen::by_end(std::size_t branch, const Shot& shot) const {
+  const Index size = problem_.source.size();
+  return branches_[branch].data->linearise(shot.paths[branch].final().q, MatrixXd::Identity(size, size)).changes;
+}
+
 // Backwards through the branches: what depends on the end of one are its own data and the starts of its children.
-VectorXd Specimen::misfit_gradient(const Model& model, const Shot& shot) const {
-  const Points zero = Points::Zero(problem_.source.rows(), problem_.source.cols());
-  VectorXd gradient(unknowns());
-  std::vector<PhaseState> bars(branches_.size(), PhaseState{zero, zero});
-  for (std::size_t b = branches_.size(); b-- > 0;) {
-    const Branch& branch = branches_[b];
-    if (branch.data) bars[b].q += branch.data->gradient(shot.paths[b].final().q);
-    const PathGradient bar = problem_.integrator->adjoint(model.system, shot.paths[b], bars[b], false);
-    gradient.segment(places_[b].first_unknown, places_[b].unknowns) =
-        std::sqrt(branch.grid.dt()) * bar.increments_bar.reshaped();
-    if (branch.parent >= 0) {
-      PhaseState& of_parent = bars[static_cast<std::size_t>(branch.parent)];
-      of_parent.q += bar.q0_bar;
-      of_parent.p += bar.p0_bar;
-    } else if (momenta_ > 0) {
-      const MatrixXd by_momenta =
-          model.root->triangularView<Eigen::Lower>().solve(MatrixXd(bar.p0_bar.transpose())).transpose();
-      gradient.head(momenta_) = by_momenta.reshaped() / std::sqrt(model.lambda);
-    }
+VectorXd Specimen::transposed(const Model& model, const Shot& shot, const VectorXd& v) const {
+  const Index d = problem_.source.rows(), n = problem_.source.cols(), size = problem_.source.size();
+  VectorXd by_z(unknowns());
+  if (momenta_ > 0) {
+    const PhaseState bar{(by_end(0, shot).transpose() * v).reshaped(d, n), Points::Zero(d, n)};
+    const PathGradient gradient = problem_.integrator->adjoint(model.system, shot.paths.front(), bar, false);
+    by_z.head(momenta_) = whitened(model, gradient.p0_bar.reshaped());
+    by_z.tail(by_z.size() - momenta_) = std::sqrt(problem_.grid.dt()) * gradient.increments_bar.reshaped();
+    return by_z / model.sigma;
   }
-  return gradient / (model.sigma * model.sigma);
+  const Index of_state = is_at_rest(model.system, shot.paths.front().initial()) ? size : 2 * size;
+  std::vector<MatrixXd> rows(branches_.size(), MatrixXd::Zero(1, of_state));
+  Index after = count_;
+  for (std::size_t b = branches_.size(); b-- > 0;) {
+    const Place& place = places_[b];
+    if (branches_[b].data) {
+      const MatrixXd own = by_end(b, shot);
+      after -= own.rows();
+      rows[b].leftCols(size) += v.segment(after, own.rows()).transpose() * own;
+    }
+    const PathRows path = problem_.integrator->adjoint_rows(model.system, shot.paths[b], rows[b]);
+    by_z.segment(place.first_unknown, place.unknowns) = std::sqrt(branches_[b].grid.dt()) * path.increments.transpose();
+    if (branches_[b].parent >= 0) rows[static_cast<std::size_t>(branches_[b].parent)] += path.start;
+  }
+  return by_z / model.sigma;
 }
 
 Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {
+  const Index size = problem_.source.size();
   if (momenta_ > 0) {
-    const EndpointJacobian end = problem_.integrator->endpoint_jacobian(model.system, shot.paths.front());
-    const Points& q = shot.paths.front().final().q;
-    return {problem_.data->linearise(q, end.momenta).changes,
-            {std::sqrt(problem_.grid.dt()) * problem_.data->linearise(q, end.increments).changes}};
+    EndpointJacobian end = problem_.integrator->endpoint_jacobian(model.system, shot.paths.front());
+    MatrixXd by_end = problem_.data->linearise(shot.paths.front().final().q, MatrixXd::Identity(size, size)).changes;
+    MatrixXd by_momenta = by_end * end.momenta;
+    return {std::move(by_momenta), {{std::move(by_end), std::sqrt(problem_.grid.dt()) * end.increments}}};
   }
-  const Index d = problem_.source.rows(), n = problem_.source.cols(), size = problem_.source.size();
-  Slopes slopes{MatrixXd(count_, 0), {}};
-  slopes.by_branch.resize(branches_.size());
-  std::vector<MatrixXd> ends(branches_.size());  // of each branch, by (q, p) at its end, a row for each datum
-  for (std::size_t b = 0; b < branches_.size(); ++b) ends[b] = MatrixXd::Zero(places_[b].data, 2 * size);
+  const Index of_state = is_at_rest(model.system, shot.paths.front().initial()) ? size : 2 * size;
+  Slopes slopes{MatrixXd(count_, 0), std::vector<BranchSlopes>(branches_.size())};
+  std::vector<MatrixXd> starts(branches_.size());
+  parallel_for(static_cast<int>(branches_.size()), [&](int b) {
+    const auto i = static_cast<std::size_t>(b);
+    PathRows path =
+        problem_.integrator->adjoint_rows(model.system, shot.paths[i], MatrixXd::Identity(of_state, of_state));
+    path.increments *= std::sqrt(branches_[i].grid.dt());
+    slopes.branches[i].end = std::move(path.increments);
+    starts[i] = std::move(path.start);
+  });
   for (std::size_t b = branches_.size(); b-- > 0;) {
-    const Branch& branch = branches_[b];
     const Place& place = places_[b];
-    if (branch.data) {
-      const MatrixXd own = branch.data->linearise(shot.paths[b].final().q, MatrixXd::Identity(size, size)).changes;
-      ends[b].topLeftCorner(own.rows(), size) = own;
+    MatrixXd& of_data = slopes.branches[b].by_end;
+    if (of_data.size() == 0) of_data.setZero(place.data, of_state);
+    if (branches_[b].data) {
+      const MatrixXd own = by_end(b, shot);
+      of_data.topLeftCorner(own.rows(), size) = own;
     }
-    slopes.by_branch[b].resize(place.data, place.unknowns);
-    MatrixXd starts(place.data, 2 * size);
-    parallel_for(static_cast<int>(place.data), [&](int row) {
-      const PhaseState bar{ends[b].row(row).head(size).reshaped(d, n), ends[b].row(row).tail(size).reshaped(d, n)};
-      const PathGradient gradient = problem_.integrator->adjoint(model.system, shot.paths[b], bar, false);
-      slopes.by_branch[b].row(row) = std::sqrt(branch.grid.dt()) * gradient.increments_bar.reshaped().transpose();
-      starts.row(row).head(size) = gradient.q0_bar.reshaped().transpose();
-      starts.row(row).tail(size) = gradient.p0_bar.reshaped().transpose();
-    });
-    if (branch.parent >= 0) {
-      const auto parent = static_cast<std::size_t>(branch.parent);
-      ends[parent].middleRows(place.first_datum - places_[parent].first_datum, place.data) = starts;
-    }
+    if (branches_[b].parent < 0) continue;
+    const auto parent = static_cast<std::size_t>(branches_[b].parent);
+    MatrixXd& above = slopes.branches[parent].by_end;
+    if (above.size() == 0) above.setZero(places_[parent].data, of_state);
+    above.middleRows(place.first_datum - places_[parent].first_datum, place.data).noalias() = of_data * starts[b];
   }
   return slopes;
 }

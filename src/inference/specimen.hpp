@@ -53,13 +53,17 @@ class Specimen {
   std::optional<std::vector<Trajectory>> paths(const Model& model, const Eigen::VectorXd& z) const;
   std::optional<Shot> shoot(const Model& model, const Eigen::VectorXd& z) const;
 
-  /// ½∇|r|² = J(z)ᵀr, by the adjoint.
-  Eigen::VectorXd misfit_gradient(const Model& model, const Shot& shot) const;
+  /// J(z)ᵀv, by the adjoint.
+  Eigen::VectorXd transposed(const Model& model, const Shot& shot, const Eigen::VectorXd& v) const;
 
-  /// The derivatives of the data, at the σ of the data, by p0 and by the unknowns of each branch.
+  /// The derivatives of the data that depend on a branch by its unknowns: by way of its end, by_end·end.
+  struct BranchSlopes {
+    Eigen::MatrixXd by_end;  ///< of the data, at the σ of the data, by the coordinates of the end
+    Eigen::MatrixXd end;     ///< of these coordinates by the unknowns
+  };
   struct Slopes {
-    Eigen::MatrixXd momenta;                 ///< n×dN, or n×0
-    std::vector<Eigen::MatrixXd> by_branch;  ///< of the data that depend on it
+    Eigen::MatrixXd momenta;  ///< of the data by p0, n×dN, or n×0
+    std::vector<BranchSlopes> branches;
   };
   Slopes slopes(const Model& model, const Shot& shot) const;
 
@@ -69,6 +73,10 @@ class Specimen {
  private:
   Eigen::MatrixXd root_of(const KernelOperator& kernel) const;
   Eigen::VectorXd residual(const std::vector<Trajectory>& paths) const;
+  /// The derivative of a branch's own data by the positions at its end, at the σ of the data.
+  Eigen::MatrixXd by_end(std::size_t branch, const Shot& shot) const;
+  /// A derivative by the momenta as one by z.
+  Eigen::VectorXd whitened(const Model& model, const Eigen::VectorXd& by_momenta) const;
 
   matching::MatchingProblem problem_;
   std::vector<Branch> branches_;

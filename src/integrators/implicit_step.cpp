@@ -226,7 +226,7 @@ PhaseState operator*(double factor, const PhaseState& a) { return {factor * a.q,
 
 PhaseState StepField::value(const PhaseState& z) const {
   PhaseState f = zero(z);
-  if (dt_ != 0) {
+  if (dt_ != 0 && (z.p.array() != 0).any()) {
     const Flow flow = system_.kernel.flow(z.q, z.p);
     f = {dt_ * flow.velocity, -dt_ * flow.force - dt_ * system_.noise->friction() * flow.velocity};
   }

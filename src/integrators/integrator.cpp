@@ -129,6 +129,27 @@ EndpointJacobian Integrator::endpoint_jacobian(const StochasticSystem& system, c
   return jacobian;
 }
 
+bool is_at_rest(const StochasticSystem& system, const PhaseState& start) {
+  return system.noise->traits().linear && (start.p.array() == 0).all();
+}
+
+PathRows Integrator::adjoint_rows(const StochasticSystem& system, const Trajectory& path,
+                                  const MatrixXd& by_end) const {
+  const Points& q = path.final().q;
+  const Index size = q.size();
+  const bool at_rest = is_at_rest(system, path.initial());
+  PathRows rows{MatrixXd(by_end.rows(), by_end.cols()), MatrixXd(by_end.rows(), path.increments.size())};
+  parallel_for(static_cast<int>(by_end.rows()), [&](int row) {
+    PhaseState bar{by_end.row(row).head(size).reshaped(q.rows(), q.cols()), Points::Zero(q.rows(), q.cols())};
+    if (!at_rest) bar.p = by_end.row(row).tail(size).reshaped(q.rows(), q.cols());
+    const PathGradient gradient = adjoint(system, path, bar, false);
+    rows.start.row(row).head(size) = gradient.q0_bar.reshaped().transpose();
+    if (!at_rest) rows.start.row(row).tail(size) = gradient.p0_bar.reshaped().transpose();
+    rows.increments.row(row) = gradient.increments_bar.reshaped().transpose();
+  });
+  return rows;
+}
+
 MatrixXd Integrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                       const MatrixXd& momentum_changes) const {
   const Points& q = path.final().q;

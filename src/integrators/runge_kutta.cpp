@@ -1,38 +1,54 @@
 #include "implicit_step.hpp"
 #include "integrators/schemes.hpp"
+#include "pulson/core/parallel.hpp"
 
 namespace pulson {
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The points z + Σ_{j<i} a_ij k_j at which the stages are evaluated, and the k_i.
+// The points z + Σ_{j<i} a_ij k_j at which the stages are evaluated, and the k_i; of (q, p), or of q alone at rest.
+template <class State>
 struct Stages {
-  std::vector<PhaseState> at;
-  std::vector<PhaseState> slope;
+  std::vector<State> at;
+  std::vector<State> slope;
 };
 
 // z + Σ_{j<i} a_ij k_j for the stages known so far.
-PhaseState stage_point(const ExplicitTableau& tableau, const PhaseState& z, const std::vector<PhaseState>& slope) {
-  PhaseState at = z;
+template <class State>
+State stage_point(const ExplicitTableau& tableau, const State& z, const std::vector<State>& slope) {
+  State at = z;
   const auto i = static_cast<Eigen::Index>(slope.size());
   for (Eigen::Index j = 0; j < i; ++j)
     if (tableau.a(i, j) != 0) at = at + tableau.a(i, j) * slope[static_cast<std::size_t>(j)];
   return at;
 }
 
-PhaseState combined(const ExplicitTableau& tableau, PhaseState z, const std::vector<PhaseState>& slope) {
+template <class State>
+State combined(const ExplicitTableau& tableau, State z, const std::vector<State>& slope) {
   for (std::size_t i = 0; i < slope.size(); ++i) z = z + tableau.b[static_cast<Eigen::Index>(i)] * slope[i];
   return z;
 }
 
-Stages run_stages(const ExplicitTableau& tableau, const StepField& field, const PhaseState& start) {
-  Stages stages;
+template <class State, class Field>
+Stages<State> run_stages(const ExplicitTableau& tableau, const State& start, const Field& field) {
+  Stages<State> stages;
   for (Eigen::Index i = 0; i < tableau.b.size(); ++i) {
     stages.at.push_back(stage_point(tableau, start, stages.slope));
-    stages.slope.push_back(field.value(stages.at.back()));
+    stages.slope.push_back(field(stages.at.back()));
   }
   return stages;
+}
+
+Stages<PhaseState> run_stages(const ExplicitTableau& tableau, const StepField& field, const PhaseState& start) {
+  return run_stages(tableau, start, [&](const PhaseState& at) { return field.value(at); });
+}
+
+// Without momenta.
+Stages<Points> run_rest_stages(const ExplicitTableau& tableau, const NoiseModel& noise, const VectorXd& w,
+                               const Points& start) {
+  return run_stages(tableau, start, [&](const Points& at) { return noise.rest_velocity(at, w); });
 }
 
 }  // namespace
@@ -50,6 +66,9 @@ ExplicitTableau rk4_tableau() {
 
 Integrator::StepOutcome RungeKuttaIntegrator::do_step(const StochasticSystem& system, const PhaseState& start,
                                                       double dt, const VectorXd& w, RootSearch /*search*/) const {
+  if (is_at_rest(system, start))
+    return {.end = {combined(tableau_, start.q, run_rest_stages(tableau_, *system.noise, w, start.q).slope), start.p},
+            .stage_momenta = {}};
   return {.end = combined(tableau_, start, run_stages(tableau_, StepField(system, dt, w), start).slope),
           .stage_momenta = {}};
 }
@@ -57,7 +76,7 @@ Integrator::StepOutcome RungeKuttaIntegrator::do_step(const StochasticSystem& sy
 PhaseState RungeKuttaIntegrator::do_tangent(const Step& step, const PhaseState& start_change, const VectorXd& w_change,
                                             const VectorXd& parameters_change) const {
   const StepField field(step.system, step.dt, step.w);
-  const Stages stages = run_stages(tableau_, field, step.start);
+  const Stages<PhaseState> stages = run_stages(tableau_, field, step.start);
   std::vector<PhaseState> slope_change;
   for (const PhaseState& at : stages.at)
     slope_change.push_back(field.tangent(at, stage_point(tableau_, start_change, slope_change)) +
@@ -67,7 +86,7 @@ PhaseState RungeKuttaIntegrator::do_tangent(const Step& step, const PhaseState& 
 
 Integrator::StepBar RungeKuttaIntegrator::do_adjoint(const Step& step, const PhaseState& end_bar) const {
   const StepField field(step.system, step.dt, step.w);
-  const Stages stages = run_stages(tableau_, field, step.start);
+  const Stages<PhaseState> stages = run_stages(tableau_, field, step.start);
   StepBar bar{end_bar, VectorXd::Zero(step.w.size()), VectorXd::Zero(step.parameters)};
   std::vector<PhaseState> at_bar(stages.at.size());
   for (std::size_t i = stages.at.size(); i-- > 0;) {
@@ -81,6 +100,39 @@ Integrator::StepBar RungeKuttaIntegrator::do_adjoint(const Step& step, const Pha
     bar.start = bar.start + at_bar[i];
   }
   return bar;
+}
+
+// As do_adjoint(), for all rows at once.
+PathRows RungeKuttaIntegrator::adjoint_rows(const StochasticSystem& system, const Trajectory& path,
+                                            const MatrixXd& by_end) const {
+  if (!is_at_rest(system, path.initial())) return Integrator::adjoint_rows(system, path, by_end);
+  const SerialBlas serial;
+  const Eigen::Index channels = path.increments.rows(), count = tableau_.b.size();
+  PathRows rows{by_end, MatrixXd(by_end.rows(), path.increments.size())};
+  std::vector<RestFields> fields(static_cast<std::size_t>(count));
+  std::vector<MatrixXd> at_bar(static_cast<std::size_t>(count));
+  MatrixXd slope_bar;
+  for (int k = path.grid.steps - 1; k >= 0; --k) {
+    const VectorXd w = path.increments.col(k);
+    std::vector<Points> slope;
+    for (RestFields& stage : fields) {
+      const Points at = stage_point(tableau_, path.states[static_cast<std::size_t>(k)].q, slope);
+      system.noise->rest_fields(at, w, stage);
+      slope.push_back(stage.velocity(at.rows(), w));
+    }
+    auto by_w = rows.increments.middleCols(k * channels, channels);
+    by_w.setZero();
+    for (Eigen::Index i = count; i-- > 0;) {
+      const auto stage = static_cast<std::size_t>(i);
+      slope_bar = tableau_.b[i] * rows.start;
+      for (Eigen::Index later = i + 1; later < count; ++later)
+        if (const double a = tableau_.a(later, i); a != 0) slope_bar += a * at_bar[static_cast<std::size_t>(later)];
+      fields[stage].add_rows(slope_bar, by_w);
+      at_bar[stage].noalias() = slope_bar * fields[stage].slope;
+    }
+    for (const MatrixXd& bar : at_bar) rows.start += bar;
+  }
+  return rows;
 }
 
 SpaceStep RungeKuttaIntegrator::do_space(const Step& step) const {

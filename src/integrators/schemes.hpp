@@ -31,6 +31,10 @@ class RungeKuttaIntegrator final : public Integrator {
     return {.symplectic = false, .noise = tableau_.noise, .order = tableau_.order};
   }
 
+  /// At rest all rows at once, by products with dN×dN matrices, four a step of Heun's method.
+  PathRows adjoint_rows(const StochasticSystem& system, const Trajectory& path,
+                        const Eigen::MatrixXd& by_end) const override;
+
  protected:
   StepOutcome do_step(const StochasticSystem& system, const PhaseState& start, double dt, const Eigen::VectorXd& w,
                       RootSearch search) const override;

@@ -1,24 +1,17 @@
+#include <array>
+#include <type_traits>
+
 #include <fmt/core.h>
 
 #include "models.hpp"
+#include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/differentiated_noise.hpp"
 
 namespace pulson {
 namespace {
 
-// e^x of each number.
-void take_exponentials(std::vector<double>& x) {
-  Eigen::Map<Eigen::ArrayXd> all(x.data(), std::ssize(x));
-  all = all.exp();
-}
-void take_exponentials(std::vector<Dual>& x) {
-  Eigen::ArrayXd values(std::ssize(x));
-  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = x[static_cast<std::size_t>(i)].value;
-  values = values.exp();
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    Dual& number = x[static_cast<std::size_t>(i)];
-    number = {values[i], values[i] * number.change};
-  }
+KernelOperator kernel_of(double width) {
+  return KernelOperator({{.profile = KernelProfile::kGaussian, .alpha = width, .weight = 1}});
 }
 
 // h = β Σ_a p_a^j k(q_a − q_b) for each landmark b and axis j, axis fastest, k(z) = exp(−|z|²/width²): fields about the
@@ -42,7 +35,7 @@ struct Kunita : NoiseFormula {
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {
     const Eigen::Index d = state.q.rows();
     h += theta[0] * state.p.reshaped();
-    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const T*, const T& k) {
+    for_each_pair(state.q, theta, [&](Eigen::Index a, Eigen::Index b, const T*, const T& k) {
       const T strength = theta[0] * k;
       for (Eigen::Index j = 0; j < d; ++j) {
         h[a * d + j] += strength * state.p(j, b);
@@ -56,13 +49,19 @@ struct Kunita : NoiseFormula {
   void add_gradient(const StateOf<T>& state, const VectorOf<T>& theta, const Eigen::VectorXd& w,
                     StateOf<T>& gradient) const {
     const Eigen::Index d = state.q.rows();
+    if constexpr (std::is_same_v<T, double>) {
+      gradient.p += rest_velocity(state.q, theta, w);
+      if ((state.p.array() == 0).all()) return;
+      gradient.q += theta[0] * kernel_of(theta[1]).gradient(state.q, state.p, w.reshaped(d, state.q.cols()));
+      return;
+    }
     const T c = T(-2) * theta[0] / (theta[1] * theta[1]);
     const bool at_rest = (state.p.array() == T(0)).all();  // then h_w,q is 0
     T* const by_p = gradient.p.data();
     T* const by_q = gradient.q.data();
     const T* const p = state.p.data();
     for (Eigen::Index i = 0; i < w.size(); ++i) by_p[i] += theta[0] * T(w[i]);
-    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
+    for_each_pair(state.q, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
       const T strength = theta[0] * k;
       for (Eigen::Index j = 0; j < d; ++j) {
         by_p[a * d + j] += strength * T(w[b * d + j]);
@@ -86,7 +85,7 @@ struct Kunita : NoiseFormula {
     const Eigen::Index d = state.q.rows();
     const T s = T(2) / (theta[1] * theta[1]);
     const T factor = T(-0.25) * theta[0] * theta[0] * s;
-    for_each_pair(state, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
+    for_each_pair(state.q, theta, [&](Eigen::Index a, Eigen::Index b, const T* z, const T& k) {
       const T part = factor * (k * k - k);
       T along(0);  // z·v
       for (Eigen::Index j = 0; j < d; ++j) along += z[j] * (state.p(j, a) - state.p(j, b));
@@ -101,33 +100,58 @@ struct Kunita : NoiseFormula {
     });
   }
 
+  static Points rest_velocity(const Points& q, const Eigen::VectorXd& theta, const Eigen::VectorXd& w) {
+    return theta[0] * kernel_of(theta[1]).apply(q, q, w.reshaped(q.rows(), q.cols()));
+  }
+
+  // Landmark b moves by β Σ_a k(q_b − q_a) w_a. Its derivative by q_a is w_a gᵀ, g = 2β/width² k (q_b − q_a), and by
+  // q_b minus the sum of these.
+  static void rest_fields(const Points& q, const Eigen::VectorXd& theta, const Eigen::VectorXd& w, RestFields& rest) {
+    const Eigen::Index d = q.rows(), n = q.cols();
+    const Points axes = q.transpose();
+    rest.fields.noalias() = theta[0] * kernel_of(theta[1]).gram(q, q);
+    rest.slope.resize(d * n, d * n);
+    Eigen::VectorXd g(n);
+    Points sum(d, n);
+    for (Eigen::Index c = 0; c < d; ++c) {
+      sum.setZero();
+      for (Eigen::Index a = 0; a < n; ++a) {
+        g = 2 / (theta[1] * theta[1]) * rest.fields.col(a).array() * (axes.col(c).array() - axes(a, c));
+        Eigen::Map<Points> by_a(rest.slope.col(a * d + c).data(), d, n);
+        by_a.noalias() = w.segment(a * d, d).lazyProduct(g.transpose());
+        sum += by_a;
+      }
+      for (Eigen::Index b = 0; b < n; ++b) rest.slope.block(b * d, b * d + c, d, 1) -= sum.col(b);
+    }
+  }
+
  private:
   // visit(a, b, q_a − q_b, k), a < b
   template <class T, class Visit>
-  static void for_each_pair(const StateOf<T>& state, const VectorOf<T>& theta, const Visit& visit) {
-    const Eigen::Index d = state.q.rows(), n = state.q.cols();
-    const auto pairs = static_cast<std::size_t>(n * (n - 1) / 2);
+  static void for_each_pair(const MatrixOf<T>& all, const VectorOf<T>& theta, const Visit& visit) {
+    const Eigen::Index d = all.rows(), n = all.cols();
+    const T* const q = all.data();
+    const double width = value_of(theta[1]);
+    const Points places = all.unaryExpr([](const T& x) { return value_of(x); });
+    const Eigen::MatrixXd gram = kernel_of(width).gram(places, places);
     const T c = T(-1) / (theta[1] * theta[1]);
-    const T* const q = state.q.data();
-    std::vector<T> differences(pairs * static_cast<std::size_t>(d));
-    std::vector<T> fields(pairs);
-    T* z = differences.data();
-    T* k = fields.data();
+    std::array<T, 3> z{};
     for (Eigen::Index b = 1; b < n; ++b)
-      for (Eigen::Index a = 0; a < b; ++a, z += d, ++k) {
+      for (Eigen::Index a = 0; a < b; ++a) {
         T squared(0);
         for (Eigen::Index j = 0; j < d; ++j) {
-          z[j] = q[a * d + j] - q[b * d + j];
-          squared += z[j] * z[j];
+          z[static_cast<std::size_t>(j)] = q[a * d + j] - q[b * d + j];
+          squared += z[static_cast<std::size_t>(j)] * z[static_cast<std::size_t>(j)];
         }
-        *k = c * squared;
+        visit(a, b, z.data(), with_change(gram(a, b), c * squared));
       }
-    take_exponentials(fields);
-    z = differences.data();
-    k = fields.data();
-    for (Eigen::Index b = 1; b < n; ++b)
-      for (Eigen::Index a = 0; a < b; ++a, z += d, ++k) visit(a, b, z, *k);
   }
+
+  static double value_of(double x) { return x; }
+  static double value_of(const Dual& x) { return x.value; }
+  // e^x of the value that is known.
+  static double with_change(double value, double /*x*/) { return value; }
+  static Dual with_change(double value, const Dual& x) { return {value, value * x.change}; }
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -20,8 +21,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Two landmarks on a line that are moved by more than the kernel's width, and nearly to one place.
-PosteriorProblem near_collision(const std::string& noise, std::vector<std::string> parameters = {}) {
+constexpr double kAccuracy = 1e-3;
+
+PosteriorProblem on_a_line(const std::pair<double, double>& target, const std::string& noise,
+                           const std::vector<std::string>& parameters = {}) {
   const auto shape = [](double a, double b) {
     Landmarks made;
     made.points = Eigen::RowVector2d(a, b);
@@ -34,7 +37,12 @@ PosteriorProblem near_collision(const std::string& noise, std::vector<std::strin
   options.lambda = 1;
   options.align = AlignmentKind::kNone;
   options.grid = {1, 8};
-  return make_posterior_problem(shape(0, 1), {shape(1.3, 1.6)}, options, parameters);
+  return make_posterior_problem(shape(0, 1), {shape(target.first, target.second)}, options, parameters);
+}
+
+// Two landmarks that are moved by more than the kernel's width, and nearly to one place.
+PosteriorProblem near_collision(const std::string& noise, const std::vector<std::string>& parameters = {}) {
+  return on_a_line({1.3, 1.6}, noise, parameters);
 }
 
 struct AtTheMinimum {
@@ -59,7 +67,7 @@ TEST(FittedDraws, SolveTheirEquation) {
   int found = 0;
   for (std::uint64_t path = 0; path < 50; ++path) {
     const VectorXd normals = at.normals(path);
-    const auto z = fitted_draw(at.specimen, at.model, at.linear, normals);
+    const auto z = fitted_draw(at.specimen, at.model, at.linear, normals, kAccuracy);
     if (!z) continue;
     ++found;
     const VectorXd v = normals.tail(at.specimen.data()) + at.specimen.shoot(at.model, *z)->residual;
@@ -76,7 +84,7 @@ TEST(FittedDraws, HaveTheDensityOfTheirMap) {
   for (std::uint64_t path = 0; path < 10; ++path) {
     VectorXd normals = at.normals(path);
     normals.tail(at.specimen.data()).setZero();
-    const auto z = fitted_draw(at.specimen, at.model, at.linear, normals);
+    const auto z = fitted_draw(at.specimen, at.model, at.linear, normals, kAccuracy);
     ASSERT_TRUE(z);
     constexpr double kStep = 0.03;
     const Eigen::Index unknowns = at.specimen.unknowns();
@@ -85,8 +93,8 @@ TEST(FittedDraws, HaveTheDensityOfTheirMap) {
       VectorXd more = normals, less = normals;
       more[i] += kStep;
       less[i] -= kStep;
-      derivative.col(i) = (*fitted_draw(at.specimen, at.model, at.linear, more) -
-                           *fitted_draw(at.specimen, at.model, at.linear, less)) /
+      derivative.col(i) = (*fitted_draw(at.specimen, at.model, at.linear, more, kAccuracy) -
+                           *fitted_draw(at.specimen, at.model, at.linear, less, kAccuracy)) /
                           (2 * kStep);
     }
     const VectorXd zeta = normals.head(unknowns);
@@ -96,6 +104,29 @@ TEST(FittedDraws, HaveTheDensityOfTheirMap) {
     const double expected = of_eta - std::log(std::abs(derivative.determinant()));
     EXPECT_NEAR(fitted_log_density(at.specimen, at.model, at.linear, *z, *at.specimen.shoot(at.model, *z)), expected,
                 0.02);
+  }
+}
+
+// By central differences; kicks take dz of the linear model, so they are near it where the path bends little.
+TEST(FittedDraws, AreKickedByTheirWeight) {
+  for (const bool bends : {false, true}) {
+    SCOPED_TRACE(bends);
+    const AtTheMinimum at(bends ? near_collision("ch-sd:beta=0.1") : on_a_line({0.1, 1.05}, "ch-sd:beta=0.02"));
+    double off = 0, all = 0;
+    for (std::uint64_t path = 0; path < 10; ++path) {
+      const VectorXd normals = at.normals(path), way = at.normals(100 + path);
+      const auto value = [&](double step) {
+        const auto z = fitted_draw(at.specimen, at.model, at.linear, normals + step * way, 1e-8);
+        const VectorXd b = at.specimen.shoot(at.model, z.value())->residual - at.linear.apply(z.value());
+        return -0.5 * b.dot(at.linear.solve(b));
+      };
+      const auto z = fitted_draw(at.specimen, at.model, at.linear, normals, 1e-8);
+      const VectorXd kick = fitted_kick(at.specimen, at.model, at.linear, *z, *at.specimen.shoot(at.model, *z));
+      const double slope = (value(1e-4) - value(-1e-4)) / 2e-4;
+      off += std::pow(kick.dot(way) - slope, 2);
+      all += slope * slope;
+    }
+    EXPECT_LT(std::sqrt(off / all), bends ? 0.5 : 0.05);
   }
 }
 

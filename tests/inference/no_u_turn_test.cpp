@@ -31,10 +31,10 @@ VectorXd force(const VectorXd& v) {
 TrajectoryPoint point(VectorXd v, VectorXd eta) {
   TrajectoryPoint made;
   made.at.v = std::move(v);
-  made.at.log_weight = log_weight(made.at.v);
+  made.at.weight.value = log_weight(made.at.v);
   made.eta = std::move(eta);
   made.kick = force(made.at.v);
-  made.energy = -made.at.log_weight + 0.5 * made.at.v.squaredNorm() + 0.5 * made.eta.squaredNorm();
+  made.energy = -made.at.weight.value + 0.5 * made.at.v.squaredNorm() + 0.5 * made.eta.squaredNorm();
   return made;
 }
 

@@ -137,14 +137,14 @@ TEST(TreeSpecimen, HasExactDerivatives) {
                below = specimen.shoot(model, z - h * way);
     ASSERT_TRUE(here && above && below);
     const VectorXd change = (above->residual - below->residual) / (2 * h);
-    EXPECT_NEAR(specimen.misfit_gradient(model, *here).dot(way), change.dot(here->residual),
+    EXPECT_NEAR(specimen.transposed(model, *here, here->residual).dot(way), change.dot(here->residual),
                 1e-6 * change.norm() * here->residual.norm());
     const Specimen::Slopes slopes = specimen.slopes(model, *here);
     VectorXd by_slopes = VectorXd::Zero(specimen.data());
-    for (std::size_t b = 0; b < slopes.by_branch.size(); ++b) {
+    for (std::size_t b = 0; b < slopes.branches.size(); ++b) {
       const Specimen::Place& place = specimen.places()[b];
       by_slopes.segment(place.first_datum, place.data) +=
-          slopes.by_branch[b] * way.segment(place.first_unknown, place.unknowns);
+          slopes.branches[b].by_end * (slopes.branches[b].end * way.segment(place.first_unknown, place.unknowns));
     }
     EXPECT_LT((by_slopes - change).norm(), 1e-6 * change.norm());
   }

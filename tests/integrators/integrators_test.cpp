@@ -154,6 +154,35 @@ TEST_P(IntegratorContract, RowsOfTheEndpointJacobianAreAdjoints) {
   });
 }
 
+// With momenta, and without, where there are no rows of theirs.
+TEST_P(IntegratorContract, RowsAreAdjoints) {
+  for_each_problem(4, [](Problem& problem) {
+    const Index size = problem.start.q.size();
+    for (const bool rest : {false, true}) {
+      if (rest) problem.start.p.setZero();
+      const bool at_rest = is_at_rest(problem.system, problem.start);
+      EXPECT_EQ(at_rest, rest && problem.system.noise->traits().linear);
+      const Trajectory path = problem.path();
+      const MatrixXd by_end = problem.numbers(3, at_rest ? size : 2 * size);
+      const PathRows rows = problem.integrator->adjoint_rows(problem.system, path, by_end);
+      for (Index r = 0; r < by_end.rows(); ++r) {
+        PhaseState bar{by_end.row(r).head(size).reshaped(problem.start.q.rows(), problem.start.q.cols()),
+                       Points::Zero(problem.start.q.rows(), problem.start.q.cols())};
+        if (!at_rest) bar.p.reshaped() = by_end.row(r).tail(size);
+        const PathGradient row = problem.integrator->adjoint(problem.system, path, bar);
+        EXPECT_LE(largest(rows.start.row(r).head(size).transpose() - row.q0_bar.reshaped()),
+                  1e-12 * (1 + largest(row.q0_bar)));
+        if (!at_rest) {
+          EXPECT_LE(largest(rows.start.row(r).tail(size).transpose() - row.p0_bar.reshaped()),
+                    1e-12 * (1 + largest(row.p0_bar)));
+        }
+        EXPECT_LE(largest(rows.increments.row(r).transpose() - row.increments_bar.reshaped()),
+                  1e-12 * (1 + largest(row.increments_bar)));
+      }
+    }
+  });
+}
+
 // Of the others the defect shows, so that the test can fail.
 TEST_P(IntegratorContract, IsSymplecticWithFrozenIncrementsWhereItSaysSo) {
   for_each_problem(4, [](Problem& problem) {

@@ -43,6 +43,29 @@ TEST_P(NoiseContract, HasTheDerivativesOfItsDefinition) {
   });
 }
 
+TEST_P(NoiseContract, MovesPositionsAtRestAsItsDerivativesSay) {
+  in_each_dimension([](const Subject& s) {
+    if (!s.traits.linear) return;
+    const PhaseState rest{s.state.q, Points::Zero(s.d, kCount)};
+    RestFields fields;
+    s.noise->rest_fields(rest.q, s.w, fields);
+    const Points velocity = s.noise->gradient(rest, s.w).p;
+    const double tolerance = 1e-13 * (1 + velocity.norm());
+    EXPECT_LE((s.noise->rest_velocity(rest.q, s.w) - velocity).norm(), tolerance);
+    EXPECT_LE((fields.velocity(s.d, s.w) - velocity).norm(), tolerance);
+    const Points changed = s.noise->hessian(rest, s.w, {s.change.q, Points::Zero(s.d, kCount)}).p;
+    EXPECT_LE((fields.slope * s.change.q.reshaped() - changed.reshaped()).norm(), 1e-13 * (1 + changed.norm()));
+    Eigen::MatrixXd by_w = Eigen::MatrixXd::Ones(2, s.channels);
+    Eigen::MatrixXd rows(2, s.change.p.size());
+    rows << s.change.p.reshaped().transpose(), s.change.q.reshaped().transpose();
+    fields.add_rows(rows, by_w);
+    const Points zero = Points::Zero(s.d, kCount);
+    for (const auto& [row, with] : {std::pair{0, s.change.p}, std::pair{1, s.change.q}})
+      EXPECT_LE((by_w.row(row).transpose().array() - 1 - s.noise->contract(rest, {zero, with}).array()).matrix().norm(),
+                1e-13 * (1 + by_w.norm()));
+  });
+}
+
 TEST_P(NoiseContract, ContractIsTheTransposeOfTheGradient) {
   in_each_dimension([](const Subject& s) {
     const Eigen::VectorXd contracted = s.noise->contract(s.state, s.change);

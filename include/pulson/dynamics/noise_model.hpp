@@ -115,6 +115,18 @@ struct NoiseSums {
   T* friction = nullptr;                      ///< λ
 };
 
+/// What moves positions at rest, of a model that is linear in p: there h_i,q = 0, so that p stays 0 and
+/// dq = Σ h_i,p(q) ∘ dW_i. Index a·d + axis.
+struct RestFields {
+  Eigen::MatrixXd fields;  ///< h_i,p, dN×C; or N×N, where channels move an axis each, all axes alike
+  Eigen::MatrixXd slope;   ///< ∂h_w,p/∂q, dN×dN
+
+  /// h_w,p, d×N.
+  Points velocity(Eigen::Index d, const Eigen::VectorXd& w) const;
+  /// by_w += rows·h_p. @param rows R×dN @param by_w R×C
+  void add_rows(const Eigen::MatrixXd& rows, Eigen::Ref<Eigen::MatrixXd> by_w) const;
+};
+
 /// A noise model of the stochastic Hamiltonian system (11): channels i = 1..C, each a potential h_i(q,p), affine in p,
 /// that drives
 ///
@@ -162,6 +174,12 @@ class NoiseModel {
 
   /// ∇²h_w along a change of the state.
   PhaseState hessian(const PhaseState& state, const Eigen::VectorXd& w, const PhaseState& change) const;
+
+  /// h_w,p at rest.
+  virtual Points rest_velocity(const Points& q, const Eigen::VectorXd& w) const;
+
+  /// The fields at rest, here a gradient for each channel and a second derivative for each coordinate.
+  virtual void rest_fields(const Points& q, const Eigen::VectorXd& w, RestFields& fields) const;
 
   /// ∇h_i·with, C numbers: the transpose of `gradient` in w.
   Eigen::VectorXd contract(const PhaseState& state, const PhaseState& with) const;

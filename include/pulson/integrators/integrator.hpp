@@ -82,6 +82,16 @@ struct EndpointJacobian {
   Eigen::MatrixXd increments;  ///< dN×CK, ∂q(T)/∂ΔW, channel fastest
 };
 
+/// Whether momenta stay zero: they are at the start, and the noise is linear in them.
+bool is_at_rest(const StochasticSystem& system, const PhaseState& start);
+
+/// Derivatives of numbers, a row each, by what a path depends on. States are (q, p), index a·d + axis, or q alone where
+/// the path is at rest.
+struct PathRows {
+  Eigen::MatrixXd start;       ///< by the state at the start
+  Eigen::MatrixXd increments;  ///< by ΔW, channel fastest
+};
+
 /// How far an implicit step goes to find its root.
 enum class RootSearch {
   kThorough,     ///< the root is followed from Δt = 0 where the fixed-point iteration does not contract
@@ -123,6 +133,10 @@ class Integrator {
 
   /// All rows of the derivative of q(T) at once: here one adjoint for each.
   virtual EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const;
+
+  /// From derivatives by the state at the end, a row each: here an adjoint for each.
+  virtual PathRows adjoint_rows(const StochasticSystem& system, const Trajectory& path,
+                                const Eigen::MatrixXd& by_end) const;
 
   /// The changes of q(T), dN×R, for R changes of p0 at once (index a·d + axis): here one tangent for each.
   virtual Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,

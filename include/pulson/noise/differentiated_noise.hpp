@@ -70,6 +70,20 @@ class DifferentiatedNoise final : public NoiseModel {
     return std::make_shared<DifferentiatedNoise>(formula_, parameters);
   }
 
+  /// By the formula where it has `rest_velocity` and `rest_fields`.
+  Points rest_velocity(const Points& q, const Eigen::VectorXd& w) const override {
+    if constexpr (requires { formula_.rest_velocity(q, theta_, w); })
+      return formula_.rest_velocity(q, theta_, w);
+    else
+      return NoiseModel::rest_velocity(q, w);
+  }
+  void rest_fields(const Points& q, const Eigen::VectorXd& w, RestFields& fields) const override {
+    if constexpr (requires { formula_.rest_fields(q, theta_, w, fields); })
+      formula_.rest_fields(q, theta_, w, fields);
+    else
+      NoiseModel::rest_fields(q, w, fields);
+  }
+
   const Formula& formula() const { return formula_; }
 
   void add_to(const NoiseSums<double>& sums) const override { add(sums); }

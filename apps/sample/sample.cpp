@@ -26,17 +26,25 @@ const std::vector<std::string> kSamplePictures = {"paths", "chains"};
 // Exchanges so rare do not bring points of the prior to the posterior.
 constexpr double kRareExchange = 0.2;
 
-std::vector<std::string> warnings_of(const PosteriorSummary& summary, const std::vector<double>& exchanged) {
-  std::string remedy = exchanged.empty() ? ", or --temperatures 8" : "";
-  if (!exchanged.empty())
-    if (const double least = *std::min_element(exchanged.begin(), exchanged.end()); least < kRareExchange)
-      remedy = fmt::format(", and more --temperatures: exchanges are accepted as rarely as {:.2g}", least);
+// rto knows of one mode and of no temperatures.
+std::string remedy_for(const inference::PosteriorDraws& draws, const std::string& method) {
+  if (draws.exchanged.empty() && method == "rto") return "";
+  if (draws.exchanged.empty())
+    return draws.modes > 1 ? ", or --temperatures 8" : ", or --method rto or --temperatures 8";
+  const double least = *std::min_element(draws.exchanged.begin(), draws.exchanged.end());
+  return least < kRareExchange
+             ? fmt::format(", and more --temperatures: exchanges are accepted as rarely as {:.2g}", least)
+             : "";
+}
+
+std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws,
+                                     const std::string& method) {
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
   if (!summary.converged)
     warnings.push_back(fmt::format(
         "the chains have not converged: R-hat of {} is {:.4g}, more than {}; take more --draws and --warmup{}",
-        summary.worst, summary.worst_rhat, inference::kHighRhat, remedy));
+        summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(draws, method)));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)
     least = std::fmin(least, std::fmin(parameter.numbers.ess_bulk, parameter.numbers.ess_tail));
@@ -143,7 +151,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
     return kNotConverged;
   }
   const PosteriorSummary summary = summarise_posterior(draws);
-  const std::vector<std::string> warnings = warnings_of(summary, draws.exchanged);
+  const std::vector<std::string> warnings = warnings_of(summary, draws, options.method);
   const std::string record = summary_json(problem, options, draws, summary, notes);
   const bool draws_pictures = !output.no_picture;
   StagedFiles files(output.out);
@@ -176,7 +184,8 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   return summary.converged ? kDone : kNotConverged;
 }
 
-int run_sample(const SampleArguments& arguments, const CLI::App& verb) {
+int run_sample(SampleArguments arguments, const CLI::App& verb) {
+  arguments.choose_method();
   arguments.check_given(verb);
   if (arguments.calibrate > 0) return run_calibration(arguments, settings_of(verb));
   if (ranks::size() > 1)

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kReferenceChains = 1ULL << 20U;
 // How well draws fit their data, in standard deviations: those that are weighed, and those between them.
-constexpr double kFitted = 1e-3;
+constexpr double kFitted = 1e-2;
 constexpr double kPassing = 0.5;
 constexpr double kNoPath = -std::numeric_limits<double>::infinity();
 

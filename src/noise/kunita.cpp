@@ -104,28 +104,39 @@ struct Kunita : NoiseFormula {
     return theta[0] * kernel_of(theta[1]).apply(q, q, w.reshaped(q.rows(), q.cols()));
   }
 
-  // Landmark b moves by β Σ_a k(q_b − q_a) w_a. Its derivative by q_a is w_a gᵀ, g = 2β/width² k (q_b − q_a), and by
-  // q_b minus the sum of these.
   static void rest_fields(const Points& q, const Eigen::VectorXd& theta, const Eigen::VectorXd& w, RestFields& rest) {
-    const Eigen::Index d = q.rows(), n = q.cols();
-    const Points axes = q.transpose();
     rest.fields.noalias() = theta[0] * kernel_of(theta[1]).gram(q, q);
-    rest.slope.resize(d * n, d * n);
-    Eigen::VectorXd g(n);
-    Points sum(d, n);
-    for (Eigen::Index c = 0; c < d; ++c) {
-      sum.setZero();
-      for (Eigen::Index a = 0; a < n; ++a) {
-        g = 2 / (theta[1] * theta[1]) * rest.fields.col(a).array() * (axes.col(c).array() - axes(a, c));
-        Eigen::Map<Points> by_a(rest.slope.col(a * d + c).data(), d, n);
-        by_a.noalias() = w.segment(a * d, d).lazyProduct(g.transpose());
-        sum += by_a;
-      }
-      for (Eigen::Index b = 0; b < n; ++b) rest.slope.block(b * d, b * d + c, d, 1) -= sum.col(b);
-    }
+    rest.slope.resize(q.size(), q.size());
+    const double factor = 2 / (theta[1] * theta[1]);
+    if (q.rows() == 1) set_slope<1>(q, factor, w, rest);
+    if (q.rows() == 2) set_slope<2>(q, factor, w, rest);
+    if (q.rows() == 3) set_slope<3>(q, factor, w, rest);
   }
 
  private:
+  // Landmark b moves by β Σ_a k(q_b − q_a) w_a. Its derivative by q_a is w_a gᵀ, g = 2β/width² k (q_b − q_a), and by
+  // q_b minus the sum of these.
+  template <int d>
+  static void set_slope(const Points& q, double factor, const Eigen::VectorXd& w, RestFields& rest) {
+    const Eigen::Index n = q.cols();
+    Eigen::Matrix<double, d, Eigen::Dynamic> sum(d, n);
+    for (int c = 0; c < d; ++c) {
+      sum.setZero();
+      for (Eigen::Index a = 0; a < n; ++a) {
+        const double* const strength = rest.fields.col(a).data();
+        double* const by_a = rest.slope.col(a * d + c).data();
+        for (Eigen::Index b = 0; b < n; ++b) {
+          const double g = factor * strength[b] * (q(c, b) - q(c, a));
+          for (int r = 0; r < d; ++r) {
+            by_a[b * d + r] = w[a * d + r] * g;
+            sum(r, b) += by_a[b * d + r];
+          }
+        }
+      }
+      for (Eigen::Index b = 0; b < n; ++b) rest.slope.template block<d, 1>(b * d, b * d + c) -= sum.col(b);
+    }
+  }
+
   // visit(a, b, q_a − q_b, k), a < b
   template <class T, class Visit>
   static void for_each_pair(const MatrixOf<T>& all, const VectorOf<T>& theta, const Visit& visit) {

@@ -63,10 +63,9 @@ void SampleArguments::add_to(CLI::App& verb) {
                  ->capture_default_str(),
              "alignment", {"auto"});
   verb.add_option("--integrator", integrator, "see pulson info integrators")->type_name("NAME")->capture_default_str();
-  sampler.method = "auto";
   verb.add_option("--method", sampler.method,
                   "of Markov chains hmc, nuts, mala, pcn, rto or independence; enkf: an ensemble Kalman smoother, "
-                  "approximate and fast; auto: rto with --tree, else hmc")
+                  "approximate and fast")
       ->type_name("NAME")
       ->capture_default_str();
   verb.add_option("--chains", sampler.chains, "number of chains")->capture_default_str();
@@ -112,11 +111,6 @@ nlohmann::ordered_json tree_facts(const std::vector<TreeNode>& tree) {
   nlohmann::ordered_json nodes = nlohmann::ordered_json::array();
   for (const TreeNode& node : tree) nodes.push_back({node.name, node.parent, node.length});
   return nodes;
-}
-
-// With several temperatures there is no rto.
-void SampleArguments::choose_method() {
-  if (sampler.method == "auto") sampler.method = tree.empty() || sampler.temperatures > 1 ? "hmc" : "rto";
 }
 
 bool SampleArguments::uses_ensemble() const { return sampler.method == kEnsembleMethod; }

@@ -48,8 +48,6 @@ struct SampleArguments {
   void add_to(CLI::App& verb);
 
   /// Whether the method is the ensemble Kalman smoother, and no Markov chains.
-  /// Of `auto`.
-  void choose_method();
   bool uses_ensemble() const;
   /// @param verb whose options were given @throws InputError where one of them has no effect with the method
   void check_given(const CLI::App& verb) const;

@@ -184,8 +184,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   return summary.converged ? kDone : kNotConverged;
 }
 
-int run_sample(SampleArguments arguments, const CLI::App& verb) {
-  arguments.choose_method();
+int run_sample(const SampleArguments& arguments, const CLI::App& verb) {
   arguments.check_given(verb);
   if (arguments.calibrate > 0) return run_calibration(arguments, settings_of(verb));
   if (ranks::size() > 1)

@@ -334,8 +334,7 @@ void Chain::advance(int warmup) {
     jump(i);
   }
   if (setting_.space.count() > 0) {
-    for (int turn = 0; turn < (setting_.move.fits_data ? 1 : kThetaMoves); ++turn)
-      move_theta(turn, adapting);
+    for (int turn = 0; turn < (setting_.move.fits_data ? 1 : kThetaMoves); ++turn) move_theta(turn, adapting);
     if (adapting) learn(warmup);
   }
   ++iteration_;

@@ -43,7 +43,7 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
   std::vector<std::string> warnings;
   if (!summary.converged)
     warnings.push_back(fmt::format(
-        "the chains have not converged: R-hat of {} is {:.4g}, more than {}; take more --draws and --warmup{}",
+        "the chains have not converged: R-hat of {} is {:.4f}, more than {}; take more --draws and --warmup{}",
         summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(draws, method)));
   double least = summary.ess_min;
   for (const NamedSummary& parameter : summary.parameters)

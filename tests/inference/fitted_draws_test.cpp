@@ -149,8 +149,8 @@ TEST(FittedDraws, LeadToThePosteriorOfQuadrature) {
     }
   SamplerOptions options;
   options.method = "rto";
-  options.draws = 2000;
-  options.warmup = 200;
+  options.draws = 800;
+  options.warmup = 100;
   options.searches = 1;
   const PosteriorDraws draws = sample_posterior(problem, options);
   EXPECT_LE(draws.log_evidence.standard_error, 0.02);
@@ -174,7 +174,7 @@ TEST(FittedDraws, LeadToTheParametersOfOtherChains) {
     const PosteriorDraws draws = sample_posterior(problem, options);
     return summarise(draws.by_chain(draws.parameters.row(0).array().log().matrix()));
   };
-  const DrawSummary fitted = drawn("rto", 2000), other = drawn("pcn", 8000);
+  const DrawSummary fitted = drawn("rto", 800), other = drawn("pcn", 8000);
   EXPECT_NEAR(fitted.mean, other.mean, 4 * std::hypot(fitted.mcse, other.mcse));
   EXPECT_NEAR(fitted.sd, other.sd, 0.1 * other.sd);
 }

@@ -90,7 +90,7 @@ struct SamplerOptions {
   int paths_kept = 400;  ///< of all chains, evenly spaced
   int temperatures = 1;  ///< powers τ of the likelihood whose chains exchange their points; 1: the posterior alone
   int searches = 0;      ///< for modes, from different initial guesses; 0: 4 where data are at most 12, else 1
-  bool evidence = true;  ///< whether the evidence is computed, from up to 2000 draws of the reference
+  bool evidence = true;  ///< whether the evidence is computed, from 100 to 2000 draws of the reference
   std::uint64_t seed = 1;
   /// Called with the fraction done, for progress; from several threads.
   std::function<void(double fraction)> on_progress{};
@@ -149,6 +149,9 @@ struct PosteriorDraws {
 /// new normal numbers, which leaves the normal law invariant, with kicks by the gradient of the log weight (A. Beskos,
 /// F. Pinski, J. Sanz-Serna, A. Stuart 2011); the acceptance does not depend on the number of steps. Of several minima
 /// the reference is the mixture of their Gaussians, and chains jump between them by independent proposals.
+///
+/// With MoveKind::fits_data z is instead the root of z = ζ − Jᵀ(ε + r(z)) (J. Bardsley et al. 2014), and g its density;
+/// kicks leave out the determinant in it, and θ moves by rotations within a Gaussian law of the warm-up.
 ///
 /// With several temperatures each chain is a group of chains of the densities p(z, θ) p(y | z, θ)^τ, 0 = τ_1 < … < τ_L
 /// = 1, which exchange their points (parallel tempering; powers and order of exchanges as S. Syed, A. Bouchard-Côté, G.

@@ -16,6 +16,7 @@
 #include "results.hpp"
 #include "shell/cohort_shapes.hpp"
 #include "shell/ranks.hpp"
+#include "shell/tables.hpp"
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
 
@@ -39,13 +40,13 @@ struct ShapeFile {
     }
   }
 
-  std::string text(std::vector<Landmarks> shapes, std::vector<std::string>& notes) const {
+  std::string text(const std::vector<Landmarks>& shapes, std::vector<std::string>& notes) const {
     const auto write = [&](const formats::LandmarkFormat& as) {
       return as.write(name, {as.name, shapes, {}, shapes.front().units, shapes.front().axes});
     };
     const formats::WrittenLandmarks written = write(*format);
     for (const std::string& loss : written.losses) notes.push_back(name + ": " + loss);
-    return written.text;
+    return format->name == "csv" ? as_table(written.text) : written.text;
   }
 };
 
@@ -135,19 +136,19 @@ void write_results(const AtlasResults& found, const AtlasArguments& arguments, c
   std::vector<std::string> of_csv;  // images and the like, which csv does not hold
   staged.write(files.aligned.name, files.aligned.text(aligned, of_csv));
   staged.write("momenta.npy", momenta_npy(results));
-  staged.write("momenta.csv", momenta_csv(results));
-  staged.write("specimens.csv", specimens_csv(results));
-  staged.write("scores.csv", scores_csv(results, results.modes.scores));
-  staged.write("procrustes_scores.csv", scores_csv(results, results.procrustes.modes.scores));
+  staged.write("momenta.csv", as_table(momenta_csv(results)));
+  staged.write("specimens.csv", as_table(specimens_csv(results)));
+  staged.write("scores.csv", as_table(scores_csv(results, results.modes.scores)));
+  staged.write("procrustes_scores.csv", as_table(scores_csv(results, results.procrustes.modes.scores)));
   staged.write("modes.csv", modes_csv(results));
   if (!results.predicted.empty()) {
-    staged.write("predicted.csv", predicted_csv(results));
+    staged.write("predicted.csv", as_table(predicted_csv(results)));
     std::vector<Landmarks> complete = results.complete;
     for (std::size_t i = 0; i < complete.size(); ++i) complete[i].name = results.names[i];
     staged.write(files.complete.name, files.complete.text(complete, of_csv));
   }
-  if (results.regression) staged.write("regression.csv", regression_csv(results));
-  if (results.comparison) staged.write("groups.csv", groups_csv(*results.comparison));
+  if (results.regression) staged.write("regression.csv", as_table(regression_csv(results)));
+  if (results.comparison) staged.write("groups.csv", as_table(groups_csv(*results.comparison)));
   if (!output.no_picture) draw_atlas(results, arguments.modes, output, folder);
   staged.write("report.html",
                atlas_report(results, arguments.modes, output, output.no_picture ? std::filesystem::path() : folder));
@@ -245,7 +246,9 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   if (!ranks::is_first()) return kDone;
   const LossNotice lost(
       fmt::format("interrupted: the statistics are lost, and nothing was written to '{}'", arguments.output.out));
-  results.names = folder_names(shapes, {});
+  for (const Landmarks& shape : shapes) results.names.push_back(shape.name);
+  for (const std::string& note : notes_of_names(shapes))
+    notes.push_back(note + "; landmark tables number them, as in NAME#3");
   find_statistics(results, arguments, shapes, covariate);
   progress.clear();
   results.seconds = seconds_now() - start;

@@ -15,6 +15,7 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 #include "study.hpp"
 #include "summary.hpp"
@@ -34,13 +35,13 @@ std::vector<std::string> write_comparison(const compare::Comparison& comparison,
   StagedFiles staged(output.out);
   const std::string record = comparison_json(comparison, seconds);
   staged.write("comparison.json", record);
-  staged.write("models.csv", models_csv(comparison));
-  staged.write("shapes.csv", shapes_csv(comparison));
-  staged.write("spectrum.csv", spectrum_csv(comparison));
-  staged.write("landmarks.csv", landmarks_csv(comparison));
-  formats::write_landmarks_csv(staged.file("source.csv"), comparison.cohort.source);
-  formats::write_landmark_file(staged.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
-  staged.write("specimens.csv", specimens_csv(shapes));
+  staged.write("models.csv", as_table(models_csv(comparison)));
+  staged.write("shapes.csv", as_table(shapes_csv(comparison)));
+  staged.write("spectrum.csv", as_table(spectrum_csv(comparison)));
+  staged.write("landmarks.csv", as_table(landmarks_csv(comparison)));
+  staged.write("source.csv", as_table(formats::landmarks_csv(comparison.cohort.source)));
+  write_landmarks(staged.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
+  staged.write("specimens.csv", as_table(specimens_csv(shapes)));
   std::vector<std::string> pictures{"comparison"};
   if (has_noise_map(comparison)) pictures.emplace_back("noise_map");
   if (!output.no_picture) {

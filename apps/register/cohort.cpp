@@ -13,6 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "registration_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -71,14 +72,15 @@ Json match(const Landmarks& source, const Landmarks& target, const matching::Reg
   }
 }
 
-SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std::string& name) {
-  SpecimenMatch specimen{.name = name, .source = target.source, .centroid_size = centroid_size(target.points)};
+SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std::string& folder) {
+  SpecimenMatch specimen{
+      .name = target.name, .folder = folder, .source = target.source, .centroid_size = centroid_size(target.points)};
   if (match.contains("error")) {
     match.at("error").get_to(specimen.error);
     return specimen;
   }
   for (const auto& [file, text] : match.items()) specimen.files.emplace_back(file, text.get<std::string>());
-  specimen.registration = records::registration_of(specimen.files.front().second, name);
+  specimen.registration = records::registration_of(specimen.files.front().second, folder);
   return specimen;
 }
 
@@ -86,15 +88,18 @@ SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std:
 CohortMatches matches_in(const records::UnitRun& run) {
   CohortMatches cohort{run.shapes.front(), {}, run.notes, run.seconds};
   const std::vector<Landmarks> targets(run.shapes.begin() + 1, run.shapes.end());
-  const std::vector<std::string> names = folder_names(targets, kCohortFiles);
+  std::vector<std::string> others = kCohortFiles;
+  others.emplace_back("register.partial");
+  const std::vector<std::string> folders = folder_names(targets, others);
   CohortNotes notes;
   for (const auto& [unit, match] : run.results) {
     const auto s = static_cast<std::size_t>(unit);
-    cohort.specimens.push_back(specimen_of(match, targets.at(s), names[s]));
+    cohort.specimens.push_back(specimen_of(match, targets.at(s), folders[s]));
     if (const auto& registration = cohort.specimens.back().registration) notes.add(registration->notes);
   }
   const std::vector<std::string> of_matches = std::move(notes).lines();
   cohort.notes.insert(cohort.notes.end(), of_matches.begin(), of_matches.end());
+  for (std::string& note : notes_of_names(targets)) cohort.notes.push_back(std::move(note));
   cohort.notes = without_repeats(cohort.notes);
   return cohort;
 }
@@ -113,13 +118,13 @@ void write_cohort(const CohortMatches& cohort, const OutputOptions& output) {
   std::vector<std::unique_ptr<StagedFiles>> folders;
   for (const SpecimenMatch& specimen : cohort.specimens) {
     if (!specimen.registration) continue;
-    const std::filesystem::path folder = output.file(specimen.name);
+    const std::filesystem::path folder = output.file(specimen.folder);
     create_output_directory(folder);
     const StagedFiles& files = *folders.emplace_back(std::make_unique<StagedFiles>(folder));
-    for (const auto& [name, text] : specimen.files) files.write(name, text);
+    for (const auto& [name, text] : specimen.files) files.write(name, name.ends_with(".csv") ? as_table(text) : text);
   }
   StagedFiles& merged = *folders.emplace_back(std::make_unique<StagedFiles>(output.out));
-  merged.write("cohort.csv", cohort_csv(cohort));
+  merged.write("cohort.csv", as_table(cohort_csv(cohort)));
   merged.write("cohort.json", record);
   merged.write("report.html", html_report(cohort_report(cohort)));
   output.write_json(record);
@@ -138,9 +143,9 @@ void print_cohort(const CohortMatches& cohort, const OutputOptions& output) {
              cohort.specimens.size(), cohort.failed() > 0 ? fmt::format(", {} FAILED", cohort.failed()) : std::string(),
              cohort.seconds);
   std::vector<std::string> files = kCohortFiles;
-  files.emplace_back("SPECIMEN/registration.json");
-  files.emplace_back("SPECIMEN/residuals.csv");
-  files.emplace_back("SPECIMEN/trajectory.csv");
+  files.emplace_back("FOLDER/registration.json");
+  files.emplace_back("FOLDER/residuals.csv");
+  files.emplace_back("FOLDER/trajectory.csv");
   output.print_written(files, {});
 }
 

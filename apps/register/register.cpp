@@ -17,6 +17,7 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 #include "summary.hpp"
 #include "surface.hpp"
@@ -60,7 +61,7 @@ void write_results(const matching::Registration& registration, const records::Re
   const std::string record = registration_json(registration, facts);
   StagedFiles staged(output.out);
   staged.write("registration.json", record);
-  staged.write("residuals.csv", records::residuals_csv(registration, facts.shares));
+  staged.write("residuals.csv", as_table(records::residuals_csv(registration, facts.shares)));
   staged.write("trajectory.csv", records::trajectory_csv(registration, path));
   draw::RegistrationPicture still = make_registration_picture(registration, path);
   const Underlay underlay(background.image, registration, still, staged, notes);

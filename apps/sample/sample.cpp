@@ -14,6 +14,7 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -156,9 +157,9 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   const bool draws_pictures = !output.no_picture;
   StagedFiles files(output.out);
   files.write("summary.json", record);
-  files.write("draws.csv", draws_csv(draws));
+  files.write("draws.csv", as_table(draws_csv(draws)));
   if (is_tree) {
-    files.write("nodes.csv", nodes_csv(problem, summary));
+    files.write("nodes.csv", as_table(nodes_csv(problem, summary)));
     files.write("nodes.npy", nodes_npy(problem, draws));
   } else {
     files.write("momenta.npy", momenta_npy(problem, draws));

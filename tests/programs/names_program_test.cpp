@@ -224,8 +224,9 @@ TEST_F(Names, AreKeptOrReportedByEveryFormat) {
   EXPECT_THAT(tps.err, HasSubstr("note: shapes.tps: tps cannot hold line breaks and outer blanks of texts"));
   const nlohmann::json info = nlohmann::json::parse(run(words("info shapes.tps --json -")).out);
   for (std::size_t i = 0; i < kNames.size(); ++i)
-    if (kNames[i] == io::trim(kNames[i]) && kNames[i].find('\n') == std::string::npos)
+    if (kNames[i] == io::trim(kNames[i]) && kNames[i].find('\n') == std::string::npos) {
       EXPECT_EQ(info["shapes"][i]["name"], kNames[i]);
+    }
 }
 
 TEST_F(Names, ThatAreNotUtf8AreReadAsWindows1252) {
@@ -246,8 +247,9 @@ TEST_F(Names, ThatAreNotUtf8AreReadAsWindows1252) {
     const ProgramRun done = run(joined(joined(words(verb), files), words("-q --no-picture -o " + verb.substr(0, 5))));
     EXPECT_THAT(done.exit_code, testing::AnyOf(0, 3)) << verb << done.err;
     for (const auto& [name, text] : all_files())
-      if (name.ends_with(".json") || name.ends_with(".csv") || name.ends_with(".html"))
+      if (name.ends_with(".json") || name.ends_with(".csv") || name.ends_with(".html")) {
         EXPECT_TRUE(is_utf8(text)) << name;
+      }
   }
 }
 

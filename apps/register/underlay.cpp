@@ -88,7 +88,7 @@ SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
 }
 
 Underlay::Underlay(const SourceImage& image, const matching::Registration& registration,
-                   draw::RegistrationPicture& picture, const StagedFiles& staged, std::vector<std::string>& notes)
+                   draw::RegistrationPicture& picture, StagedFiles& staged, std::vector<std::string>& notes)
     : staged_(staged) {
   if (image.file.empty() || picture.grid_after.empty()) return;
   const bool y_down = picture.source.y_down || picture.target.y_down;

@@ -98,10 +98,4 @@ void OutputOptions::write_json(const std::string& record) const {
     write_file_atomically(json, record);
 }
 
-void OutputOptions::print_written(std::vector<std::string> files, const std::vector<std::string>& stems) const {
-  const std::vector<std::string> drawn = picture_names(stems);
-  files.insert(files.end(), drawn.begin(), drawn.end());
-  fmt::print("wrote      {}: {}\n", out, fmt::join(files, ", "));
-}
-
 }  // namespace pulson

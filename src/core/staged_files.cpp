@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "atomic_file.hpp"
+#include "paths.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -118,14 +119,11 @@ class StagedFiles::Moves {
 
   void add(const StagedFiles& folder, const std::string& name) {
     const fs::path from = folder.staged_ / name, to = folder.folder_ / name;
-    std::error_code error;
-    const fs::file_status status = fs::status(to, error);
-    if (fs::exists(status) && !fs::is_regular_file(status)) {
+    const fs::path behind = behind_links(to);
+    if (is_there(to) && !is_file(to)) {
       devices_.emplace_back(from, to);
-    } else if (fs::is_symlink(fs::symlink_status(to, error))) {
-      // The file behind a link may be on another file system: a copy beside it is renamed.
-      const fs::path behind = file_to_write(to);
-      const TemporaryFile& copy = *copies_.emplace_back(std::make_unique<TemporaryFile>(behind, to));
+    } else if (behind != to) {  // perhaps on another file system: a copy beside it is renamed
+      const TemporaryFile& copy = *copies_.emplace_back(std::make_unique<TemporaryFile>(to, to));
       write_bytes(copy.path(), contents_of(from), to);
       moves_.push_back({copy.path(), behind, to});
     } else {
@@ -135,8 +133,7 @@ class StagedFiles::Moves {
 
   // A second name of what is there, or, where the file system has none, a copy of it.
   static void keep(Move& move) {
-    std::error_code error;
-    if (!fs::exists(move.to, error)) return;
+    if (!is_there(move.to)) return;
     const fs::path before = move.from.parent_path() / fmt::format(".old-{}", move.from.filename().string());
     if (::link(move.to.c_str(), before.c_str()) != 0) write_bytes(before, contents_of(move.to), move.named);
     move.before = before;

@@ -1,9 +1,6 @@
 #include "staged_files.hpp"
 
-#include <algorithm>
 #include <cerrno>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <system_error>
 
@@ -36,11 +33,6 @@ void remove_abandoned(const fs::path& folder) {
     if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), ignored);
     ::close(descriptor);
   }
-}
-
-std::string contents_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
 void rename_file(const fs::path& from, const fs::path& to, const fs::path& named) {
@@ -95,7 +87,7 @@ class StagedFiles::Moves {
   }
 
   void make() {
-    for (const auto& [from, to] : devices_) write_bytes(to, contents_of(from), to);
+    for (const auto& [from, to] : devices_) write_bytes(to, read_file(from), to);
     try {
       for (Move& move : moves_) {
         keep(move);
@@ -124,7 +116,7 @@ class StagedFiles::Moves {
       devices_.emplace_back(from, to);
     } else if (behind != to) {  // perhaps on another file system: a copy beside it is renamed
       const TemporaryFile& copy = *copies_.emplace_back(std::make_unique<TemporaryFile>(to, to));
-      write_bytes(copy.path(), contents_of(from), to);
+      write_bytes(copy.path(), read_file(from), to);
       moves_.push_back({copy.path(), behind, to});
     } else {
       moves_.push_back({from, to, to});
@@ -135,7 +127,7 @@ class StagedFiles::Moves {
   static void keep(Move& move) {
     if (!is_there(move.to)) return;
     const fs::path before = move.from.parent_path() / fmt::format(".old-{}", move.from.filename().string());
-    if (::link(move.to.c_str(), before.c_str()) != 0) write_bytes(before, contents_of(move.to), move.named);
+    if (::link(move.to.c_str(), before.c_str()) != 0) write_bytes(before, read_file(move.to), move.named);
     move.before = before;
   }
 

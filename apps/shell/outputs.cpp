@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
-#include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -76,8 +75,6 @@ std::filesystem::path OutputOptions::shown_picture(const std::filesystem::path& 
 void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const {
   check_picture_size(width, dpi);
   const std::vector<std::string> drawn = picture_names(stems);
-  if (!no_picture && !draw::Gnuplot::is_installed())
-    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   if (!json.empty() && json != "-") check_output_file(json);
   create_output_directory(out);
   lock = std::make_shared<FolderLock>(out);

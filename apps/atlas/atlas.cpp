@@ -39,7 +39,7 @@ struct ShapeFile {
     }
   }
 
-  std::string text(std::vector<Landmarks> shapes, std::vector<std::string>& notes) const {
+  std::string text(const std::vector<Landmarks>& shapes, std::vector<std::string>& notes) const {
     const auto write = [&](const formats::LandmarkFormat& as) {
       return as.write(name, {as.name, shapes, {}, shapes.front().units, shapes.front().axes});
     };
@@ -218,7 +218,8 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   run.units = options.max_iterations + 2;  // the last round measures the matches
   const std::string fingerprint = unit_fingerprint(run);
   if (arguments.resume) {
-    const bool is_done = ranks::is_first() && !saved && is_done_before(arguments.output.file("atlas.json"), fingerprint);
+    const bool is_done =
+        ranks::is_first() && !saved && is_done_before(arguments.output.file("atlas.json"), fingerprint);
     if (ranks::gather(is_done ? "1" : "") == "1") return kDone;
   }
   const double start = seconds_now();
@@ -238,7 +239,9 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   }
   if (!ranks::is_first()) return kDone;
   RunResults output(arguments.output);
-  results.names = folder_names(shapes, {});
+  for (const Landmarks& shape : shapes) results.names.push_back(shape.name);
+  for (const std::string& note : notes_of_names(shapes))
+    notes.push_back(note + "; landmark tables number them, as in NAME#3");
   find_statistics(results, arguments, shapes, covariate);
   progress.clear();
   results.seconds = seconds_now() - start;

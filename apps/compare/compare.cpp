@@ -41,8 +41,7 @@ void write_comparison(const compare::Comparison& comparison, const compare::Coho
   staged.add("aligned.csv", csv_of("aligned.csv", comparison.cohort.targets));
   staged.add("specimens.csv", specimens_csv(shapes));
   staged.commit("comparison.json", comparison_json(comparison, seconds));
-  staged.draw("comparison",
-              [&](const draw::PictureFiles& files) { write_chart(comparison_chart(comparison), files); });
+  staged.draw("comparison", [&](const draw::PictureFiles& files) { write_chart(comparison_chart(comparison), files); });
   if (has_noise_map(comparison))
     staged.draw("noise_map", [&](const draw::PictureFiles& files) { write_noise_map(comparison, files); });
   std::vector<std::filesystem::path> shown;

@@ -19,6 +19,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -124,7 +125,7 @@ void convert(ConvertArguments arguments) {
   check_output_file(arguments.output);
   formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
-  for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
+  for (std::string& loss : write_landmarks(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   print_notes(notes);
   if (verbosity() != Verbosity::kQuiet)
     fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
@@ -153,6 +154,7 @@ void add_convert_verb(CLI::App& program) {
                    "y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up")
       ->type_name("HEIGHT");
   add_read_options(*verb, arguments->reading);
+  add_table_option(*verb);
   add_quiet_option(*verb);
   verb->footer(
       "A note on standard error lists what OUT cannot hold.\n"

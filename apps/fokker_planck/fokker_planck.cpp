@@ -7,10 +7,12 @@
 
 #include "charts/chart.hpp"
 #include "core/atomic_file.hpp"
+#include "core/csv_table.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 #include "report.hpp"
+#include "shell/json_text.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -102,18 +104,21 @@ std::vector<Estimate> sampled_crossing(const Problem& problem, const FokkerPlanc
 }
 
 std::string crossing_csv(const fokker_planck::PairCrossing& crossing, const std::vector<Estimate>& sampled) {
-  std::string text = sampled.empty() ? "time,probability\n" : "time,probability,sampled,standard_error\n";
+  io::CsvTable table;
+  table.words({"time", "probability"});
+  if (!sampled.empty()) table.words({"sampled", "standard_error"});
+  table.end_row();
   for (std::size_t i = 0; i < crossing.times.size(); ++i) {
-    text += fmt::format("{},{}", crossing.times[i], crossing.curve[i]);
-    if (!sampled.empty()) text += fmt::format(",{},{}", sampled[i].value, sampled[i].standard_error);
-    text += '\n';
+    table.numbers(crossing.times[i], crossing.curve[i]);
+    if (!sampled.empty()) table.numbers(sampled[i].value, sampled[i].standard_error);
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 /// The marginals of (18) at a tenth, a half and the whole of the time, where there is noise.
 std::string densities_csv(const Problem& problem) {
-  std::string text = "landmark,time,q,density\n";
+  io::CsvTable table{"landmark", "time", "q", "density"};
   const PhaseState& state = problem.start.state;
   for (std::size_t a = 0; a < 2; ++a) {
     if (problem.betas.at(a) == 0) continue;
@@ -125,11 +130,11 @@ std::string densities_csv(const Problem& problem) {
       const fokker_planck::NormalLaw law = position_law(pulson, time);
       for (int i = -50; i <= 50; ++i) {
         const double x = law.mean + std::sqrt(law.variance) * i / 10;
-        text += fmt::format("{},{},{},{}\n", a + 1, time, x, law.density(x));
+        table.numbers(a + 1, time, x, law.density(x)).end_row();
       }
     }
   }
-  return text;
+  return std::move(table).take();
 }
 
 /// Whether nearly all of the rise is in the first sixth of the time, which a logarithmic axis shows.
@@ -206,7 +211,7 @@ std::string record_json(const Problem& problem, const FokkerPlanckArguments& arg
                        {"standard_error", sampled.back().standard_error},
                        {"samples", arguments.samples},
                        {"dt", arguments.dt}};
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::vector<std::string> warnings_of(const fokker_planck::PairCrossing& crossing,

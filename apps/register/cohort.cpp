@@ -73,14 +73,15 @@ Json match(const Landmarks& source, const Landmarks& target, const matching::Reg
   }
 }
 
-SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std::string& name) {
-  SpecimenMatch specimen{.name = name, .source = target.source, .centroid_size = centroid_size(target.points)};
+SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std::string& folder) {
+  SpecimenMatch specimen{
+      .name = target.name, .folder = folder, .source = target.source, .centroid_size = centroid_size(target.points)};
   if (match.contains("error")) {
     match.at("error").get_to(specimen.error);
     return specimen;
   }
   for (const auto& [file, text] : match.items()) specimen.files.emplace_back(file, text.get<std::string>());
-  specimen.registration = records::registration_of(specimen.files.front().second, name);
+  specimen.registration = records::registration_of(specimen.files.front().second, folder);
   return specimen;
 }
 
@@ -88,15 +89,18 @@ SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std:
 CohortMatches matches_in(const records::UnitRun& run) {
   CohortMatches cohort{run.shapes.front(), {}, run.notes, run.seconds};
   const std::vector<Landmarks> targets(run.shapes.begin() + 1, run.shapes.end());
-  const std::vector<std::string> names = folder_names(targets, kCohortFiles);
+  std::vector<std::string> others = kCohortFiles;
+  others.emplace_back("register.partial");
+  const std::vector<std::string> folders = folder_names(targets, others);
   CohortNotes notes;
   for (const auto& [unit, match] : run.results) {
     const auto s = static_cast<std::size_t>(unit);
-    cohort.specimens.push_back(specimen_of(match, targets.at(s), names[s]));
+    cohort.specimens.push_back(specimen_of(match, targets.at(s), folders[s]));
     if (const auto& registration = cohort.specimens.back().registration) notes.add(registration->notes);
   }
   const std::vector<std::string> of_matches = std::move(notes).lines();
   cohort.notes.insert(cohort.notes.end(), of_matches.begin(), of_matches.end());
+  for (std::string& note : notes_of_names(targets)) cohort.notes.push_back(std::move(note));
   cohort.notes = without_repeats(cohort.notes);
   return cohort;
 }
@@ -114,7 +118,7 @@ void write_cohort(const CohortMatches& cohort, const std::string& fingerprint, R
   std::vector<StagedFiles*> folders;
   for (const SpecimenMatch& specimen : cohort.specimens) {
     if (!specimen.registration) continue;
-    const std::filesystem::path folder = output.file(specimen.name);
+    const std::filesystem::path folder = output.file(specimen.folder);
     create_output_directory(folder);
     RecordFiles& files = *specimens.emplace_back(std::make_unique<RecordFiles>(folder));
     for (const auto& [name, text] : specimen.files)
@@ -124,7 +128,7 @@ void write_cohort(const CohortMatches& cohort, const std::string& fingerprint, R
   }
   results.add("cohort.csv", cohort_csv(cohort));
   results.commit("cohort.json", cohort_json(cohort), {{"run", fingerprint}}, folders);
-  results.name_written({"SPECIMEN/registration.json", "SPECIMEN/residuals.csv", "SPECIMEN/trajectory.csv"});
+  results.name_written({"FOLDER/registration.json", "FOLDER/residuals.csv", "FOLDER/trajectory.csv"});
   results.add_page([&] { return cohort_report(cohort); });
   results.finish();
 }

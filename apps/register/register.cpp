@@ -66,12 +66,11 @@ void write_results(const matching::Registration& registration, const records::Re
   StagedFiles scratch(results.output().out);
   const Underlay underlay(background.image, registration, still, scratch, notes);
   add_surface(background.surface, registration, path, still, notes);
-  const auto picture = results.draw(
-      "registration", [&](const draw::PictureFiles& files) { write_registration_picture(still, files); });
+  const auto picture =
+      results.draw("registration", [&](const draw::PictureFiles& files) { write_registration_picture(still, files); });
   if (!facts.homotopy.empty())
-    results.draw("homotopy", [&](const draw::PictureFiles& files) {
-      write_homotopy_picture(facts.homotopy, registration, files);
-    });
+    results.draw("homotopy",
+                 [&](const draw::PictureFiles& files) { write_homotopy_picture(facts.homotopy, registration, files); });
   results.add_page([&] {
     return registration_report(registration, path, facts, without_repeats(notes), picture, {underlay.aligned(), still});
   });
@@ -161,7 +160,8 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy");
   arguments.output.check(files, pictures);
   std::optional<LossNotice> lost(
-      std::in_place, fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
+      std::in_place,
+      fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
   if (arguments.homotopy) require_homotopy(source, target, options);
   const std::optional<inference::FittedParameters> fitted =
       fit_first(source, {target}, arguments.fit, options, progress);

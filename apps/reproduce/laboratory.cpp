@@ -10,6 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "shell/tables.hpp"
 
 namespace pulson {
 
@@ -77,7 +78,7 @@ void Laboratory::show(const std::string& what) const {
 }
 
 std::string Laboratory::write_csv(const std::string& name, const std::string& text) const {
-  write_file_atomically(options_.out / name, text);
+  write_file_atomically(options_.out / name, as_table(text));
   return name;
 }
 

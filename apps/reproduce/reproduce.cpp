@@ -8,6 +8,7 @@
 #include "pulson/core/version.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -132,6 +133,7 @@ void add_reproduce_verb(CLI::App& program, int& exit_code) {
   add_seed_option(*verb, arguments->seed);
   add_threads_option(*verb);
   verb->add_flag("--no-picture", arguments->no_picture, "do not draw");
+  add_table_option(*verb);
   add_quiet_option(*verb);
   verb->footer(
       "Examples:\n"

@@ -1,15 +1,17 @@
 #include "record.hpp"
 
 #include <cmath>
-#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/csv_table.hpp"
 #include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "shell/json_text.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
@@ -76,10 +78,14 @@ Json tree_rows(const inference::PosteriorProblem& problem) {
 
 Json models(const inference::PosteriorProblem& problem) {
   const matching::MatchingProblem& first = problem.specimens.front();
-  Json names = Json::array();
-  for (const Landmarks& target : problem.targets) names.push_back(target.source);
+  Json addresses = Json::array(), names = Json::array();
+  for (const Landmarks& target : problem.targets) {
+    addresses.push_back(target.source);
+    names.push_back(target.name);
+  }
   return {{"source", problem.sources.front().source},
-          {"targets", std::move(names)},
+          {"targets", std::move(addresses)},
+          {"specimens", std::move(names)},
           {"kernel", first.system.kernel.spec()},
           {"noise", first.system.noise->spec()},
           {"integrator", first.integrator->name()},
@@ -165,7 +171,7 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);
   json["version"] = version();
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string ensemble_json(const inference::PosteriorProblem& problem, const inference::EnsembleKalmanOptions& options,
@@ -189,21 +195,21 @@ std::string ensemble_json(const inference::PosteriorProblem& problem, const infe
   json["seed"] = options.seed;
   json["notes"] = in_option_words(notes);
   json["version"] = version();
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string draws_csv(const inference::PosteriorDraws& draws) {
-  std::string text =
-      fmt::format("chain,draw,{}{}log_likelihood\n", fmt::join(draws.names, ","), draws.names.empty() ? "" : ",");
+  io::CsvTable table;
+  table.words({"chain", "draw"});
+  for (const std::string& name : draws.names) table.word(name);
+  table.word("log_likelihood").end_row();
   for (int c = 0; c < draws.chains; ++c)
     for (int i = 0; i < draws.draws; ++i) {
       const Index column = static_cast<Index>(i) * draws.chains + c;
-      fmt::format_to(std::back_inserter(text), "{},{},", c + 1, i + 1);
-      for (Index j = 0; j < draws.parameters.rows(); ++j)
-        fmt::format_to(std::back_inserter(text), "{},", draws.parameters(j, column));
-      fmt::format_to(std::back_inserter(text), "{}\n", draws.log_likelihood[column]);
+      table.numbers(c + 1, i + 1).numbers(draws.parameters.col(column));
+      table.number(draws.log_likelihood[column]).end_row();
     }
-  return text;
+  return std::move(table).take();
 }
 
 namespace {
@@ -243,19 +249,20 @@ std::string paths_npy(const inference::PosteriorProblem& problem, const inferenc
 }
 
 std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
-  std::string text = "node,parent,observed,landmark,axis,mean,sd,q05,q50,q95,rhat,ess_bulk\n";
+  io::CsvTable table{"node", "parent", "observed", "landmark", "axis", "mean",
+                     "sd",   "q05",    "q50",      "q95",      "rhat", "ess_bulk"};
   const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
   for (std::size_t b = 0; b < summary.ends.size(); ++b) {
     const inference::Branch& branch = problem.tree[b];
     const std::string parent = branch.parent < 0 ? "" : node_name(problem, static_cast<std::size_t>(branch.parent));
     for (std::size_t i = 0; i < summary.ends[b].size(); ++i) {
       const inference::DrawSummary& at = summary.ends[b][i];
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                     io::csv_quoted(node_name(problem, b)), io::csv_quoted(parent), branch.data ? 1 : 0, i / d + 1,
-                     "xyz"[i % d], at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk);
+      table.text(node_name(problem, b)).text(parent).numbers(branch.data ? 1 : 0, i / d + 1);
+      table.word(io::kAxisLetters.substr(i % d, 1));
+      table.numbers(at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk).end_row();
     }
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string nodes_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
@@ -290,7 +297,7 @@ std::string calibration_json(const inference::PosteriorProblem& problem, const i
   json.update(models(problem));
   json.update(sampler_settings(options.sampler));
   json["version"] = version();
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 }  // namespace pulson

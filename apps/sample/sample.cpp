@@ -173,9 +173,8 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
     files.add("paths.npy", paths_npy(problem, draws));
   }
   files.commit("summary.json", record, {{"run", saved.fingerprint()}});
-  files.draw("paths", [&](const draw::PictureFiles& drawn) {
-    write_paths_picture(problem, draws, shown_path(problem), drawn);
-  });
+  files.draw("paths",
+             [&](const draw::PictureFiles& drawn) { write_paths_picture(problem, draws, shown_path(problem), drawn); });
   files.draw("chains",
              [&](const draw::PictureFiles& drawn) { write_chart(chains_chart(problem, draws, summary), drawn); });
   files.add_page([&] {

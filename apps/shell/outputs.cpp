@@ -8,6 +8,7 @@
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "tables.hpp"
 
 namespace pulson {
 
@@ -31,6 +32,7 @@ void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
       ->capture_default_str();
   verb.add_option("--width", width, "width of the pictures in mm [about 420]")->type_name("NUMBER");
   verb.add_option("--dpi", dpi, "pixels per inch of png pictures")->type_name("NUMBER")->capture_default_str();
+  add_table_option(verb);
   add_quiet_option(verb);
 }
 

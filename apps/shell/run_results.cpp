@@ -9,6 +9,7 @@
 #include "core/checksum.hpp"
 #include "pulson/core/errors.hpp"
 #include "ranks.hpp"
+#include "tables.hpp"
 
 namespace pulson {
 namespace {
@@ -29,6 +30,8 @@ std::string with_keys(std::string record, const Json& keys) {
 }  // namespace
 
 void RecordFiles::add(const std::string& name, std::string_view contents) {
+  std::string table;
+  if (name.ends_with(".csv")) contents = table = as_table(std::string(contents));
   staged_.write(name, contents);
   checksums_[name] = {{"bytes", contents.size()}, {"crc32", crc32_text(contents)}};
   names_.push_back(name);

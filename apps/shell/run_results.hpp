@@ -24,7 +24,7 @@ class RecordFiles {
   /// @throws InputError if nothing can be written in `folder`
   explicit RecordFiles(const std::filesystem::path& folder) : staged_(folder) {}
 
-  /// @throws InputError if it cannot be written
+  /// A table, of which as_table() is written, or an array. @throws InputError if it cannot be written
   void add(const std::string& name, std::string_view contents);
 
   /// Adds the record, a JSON object, after all others. @return its text, with the checksums
@@ -40,8 +40,9 @@ class RecordFiles {
   std::vector<std::string> names_;
 };
 
-/// The results of a run: its numbers first, all or none; then what shows them, each as far as it can be made, so that no
-/// picture decides over a number. A signal meanwhile is obeyed once the numbers are written: what follows is left out.
+/// The results of a run: its numbers first, all or none; then what shows them, each as far as it can be made, so that
+/// no picture decides over a number. A signal meanwhile is obeyed once the numbers are written: what follows is left
+/// out.
 ///
 ///     RunResults results(output);
 ///     results.add("table.csv", …);

@@ -28,8 +28,9 @@ constexpr double kPartForSaving = 0.01;
 constexpr double kSecondsBetweenSaves = 10;
 
 // On which no result depends.
-const std::vector<std::string> kKeysOfOutput = {"out",   "json",    "no-picture", "pictures", "width", "dpi",
-                                                "quiet", "verbose", "threads",    "shard",    "resume"};
+const std::vector<std::string> kKeysOfOutput = {"out",     "json",  "no-picture", "pictures",
+                                                "width",   "dpi",   "quiet",      "verbose",
+                                                "threads", "shard", "resume",     "spreadsheet-safe"};
 
 }  // namespace
 

@@ -17,6 +17,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/outputs.hpp"
+#include "shell/tables.hpp"
 
 namespace pulson {
 namespace {
@@ -120,6 +121,7 @@ void WarpArguments::add_to(CLI::App& verb) {
   add(nullptr, "-o,--out", out, "the warped image; or landmarks, in the format of its extension", "FILE")->required();
   add(nullptr, "--json", json, "write the numbers to this file; -: to standard output, with nothing else printed there",
       "FILE");
+  add_table_option(verb);
   add_quiet_option(verb);
   verb.add_flag("--inverse", inverse, "map from target to source");
   only_known(add(nullptr, "--labels", labels,

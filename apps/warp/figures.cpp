@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.hpp"
 #include "register/picture.hpp"
+#include "shell/json_text.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {
@@ -131,7 +132,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
       json["seed"] = arguments.seed;
     }
   }
-  return json.dump(1) + "\n";
+  return json_text(json, 1);
 }
 
 void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {

@@ -11,6 +11,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/tables.hpp"
 
 namespace pulson {
 namespace {
@@ -78,7 +79,7 @@ WarpFigures warp_points(const warp::MaterialFlow& flow, const matching::Registra
     shape.image.clear();
     shape.scale.reset();
   }
-  for (std::string& loss : write_landmark_file(arguments.out, file)) notes.push_back(std::move(loss));
+  for (std::string& loss : write_landmarks(arguments.out, file)) notes.push_back(std::move(loss));
   print_notes(notes);
 
   WarpFigures figures;

@@ -121,7 +121,7 @@ std::string with_decimal_point(std::string_view text) {
 
 std::string csv_quoted(std::string_view text) {
   std::string field = "\"";
-  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+  for (const char c : text) field.append(c == '"' ? 2 : 1, c);
   return field + '"';
 }
 

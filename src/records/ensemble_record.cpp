@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
-#include <fmt/format.h>
-
-#include "csv_rows.hpp"
+#include "core/csv_table.hpp"
+#include "core/text.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/records/records.hpp"
@@ -75,9 +75,10 @@ void for_each_coordinate(const EnsembleRun& run, const Visit& visit) {
     if (run.sums.moments[record].count == 0) continue;
     for (Eigen::Index i = 0; i < 2 * q.size(); ++i) {
       const Eigen::Index within = i % q.size();
-      visit(record, i,
-            fmt::format("{},{},{},{}", run.options.grid.at(run.options.records[record]), within / q.rows() + 1,
-                        i < q.size() ? 'q' : 'p', "xyz"[within % q.rows()]));
+      io::CsvTable place;
+      place.numbers(run.options.grid.at(run.options.records[record]), within / q.rows() + 1);
+      place.words({i < q.size() ? "q" : "p", io::kAxisLetters.substr(static_cast<std::size_t>(within % q.rows()), 1)});
+      visit(record, i, std::move(place).take());
     }
   }
 }
@@ -117,22 +118,25 @@ std::string ensemble_json(const EnsembleRun& run) {
 }
 
 std::string ensemble_means_csv(const EnsembleRun& run) {
-  std::string text = "time,landmark,quantity,axis,mean,standard_error,standard_deviation,q05,q25,q50,q75,q95\n";
+  io::CsvTable table{"time", "landmark", "quantity", "axis", "mean", "standard_error", "standard_deviation",
+                     "q05",  "q25",      "q50",      "q75",  "q95"};
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
     const ensemble::Moments& moments = run.sums.moments[record];
-    text += place;
-    append_values(text, std::array{moments.mean[i], run.sums.mean_error(record)[i], std::sqrt(moments.variance()[i])});
+    table.cells(place);
+    table.numbers(moments.mean[i], run.sums.mean_error(record)[i], std::sqrt(moments.variance()[i]));
     const auto& histograms = run.sums.histograms[record];
     for (const double probability : kQuantiles)
-      text +=
-          histograms.empty() ? "," : fmt::format(",{}", histograms[static_cast<std::size_t>(i)].quantile(probability));
-    text += '\n';
+      if (histograms.empty())
+        table.empty();
+      else
+        table.number(histograms[static_cast<std::size_t>(i)].quantile(probability));
+    table.end_row();
   });
-  return text;
+  return std::move(table).take();
 }
 
 std::string ensemble_densities_csv(const EnsembleRun& run) {
-  std::string text = "time,landmark,quantity,axis,low,high,density\n";
+  io::CsvTable table{"time", "landmark", "quantity", "axis", "low", "high", "density"};
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
     const std::vector<int>& wanted = run.densities;
     if (std::find(wanted.begin(), wanted.end(), run.options.records[record]) == wanted.end()) return;
@@ -146,12 +150,11 @@ std::string ensemble_densities_csv(const EnsembleRun& run) {
       // The outer bins hold what lies outside, too.
       if (bin == 0) low = std::min(low, histogram.smallest);
       if (bin + 1 == histogram.counts.size()) high = std::max(high, histogram.largest);
-      text += place;
-      append_values(text, std::array{low, high, static_cast<double>(histogram.counts[bin]) / (total * (high - low))});
-      text += '\n';
+      table.cells(place);
+      table.numbers(low, high, static_cast<double>(histogram.counts[bin]) / (total * (high - low))).end_row();
     }
   });
-  return text;
+  return std::move(table).take();
 }
 
 }  // namespace pulson::records

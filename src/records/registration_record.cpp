@@ -343,20 +343,20 @@ namespace {
 
 // One column, or one for each axis: rows are landmarks.
 struct Column {
-  std::string names;  // with a comma before each
+  std::string name;
+  bool of_axes;
   Eigen::MatrixXd values;
 };
 
 std::vector<Column> residual_columns(const matching::Registration& registration,
                                      const matching::LandmarkShares& shares) {
-  const Eigen::Index d = registration.result.rows();
   const bool landmarks = registration.data.kind == matching::DataKind::kLandmarks;
   std::vector<Column> columns;
   const auto vectors = [&](const char* name, const Points& values) {
-    if (values.size() > 0) columns.push_back({axis_names(name, d), values.transpose()});
+    if (values.size() > 0) columns.push_back({name, true, values.transpose()});
   };
   const auto numbers = [&](const char* name, const Eigen::VectorXd& values) {
-    if (values.size() > 0) columns.push_back({std::string(",") + name, values});
+    if (values.size() > 0) columns.push_back({name, false, values});
   };
   if (landmarks) vectors("target", registration.target.points);
   vectors("result", registration.result);
@@ -380,24 +380,34 @@ std::vector<Column> residual_columns(const matching::Registration& registration,
 
 std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares) {
   const std::vector<Column> columns = residual_columns(registration, shares);
-  std::string text = "landmark,label";
-  for (const Column& column : columns) text += column.names;
-  text += "\n";
+  const std::vector<std::string>& labels = registration.source.labels;
+  io::CsvTable table;
+  table.words({"landmark", "label"});
+  for (const Column& column : columns)
+    if (column.of_axes)
+      add_axis_names(table, column.name, registration.result.rows());
+    else
+      table.word(column.name);
+  table.end_row();
   for (int a = 0; a < registration.source.count(); ++a) {
-    const std::vector<std::string>& labels = registration.source.labels;
-    text += fmt::format("{},{}", registration.source.number(a),
-                        labels.empty() ? "" : io::csv_quoted(labels[static_cast<std::size_t>(a)]));
-    for (const Column& column : columns)
-      for (const double value : column.values.row(a)) text += std::isnan(value) ? ",NA" : fmt::format(",{}", value);
-    text += "\n";
+    table.number(registration.source.number(a));
+    if (labels.empty())
+      table.empty();
+    else
+      table.text(labels[static_cast<std::size_t>(a)]);
+    for (const Column& column : columns) table.numbers(column.values.row(a));
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string trajectory_csv(const matching::Registration& registration, const Trajectory& path) {
-  std::string text = "step,time,landmark" + state_names(registration.result.rows()) + "\n";
-  append_states(text, path, "", 1, registration.source.numbers);
-  return text;
+  io::CsvTable table;
+  table.words({"step", "time", "landmark"});
+  add_state_names(table, registration.result.rows());
+  table.end_row();
+  add_states(table, path, "", 1, registration.source.numbers);
+  return std::move(table).take();
 }
 
 }  // namespace pulson::records

@@ -9,6 +9,7 @@
 #include "core/text.hpp"
 #include "picture.hpp"
 #include "pulson/core/version.hpp"
+#include "records/record_text.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -82,7 +83,7 @@ std::string cohort_json(const CohortMatches& cohort) {
             {"seconds", cohort.seconds},
             {"version", version()}};
   for (const SpecimenMatch& specimen : cohort.specimens) json["specimens"].push_back(specimen_json(specimen));
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 namespace {

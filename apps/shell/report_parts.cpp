@@ -36,7 +36,9 @@ std::string short_number(double value) {
 }
 
 std::string conservation(double error) {
-  return error == 0 ? "conserved exactly" : fmt::format("conserved to {:.1e}", error);
+  constexpr double kMoreThanRounding = 1e-3;  // of the momenta: rounding adds up to 1e-8 in a million steps
+  if (error == 0) return "conserved exactly";
+  return fmt::format(error <= kMoreThanRounding ? "conserved to {:.1e}" : "not conserved: it changes by {:.1e}", error);
 }
 
 std::string count_in_words(std::int64_t count, const std::string& one, const std::string& several) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "records/record_text.hpp"
 #include "register/picture.hpp"
 #include "shell/messages.hpp"
 
@@ -131,7 +132,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
       json["seed"] = arguments.seed;
     }
   }
-  return json.dump(1) + "\n";
+  return records::require_finite(json).dump(1) + "\n";
 }
 
 void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/core.h>
+
 #include "amplitudes.hpp"
+#include "core/text.hpp"
 #include "fitter.hpp"
 #include "forward_samples.hpp"
+#include "posterior.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -16,9 +20,30 @@ double CohortFit::score() const {
   return log_evidence - 0.5 * static_cast<double>(fitted.size()) * std::log(static_cast<double>(shapes.size()));
 }
 
+namespace {
+
+// Momenta and noise have priors; numbers that are fitted have none.
+void require_determined_numbers(const Cohort& cohort, const std::string& name, const OpenNoise& noise,
+                                const CohortSettings& settings) {
+  const double sigma = settings.sigma.in(diameter(cohort.source.points));
+  const std::size_t numbers = noise.open.size() + (settings.lambda ? 0 : 1) + (settings.fit_width ? 1 : 0);
+  std::size_t coordinates = 0;
+  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s)
+    coordinates += static_cast<std::size_t>(observe(cohort, s, sigma).count());
+  if (numbers == 0 || numbers < coordinates) return;
+  throw InputError(fmt::format(
+      "noise '{}' is undetermined: it has {} to fit, and there {} {} observed beyond the alignment; give "
+      "more shapes or landmarks, or numbers in place of those to fit",
+      name, io::counted(numbers, "number"), coordinates == 1 ? "is" : "are", io::counted(coordinates, "coordinate")));
+}
+
+}  // namespace
+
 CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings) {
   const SerialBlas serial;
-  return Fitter(cohort, make_open_noise(noise, cohort.source), settings).run();
+  const OpenNoise open = make_open_noise(noise, cohort.source);
+  require_determined_numbers(cohort, noise.spec(), open, settings);
+  return Fitter(cohort, open, settings).run();
 }
 
 int sufficient_steps(const Cohort& cohort, CohortSettings settings) {

@@ -121,7 +121,7 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
                                 {"flipped_triangles", estimate(paths->flipped_triangles)},
                                 {"matched", paths->matched},
                                 {"converged", paths->converged}};
-  json["spectrum"] = numbers(model.spectrum);
+  json["spectrum"] = defined_or_null(numbers(model.spectrum));
   json["noise_way"] = numbers(model.noise_displacement);
   json["lost_samples"] = model.lost_samples;
   return json;

@@ -250,6 +250,13 @@ std::string paths_npy(const inference::PosteriorProblem& problem, const inferenc
        static_cast<std::size_t>(source.count()), static_cast<std::size_t>(source.dimension())});
 }
 
+namespace {
+
+// As R reads it.
+std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "NA"; }
+
+}  // namespace
+
 std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
   std::string text = "node,parent,observed,landmark,axis,mean,sd,q05,q50,q95,rhat,ess_bulk\n";
   const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
@@ -260,7 +267,8 @@ std::string nodes_csv(const inference::PosteriorProblem& problem, const Posterio
       const inference::DrawSummary& at = summary.ends[b][i];
       fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{}\n",
                      io::csv_quoted(node_name(problem, b)), io::csv_quoted(parent), branch.data ? 1 : 0, i / d + 1,
-                     "xyz"[i % d], at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk);
+                     "xyz"[i % d], at.mean, at.sd, at.q05, at.q50, at.q95, csv_number(at.rhat),
+                     csv_number(at.ess_bulk));
     }
   }
   return text;

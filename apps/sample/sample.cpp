@@ -10,6 +10,7 @@
 #include "arguments.hpp"
 #include "calibration.hpp"
 #include "core/atomic_file.hpp"
+#include "core/determined.hpp"
 #include "ensemble_kalman.hpp"
 #include "picture.hpp"
 #include "report.hpp"
@@ -139,6 +140,19 @@ class SavedChains {
   SavingPace pace_;
 };
 
+// θ have priors, which would be all that is seen of them where data are fewer.
+void require_determined_theta(const inference::PosteriorProblem& problem, const std::string& align) {
+  const Eigen::Index d = problem.sources.front().dimension();
+  const AlignmentKind kind = align != "auto"                   ? parse_alignment(align)
+                             : d == 1 || !problem.tree.empty() ? AlignmentKind::kNone
+                                                               : AlignmentKind::kSimilarity;
+  Eigen::Index coordinates = 0;
+  for (const Landmarks& target : problem.targets)
+    coordinates += target.points.array().isFinite().count() - alignment_parameters(kind, d);
+  require_determined_parameters("the parameters are", std::ssize(problem.parameters), coordinates,
+                                "give fewer --parameters, or none, or more shapes");
+}
+
 int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,
                   std::vector<std::string> notes) {
   const inference::PosteriorProblem problem = arguments.problem(shapes, notes);
@@ -147,6 +161,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   const std::vector<std::string>& files_written = is_tree ? kTreeFiles : kSampleFiles;
   output.check(files_written, kSamplePictures);
   SavedChains saved(arguments, shapes, settings);
+  require_determined_theta(problem, arguments.align);
   Progress progress;
   std::mutex turn;
   inference::SamplerOptions options = arguments.sampler;

@@ -38,7 +38,9 @@ std::string short_number(double value) {
 std::string conservation(double error) {
   constexpr double kMoreThanRounding = 1e-3;  // of the momenta: rounding adds up to 1e-8 in a million steps
   if (error == 0) return "conserved exactly";
-  return fmt::format(error <= kMoreThanRounding ? "conserved to {:.1e}" : "not conserved: it changes by {:.1e}", error);
+  if (!std::isfinite(error)) return "undetermined: it left the range of numbers";
+  if (error <= kMoreThanRounding) return fmt::format("conserved to {:.1e}", error);
+  return fmt::format("not conserved: it changes by {:.1e}", error);
 }
 
 std::string count_in_words(std::int64_t count, const std::string& one, const std::string& several) {

@@ -112,11 +112,8 @@ void require_determined_model(const Atlas& atlas, const CohortFitOptions& fit) {
   Index coordinates = -d * atlas.mean.points.cols() + parameters;
   for (const AtlasSpecimen& specimen : atlas.specimens)
     coordinates += d * std::ssize(observed_landmarks(specimen.shape.points)) - parameters;
-  if (open == 0 || open < coordinates) return;
-  throw InputError(fmt::format(
-      "kernel, lambda and sigma are undetermined: {} of them are to be fitted, and {} observed beyond the "
-      "mean and the alignment; give their numbers, or more shapes",
-      open, coordinates == 1 ? "1 coordinate is" : fmt::format("{} coordinates are", std::max<Index>(0, coordinates))));
+  require_determined_parameters("kernel, lambda and sigma are", open, coordinates,
+                                "give them as numbers, or more shapes");
 }
 
 // Kernel, λ and σ, where they are not given.

@@ -6,7 +6,7 @@
 #include <fmt/core.h>
 
 #include "amplitudes.hpp"
-#include "core/text.hpp"
+#include "core/determined.hpp"
 #include "fitter.hpp"
 #include "forward_samples.hpp"
 #include "posterior.hpp"
@@ -26,15 +26,11 @@ namespace {
 void require_determined_numbers(const Cohort& cohort, const std::string& name, const OpenNoise& noise,
                                 const CohortSettings& settings) {
   const double sigma = settings.sigma.in(diameter(cohort.source.points));
-  const std::size_t numbers = noise.open.size() + (settings.lambda ? 0 : 1) + (settings.fit_width ? 1 : 0);
-  std::size_t coordinates = 0;
-  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s)
-    coordinates += static_cast<std::size_t>(observe(cohort, s, sigma).count());
-  if (numbers == 0 || numbers < coordinates) return;
-  throw InputError(fmt::format(
-      "noise '{}' is undetermined: it has {} to fit, and there {} {} observed beyond the alignment; give "
-      "more shapes or landmarks, or numbers in place of those to fit",
-      name, io::counted(numbers, "number"), coordinates == 1 ? "is" : "are", io::counted(coordinates, "coordinate")));
+  const Eigen::Index numbers = std::ssize(noise.open) + (settings.lambda ? 0 : 1) + (settings.fit_width ? 1 : 0);
+  Eigen::Index coordinates = 0;
+  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s) coordinates += observe(cohort, s, sigma).count();
+  require_determined_parameters(fmt::format("noise '{}' is", name), numbers, coordinates,
+                                "give more shapes or landmarks, or numbers such as lambda");
 }
 
 }  // namespace

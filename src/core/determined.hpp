@@ -22,4 +22,11 @@ bool is_determined(const Points& source, const Points& target, AlignmentKind kin
 void require_determined(const Points& source, const Points& target, AlignmentKind kind, std::string_view shape,
                         const Eigen::VectorXd& weights = {});
 
+/// Parameters that are fitted need more coordinates than there are of them; momenta and noise have priors, and need
+/// none.
+/// @param what as in "the parameters are", @param coordinates observed ones, less alignment_parameters() of each shape
+/// @param remedy as in "give fewer parameters" @throws InputError where they are undetermined
+void require_determined_parameters(std::string_view what, Eigen::Index parameters, Eigen::Index coordinates,
+                                   std::string_view remedy);
+
 }  // namespace pulson

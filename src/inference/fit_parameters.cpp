@@ -6,10 +6,10 @@
 
 #include <fmt/core.h>
 
+#include "core/determined.hpp"
 #include "inference/log_maximum.hpp"
 #include "matching/model_parameters.hpp"
 #include "matching/registration_problem.hpp"
-#include "parameters.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/objective.hpp"
@@ -59,7 +59,8 @@ class Fit {
     }
     Index coordinates = 0;
     for (const Landmarks& target : targets) coordinates += free_coordinates(make_problem(source, target, options));
-    require_determined_parameters(std::ssize(places_), coordinates, "fitted");
+    require_determined_parameters("the parameters are", std::ssize(places_), coordinates,
+                                  "fit fewer, or to more shapes");
   }
 
   FittedParameters run() {

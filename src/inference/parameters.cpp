@@ -5,9 +5,7 @@
 
 #include <fmt/core.h>
 
-#include "core/text.hpp"
 #include "matching/model_parameters.hpp"
-#include "matching/registration_problem.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::inference {
@@ -25,8 +23,7 @@ AllParameters all_parameters(const matching::RegistrationProblem& problem,
   const matching::ModelParameters parameters(problem, options);
   return {parameters.names(),
           {parameters.values().begin(), parameters.values().end()},
-          std::ssize(problem.matching.system.kernel.terms()),
-          0};
+          std::ssize(problem.matching.system.kernel.terms())};
 }
 
 bool names_place(const std::string& asked, const std::string& full) {
@@ -63,15 +60,6 @@ std::vector<std::string> every_parameter(const AllParameters& all) {
   return names;
 }
 
-void require_determined_parameters(Index parameters, Index coordinates, std::string_view how) {
-  if (parameters == 0 || parameters < coordinates) return;
-  throw InputError(
-      fmt::format("the parameters are undetermined: {} {} {}, and {} observed beyond the alignment; give "
-                  "fewer parameters, none, or more shapes",
-                  io::counted(static_cast<std::size_t>(parameters), "parameter"), parameters == 1 ? "is" : "are", how,
-                  coordinates == 1 ? "1 coordinate is" : fmt::format("{} coordinates are", coordinates)));
-}
-
 PosteriorProblem make_specimens(const Landmarks& source, const std::vector<Landmarks>& targets,
                                 matching::RegistrationOptions options, AllParameters& all) {
   if (targets.empty()) throw InputError("there is no target");
@@ -80,10 +68,8 @@ PosteriorProblem make_specimens(const Landmarks& source, const std::vector<Landm
   options.uncertainty = true;  // so that the mode is that of probabilities
   if (options.integrator == "auto") options.integrator = "heun";
   PosteriorProblem problem;
-  Index coordinates = 0;
   for (const Landmarks& target : targets) {
     matching::RegistrationProblem made = make_problem(source, target, options);
-    coordinates += free_coordinates(made);
     if (problem.specimens.empty()) {
       all = all_parameters(made, options);
       options.kernel = made.matching.system.kernel;
@@ -97,7 +83,6 @@ PosteriorProblem make_specimens(const Landmarks& source, const std::vector<Landm
     problem.sources.push_back(std::move(made.source));
     problem.targets.push_back(std::move(made.target));
   }
-  all.coordinates = coordinates;
   return problem;
 }
 
@@ -110,7 +95,6 @@ void add_priors(PosteriorProblem& problem, const AllParameters& all, const std::
         throw InputError(fmt::format("{} is to be sampled twice", quoted_line(all.names[i])));
   }
   static_cast<void>(ParameterSpace(problem));
-  require_determined_parameters(std::ssize(problem.parameters), all.coordinates, "sampled");
 }
 
 PosteriorProblem make_posterior_problem(const Landmarks& source, const std::vector<Landmarks>& targets,

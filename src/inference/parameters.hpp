@@ -22,11 +22,7 @@ struct AllParameters {
   std::vector<std::string> names;
   std::vector<double> values;
   Eigen::Index kernel_terms = 0;
-  Eigen::Index coordinates = 0;  ///< free_coordinates() of all targets
 };
-
-/// @param how as in "sampled", for the message @throws InputError where parameters are no fewer than the coordinates
-void require_determined_parameters(Eigen::Index parameters, Eigen::Index coordinates, std::string_view how);
 
 /// make_posterior_problem() but for the parameters. @param all all that there are
 PosteriorProblem make_specimens(const Landmarks& source, const std::vector<Landmarks>& targets,

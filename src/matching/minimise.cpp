@@ -76,7 +76,7 @@ std::string solver_name(Solver solver) { return kSolverNames.name(solver); }
 double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
   const double size = gradient.norm();
   const double scale = z.norm() + (gradient - z).norm();
-  if (!std::isfinite(size) || !std::isfinite(scale)) return std::numeric_limits<double>::infinity();
+  if (!std::isfinite(size) || !std::isfinite(scale)) return std::numeric_limits<double>::max();  // no minimum
   // Identical shapes: z = 0, r = 0, and nothing to do.
   return scale > 1e-12 ? size / scale : 0;
 }

@@ -113,7 +113,7 @@ std::string ensemble_json(const EnsembleRun& run) {
   const ensemble::PathCounts& paths = run.sums.paths;
   json["paths"] = {
       {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
-  json["momentum_bound"] = run.options.momentum_bound;
+  json["momentum_bound"] = defined_or_null(run.options.momentum_bound);
   json["largest_momentum"] = defined_or_null(run.sums.largest_momentum);
   json["momentum_error_max"] = run.sums.momentum_error;
   add_means(json, run);

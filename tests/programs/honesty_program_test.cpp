@@ -81,9 +81,10 @@ TEST_F(Honesty, OneObservedLandmarkIsNoMatch) {
   write("source.csv", "x,y\n0,0\n2,0\n2,1\n0,1\n");
   write("target.csv", "x,y\n5,5\nNA,NA\nNA,NA\nNA,NA\n");
   const std::string pair = "source.csv target.csv -o out --no-picture ";
-  expect_refused("register " + pair, "the match is undetermined: alignment similarity has 4 parameters in 2D, no fewer "
-                                     "than the 2 coordinates of the 1 landmark observed in both shapes; use --align "
-                                     "none");
+  expect_refused("register " + pair,
+                 "the match is undetermined: alignment similarity has 4 parameters in 2D, no fewer "
+                 "than the 2 coordinates of the 1 landmark observed in both shapes; use --align "
+                 "none");
   for (const char* kind : {"translation", "rigid", "affine"})
     expect_refused("register " + pair + "--align " + kind, "the match is undetermined");
   expect_refused("sample " + pair, "the match is undetermined");
@@ -106,11 +107,13 @@ TEST_F(Honesty, ParametersNeedMoreCoordinates) {
   write("target.csv", "x\n0.1\n1.3\n");
   const std::string pair = "source.csv target.csv -o out --no-picture --kernel gaussian:alpha=1 ";
   expect_refused("register " + pair + "--noise ch-sd:beta=0.1 --fit beta,alpha",
-                 "the parameters are undetermined: 2 parameters are fitted, and 2 coordinates are observed");
+                 "the parameters are undetermined: there are 2 parameters, and 2 coordinates are observed beyond");
   expect_refused("sample " + pair + "--noise ch-sd:beta=0.1 --parameters beta,lambda",
-                 "the parameters are undetermined: 2 parameters are sampled, and 2 coordinates are observed");
-  expect_refused("compare " + pair + "--noise ch-sd --noise none", "is undetermined: it has 2 numbers to fit");
-  expect_refused("atlas source.csv target.csv -o out --no-picture", "are undetermined");
+                 "the parameters are undetermined: there are 2 parameters, and 2 coordinates are observed beyond");
+  expect_refused("compare " + pair + "--noise ch-sd --noise none",
+                 "is undetermined: there are 2 parameters, and 2 coordinates");
+  expect_refused("atlas source.csv target.csv -o out --no-picture",
+                 "kernel, lambda and sigma are undetermined: there are 3 parameters, and 2 coordinates are");
 }
 
 TEST_F(Honesty, ExtremeTimesAreRefused) {
@@ -121,13 +124,14 @@ TEST_F(Honesty, ExtremeTimesAreRefused) {
 TEST_F(Honesty, ExtremeNumbersAreNeverResults) {
   for (const char* number : {"1e-300", "1e-150", "1e-80", "1e80", "1e150", "1e300"}) {
     const std::string n = number;
-    for (const std::string& option :
-         {"--time " + n, "--sigma " + n, "--lambda " + n, "--kernel gaussian:alpha=" + n, "--noise ch-sd:beta=" + n,
-          "--kernel matern32:alpha=1,weight=" + n}) {
+    for (const std::string& option : {"--time " + n, "--sigma " + n, "--lambda " + n, "--kernel gaussian:alpha=" + n,
+                                      "--noise ch-sd:beta=" + n, "--kernel matern32:alpha=1,weight=" + n}) {
       const std::string quick = " --steps 4 --no-picture " + option;
       expect_honest("register " + fish() + quick + " --max-iterations 5");
       expect_honest("simulate --q 0,1 --p 1,0 --noise ch-sd:beta=0.1 --samples 2 --no-picture " +
-                    (option.starts_with("--noise") ? option.substr(8) : option.starts_with("--time") || option.starts_with("--kernel") ? option + " --steps 4" : "--time 1 --steps 4"));
+                    (option.starts_with("--noise")                                    ? option.substr(8)
+                     : option.starts_with("--time") || option.starts_with("--kernel") ? option + " --steps 4"
+                                                                                      : "--time 1 --steps 4"));
     }
   }
 }

@@ -27,7 +27,9 @@ TEST(RecordText, NamesTheFirstNumberThatIsNotFinite) {
   EXPECT_THAT(error_of([&] { record_text({{"cost", {{"total", nan}}}}); }), HasSubstr("'cost.total' is nan"));
   const Json models = {{"models", Json::array({Json{{"rms", 1.0}}, Json{{"rms", infinity}}})}};
   EXPECT_THAT(error_of([&] { record_text(models); }), HasSubstr("'models[1].rms' is inf"));
-  EXPECT_THAT(error_of([&] { require_finite({{"q", {{1.0, 2.0}, {3.0, -infinity}}}}); }),
+  EXPECT_THAT(error_of([&] {
+                require_finite({{"q", {{1.0, 2.0}, {3.0, -infinity}}}});
+              }),
               HasSubstr("'q[1][1]' is -inf"));
 }
 

@@ -107,7 +107,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
                                  {"method", figures.method},
                                  {"reason", figures.reason},
                                  {"folded_fraction", figures.folded_fraction},
-                                 {"min_jacobian", figures.min_jacobian},
+                                 {"min_jacobian", records::defined_or_null(figures.min_jacobian)},
                                  {"max_multiplicity", figures.max_multiplicity},
                                  {"uncovered_fraction", figures.uncovered_fraction},
                                  {"hole_fraction", figures.hole_fraction},

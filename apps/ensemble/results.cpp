@@ -41,6 +41,7 @@ std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
 
 void write_results(const records::EnsembleRun& run, const EnsembleOutput& arguments) {
   const OutputOptions& output = arguments.output;
+  const std::string record = ensemble_json(run);
   StagedFiles staged(output.out);
   staged.write("means.csv", ensemble_means_csv(run));
   staged.write("densities.csv", ensemble_densities_csv(run));
@@ -64,7 +65,6 @@ void write_results(const records::EnsembleRun& run, const EnsembleOutput& argume
   if (draws) write_ensemble_picture(run, shape, output.picture_files(picture));
   staged.write("report.html", html_report(ensemble_report(run, shape, warnings_of(run), run.notes,
                                                           draws ? output.shown_picture(picture) : "")));
-  const std::string record = ensemble_json(run);
   staged.write("ensemble.json", record);
   output.write_json(record);
   staged.commit();

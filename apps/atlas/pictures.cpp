@@ -228,11 +228,10 @@ std::vector<std::string> picture_stems(const AtlasResults& results) {
                        results.comparison.has_value());
 }
 
-void draw_atlas(const AtlasResults& results, int modes, const OutputOptions& output,
-                const std::filesystem::path& folder) {
-  for (const std::string& stem : picture_stems(results)) {
-    const draw::PictureFiles files = output.picture_files(folder / stem);
-    if (stem == "template")
+namespace {
+
+void draw_picture(const std::string& stem, const AtlasResults& results, int modes, const draw::PictureFiles& files) {
+  if (stem == "template")
       draw_template(results.atlas, files);
     else if (stem == "modes")
       draw_modes(results, modes, files);
@@ -248,7 +247,13 @@ void draw_atlas(const AtlasResults& results, int modes, const OutputOptions& out
       draw_regression_scores(results, files);
     else if (stem == "groups")
       draw_groups(results, files);
-  }
+}
+
+}  // namespace
+
+void draw_atlas(const AtlasResults& results, int modes, RunResults& files) {
+  for (const std::string& stem : picture_stems(results))
+    files.draw(stem, [&](const draw::PictureFiles& of_stem) { draw_picture(stem, results, modes, of_stem); });
 }
 
 }  // namespace pulson

@@ -108,18 +108,15 @@ ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, c
   return options;
 }
 
-void check_outputs(const EnsembleArguments& arguments) {
+// @return whether sums are saved, to go on from
+bool check_outputs(const EnsembleArguments& arguments) {
   const fs::path checkpoint = arguments.checkpoint();
   if (arguments.options.shard.count > 1)
     arguments.results.output.check_only(checkpoint.filename().string());
   else
     arguments.results.check();
   check_output_file(checkpoint);
-  if (!fs::exists(checkpoint) || arguments.resume) return;
-  throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
-                               checkpoint.string(),
-                               arguments.options.shard.count == 1 ? "belongs to an unfinished run" : "exists already",
-                               arguments.options.shard.count == 1 ? "continue" : "continue or keep"));
+  return saved_before(checkpoint, arguments.resume, arguments.options.shard.count > 1);
 }
 
 std::string file_contents(const fs::path& path) {
@@ -228,7 +225,7 @@ int run_ensemble(EnsembleArguments arguments) {
   const TimeGrid grid = arguments.time.grid(start.default_time);
   const std::vector<int> densities = density_steps(arguments.densities, grid);
   const ensemble::EnsembleOptions options = ensemble_options(arguments, start, densities, grid);
-  if (ranks::is_first()) check_outputs(arguments);
+  const bool saved = ranks::is_first() && check_outputs(arguments);
   ensemble::Ensemble ensemble(start.system, arguments.integrator, start.state, options);
   records::EnsembleRun run{start.system,
                            arguments.integrator,
@@ -243,16 +240,19 @@ int run_ensemble(EnsembleArguments arguments) {
   run.notes = start.notes;
   const fs::path checkpoint = arguments.checkpoint();
   const bool is_shard = options.shard.count > 1;
-  // Scripts may give --resume to the first run of a shard, too.
-  if (ranks::is_first() && arguments.resume && !(is_shard && !fs::exists(checkpoint)))
-    ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
+  if (saved) ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
+  if (arguments.resume && !is_shard) {
+    const bool is_done = ranks::is_first() && !saved &&
+                         is_done_before(arguments.results.output.file("ensemble.json"), ensemble_fingerprint(run));
+    if (ranks::gather(is_done ? "1" : "") == "1") return kDone;
+  }
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   Sampling(ensemble, run, arguments).run();
   if (!ranks::is_first()) return kDone;
   log_step(fmt::format("sampled {} paths", run.sums.samples));
   if (is_shard) return finish_shard(run, arguments);
   const int code = arguments.results.finish(run);
-  if (!run.partial()) fs::remove(checkpoint);
+  if (!run.partial()) remove_saved(checkpoint);
   return code;
 }
 

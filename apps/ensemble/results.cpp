@@ -10,12 +10,13 @@
 #include "shell/messages.hpp"
 #include "shell/probability_text.hpp"
 #include "shell/report_parts.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {
 
-namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 const std::vector<std::string> kEnsembleFiles = {"ensemble.json", "means.csv", "densities.csv", "report.html"};
 const std::vector<std::string> kEnsemblePictures = {"ensemble"};
@@ -39,35 +40,37 @@ std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
   return warnings;
 }
 
-void write_results(const records::EnsembleRun& run, const EnsembleOutput& arguments) {
-  const OutputOptions& output = arguments.output;
-  const std::string record = ensemble_json(run);
-  StagedFiles staged(output.out);
-  staged.write("means.csv", ensemble_means_csv(run));
-  staged.write("densities.csv", ensemble_densities_csv(run));
+// The states that were kept, outside the folder.
+void write_states(const records::EnsembleRun& run, const EnsembleOutput& arguments, RunResults& results) {
   const auto n = static_cast<std::size_t>(run.start.q.cols());
   const auto d = static_cast<std::size_t>(run.start.q.rows());
   const auto samples = static_cast<std::size_t>(run.sums.samples);
   const std::size_t records = run.options.keep == ensemble::KeepStates::kAll ? run.options.records.size() : 1;
   if (!arguments.save_paths.empty())
-    formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d});
+    results.write_outside(
+        [&] { formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d}); });
   if (!arguments.save_final.empty()) {
     std::vector<double> last;
     for (std::size_t m = 0; m < samples; ++m) {
       const auto* const begin = run.sums.states.data() + (m * records + records - 1) * 2 * n * d;
       last.insert(last.end(), begin, begin + 2 * n * d);
     }
-    formats::write_npy(arguments.save_final, last, {samples, 2, n, d});
+    results.write_outside([&] { formats::write_npy(arguments.save_final, last, {samples, 2, n, d}); });
   }
+}
+
+void write_results(const records::EnsembleRun& run, const EnsembleOutput& arguments, RunResults& results) {
+  results.add("means.csv", ensemble_means_csv(run));
+  results.add("densities.csv", ensemble_densities_csv(run));
+  Json more = Json::object();
+  if (!run.partial()) more["run"] = ensemble_fingerprint(run);
+  results.commit("ensemble.json", ensemble_json(run), more);
+  write_states(run, arguments, results);
   const draw::EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : draw::EnsemblePicture{};
-  const bool draws = !output.no_picture && run.sums.paths.clean > 1;
-  const fs::path picture = staged.file("ensemble");
-  if (draws) write_ensemble_picture(run, shape, output.picture_files(picture));
-  staged.write("report.html", html_report(ensemble_report(run, shape, warnings_of(run), run.notes,
-                                                          draws ? output.shown_picture(picture) : "")));
-  staged.write("ensemble.json", record);
-  output.write_json(record);
-  staged.commit();
+  if (run.sums.paths.clean > 1)
+    results.draw("ensemble", [&](const draw::PictureFiles& files) { write_ensemble_picture(run, shape, files); });
+  results.add_page([&] { return ensemble_report(run, shape, warnings_of(run), run.notes, results.shown("ensemble")); });
+  results.finish();
 }
 
 void print_summary(const records::EnsembleRun& run) {
@@ -111,12 +114,13 @@ void EnsembleOutput::check() const {
 }
 
 int EnsembleOutput::finish(const records::EnsembleRun& run) const {
-  write_results(run, *this);
+  RunResults results(output);
+  write_results(run, *this, results);
   log_step("wrote the results");
   print_notes(run.notes);
   if (output.prints()) {
     print_summary(run);
-    output.print_written(kEnsembleFiles, kEnsemblePictures);
+    results.print_written();
   }
   const std::vector<std::string> warnings = warnings_of(run);
   for (const std::string& text : warnings) print_warning(text);

@@ -15,6 +15,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 
@@ -242,21 +243,19 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
   const std::vector<SampledProbability> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
   log_step(fmt::format("sampled {} paths", arguments.samples));
-  StagedFiles staged(arguments.output.out);
-  staged.write("crossing.csv", crossing_csv(crossing, sampled));
-  staged.write("densities.csv", densities_csv(problem));
-  const std::filesystem::path picture = staged.file("fokker_planck");
-  if (!arguments.output.no_picture)
-    write_chart(chart_of(problem, crossing, sampled), arguments.output.picture_files(picture));
+  RunResults results(arguments.output);
+  results.add("crossing.csv", crossing_csv(crossing, sampled));
+  results.add("densities.csv", densities_csv(problem));
+  results.commit("fokker_planck.json", record_json(problem, arguments, crossing, sampled));
+  const auto picture = results.draw("fokker_planck", [&](const draw::PictureFiles& files) {
+    write_chart(chart_of(problem, crossing, sampled), files);
+  });
   const std::vector<std::string> warnings = warnings_of(crossing, sampled, arguments);
-  staged.write("report.html",
-               html_report(pair_report(
-                   {problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples},
-                   warnings, problem.start.notes, arguments.output.shown_picture(picture))));
-  const std::string record = record_json(problem, arguments, crossing, sampled);
-  staged.write("fokker_planck.json", record);
-  arguments.output.write_json(record);
-  staged.commit();
+  results.add_page([&] {
+    return pair_report({problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples},
+                       warnings, problem.start.notes, picture);
+  });
+  results.finish();
   print_notes(problem.start.notes);
   if (arguments.output.prints()) {
     fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
@@ -264,7 +263,7 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
                crossing.steps, crossing.seconds);
     if (!sampled.empty())
       fmt::print("sampled    {}, {} paths, dt = {:.4g}\n", sampled.back().text(), arguments.samples, grid.dt());
-    arguments.output.print_written(kPairEquationFiles, kPairEquationPictures);
+    results.print_written();
   }
   for (const std::string& text : warnings) print_warning(text);
   return warnings.empty() ? kDone : kNotConverged;

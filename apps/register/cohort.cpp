@@ -13,6 +13,7 @@
 #include "pulson/core/errors.hpp"
 #include "registration_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -21,6 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kShapes = "shapes";
+constexpr const char* kRecord = "registration.json";  // of a specimen
 const std::vector<std::string> kCohortFiles = {"cohort.csv", "cohort.json", "report.html"};
 
 struct CohortInput {
@@ -106,27 +108,28 @@ std::string all_failed(const CohortMatches& cohort) {
       cohort.specimens.size() > 1 ? fmt::format("; all {} shapes failed", cohort.specimens.size()) : std::string());
 }
 
-// Either all files are put in place, or none.
-void write_cohort(const CohortMatches& cohort, const OutputOptions& output) {
-  const Interrupt until_written;
-  const std::string record = cohort_json(cohort);
-  std::vector<std::unique_ptr<StagedFiles>> folders;
+void write_cohort(const CohortMatches& cohort, const std::string& fingerprint, RunResults& results) {
+  const OutputOptions& output = results.output();
+  std::vector<std::unique_ptr<RecordFiles>> specimens;
+  std::vector<StagedFiles*> folders;
   for (const SpecimenMatch& specimen : cohort.specimens) {
     if (!specimen.registration) continue;
     const std::filesystem::path folder = output.file(specimen.name);
     create_output_directory(folder);
-    const StagedFiles& files = *folders.emplace_back(std::make_unique<StagedFiles>(folder));
-    for (const auto& [name, text] : specimen.files) files.write(name, text);
+    RecordFiles& files = *specimens.emplace_back(std::make_unique<RecordFiles>(folder));
+    for (const auto& [name, text] : specimen.files)
+      if (name != kRecord) files.add(name, text);
+    files.add_record(kRecord, specimen.files.front().second);  // the record, as matches are saved
+    folders.push_back(&files.staged());
   }
-  StagedFiles& merged = *folders.emplace_back(std::make_unique<StagedFiles>(output.out));
-  merged.write("cohort.csv", cohort_csv(cohort));
-  merged.write("cohort.json", record);
-  merged.write("report.html", html_report(cohort_report(cohort)));
-  output.write_json(record);
-  for (const auto& folder : folders) folder->commit();
+  results.add("cohort.csv", cohort_csv(cohort));
+  results.commit("cohort.json", cohort_json(cohort), {{"run", fingerprint}}, folders);
+  results.name_written({"SPECIMEN/registration.json", "SPECIMEN/residuals.csv", "SPECIMEN/trajectory.csv"});
+  results.add_page([&] { return cohort_report(cohort); });
+  results.finish();
 }
 
-void print_cohort(const CohortMatches& cohort, const OutputOptions& output) {
+void print_cohort(const CohortMatches& cohort) {
   std::vector<double> rms;
   for (const SpecimenMatch& specimen : cohort.specimens)
     if (specimen.registration) rms.push_back(specimen.registration->rms());
@@ -137,11 +140,6 @@ void print_cohort(const CohortMatches& cohort, const OutputOptions& output) {
   fmt::print("converged  {} of {}{} in {:.2f} s\n", rms.size() - static_cast<std::size_t>(cohort.unconverged()),
              cohort.specimens.size(), cohort.failed() > 0 ? fmt::format(", {} FAILED", cohort.failed()) : std::string(),
              cohort.seconds);
-  std::vector<std::string> files = kCohortFiles;
-  files.emplace_back("SPECIMEN/registration.json");
-  files.emplace_back("SPECIMEN/residuals.csv");
-  files.emplace_back("SPECIMEN/trajectory.csv");
-  output.print_written(files, {});
 }
 
 void print_failures(const CohortMatches& cohort) {
@@ -153,11 +151,15 @@ void print_failures(const CohortMatches& cohort) {
 }
 
 int finish_cohort(const records::UnitRun& run, const OutputOptions& output) {
+  RunResults results(output);
   const CohortMatches cohort = matches_in(run);
   print_notes(cohort.notes);
   if (cohort.failed() == std::ssize(cohort.specimens)) throw InputError(all_failed(cohort));
-  write_cohort(cohort, output);
-  if (output.prints()) print_cohort(cohort, output);
+  write_cohort(cohort, unit_fingerprint(run), results);
+  if (output.prints()) {
+    print_cohort(cohort);
+    results.print_written();
+  }
   print_failures(cohort);
   return cohort.failed() + cohort.unconverged() > 0 ? kNotConverged : kDone;
 }
@@ -194,7 +196,7 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
   const CohortInput input = read_input(arguments, run.notes);
   matching::RegistrationOptions options = arguments.registration_options(input.source);
   const OutputOptions output = without_pictures(arguments.output);
-  UnitJob job("register", arguments.units, output, [&] { output.check(kCohortFiles, {}); });
+  UnitJob job("register", arguments.units, output, "cohort.json", [&] { output.check(kCohortFiles, {}); });
   run.settings = settings;
   run.shapes = input.targets;
   run.shapes.insert(run.shapes.begin(), input.source);

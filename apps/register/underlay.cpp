@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "draw/gnuplot.hpp"
+#include "draw/child_process.hpp"
 #include "picture.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/records/records.hpp"
@@ -88,7 +88,7 @@ SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
 }
 
 Underlay::Underlay(const SourceImage& image, const matching::Registration& registration,
-                   draw::RegistrationPicture& picture, const StagedFiles& staged, std::vector<std::string>& notes)
+                   draw::RegistrationPicture& picture, StagedFiles& staged, std::vector<std::string>& notes)
     : staged_(staged) {
   if (image.file.empty() || picture.grid_after.empty()) return;
   const bool y_down = picture.source.y_down || picture.target.y_down;
@@ -132,11 +132,11 @@ fs::path Underlay::scratch(const std::string& name) { return files_.emplace_back
 
 bool Underlay::warp(const fs::path& record, const std::vector<std::string>& options, const fs::path& out) {
   // This program, as its user would call it.
-  std::vector<std::string> arguments = {fs::read_symlink("/proc/self/exe").string(), "warp", record.string()};
+  std::vector<std::string> arguments = {"warp", record.string()};
   arguments.insert(arguments.end(), options.begin(), options.end());
   arguments.insert(arguments.end(), {orientation_, "--border=transparent", "--quiet", "--out", out.string()});
   const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  draw::ChildProcess child(arguments, nothing, arguments.front() + " cannot be run");
+  draw::ChildProcess child(fs::read_symlink("/proc/self/exe"), arguments, nothing);
   const bool succeeded = child.wait();
   ::close(nothing);
   printed_ = child.printed();

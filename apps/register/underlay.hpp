@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/atomic_file.hpp"
+#include "core/staged_files.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/matching/registration.hpp"
 
@@ -29,7 +29,7 @@ class Underlay {
   /// Nothing where no image is known, d is not 2, or the picture has no grid. Adds a line to `notes` where the image
   /// cannot be used.
   Underlay(const SourceImage& image, const matching::Registration& registration, draw::RegistrationPicture& picture,
-           const StagedFiles& staged, std::vector<std::string>& notes);
+           StagedFiles& staged, std::vector<std::string>& notes);
   ~Underlay() { remove(); }
   Underlay(const Underlay&) = delete;
   Underlay& operator=(const Underlay&) = delete;
@@ -45,7 +45,7 @@ class Underlay {
             const std::filesystem::path& out);
   std::filesystem::path scratch(const std::string& name);
 
-  const StagedFiles& staged_;
+  StagedFiles& staged_;
   std::string orientation_;  ///< the option
   draw::PlacedImage aligned_;
   std::vector<std::filesystem::path> files_;

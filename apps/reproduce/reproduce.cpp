@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "draw/gnuplot.hpp"
 #include "laboratory.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
@@ -75,8 +74,6 @@ void print_claims(const html::ReportSection& section) {
 int run_reproduce(const ReproduceArguments& arguments) {
   const std::vector<Experiment> chosen_experiments = chosen(arguments.what);
   const ExperimentOptions options = experiment_options(arguments);
-  if (options.pictures && !draw::Gnuplot::is_installed())
-    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   create_output_directory(arguments.out);
   const FolderLock lock(arguments.out);
   check_output_file(options.out / "report.html");

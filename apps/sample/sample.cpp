@@ -16,6 +16,7 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -110,8 +111,15 @@ class SavedChains {
     run_.shapes.insert(run_.shapes.begin(), shapes.source);
     run_.facts["tree"] = tree_facts(shapes.tree);
     run_.units = 2;
-    if (saved_before(file_, arguments.units.resume)) resume_units(run_, read_saved(file_), file_.string());
+    if (saved_before(file_, arguments.units.resume))
+      resume_units(run_, read_saved(file_), file_.string());
+    else if (arguments.units.resume)
+      done_before_ = is_done_before(arguments.output.file("summary.json"), fingerprint());
   }
+
+  std::string fingerprint() const { return unit_fingerprint(run_); }
+  /// Whether the results are there, as --resume found.
+  bool done_before() const { return done_before_; }
 
   std::string state() const {
     if (!run_.results.contains(0)) return {};
@@ -132,11 +140,12 @@ class SavedChains {
   }
 
   const std::filesystem::path& file() const { return file_; }
-  void remove() const { std::filesystem::remove(file_); }
+  void remove() const { remove_saved(file_); }
 
  private:
   std::filesystem::path file_;
   records::UnitRun run_;
+  bool done_before_ = false;
   SavingPace pace_;
 };
 
@@ -161,6 +170,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   const std::vector<std::string>& files_written = is_tree ? kTreeFiles : kSampleFiles;
   output.check(files_written, kSamplePictures);
   SavedChains saved(arguments, shapes, settings);
+  if (saved.done_before()) return kDone;
   require_determined_theta(problem, arguments.align);
   Progress progress;
   std::mutex turn;
@@ -182,32 +192,30 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   const PosteriorSummary summary = summarise_posterior(draws);
   const std::vector<std::string> warnings = warnings_of(summary, draws, options.method);
   const std::string record = summary_json(problem, options, draws, summary, notes);
-  const bool draws_pictures = !output.no_picture;
-  StagedFiles files(output.out);
-  files.write("summary.json", record);
-  files.write("draws.csv", draws_csv(draws));
+  RunResults files(output);
+  files.add("draws.csv", draws_csv(draws));
   if (is_tree) {
-    files.write("nodes.csv", nodes_csv(problem, summary));
-    files.write("nodes.npy", nodes_npy(problem, draws));
+    files.add("nodes.csv", nodes_csv(problem, summary));
+    files.add("nodes.npy", nodes_npy(problem, draws));
   } else {
-    files.write("momenta.npy", momenta_npy(problem, draws));
-    files.write("paths.npy", paths_npy(problem, draws));
+    files.add("momenta.npy", momenta_npy(problem, draws));
+    files.add("paths.npy", paths_npy(problem, draws));
   }
-  if (draws_pictures) {
-    write_paths_picture(problem, draws, shown_path(problem), output.picture_files(files.file("paths")));
-    write_chart(chains_chart(problem, draws, summary), output.picture_files(files.file("chains")));
-  }
-  files.write("report.html",
-              html_report(sample_report(problem, draws, summary, warnings, notes,
-                                        draws_pictures ? output.shown_picture(files.file("paths")) : "",
-                                        draws_pictures ? output.shown_picture(files.file("chains")) : "")));
-  output.write_json(record);
-  files.commit();
+  files.commit("summary.json", record, {{"run", saved.fingerprint()}});
+  files.draw("paths", [&](const draw::PictureFiles& drawn) {
+    write_paths_picture(problem, draws, shown_path(problem), drawn);
+  });
+  files.draw("chains",
+             [&](const draw::PictureFiles& drawn) { write_chart(chains_chart(problem, draws, summary), drawn); });
+  files.add_page([&] {
+    return sample_report(problem, draws, summary, warnings, notes, files.shown("paths"), files.shown("chains"));
+  });
+  files.finish();
   saved.remove();
   print_notes(notes);
   if (output.prints()) {
     print_summary(problem, draws, summary);
-    output.print_written(files_written, kSamplePictures);
+    files.print_written();
   }
   for (const std::string& text : warnings) print_warning(text);
   return summary.converged ? kDone : kNotConverged;

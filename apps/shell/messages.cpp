@@ -292,6 +292,6 @@ LossNotice::LossNotice(const std::string& loss) {
   handle_with(tell_loss_and_die);
 }
 
-LossNotice::~LossNotice() { handle_with(SIG_DFL); }
+LossNotice::~LossNotice() { replace_handler(tell_loss_and_die, SIG_DFL); }
 
 }  // namespace pulson

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
-#include "draw/gnuplot.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -76,8 +75,6 @@ std::filesystem::path OutputOptions::shown_picture(const std::filesystem::path& 
 void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const {
   check_picture_size(width, dpi);
   const std::vector<std::string> drawn = picture_names(stems);
-  if (!no_picture && !draw::Gnuplot::is_installed())
-    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   if (!json.empty() && json != "-") check_output_file(json);
   create_output_directory(out);
   lock = std::make_shared<FolderLock>(out);
@@ -96,12 +93,6 @@ void OutputOptions::write_json(const std::string& record) const {
     fmt::print("{}", record);
   else if (!json.empty())
     write_file_atomically(json, record);
-}
-
-void OutputOptions::print_written(std::vector<std::string> files, const std::vector<std::string>& stems) const {
-  const std::vector<std::string> drawn = picture_names(stems);
-  files.insert(files.end(), drawn.begin(), drawn.end());
-  fmt::print("wrote      {}: {}\n", out, fmt::join(files, ", "));
 }
 
 }  // namespace pulson

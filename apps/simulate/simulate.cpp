@@ -10,6 +10,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "start_options.hpp"
 
@@ -90,19 +91,14 @@ std::vector<std::string> warnings_of(const records::Simulation& simulation) {
   return {fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first)};
 }
 
-void write_results(const records::Simulation& simulation, const std::vector<std::string>& notes,
-                   const SimulateArguments& arguments) {
-  const OutputOptions& output = arguments.output;
-  const std::string record = simulation_json(simulation);
-  StagedFiles staged(output.out);
-  staged.write("simulation.json", record);
-  staged.write("paths.csv", sample_paths_csv(simulation, arguments.every));
-  const std::filesystem::path picture = staged.file("paths");
-  if (!output.no_picture) write_path_picture(make_picture(simulation), output.picture_files(picture));
-  staged.write("report.html", html_report(simulation_report(simulation, warnings_of(simulation), notes,
-                                                            output.shown_picture(picture))));
-  output.write_json(record);
-  staged.commit();
+void write_results(const records::Simulation& simulation, const std::vector<std::string>& notes, int every,
+                   RunResults& results) {
+  results.add("paths.csv", sample_paths_csv(simulation, every));
+  results.commit("simulation.json", simulation_json(simulation));
+  const auto picture = results.draw(
+      "paths", [&](const draw::PictureFiles& files) { write_path_picture(make_picture(simulation), files); });
+  results.add_page([&] { return simulation_report(simulation, warnings_of(simulation), notes, picture); });
+  results.finish();
 }
 
 std::string numbers_text(const Points& points) {
@@ -154,12 +150,13 @@ int run_simulate(const SimulateArguments& arguments) {
   for (ensemble::SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
-  write_results(simulation, start.notes, arguments);
+  RunResults results(arguments.output);
+  write_results(simulation, start.notes, arguments.every, results);
   log_step("wrote the results");
   print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
-    arguments.output.print_written(kSimulationFiles, kSimulationPictures);
+    results.print_written();
   }
   const std::vector<std::string> warnings = warnings_of(simulation);
   for (const std::string& text : warnings) print_warning(text);

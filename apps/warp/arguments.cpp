@@ -10,7 +10,6 @@
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "draw/animation.hpp"
-#include "draw/gnuplot.hpp"
 #include "drawings.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
@@ -38,8 +37,6 @@ void check_drawing_file(const std::string& file) {
 void check_captioned_file(const std::string& file) {
   if (!is_drawing_file(file)) throw InputError(fmt::format("{}: it is drawn as .png, .svg or .pdf", file));
   check_output_file(file);
-  if (!draw::Gnuplot::is_installed())
-    throw InputError(fmt::format("{} needs gnuplot; install it (Debian: gnuplot-nox)", file));
 }
 
 // Files of one number a pixel, or its colour.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/staged_files.hpp"
 #include "drawings.hpp"
 #include "html/html_report.hpp"
 #include "images/compose.hpp"

@@ -35,8 +35,8 @@ Points clamped(const Points& line, const draw::Interval& heights);
 /// The parts of the line 2×M whose heights lie in the range.
 std::vector<Points> parts_within(const Points& line, const draw::Interval& heights);
 
-/// The line 2×M cut into dashes, of lengths dash, gap, dash, gap, … over and over; whole for an empty pattern. Cut here
-/// and not by gnuplot, whose terminals do not agree on the length of a dash.
+/// The line 2×M cut into dashes, of lengths dash, gap, dash, gap, … over and over; whole for an empty pattern. Cut
+/// here, so that the parts of a line within its panel go on with the pattern.
 std::vector<Points> dashes_of(const Points& line, std::span<const double> pattern);
 
 /// Of a line: whole at first, then dashes of their own.

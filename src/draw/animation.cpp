@@ -16,7 +16,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "gnuplot.hpp"
+#include "child_process.hpp"
+#include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::draw {
@@ -115,11 +116,10 @@ struct Animation::Encoder {
   Encoder& operator=(const Encoder&) = delete;
   ~Encoder() = default;
 
-  void start(const Format& format, int width, int height, double frames_per_second) {
+  void start(const fs::path& ffmpeg, const Format& format, int width, int height, double frames_per_second) {
     require_file_path(file);
     temporary.emplace(fs::absolute(file), file);
-    std::vector<std::string> arguments = {kFfmpeg,
-                                          "-nostdin",
+    std::vector<std::string> arguments = {"-nostdin",
                                           "-loglevel",
                                           "error",
                                           "-y",
@@ -134,8 +134,8 @@ struct Animation::Encoder {
                                           "-i",
                                           "pipe:0"};
     arguments.insert(arguments.end(), format.arguments.begin(), format.arguments.end());
-    arguments.push_back(temporary->path().string());
-    program.emplace(std::move(arguments), input.number(), kNoFfmpeg);
+    arguments.push_back("file:" + temporary->path().string());  // a name and never an address
+    program.emplace(ffmpeg, std::move(arguments), input.number());
     input.close();
   }
 
@@ -152,7 +152,9 @@ struct Animation::Encoder {
   /// Tells ffmpeg that there are no more frames, and waits for it.
   void wait() {
     frames.close();
-    if (!program->wait()) throw InputError("ffmpeg failed: " + ffmpeg_error(program->printed()));
+    if (program->wait()) return;
+    throw InputError("ffmpeg failed: " +
+                     (program->killed_by().empty() ? ffmpeg_error(program->printed()) : program->killed_by()));
   }
 
   fs::path file;
@@ -166,9 +168,10 @@ struct Animation::Encoder {
 Animation::Animation(const fs::path& file, int width, int height, double frames_per_second) {
   const Format& format = format_of(file);
   check_numbers(file, width, height, frames_per_second);
-  if (!available()) throw InputError(kNoFfmpeg);
+  const fs::path ffmpeg = find_program(kFfmpeg);
+  if (ffmpeg.empty()) throw InputError(kNoFfmpeg);
   encoder_ = std::make_unique<Encoder>(file, std::size_t{3} * width * height, connected_sockets());
-  encoder_->start(format, width, height, frames_per_second);
+  encoder_->start(ffmpeg, format, width, height, frames_per_second);
 }
 
 Animation::~Animation() = default;
@@ -191,10 +194,12 @@ void Animation::finish() {
   const std::unique_ptr<Encoder> encoder = std::move(encoder_);  // ended in any case
   if (!encoder->has_frames) throw InputError(fmt::format("animation '{}': it has no frames", encoder->file.string()));
   encoder->wait();
-  require_written(kFfmpeg, *encoder->temporary);
+  std::error_code error;
+  if (const auto size = fs::file_size(encoder->temporary->path(), error); error || size == 0)
+    throw InputError(fmt::format("ffmpeg did not write '{}'", encoder->file.string()));
   encoder->temporary->put_in_place();
 }
 
-bool Animation::available() { return is_on_path(kFfmpeg); }
+bool Animation::available() { return !find_program(kFfmpeg).empty(); }
 
 }  // namespace pulson::draw

@@ -23,8 +23,8 @@ constexpr double kMarkWidth = 26;
 constexpr double kPanelNumberSize = 16;
 constexpr double kRingStroke = 1.8;
 const Stroke kHalo{faded(colour::kPaper, 0.25), 3.6};  // around rings and paths, so that they are seen on dark images
-const Stroke kImageGridStroke{"#7A0096FF", 1};
-const Colour kPathColour = "#30D4621A";
+const Stroke kImageGridStroke{{"#0096FF", 0.52}, 1};
+constexpr Colour kPathColour{kLightPalette.target, 0.81};
 
 /// How panels are arranged: columns, and the height of a row of images.
 struct Rows {

@@ -43,8 +43,8 @@ struct ImagePicture {
 /// Draws the images with headings, in as many columns as make them largest, at most 1600 pixels wide; landmarks are
 /// open rings, so that the image is seen within them, and a legend says what lies on the images.
 ///
-/// @throws InputError where there is no panel, a panel has no pixels, a file is no png, a folder does not exist, and
-/// where gnuplot is missing or fails
+/// @throws InputError where there is no panel, a panel has no pixels, a file is no png, and where a folder does not
+/// exist
 void write_image_picture(const ImagePicture& picture, const PictureFiles& files);
 
 }  // namespace pulson::draw

@@ -9,7 +9,7 @@ namespace pulson::draw {
 namespace {
 
 constexpr double kPanelGap = 110;  // with the numbers of the right panel
-const Stroke kCurve{"#40868E99", 1.8};
+const Stroke kCurve{{"#868E99", 0.75}, 1.8};
 
 /// Rows x and y.
 Points pairs(const Points& x, const Points& y) {

@@ -7,6 +7,7 @@
 
 #include "chart_examples.hpp"
 #include "picture_files.hpp"
+#include "svg_parts.hpp"
 
 namespace pulson::charts {
 namespace {
@@ -22,8 +23,8 @@ class ChartTest : public PictureTest {
   static std::string draw(const ChartPanel& panel) { return draw(Chart{.rows = {{panel}}}); }
 };
 
-/// Pieces of lines in the SVG: each begins by a move.
-std::size_t count_strokes(const std::string& svg) { return count_of(svg, "M"); }
+/// Pieces of lines in the SVG, each of which begins by a move, areas and discs.
+std::size_t count_strokes(const std::string& svg) { return count_of(svg, "M") + count_of(svg, "<circle"); }
 
 constexpr std::array kStyles = {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kLineAndPoints,
                                 SeriesStyle::kSteps, SeriesStyle::kBars};
@@ -52,7 +53,7 @@ TEST_F(ChartTest, ShowsAllTexts) {
                                                 .series = {wave("α & β")},
                                                 .reference_lines = {{1, "one"}}}}}});
   for (const char* text :
-       {">the &lt;title><", ">the subtitle<", ">a heading<", ">below<", ">above<", ">α &amp; β<", ">one<"})
+       {">the &lt;title&gt;<", ">the subtitle<", ">a heading<", ">below<", ">above<", ">α &amp; β<", ">one<"})
     EXPECT_TRUE(contains(svg, text)) << text;
 }
 
@@ -64,24 +65,20 @@ TEST_F(ChartTest, OneNameIsOneEntryAndOneColour) {
                           {{.series = {wave("same", SeriesStyle::kSteps), wave("")}}, {.series = {wave("other")}}}}});
   EXPECT_EQ(count_of(svg, ">same<"), 1u);
   EXPECT_EQ(count_of(svg, ">other<"), 1u);
-  EXPECT_TRUE(contains(svg, "rgb( 33, 105, 210)")) << "the first colour";
-  EXPECT_TRUE(contains(svg, "rgb(169,  58,  86)")) << "the second colour";
-  EXPECT_FALSE(contains(svg, "rgb( 53, 164, 132)")) << "a third colour";
+  EXPECT_TRUE(contains(svg, "#2169D2")) << "the first colour";
+  EXPECT_TRUE(contains(svg, "#A93A56")) << "the second colour";
+  EXPECT_FALSE(contains(svg, "#35A484")) << "a third colour";
 }
 
 // Lines on one another both stay visible, and no series is known by its colour alone.
 TEST_F(ChartTest, LinesDifferByTheirDashesAndMarksByTheirShapes) {
-  const auto strokes = [](const std::string& svg, const std::string& colour) {
-    const std::size_t at = svg.find("stroke='" + colour + "'");
-    const std::size_t data = svg.find(" d='", at) + 4;
-    return at == std::string::npos ? 0 : count_of(svg.substr(data, svg.find('\'', data) - data), "M");
-  };
   std::string svg = draw({.series = {wave("one", SeriesStyle::kLine), wave("two", SeriesStyle::kLine)}});
-  EXPECT_EQ(strokes(svg, "rgb( 33, 105, 210)"), 1u) << "the first is whole";
-  EXPECT_GT(strokes(svg, "rgb(169,  58,  86)"), 10u) << "the second is dashed";
+  EXPECT_EQ(svg_parts(svg, "#2169D2").lines.size(), 2U) << "the first is whole, here and in the legend";
+  EXPECT_GT(svg_parts(svg, "#A93A56").lines.size(), 10U) << "the second is dashed";
   svg = draw({.series = {wave("one", SeriesStyle::kPoints), wave("two", SeriesStyle::kPoints)}});
-  EXPECT_FALSE(contains(svg, "fill = 'rgb( 33, 105, 210)'")) << "discs are short strokes";
-  EXPECT_TRUE(contains(svg, "fill = 'rgb(169,  58,  86)'")) << "squares are areas";
+  EXPECT_EQ(svg_parts(svg, "#2169D2").discs.size(), 11U) << "one in the legend";
+  EXPECT_TRUE(svg_parts(svg, "#2169D2").areas.empty());
+  EXPECT_EQ(svg_parts(svg, "#A93A56").areas.size(), 11U) << "squares";
 }
 
 TEST_F(ChartTest, ASeriesWithoutValuesIsAnEntryOfTheLegend) {

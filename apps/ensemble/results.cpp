@@ -8,6 +8,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/probability_text.hpp"
 #include "shell/report_parts.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
@@ -26,7 +27,12 @@ std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
   if (run.partial())
     warnings.push_back(
         fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
-  if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
+  if (run.sums.samples > 0 && paths.clean == 0)
+    warnings.push_back(
+        fmt::format("none of the {} paths is clean: no probability or mean is determined. Try a smaller --dt, or a "
+                    "smaller amplitude of the noise",
+                    run.sums.samples));
+  else if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
     warnings.push_back(
         fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
                     "smaller --dt may help",
@@ -81,13 +87,12 @@ void print_summary(const records::EnsembleRun& run) {
              sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
   if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
     const Estimate crossing = sums.crossing_probability();
-    fmt::print(
-        "crossing   {:.4f} ± {:.4f} of the clean paths end in a different order; {:.4f} were in one at some step\n",
-        crossing.value, crossing.standard_error,
-        static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
+    fmt::print("crossing   {} of the clean paths end in a different order; {:.4f} were in one at some step\n",
+               probability_text(crossing, sums.paths.clean),
+               static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
   }
   const NoiseTraits traits = run.system.noise->traits();
-  if (traits.translation_invariant && traits.hamiltonian)
+  if (traits.translation_invariant && traits.hamiltonian && sums.paths.clean > 0)
     fmt::print("momentum   total {}\n", conservation(sums.momentum_error));
 }
 

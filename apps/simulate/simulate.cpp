@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/undefined.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 #include "report.hpp"
@@ -121,13 +122,14 @@ void print_summary(const records::Simulation& simulation) {
   double momentum = 0;
   double error = 0;
   for (const ensemble::SamplePath& sample : simulation.samples) {
-    kappa = std::max(kappa, sample.contraction_bound);
-    momentum = std::max(momentum, sample.largest_momentum);
-    error = std::max(error, sample.momentum_error);
+    kappa = max_or_undefined(kappa, sample.contraction_bound);
+    momentum = max_or_undefined(momentum, sample.largest_momentum);
+    error = max_or_undefined(error, sample.momentum_error);
   }
   const NoiseTraits traits = simulation.system.noise->traits();
-  fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
-             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
+  fmt::print("steps      largest kappa {} ({}), largest momentum {}\n", report_number(kappa, 3),
+             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0",
+             report_number(momentum));
   if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total {}\n", conservation(error));
   if (simulation.start.q.size() > 6) return;
   for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include "core/landmark_range.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
@@ -38,6 +39,12 @@ void check_same_size(const Points& p, const Points& q, const std::string& what) 
   if (p.rows() != q.rows() || p.cols() != q.cols())
     throw InputError(fmt::format("{} has {} landmarks in {}D, the positions {} in {}D", what, p.cols(), p.rows(),
                                  q.cols(), q.rows()));
+}
+
+void check_momenta(const Points& p, const std::string& option) {
+  constexpr double kLargest = 1e100;  // squares stay in the range of numbers
+  if (const double largest = p.cwiseAbs().maxCoeff(); !(largest <= kLargest))
+    throw InputError(fmt::format("{}: a momentum is {}; at most {} in size is supported", option, largest, kLargest));
 }
 
 // Momenta are no places: what belongs to those of the shape is not applied to them.
@@ -100,6 +107,7 @@ Start StartOptions::start() const {
   }
   if (reading.y_down) start.shape.y_down = *reading.y_down && start.shape.dimension() == 2;
   check_complete(start.shape);
+  require_usable_range(start.shape);
   check_distinct(start.shape);
   if (!from) start.state = {start.shape.points, Points::Zero(start.shape.points.rows(), start.shape.points.cols())};
   if (p) start.state.p = parse_points(*p, "--p");
@@ -109,6 +117,7 @@ Start StartOptions::start() const {
     start.state.p = vectors.points;
   }
   check_same_size(start.state.p, start.state.q, p ? "--p" : "--momenta");
+  check_momenta(start.state.p, p ? "--p" : momenta ? "--momenta" : "--from");
   start.system = {make_kernel(kernel.value_or(kernel_spec), start.shape.points),
                   make_noise(noise.value_or(noise_spec), start.shape)};
   start.system.noise->check(start.shape.dimension(), start.shape.count());

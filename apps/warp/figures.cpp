@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "records/record_text.hpp"
 #include "register/picture.hpp"
-#include "shell/json_text.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {
@@ -107,7 +107,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
                                  {"method", figures.method},
                                  {"reason", figures.reason},
                                  {"folded_fraction", figures.folded_fraction},
-                                 {"min_jacobian", figures.min_jacobian},
+                                 {"min_jacobian", records::defined_or_null(figures.min_jacobian)},
                                  {"max_multiplicity", figures.max_multiplicity},
                                  {"uncovered_fraction", figures.uncovered_fraction},
                                  {"hole_fraction", figures.hole_fraction},
@@ -132,7 +132,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
       json["seed"] = arguments.seed;
     }
   }
-  return json_text(json, 1);
+  return records::record_text(json, 1);
 }
 
 void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {

@@ -16,6 +16,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "paths.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -23,20 +24,24 @@ namespace pulson {
 namespace fs = std::filesystem;
 
 void fail_to_write(const fs::path& path, const std::string& reason) {
-  throw InputError("cannot write '" + path.string() + "': " + reason);
+  throw InputError("cannot write " + quoted_path(path) + ": " + reason);
 }
 
 std::string last_error() { return std::generic_category().message(errno); }
 
 void require_file_path(const fs::path& path) {
-  std::error_code ignored;
-  if (path.filename().empty() || fs::is_directory(path, ignored))
-    fail_to_write(path, "it is a folder; a file is needed");
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder, ignored)) fail_to_write(path, "there is no folder '" + folder.string() + "'");
+  const PathKind kind = kind_of(path);
+  if (path.filename().empty() || kind == PathKind::kFolder) fail_to_write(path, "it is a folder; a file is needed");
+  if (kind > PathKind::kDanglingLink) fail_to_write(path, why_no_file(path));
+  const fs::path target = behind_links(path);
+  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  if (!is_folder(folder))
+    fail_to_write(path, (target == path ? "" : "it is a link to " + quoted_path(target) + ", and ") +
+                            ("there is no folder " + quoted_path(folder)));
 }
 
-TemporaryFile::TemporaryFile(fs::path target, fs::path named) : target_(std::move(target)), named_(std::move(named)) {
+TemporaryFile::TemporaryFile(const fs::path& target, fs::path named)
+    : target_(behind_links(target)), named_(std::move(named)) {
   static std::atomic<unsigned> serial{0};
   path_ = target_.parent_path() /
           fmt::format(".{}.{}-{}.part{}", target_.stem().string(), ::getpid(), serial++, target_.extension().string());
@@ -80,11 +85,8 @@ void check_output_file(const fs::path& path) { require_file_path(path); }
 
 void write_file_atomically(const fs::path& path, std::string_view contents) {
   check_output_file(path);
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (fs::exists(status) && !fs::is_regular_file(status)) return write_all(path, contents, path);
-  const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
-  TemporaryFile temporary(target, path);
+  if (is_there(path) && !is_file(path)) return write_all(path, contents, path);
+  TemporaryFile temporary(path, path);
   write_all(temporary.path(), contents, path);
   temporary.put_in_place();
 }
@@ -104,7 +106,7 @@ class MadeFolders {
   /// Those of `path` that are not there yet.
   void expect(const fs::path& path) {
     std::error_code error;
-    for (fs::path folder = fs::absolute(path, error); !folder.empty() && !fs::exists(folder, error);
+    for (fs::path folder = fs::absolute(path, error); folder.has_relative_path() && !is_there(folder);
          folder = folder.parent_path())
       folders_.push_back(folder);
   }
@@ -116,9 +118,11 @@ class MadeFolders {
 }  // namespace
 
 void create_output_directory(const fs::path& path) {
-  const std::string failure = "cannot use '" + path.string() + "' as the folder for output: ";
+  const std::string failure = "cannot use " + quoted_path(path) + " as the folder for output: ";
+  if (is_there(path) && !is_folder(path)) throw InputError(failure + "it is a file");
+  if (const PathKind kind = kind_of(path); kind >= PathKind::kDanglingLink)
+    throw InputError(failure + why_no_file(path));
   std::error_code error;
-  if (fs::exists(path, error) && !fs::is_directory(path, error)) throw InputError(failure + "it is a file");
   static MadeFolders made;
   made.expect(path);
   fs::create_directories(path, error);

@@ -19,9 +19,9 @@ void require_file_path(const std::filesystem::path& path);
 /// removed unless it is put in place.
 class TemporaryFile {
  public:
-  /// Makes an empty file with a hidden name and the extension of `target`. `named` is what messages call the target.
-  /// @throws InputError if it cannot be made
-  TemporaryFile(std::filesystem::path target, std::filesystem::path named);
+  /// Makes an empty file with a hidden name and the extension of `target`, beside what that is a link to where it is
+  /// one, so that the link stays. `named` is what messages call the target. @throws InputError if it cannot be made
+  TemporaryFile(const std::filesystem::path& target, std::filesystem::path named);
   TemporaryFile(TemporaryFile&& other) noexcept;
   TemporaryFile& operator=(TemporaryFile&&) = delete;
   ~TemporaryFile();
@@ -39,7 +39,8 @@ class TemporaryFile {
 };
 
 /// Writes `contents` to a temporary file in the same folder and renames it to `path`, so that `path` holds either all
-/// of them or what it held before. A device or pipe is written to directly. @throws InputError if that fails (no such
+/// of them or what it held before. Links are written through, also those to a file that is yet to be made. A device or
+/// pipe is written to directly. @throws InputError if that fails (no such
 /// folder, no permission, full disk); the temporary is removed.
 void write_file_atomically(const std::filesystem::path& path, std::string_view contents);
 

@@ -40,6 +40,39 @@ TEST_F(AtomicFile, WritesThroughLinks) {
   EXPECT_EQ(contents("real.txt"), "new");
 }
 
+TEST_F(AtomicFile, WritesThroughLinksToWhatIsMissing) {
+  fs::create_directory("folder");
+  fs::create_symlink("folder/real.txt", "link.txt");
+  fs::create_symlink("link.txt", "second.txt");
+  fs::create_symlink("../real_2.txt", "folder/third.txt");
+  write_file_atomically("second.txt", "new");
+  write_file_atomically("folder/third.txt", "new, too");
+  EXPECT_TRUE(fs::is_symlink("link.txt") && fs::is_symlink("second.txt") && fs::is_symlink("folder/third.txt"));
+  EXPECT_EQ(contents("folder/real.txt"), "new");
+  EXPECT_EQ(contents("real_2.txt"), "new, too");
+}
+
+TEST_F(AtomicFile, KeepsLinksThatLeadNowhere) {
+  fs::create_symlink("no/real.txt", "link.txt");
+  fs::create_symlink("a.txt", "b.txt");
+  fs::create_symlink("b.txt", "a.txt");
+  EXPECT_EQ(error_of([] { write_file_atomically("link.txt", "text"); }),
+            "cannot write 'link.txt': it is a link to 'no/real.txt', and there is no folder 'no'");
+  EXPECT_EQ(error_of([] { write_file_atomically("a.txt", "text"); }), "cannot write 'a.txt': its links form a loop");
+  EXPECT_EQ(error_of([] { create_output_directory("link.txt"); }),
+            "cannot use 'link.txt' as the folder for output: it is a link to 'no/real.txt', which is missing");
+  EXPECT_EQ(count_entries(), 3U);
+}
+
+TEST_F(StagedFolder, WritesThroughLinksToWhatIsMissing) {
+  fs::create_symlink("real.txt", "link.txt");
+  StagedFiles staged(".");
+  staged.write("link.txt", "new");
+  staged.commit();
+  EXPECT_TRUE(fs::is_symlink("link.txt"));
+  EXPECT_EQ(contents("real.txt"), "new");
+}
+
 TEST_F(AtomicFile, RefusesPathsThatCannotBeWritten) {
   const auto write_error = [](const std::string& path) {
     return error_of([&] { write_file_atomically(path, "text"); });

@@ -9,12 +9,14 @@
 #include "arguments.hpp"
 #include "columns.hpp"
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "match_rounds.hpp"
 #include "pulson/core/errors.hpp"
 #include "register/report.hpp"
 #include "results.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
@@ -201,8 +203,8 @@ std::filesystem::path checked_checkpoint(const AtlasArguments& arguments, const 
   std::filesystem::path checkpoint = arguments.output.file("atlas.partial");
   if (!ranks::is_first()) return checkpoint;
   arguments.output.check(files.names, stems);
-  check_output_file(checkpoint);
-  if (std::filesystem::exists(checkpoint) && !arguments.resume)
+  check_result_file(checkpoint, "--out");
+  if (is_there(checkpoint) && !arguments.resume)
     throw InputError(
         fmt::format("'{}' belongs to an unfinished run: continue it with --resume, remove the file, or choose another "
                     "folder",
@@ -259,7 +261,7 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
     arguments.output.print_written(files.names, stems);
   }
   warn(results);
-  std::filesystem::remove(checkpoint);
+  remove_quietly(checkpoint);
   return results.converged() ? kDone : kNotConverged;
 }
 

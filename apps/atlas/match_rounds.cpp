@@ -1,12 +1,11 @@
 #include "match_rounds.hpp"
 
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "shell/messages.hpp"
@@ -47,10 +46,8 @@ std::vector<double> in_order(const std::vector<double>& gathered, int count) {
 MatchRounds::MatchRounds(records::UnitRun run, const std::filesystem::path& file, bool resume)
     : run_(std::move(run)), file_(file), begin_(seconds_now()), saved_(begin_) {
   if (ranks::is_first() && resume) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
-    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-    resume_units(run_, records::read_unit_part(bytes, file.string()), file.string());
+    if (!is_there(file)) throw InputError(fmt::format("there is nothing to resume: '{}' is missing", file.string()));
+    resume_units(run_, records::read_unit_part(read_file(file), file.string()), file.string());
   }
   before_ = run_.seconds;
   const std::vector<double> rounds = doubles_of(from_first(bytes_of({static_cast<double>(run_.results.size())})));

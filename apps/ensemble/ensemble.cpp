@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/records/records.hpp"
 #include "results.hpp"
@@ -115,7 +114,7 @@ void check_outputs(const EnsembleArguments& arguments) {
   else
     arguments.results.check();
   check_output_file(checkpoint);
-  if (!fs::exists(checkpoint) || arguments.resume) return;
+  if (!is_there(checkpoint) || arguments.resume) return;
   throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
                                checkpoint.string(),
                                arguments.options.shard.count == 1 ? "belongs to an unfinished run" : "exists already",
@@ -123,9 +122,8 @@ void check_outputs(const EnsembleArguments& arguments) {
 }
 
 std::string file_contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", path.string()));
-  return {std::istreambuf_iterator<char>(file), {}};
+  if (!is_there(path)) throw InputError(fmt::format("there is nothing to resume: '{}' is missing", path.string()));
+  return read_file(path);
 }
 
 /// Consecutive blocks, as they are dealt out.
@@ -214,7 +212,7 @@ int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& argum
   print_notes(run.notes);
   const ensemble::Shard& part = run.options.shard;
   if (arguments.results.output.prints())
-    fmt::print("part {} of {}: {} of its {} paths in {}\n", part.index, part.count, run.sums.samples,
+    print_text("part {} of {}: {} of its {} paths in {}\n", part.index, part.count, run.sums.samples,
                run.options.shard_samples(), arguments.checkpoint().string());
   if (!run.partial()) return kDone;
   print_warning(
@@ -244,7 +242,7 @@ int run_ensemble(EnsembleArguments arguments) {
   const fs::path checkpoint = arguments.checkpoint();
   const bool is_shard = options.shard.count > 1;
   // Scripts may give --resume to the first run of a shard, too.
-  if (ranks::is_first() && arguments.resume && !(is_shard && !fs::exists(checkpoint)))
+  if (ranks::is_first() && arguments.resume && !(is_shard && !is_there(checkpoint)))
     ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   Sampling(ensemble, run, arguments).run();
@@ -252,7 +250,7 @@ int run_ensemble(EnsembleArguments arguments) {
   log_step(fmt::format("sampled {} paths", run.sums.samples));
   if (is_shard) return finish_shard(run, arguments);
   const int code = arguments.results.finish(run);
-  if (!run.partial()) fs::remove(checkpoint);
+  if (!run.partial()) remove_quietly(checkpoint);
   return code;
 }
 

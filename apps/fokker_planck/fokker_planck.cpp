@@ -244,11 +244,11 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   staged.commit();
   print_notes(problem.start.notes);
   if (arguments.output.prints()) {
-    fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
+    print_text("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
                crossing.probability, crossing.error, arguments.time, crossing.gap_points, crossing.momentum_lines,
                crossing.steps, crossing.seconds);
     if (!sampled.empty())
-      fmt::print("sampled    {:.4f} ± {:.4f}, {} paths, dt = {:.4g}\n", sampled.back().value,
+      print_text("sampled    {:.4f} ± {:.4f}, {} paths, dt = {:.4g}\n", sampled.back().value,
                  sampled.back().standard_error, arguments.samples, grid.dt());
     arguments.output.print_written(kPairEquationFiles, kPairEquationPictures);
   }

@@ -162,7 +162,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);
-    if (arguments.homotopy) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
+    if (arguments.homotopy) print_text("homotopy   {}\n", homotopy_line(facts.homotopy));
     arguments.output.print_written(files, pictures);
   }
   if (registration.noise == "none" && options.noise.spec() != "none")

@@ -61,10 +61,10 @@ int write_calibration(const CalibrationTask& task, const records::UnitRun& run, 
   files.commit();
   print_notes(notes);
   if (!output.prints()) return kDone;
-  fmt::print("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
+  print_text("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
              calibration.failed, model_words(problem));
   for (const inference::CalibratedQuantity& quantity : calibration.quantities)
-    fmt::print("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
+    print_text("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
                quantity.inside_band ? "within the band of 95 %" : "LEAVES THE BAND OF 95 %");
   output.print_written(kCalibrationFiles, kCalibrationPictures);
   return kDone;

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
 #include <fmt/format.h>
 
 #include "config.hpp"
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "messages.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "ranks.hpp"
@@ -79,21 +79,18 @@ void SavingPace::save(const std::function<void()>& how) {
 }
 
 bool saved_before(const std::filesystem::path& file, bool resume, bool part) {
-  const bool exists = std::filesystem::exists(file);
+  const bool exists = is_there(file);
   if (exists && !resume)
     throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
                                  file.string(), part ? "exists already" : "belongs to an unfinished run",
                                  part ? "continue or keep" : "continue"));
   if (resume && !exists && !part)
-    throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
+    throw InputError(fmt::format("there is nothing to resume: '{}' is missing", file.string()));
   return exists;  // scripts may give --resume to the first run of a shard, too
 }
 
 records::UnitRun read_saved(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  return records::read_unit_part(bytes, file.string());
+  return records::read_unit_part(read_file(file), file.string());
 }
 
 UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const OutputOptions& output,
@@ -107,7 +104,7 @@ UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const Outp
     output.check_only(file_.filename().string());
   else
     check_outputs();
-  check_output_file(file_);
+  if (!is_shard) check_result_file(file_, "--out");
   resumes_ = saved_before(file_, options.resume, is_shard);
 }
 
@@ -160,7 +157,7 @@ bool UnitJob::is_whole(const OutputOptions& output, const std::string& what) con
   if (!is_shard && !run_.partial()) return true;
   const std::size_t own = run_.own_units().size();
   if (is_shard && output.prints())
-    fmt::print("part {} of {}: {} of its {} {} in {}\n", run_.shard.index, run_.shard.count, run_.results.size(), own,
+    print_text("part {} of {}: {} of its {} {} in {}\n", run_.shard.index, run_.shard.count, run_.results.size(), own,
                what, file_.string());
   if (run_.partial())
     print_warning(fmt::format("partial: {} of {} {} are saved in '{}'; continue with --resume", run_.results.size(),
@@ -170,6 +167,6 @@ bool UnitJob::is_whole(const OutputOptions& output, const std::string& what) con
 
 int UnitJob::exit_code() const { return ranks::is_first() && run_.partial() ? kNotConverged : kDone; }
 
-void UnitJob::remove_saved() const { std::filesystem::remove(file_); }
+void UnitJob::remove_saved() const { remove_quietly(file_); }
 
 }  // namespace pulson

@@ -33,11 +33,6 @@ std::filesystem::path read_path(PathUse use, const std::string& value) {
   return value;
 }
 
-// Of values that are not split at their delimiter.
-std::vector<std::string> values_of(const CLI::Option& option) {
-  return option.count() > 0 ? option.reduced_results() : std::vector<std::string>();
-}
-
 }  // namespace
 
 CLI::Option* reads_file(CLI::Option* option) { return declare(option, PathUse::kFile, "FILE"); }
@@ -65,7 +60,7 @@ void RunPaths::add_options_of(const CLI::App& verb) {
   for (const CLI::Option* option : verb.get_options()) {
     const auto found = uses().find(option);
     if (found == uses().end()) continue;
-    for (const std::string& value : values_of(*option)) {
+    for (const std::string& value : option->results()) {
       if (value == "-" || found->second == PathUse::kBoth) continue;
       if (found->second == PathUse::kResult || found->second == PathUse::kFolder)
         writes(value, option->get_name());

@@ -18,9 +18,6 @@ std::string shown(std::string_view text);
 /// `text` as it is to standard output: records, tables of data, help.
 void print_exact(std::string_view text) noexcept;
 
-/// Whether all that print_exact() printed arrived.
-bool exact_text_arrived() noexcept;
-
 /// Opens /dev/null as each of the descriptors 0 to 2 that is closed, so that no file of results becomes standard error;
 /// lets writing to a closed pipe fail in place of ending the process. Before anything else is opened.
 void prepare_standard_streams() noexcept;

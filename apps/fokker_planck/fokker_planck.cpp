@@ -258,11 +258,11 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   results.finish();
   print_notes(problem.start.notes);
   if (arguments.output.prints()) {
-    fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
+    print_text("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
                crossing.probability, crossing.error, arguments.time, crossing.gap_points, crossing.momentum_lines,
                crossing.steps, crossing.seconds);
     if (!sampled.empty())
-      fmt::print("sampled    {}, {} paths, dt = {:.4g}\n", sampled.back().text(), arguments.samples, grid.dt());
+      print_text("sampled    {}, {} paths, dt = {:.4g}\n", sampled.back().text(), arguments.samples, grid.dt());
     results.print_written();
   }
   for (const std::string& text : warnings) print_warning(text);

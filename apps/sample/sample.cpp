@@ -11,6 +11,7 @@
 #include "calibration.hpp"
 #include "core/atomic_file.hpp"
 #include "core/determined.hpp"
+#include "core/paths.hpp"
 #include "ensemble_kalman.hpp"
 #include "picture.hpp"
 #include "report.hpp"
@@ -72,30 +73,30 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
 
 void print_summary(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                    const PosteriorSummary& summary) {
-  fmt::print(
+  print_text(
       "{}: {} of {} in {}D\n", problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
       problem.tree.empty()
           ? counted(static_cast<std::int64_t>(problem.targets.size()), "target")
           : fmt::format("a tree of {} branches, with {} observed nodes", problem.tree.size(), problem.targets.size()),
       counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension());
-  fmt::print("model      {}\n", model_words(problem));
-  fmt::print("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
+  print_text("model      {}\n", model_words(problem));
+  print_text("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
              draws.seconds, draws.acceptance);
-  fmt::print("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
+  print_text("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
   for (const auto& [name, numbers] : summary.parameters)
-    fmt::print("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8}{:>8}\n", name, numbers.mean, numbers.sd, numbers.q05,
+    print_text("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8}{:>8}\n", name, numbers.mean, numbers.sd, numbers.q05,
                numbers.q95, std::isnan(numbers.rhat) ? "-" : rhat_text(numbers.rhat),
                std::isnan(numbers.ess_bulk) ? "-" : ess_text(numbers.ess_bulk));
-  fmt::print("paths      R-hat at most {}, ESS at least {}", rhat_text(summary.rhat_max), ess_text(summary.ess_min));
+  print_text("paths      R-hat at most {}, ESS at least {}", rhat_text(summary.rhat_max), ess_text(summary.ess_min));
   if (problem.tree.empty())
-    fmt::print("; momenta {}, {}", rhat_text(summary.momenta_rhat_max), ess_text(summary.momenta_ess_min));
-  fmt::print("\n");
-  if (draws.modes > 1) fmt::print("modes      {} found\n", draws.modes);
+    print_text("; momenta {}, {}", rhat_text(summary.momenta_rhat_max), ess_text(summary.momenta_ess_min));
+  print_text("\n");
+  if (draws.modes > 1) print_text("modes      {} found\n", draws.modes);
   if (!draws.exchanged.empty())
-    fmt::print("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
+    print_text("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
                *std::min_element(draws.exchanged.begin(), draws.exchanged.end()),
                *std::max_element(draws.exchanged.begin(), draws.exchanged.end()));
-  fmt::print("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
+  print_text("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
              draws.laplace_log_evidence);
 }
 

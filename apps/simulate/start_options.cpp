@@ -7,6 +7,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
+#include "shell/path_options.hpp"
 
 namespace pulson {
 namespace {
@@ -70,13 +71,13 @@ void StartOptions::add_to(CLI::App& verb) {
   CLI::Option* by_q = verb.add_option("--q", q, "positions: 0,10 on a line, 0/0,1/0 in the plane, 0/0/0,… in space")
                           ->type_name("NUMBERS");
   CLI::Option* by_shape =
-      verb.add_option("--shape", shape, "positions from a landmark file, file#3 or file#id=NAME")->type_name("FILE");
+      reads_shape(verb.add_option("--shape", shape, "positions from a landmark file, file#3 or file#id=NAME"));
   CLI::Option* by_from =
-      verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json")->type_name("FILE");
+      reads_file(verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json"));
   by_q->excludes(by_shape, by_from);
   by_shape->excludes(by_from);
   CLI::Option* by_p = verb.add_option("--p", p, "momenta, in the format of --q [0]")->type_name("NUMBERS");
-  verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->type_name("FILE")->excludes(by_p);
+  reads_shape(verb.add_option("--momenta", momenta, "momenta from a landmark file [0]"))->excludes(by_p);
   add_read_options(verb, reading);
   verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
   verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");

@@ -1,5 +1,5 @@
-// Command lines, configurations and environments made by chance: whatever they are, the program ends with an exit code of
-// its own, one line where it refuses, and runs nothing that they name.
+// Command lines, configurations and environments made by chance: whatever they are, the program ends with an exit code
+// of its own, one line where it refuses, and runs nothing that they name.
 
 #include <algorithm>
 #include <cstdlib>
@@ -31,18 +31,80 @@ const Words kVerbs = {"register", "atlas",         "warp",      "simulate", "ens
 
 /// Texts that other programs have stumbled over, and some that are right.
 Words hostile_texts() {
-  return {"",           "-",           "--",        "-1",        "0",          "1",          "2",
-          "3",          "0.5",         "nan",       "inf",       "1e308",      "1e-308",     "0x10",
-          "1e",         "x",           "'",         "\"",        "\\",         "<touch PWNED;#",
-          "|touch PWNED",              "$(touch PWNED)",         "`touch PWNED`",            ";touch PWNED",
-          "--config=e.toml",           "-o",        "/dev/zero", "/dev/full",  "/dev/null",  ".",
-          "a.csv",      "b.csv",       "none.csv",  "three.tps", "three.tps#2", "a.csv#9",   "a.csv#id=x",
-          "out",        "loop",        "dangling",  "pipe",      "picture.png", "1,2",       "0,1,2",
-          "1/2",        "3/2",         "0/0",       "5%",        "-5%",        "auto",       "fit",
-          "none",       "all",         "mean",      "ch-sd:beta=5%",           "gaussian:alpha=1",
-          "p-sd:beta=1,fields=grid,count=2",        "kunita:beta=1",           "ch-sd", "variational", "rk4",
-          "png",        "svg,pdf",     "\xff\xfe",  "\x1b[2J\x1b]0;x\x07",     "a\nb",       "a\tb",       "%s%n%d",
-          "\xe2\x80\xae" "gpj.exe",    std::string(300, 'n'),    std::string(5000, 'n'),     "../a.csv",   "{}"};
+  return {"",
+          "-",
+          "--",
+          "-1",
+          "0",
+          "1",
+          "2",
+          "3",
+          "0.5",
+          "nan",
+          "inf",
+          "1e308",
+          "1e-308",
+          "0x10",
+          "1e",
+          "x",
+          "'",
+          "\"",
+          "\\",
+          "<touch PWNED;#",
+          "|touch PWNED",
+          "$(touch PWNED)",
+          "`touch PWNED`",
+          ";touch PWNED",
+          "--config=e.toml",
+          "-o",
+          "/dev/zero",
+          "/dev/full",
+          "/dev/null",
+          ".",
+          "a.csv",
+          "b.csv",
+          "none.csv",
+          "three.tps",
+          "three.tps#2",
+          "a.csv#9",
+          "a.csv#id=x",
+          "out",
+          "loop",
+          "dangling",
+          "pipe",
+          "picture.png",
+          "1,2",
+          "0,1,2",
+          "1/2",
+          "3/2",
+          "0/0",
+          "5%",
+          "-5%",
+          "auto",
+          "fit",
+          "none",
+          "all",
+          "mean",
+          "ch-sd:beta=5%",
+          "gaussian:alpha=1",
+          "p-sd:beta=1,fields=grid,count=2",
+          "kunita:beta=1",
+          "ch-sd",
+          "variational",
+          "rk4",
+          "png",
+          "svg,pdf",
+          "\xff\xfe",
+          "\x1b[2J\x1b]0;x\x07",
+          "a\nb",
+          "a\tb",
+          "%s%n%d",
+          "\xe2\x80\xae"
+          "gpj.exe",
+          std::string(300, 'n'),
+          std::string(5000, 'n'),
+          "../a.csv",
+          "{}"};
 }
 
 class CommandLines : public InTemporaryFolder {
@@ -52,7 +114,8 @@ class CommandLines : public InTemporaryFolder {
     write("a.csv", "0,0\n1,0\n0,1\n1.2,1\n");
     write("b.csv", "0,0.1\n1.1,0\n0,1\n1.2,1.3\n");
     write("three.tps",
-          "LM=4\n0 0\n1 0\n0 1\n1 1\nIMAGE=--config=e.toml\nID=a\nLM=4\n0 0.1\n1 0\n0 1.2\n1 1\nIMAGE=<touch PWNED\nID='b\n"
+          "LM=4\n0 0\n1 0\n0 1\n1 1\nIMAGE=--config=e.toml\nID=a\nLM=4\n0 0.1\n1 0\n0 1.2\n1 1\nIMAGE=<touch "
+          "PWNED\nID='b\n"
           "LM=4\n0 0\n1.2 0\n0.1 1\n1 1\nID=c d\n");
     write("--config=e.toml", "");
     write("e.toml", "side-by-side = \"<touch PWNED;#/s.png\"\njson = \"victim\"\n");
@@ -159,9 +222,24 @@ TEST_F(CommandLines, WithConfigurationsMadeByChanceEndInOrder) {
 
 TEST_F(CommandLines, InEnvironmentsMadeByChanceEndInOrder) {
   std::mt19937 engine(9);
-  const Words names = {"TERM",   "NO_COLOR", "COLUMNS", "HOME",  "TMPDIR",          "PATH",           "LANG",      "LC_ALL",
-                       "TZ",     "XDG_CONFIG_HOME",     "FONTCONFIG_FILE",          "FONTCONFIG_PATH", "OMP_NUM_THREADS",
-                       "OPENBLAS_NUM_THREADS", "OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK", "PMI_SIZE", "SLURM_NTASKS"};
+  const Words names = {"TERM",
+                       "NO_COLOR",
+                       "COLUMNS",
+                       "HOME",
+                       "TMPDIR",
+                       "PATH",
+                       "LANG",
+                       "LC_ALL",
+                       "TZ",
+                       "XDG_CONFIG_HOME",
+                       "FONTCONFIG_FILE",
+                       "FONTCONFIG_PATH",
+                       "OMP_NUM_THREADS",
+                       "OPENBLAS_NUM_THREADS",
+                       "OMPI_COMM_WORLD_SIZE",
+                       "OMPI_COMM_WORLD_RANK",
+                       "PMI_SIZE",
+                       "SLURM_NTASKS"};
   const Words texts = hostile_texts();
   const auto any = [&](const Words& of) { return of[engine() % of.size()]; };
   for (int turn = count_of("PULSON_COMMAND_LINES", 60); turn > 0; --turn) {

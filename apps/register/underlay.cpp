@@ -137,12 +137,9 @@ bool Underlay::warp(const fs::path& record, const std::vector<std::string>& opti
   std::vector<std::string> arguments = {"warp", record.string()};
   arguments.insert(arguments.end(), options.begin(), options.end());
   arguments.insert(arguments.end(), {orientation_, "--border=transparent", "--quiet", "--out", out.string()});
-  const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  draw::ChildProcess child(fs::read_symlink("/proc/self/exe"), arguments, nothing);
-  const bool succeeded = child.wait();
-  ::close(nothing);
-  printed_ = child.printed();
-  return succeeded;
+  draw::ChildProcess child(fs::read_symlink("/proc/self/exe"), arguments);
+  printed_ = child.wait();
+  return printed_.empty();
 }
 
 }  // namespace pulson

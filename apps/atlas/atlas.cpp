@@ -8,12 +8,15 @@
 
 #include "arguments.hpp"
 #include "columns.hpp"
+#include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "match_rounds.hpp"
 #include "pulson/core/errors.hpp"
 #include "register/report.hpp"
 #include "results.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
 #include "shell/units.hpp"
@@ -194,7 +197,7 @@ bool check_outputs(const AtlasArguments& arguments, const Files& files, const st
                    const std::filesystem::path& checkpoint) {
   if (!ranks::is_first()) return false;
   arguments.output.check(files.names, stems);
-  check_output_file(checkpoint);
+  check_result_file(checkpoint, "--out");
   return saved_before(checkpoint, arguments.resume);
 }
 

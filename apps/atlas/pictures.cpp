@@ -232,21 +232,21 @@ namespace {
 
 void draw_picture(const std::string& stem, const AtlasResults& results, int modes, const draw::PictureFiles& files) {
   if (stem == "template")
-      draw_template(results.atlas, files);
-    else if (stem == "modes")
-      draw_modes(results, modes, files);
-    else if (stem == "scores")
-      draw_scores(results, results.modes, "Scores of the momenta", files);
-    else if (stem == "procrustes_scores")
-      draw_scores(results, results.procrustes.modes, "Scores of Procrustes coordinates", files);
-    else if (stem == "scree")
-      draw_scree(results, files);
-    else if (stem == "regression")
-      draw_regression(results, files);
-    else if (stem == "regression_scores")
-      draw_regression_scores(results, files);
-    else if (stem == "groups")
-      draw_groups(results, files);
+    draw_template(results.atlas, files);
+  else if (stem == "modes")
+    draw_modes(results, modes, files);
+  else if (stem == "scores")
+    draw_scores(results, results.modes, "Scores of the momenta", files);
+  else if (stem == "procrustes_scores")
+    draw_scores(results, results.procrustes.modes, "Scores of Procrustes coordinates", files);
+  else if (stem == "scree")
+    draw_scree(results, files);
+  else if (stem == "regression")
+    draw_regression(results, files);
+  else if (stem == "regression_scores")
+    draw_regression_scores(results, files);
+  else if (stem == "groups")
+    draw_groups(results, files);
 }
 
 }  // namespace

@@ -8,14 +8,15 @@
 #include "core/text.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "records/record_text.hpp"
 #include "results.hpp"
-#include "shell/json_text.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using records::defined_or_null;
 
 Json number_list(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
@@ -49,7 +50,7 @@ Json specimen_json(const AtlasResults& results, std::size_t i) {
       const auto column = static_cast<Eigen::Index>(k);
       json["predicted"].push_back({{"landmark", predicted.landmarks[k] + 1},
                                    {"position", number_list(predicted.positions.col(column))},
-                                   {"half_width_90", number_list(predicted.half_widths.col(column))}});
+                                   {"half_width_90", defined_or_null(number_list(predicted.half_widths.col(column)))}});
     }
   }
   return json;
@@ -60,24 +61,29 @@ Json regression_json(const AtlasResults& results) {
   return {{"covariate", results.covariate_name},
           {"specimens", found.specimens},
           {"mean", found.mean},
-          {"r_squared", found.r_squared},
-          {"f", found.f},
-          {"p_value", found.p_value},
+          {"r_squared", defined_or_null(found.r_squared)},
+          {"f", defined_or_null(found.f)},
+          {"p_value", defined_or_null(found.p_value)},
           {"permutations", found.permutations},
           {"slope", landmarks(found.slope)},
           {"intercept", landmarks(found.intercept)}};
 }
 
 Json groups_json(const cohort::GroupComparison& found) {
-  Json json{{"names", found.names},   {"sizes", found.sizes},     {"r_squared", found.r_squared},
-            {"f", found.f},           {"p_value", found.p_value}, {"permutations", found.permutations},
-            {"pairs", Json::array()}, {"means", Json::array()}};
+  Json json{{"names", found.names},
+            {"sizes", found.sizes},
+            {"r_squared", defined_or_null(found.r_squared)},
+            {"f", defined_or_null(found.f)},
+            {"p_value", defined_or_null(found.p_value)},
+            {"permutations", found.permutations},
+            {"pairs", Json::array()},
+            {"means", Json::array()}};
   for (const auto& pair : found.pairs)
     json["pairs"].push_back(
         {{"groups",
           {found.names[static_cast<std::size_t>(pair.first)], found.names[static_cast<std::size_t>(pair.second)]}},
          {"distance", pair.distance},
-         {"p_value", pair.p_value}});
+         {"p_value", defined_or_null(pair.p_value)}});
   for (const Points& mean : found.means) json["means"].push_back(landmarks(mean));
   return json;
 }
@@ -119,7 +125,7 @@ std::string atlas_json(const AtlasResults& results) {
   json["notes"] = in_option_words(results.notes);
   json["seconds"] = results.seconds;
   json["version"] = version();
-  return json_text(json);
+  return records::record_text(json);
 }
 
 std::string specimens_csv(const AtlasResults& results) {

@@ -9,16 +9,17 @@
 
 #include "core/csv_table.hpp"
 #include "pulson/core/version.hpp"
-#include "shell/json_text.hpp"
+#include "records/record_text.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
 namespace {
 
-using Json = nlohmann::ordered_json;  // NaN is written as null
+using Json = nlohmann::ordered_json;
+using records::defined_or_null;
 
 Json estimate(const Estimate& estimate) {
-  return {{"value", estimate.value}, {"standard_error", estimate.standard_error}};
+  return defined_or_null({{"value", estimate.value}, {"standard_error", estimate.standard_error}});
 }
 
 Json numbers(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
@@ -45,10 +46,10 @@ Json fitted_json(const std::vector<compare::FittedNumber>& fitted) {
   for (const compare::FittedNumber& number : fitted)
     all.push_back({{"name", number.name},
                    {"value", shown_value(number)},
-                   {"log_deviation", number.log_deviation},
+                   {"log_deviation", defined_or_null(number.log_deviation)},
                    {"vanishes", number.vanishes},
-                   {"interval_90", {number.low, number.high}},
-                   {"correlation_with_sigma", number.correlation_with_sigma}});
+                   {"interval_90", defined_or_null({number.low, number.high})},
+                   {"correlation_with_sigma", defined_or_null(number.correlation_with_sigma)}});
   return all;
 }
 
@@ -73,27 +74,28 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
             {"energy", model.energy.value},
             {"action", model.action.value},
             {"total", model.total.value},
-            {"log_evidence", fit.log_evidence},
-            {"score", model.score},
+            {"log_evidence", defined_or_null(fit.log_evidence)},
+            {"score", defined_or_null(model.score)},
             {"difference", estimate(model.difference)},
             {"weight", model.weight},
-            {"p_value", model.p_value},
+            {"p_value", defined_or_null(model.p_value)},
             {"p_value_cohorts", model.bootstrapped},
             {"noise_share", fit.noise_share},
-            {"order_inversions", model.order_inversions.value},
-            {"flipped_triangles", model.flipped_triangles.value},
-            {"folded_fraction", model.folded_fraction.value},
+            {"order_inversions", defined_or_null(model.order_inversions.value)},
+            {"flipped_triangles", defined_or_null(model.flipped_triangles.value)},
+            {"folded_fraction", defined_or_null(model.folded_fraction.value)},
             {"seconds", model.seconds}};
-  json["standard_errors"] = {{"rms", model.rms.standard_error},
-                             {"energy", model.energy.standard_error},
-                             {"action", model.action.standard_error},
-                             {"total", model.total.standard_error},
-                             {"order_inversions", model.order_inversions.standard_error},
-                             {"flipped_triangles", model.flipped_triangles.standard_error},
-                             {"folded_fraction", model.folded_fraction.standard_error}};
-  json["log_evidences"] = evidences(fit);
-  json["laplace"] = fit.laplace;
-  json["importance_sampling"] = {{"standard_error", fit.sampling_error}};
+  json["standard_errors"] = Json{{"rms", model.rms.standard_error},
+                                 {"energy", model.energy.standard_error},
+                                 {"action", model.action.standard_error},
+                                 {"total", model.total.standard_error},
+                                 {"order_inversions", model.order_inversions.standard_error},
+                                 {"flipped_triangles", model.flipped_triangles.standard_error},
+                                 {"folded_fraction", model.folded_fraction.standard_error}};
+  json["standard_errors"] = defined_or_null(json["standard_errors"]);
+  json["log_evidences"] = defined_or_null(evidences(fit));
+  json["laplace"] = defined_or_null(fit.laplace);
+  json["importance_sampling"] = {{"standard_error", defined_or_null(fit.sampling_error)}};
   json["importance_sampling"]["samples"] = settings.importance_samples;
   json["importance_sampling"]["least_effective_part"] = fit.effective_part;
   int lost = 0;
@@ -107,14 +109,14 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
   json["sampled_evidence"] = nullptr;
   if (const auto& sampled = fit.sampled) {
     json["sampled_evidence"] = estimate(sampled->total);
-    json["sampled_evidence"]["rhat_max"] = sampled->worst_rhat;
+    json["sampled_evidence"]["rhat_max"] = defined_or_null(sampled->worst_rhat);
   }
   json["prediction"] = nullptr;
   if (const auto& prediction = model.prediction)
     json["prediction"] = {{"energy_score", prediction->energy_score},
-                          {"energy_score_error", prediction->energy_score_error},
+                          {"energy_score_error", defined_or_null(prediction->energy_score_error)},
                           {"coverage_90", prediction->coverage},
-                          {"coverage_90_error", prediction->coverage_error}};
+                          {"coverage_90_error", defined_or_null(prediction->coverage_error)}};
   json["matched"] = model.matched;
   json["least_cost_paths"] = nullptr;
   if (const auto& paths = model.paths)
@@ -126,7 +128,7 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
                                 {"flipped_triangles", estimate(paths->flipped_triangles)},
                                 {"matched", paths->matched},
                                 {"converged", paths->converged}};
-  json["spectrum"] = numbers(model.spectrum);
+  json["spectrum"] = defined_or_null(numbers(model.spectrum));
   json["noise_way"] = numbers(model.noise_displacement);
   json["lost_samples"] = model.lost_samples;
   return json;
@@ -149,14 +151,14 @@ std::string comparison_json(const compare::Comparison& comparison, double second
             {"models", Json::array()},
             {"best", comparison.models[comparison.best].fit.noise},
             {"eigenvalues", numbers(comparison.eigenvalues)},
-            {"observed_spectrum", numbers(comparison.observed)},
-            {"observed_spectrum_error", numbers(comparison.observed_error)},
+            {"observed_spectrum", defined_or_null(numbers(comparison.observed))},
+            {"observed_spectrum_error", defined_or_null(numbers(comparison.observed_error))},
             {"notes", in_option_words(comparison.notes)},
             {"seconds", seconds},
             {"version", version()}};
   for (const compare::ComparedModel& model : comparison.models)
     json["models"].push_back(model_json(model, comparison.settings));
-  return json_text(json);
+  return records::record_text(json);
 }
 
 std::string specimens_csv(const compare::CohortShapes& shapes) {
@@ -272,9 +274,9 @@ Json fits_json(const compare::RecoveryRow& row, const std::vector<std::string>& 
       Json intervals = Json::object();
       for (const compare::FittedNumber& number : fits[i].numbers) {
         fit[number.name] = shown_value(number);
-        intervals[number.name] = {number.low, number.high};
+        intervals[number.name] = defined_or_null({number.low, number.high});
       }
-      fit["log_evidence"] = fits[i].log_evidence;
+      fit["log_evidence"] = defined_or_null(fits[i].log_evidence);
       fit["interval_90"] = std::move(intervals);
       of_cohort[candidates[i]] = std::move(fit);
     }
@@ -301,12 +303,12 @@ std::string recovery_json(const std::vector<compare::RecoveryRow>& rows, const s
     json["models"].push_back({{"noise", row.truth.noise.spec()},
                               {"lambda", row.truth.lambda},
                               {"kernel", row.truth.kernel.empty() ? options.settings.kernel.spec() : row.truth.kernel},
-                              {"noise_share", row.noise_share},
+                              {"noise_share", defined_or_null(row.noise_share)},
                               {"displacement", row.displacement},
                               {"chosen", row.chosen},
                               {"unfit", row.unfit},
                               {"fits", fits_json(row, candidates)}});
-  return json_text(json);
+  return records::record_text(json);
 }
 
 }  // namespace pulson

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/records/records.hpp"
 #include "results.hpp"
@@ -119,12 +118,6 @@ bool check_outputs(const EnsembleArguments& arguments) {
   return saved_before(checkpoint, arguments.resume, arguments.options.shard.count > 1);
 }
 
-std::string file_contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", path.string()));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// Consecutive blocks, as they are dealt out.
 struct Blocks {
   std::int64_t first = 0;
@@ -211,7 +204,7 @@ int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& argum
   print_notes(run.notes);
   const ensemble::Shard& part = run.options.shard;
   if (arguments.results.output.prints())
-    fmt::print("part {} of {}: {} of its {} paths in {}\n", part.index, part.count, run.sums.samples,
+    print_text("part {} of {}: {} of its {} paths in {}\n", part.index, part.count, run.sums.samples,
                run.options.shard_samples(), arguments.checkpoint().string());
   if (!run.partial()) return kDone;
   print_warning(
@@ -240,7 +233,7 @@ int run_ensemble(EnsembleArguments arguments) {
   run.notes = start.notes;
   const fs::path checkpoint = arguments.checkpoint();
   const bool is_shard = options.shard.count > 1;
-  if (saved) ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
+  if (saved) ensemble.resume(read_ensemble_checkpoint(run, read_file(checkpoint), checkpoint.string()));
   if (arguments.resume && !is_shard) {
     const bool is_done = ranks::is_first() && !saved &&
                          is_done_before(arguments.results.output.file("ensemble.json"), ensemble_fingerprint(run));

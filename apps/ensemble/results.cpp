@@ -8,6 +8,8 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/path_options.hpp"
+#include "shell/probability_text.hpp"
 #include "shell/report_parts.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
@@ -26,7 +28,12 @@ std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
   if (run.partial())
     warnings.push_back(
         fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
-  if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
+  if (run.sums.samples > 0 && paths.clean == 0)
+    warnings.push_back(
+        fmt::format("none of the {} paths is clean: no probability or mean is determined. Try a smaller --dt, or a "
+                    "smaller amplitude of the noise",
+                    run.sums.samples));
+  else if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
     warnings.push_back(
         fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
                     "smaller --dt may help",
@@ -41,8 +48,9 @@ void write_states(const records::EnsembleRun& run, const EnsembleOutput& argumen
   const auto samples = static_cast<std::size_t>(run.sums.samples);
   const std::size_t records = run.options.keep == ensemble::KeepStates::kAll ? run.options.records.size() : 1;
   if (!arguments.save_paths.empty())
-    results.write_outside(
-        [&] { formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d}); });
+    results.write_outside([&] {
+      formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d});
+    });
   if (!arguments.save_final.empty()) {
     std::vector<double> last;
     for (std::size_t m = 0; m < samples; ++m) {
@@ -70,35 +78,33 @@ void write_results(const records::EnsembleRun& run, const EnsembleOutput& argume
 void print_summary(const records::EnsembleRun& run) {
   const ensemble::EnsembleSums& sums = run.sums;
   const TimeGrid& grid = run.options.grid;
-  fmt::print("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
+  print_text("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
              run.partial() ? "PARTIAL: " : "", sums.samples, run.shape.count(), run.shape.dimension(), grid.time,
              grid.steps, grid.dt(), run.options.seed, run.options.antithetic ? ", antithetic" : "");
-  fmt::print("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
+  print_text("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
              shortened_spec(run.system.noise->spec()), run.integrator);
-  fmt::print("sampled    in {:.2f} s on {}, {}\n", run.seconds,
+  print_text("sampled    in {:.2f} s on {}, {}\n", run.seconds,
              counted(static_cast<std::size_t>(run.threads), "thread"), run.method);
-  fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
+  print_text("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
              sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
   if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
     const Estimate crossing = sums.crossing_probability();
-    fmt::print(
-        "crossing   {:.4f} ± {:.4f} of the clean paths end in a different order; {:.4f} were in one at some step\n",
-        crossing.value, crossing.standard_error,
-        static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
+    print_text("crossing   {} of the clean paths end in a different order; {:.4f} were in one at some step\n",
+               probability_text(crossing, sums.paths.clean),
+               static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
   }
   const NoiseTraits traits = run.system.noise->traits();
-  if (traits.translation_invariant && traits.hamiltonian)
-    fmt::print("momentum   total {}\n", conservation(sums.momentum_error));
+  if (traits.translation_invariant && traits.hamiltonian && sums.paths.clean > 0)
+    print_text("momentum   total {}\n", conservation(sums.momentum_error));
 }
 
 }  // namespace
 
 void EnsembleOutput::add_to(CLI::App& verb) {
-  verb.add_option("--save-final", save_final, "write the final states: .npy, [sample][q,p][landmark][axis]")
-      ->type_name("FILE");
-  verb.add_option("--save-paths", save_paths,
-                  "write the states at the records: .npy, [sample][record][q,p][landmark][axis]")
-      ->type_name("FILE");
+  writes_file(
+      verb.add_option("--save-final", save_final, "write the final states: .npy, [sample][q,p][landmark][axis]"));
+  writes_file(verb.add_option("--save-paths", save_paths,
+                              "write the states at the records: .npy, [sample][record][q,p][landmark][axis]"));
   output.add_to(verb, "ensemble.png and .svg");
 }
 

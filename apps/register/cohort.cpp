@@ -13,6 +13,8 @@
 #include "pulson/core/errors.hpp"
 #include "registration_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/messages.hpp"
+#include "shell/path_options.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
@@ -138,10 +140,10 @@ void print_cohort(const CohortMatches& cohort) {
   for (const SpecimenMatch& specimen : cohort.specimens)
     if (specimen.registration) rms.push_back(specimen.registration->rms());
   std::sort(rms.begin(), rms.end());
-  fmt::print("{} → {}: {} in {}D\n", cohort.source.source, counted(std::ssize(cohort.specimens), "shape"),
+  print_text("{} → {}: {} in {}D\n", cohort.source.source, counted(std::ssize(cohort.specimens), "shape"),
              counted(cohort.source.count(), "landmark"), cohort.source.dimension());
-  fmt::print("rms        median {:.4g}, largest {:.4g}\n", rms[rms.size() / 2], rms.back());
-  fmt::print("converged  {} of {}{} in {:.2f} s\n", rms.size() - static_cast<std::size_t>(cohort.unconverged()),
+  print_text("rms        median {:.4g}, largest {:.4g}\n", rms[rms.size() / 2], rms.back());
+  print_text("converged  {} of {}{} in {:.2f} s\n", rms.size() - static_cast<std::size_t>(cohort.unconverged()),
              cohort.specimens.size(), cohort.failed() > 0 ? fmt::format(", {} FAILED", cohort.failed()) : std::string(),
              cohort.seconds);
 }
@@ -173,6 +175,13 @@ OutputOptions without_pictures(OutputOptions output) {
   return output;
 }
 
+// The files of each specimen, whose folders are made when there is something to write.
+void add_files_of(const std::vector<Landmarks>& targets, const OutputOptions& output) {
+  for (const std::string& name : folder_names(targets, kCohortFiles))
+    for (const char* file : {"registration.json", "residuals.csv", "trajectory.csv"})
+      run_paths().writes(output.file(name) / file, "--out");
+}
+
 /// Of what is not among the options themselves.
 Json facts_of(const RegisterArguments& arguments) {
   Json facts = Json::object();
@@ -200,7 +209,10 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
   const CohortInput input = read_input(arguments, run.notes);
   matching::RegistrationOptions options = arguments.registration_options(input.source);
   const OutputOptions output = without_pictures(arguments.output);
-  UnitJob job("register", arguments.units, output, "cohort.json", [&] { output.check(kCohortFiles, {}); });
+  UnitJob job("register", arguments.units, output, "cohort.json", [&] {
+    output.check(kCohortFiles, {});
+    add_files_of(input.targets, output);
+  });
   run.settings = settings;
   run.shapes = input.targets;
   run.shapes.insert(run.shapes.begin(), input.source);

@@ -9,7 +9,7 @@
 #include "core/csv_table.hpp"
 #include "picture.hpp"
 #include "pulson/core/version.hpp"
-#include "shell/json_text.hpp"
+#include "records/record_text.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -89,7 +89,7 @@ std::string cohort_json(const CohortMatches& cohort) {
             {"seconds", cohort.seconds},
             {"version", version()}};
   for (const SpecimenMatch& specimen : cohort.specimens) json["specimens"].push_back(specimen_json(specimen));
-  return json_text(json);
+  return records::record_text(json);
 }
 
 namespace {

@@ -181,7 +181,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);
-    if (!facts.homotopy.empty()) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
+    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy));
     results.print_written();
   }
   if (registration.noise == "none" && options.noise.spec() != "none")

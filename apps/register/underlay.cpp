@@ -12,6 +12,7 @@
 #include "picture.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/records/records.hpp"
+#include "shell/path_options.hpp"
 
 namespace pulson {
 namespace {
@@ -81,8 +82,9 @@ SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const fs::path folder = fs::path(shape.source.substr(0, shape.source.find('#'))).parent_path();
   for (const fs::path& file : {folder / name, folder / fs::path(name).filename()}) {
-    std::error_code error;
-    if (fs::is_regular_file(file, error)) return {file, scale_was_applied ? shape.scale.value_or(1) : 1, {0, 0}};
+    if (!is_file(file)) continue;
+    run_paths().reads(file, "the image of " + shape.source);
+    return {file, scale_was_applied ? shape.scale.value_or(1) : 1, {0, 0}};
   }
   return {};
 }
@@ -135,12 +137,9 @@ bool Underlay::warp(const fs::path& record, const std::vector<std::string>& opti
   std::vector<std::string> arguments = {"warp", record.string()};
   arguments.insert(arguments.end(), options.begin(), options.end());
   arguments.insert(arguments.end(), {orientation_, "--border=transparent", "--quiet", "--out", out.string()});
-  const int nothing = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  draw::ChildProcess child(fs::read_symlink("/proc/self/exe"), arguments, nothing);
-  const bool succeeded = child.wait();
-  ::close(nothing);
-  printed_ = child.printed();
-  return succeeded;
+  draw::ChildProcess child(fs::read_symlink("/proc/self/exe"), arguments);
+  printed_ = child.wait();
+  return printed_.empty();
 }
 
 }  // namespace pulson

@@ -61,10 +61,10 @@ int write_calibration(const CalibrationTask& task, const records::UnitRun& run, 
   files.finish();
   print_notes(notes);
   if (!output.prints()) return kDone;
-  fmt::print("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
+  print_text("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
              calibration.failed, model_words(problem));
   for (const inference::CalibratedQuantity& quantity : calibration.quantities)
-    fmt::print("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
+    print_text("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
                quantity.inside_band ? "within the band of 95 %" : "LEAVES THE BAND OF 95 %");
   files.print_written();
   return kDone;
@@ -76,7 +76,8 @@ int run_calibration(const SampleArguments& arguments, const std::string& setting
   const OutputOptions& output = arguments.output;
   std::vector<std::string> notes;
   const SampleShapes shapes = arguments.read(notes);
-  UnitJob job("sample", arguments.units, output, "calibration.json", [&] { output.check(kCalibrationFiles, kCalibrationPictures); });
+  UnitJob job("sample", arguments.units, output, "calibration.json",
+              [&] { output.check(kCalibrationFiles, kCalibrationPictures); });
   records::UnitRun run;
   run.settings = settings;
   run.shapes = shapes.targets;

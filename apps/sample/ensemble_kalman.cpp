@@ -49,14 +49,14 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
     return std::sqrt(sum / count);
   };
   const Landmarks& source = problem.sources.front();
-  fmt::print("{}: {} of {} in {}D\n", source.source.empty() ? "source" : source.source,
+  print_text("{}: {} of {} in {}D\n", source.source.empty() ? "source" : source.source,
              counted(static_cast<std::int64_t>(problem.targets.size()), "target"), counted(source.count(), "landmark"),
              source.dimension());
-  fmt::print("model      {}\n", model_words(problem));
-  fmt::print("sampled    {} members, {} paths in {:.1f} s, {}\n", ensemble.draws.draws, ensemble.draws.path_evaluations,
+  print_text("model      {}\n", model_words(problem));
+  print_text("sampled    {} members, {} paths in {:.1f} s, {}\n", ensemble.draws.draws, ensemble.draws.path_evaluations,
              ensemble.draws.seconds, localisation_words(ensemble));
-  fmt::print("misfit     {:.3g} sigma (root mean square)\n", std::sqrt(ensemble.misfit));
-  fmt::print("sd         {:.3g} of a coordinate of p0, {:.3g} of q(T/2), {:.3g} of q(T) (root mean squares)\n",
+  print_text("misfit     {:.3g} sigma (root mean square)\n", std::sqrt(ensemble.misfit));
+  print_text("sd         {:.3g} of a coordinate of p0, {:.3g} of q(T/2), {:.3g} of q(T) (root mean squares)\n",
              rms_sd(summary.momenta), rms_sd(summary.middles), rms_sd(summary.ends));
 }
 
@@ -88,8 +88,7 @@ int run_ensemble_kalman(const SampleArguments& arguments, const CLI::App& verb) 
   files.add("momenta.npy", momenta_npy(problem, ensemble.draws));
   files.add("paths.npy", paths_npy(problem, ensemble.draws));
   files.commit("summary.json", record);
-  files.draw("paths",
-             [&](const draw::PictureFiles& drawn) { write_paths_picture(problem, ensemble.draws, 0, drawn); });
+  files.draw("paths", [&](const draw::PictureFiles& drawn) { write_paths_picture(problem, ensemble.draws, 0, drawn); });
   files.add_page([&] { return ensemble_report(problem, ensemble, summary, warnings, notes, files.shown("paths")); });
   files.finish();
   print_notes(notes);

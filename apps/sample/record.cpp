@@ -8,17 +8,19 @@
 
 #include "core/csv_table.hpp"
 #include "core/text.hpp"
+#include "core/undefined.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
-#include "shell/json_text.hpp"
+#include "records/record_text.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
 namespace {
 
 using Eigen::Index;
-using Json = nlohmann::ordered_json;  // NaN is written as null
+using Json = nlohmann::ordered_json;
+using records::defined_or_null;
 
 std::vector<inference::DrawSummary> summaries(const inference::PosteriorDraws& draws, const Eigen::MatrixXd& rows) {
   std::vector<inference::DrawSummary> all(static_cast<std::size_t>(rows.rows()));
@@ -33,10 +35,10 @@ Json summary_of(const inference::DrawSummary& numbers, bool of_chains = true) {
         {"mean", numbers.mean}, {"sd", numbers.sd}, {"q05", numbers.q05}, {"q50", numbers.q50}, {"q95", numbers.q95}};
   return {{"mean", numbers.mean},
           {"sd", numbers.sd},
-          {"mcse", numbers.mcse},
-          {"rhat", numbers.rhat},
-          {"ess_bulk", numbers.ess_bulk},
-          {"ess_tail", numbers.ess_tail},
+          {"mcse", defined_or_null(numbers.mcse)},
+          {"rhat", defined_or_null(numbers.rhat)},
+          {"ess_bulk", defined_or_null(numbers.ess_bulk)},
+          {"ess_tail", defined_or_null(numbers.ess_tail)},
           {"q05", numbers.q05},
           {"q50", numbers.q50},
           {"q95", numbers.q95}};
@@ -115,9 +117,11 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   summary.parameters.push_back(
       {"log_likelihood", inference::summarise(draws.by_chain(draws.log_likelihood.transpose()))});
   const auto consider = [&](const inference::DrawSummary& numbers, const std::string& name, double& rhat, double& ess) {
-    rhat = std::fmax(rhat, numbers.rhat);
-    ess = std::fmin(ess, std::fmin(numbers.ess_bulk, numbers.ess_tail));
-    if (numbers.rhat > summary.worst_rhat) {
+    const double least = min_or_undefined(numbers.ess_bulk, numbers.ess_tail);
+    rhat = max_or_undefined(rhat, numbers.rhat);
+    ess = min_or_undefined(ess, least);
+    if (summary.undefined.empty() && (std::isnan(numbers.rhat) || std::isnan(least))) summary.undefined = name;
+    if (!(numbers.rhat <= summary.worst_rhat) && !std::isnan(summary.worst_rhat)) {
       summary.worst_rhat = numbers.rhat;
       summary.worst = name;
     }
@@ -125,7 +129,6 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   double unused_rhat = 0, unused_ess = INFINITY;
   for (const NamedSummary& parameter : summary.parameters)
     consider(parameter.numbers, parameter.name, unused_rhat, unused_ess);
-  summary.ess_min = summary.momenta_ess_min = INFINITY;
   for (const Eigen::MatrixXd& momenta : draws.momenta) {
     summary.momenta.push_back(summaries(draws, momenta));
     for (const inference::DrawSummary& numbers : summary.momenta.back())
@@ -138,9 +141,13 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
       for (const inference::DrawSummary& numbers : *of_path)
         consider(numbers, "paths", summary.rhat_max, summary.ess_min);
   }
-  summary.converged = summary.worst_rhat <= inference::kHighRhat;
+  summary.converged = summary.undefined.empty() && summary.worst_rhat <= inference::kHighRhat;
   return summary;
 }
+
+std::string rhat_text(double rhat) { return std::isnan(rhat) ? "undefined" : fmt::format("{:.3f}", rhat); }
+
+std::string ess_text(double ess) { return std::isfinite(ess) ? fmt::format("{:.0f}", ess) : "undefined"; }
 
 std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,
                          const inference::PosteriorDraws& draws, const PosteriorSummary& summary,
@@ -151,14 +158,14 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   for (const NamedSummary& parameter : summary.parameters)
     json["parameters"][parameter.name] = summary_of(parameter.numbers);
   json["momenta"] = landmark_rows(problem, summary.momenta);
-  json["path"] = {{"rhat_max", summary.rhat_max}, {"ess_min", summary.ess_min}};
+  json["path"] = {{"rhat_max", defined_or_null(summary.rhat_max)}, {"ess_min", defined_or_null(summary.ess_min)}};
   json["path"]["middle"] = landmark_rows(problem, summary.middles);
   json["path"]["end"] = landmark_rows(problem, summary.ends);
-  json["log_evidence"] = {{"value", draws.log_evidence.value},
-                          {"standard_error", draws.log_evidence.standard_error},
+  json["log_evidence"] = {{"value", defined_or_null(draws.log_evidence.value)},
+                          {"standard_error", defined_or_null(draws.log_evidence.standard_error)},
                           {"laplace", draws.laplace_log_evidence}};
   json["converged"] = summary.converged;
-  json["rhat_max"] = summary.worst_rhat;
+  json["rhat_max"] = defined_or_null(summary.worst_rhat);
   json["parameter_acceptance"] = draws.parameter_acceptance;
   json["step_angle"] = draws.step_angle;
   json["modes"] = draws.modes;
@@ -171,14 +178,14 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);
   json["version"] = version();
-  return json_text(json);
+  return records::record_text(json);
 }
 
 std::string ensemble_json(const inference::PosteriorProblem& problem, const inference::EnsembleKalmanOptions& options,
                           const inference::EnsembleDraws& ensemble, const PosteriorSummary& summary,
                           const std::vector<std::string>& notes) {
   Json radii = Json::array();  // null: none
-  for (const double radius : ensemble.localisation) radii.push_back(radius);
+  for (const double radius : ensemble.localisation) radii.push_back(defined_or_null(radius));
   Json json{{"method", "enkf"},
             {"members", ensemble.draws.draws},
             {"lost", ensemble.lost},
@@ -195,7 +202,7 @@ std::string ensemble_json(const inference::PosteriorProblem& problem, const infe
   json["seed"] = options.seed;
   json["notes"] = in_option_words(notes);
   json["version"] = version();
-  return json_text(json);
+  return records::record_text(json);
 }
 
 std::string draws_csv(const inference::PosteriorDraws& draws) {
@@ -297,7 +304,7 @@ std::string calibration_json(const inference::PosteriorProblem& problem, const i
   json.update(models(problem));
   json.update(sampler_settings(options.sampler));
   json["version"] = version();
-  return json_text(json);
+  return records::record_text(json);
 }
 
 }  // namespace pulson

@@ -1,6 +1,7 @@
 // `pulson sample`: the posterior of momenta, paths and parameters.
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <mutex>
 
@@ -9,6 +10,8 @@
 #include "arguments.hpp"
 #include "calibration.hpp"
 #include "core/atomic_file.hpp"
+#include "core/determined.hpp"
+#include "core/paths.hpp"
 #include "ensemble_kalman.hpp"
 #include "picture.hpp"
 #include "report.hpp"
@@ -38,11 +41,22 @@ std::string remedy_for(const inference::PosteriorDraws& draws, const std::string
              : "";
 }
 
+// Chains that did not move, or are too short for their diagnostics.
+std::string undefined_warning(const PosteriorSummary& summary, const inference::PosteriorDraws& draws) {
+  return fmt::format("the chains have not converged: R-hat or effective sample sizes of {} are undefined, as {}",
+                     summary.undefined,
+                     draws.acceptance > 0
+                         ? "draws hardly change, or are too few; take more --draws and --warmup"
+                         : "no move was accepted; take more --warmup, in which the steps are adapted, or --method hmc");
+}
+
 std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws,
                                      const std::string& method) {
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
-  if (!summary.converged)
+  if (!summary.undefined.empty())
+    warnings.push_back(undefined_warning(summary, draws));
+  else if (!summary.converged)
     warnings.push_back(fmt::format(
         "the chains have not converged: R-hat of {} is {:.4f}, more than {}; take more --draws and --warmup{}",
         summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(draws, method)));
@@ -59,28 +73,30 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
 
 void print_summary(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                    const PosteriorSummary& summary) {
-  fmt::print(
+  print_text(
       "{}: {} of {} in {}D\n", problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
       problem.tree.empty()
           ? counted(static_cast<std::int64_t>(problem.targets.size()), "target")
           : fmt::format("a tree of {} branches, with {} observed nodes", problem.tree.size(), problem.targets.size()),
       counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension());
-  fmt::print("model      {}\n", model_words(problem));
-  fmt::print("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
+  print_text("model      {}\n", model_words(problem));
+  print_text("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
              draws.seconds, draws.acceptance);
-  fmt::print("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
+  print_text("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
   for (const auto& [name, numbers] : summary.parameters)
-    fmt::print("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8.3f}{:>8.0f}\n", name, numbers.mean, numbers.sd,
-               numbers.q05, numbers.q95, numbers.rhat, numbers.ess_bulk);
-  fmt::print("paths      R-hat at most {:.3f}, ESS at least {:.0f}", summary.rhat_max, summary.ess_min);
-  if (problem.tree.empty()) fmt::print("; momenta {:.3f}, {:.0f}", summary.momenta_rhat_max, summary.momenta_ess_min);
-  fmt::print("\n");
-  if (draws.modes > 1) fmt::print("modes      {} found\n", draws.modes);
+    print_text("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8}{:>8}\n", name, numbers.mean, numbers.sd, numbers.q05,
+               numbers.q95, std::isnan(numbers.rhat) ? "-" : rhat_text(numbers.rhat),
+               std::isnan(numbers.ess_bulk) ? "-" : ess_text(numbers.ess_bulk));
+  print_text("paths      R-hat at most {}, ESS at least {}", rhat_text(summary.rhat_max), ess_text(summary.ess_min));
+  if (problem.tree.empty())
+    print_text("; momenta {}, {}", rhat_text(summary.momenta_rhat_max), ess_text(summary.momenta_ess_min));
+  print_text("\n");
+  if (draws.modes > 1) print_text("modes      {} found\n", draws.modes);
   if (!draws.exchanged.empty())
-    fmt::print("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
+    print_text("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
                *std::min_element(draws.exchanged.begin(), draws.exchanged.end()),
                *std::max_element(draws.exchanged.begin(), draws.exchanged.end()));
-  fmt::print("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
+  print_text("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
              draws.laplace_log_evidence);
 }
 
@@ -134,6 +150,19 @@ class SavedChains {
   SavingPace pace_;
 };
 
+// θ have priors, which would be all that is seen of them where data are fewer.
+void require_determined_theta(const inference::PosteriorProblem& problem, const std::string& align) {
+  const Eigen::Index d = problem.sources.front().dimension();
+  const AlignmentKind kind = align != "auto"                   ? parse_alignment(align)
+                             : d == 1 || !problem.tree.empty() ? AlignmentKind::kNone
+                                                               : AlignmentKind::kSimilarity;
+  Eigen::Index coordinates = 0;
+  for (const Landmarks& target : problem.targets)
+    coordinates += target.points.array().isFinite().count() - alignment_parameters(kind, d);
+  require_determined_parameters("the parameters are", std::ssize(problem.parameters), coordinates,
+                                "give fewer --parameters, or none, or more shapes");
+}
+
 int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,
                   std::vector<std::string> notes) {
   const inference::PosteriorProblem problem = arguments.problem(shapes, notes);
@@ -143,6 +172,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   output.check(files_written, kSamplePictures);
   SavedChains saved(arguments, shapes, settings);
   if (saved.done_before()) return kDone;
+  require_determined_theta(problem, arguments.align);
   Progress progress;
   std::mutex turn;
   inference::SamplerOptions options = arguments.sampler;

@@ -8,6 +8,8 @@
 
 #include <CLI/App.hpp>
 
+#include "printing.hpp"
+
 namespace pulson {
 
 /// What takes the line away on which a terminal's cursor is.

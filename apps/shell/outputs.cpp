@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "tables.hpp"
@@ -22,10 +23,9 @@ void check_picture_size(const std::optional<double>& width, double dpi) {
 }
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
-  verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
-  verb.add_option("--json", json,
-                  "also write the record to this file; -: to standard output, with nothing else printed there")
-      ->type_name("FILE");
+  writes_folder(verb.add_option("-o,--out", out, "folder for the results"))->required();
+  writes_file(verb.add_option(
+      "--json", json, "also write the record to this file; -: to standard output, with nothing else printed there"));
   verb.add_flag("--no-picture", no_picture, "do not draw " + drawn);
   verb.add_option("--pictures", pictures, "formats of the pictures: png, svg, pdf")
       ->type_name("NAMES")
@@ -80,19 +80,19 @@ void OutputOptions::check(const std::vector<std::string>& files, const std::vect
   if (!json.empty() && json != "-") check_output_file(json);
   create_output_directory(out);
   lock = std::make_shared<FolderLock>(out);
-  for (const std::string& name : files) check_output_file(file(name));
-  for (const std::string& name : drawn) check_output_file(file(name));
+  for (const std::string& name : files) check_result_file(file(name), "--out");
+  for (const std::string& name : drawn) check_result_file(file(name), "--out");
 }
 
 void OutputOptions::check_only(const std::string& name) const {
   create_output_directory(out);
   lock = std::make_shared<FolderLock>(out, name);
-  check_output_file(file(name));
+  check_result_file(file(name), "--out");
 }
 
 void OutputOptions::write_json(const std::string& record) const {
   if (json == "-")
-    fmt::print("{}", record);
+    print_exact(record);
   else if (!json.empty())
     write_file_atomically(json, record);
 }

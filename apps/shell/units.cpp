@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <system_error>
 
@@ -11,7 +9,9 @@
 
 #include "config.hpp"
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "messages.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "ranks.hpp"
@@ -81,8 +81,7 @@ void SavingPace::save(const std::function<void()>& how) {
 }
 
 bool saved_before(const std::filesystem::path& file, bool resume, bool part) {
-  std::error_code error;
-  const bool exists = std::filesystem::exists(file, error);
+  const bool exists = is_there(file);
   if (exists && !resume)
     throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
                                  file.string(), part ? "exists already" : "belongs to an unfinished run",
@@ -93,8 +92,7 @@ bool saved_before(const std::filesystem::path& file, bool resume, bool part) {
 }
 
 bool is_done_before(const std::filesystem::path& record, const std::string& fingerprint) {
-  std::ifstream stream(record, std::ios::binary);
-  const Json json = Json::parse(stream, nullptr, false);
+  const Json json = is_file(record) ? Json::parse(read_file(record), nullptr, false) : Json();
   const bool is_done = json.is_object() && json.contains("run") && json["run"] == fingerprint;
   print_note(is_done ? fmt::format("there is nothing left to do: '{}' has the results of this run", record.string())
                      : fmt::format("nothing is saved in '{}' yet: the run begins", record.parent_path().string()));
@@ -108,10 +106,7 @@ void remove_saved(const std::filesystem::path& file) {
 }
 
 records::UnitRun read_saved(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  return records::read_unit_part(bytes, file.string());
+  return records::read_unit_part(read_file(file), file.string());
 }
 
 UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const OutputOptions& output,
@@ -125,7 +120,7 @@ UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const Outp
     output.check_only(file_.filename().string());
   else
     check_outputs();
-  check_output_file(file_);
+  if (!is_shard) check_result_file(file_, "--out");
   resumes_ = saved_before(file_, options.resume, is_shard);
 }
 
@@ -183,7 +178,7 @@ bool UnitJob::is_whole(const OutputOptions& output, const std::string& what) con
   if (!is_shard && !run_.partial()) return true;
   const std::size_t own = run_.own_units().size();
   if (is_shard && output.prints())
-    fmt::print("part {} of {}: {} of its {} {} in {}\n", run_.shard.index, run_.shard.count, run_.results.size(), own,
+    print_text("part {} of {}: {} of its {} {} in {}\n", run_.shard.index, run_.shard.count, run_.results.size(), own,
                what, file_.string());
   if (run_.partial())
     print_warning(fmt::format("partial: {} of {} {} are saved in '{}'; continue with --resume", run_.results.size(),

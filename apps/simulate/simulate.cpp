@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/undefined.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 #include "report.hpp"
@@ -112,26 +113,27 @@ std::string numbers_text(const Points& points) {
 
 void print_summary(const records::Simulation& simulation) {
   const TimeGrid& grid = simulation.options.grid;
-  fmt::print("{} path{} of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}\n",
+  print_text("{} path{} of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}\n",
              simulation.options.samples, simulation.options.samples == 1 ? "" : "s", simulation.shape.count(),
              simulation.shape.dimension(), grid.time, grid.steps, grid.dt(), simulation.options.seed);
-  fmt::print("model      {}, noise {}, integrator {}\n", simulation.system.kernel.spec(4),
+  print_text("model      {}, noise {}, integrator {}\n", simulation.system.kernel.spec(4),
              shortened_spec(simulation.system.noise->spec()), simulation.integrator);
   double kappa = 0;
   double momentum = 0;
   double error = 0;
   for (const ensemble::SamplePath& sample : simulation.samples) {
-    kappa = std::max(kappa, sample.contraction_bound);
-    momentum = std::max(momentum, sample.largest_momentum);
-    error = std::max(error, sample.momentum_error);
+    kappa = max_or_undefined(kappa, sample.contraction_bound);
+    momentum = max_or_undefined(momentum, sample.largest_momentum);
+    error = max_or_undefined(error, sample.momentum_error);
   }
   const NoiseTraits traits = simulation.system.noise->traits();
-  fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
-             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
-  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total {}\n", conservation(error));
+  print_text("steps      largest kappa {} ({}), largest momentum {}\n", report_number(kappa, 3),
+             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0",
+             report_number(momentum));
+  if (traits.translation_invariant && traits.hamiltonian) print_text("momentum   total {}\n", conservation(error));
   if (simulation.start.q.size() > 6) return;
   for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
-    fmt::print("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),
+    print_text("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),
                numbers_text(simulation.samples[m].path.final().p));
 }
 

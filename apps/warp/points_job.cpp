@@ -74,6 +74,9 @@ WarpFigures warp_points(const warp::MaterialFlow& flow, const matching::Registra
   } else {
     moved = flow.end_with_gradients(alignment.apply(points));
   }
+  if (!moved.places.allFinite())
+    throw NumericalError(
+        fmt::format("{}: a point is moved out of the range of numbers; nothing was written", arguments.input));
   put_known_points(moved.places, blocks);
   for (Landmarks& shape : file.shapes) {  // they lie on another image now
     shape.image.clear();

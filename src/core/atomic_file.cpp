@@ -32,7 +32,7 @@ std::string last_error() { return std::generic_category().message(errno); }
 void require_file_path(const fs::path& path) {
   const PathKind kind = kind_of(path);
   if (path.filename().empty() || kind == PathKind::kFolder) fail_to_write(path, "it is a folder; a file is needed");
-  if (kind > PathKind::kDanglingLink) fail_to_write(path, why_no_file(path));
+  if (kind == PathKind::kSocket || kind > PathKind::kDanglingLink) fail_to_write(path, why_no_file(path));
   const fs::path target = behind_links(path);
   const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   if (!is_folder(folder))

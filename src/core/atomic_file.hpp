@@ -38,8 +38,8 @@ class TemporaryFile {
   std::filesystem::path path_;  // empty once it is in place
 };
 
-/// Writes `contents` into the file `to`, which is made where it is missing; messages name `named`. @throws InputError if
-/// that fails, also where the disk is full
+/// Writes `contents` into the file `to`, which is made where it is missing; messages name `named`. @throws InputError
+/// if that fails, also where the disk is full
 void write_bytes(const std::filesystem::path& to, std::string_view contents, const std::filesystem::path& named);
 
 /// Writes `contents` to a temporary file in the same folder and renames it to `path`, so that `path` holds either all

@@ -54,7 +54,7 @@ CsvTable& CsvTable::raw(std::string_view cell) {
 }
 
 CsvTable& CsvTable::real(double value) {
-  if (std::isnan(value)) return missing();
+  if (!std::isfinite(value)) return missing();
   std::array<char, 40> digits;  // the fewest are at most 24: -2.2250738585072014e-308
   const char* const end = fmt::format_to(digits.data(), FMT_COMPILE("{}"), value);
   return raw({digits.data(), static_cast<std::size_t>(end - digits.data())});

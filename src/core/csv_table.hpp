@@ -27,7 +27,7 @@ class CsvTable {
   CsvTable& word(std::string_view cell);
   CsvTable& words(std::initializer_list<std::string_view> cells);
 
-  /// In the fewest digits that read back to the same bits; NaN is NA.
+  /// In the fewest digits that read back to the same bits; what is not finite is NA.
   template <std::floating_point Number>
   CsvTable& number(Number value) {
     return real(value);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <map>
+#include <mutex>
 #include <string_view>
 #include <system_error>
 
@@ -113,6 +115,11 @@ fs::path behind_links(const fs::path& path) {
   return at;
 }
 
+void remove_quietly(const fs::path& path) noexcept {
+  std::error_code ignored;
+  fs::remove(path, ignored);
+}
+
 std::optional<FileIdentity> identity_of(const fs::path& path) {
   if (holds_zero_byte(path)) return std::nullopt;
   std::error_code error;
@@ -188,6 +195,20 @@ std::string read_descriptor(int descriptor, const std::string& name, std::uint64
   return contents;
 }
 
+namespace {
+
+/// What a pipe held is kept: some files are read twice.
+std::string read_pipe(int descriptor, const struct stat& facts, const std::string& name, std::uint64_t most) {
+  static std::mutex mutex;
+  static std::map<ino_t, std::string> kept;
+  const std::lock_guard lock(mutex);
+  if (const auto found = kept.find(facts.st_ino); found != kept.end()) return found->second;
+  ::fcntl(descriptor, F_SETFL, 0);  // waits for its writer
+  return kept[facts.st_ino] = read_descriptor(descriptor, name, most);
+}
+
+}  // namespace
+
 std::string read_file(const fs::path& path, std::uint64_t most) {
   const std::string name = quoted_path(path);
   const auto is_readable = [&](PathKind kind) {
@@ -201,8 +222,8 @@ std::string read_file(const fs::path& path, std::uint64_t most) {
   struct stat facts {};
   if (::fstat(file.number(), &facts) != 0 || !is_readable(kind_of_mode(facts.st_mode)))
     fail_to_read(name, "it is no file");
-  ::fcntl(file.number(), F_SETFL, 0);  // of a pipe: wait for its writer
-  return read_descriptor(file.number(), name, S_ISFIFO(facts.st_mode) ? std::min(most, kMostPiped) : most);
+  if (S_ISFIFO(facts.st_mode)) return read_pipe(file.number(), facts, name, std::min(most, kMostPiped));
+  return read_descriptor(file.number(), name, most);
 }
 
 }  // namespace pulson

@@ -54,6 +54,9 @@ struct FileIdentity {
   bool operator==(const FileIdentity&) const = default;
 };
 
+/// Removes the file that is there, if one is.
+void remove_quietly(const std::filesystem::path& path) noexcept;
+
 /// None where nothing can be known, as of a link loop.
 std::optional<FileIdentity> identity_of(const std::filesystem::path& path);
 
@@ -66,7 +69,8 @@ inline constexpr std::uint64_t kMostText = 1ULL << 30;
 /// Of standard input and pipes, which do not say how long they are.
 inline constexpr std::uint64_t kMostPiped = 256ULL << 20;
 
-/// All of a regular file, or of a pipe without a name in a folder: /dev/stdin, /dev/fd/63 of a shell's `<(command)`.
+/// All of a regular file, or of a pipe without a name in a folder: /dev/stdin, /dev/fd/63 of a shell's `<(command)`,
+/// which is read once and kept.
 /// @throws InputError "cannot read 'path': reason" for all else, and if it holds more than `most` bytes
 std::string read_file(const std::filesystem::path& path, std::uint64_t most = kMostBytes);
 

@@ -104,8 +104,8 @@ class StagedFiles::Moves {
   struct Move {
     fs::path from;
     fs::path to;
-    fs::path named;       // what messages call `to`
-    fs::path before{};    // what was there; empty where nothing was
+    fs::path named;     // what messages call `to`
+    fs::path before{};  // what was there; empty where nothing was
     bool is_made = false;
   };
 

@@ -7,9 +7,9 @@
 
 namespace pulson {
 
-/// Files that are all put into a folder, or none of them: they are written into a folder within it, whose files `commit`
-/// moves up. What was not committed is removed: at the end, or, where a process was killed, by the next one that writes
-/// into the folder.
+/// Files that are all put into a folder, or none of them: they are written into a folder within it, whose files
+/// `commit` moves up. What was not committed is removed: at the end, or, where a process was killed, by the next one
+/// that writes into the folder.
 class StagedFiles {
  public:
   /// @throws InputError if nothing can be written in `folder`
@@ -24,9 +24,9 @@ class StagedFiles {
   /// Where others write a file that is not to be kept.
   std::filesystem::path file(const std::string& name) const { return staged_ / name; }
 
-  /// Moves the files up, in the order in which they were written. Where one cannot be moved, those before it become what
-  /// they were. A file that is a link in the folder is written through it; a device or pipe is written to before any
-  /// file is moved. @throws InputError if that fails
+  /// Moves the files up, in the order in which they were written. Where one cannot be moved, those before it become
+  /// what they were. A file that is a link in the folder is written through it; a device or pipe is written to before
+  /// any file is moved. @throws InputError if that fails
   void commit();
 
   /// The same of several folders: all of their files, or none. Those of the last one come last.

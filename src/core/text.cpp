@@ -249,9 +249,15 @@ void require_finite(std::string_view what, double value) {
   if (!std::isfinite(value)) throw InputError(fmt::format("{} is {}; it must be finite", what, value));
 }
 
+// Beyond these nothing can be computed with, whatever it is: squares of lengths that shapes may have, from 1e-100 to
+// 1e100, and their inverses lie within.
+constexpr double kSmallestScale = 1e-220, kLargestScale = 1e220;
+
 void require_positive(std::string_view what, double value) {
   if (!std::isfinite(value) || !(value > 0))
     throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
+  if (value < kSmallestScale || value > kLargestScale)
+    throw InputError(fmt::format("{} is {}; it must be from {} to {}", what, value, kSmallestScale, kLargestScale));
 }
 
 bool is_covariance(const MatrixXd& r) {

@@ -57,7 +57,12 @@ class Painter {
     cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
     cairo_set_font_options(cairo_, options);
     cairo_font_options_destroy(options);
-    for (const auto& layer : drawing.layers) std::visit(*this, layer);
+    for (const Layer& layer : drawing.layers) {
+      cairo_save(cairo_);
+      if (layer.window) clip_to(*layer.window);
+      std::visit(*this, layer.shape);
+      cairo_restore(cairo_);
+    }
     for (const Text& text : drawing.texts) draw(text);
     require_success(cairo_status(cairo_));
   }
@@ -65,6 +70,7 @@ class Painter {
   void operator()(const Lines& layer) {
     set_colour(layer.stroke.colour);
     cairo_set_line_width(cairo_, layer.stroke.width);
+    cairo_set_dash(cairo_, layer.stroke.dashes.data(), static_cast<int>(layer.stroke.dashes.size()), 0);
     const bool is_opaque = layer.stroke.colour.opacity >= 1;  // then one by one, which takes less time
     for (const Points& line : layer.lines) {
       trace(line);
@@ -101,21 +107,23 @@ class Painter {
         cairo_image_surface_create_for_data(reinterpret_cast<unsigned char*>(pixels.data()), CAIRO_FORMAT_ARGB32,
                                             raster.width, raster.height, 4 * raster.width),
         &cairo_surface_destroy);
-    cairo_save(cairo_);
-    cairo_rectangle(cairo_, box.left, top_ - box.top(), box.width, box.height);
-    cairo_clip(cairo_);
+    clip_to(box);
     cairo_translate(cairo_, box.left, top_ - box.top());
     cairo_scale(cairo_, box.width / raster.width, box.height / raster.height);
     cairo_set_source_surface(cairo_, surface.get(), 0, 0);
     cairo_pattern_set_extend(cairo_get_source(cairo_), CAIRO_EXTEND_PAD);  // whole pixels at the edges too
     cairo_paint(cairo_);
-    cairo_restore(cairo_);
     set_colour(colour::kPaper);  // lets go of the pixels
     cairo_surface_finish(surface.get());
   }
 
  private:
   static double near(double pixel) { return std::clamp(pixel, -kFarAway, kFarAway); }
+
+  void clip_to(const Box& box) {
+    cairo_rectangle(cairo_, box.left, top_ - box.top(), box.width, box.height);
+    cairo_clip(cairo_);
+  }
 
   void set_colour(const Colour& colour) {
     const auto part = [&](std::size_t i) { return colour.rgb.at(i) / 255.0; };

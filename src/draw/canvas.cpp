@@ -24,12 +24,12 @@ void drop_empty(std::vector<Points>& lines) {
 
 void Canvas::lines(std::vector<Points> lines, const Stroke& stroke) {
   drop_empty(lines);
-  if (!lines.empty()) drawing_.layers.emplace_back(Lines{std::move(lines), stroke});
+  if (!lines.empty()) add(Lines{std::move(lines), stroke});
 }
 
 void Canvas::areas(std::vector<Points> outlines, const Colour& colour) {
   drop_empty(outlines);
-  if (!outlines.empty()) drawing_.layers.emplace_back(Areas{std::move(outlines), colour});
+  if (!outlines.empty()) add(Areas{std::move(outlines), colour});
 }
 
 void Canvas::segments(const Points& from, const Points& to, const Stroke& stroke) {
@@ -52,16 +52,16 @@ void Canvas::arrows(const Points& from, const Points& to, const Stroke& stroke) 
 }
 
 void Canvas::dots(const Points& centres, double radius, const Colour& colour) {
-  if (centres.cols() > 0) drawing_.layers.emplace_back(Circles{centres, radius, colour});
+  if (centres.cols() > 0) add(Circles{centres, radius, colour});
 }
 
 void Canvas::rings(const Points& centres, double radius, const Stroke& stroke) {
-  if (centres.cols() > 0) drawing_.layers.emplace_back(Circles{centres, radius, stroke.colour, stroke.width});
+  if (centres.cols() > 0) add(Circles{centres, radius, stroke.colour, stroke.width});
 }
 
 void Canvas::image(const std::filesystem::path& png, const Box& box) { raster(decode_png(png), box); }
 
-void Canvas::raster(Raster raster, const Box& box) { drawing_.layers.emplace_back(Picture{std::move(raster), box}); }
+void Canvas::raster(Raster raster, const Box& box) { add(Picture{std::move(raster), box}); }
 
 void Canvas::text(double x, double y, std::string_view text, double size, const Colour& colour, Align align,
                   double max_width) {

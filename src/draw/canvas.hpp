@@ -22,6 +22,9 @@ class Canvas {
   /// More room below what is there, at negative heights.
   void extend_below(double height) { drawing_.bottom -= height; }
 
+  /// What is added from now on, but for texts, is seen within the window alone, or everywhere.
+  void look_through(const std::optional<Box>& window) { window_ = window; }
+
   /// Lines 2×M each, in one stroke.
   void lines(std::vector<Points> lines, const Stroke& stroke);
 
@@ -58,7 +61,10 @@ class Canvas {
   void write(const PictureFiles& files) const;
 
  private:
+  void add(decltype(Layer::shape) shape) { drawing_.layers.push_back({std::move(shape), window_}); }
+
   Drawing drawing_;
+  std::optional<Box> window_;
 };
 
 }  // namespace pulson::draw

@@ -4,6 +4,8 @@
 #include <concepts>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -57,12 +59,15 @@ inline Colour time_colour(double s) {
   return colour_at(kViridis, std::clamp(s, 0.0, 1.0) * kViridisEnd);
 }
 
+inline constexpr int kTimeColours = 48;  // that pictures tell apart
+
 /// The same colour, transparent to the given part in [0, 1].
 constexpr Colour faded(const Colour& opaque, double transparency) { return {opaque.rgb, 1 - transparency}; }
 
 struct Stroke {
   Colour colour;
-  double width;  // pixels
+  double width;                      // pixels
+  std::span<const double> dashes{};  // lengths of dash, gap, dash, gap, … over and over; none: whole
 };
 
 enum class Align { kLeft, kCentre, kRight };
@@ -76,6 +81,9 @@ struct Box {
 
   double right() const { return left + width; }
   double top() const { return bottom + height; }
+  Eigen::Vector2d middle() const { return {left + width / 2, bottom + height / 2}; }
+  bool operator==(const Box&) const = default;
+  Box grown(double by) const { return {left - by, bottom - by, width + 2 * by, height + 2 * by}; }
 };
 
 // What a drawing is made of, in pixels; heights are counted upwards. What one of them holds does not darken itself
@@ -118,10 +126,15 @@ struct Text {
   double margin;  // of paper around its letters; may be 0
 };
 
+struct Layer {
+  std::variant<Lines, Areas, Circles, Picture> shape;
+  std::optional<Box> window;  // what lies outside of it is not seen
+};
+
 /// A drawing from height `bottom` up to `top`: its layers one above the other, and the texts above all of them.
 struct Drawing {
   double width, bottom, top;
-  std::vector<std::variant<Lines, Areas, Circles, Picture>> layers;
+  std::vector<Layer> layers;
   std::vector<Text> texts;
 
   double height() const { return top - bottom; }

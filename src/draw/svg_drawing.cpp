@@ -1,10 +1,10 @@
 // Drawings as SVG that can be edited: texts are texts, circles circles.
-#include <array>
 #include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
 
+#include "core/base64.hpp"
 #include "drawing.hpp"
 #include "typeface.hpp"
 
@@ -35,19 +35,6 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    for (std::size_t j = i; j < i + 3; ++j)
-      three = three << 8U | (j < bytes.size() ? static_cast<unsigned char>(bytes[j]) : 0U);
-    for (std::size_t j = 0; j < 4; ++j) text += i + j > bytes.size() ? '=' : kDigits[three >> (18 - 6 * j) & 0x3FU];
-  }
-  return text;
-}
-
 class SvgWriter {
  public:
   SvgWriter(const Drawing& drawing, double scale) : top_(drawing.top) {
@@ -58,14 +45,21 @@ class SvgWriter {
         "\n<rect width=\"100%\" height=\"100%\"{}/>\n",
         number(drawing.width * scale), number(drawing.height() * scale), number(drawing.width),
         number(drawing.height()), kFontFamily, paint("fill", colour::kPaper));
-    for (const auto& layer : drawing.layers) std::visit(*this, layer);
+    for (const Layer& layer : drawing.layers) {
+      look_through(layer.window);
+      std::visit(*this, layer.shape);
+    }
+    look_through({});
     for (const Text& text : drawing.texts) draw(text);
     add("</svg>\n");
   }
 
   void operator()(const Lines& layer) {
-    add(R"(<path fill="none"{} stroke-width="{}" stroke-linecap="round" stroke-linejoin="round" d=")",
+    add(R"(<path fill="none"{} stroke-width="{}" stroke-linecap="round" stroke-linejoin="round")",
         paint("stroke", layer.stroke.colour), number(layer.stroke.width));
+    for (std::size_t i = 0; i < layer.stroke.dashes.size(); ++i)
+      add("{}{}", i == 0 ? " stroke-dasharray=\"" : " ", number(layer.stroke.dashes[i]));
+    add("{} d=\"", layer.stroke.dashes.empty() ? "" : "\"");
     for (const Points& line : layer.lines) trace(line);
     add("\"/>\n");
   }
@@ -110,6 +104,17 @@ class SvgWriter {
     fmt::format_to(std::back_inserter(svg_), text, std::forward<Values>(values)...);
   }
 
+  /// Layers of one window that follow one another are a group.
+  void look_through(const std::optional<Box>& window) {
+    if (window == window_) return;
+    if (window_) add("</g>\n");
+    window_ = window;
+    if (!window) return;
+    add("<clipPath id=\"window{}\"><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/></clipPath>\n", ++windows_,
+        number(window->left), number(top_ - window->top()), number(window->width), number(window->height));
+    add("<g clip-path=\"url(#window{})\">\n", windows_);
+  }
+
   void trace(const Points& line) {
     char command = 'M';
     for (const auto& vertex : line.colwise()) {
@@ -136,6 +141,8 @@ class SvgWriter {
   }
 
   double top_;
+  std::optional<Box> window_;
+  int windows_ = 0;  // so far
   std::string svg_;
 };
 

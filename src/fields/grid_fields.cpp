@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/factorisations.hpp"
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "grid_formats.hpp"
 #include "pulson/core/errors.hpp"
@@ -90,7 +91,8 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
 }
 
 GridField read_grid_field(const std::filesystem::path& path) {
-  const std::string text = io::read_text_file(path);
+  const std::string text = read_file(path);
+  if (text.empty()) throw InputError(path.string() + " is empty");
   const auto* const format =
       std::find_if(std::begin(kFormats), std::end(kFormats), [&](const GridFormat& f) { return f.sniff(text); });
   if (format == std::end(kFormats))

@@ -164,7 +164,8 @@ std::vector<std::vector<ensemble::Histogram>> histograms_of(const formats::Json&
 }
 
 [[noreturn]] void fail_damaged(std::string_view name) {
-  throw InputError(fmt::format("'{}' is damaged, or of another version of pulson: it cannot be resumed; remove it and start again", name));
+  throw InputError(fmt::format(
+      "'{}' is damaged, or of another version of pulson: it cannot be resumed; remove it and start again", name));
 }
 
 ensemble::EnsembleSums sums_of(const formats::Json& json) {

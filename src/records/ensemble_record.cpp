@@ -5,9 +5,11 @@
 
 #include "core/csv_table.hpp"
 #include "core/text.hpp"
+#include "core/undefined.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/records/records.hpp"
+#include "record_text.hpp"
 
 namespace pulson::records {
 
@@ -15,15 +17,12 @@ namespace {
 
 constexpr std::array<double, 5> kQuantiles = {0.05, 0.25, 0.5, 0.75, 0.95};
 
-/// A number, or null where it is none.
-formats::Json number_json(double x) { return std::isfinite(x) ? formats::Json(x) : formats::Json(nullptr); }
-
 /// Part of a vector of coordinates as [landmark][axis].
 formats::Json coordinates_json(const Eigen::ArrayXd& values, Eigen::Index first, const Points& like) {
   formats::Json rows = formats::Json::array();
   for (Eigen::Index a = 0; a < like.cols(); ++a) {
     formats::Json row = formats::Json::array();
-    for (Eigen::Index c = 0; c < like.rows(); ++c) row.push_back(number_json(values[first + a * like.rows() + c]));
+    for (Eigen::Index c = 0; c < like.rows(); ++c) row.push_back(values[first + a * like.rows() + c]);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -38,7 +37,12 @@ formats::Json crossing_json(const EnsembleRun& run) {
   const auto crossed = static_cast<double>(run.sums.crossing.at_end);
   formats::Json json;
   json["probability"] = estimate.value;
-  json["standard_error"] = number_json(estimate.standard_error);
+  const bool all_alike = run.sums.crossing.at_end == 0 || run.sums.crossing.at_end == paths.clean;
+  json["standard_error"] = all_alike ? formats::Json(nullptr) : defined_or_null(estimate.standard_error);
+  if (all_alike) {
+    const double unseen = unseen_below(static_cast<double>(paths.clean));
+    json[crossed == 0 ? "below_95" : "above_95"] = crossed == 0 ? unseen : 1 - unseen;
+  }
   json["ever"] = static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean);
   json["over"] = "clean paths";
   json["if_all_others_did_not"] = crossed / all;
@@ -60,10 +64,10 @@ void add_means(formats::Json& json, const EnsembleRun& run) {
     json["counts"].push_back(moments.count);
     json["mean_q"].push_back(coordinates_json(moments.mean, 0, run.start.q));
     json["mean_p"].push_back(coordinates_json(moments.mean, half, run.start.q));
-    json["error_q"].push_back(coordinates_json(error, 0, run.start.q));
-    json["error_p"].push_back(coordinates_json(error, half, run.start.q));
-    json["deviation_q"].push_back(coordinates_json(deviation, 0, run.start.q));
-    json["deviation_p"].push_back(coordinates_json(deviation, half, run.start.q));
+    json["error_q"].push_back(defined_or_null(coordinates_json(error, 0, run.start.q)));
+    json["error_p"].push_back(defined_or_null(coordinates_json(error, half, run.start.q)));
+    json["deviation_q"].push_back(defined_or_null(coordinates_json(deviation, 0, run.start.q)));
+    json["deviation_p"].push_back(defined_or_null(coordinates_json(deviation, half, run.start.q)));
   }
 }
 
@@ -110,11 +114,11 @@ std::string ensemble_json(const EnsembleRun& run) {
   const ensemble::PathCounts& paths = run.sums.paths;
   json["paths"] = {
       {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
-  json["momentum_bound"] = run.options.momentum_bound;
-  json["largest_momentum"] = run.sums.largest_momentum;
+  json["momentum_bound"] = defined_or_null(run.options.momentum_bound);
+  json["largest_momentum"] = defined_or_null(run.sums.largest_momentum);
   json["momentum_error_max"] = run.sums.momentum_error;
   add_means(json, run);
-  return formats::one_key_a_line(json);
+  return formats::one_key_a_line(require_finite(json));
 }
 
 std::string ensemble_means_csv(const EnsembleRun& run) {

@@ -12,6 +12,7 @@
 #include "pulson/core/version.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
+#include "record_text.hpp"
 
 namespace pulson::records {
 
@@ -237,7 +238,7 @@ formats::Json shares_json(const matching::Registration& registration, const matc
   if (shares.noise.size() > 0) json["noise"] = formats::points_json(shares.noise);
   if (shares.energy.size() > 0) json["energy"] = numbers_json(shares.energy);
   if (shares.action.size() > 0) json["action"] = numbers_json(shares.action);
-  if (shares.data.size() > 0) json["data"] = numbers_json(shares.data);
+  if (shares.data.size() > 0) json["data"] = defined_or_null(numbers_json(shares.data));
   return json;
 }
 
@@ -251,7 +252,7 @@ formats::Json uncertainty_json(const matching::LaplaceApproximation& uncertainty
 formats::Json fitted_json(const inference::FittedParameters& fitted) {
   return {{"names", fitted.names},
           {"values", numbers_json(fitted.values)},
-          {"log_deviations", numbers_json(fitted.log_deviations)},
+          {"log_deviations", defined_or_null(numbers_json(fitted.log_deviations))},
           {"log_evidence", fitted.log_evidence},
           {"evaluations", fitted.evaluations},
           {"converged", fitted.converged},
@@ -327,7 +328,7 @@ std::string registration_json(const matching::Registration& registration, const 
   json["target_shape"] = shape_json(registration.target);
   json["original"] = formats::points_json(registration.original.points);
   json["source"] = formats::points_json(registration.source.points);
-  json["target"] = formats::points_json(registration.target.points);
+  json["target"] = defined_or_null(formats::points_json(registration.target.points));
   json["result"] = formats::points_json(registration.result);
   if (registration.uncertainty) json["uncertainty"] = uncertainty_json(*registration.uncertainty);
   if (!facts.homotopy.empty()) json["homotopy"] = homotopy_json(facts.homotopy);
@@ -336,7 +337,7 @@ std::string registration_json(const matching::Registration& registration, const 
   json["momenta"] = formats::points_json(registration.momenta);
   json["increments"] = formats::points_json(registration.increments);
   if (!registration.states.empty()) json["states"] = states_json(registration.states);
-  return formats::one_key_a_line(json);
+  return formats::one_key_a_line(require_finite(json));
 }
 
 namespace {

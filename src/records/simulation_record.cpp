@@ -4,6 +4,7 @@
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/records/records.hpp"
+#include "record_text.hpp"
 
 namespace pulson::records {
 
@@ -39,10 +40,10 @@ formats::Json sample_json(const ensemble::SamplePath& sample) {
   json["time"] = sample.path.grid.time;
   json["q"] = formats::points_json(sample.path.final().q);
   json["p"] = formats::points_json(sample.path.final().p);
-  json["largest_momentum"] = sample.largest_momentum;
-  json["momentum_error"] = sample.momentum_error;
-  json["contraction_bound"] = sample.contraction_bound;
-  json["contraction_measured"] = sample.path.contraction_measured;
+  json["largest_momentum"] = defined_or_null(sample.largest_momentum);
+  json["momentum_error"] = defined_or_null(sample.momentum_error);
+  json["contraction_bound"] = defined_or_null(sample.contraction_bound);
+  json["contraction_measured"] = defined_or_null(sample.path.contraction_measured);
   json["continuation_steps"] = sample.path.continuation_steps;
   return json;
 }
@@ -67,7 +68,7 @@ std::string simulation_json(const Simulation& simulation) {
   json["p"] = formats::points_json(simulation.start.p);
   json["paths"] = formats::Json::array();
   for (const ensemble::SamplePath& sample : simulation.samples) json["paths"].push_back(sample_json(sample));
-  return formats::one_key_a_line(json);
+  return formats::one_key_a_line(require_finite(json));
 }
 
 std::string sample_paths_csv(const Simulation& simulation, int every) {

@@ -166,9 +166,8 @@ std::vector<int> UnitRun::own_units() const {
 std::string unit_part(const UnitRun& run) {
   Json results = Json::array();
   for (const auto& [unit, result] : run.results) results.push_back({unit, result});
-  const Json json{{"format", kUnitFormat},         {"identity", unit_identity(run)},
-                  {"shard", run.shard.index},      {"notes", run.notes},
-                  {"threads", run.threads},        {"seconds", run.seconds},
+  const Json json{{"format", kUnitFormat},        {"identity", unit_identity(run)}, {"shard", run.shard.index},
+                  {"notes", run.notes},           {"threads", run.threads},         {"seconds", run.seconds},
                   {"results", std::move(results)}};
   return sealed_cbor(json);
 }
@@ -197,7 +196,8 @@ UnitRun read_unit_part(std::string_view bytes, std::string_view name) {
   } catch (const Json::exception&) {
   } catch (const Damaged&) {
   }
-  throw InputError(fmt::format("'{}' is damaged, or of another version of pulson: it cannot be used; remove it and start again", name));
+  throw InputError(fmt::format(
+      "'{}' is damaged, or of another version of pulson: it cannot be used; remove it and start again", name));
 }
 
 void resume_units(UnitRun& run, UnitRun part, std::string_view name) {

@@ -88,6 +88,7 @@ TEST_F(Paths, OfOwnPipesAreRead) {
   ::close(ends[1]);
   const std::string path = "/dev/fd/" + std::to_string(ends[0]);
   EXPECT_EQ(read_file(path), "text");
+  EXPECT_EQ(read_file(path), "text") << "the second time";
   ::close(ends[0]);
 }
 

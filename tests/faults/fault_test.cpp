@@ -1,12 +1,13 @@
-// Whatever call of the operating system fails, and whenever Ctrl-C comes: files hold what they held before or all that is
-// new, numbers never go for a picture's sake, and the program ends with one of its own exit codes.
+// Whatever call of the operating system fails, and whenever Ctrl-C comes: files hold what they held before or all that
+// is new, numbers never go for a picture's sake, and the program ends with one of its own exit codes.
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <random>
 #include <set>
@@ -17,7 +18,6 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -176,9 +176,8 @@ std::vector<int> places(const std::vector<std::string>& calls) {
 }
 
 int error_for(const std::string& call) {
-  const std::map<std::string, int> errors = {{"open", EMFILE}, {"write", ENOSPC}, {"rename", EACCES},
-                                             {"link", EPERM},  {"mkdir", ENOSPC}, {"mmap", ENOMEM},
-                                             {"spawn", EAGAIN}};
+  const std::map<std::string, int> errors = {{"open", EMFILE},  {"write", ENOSPC}, {"rename", EACCES}, {"link", EPERM},
+                                             {"mkdir", ENOSPC}, {"mmap", ENOMEM},  {"spawn", EAGAIN}};
   return errors.at(call.substr(0, call.find(' ')));
 }
 
@@ -243,8 +242,7 @@ std::vector<Verb> verbs() {
          {"ensemble --q 0,1 --p 1,0 --steps 5 --time 1 --samples 128 -o parts --shard 1/2 " + kLine,
           "ensemble --q 0,1 --p 1,0 --steps 5 --time 1 --samples 128 -o parts --shard 2/2 " + kLine},
          "merge parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble -o out --threads 1", "", "ensemble.json"),
-      of("compare", {}, "compare three.tps -o out --sigma 0.1 --noise none --threads 1", "--seed 2",
-         "comparison.json"),
+      of("compare", {}, "compare three.tps -o out --sigma 0.1 --noise none --threads 1", "--seed 2", "comparison.json"),
       of("sample", {},
          "sample a.csv b.csv -o out --noise ch-sd:beta=5% --steps 4 --chains 2 --draws 20 --warmup 20 --threads 1",
          "--seed 2", "summary.json"),
@@ -258,8 +256,7 @@ std::vector<Verb> verbs() {
       of("convert", {}, "convert three.tps out/three.csv", "", "three.csv")};
 }
 
-INSTANTIATE_TEST_SUITE_P(Verbs, Faults, testing::ValuesIn(verbs()),
-                         [](const auto& verb) { return verb.param.name; });
+INSTANTIATE_TEST_SUITE_P(Verbs, Faults, testing::ValuesIn(verbs()), [](const auto& verb) { return verb.param.name; });
 
 }  // namespace
 }  // namespace pulson

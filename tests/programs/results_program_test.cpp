@@ -61,7 +61,8 @@ TEST_P(Results, AreNamedByTheirRecordWithChecksums) {
   const nlohmann::json json = record();
   std::vector<std::string> numbers;
   for (const std::string& name : names_in("out"))
-    if (name != GetParam().record && name != "report.html" && fs::is_regular_file("out/" + name)) numbers.push_back(name);
+    if (name != GetParam().record && name != "report.html" && fs::is_regular_file("out/" + name))
+      numbers.push_back(name);
   std::vector<std::string> named;
   if (json.contains("files"))
     for (const auto& [name, sum] : json["files"].items()) {
@@ -86,27 +87,43 @@ TEST_P(Results, OutliveARecordThatCannotBeWrittenElsewhere) {
 INSTANTIATE_TEST_SUITE_P(
     Verb, Results,
     testing::Values(
-        DrawingRun{"register", "register a.csv b.csv -o out", "registration.json",
+        DrawingRun{"register",
+                   "register a.csv b.csv -o out",
+                   "registration.json",
                    {"registration.png", "registration.svg", "report.html"}},
         DrawingRun{"cohort", "register three.tps -o out", "cohort.json", {"report.html"}},
-        DrawingRun{"atlas", "atlas three.tps -o out --max-iterations 3", "atlas.json",
+        DrawingRun{"atlas",
+                   "atlas three.tps -o out --max-iterations 3",
+                   "atlas.json",
                    {"modes.png", "report.html", "scores.svg", "scree.png", "template.png"}},
-        DrawingRun{"simulate", "simulate --q 0,1 --p 1,0 --steps 5 -o out", "simulation.json",
+        DrawingRun{"simulate",
+                   "simulate --q 0,1 --p 1,0 --steps 5 -o out",
+                   "simulation.json",
                    {"paths.png", "paths.svg", "report.html"}},
-        DrawingRun{"ensemble", "ensemble --q 0,1 --p 1,0 --steps 5 --samples 128 --noise ch-sd:beta=1 -o out",
-                   "ensemble.json", {"ensemble.png", "ensemble.svg", "report.html"}},
-        DrawingRun{"compare", "compare three.tps -o out --sigma 0.1 --noise none", "comparison.json",
+        DrawingRun{"ensemble",
+                   "ensemble --q 0,1 --p 1,0 --steps 5 --samples 128 --noise ch-sd:beta=1 -o out",
+                   "ensemble.json",
+                   {"ensemble.png", "ensemble.svg", "report.html"}},
+        DrawingRun{"compare",
+                   "compare three.tps -o out --sigma 0.1 --noise none",
+                   "comparison.json",
                    {"comparison.png", "comparison.svg", "report.html"}},
-        DrawingRun{"study", "compare a.csv b.csv -o out --sigma 0.1 --noise none --simulate all --count 2 --lambda 1",
-                   "recovery.json", {"recovery.png", "report.html"}},
-        DrawingRun{"sample", "sample a.csv b.csv -o out --noise ch-sd:beta=5% --steps 4 --draws 20 --warmup 20",
-                   "summary.json", {"chains.png", "paths.svg", "report.html"}},
+        DrawingRun{"study",
+                   "compare a.csv b.csv -o out --sigma 0.1 --noise none --simulate all --count 2 --lambda 1",
+                   "recovery.json",
+                   {"recovery.png", "report.html"}},
+        DrawingRun{"sample",
+                   "sample a.csv b.csv -o out --noise ch-sd:beta=5% --steps 4 --draws 20 --warmup 20",
+                   "summary.json",
+                   {"chains.png", "paths.svg", "report.html"}},
         DrawingRun{"calibration",
                    "sample a.csv b.csv -o out --noise ch-sd:beta=5% --steps 4 --draws 20 --warmup 20 --calibrate 4",
-                   "calibration.json", {"calibration.png", "report.html"}},
+                   "calibration.json",
+                   {"calibration.png", "report.html"}},
         DrawingRun{"fokker_planck",
                    "fokker-planck --q 0,2 --p 1,0 --time 0.5 --grids 2 --samples 0 --noise ch-sd:beta=0.5 -o out",
-                   "fokker_planck.json", {"fokker_planck.png", "report.html"}}),
+                   "fokker_planck.json",
+                   {"fokker_planck.png", "report.html"}}),
     kName);
 
 }  // namespace

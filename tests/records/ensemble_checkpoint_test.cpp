@@ -213,8 +213,8 @@ std::string replaced(std::string bytes, const std::string& text, const std::stri
 TEST(EnsembleCheckpoint, OfAnotherVersionIsRefused) {
   const EnsembleRun run = run_after(line_example(), 1);
   const std::string bytes = ensemble_checkpoint(run);
-  EXPECT_EQ(checkpoint_error(
-                run, sealed(replaced(bytes.substr(0, bytes.size() - 4), "pulson ensemble sums 3", "pulson ensemble sums 2"))),
+  EXPECT_EQ(checkpoint_error(run, sealed(replaced(bytes.substr(0, bytes.size() - 4), "pulson ensemble sums 3",
+                                                  "pulson ensemble sums 2"))),
             "'out/ensemble.partial' was written by another version of pulson and cannot be resumed");
 }
 

@@ -1,6 +1,5 @@
 // Parts of runs of independent units: what is written is read back, and what makes no whole is named.
 
-#include "core/checksum.hpp"
 #include "records/unit_parts.hpp"
 
 #include <limits>
@@ -10,6 +9,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/checksum.hpp"
 #include "error_of.hpp"
 #include "pulson/core/errors.hpp"
 

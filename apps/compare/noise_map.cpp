@@ -92,10 +92,9 @@ void write_noise_map(const compare::Comparison& comparison, const draw::PictureF
     plan.canvas.dots(pixels, kMark, draw::colour::kResult);
     draw_numbers(plan.canvas, pixels, figure);
   }
-  draw_legend(
-      plan.canvas,
-      {{draw::Sample::kDot, draw::colour::kResult, "landmark of the source", {}},
-       {draw::Sample::kDot, draw::faded(draw::colour::kMomentum, kTransparency), "displacement by the noise", {}}});
+  draw_legend(plan.canvas,
+              {draw::dot_entry("landmark of the source", {draw::colour::kResult}),
+               draw::dot_entry("displacement by the noise", {draw::faded(draw::colour::kMomentum, kTransparency)})});
   plan.canvas.write(files);
 }
 

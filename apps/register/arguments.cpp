@@ -95,6 +95,7 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("--origin", origin,
                   "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
       ->type_name("X,Y");
+  add_max_pixels_option(verb, max_pixels);
   verb.add_option("--mesh", mesh,
                   "surface of the source in 3D (ply, stl, obj), drawn below the landmarks [the one beside its file, of "
                   "the same name]")
@@ -133,7 +134,11 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
   if (!image.empty()) {
     if (shape.dimension() != 2)
       throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
-    io::read_text_file(image);  // refuses what is not there
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(image, error))
+      throw InputError(
+          fmt::format("--image is '{}'; {}", image,
+                      std::filesystem::exists(image, error) ? "it must be a regular file" : "there is no such file"));
     known = {image, 1, {0, 0}};
     // Of tps, y points up; other landmarks on images are in rows.
     const bool is_of_tps =
@@ -143,6 +148,7 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
   }
   if (pixel_size) known.pixel_size = *pixel_size;
   known.origin = place.value_or(known.origin);
+  known.max_pixels = max_pixels;
   return known;
 }
 

@@ -63,7 +63,7 @@ void write_results(const matching::Registration& registration, const records::Re
   staged.write("residuals.csv", records::residuals_csv(registration, facts.shares));
   staged.write("trajectory.csv", records::trajectory_csv(registration, path));
   draw::RegistrationPicture still = make_registration_picture(registration, path);
-  const Underlay underlay(background.image, registration, still, staged, notes);
+  const std::optional<PageImage> underlay = add_underlay(background.image, registration, still, notes);
   add_surface(background.surface, registration, path, still, notes);
   if (!output.no_picture) write_registration_picture(still, output.picture_files(staged.file("registration")));
   if (!facts.homotopy.empty()) {
@@ -73,8 +73,7 @@ void write_results(const matching::Registration& registration, const records::Re
   }
   const std::filesystem::path picture = output.shown_picture(staged.file("registration"));
   staged.write("report.html", html_report(registration_report(registration, path, facts, without_repeats(notes),
-                                                              picture, {underlay.aligned(), still})));
-  underlay.remove();
+                                                              picture, {underlay, still})));
   output.write_json(record);
   staged.commit();
 }

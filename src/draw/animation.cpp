@@ -195,6 +195,8 @@ void Animation::finish() {
   encoder->temporary->put_in_place();
 }
 
+void Animation::check_extension(const fs::path& file) { format_of(file); }
+
 bool Animation::available() { return is_on_path(kFfmpeg); }
 
 }  // namespace pulson::draw

@@ -1,9 +1,7 @@
 #include "canvas.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <numbers>
 
@@ -47,19 +45,6 @@ std::string cut(std::string_view text, double size, double room) {
 
 void add_vertex(std::string& rows, double x, double y) {
   fmt::format_to(std::back_inserter(rows), "{:.2f} {:.2f}\n", x, y);
-}
-
-/// Columns and rows.
-std::pair<double, double> png_size(const std::filesystem::path& png) {
-  std::array<unsigned char, 24> head{};  // signature, length and name of the first chunk, two numbers
-  std::ifstream stream(png, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(head.data()), head.size());
-  const auto number = [&](std::size_t at) {
-    return 16777216.0 * head.at(at) + 65536.0 * head.at(at + 1) + 256.0 * head.at(at + 2) + head.at(at + 3);
-  };
-  if (!stream || head[1] != 'P' || head[2] != 'N' || head[3] != 'G' || number(16) < 1 || number(20) < 1)
-    throw InputError(fmt::format("the picture '{}' is not a png", png.string()));
-  return {number(16), number(20)};
 }
 
 std::string in_pixels(double width, double height) {
@@ -142,15 +127,6 @@ void Canvas::rings(const Points& centres, double radius, const Stroke& stroke) {
   for (Eigen::Index i = 0; i < centres.cols(); ++i)
     circles.emplace_back(circle.colwise() + Eigen::Vector2d(centres.col(i)));
   lines(circles, stroke);
-}
-
-void Canvas::image(const std::filesystem::path& png, const Box& box) {
-  const auto [columns, rows] = png_size(png);
-  const double dx = box.width / columns, dy = box.height / rows;
-  Layer layer;
-  layer.image = fmt::format("{} binary filetype=png origin=({:.4f},{:.4f}) dx={:.6f} dy={:.6f} with rgbalpha title ''",
-                            Gnuplot::quoted(png.string()), box.left + dx / 2, box.bottom + dy / 2, dx, dy);
-  layers_.push_back(std::move(layer));
 }
 
 void Canvas::raster(const Raster& raster, const Box& box) {

@@ -87,9 +87,6 @@ class Canvas {
   /// Circles around the columns of `centres` (2×M).
   void rings(const Points& centres, double radius, const Stroke& stroke);
 
-  /// The png, stretched over the box. @throws InputError if it is none
-  void image(const std::filesystem::path& png, const Box& box);
-
   /// The pixels, stretched over the box.
   void raster(const Raster& raster, const Box& box);
 

@@ -150,7 +150,7 @@ void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
 
 void draw_panel(Canvas& canvas, const Box& box, const ImagePanel& panel) {
   const View view = view_of(panel, box);
-  if (!panel.file.empty()) canvas.image(panel.file, box);
+  if (!panel.pixels.empty()) canvas.raster(panel.pixels, box);
   canvas.lines(view.pixels(on_image(panel, panel.grid)), kImageGridStroke);
   const std::vector<Points> paths = view.pixels(lines_of_paths(panel));
   constexpr std::size_t kFewPaths = 20;  // many thick ones would hide the image

@@ -70,7 +70,7 @@ void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImag
   corners << image->low, image->high;
   const Points pixels = view.pixels(corners);
   const Eigen::Vector2d low = pixels.rowwise().minCoeff(), high = pixels.rowwise().maxCoeff();
-  canvas.image(image->file, {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()});
+  canvas.raster(image->pixels, {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()});
   Points veil(2, 4);
   veil << low.x(), high.x(), high.x(), low.x(), low.y(), low.y(), high.y(), high.y();
   canvas.areas({veil}, faded(colour::kPaper, 1 - kPaleness));

@@ -18,7 +18,7 @@ namespace {
 struct GridFormat {
   std::string_view extension;
   bool (*sniff)(std::string_view text);
-  GridField (*read)(const std::string& path, std::string_view text);
+  GridField (*read)(const std::string& path, std::string_view text, std::uint64_t max_points);
   std::string (*file)(const GridField& field, bool compressed);
 };
 
@@ -70,6 +70,16 @@ void check(const std::string& path, const GridField& field) {
   check_direction(path, field);
 }
 
+/// A device has no end, and opening a pipe may never return.
+std::string read_regular_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+      !std::filesystem::is_directory(status))
+    throw InputError("cannot read '" + path.string() + "': it is no regular file");
+  return io::read_text_file(path);
+}
+
 }  // namespace
 
 void write_grid_field(const std::filesystem::path& path, const GridField& field, bool compressed) {
@@ -89,14 +99,14 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
   write_file_atomically(path, format->file(whole, compressed));
 }
 
-GridField read_grid_field(const std::filesystem::path& path) {
-  const std::string text = io::read_text_file(path);
+GridField read_grid_field(const std::filesystem::path& path, std::uint64_t max_points) {
+  const std::string text = read_regular_file(path);
   const auto* const format =
       std::find_if(std::begin(kFormats), std::end(kFormats), [&](const GridFormat& f) { return f.sniff(text); });
   if (format == std::end(kFormats))
     throw InputError(path.string() + " is neither MetaImage (.mha) nor NRRD (.nrrd); it begins with " +
                      io::in_quotes(std::string_view(text).substr(0, text.find_first_of("\r\n"))));
-  GridField field = format->read(path.string(), text);
+  GridField field = format->read(path.string(), text, max_points);
   check(path.string(), field);
   return field;
 }

@@ -7,11 +7,12 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/path_options.hpp"
 
 namespace pulson {
 
 void AtlasArguments::add_to(CLI::App& verb) {
-  verb.add_option("COHORT", shapes, "a file with several shapes, or several files")->required();
+  reads_shape(verb.add_option("COHORT", shapes, "a file with several shapes, or several files"))->required();
   add_read_options(verb, reading);
   output.add_to(verb, "the pictures");
   add_flip_option(verb, reading);
@@ -34,16 +35,14 @@ void AtlasArguments::add_to(CLI::App& verb) {
                  ->type_name("NAME")
                  ->capture_default_str(),
              "alignment", {"auto"});
-  verb.add_option("--covariate", covariate,
-                  "regression of the momenta on a column of numbers of a csv file, such as size or age")
-      ->type_name("FILE.csv:COLUMN");
+  reads_column(verb.add_option("--covariate", covariate,
+                               "regression of the momenta on a column of numbers of a csv file, such as size or age"));
   verb.add_option("--at", at, "values of the covariate at which the shape is drawn [the least, middle and greatest]")
       ->type_name("NUMBERS")
       ->delimiter(',');
-  verb.add_option("--groups", groups,
-                  "comparison of the means of groups: a column of a csv file, or a comment that the cohort's file has "
-                  "for each shape")
-      ->type_name("FILE.csv:COLUMN");
+  reads_column(verb.add_option("--groups", groups,
+                               "comparison of the means of groups: a column of a csv file, or a comment that the "
+                               "cohort's file has for each shape"));
   verb.add_option("--permutations", permutations.count, "permutations of each test")->capture_default_str();
   verb.add_option("--modes", modes, "principal components in the pictures")->capture_default_str();
   add_seed_option(verb, permutations.seed);

@@ -9,13 +9,16 @@
 #include "arguments.hpp"
 #include "columns.hpp"
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "match_rounds.hpp"
 #include "pulson/core/errors.hpp"
 #include "register/report.hpp"
 #include "results.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
+#include "shell/run_results.hpp"
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
 
@@ -39,7 +42,7 @@ struct ShapeFile {
     }
   }
 
-  std::string text(std::vector<Landmarks> shapes, std::vector<std::string>& notes) const {
+  std::string text(const std::vector<Landmarks>& shapes, std::vector<std::string>& notes) const {
     const auto write = [&](const formats::LandmarkFormat& as) {
       return as.write(name, {as.name, shapes, {}, shapes.front().units, shapes.front().axes});
     };
@@ -120,41 +123,35 @@ Landmarks written_template(const AtlasResults& results) {
   return shape;
 }
 
-void write_results(const AtlasResults& found, const AtlasArguments& arguments, const Files& files) {
-  const Interrupt until_written;
-  const OutputOptions& output = arguments.output;
+void write_results(const AtlasResults& found, const AtlasArguments& arguments, const Files& files,
+                   const std::string& fingerprint, RunResults& staged) {
   AtlasResults results = found;
-  StagedFiles staged(output.out);
-  const std::filesystem::path folder = staged.file("");
-  staged.write(files.template_file.name, files.template_file.text({written_template(results)}, results.notes));
+  staged.add(files.template_file.name, files.template_file.text({written_template(results)}, results.notes));
   std::vector<Landmarks> aligned;
   for (std::size_t i = 0; i < results.names.size(); ++i) {
     aligned.push_back(results.atlas.specimens[i].shape);
     aligned.back().name = results.names[i];
   }
   std::vector<std::string> of_csv;  // images and the like, which csv does not hold
-  staged.write(files.aligned.name, files.aligned.text(aligned, of_csv));
-  staged.write("momenta.npy", momenta_npy(results));
-  staged.write("momenta.csv", momenta_csv(results));
-  staged.write("specimens.csv", specimens_csv(results));
-  staged.write("scores.csv", scores_csv(results, results.modes.scores));
-  staged.write("procrustes_scores.csv", scores_csv(results, results.procrustes.modes.scores));
-  staged.write("modes.csv", modes_csv(results));
+  staged.add(files.aligned.name, files.aligned.text(aligned, of_csv));
+  staged.add("momenta.npy", momenta_npy(results));
+  staged.add("momenta.csv", momenta_csv(results));
+  staged.add("specimens.csv", specimens_csv(results));
+  staged.add("scores.csv", scores_csv(results, results.modes.scores));
+  staged.add("procrustes_scores.csv", scores_csv(results, results.procrustes.modes.scores));
+  staged.add("modes.csv", modes_csv(results));
   if (!results.predicted.empty()) {
-    staged.write("predicted.csv", predicted_csv(results));
+    staged.add("predicted.csv", predicted_csv(results));
     std::vector<Landmarks> complete = results.complete;
     for (std::size_t i = 0; i < complete.size(); ++i) complete[i].name = results.names[i];
-    staged.write(files.complete.name, files.complete.text(complete, of_csv));
+    staged.add(files.complete.name, files.complete.text(complete, of_csv));
   }
-  if (results.regression) staged.write("regression.csv", regression_csv(results));
-  if (results.comparison) staged.write("groups.csv", groups_csv(*results.comparison));
-  if (!output.no_picture) draw_atlas(results, arguments.modes, output, folder);
-  staged.write("report.html",
-               atlas_report(results, arguments.modes, output, output.no_picture ? std::filesystem::path() : folder));
-  const std::string record = atlas_json(results);
-  staged.write("atlas.json", record);
-  output.write_json(record);
-  staged.commit();
+  if (results.regression) staged.add("regression.csv", regression_csv(results));
+  if (results.comparison) staged.add("groups.csv", groups_csv(*results.comparison));
+  staged.commit("atlas.json", atlas_json(results), {{"run", fingerprint}});
+  draw_atlas(results, arguments.modes, staged);
+  staged.add_page([&] { return atlas_report(results, arguments.modes, staged); });
+  staged.finish();
 }
 
 // Shapes much further away from the template than most, by the length of their geodesics.
@@ -195,19 +192,13 @@ void warn(const AtlasResults& results) {
                             fmt::join(unmatched, ", "), more > 0 ? fmt::format(" and {} more", more) : std::string()));
 }
 
-// Checks the outputs and the checkpoint, on rank 0.
-std::filesystem::path checked_checkpoint(const AtlasArguments& arguments, const Files& files,
-                                         const std::vector<std::string>& stems) {
-  std::filesystem::path checkpoint = arguments.output.file("atlas.partial");
-  if (!ranks::is_first()) return checkpoint;
+// Checks the outputs and the checkpoint, on rank 0. @return whether that is there
+bool check_outputs(const AtlasArguments& arguments, const Files& files, const std::vector<std::string>& stems,
+                   const std::filesystem::path& checkpoint) {
+  if (!ranks::is_first()) return false;
   arguments.output.check(files.names, stems);
-  check_output_file(checkpoint);
-  if (std::filesystem::exists(checkpoint) && !arguments.resume)
-    throw InputError(
-        fmt::format("'{}' belongs to an unfinished run: continue it with --resume, remove the file, or choose another "
-                    "folder",
-                    checkpoint.string()));
-  return checkpoint;
+  check_result_file(checkpoint, "--out");
+  return saved_before(checkpoint, arguments.resume);
 }
 
 int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
@@ -221,19 +212,26 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   const Files files(arguments, shapes);
   const std::vector<std::string> stems =
       picture_stems(shapes.front().dimension(), !arguments.covariate.empty(), !arguments.groups.empty());
-  const std::filesystem::path checkpoint = checked_checkpoint(arguments, files, stems);
+  const std::filesystem::path checkpoint = arguments.output.file("atlas.partial");
+  const bool saved = check_outputs(arguments, files, stems, checkpoint);
+  records::UnitRun run;
+  run.verb = "atlas";
+  run.settings = settings;
+  run.shapes = shapes;
+  run.units = options.max_iterations + 2;  // the last round measures the matches
+  const std::string fingerprint = unit_fingerprint(run);
+  if (arguments.resume) {
+    const bool is_done =
+        ranks::is_first() && !saved && is_done_before(arguments.output.file("atlas.json"), fingerprint);
+    if (ranks::gather(is_done ? "1" : "") == "1") return kDone;
+  }
   const double start = seconds_now();
   Progress progress;
   options.on_iteration = [&](int iteration, double movement) {
     progress.show(fmt::format("iteration {}: the template moved by {:.2g} diameters", iteration, movement));
   };
   try {
-    records::UnitRun run;
-    run.verb = "atlas";
-    run.settings = settings;
-    run.shapes = shapes;
-    run.units = options.max_iterations + 2;  // the last round measures the matches
-    MatchRounds rounds(std::move(run), checkpoint, arguments.resume);
+    MatchRounds rounds(std::move(run), checkpoint, saved);
     options.share = [&](int count, const auto& match, const auto& store) { rounds.share(count, match, store); };
     results.atlas = make_atlas(shapes, options);
   } catch (const ranks::Interrupted&) {
@@ -243,23 +241,24 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
     return kNotConverged;
   }
   if (!ranks::is_first()) return kDone;
-  const LossNotice lost(
-      fmt::format("interrupted: the statistics are lost, and nothing was written to '{}'", arguments.output.out));
-  results.names = folder_names(shapes, {});
+  RunResults output(arguments.output);
+  for (const Landmarks& shape : shapes) results.names.push_back(shape.name);
+  for (const std::string& note : notes_of_names(shapes))
+    notes.push_back(note + "; landmark tables number them, as in NAME#3");
   find_statistics(results, arguments, shapes, covariate);
   progress.clear();
   results.seconds = seconds_now() - start;
   notes.insert(notes.end(), results.atlas.notes.begin(), results.atlas.notes.end());
   results.notes = without_repeats(notes);
   note_outliers(results);
-  write_results(results, arguments, files);
+  write_results(results, arguments, files, fingerprint, output);
   print_notes(in_option_words(results.notes));
   if (arguments.output.prints()) {
     print_atlas(results);
-    arguments.output.print_written(files.names, stems);
+    output.print_written();
   }
   warn(results);
-  std::filesystem::remove(checkpoint);
+  remove_saved(checkpoint);
   return results.converged() ? kDone : kNotConverged;
 }
 

@@ -43,7 +43,7 @@ std::size_t find_column(const formats::CsvRecord& header, const Address& address
 const std::string& field(const std::string& file, const formats::CsvRecord& row, std::size_t column) {
   if (column >= row.fields.size())
     io::fail(file, row.line, fmt::format("has {} fields, fewer than the header", row.fields.size()));
-  return row.fields[column];
+  return row.name(column);
 }
 
 // The row of each specimen, by a column that holds all their names; none where there is no such column.
@@ -56,7 +56,7 @@ std::vector<std::size_t> rows_by_name(const std::vector<formats::CsvRecord>& row
     std::map<std::string, std::size_t> places;
     bool unique = true;
     for (std::size_t r = 0; r < rows.size() && unique; ++r)
-      if (column < rows[r].fields.size()) unique = places.emplace(rows[r].fields[column], r).second;
+      if (column < rows[r].fields.size()) unique = places.emplace(rows[r].name(column), r).second;
     if (!unique || !std::all_of(names.begin(), names.end(), [&](const auto& name) { return places.contains(name); }))
       continue;
     std::vector<std::size_t> chosen;
@@ -93,10 +93,11 @@ Eigen::VectorXd numbers_of_table(const std::string& address, const std::vector<L
   const std::vector<std::string> texts = column_of_table(address, shapes, option);
   Eigen::VectorXd numbers(std::ssize(texts));
   for (std::size_t i = 0; i < texts.size(); ++i) {
-    if (io::is_missing(texts[i]))
+    const std::string_view text = io::trim(texts[i]);
+    if (io::is_missing(text))
       numbers[static_cast<Eigen::Index>(i)] = io::kMissing;
-    else if (io::is_number(texts[i]))
-      numbers[static_cast<Eigen::Index>(i)] = parse_number(texts[i], option);
+    else if (io::is_number(text))
+      numbers[static_cast<Eigen::Index>(i)] = parse_number(std::string(text), option);
     else
       throw InputError(fmt::format("{} {}: {} for specimen '{}' is not a number", option, address,
                                    io::in_quotes(texts[i]), shapes[i].name));
@@ -108,7 +109,7 @@ std::vector<std::string> groups_of(const std::string& address, const std::vector
   if (address.find(':') != std::string::npos) {
     std::vector<std::string> groups = column_of_table(address, shapes, "--groups");
     for (std::string& name : groups)
-      if (io::is_missing(name)) name.clear();
+      if (io::is_missing(io::trim(name))) name.clear();
     return groups;
   }
   std::vector<std::string> groups;

@@ -1,16 +1,16 @@
 #include "match_rounds.hpp"
 
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/units.hpp"
 
 namespace pulson {
 namespace {
@@ -44,14 +44,9 @@ std::vector<double> in_order(const std::vector<double>& gathered, int count) {
 
 }  // namespace
 
-MatchRounds::MatchRounds(records::UnitRun run, const std::filesystem::path& file, bool resume)
+MatchRounds::MatchRounds(records::UnitRun run, const std::filesystem::path& file, bool saved)
     : run_(std::move(run)), file_(file), begin_(seconds_now()), saved_(begin_) {
-  if (ranks::is_first() && resume) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
-    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-    resume_units(run_, records::read_unit_part(bytes, file.string()), file.string());
-  }
+  if (saved) resume_units(run_, read_saved(file), file.string());
   before_ = run_.seconds;
   const std::vector<double> rounds = doubles_of(from_first(bytes_of({static_cast<double>(run_.results.size())})));
   saved_rounds_ = static_cast<int>(rounds.front());

@@ -13,9 +13,9 @@ namespace pulson {
 /// which is resumed takes the rounds that are there and comes to the same bits. While there is one, signals are noted.
 class MatchRounds {
  public:
-  /// @param run all on which the matches depend @param resume whether `file` is to be read
+  /// @param run all on which the matches depend @param saved on rank 0, whether there is `file`, which is read then
   /// @throws InputError where that is of another run
-  MatchRounds(records::UnitRun run, const std::filesystem::path& file, bool resume);
+  MatchRounds(records::UnitRun run, const std::filesystem::path& file, bool saved);
 
   using Match = std::function<Eigen::VectorXd(int)>;
   using Store = std::function<void(int, const Eigen::VectorXd&)>;

@@ -228,27 +228,32 @@ std::vector<std::string> picture_stems(const AtlasResults& results) {
                        results.comparison.has_value());
 }
 
-void draw_atlas(const AtlasResults& results, int modes, const OutputOptions& output,
-                const std::filesystem::path& folder) {
-  for (const std::string& stem : picture_stems(results)) {
-    const draw::PictureFiles files = output.picture_files(folder / stem);
-    if (stem == "template")
-      draw_template(results.atlas, files);
-    else if (stem == "modes")
-      draw_modes(results, modes, files);
-    else if (stem == "scores")
-      draw_scores(results, results.modes, "Scores of the momenta", files);
-    else if (stem == "procrustes_scores")
-      draw_scores(results, results.procrustes.modes, "Scores of Procrustes coordinates", files);
-    else if (stem == "scree")
-      draw_scree(results, files);
-    else if (stem == "regression")
-      draw_regression(results, files);
-    else if (stem == "regression_scores")
-      draw_regression_scores(results, files);
-    else if (stem == "groups")
-      draw_groups(results, files);
-  }
+namespace {
+
+void draw_picture(const std::string& stem, const AtlasResults& results, int modes, const draw::PictureFiles& files) {
+  if (stem == "template")
+    draw_template(results.atlas, files);
+  else if (stem == "modes")
+    draw_modes(results, modes, files);
+  else if (stem == "scores")
+    draw_scores(results, results.modes, "Scores of the momenta", files);
+  else if (stem == "procrustes_scores")
+    draw_scores(results, results.procrustes.modes, "Scores of Procrustes coordinates", files);
+  else if (stem == "scree")
+    draw_scree(results, files);
+  else if (stem == "regression")
+    draw_regression(results, files);
+  else if (stem == "regression_scores")
+    draw_regression_scores(results, files);
+  else if (stem == "groups")
+    draw_groups(results, files);
+}
+
+}  // namespace
+
+void draw_atlas(const AtlasResults& results, int modes, RunResults& files) {
+  for (const std::string& stem : picture_stems(results))
+    files.draw(stem, [&](const draw::PictureFiles& of_stem) { draw_picture(stem, results, modes, of_stem); });
 }
 
 }  // namespace pulson

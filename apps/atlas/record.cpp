@@ -1,12 +1,14 @@
 #include <cmath>
-#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/csv_table.hpp"
 #include "core/text.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "records/record_text.hpp"
 #include "results.hpp"
 #include "shell/options.hpp"
 
@@ -14,6 +16,7 @@ namespace pulson {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using records::defined_or_null;
 
 Json number_list(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
@@ -47,7 +50,7 @@ Json specimen_json(const AtlasResults& results, std::size_t i) {
       const auto column = static_cast<Eigen::Index>(k);
       json["predicted"].push_back({{"landmark", predicted.landmarks[k] + 1},
                                    {"position", number_list(predicted.positions.col(column))},
-                                   {"half_width_90", number_list(predicted.half_widths.col(column))}});
+                                   {"half_width_90", defined_or_null(number_list(predicted.half_widths.col(column)))}});
     }
   }
   return json;
@@ -58,24 +61,29 @@ Json regression_json(const AtlasResults& results) {
   return {{"covariate", results.covariate_name},
           {"specimens", found.specimens},
           {"mean", found.mean},
-          {"r_squared", found.r_squared},
-          {"f", found.f},
-          {"p_value", found.p_value},
+          {"r_squared", defined_or_null(found.r_squared)},
+          {"f", defined_or_null(found.f)},
+          {"p_value", defined_or_null(found.p_value)},
           {"permutations", found.permutations},
           {"slope", landmarks(found.slope)},
           {"intercept", landmarks(found.intercept)}};
 }
 
 Json groups_json(const cohort::GroupComparison& found) {
-  Json json{{"names", found.names},   {"sizes", found.sizes},     {"r_squared", found.r_squared},
-            {"f", found.f},           {"p_value", found.p_value}, {"permutations", found.permutations},
-            {"pairs", Json::array()}, {"means", Json::array()}};
+  Json json{{"names", found.names},
+            {"sizes", found.sizes},
+            {"r_squared", defined_or_null(found.r_squared)},
+            {"f", defined_or_null(found.f)},
+            {"p_value", defined_or_null(found.p_value)},
+            {"permutations", found.permutations},
+            {"pairs", Json::array()},
+            {"means", Json::array()}};
   for (const auto& pair : found.pairs)
     json["pairs"].push_back(
         {{"groups",
           {found.names[static_cast<std::size_t>(pair.first)], found.names[static_cast<std::size_t>(pair.second)]}},
          {"distance", pair.distance},
-         {"p_value", pair.p_value}});
+         {"p_value", defined_or_null(pair.p_value)}});
   for (const Points& mean : found.means) json["means"].push_back(landmarks(mean));
   return json;
 }
@@ -117,85 +125,99 @@ std::string atlas_json(const AtlasResults& results) {
   json["notes"] = in_option_words(results.notes);
   json["seconds"] = results.seconds;
   json["version"] = version();
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 std::string specimens_csv(const AtlasResults& results) {
-  std::string text = "specimen,rms,energy,action,total,converged,centroid_size,momenta_norm,data\n";
+  io::CsvTable table{"specimen",  "rms",           "energy",       "action", "total",
+                     "converged", "centroid_size", "momenta_norm", "data"};
   const Eigen::MatrixXd gram = results.atlas.metric();
   for (std::size_t i = 0; i < results.names.size(); ++i) {
     const cohort::AtlasSpecimen& specimen = results.atlas.specimens[i];
     const double norm = std::sqrt(specimen.momenta.cwiseProduct(specimen.momenta * gram).sum());
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", io::csv_quoted(results.names[i]),
-                   specimen.rms(), specimen.cost.energy, specimen.cost.action, specimen.cost.total(),
-                   specimen.converged ? 1 : 0, specimen.centroid_size, norm, specimen.cost.data);
+    table.text(results.names[i]);
+    table.numbers(specimen.rms(), specimen.cost.energy, specimen.cost.action, specimen.cost.total(),
+                  specimen.converged ? 1 : 0, specimen.centroid_size, norm, specimen.cost.data);
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string scores_csv(const AtlasResults& results, const Eigen::MatrixXd& scores) {
-  std::string text = "specimen";
-  if (!results.groups.empty()) text += ",group";
-  if (!results.covariate.empty()) text += "," + io::csv_quoted(results.covariate_name);
-  for (Eigen::Index k = 0; k < scores.cols(); ++k) text += fmt::format(",PC{}", k + 1);
-  text += "\n";
+  io::CsvTable table;
+  table.word("specimen");
+  if (!results.groups.empty()) table.word("group");
+  if (!results.covariate.empty()) table.text(results.covariate_name);
+  for (Eigen::Index k = 0; k < scores.cols(); ++k) table.word(fmt::format("PC{}", k + 1));
+  table.end_row();
   for (std::size_t i = 0; i < results.names.size(); ++i) {
-    text += io::csv_quoted(results.names[i]);
-    if (!results.groups.empty()) text += "," + io::csv_quoted(results.groups[i]);
+    table.text(results.names[i]);
+    if (!results.groups.empty()) table.text(results.groups[i]);
     if (!results.covariate.empty())
-      text += std::isfinite(results.covariate[i]) ? fmt::format(",{}", results.covariate[i]) : ",NA";
-    for (const double score : scores.row(static_cast<Eigen::Index>(i))) text += fmt::format(",{}", score);
-    text += "\n";
+      table.number(std::isfinite(results.covariate[i]) ? results.covariate[i] : io::kMissing);
+    table.numbers(scores.row(static_cast<Eigen::Index>(i))).end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string modes_csv(const AtlasResults& results) {
-  std::string text = "mode,eigenvalue,fraction,procrustes_eigenvalue,procrustes_fraction\n";
+  io::CsvTable table{"mode", "eigenvalue", "fraction", "procrustes_eigenvalue", "procrustes_fraction"};
   const Eigen::VectorXd &of_momenta = results.modes.eigenvalues, &of_shapes = results.procrustes.modes.eigenvalues;
-  const auto cells = [](const Eigen::VectorXd& values, Eigen::Index k) {
-    return k < values.size() ? fmt::format(",{},{}", values[k], values[k] / values.sum()) : std::string(",NA,NA");
+  const auto add = [&](const Eigen::VectorXd& values, Eigen::Index k) {
+    const double value = k < values.size() ? values[k] : io::kMissing;
+    table.numbers(value, value / values.sum());
   };
-  for (Eigen::Index k = 0; k < std::max(of_momenta.size(), of_shapes.size()); ++k)
-    text += fmt::format("{}{}{}\n", k + 1, cells(of_momenta, k), cells(of_shapes, k));
-  return text;
+  for (Eigen::Index k = 0; k < std::max(of_momenta.size(), of_shapes.size()); ++k) {
+    table.number(k + 1);
+    add(of_momenta, k);
+    add(of_shapes, k);
+    table.end_row();
+  }
+  return std::move(table).take();
 }
+
+namespace {
+
+// Header cells of axes, each behind `prefix`.
+void add_axes(io::CsvTable& table, std::string_view prefix, int dimension) {
+  for (int axis = 0; axis < dimension; ++axis) table.word(fmt::format("{}{}", prefix, io::kAxisLetters[axis]));
+}
+
+}  // namespace
 
 std::string predicted_csv(const AtlasResults& results) {
   const Landmarks& shape = results.atlas.template_shape;
-  std::string text = "specimen,landmark";
-  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",{}", io::kAxisLetters[axis]);
-  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",half_width_90_{}", io::kAxisLetters[axis]);
-  text += "\n";
+  io::CsvTable table;
+  table.words({"specimen", "landmark"});
+  add_axes(table, "", shape.dimension());
+  add_axes(table, "half_width_90_", shape.dimension());
+  table.end_row();
   for (std::size_t i = 0; i < results.predicted.size(); ++i) {
     const cohort::PredictedLandmarks& predicted = results.predicted[i];
     for (std::size_t k = 0; k < predicted.landmarks.size(); ++k) {
       const int a = predicted.landmarks[k];
-      text += io::csv_quoted(results.names[i]) + ",";
-      text += shape.labels.empty() ? fmt::to_string(shape.number(a))
-                                   : io::csv_quoted(shape.labels[static_cast<std::size_t>(a)]);
+      table.text(results.names[i]);
+      if (shape.labels.empty())
+        table.number(shape.number(a));
+      else
+        table.text(shape.labels[static_cast<std::size_t>(a)]);
       const auto column = static_cast<Eigen::Index>(k);
-      for (const double value : predicted.positions.col(column)) text += fmt::format(",{}", value);
-      for (const double value : predicted.half_widths.col(column)) text += fmt::format(",{}", value);
-      text += "\n";
+      table.numbers(predicted.positions.col(column)).numbers(predicted.half_widths.col(column)).end_row();
     }
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string momenta_csv(const AtlasResults& results) {
   const Landmarks& shape = results.atlas.template_shape;
-  std::string text = "specimen,landmark";
-  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",p{}", io::kAxisLetters[axis]);
-  text += "\n";
+  io::CsvTable table;
+  table.words({"specimen", "landmark"});
+  add_axes(table, "p", shape.dimension());
+  table.end_row();
   for (std::size_t i = 0; i < results.names.size(); ++i)
-    for (int a = 0; a < shape.count(); ++a) {
-      fmt::format_to(std::back_inserter(text), "{},{}", io::csv_quoted(results.names[i]), shape.number(a));
-      for (const double value : results.atlas.specimens[i].momenta.col(a))
-        fmt::format_to(std::back_inserter(text), ",{}", value);
-      text += "\n";
-    }
-  return text;
+    for (int a = 0; a < shape.count(); ++a)
+      table.text(results.names[i]).number(shape.number(a)).numbers(results.atlas.specimens[i].momenta.col(a)).end_row();
+  return std::move(table).take();
 }
 
 std::string momenta_npy(const AtlasResults& results) {
@@ -208,29 +230,27 @@ std::string momenta_npy(const AtlasResults& results) {
 }
 
 std::string groups_csv(const cohort::GroupComparison& comparison) {
-  std::string text = "first,second,distance,p_value\n";
+  io::CsvTable table{"first", "second", "distance", "p_value"};
   for (const auto& pair : comparison.pairs)
-    text += fmt::format("{},{},{},{}\n", io::csv_quoted(comparison.names[static_cast<std::size_t>(pair.first)]),
-                        io::csv_quoted(comparison.names[static_cast<std::size_t>(pair.second)]), pair.distance,
-                        pair.p_value);
-  return text;
+    table.text(comparison.names[static_cast<std::size_t>(pair.first)])
+        .text(comparison.names[static_cast<std::size_t>(pair.second)])
+        .numbers(pair.distance, pair.p_value)
+        .end_row();
+  return std::move(table).take();
 }
 
 // The shapes of the regression at the values shown, a landmark in each row.
 std::string regression_csv(const AtlasResults& results) {
   const Landmarks& shape = results.atlas.template_shape;
-  std::string text = io::csv_quoted(results.covariate_name) + ",landmark";
-  for (int axis = 0; axis < shape.dimension(); ++axis) text += fmt::format(",{}", io::kAxisLetters[axis]);
-  text += "\n";
+  io::CsvTable table;
+  table.text(results.covariate_name).word("landmark");
+  add_axes(table, "", shape.dimension());
+  table.end_row();
   for (const double value : results.shown_values) {
     const Points q = results.atlas.geodesic(results.regression->momenta(value)).final().q;
-    for (int a = 0; a < shape.count(); ++a) {
-      text += fmt::format("{},{}", value, shape.number(a));
-      for (const double coordinate : q.col(a)) text += fmt::format(",{}", coordinate);
-      text += "\n";
-    }
+    for (int a = 0; a < shape.count(); ++a) table.numbers(value, shape.number(a)).numbers(q.col(a)).end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 }  // namespace pulson

@@ -143,16 +143,11 @@ html::ReportTable pair_table(const cohort::GroupComparison& found) {
 
 }  // namespace
 
-std::string atlas_report(const AtlasResults& results, int modes, const OutputOptions& output,
-                         const std::filesystem::path& folder) {
-  const auto picture = [&](const std::string& stem) {
-    return folder.empty() ? std::filesystem::path() : output.shown_picture(folder / stem);
-  };
+html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunResults& files) {
   html::HtmlReport report = new_report(fmt::format("Atlas of {} shapes", results.atlas.specimens.size()), lead(results),
                                        {}, in_option_words(results.notes));
-  const std::vector<std::string> stems = picture_stems(results);
   const auto add = [&](const std::string& heading, const std::string& stem) {
-    if (std::find(stems.begin(), stems.end(), stem) != stems.end()) add_still(report, heading, picture(stem));
+    add_still(report, heading, files.shown(stem));
   };
   add("The template", "template");
   const int shown = std::min<int>(modes, static_cast<int>(results.modes.eigenvalues.size()));
@@ -171,7 +166,7 @@ std::string atlas_report(const AtlasResults& results, int modes, const OutputOpt
   add("Means of the groups", "groups");
   if (results.comparison) report.sections.push_back({"Groups", {pair_table(*results.comparison)}});
   report.sections.push_back({"Specimens", {specimen_table(results)}});
-  return html_report(report);
+  return report;
 }
 
 }  // namespace pulson

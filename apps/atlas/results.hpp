@@ -7,7 +7,7 @@
 #include "pulson/cohort/atlas.hpp"
 #include "pulson/cohort/prediction.hpp"
 #include "pulson/cohort/statistics.hpp"
-#include "shell/outputs.hpp"
+#include "shell/run_results.hpp"
 
 namespace pulson {
 
@@ -49,13 +49,10 @@ void print_atlas(const AtlasResults& results);
 /// Names of the pictures, without extension: shapes on a line have none of shapes.
 std::vector<std::string> picture_stems(int dimension, bool has_regression, bool has_groups);
 std::vector<std::string> picture_stems(const AtlasResults& results);
-/// Draws them into the folder of these files' stems.
-void draw_atlas(const AtlasResults& results, int modes, const OutputOptions& output,
-                const std::filesystem::path& folder);
+void draw_atlas(const AtlasResults& results, int modes, RunResults& files);
 
-/// @param folder of the pictures; empty: none are shown
-std::string atlas_report(const AtlasResults& results, int modes, const OutputOptions& output,
-                         const std::filesystem::path& folder);
+/// @param files that were drawn before
+html::HtmlReport atlas_report(const AtlasResults& results, int modes, const RunResults& files);
 
 /// The template s standard deviations along mode k, and the path there.
 Trajectory mode_path(const AtlasResults& results, int k, double deviations);

@@ -27,32 +27,32 @@ void print_atlas(const AtlasResults& results) {
   std::vector<double> rms;
   for (const cohort::AtlasSpecimen& specimen : atlas.specimens) rms.push_back(specimen.rms());
   std::sort(rms.begin(), rms.end());
-  fmt::print("template    of {}: {} in {}D, {} iterations, {}\n", counted(std::ssize(atlas.specimens), "shape"),
+  print_text("template    of {}: {} in {}D, {} iterations, {}\n", counted(std::ssize(atlas.specimens), "shape"),
              counted(shape.count(), "landmark"), shape.dimension(), atlas.iterations,
              atlas.converged ? "converged" : "NOT CONVERGED");
-  fmt::print("model       {}{}, lambda {:.4g}{}, sigma {:.4g}{}\n", atlas.kernel.spec(4), origin(atlas.fitted_kernel),
+  print_text("model       {}{}, lambda {:.4g}{}, sigma {:.4g}{}\n", atlas.kernel.spec(4), origin(atlas.fitted_kernel),
              atlas.lambda, origin(atlas.fitted_lambda), atlas.sigma, origin(atlas.fitted_sigma));
-  fmt::print("rms         median {:.4g}, largest {:.4g}; exp(log) error {:.2g} diameters\n", rms[rms.size() / 2],
+  print_text("rms         median {:.4g}, largest {:.4g}; exp(log) error {:.2g} diameters\n", rms[rms.size() / 2],
              rms.back(), atlas.exp_log_error());
-  fmt::print("modes       {}; of Procrustes coordinates {}\n", shares(results.modes), shares(results.procrustes.modes));
+  print_text("modes       {}; of Procrustes coordinates {}\n", shares(results.modes), shares(results.procrustes.modes));
   if (const auto& found = results.regression)
-    fmt::print("regression  on {}: R² {:.4f}, p {:.4g} by {} permutations, {}\n", results.covariate_name,
+    print_text("regression  on {}: R² {:.4f}, p {:.4g} by {} permutations, {}\n", results.covariate_name,
                found->r_squared, found->p_value, found->permutations, counted(found->specimens, "specimen"));
   if (const auto& found = results.comparison) {
-    fmt::print("groups      R² {:.4f}, p {:.4g} by {} permutations\n", found->r_squared, found->p_value,
+    print_text("groups      R² {:.4f}, p {:.4g} by {} permutations\n", found->r_squared, found->p_value,
                found->permutations);
     for (std::size_t i = 0; i < std::min<std::size_t>(10, found->pairs.size()); ++i) {
       const auto& pair = found->pairs[i];
-      fmt::print("            {} – {}: distance {:.4g}, p {:.4g}\n", found->names[static_cast<std::size_t>(pair.first)],
+      print_text("            {} – {}: distance {:.4g}, p {:.4g}\n", found->names[static_cast<std::size_t>(pair.first)],
                  found->names[static_cast<std::size_t>(pair.second)], pair.distance, pair.p_value);
     }
   }
   if (!results.predicted.empty()) {
     std::int64_t count = 0;
     for (const cohort::PredictedLandmarks& predicted : results.predicted) count += std::ssize(predicted.landmarks);
-    fmt::print("predicted   {}, with bands of 90 %\n", counted(count, "missing landmark"));
+    print_text("predicted   {}, with bands of 90 %\n", counted(count, "missing landmark"));
   }
-  fmt::print("time        {:.2f} s\n", results.seconds);
+  print_text("time        {:.2f} s\n", results.seconds);
 }
 
 }  // namespace pulson

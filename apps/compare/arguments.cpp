@@ -8,6 +8,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/cohort_shapes.hpp"
 #include "shell/options.hpp"
+#include "shell/path_options.hpp"
 
 namespace pulson {
 namespace {
@@ -20,15 +21,15 @@ constexpr std::string_view kFittedWidth = "alpha=fit";
 std::vector<std::string> usual_noises() { return {"none", "ch-sd", "p-sd:fields=grid,count=3", "trouve-vialard"}; }
 
 void CompareArguments::add_to(CLI::App& verb) {
-  verb.add_option("SHAPES", shapes,
-                  "SOURCE TARGET [TARGET ...]; or one file with several shapes, compared with their mean")
+  reads_shape(verb.add_option("SHAPES", shapes,
+                              "SOURCE TARGET [TARGET ...]; or one file with several shapes, compared with their mean"))
       ->required();
   verb.add_option("--noise", noises,
                   "a noise model; required parameters that are left out are fitted [none, ch-sd, "
                   "p-sd:fields=grid,count=3, trouve-vialard]")
       ->type_name("SPEC");
-  verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean")
-      ->type_name("FILE");
+  reads_shape(
+      verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean"));
   add_read_options(verb, reading);
   verb.add_flag("--merge-coincident", merge_coincident,
                 "merge landmarks at the same position in the source, and take the mean of theirs in each target");

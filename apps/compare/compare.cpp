@@ -7,7 +7,6 @@
 #include <fmt/core.h>
 
 #include "arguments.hpp"
-#include "core/atomic_file.hpp"
 #include "noise_map.hpp"
 #include "picture.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -15,6 +14,7 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "study.hpp"
 #include "summary.hpp"
@@ -27,34 +27,28 @@ const std::vector<std::string> kComparisonFiles = {"comparison.json", "models.cs
                                                    "aligned.csv",     "specimens.csv", "report.html"};
 const std::vector<std::string> kComparisonPictures = {"comparison", "noise_map"};
 
-// All files of a comparison, or none of them. @return stems of the pictures drawn
-std::vector<std::string> write_comparison(const compare::Comparison& comparison, const compare::CohortShapes& shapes,
-                                          const std::vector<std::string>& notes, double seconds,
-                                          const OutputOptions& output) {
-  StagedFiles staged(output.out);
-  const std::string record = comparison_json(comparison, seconds);
-  staged.write("comparison.json", record);
-  staged.write("models.csv", models_csv(comparison));
-  staged.write("shapes.csv", shapes_csv(comparison));
-  staged.write("spectrum.csv", spectrum_csv(comparison));
-  staged.write("landmarks.csv", landmarks_csv(comparison));
-  formats::write_landmarks_csv(staged.file("source.csv"), comparison.cohort.source);
-  formats::write_landmark_file(staged.file("aligned.csv"), {"csv", comparison.cohort.targets, {}, {}, {}});
-  staged.write("specimens.csv", specimens_csv(shapes));
-  std::vector<std::string> pictures{"comparison"};
-  if (has_noise_map(comparison)) pictures.emplace_back("noise_map");
-  if (!output.no_picture) {
-    write_chart(comparison_chart(comparison), output.picture_files(staged.file("comparison")));
-    if (has_noise_map(comparison)) write_noise_map(comparison, output.picture_files(staged.file("noise_map")));
-  }
+std::string csv_of(const std::string& name, const std::vector<Landmarks>& shapes) {
+  return formats::landmark_format_to_write(name).write(name, {"csv", shapes, {}, {}, {}}).text;
+}
+
+void write_comparison(const compare::Comparison& comparison, const compare::CohortShapes& shapes,
+                      const std::vector<std::string>& notes, double seconds, RunResults& staged) {
+  staged.add("models.csv", models_csv(comparison));
+  staged.add("shapes.csv", shapes_csv(comparison));
+  staged.add("spectrum.csv", spectrum_csv(comparison));
+  staged.add("landmarks.csv", landmarks_csv(comparison));
+  staged.add("source.csv", formats::landmarks_csv(comparison.cohort.source));
+  staged.add("aligned.csv", csv_of("aligned.csv", comparison.cohort.targets));
+  staged.add("specimens.csv", specimens_csv(shapes));
+  staged.commit("comparison.json", comparison_json(comparison, seconds));
+  staged.draw("comparison", [&](const draw::PictureFiles& files) { write_chart(comparison_chart(comparison), files); });
+  if (has_noise_map(comparison))
+    staged.draw("noise_map", [&](const draw::PictureFiles& files) { write_noise_map(comparison, files); });
   std::vector<std::filesystem::path> shown;
-  for (const std::string& picture : pictures)
-    if (std::filesystem::path file = output.shown_picture(staged.file(picture)); !file.empty())
-      shown.push_back(std::move(file));
-  staged.write("report.html", html_report(comparison_report(comparison, notes, seconds, shown)));
-  output.write_json(record);
-  staged.commit();
-  return pictures;
+  for (const char* stem : {"comparison", "noise_map"})
+    if (std::filesystem::path file = staged.shown(stem); !file.empty()) shown.push_back(std::move(file));
+  staged.add_page([&] { return comparison_report(comparison, notes, seconds, shown); });
+  staged.finish();
 }
 
 int run_comparison(const CompareArguments& arguments, const compare::CohortShapes& shapes,
@@ -83,11 +77,12 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
   progress.clear();
   const double seconds = seconds_now() - start;
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
-  const std::vector<std::string> pictures = write_comparison(comparison, shapes, notes, seconds, arguments.output);
+  RunResults results(arguments.output);
+  write_comparison(comparison, shapes, notes, seconds, results);
   print_notes(notes);
   if (arguments.output.prints()) {
     print_comparison(comparison);
-    arguments.output.print_written(kComparisonFiles, pictures);
+    results.print_written();
   }
   const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
                                      [](const compare::ComparedModel& model) { return model.fit.converged; });

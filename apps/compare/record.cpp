@@ -2,28 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/csv_table.hpp"
 #include "pulson/core/version.hpp"
+#include "records/record_text.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
 namespace {
 
-using Json = nlohmann::ordered_json;  // NaN is written as null
+using Json = nlohmann::ordered_json;
+using records::defined_or_null;
 
 Json estimate(const Estimate& estimate) {
-  return {{"value", estimate.value}, {"standard_error", estimate.standard_error}};
+  return defined_or_null({{"value", estimate.value}, {"standard_error", estimate.standard_error}});
 }
 
 Json numbers(const Eigen::VectorXd& values) { return std::vector<double>(values.begin(), values.end()); }
 
+Json shape_addresses(const std::vector<Landmarks>& shapes) {
+  Json addresses = Json::array();
+  for (const Landmarks& shape : shapes) addresses.push_back(shape.source);
+  return addresses;
+}
+
 Json shape_names(const std::vector<Landmarks>& shapes) {
   Json names = Json::array();
-  for (const Landmarks& shape : shapes) names.push_back(shape.source);
+  for (const Landmarks& shape : shapes) names.push_back(shape.name);
   return names;
 }
 
@@ -37,10 +46,10 @@ Json fitted_json(const std::vector<compare::FittedNumber>& fitted) {
   for (const compare::FittedNumber& number : fitted)
     all.push_back({{"name", number.name},
                    {"value", shown_value(number)},
-                   {"log_deviation", number.log_deviation},
+                   {"log_deviation", defined_or_null(number.log_deviation)},
                    {"vanishes", number.vanishes},
-                   {"interval_90", {number.low, number.high}},
-                   {"correlation_with_sigma", number.correlation_with_sigma}});
+                   {"interval_90", defined_or_null({number.low, number.high})},
+                   {"correlation_with_sigma", defined_or_null(number.correlation_with_sigma)}});
   return all;
 }
 
@@ -65,27 +74,28 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
             {"energy", model.energy.value},
             {"action", model.action.value},
             {"total", model.total.value},
-            {"log_evidence", fit.log_evidence},
-            {"score", model.score},
+            {"log_evidence", defined_or_null(fit.log_evidence)},
+            {"score", defined_or_null(model.score)},
             {"difference", estimate(model.difference)},
             {"weight", model.weight},
-            {"p_value", model.p_value},
+            {"p_value", defined_or_null(model.p_value)},
             {"p_value_cohorts", model.bootstrapped},
             {"noise_share", fit.noise_share},
-            {"order_inversions", model.order_inversions.value},
-            {"flipped_triangles", model.flipped_triangles.value},
-            {"folded_fraction", model.folded_fraction.value},
+            {"order_inversions", defined_or_null(model.order_inversions.value)},
+            {"flipped_triangles", defined_or_null(model.flipped_triangles.value)},
+            {"folded_fraction", defined_or_null(model.folded_fraction.value)},
             {"seconds", model.seconds}};
-  json["standard_errors"] = {{"rms", model.rms.standard_error},
-                             {"energy", model.energy.standard_error},
-                             {"action", model.action.standard_error},
-                             {"total", model.total.standard_error},
-                             {"order_inversions", model.order_inversions.standard_error},
-                             {"flipped_triangles", model.flipped_triangles.standard_error},
-                             {"folded_fraction", model.folded_fraction.standard_error}};
-  json["log_evidences"] = evidences(fit);
-  json["laplace"] = fit.laplace;
-  json["importance_sampling"] = {{"standard_error", fit.sampling_error}};
+  json["standard_errors"] = Json{{"rms", model.rms.standard_error},
+                                 {"energy", model.energy.standard_error},
+                                 {"action", model.action.standard_error},
+                                 {"total", model.total.standard_error},
+                                 {"order_inversions", model.order_inversions.standard_error},
+                                 {"flipped_triangles", model.flipped_triangles.standard_error},
+                                 {"folded_fraction", model.folded_fraction.standard_error}};
+  json["standard_errors"] = defined_or_null(json["standard_errors"]);
+  json["log_evidences"] = defined_or_null(evidences(fit));
+  json["laplace"] = defined_or_null(fit.laplace);
+  json["importance_sampling"] = {{"standard_error", defined_or_null(fit.sampling_error)}};
   json["importance_sampling"]["samples"] = settings.importance_samples;
   json["importance_sampling"]["least_effective_part"] = fit.effective_part;
   int lost = 0;
@@ -99,14 +109,14 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
   json["sampled_evidence"] = nullptr;
   if (const auto& sampled = fit.sampled) {
     json["sampled_evidence"] = estimate(sampled->total);
-    json["sampled_evidence"]["rhat_max"] = sampled->worst_rhat;
+    json["sampled_evidence"]["rhat_max"] = defined_or_null(sampled->worst_rhat);
   }
   json["prediction"] = nullptr;
   if (const auto& prediction = model.prediction)
     json["prediction"] = {{"energy_score", prediction->energy_score},
-                          {"energy_score_error", prediction->energy_score_error},
+                          {"energy_score_error", defined_or_null(prediction->energy_score_error)},
                           {"coverage_90", prediction->coverage},
-                          {"coverage_90_error", prediction->coverage_error}};
+                          {"coverage_90_error", defined_or_null(prediction->coverage_error)}};
   json["matched"] = model.matched;
   json["least_cost_paths"] = nullptr;
   if (const auto& paths = model.paths)
@@ -118,7 +128,7 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
                                 {"flipped_triangles", estimate(paths->flipped_triangles)},
                                 {"matched", paths->matched},
                                 {"converged", paths->converged}};
-  json["spectrum"] = numbers(model.spectrum);
+  json["spectrum"] = defined_or_null(numbers(model.spectrum));
   json["noise_way"] = numbers(model.noise_displacement);
   json["lost_samples"] = model.lost_samples;
   return json;
@@ -130,7 +140,8 @@ std::string mode_of(const compare::CohortFit& fit) { return fit.noise == "none" 
 
 std::string comparison_json(const compare::Comparison& comparison, double seconds) {
   Json json{{"source", comparison.cohort.source.source},
-            {"targets", shape_names(comparison.cohort.targets)},
+            {"targets", shape_addresses(comparison.cohort.targets)},
+            {"specimens", shape_names(comparison.cohort.targets)},
             {"alignment", alignment_name(comparison.cohort.alignment)},
             {"kernel", comparison.settings.kernel.spec()},
             {"sigma", comparison.settings.sigma.in(0)},
@@ -140,98 +151,115 @@ std::string comparison_json(const compare::Comparison& comparison, double second
             {"models", Json::array()},
             {"best", comparison.models[comparison.best].fit.noise},
             {"eigenvalues", numbers(comparison.eigenvalues)},
-            {"observed_spectrum", numbers(comparison.observed)},
-            {"observed_spectrum_error", numbers(comparison.observed_error)},
+            {"observed_spectrum", defined_or_null(numbers(comparison.observed))},
+            {"observed_spectrum_error", defined_or_null(numbers(comparison.observed_error))},
             {"notes", in_option_words(comparison.notes)},
             {"seconds", seconds},
             {"version", version()}};
   for (const compare::ComparedModel& model : comparison.models)
     json["models"].push_back(model_json(model, comparison.settings));
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 std::string specimens_csv(const compare::CohortShapes& shapes) {
-  std::string text = "shape,centroid_size\n";
+  io::CsvTable table{"shape", "centroid_size", "specimen"};
   for (const Landmarks& shape : shapes.targets)
-    fmt::format_to(std::back_inserter(text), "\"{}\",{}\n", shape.source, centroid_size(shape.points));
-  return text;
+    table.text(shape.source).number(centroid_size(shape.points)).text(shape.name).end_row();
+  return std::move(table).take();
 }
 
 std::string shapes_csv(const compare::Comparison& comparison) {
-  std::string text =
-      "noise,shape,log_evidence,laplace,effective_samples,rms,energy,action,data,converged,energy_score,"
-      "coverage_90\n";
+  io::CsvTable table{"noise",  "shape", "log_evidence", "laplace",      "effective_samples", "rms",     "energy",
+                     "action", "data",  "converged",    "energy_score", "coverage_90",       "specimen"};
   for (const compare::ComparedModel& model : comparison.models)
     for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
       const compare::ShapeFit& shape = model.fit.shapes[s];
-      fmt::format_to(std::back_inserter(text), R"("{}","{}",{},{},{},{},{},{},{},{})", model.fit.noise,
-                     comparison.cohort.targets[s].source, shape.log_evidence, shape.laplace, shape.effective_samples,
-                     shape.rms, shape.cost.energy, shape.cost.action, shape.cost.data, shape.converged ? 1 : 0);
+      const Landmarks& target = comparison.cohort.targets[s];
+      table.text(model.fit.noise).text(target.source);
+      table.numbers(shape.log_evidence, shape.laplace, shape.effective_samples, shape.rms, shape.cost.energy,
+                    shape.cost.action, shape.cost.data, shape.converged ? 1 : 0);
       if (model.prediction)
-        fmt::format_to(std::back_inserter(text), ",{},{}\n", model.prediction->shapes[s].energy_score,
-                       model.prediction->shapes[s].coverage);
+        table.numbers(model.prediction->shapes[s].energy_score, model.prediction->shapes[s].coverage);
       else
-        text += ",NA,NA\n";
+        table.missing().missing();
+      table.text(target.name).end_row();
     }
-  return text;
+  return std::move(table).take();
 }
 
-namespace {
-
-// As R reads it.
-std::string csv_number(double value) { return std::isnan(value) ? "NA" : fmt::format("{}", value); }
-
-}  // namespace
-
 std::string models_csv(const compare::Comparison& comparison) {
-  std::string text =
-      "noise,number,value,low_90,high_90,vanishes,log_evidence,log_evidence_error,laplace,score,difference,"
-      "difference_error,weight,p,noise_share,rms,energy,action,matched,energy_score,energy_score_error,coverage_90\n";
+  io::CsvTable table{"noise",
+                     "number",
+                     "value",
+                     "low_90",
+                     "high_90",
+                     "vanishes",
+                     "log_evidence",
+                     "log_evidence_error",
+                     "laplace",
+                     "score",
+                     "difference",
+                     "difference_error",
+                     "weight",
+                     "p",
+                     "noise_share",
+                     "rms",
+                     "energy",
+                     "action",
+                     "matched",
+                     "energy_score",
+                     "energy_score_error",
+                     "coverage_90"};
   for (const compare::ComparedModel& model : comparison.models) {
     const compare::CohortFit& fit = model.fit;
     const double nan = std::nan("");
     const auto& prediction = model.prediction;
-    std::string rest;
-    for (const double value :
-         {fit.log_evidence, fit.sampling_error, fit.laplace, model.score, model.difference.value,
-          model.difference.standard_error, model.weight, model.p_value, fit.noise_share, model.rms.value,
-          model.energy.value, model.action.value, static_cast<double>(model.matched),
-          prediction ? prediction->energy_score : nan, prediction ? prediction->energy_score_error : nan,
-          prediction ? prediction->coverage : nan})
-      rest += "," + csv_number(value);
-    if (fit.fitted.empty()) text += fmt::format("\"{}\",NA,NA,NA,NA,NA{}\n", model.noise, rest);
-    for (const compare::FittedNumber& number : fit.fitted)
-      text += fmt::format("\"{}\",{},{},{},{},{}{}\n", model.noise, number.name, csv_number(shown_value(number)),
-                          csv_number(number.low), csv_number(number.high), number.vanishes ? 1 : 0, rest);
+    const auto end_row = [&] {
+      table.numbers(fit.log_evidence, fit.sampling_error, fit.laplace, model.score, model.difference.value,
+                    model.difference.standard_error, model.weight, model.p_value, fit.noise_share, model.rms.value,
+                    model.energy.value, model.action.value, model.matched, prediction ? prediction->energy_score : nan,
+                    prediction ? prediction->energy_score_error : nan, prediction ? prediction->coverage : nan);
+      table.end_row();
+    };
+    if (fit.fitted.empty()) {
+      table.text(model.noise).missing().missing().missing().missing().missing();
+      end_row();
+    }
+    for (const compare::FittedNumber& number : fit.fitted) {
+      table.text(model.noise).word(number.name);
+      table.numbers(shown_value(number), number.low, number.high, number.vanishes ? 1 : 0);
+      end_row();
+    }
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string spectrum_csv(const compare::Comparison& comparison) {
-  std::string text = "model,eigenvector,eigenvalue,variance,standard_error\n";
+  io::CsvTable table{"model", "eigenvector", "eigenvalue", "variance", "standard_error"};
   const auto add = [&](const std::string& model, const Eigen::VectorXd& values, const Eigen::VectorXd& errors) {
-    for (Eigen::Index i = 0; i < values.size(); ++i)
-      text += fmt::format("\"{}\",{},{},{},{}\n", model, i + 1, csv_number(comparison.eigenvalues[i]),
-                          csv_number(values[i]), i < errors.size() ? csv_number(errors[i]) : "NA");
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      table.text(model).numbers(i + 1, comparison.eigenvalues[i], values[i]);
+      table.number(i < errors.size() ? errors[i] : std::nan("")).end_row();
+    }
   };
   add("observed", comparison.observed, comparison.observed_error);
   for (const compare::ComparedModel& model : comparison.models) add(model.noise, model.spectrum, {});
-  return text;
+  return std::move(table).take();
 }
 
 std::string landmarks_csv(const compare::Comparison& comparison) {
   const Landmarks& source = comparison.cohort.source;
-  std::string text = "noise,landmark,label";
-  for (int axis = 0; axis < source.dimension(); ++axis) text += fmt::format(",{}", "xyz"[axis]);
-  text += ",noise_displacement\n";
+  io::CsvTable table;
+  table.words({"noise", "landmark", "label"});
+  for (int axis = 0; axis < source.dimension(); ++axis) table.word(std::string(1, "xyz"[axis]));
+  table.word("noise_displacement").end_row();
   for (const compare::ComparedModel& model : comparison.models)
     for (Eigen::Index a = 0; a < model.noise_displacement.size(); ++a) {
       const auto i = static_cast<std::size_t>(a);
-      text += fmt::format(R"("{}",{},"{}")", model.noise, a + 1, i < source.labels.size() ? source.labels[i] : "");
-      for (int axis = 0; axis < source.dimension(); ++axis) text += "," + csv_number(source.points(axis, a));
-      text += "," + csv_number(model.noise_displacement[a]) + "\n";
+      table.text(model.noise).number(a + 1).text(i < source.labels.size() ? source.labels[i] : "");
+      table.numbers(source.points.col(a)).number(model.noise_displacement[a]).end_row();
     }
-  return text;
+  return std::move(table).take();
 }
 
 namespace {
@@ -246,9 +274,9 @@ Json fits_json(const compare::RecoveryRow& row, const std::vector<std::string>& 
       Json intervals = Json::object();
       for (const compare::FittedNumber& number : fits[i].numbers) {
         fit[number.name] = shown_value(number);
-        intervals[number.name] = {number.low, number.high};
+        intervals[number.name] = defined_or_null({number.low, number.high});
       }
-      fit["log_evidence"] = fits[i].log_evidence;
+      fit["log_evidence"] = defined_or_null(fits[i].log_evidence);
       fit["interval_90"] = std::move(intervals);
       of_cohort[candidates[i]] = std::move(fit);
     }
@@ -275,12 +303,12 @@ std::string recovery_json(const std::vector<compare::RecoveryRow>& rows, const s
     json["models"].push_back({{"noise", row.truth.noise.spec()},
                               {"lambda", row.truth.lambda},
                               {"kernel", row.truth.kernel.empty() ? options.settings.kernel.spec() : row.truth.kernel},
-                              {"noise_share", row.noise_share},
+                              {"noise_share", defined_or_null(row.noise_share)},
                               {"displacement", row.displacement},
                               {"chosen", row.chosen},
                               {"unfit", row.unfit},
                               {"fits", fits_json(row, candidates)}});
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 }  // namespace pulson

@@ -125,15 +125,17 @@ html::ReportTable path_table(const compare::Comparison& comparison) {
 }
 
 html::ReportTable shape_table(const compare::Comparison& comparison) {
-  html::ReportTable table{{"noise", "shape", "log evidence", "rms", "energy", "action", "data", "converged"},
-                          {},
-                          "Each shape under each model, as in shapes.csv."};
+  html::ReportTable table{
+      {"noise", "specimen", "shape", "log evidence", "rms", "energy", "action", "data", "converged"},
+      {},
+      "Each shape under each model, as in shapes.csv."};
   for (const std::size_t i : ranked(comparison)) {
     const compare::ComparedModel& model = comparison.models[i];
     for (std::size_t s = 0; s < model.fit.shapes.size(); ++s) {
       const compare::ShapeFit& shape = model.fit.shapes[s];
       const Landmarks& target = comparison.cohort.targets[s];
       table.rows.push_back({{shortened_spec(model.noise)},
+                            {target.name},
                             {std::filesystem::path(target.source).filename().string()},
                             cell(shape.log_evidence, "{:.2f}"),
                             cell(shape.rms),

@@ -10,6 +10,7 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "summary.hpp"
 
@@ -129,18 +130,19 @@ int write_study(const StudyTask& task, const records::UnitRun& run, const Output
   for (const auto& [unit, result] : run.results) cohorts.push_back(recovered_from(result));
   const std::vector<compare::RecoveryRow> rows = task.with(run.facts).rows(cohorts);
   const std::string record = recovery_json(rows, task.candidates, task.study, run.seconds);
-  StagedFiles staged(output.out);
-  staged.write("recovery.json", record);
-  if (!output.no_picture)
-    write_chart(recovery_chart(rows, task.candidates, task.study), output.picture_files(staged.file("recovery")));
-  staged.write("report.html", html_report(recovery_report(rows, task.candidates, task.study, task.notes, run.seconds,
-                                                          output.shown_picture(staged.file("recovery")))));
-  output.write_json(record);
-  staged.commit();
+  RunResults staged(output);
+  staged.commit("recovery.json", record, {{"run", unit_fingerprint(run)}});
+  staged.draw("recovery", [&](const draw::PictureFiles& files) {
+    write_chart(recovery_chart(rows, task.candidates, task.study), files);
+  });
+  staged.add_page([&] {
+    return recovery_report(rows, task.candidates, task.study, task.notes, run.seconds, staged.shown("recovery"));
+  });
+  staged.finish();
   print_notes(task.notes);
   if (output.prints()) {
     print_recovery(rows, task.candidates, task.study);
-    output.print_written(kStudyFiles, kStudyPictures);
+    staged.print_written();
   }
   return kDone;
 }
@@ -152,7 +154,7 @@ int run_study(const CompareArguments& arguments, const std::string& settings) {
   records::UnitRun run;
   const compare::CohortShapes shapes = arguments.read(run.notes);
   const StudyTask task(arguments, shapes, run.notes);
-  UnitJob job("compare", arguments.units, output, [&] { output.check(kStudyFiles, kStudyPictures); });
+  UnitJob job("compare", arguments.units, output, "recovery.json", [&] { output.check(kStudyFiles, kStudyPictures); });
   run.settings = settings;
   run.shapes = shapes.targets;
   if (shapes.source) run.shapes.insert(run.shapes.begin(), *shapes.source);

@@ -45,14 +45,14 @@ void print_table(const Rows& rows) {
     std::string line;
     for (std::size_t i = 0; i < row.size(); ++i) line += padded(row[i], widths[i]);
     line.erase(line.find_last_not_of(' ') + 1);
-    fmt::print("{}\n", line);
+    print_text("{}\n", line);
   }
 }
 
 void print_fitted(const compare::ComparedModel& model) {
-  fmt::print("{}", padded("  " + shortened_spec(model.noise), 30));
-  for (const compare::FittedNumber& fitted : model.fit.fitted) fmt::print("{}  ", fitted_text(fitted));
-  fmt::print("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
+  print_exact(padded("  " + shortened_spec(model.noise), 30));
+  for (const compare::FittedNumber& fitted : model.fit.fitted) print_text("{}  ", fitted_text(fitted));
+  print_text("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
 }
 
 // What the most probable paths and those of least cost make of shapes that no flow reaches.
@@ -74,7 +74,7 @@ void print_paths(const compare::Comparison& comparison, const std::vector<std::s
                       with_error(paths->total), with_error(paths->action),
                       reversals(paths->order_inversions, paths->flipped_triangles)});
   }
-  fmt::print("\n");
+  print_text("\n");
   print_table(rows);
 }
 
@@ -131,10 +131,10 @@ std::string as_title(std::string text) {
 }
 
 void print_comparison(const compare::Comparison& comparison) {
-  fmt::print("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
+  print_text("{}: {} of {} landmarks in {}D, aligned: {}\n", comparison.cohort.source.source,
              counted(comparison.cohort.targets.size(), "shape"), comparison.cohort.source.count(),
              comparison.cohort.source.dimension(), alignment_name(comparison.cohort.alignment));
-  fmt::print("model      {}, {} steps, sigma {:.4g}\n\n", kernel_words(comparison.settings),
+  print_text("model      {}, {} steps, sigma {:.4g}\n\n", kernel_words(comparison.settings),
              comparison.settings.grid.steps, comparison.settings.sigma.in(0));
   Rows evidence{{"noise", "score", "weight", "p", "log evidence", "Laplace", "rms", "energy", "action"}};
   const std::vector<std::size_t> order = ranked(comparison);
@@ -147,7 +147,7 @@ void print_comparison(const compare::Comparison& comparison) {
          with_error(model.rms), with_error(model.energy), with_error(model.action)});
   }
   print_table(evidence);
-  fmt::print("\n");
+  print_text("\n");
   Rows predictions{{"noise", "energy score", "coverage 90 %", "inversions", "triangles", "folded", "seconds"}};
   for (const std::size_t i : order) {
     const compare::ComparedModel& model = comparison.models[i];
@@ -161,14 +161,14 @@ void print_comparison(const compare::Comparison& comparison) {
   }
   print_table(predictions);
   print_paths(comparison, order);
-  fmt::print("\nfitted\n");
+  print_text("\nfitted\n");
   for (const std::size_t i : order) print_fitted(comparison.models[i]);
-  fmt::print("\nverdict    {}\n", verdict(comparison));
+  print_text("\nverdict    {}\n", verdict(comparison));
 }
 
 void print_recovery(const std::vector<compare::RecoveryRow>& rows, const std::vector<std::string>& candidates,
                     const compare::RecoveryOptions& options) {
-  fmt::print("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
+  print_text("{} cohorts of {} shapes from each model, {}, sigma {:.4g}: how often each model is chosen\n\n",
              options.cohorts, options.shapes, kernel_words(options.settings), options.settings.sigma.in(0));
   std::vector<std::string> head = {"drawn from", "noise share"};
   for (const std::string& candidate : candidates) head.push_back(candidate.substr(0, candidate.find(':')));

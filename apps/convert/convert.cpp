@@ -15,10 +15,14 @@
 
 #include "core/atomic_file.hpp"
 #include "core/landmark_pairs.hpp"
+#include "core/paths.hpp"
+#include "formats/shape_address.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/path_options.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -96,21 +100,27 @@ formats::LandmarkFile read_inputs(const ConvertArguments& arguments) {
 /// Whether a last file that is there looks like another input: `*.csv` and `a.txt b.txt` without an output would lose
 /// it, `a.json#2 a.json` its other shapes.
 bool may_be_input(const std::vector<std::string>& inputs, const std::filesystem::path& last) {
-  std::error_code error;
-  if (!std::filesystem::exists(last, error)) return false;
+  if (!is_there(last)) return false;
   if (inputs.size() > 1) return true;
-  const std::string& address = inputs.front();
-  const std::filesystem::path only = address.substr(0, address.rfind('#'));
-  if (only.extension() != last.extension()) return false;
-  return only != address || !std::filesystem::equivalent(only, last, error);
+  return std::filesystem::path(formats::file_of_address(inputs.front())).extension() == last.extension();
+}
+
+/// A file is not converted in place: what the new format cannot hold would be lost with the only copy.
+void add_paths(const ConvertArguments& arguments) {
+  for (const std::string& input : arguments.inputs) run_paths().reads(formats::file_of_address(input), "FILES");
+  run_paths().writes(arguments.output, "OUT");
 }
 
 /// The last of the files is the output where --out names none.
 void find_output(ConvertArguments& arguments) {
-  if (!arguments.output.empty()) return;
+  if (!arguments.output.empty()) {
+    for (const std::string& input : arguments.inputs) run_paths().reads(formats::file_of_address(input), "FILES");
+    return;  // --out is known already
+  }
   if (arguments.inputs.size() < 2) throw InputError("convert needs two files or more: IN [IN ...] OUT");
   arguments.output = arguments.inputs.back();
   arguments.inputs.pop_back();
+  add_paths(arguments);
   if (may_be_input(arguments.inputs, arguments.output))
     throw InputError(fmt::format("'{}' exists and may be meant as an input; --out {} replaces it", arguments.output,
                                  arguments.output));
@@ -124,10 +134,10 @@ void convert(ConvertArguments arguments) {
   check_output_file(arguments.output);
   formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
-  for (std::string& loss : write_landmark_file(arguments.output, file, format.name)) notes.push_back(std::move(loss));
+  for (std::string& loss : write_landmarks(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   print_notes(notes);
   if (verbosity() != Verbosity::kQuiet)
-    fmt::print("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
+    print_text("wrote {}: {} shape{}, {}\n", arguments.output, file.shapes.size(), file.shapes.size() == 1 ? "" : "s",
                format.name);
 }
 
@@ -137,12 +147,12 @@ void add_convert_verb(CLI::App& program) {
   CLI::App* verb =
       program.add_subcommand("convert", "Convert landmark files to another format, or join several into one");
   auto arguments = std::make_shared<ConvertArguments>();
-  verb->add_option("FILES", arguments->inputs,
-                   "IN [IN ...] OUT: landmark files, or single shapes as FILE#3 or FILE#id=NAME, which are joined; "
-                   "then the file to write, which may be IN itself")
+  reads_and_writes(
+      verb->add_option("FILES", arguments->inputs,
+                       "IN [IN ...] OUT: landmark files, or single shapes as FILE#3 or FILE#id=NAME, which are joined; "
+                       "then the file to write, which is none of them"))
       ->required();
-  verb->add_option("-o,--out", arguments->output, "file to write or replace; all FILES are then inputs")
-      ->type_name("FILE");
+  writes_file(verb->add_option("-o,--out", arguments->output, "file to write or replace; all FILES are then inputs"));
   verb->add_option("--to", arguments->format, "format of OUT, see pulson info formats [by the extension of OUT]")
       ->type_name("FORMAT");
   verb->add_option("--axes", arguments->axes, "LPS or RAS: axes of OUT; x and y change sign where IN has the other")
@@ -153,6 +163,7 @@ void add_convert_verb(CLI::App& program) {
                    "y becomes HEIGHT - y, as between rows of an image of this height and tps, where y points up")
       ->type_name("HEIGHT");
   add_read_options(*verb, arguments->reading);
+  add_table_option(*verb);
   add_quiet_option(*verb);
   verb->footer(
       "A note on standard error lists what OUT cannot hold.\n"

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/records/records.hpp"
 #include "results.hpp"
@@ -108,24 +107,15 @@ ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, c
   return options;
 }
 
-void check_outputs(const EnsembleArguments& arguments) {
+// @return whether sums are saved, to go on from
+bool check_outputs(const EnsembleArguments& arguments) {
   const fs::path checkpoint = arguments.checkpoint();
   if (arguments.options.shard.count > 1)
     arguments.results.output.check_only(checkpoint.filename().string());
   else
     arguments.results.check();
   check_output_file(checkpoint);
-  if (!fs::exists(checkpoint) || arguments.resume) return;
-  throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
-                               checkpoint.string(),
-                               arguments.options.shard.count == 1 ? "belongs to an unfinished run" : "exists already",
-                               arguments.options.shard.count == 1 ? "continue" : "continue or keep"));
-}
-
-std::string file_contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", path.string()));
-  return {std::istreambuf_iterator<char>(file), {}};
+  return saved_before(checkpoint, arguments.resume, arguments.options.shard.count > 1);
 }
 
 /// Consecutive blocks, as they are dealt out.
@@ -214,7 +204,7 @@ int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& argum
   print_notes(run.notes);
   const ensemble::Shard& part = run.options.shard;
   if (arguments.results.output.prints())
-    fmt::print("part {} of {}: {} of its {} paths in {}\n", part.index, part.count, run.sums.samples,
+    print_text("part {} of {}: {} of its {} paths in {}\n", part.index, part.count, run.sums.samples,
                run.options.shard_samples(), arguments.checkpoint().string());
   if (!run.partial()) return kDone;
   print_warning(
@@ -228,7 +218,7 @@ int run_ensemble(EnsembleArguments arguments) {
   const TimeGrid grid = arguments.time.grid(start.default_time);
   const std::vector<int> densities = density_steps(arguments.densities, grid);
   const ensemble::EnsembleOptions options = ensemble_options(arguments, start, densities, grid);
-  if (ranks::is_first()) check_outputs(arguments);
+  const bool saved = ranks::is_first() && check_outputs(arguments);
   ensemble::Ensemble ensemble(start.system, arguments.integrator, start.state, options);
   records::EnsembleRun run{start.system,
                            arguments.integrator,
@@ -243,16 +233,19 @@ int run_ensemble(EnsembleArguments arguments) {
   run.notes = start.notes;
   const fs::path checkpoint = arguments.checkpoint();
   const bool is_shard = options.shard.count > 1;
-  // Scripts may give --resume to the first run of a shard, too.
-  if (ranks::is_first() && arguments.resume && !(is_shard && !fs::exists(checkpoint)))
-    ensemble.resume(read_ensemble_checkpoint(run, file_contents(checkpoint), checkpoint.string()));
+  if (saved) ensemble.resume(read_ensemble_checkpoint(run, read_file(checkpoint), checkpoint.string()));
+  if (arguments.resume && !is_shard) {
+    const bool is_done = ranks::is_first() && !saved &&
+                         is_done_before(arguments.results.output.file("ensemble.json"), ensemble_fingerprint(run));
+    if (ranks::gather(is_done ? "1" : "") == "1") return kDone;
+  }
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
   Sampling(ensemble, run, arguments).run();
   if (!ranks::is_first()) return kDone;
   log_step(fmt::format("sampled {} paths", run.sums.samples));
   if (is_shard) return finish_shard(run, arguments);
   const int code = arguments.results.finish(run);
-  if (!run.partial()) fs::remove(checkpoint);
+  if (!run.partial()) remove_saved(checkpoint);
   return code;
 }
 

@@ -1,9 +1,6 @@
 // `pulson merge`: the shards of a run as one.
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "compare/study.hpp"
+#include "core/paths.hpp"
 #include "pulson/records/records.hpp"
 #include "records/unit_parts.hpp"
 #include "register/cohort.hpp"
@@ -18,6 +16,7 @@
 #include "sample/calibration.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/path_options.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -27,12 +26,6 @@ struct MergeArguments {
   std::vector<std::string> parts;
   EnsembleOutput results;
 };
-
-std::string part_contents(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path)) throw InputError(fmt::format("'{}' cannot be read", path));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 int merge_paths(const MergeArguments& arguments, const std::vector<std::string>& contents) {
   arguments.results.check();
@@ -66,7 +59,7 @@ int merge_units_of(const MergeArguments& arguments, const std::vector<std::strin
 
 int run_merge(const MergeArguments& arguments) {
   std::vector<std::string> contents;
-  for (const std::string& path : arguments.parts) contents.push_back(part_contents(path));
+  for (const std::string& path : arguments.parts) contents.push_back(read_file(path));
   const auto units = std::count_if(contents.begin(), contents.end(),
                                    [](const std::string& bytes) { return records::is_unit_part(bytes); });
   return units > 0 ? merge_units_of(arguments, contents) : merge_paths(arguments, contents);
@@ -77,7 +70,7 @@ int run_merge(const MergeArguments& arguments) {
 void add_merge_verb(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("merge", "Merge the parts of a run that --shard made");
   auto arguments = std::make_shared<MergeArguments>();
-  verb->add_option("PART", arguments->parts, "all parts of one run, in any order")->required();
+  reads_file(verb->add_option("PART", arguments->parts, "all parts of one run, in any order"))->required();
   add_threads_option(*verb);
   arguments->results.add_to(*verb);
   verb->footer(

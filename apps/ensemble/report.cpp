@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "shell/messages.hpp"
+#include "shell/probability_text.hpp"
+#include "shell/report_parts.hpp"
 #include "simulate/report.hpp"
 
 namespace pulson {
@@ -17,8 +19,8 @@ std::string lead(const records::EnsembleRun& run) {
                   counted(run.shape.count(), "landmark"), run.shape.dimension(), run.options.grid.time, paths.clean);
   if (is_on_line(run) && run.shape.count() > 1 && paths.clean > 0) {
     const Estimate crossing = run.sums.crossing_probability();
-    text += fmt::format(" The order has changed at the end with probability {:.4f} ± {:.4f}.", crossing.value,
-                        crossing.standard_error);
+    text +=
+        fmt::format(" The order has changed at the end with probability {}.", probability_text(crossing, paths.clean));
   }
   return text;
 }

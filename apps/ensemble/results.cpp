@@ -8,13 +8,16 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/path_options.hpp"
+#include "shell/probability_text.hpp"
 #include "shell/report_parts.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
 namespace {
 
-namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 const std::vector<std::string> kEnsembleFiles = {"ensemble.json", "means.csv", "densities.csv", "report.html"};
 const std::vector<std::string> kEnsemblePictures = {"ensemble"};
@@ -25,7 +28,12 @@ std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
   if (run.partial())
     warnings.push_back(
         fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
-  if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
+  if (run.sums.samples > 0 && paths.clean == 0)
+    warnings.push_back(
+        fmt::format("none of the {} paths is clean: no probability or mean is determined. Try a smaller --dt, or a "
+                    "smaller amplitude of the noise",
+                    run.sums.samples));
+  else if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
     warnings.push_back(
         fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "
                     "smaller --dt may help",
@@ -33,69 +41,70 @@ std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
   return warnings;
 }
 
-void write_results(const records::EnsembleRun& run, const EnsembleOutput& arguments) {
-  const OutputOptions& output = arguments.output;
-  StagedFiles staged(output.out);
-  staged.write("means.csv", ensemble_means_csv(run));
-  staged.write("densities.csv", ensemble_densities_csv(run));
+// The states that were kept, outside the folder.
+void write_states(const records::EnsembleRun& run, const EnsembleOutput& arguments, RunResults& results) {
   const auto n = static_cast<std::size_t>(run.start.q.cols());
   const auto d = static_cast<std::size_t>(run.start.q.rows());
   const auto samples = static_cast<std::size_t>(run.sums.samples);
   const std::size_t records = run.options.keep == ensemble::KeepStates::kAll ? run.options.records.size() : 1;
   if (!arguments.save_paths.empty())
-    formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d});
+    results.write_outside([&] {
+      formats::write_npy(arguments.save_paths, run.sums.states, {samples, records, 2, n, d});
+    });
   if (!arguments.save_final.empty()) {
     std::vector<double> last;
     for (std::size_t m = 0; m < samples; ++m) {
       const auto* const begin = run.sums.states.data() + (m * records + records - 1) * 2 * n * d;
       last.insert(last.end(), begin, begin + 2 * n * d);
     }
-    formats::write_npy(arguments.save_final, last, {samples, 2, n, d});
+    results.write_outside([&] { formats::write_npy(arguments.save_final, last, {samples, 2, n, d}); });
   }
+}
+
+void write_results(const records::EnsembleRun& run, const EnsembleOutput& arguments, RunResults& results) {
+  results.add("means.csv", ensemble_means_csv(run));
+  results.add("densities.csv", ensemble_densities_csv(run));
+  Json more = Json::object();
+  if (!run.partial()) more["run"] = ensemble_fingerprint(run);
+  results.commit("ensemble.json", ensemble_json(run), more);
+  write_states(run, arguments, results);
   const draw::EnsemblePicture shape = run.sums.paths.clean > 1 ? make_ensemble_picture(run) : draw::EnsemblePicture{};
-  const bool draws = !output.no_picture && run.sums.paths.clean > 1;
-  const fs::path picture = staged.file("ensemble");
-  if (draws) write_ensemble_picture(run, shape, output.picture_files(picture));
-  staged.write("report.html", html_report(ensemble_report(run, shape, warnings_of(run), run.notes,
-                                                          draws ? output.shown_picture(picture) : "")));
-  const std::string record = ensemble_json(run);
-  staged.write("ensemble.json", record);
-  output.write_json(record);
-  staged.commit();
+  if (run.sums.paths.clean > 1)
+    results.draw("ensemble", [&](const draw::PictureFiles& files) { write_ensemble_picture(run, shape, files); });
+  results.add_page([&] { return ensemble_report(run, shape, warnings_of(run), run.notes, results.shown("ensemble")); });
+  results.finish();
 }
 
 void print_summary(const records::EnsembleRun& run) {
   const ensemble::EnsembleSums& sums = run.sums;
   const TimeGrid& grid = run.options.grid;
-  fmt::print("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
+  print_text("{}{} paths of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n",
              run.partial() ? "PARTIAL: " : "", sums.samples, run.shape.count(), run.shape.dimension(), grid.time,
              grid.steps, grid.dt(), run.options.seed, run.options.antithetic ? ", antithetic" : "");
-  fmt::print("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
+  print_text("model      {}, noise {}, integrator {}\n", run.system.kernel.spec(4),
              shortened_spec(run.system.noise->spec()), run.integrator);
-  fmt::print("sampled    in {:.2f} s on {}, {}\n", run.seconds,
+  print_text("sampled    in {:.2f} s on {}, {}\n", run.seconds,
              counted(static_cast<std::size_t>(run.threads), "thread"), run.method);
-  fmt::print("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
+  print_text("paths      {} clean, {} without a root, {} with momenta beyond {}, {} ties\n", sums.paths.clean,
              sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
   if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
     const Estimate crossing = sums.crossing_probability();
-    fmt::print(
-        "crossing   {:.4f} ± {:.4f} of the clean paths end in a different order; {:.4f} were in one at some step\n",
-        crossing.value, crossing.standard_error,
-        static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
+    print_text("crossing   {} of the clean paths end in a different order; {:.4f} were in one at some step\n",
+               probability_text(crossing, sums.paths.clean),
+               static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
   }
   const NoiseTraits traits = run.system.noise->traits();
-  if (traits.translation_invariant && traits.hamiltonian)
-    fmt::print("momentum   total {}\n", conservation(sums.momentum_error));
+  if (traits.translation_invariant && traits.hamiltonian && sums.paths.clean > 0)
+    print_text("momentum   total {}\n", conservation(sums.momentum_error));
 }
 
 }  // namespace
 
 void EnsembleOutput::add_to(CLI::App& verb) {
-  verb.add_option("--save-final", save_final, "write the final states: .npy, [sample][q,p][landmark][axis]")
-      ->type_name("FILE");
-  verb.add_option("--save-paths", save_paths,
-                  "write the states at the records: .npy, [sample][record][q,p][landmark][axis]")
-      ->type_name("FILE");
+  writes_file(
+      verb.add_option("--save-final", save_final, "write the final states: .npy, [sample][q,p][landmark][axis]"));
+  writes_file(verb.add_option("--save-paths", save_paths,
+                              "write the states at the records: .npy, [sample][record][q,p][landmark][axis]"));
   output.add_to(verb, "ensemble.png and .svg");
 }
 
@@ -106,12 +115,13 @@ void EnsembleOutput::check() const {
 }
 
 int EnsembleOutput::finish(const records::EnsembleRun& run) const {
-  write_results(run, *this);
+  RunResults results(output);
+  write_results(run, *this, results);
   log_step("wrote the results");
   print_notes(run.notes);
   if (output.prints()) {
     print_summary(run);
-    output.print_written(kEnsembleFiles, kEnsemblePictures);
+    results.print_written();
   }
   const std::vector<std::string> warnings = warnings_of(run);
   for (const std::string& text : warnings) print_warning(text);

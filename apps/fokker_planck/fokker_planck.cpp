@@ -7,13 +7,16 @@
 
 #include "charts/chart.hpp"
 #include "core/atomic_file.hpp"
+#include "core/csv_table.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
+#include "records/record_text.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
 
@@ -68,10 +71,10 @@ Problem problem_of(const FokkerPlanckArguments& arguments) {
   return {std::move(start), std::move(equation), betas};
 }
 
-/// Monte Carlo at the same times, where it was asked for.
-std::vector<Estimate> sampled_crossing(const Problem& problem, const FokkerPlanckArguments& arguments,
-                                       const std::vector<double>& times, const TimeGrid& grid) {
-  std::vector<Estimate> estimates;
+/// Monte Carlo at the same times, over the paths that are clean up to each, where it was asked for.
+std::vector<SampledProbability> sampled_crossing(const Problem& problem, const FokkerPlanckArguments& arguments,
+                                                 const std::vector<double>& times, const TimeGrid& grid) {
+  std::vector<SampledProbability> estimates;
   if (arguments.samples == 0) return estimates;
   ensemble::EnsembleOptions options;
   options.grid = grid;
@@ -89,30 +92,35 @@ std::vector<Estimate> sampled_crossing(const Problem& problem, const FokkerPlanc
   const double side = problem.equation.q2 > problem.equation.q1 ? 1 : -1;
   const std::vector<double>& states = ensemble.sums().states;
   for (std::size_t record = 0; record < times.size(); ++record) {
-    double crossed = 0;
+    double crossed = 0, clean = 0;
     for (std::size_t m = 0; m < static_cast<std::size_t>(arguments.samples); ++m) {
       const double* const q = states.data() + (m * times.size() + record) * 4;
+      if (!std::isfinite(q[0]) || !std::isfinite(q[1])) continue;
+      ++clean;
       if ((q[1] - q[0]) * side < 0) ++crossed;
     }
-    const double p = crossed / static_cast<double>(arguments.samples);
-    estimates.push_back({p, std::sqrt(p * (1 - p) / static_cast<double>(arguments.samples))});
+    const double p = crossed / clean;
+    estimates.push_back({{p, std::sqrt(p * (1 - p) / clean)}, static_cast<std::int64_t>(clean)});
   }
   return estimates;
 }
 
-std::string crossing_csv(const fokker_planck::PairCrossing& crossing, const std::vector<Estimate>& sampled) {
-  std::string text = sampled.empty() ? "time,probability\n" : "time,probability,sampled,standard_error\n";
+std::string crossing_csv(const fokker_planck::PairCrossing& crossing, const std::vector<SampledProbability>& sampled) {
+  io::CsvTable table;
+  table.words({"time", "probability"});
+  if (!sampled.empty()) table.words({"sampled", "standard_error"});
+  table.end_row();
   for (std::size_t i = 0; i < crossing.times.size(); ++i) {
-    text += fmt::format("{},{}", crossing.times[i], crossing.curve[i]);
-    if (!sampled.empty()) text += fmt::format(",{},{}", sampled[i].value, sampled[i].standard_error);
-    text += '\n';
+    table.numbers(crossing.times[i], crossing.curve[i]);
+    if (!sampled.empty()) table.numbers(sampled[i].value, sampled[i].known_error());
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 /// The marginals of (18) at a tenth, a half and the whole of the time, where there is noise.
 std::string densities_csv(const Problem& problem) {
-  std::string text = "landmark,time,q,density\n";
+  io::CsvTable table{"landmark", "time", "q", "density"};
   const PhaseState& state = problem.start.state;
   for (std::size_t a = 0; a < 2; ++a) {
     if (problem.betas.at(a) == 0) continue;
@@ -124,11 +132,11 @@ std::string densities_csv(const Problem& problem) {
       const fokker_planck::NormalLaw law = position_law(pulson, time);
       for (int i = -50; i <= 50; ++i) {
         const double x = law.mean + std::sqrt(law.variance) * i / 10;
-        text += fmt::format("{},{},{},{}\n", a + 1, time, x, law.density(x));
+        table.numbers(a + 1, time, x, law.density(x)).end_row();
       }
     }
   }
-  return text;
+  return std::move(table).take();
 }
 
 /// Whether nearly all of the rise is in the first sixth of the time, which a logarithmic axis shows.
@@ -154,7 +162,7 @@ charts::Series on_log_axis(const charts::Series& series) {
 }
 
 charts::Chart chart_of(const Problem& problem, const fokker_planck::PairCrossing& crossing,
-                       const std::vector<Estimate>& sampled) {
+                       const std::vector<SampledProbability>& sampled) {
   charts::ChartPanel panel{.heading = "Probability that the order has changed, over time t"};
   panel.series.push_back({.name = "pair equation on a grid", .x = crossing.times, .y = crossing.curve});
   if (!sampled.empty()) {
@@ -162,6 +170,7 @@ charts::Chart chart_of(const Problem& problem, const fokker_planck::PairCrossing
     charts::Series points{
         .name = "Monte Carlo, two standard errors", .x = {}, .y = {}, .style = charts::SeriesStyle::kPoints};
     for (std::size_t i = 0; i < sampled.size(); i += kEvery) {
+      if (sampled[i].paths == 0) continue;
       points.x.push_back(crossing.times[i]);
       points.y.push_back(sampled[i].value);
       points.error.push_back(2 * sampled[i].standard_error);
@@ -180,7 +189,7 @@ charts::Chart chart_of(const Problem& problem, const fokker_planck::PairCrossing
 }
 
 std::string record_json(const Problem& problem, const FokkerPlanckArguments& arguments,
-                        const fokker_planck::PairCrossing& crossing, const std::vector<Estimate>& sampled) {
+                        const fokker_planck::PairCrossing& crossing, const std::vector<SampledProbability>& sampled) {
   nlohmann::ordered_json json;
   json["format"] = "pulson fokker-planck 1";
   json["version"] = version();
@@ -201,18 +210,25 @@ std::string record_json(const Problem& problem, const FokkerPlanckArguments& arg
   json["seconds"] = crossing.seconds;
   json["curve_error"] = crossing.curve_error;
   if (!sampled.empty())
-    json["sampled"] = {{"probability", sampled.back().value},
-                       {"standard_error", sampled.back().standard_error},
+    json["sampled"] = {{"probability", records::defined_or_null(sampled.back().value)},
+                       {"standard_error", records::defined_or_null(sampled.back().known_error())},
                        {"samples", arguments.samples},
+                       {"clean", sampled.back().paths},
                        {"dt", arguments.dt}};
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 std::vector<std::string> warnings_of(const fokker_planck::PairCrossing& crossing,
+                                     const std::vector<SampledProbability>& sampled,
                                      const FokkerPlanckArguments& arguments) {
-  if (crossing.converged) return {};
-  return {fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help", crossing.error,
-                      arguments.options.tolerance)};
+  std::vector<std::string> warnings;
+  if (!crossing.converged)
+    warnings.push_back(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",
+                                   crossing.error, arguments.options.tolerance));
+  if (!sampled.empty() && sampled.back().paths < arguments.samples)
+    warnings.push_back(fmt::format("{} of {} sample paths are not clean and do not count; a smaller --dt may help",
+                                   arguments.samples - sampled.back().paths, arguments.samples));
+  return warnings;
 }
 
 int run_fokker_planck(const FokkerPlanckArguments& arguments) {
@@ -225,35 +241,32 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   const fokker_planck::PairCrossing crossing = crossing_probability(problem.equation, arguments.options);
   log_step(fmt::format("solved the pair equation on {} grids", crossing.grids.size()));
   const TimeGrid grid{arguments.time, static_cast<int>(std::ceil(arguments.time / arguments.dt * (1 - 1e-12)))};
-  const std::vector<Estimate> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
+  const std::vector<SampledProbability> sampled = sampled_crossing(problem, arguments, crossing.times, grid);
   log_step(fmt::format("sampled {} paths", arguments.samples));
-  StagedFiles staged(arguments.output.out);
-  staged.write("crossing.csv", crossing_csv(crossing, sampled));
-  staged.write("densities.csv", densities_csv(problem));
-  const std::filesystem::path picture = staged.file("fokker_planck");
-  if (!arguments.output.no_picture)
-    write_chart(chart_of(problem, crossing, sampled), arguments.output.picture_files(picture));
-  const std::vector<std::string> warnings = warnings_of(crossing, arguments);
-  staged.write("report.html",
-               html_report(pair_report(
-                   {problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples},
-                   warnings, problem.start.notes, arguments.output.shown_picture(picture))));
-  const std::string record = record_json(problem, arguments, crossing, sampled);
-  staged.write("fokker_planck.json", record);
-  arguments.output.write_json(record);
-  staged.commit();
+  RunResults results(arguments.output);
+  results.add("crossing.csv", crossing_csv(crossing, sampled));
+  results.add("densities.csv", densities_csv(problem));
+  results.commit("fokker_planck.json", record_json(problem, arguments, crossing, sampled));
+  const auto picture = results.draw("fokker_planck", [&](const draw::PictureFiles& files) {
+    write_chart(chart_of(problem, crossing, sampled), files);
+  });
+  const std::vector<std::string> warnings = warnings_of(crossing, sampled, arguments);
+  results.add_page([&] {
+    return pair_report({problem.equation, problem.start.system.noise->spec(), crossing, sampled, arguments.samples},
+                       warnings, problem.start.notes, picture);
+  });
+  results.finish();
   print_notes(problem.start.notes);
   if (arguments.output.prints()) {
-    fmt::print("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
+    print_text("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
                crossing.probability, crossing.error, arguments.time, crossing.gap_points, crossing.momentum_lines,
                crossing.steps, crossing.seconds);
     if (!sampled.empty())
-      fmt::print("sampled    {:.4f} ± {:.4f}, {} paths, dt = {:.4g}\n", sampled.back().value,
-                 sampled.back().standard_error, arguments.samples, grid.dt());
-    arguments.output.print_written(kPairEquationFiles, kPairEquationPictures);
+      print_text("sampled    {}, {} paths, dt = {:.4g}\n", sampled.back().text(), arguments.samples, grid.dt());
+    results.print_written();
   }
   for (const std::string& text : warnings) print_warning(text);
-  return crossing.converged ? kDone : kNotConverged;
+  return warnings.empty() ? kDone : kNotConverged;
 }
 
 }  // namespace

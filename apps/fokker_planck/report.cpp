@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "core/undefined.hpp"
+#include "shell/probability_text.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -18,8 +20,7 @@ std::string lead(const PairFacts& facts) {
       "the stated error is {:.1e}.",
       facts.equation.time, crossing.probability, crossing.error);
   if (!facts.sampled.empty()) {
-    const Estimate& last = facts.sampled.back();
-    text += fmt::format(" {} sample paths: {:.4f} ± {:.4f}.", facts.samples, last.value, last.standard_error);
+    text += fmt::format(" {} sample paths: {}.", facts.samples, facts.sampled.back().text());
   }
   if (!crossing.converged) text += " The tolerance was not reached.";
   return text;
@@ -61,8 +62,9 @@ html::ReportTable over_time(const PairFacts& facts) {
     std::vector<html::ReportCell> row = {{report_number(crossing.times[i])},
                                          {fmt::format("{:.5f}", crossing.curve[i])}};
     if (!facts.sampled.empty()) {
+      const double error = facts.sampled[i].known_error();
       row.push_back({fmt::format("{:.4f}", facts.sampled[i].value)});
-      row.push_back({fmt::format("{:.4f}", facts.sampled[i].standard_error)});
+      row.push_back({std::isnan(error) ? "–" : fmt::format("{:.4f}", error)});
     }
     table.rows.push_back(std::move(row));
   }
@@ -70,6 +72,10 @@ html::ReportTable over_time(const PairFacts& facts) {
 }
 
 }  // namespace
+
+double SampledProbability::known_error() const { return value > 0 && value < 1 ? standard_error : kUndefined; }
+
+std::string SampledProbability::text() const { return probability_text(*this, paths); }
 
 html::HtmlReport pair_report(const PairFacts& facts, const std::vector<std::string>& warnings,
                              const std::vector<std::string>& notes, const std::filesystem::path& picture) {

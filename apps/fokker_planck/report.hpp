@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -10,12 +11,20 @@
 
 namespace pulson {
 
+/// A probability by sample paths, of those that are clean. NaN where none is.
+struct SampledProbability : Estimate {
+  std::int64_t paths = 0;
+
+  double known_error() const;  ///< NaN where all paths or none are counted, as 0 would say nothing
+  std::string text() const;
+};
+
 /// What a report on a pair says.
 struct PairFacts {
   const fokker_planck::PairEquation& equation;
   std::string noise;
   const fokker_planck::PairCrossing& crossing;
-  const std::vector<Estimate>& sampled;  ///< at the times of the crossing; may be empty
+  const std::vector<SampledProbability>& sampled;  ///< at the times of the crossing; may be empty
   std::int64_t samples = 0;
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/integrators/integrator.hpp"
@@ -19,6 +19,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/path_options.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -114,18 +115,18 @@ void print_sum(const std::string& name, const Items& shapes, const Count& count)
     sum += here;
     if (here > 0) ++with_any;
   }
-  if (sum > 0) fmt::print("{:<11} {} in {}\n", name, sum, counted(with_any, "shape"));
+  if (sum > 0) print_text("{:<11} {} in {}\n", name, sum, counted(with_any, "shape"));
 }
 
 void print_summary(const std::string& address, const FileFacts& facts) {
   const formats::LandmarkFile& file = facts.file;
-  fmt::print("{}: {} with {}\n", address, file.format, counted(file.shapes.size(), "shape"));
-  if (!file.shapes.empty()) fmt::print("{:<11} {}\n", "landmarks", describe_sizes(file.shapes));
+  print_text("{}: {} with {}\n", address, file.format, counted(file.shapes.size(), "shape"));
+  if (!file.shapes.empty()) print_text("{:<11} {}\n", "landmarks", describe_sizes(file.shapes));
   print_sum("missing", facts.shapes, [](const ShapeFacts& shape) { return shape.missing; });
   print_sum("coincident", facts.shapes, [](const ShapeFacts& shape) { return shape.coincident; });
   print_sum("repeat end", facts.shapes, [](const ShapeFacts& shape) { return std::size_t{shape.repeats_end}; });
-  if (!file.units.empty()) fmt::print("{:<11} {}\n", "units", file.units);
-  if (!file.axes.empty()) fmt::print("{:<11} {}\n", "axes", file.axes);
+  if (!file.units.empty()) print_text("{:<11} {}\n", "units", file.units);
+  if (!file.axes.empty()) print_text("{:<11} {}\n", "axes", file.axes);
   print_sum("images", file.shapes, [](const Landmarks& shape) { return std::size_t{!shape.image.empty()}; });
   print_sum("scales", file.shapes, [](const Landmarks& shape) { return std::size_t{shape.scale.has_value()}; });
   print_sum("curves", file.shapes, [](const Landmarks& shape) { return shape.curves.size(); });
@@ -136,26 +137,26 @@ void print_summary(const std::string& address, const FileFacts& facts) {
 
 void print_points(const Landmarks& shape, const ShapeFacts& facts) {
   const auto [low, high] = bounding_box(shape.points);
-  fmt::print(" in {}D", shape.dimension());
+  print_text(" in {}D", shape.dimension());
   for (int c = 0; c < shape.dimension() && !std::isnan(low[c]); ++c)
-    fmt::print("{} {} {:.6g} to {:.6g}", c == 0 ? "," : "", "xyz"[c], low[c], high[c]);
-  if (facts.missing > 0) fmt::print(", {} missing", facts.missing);
-  if (const std::size_t groups = landmarks_by_group(shape).size(); groups > 1) fmt::print(", {} groups", groups);
+    print_text("{} {} {:.6g} to {:.6g}", c == 0 ? "," : "", "xyz"[c], low[c], high[c]);
+  if (facts.missing > 0) print_text(", {} missing", facts.missing);
+  if (const std::size_t groups = landmarks_by_group(shape).size(); groups > 1) print_text(", {} groups", groups);
   if (const auto& pair = facts.first_coincident)
-    fmt::print(", {} and {} coincide", shape.describe(pair->first), shape.describe(pair->second));
-  if (facts.coincident > 1) fmt::print(" and {} more", facts.coincident - 1);
-  if (facts.repeats_end) fmt::print(", the last repeats the first");
+    print_text(", {} and {} coincide", shape.describe(pair->first), shape.describe(pair->second));
+  if (facts.coincident > 1) print_text(" and {} more", facts.coincident - 1);
+  if (facts.repeats_end) print_text(", the last repeats the first");
 }
 
 void print_shape(std::size_t number, const Landmarks& shape, const ShapeFacts& facts) {
-  fmt::print("{:>5}  {:<24} {:>5} landmarks", number, shape.name, shape.count());
+  print_text("{:>5}  {:<24} {:>5} landmarks", number, shape.name, shape.count());
   if (shape.count() > 0) print_points(shape, facts);
-  if (!shape.image.empty()) fmt::print(", image {}", shape.image);
-  if (shape.scale) fmt::print(", scale {}", *shape.scale);
-  if (!shape.curves.empty()) fmt::print(", {} of {}", counted(shape.curves.size(), "curve"), points_of(shape.curves));
+  if (!shape.image.empty()) print_text(", image {}", shape.image);
+  if (shape.scale) print_text(", scale {}", *shape.scale);
+  if (!shape.curves.empty()) print_text(", {} of {}", counted(shape.curves.size(), "curve"), points_of(shape.curves));
   if (!shape.outlines.empty())
-    fmt::print(", {} of {}", counted(shape.outlines.size(), "outline"), points_of(shape.outlines));
-  fmt::print("\n");
+    print_text(", {} of {}", counted(shape.outlines.size(), "outline"), points_of(shape.outlines));
+  print_text("\n");
 }
 
 // ---- as JSON
@@ -194,15 +195,15 @@ struct FileInfoOptions {
 void print_file_info(const std::string& address, const FileInfoOptions& options) {
   if (!options.json.empty() && options.json != "-") check_output_file(options.json);
   const FileFacts facts(read_addressed_shapes(address, options.reading));
-  if (options.json == "-") return fmt::print("{}", file_json(address, facts));
+  if (options.json == "-") return print_exact(file_json(address, facts));
   if (!options.json.empty()) write_file_atomically(options.json, file_json(address, facts));
   print_summary(address, facts);
   const std::size_t count = facts.shapes.size();
   const std::size_t listed = options.all ? count : std::min(kListed, count);
   for (std::size_t i = 0; i < listed; ++i) print_shape(i + 1, facts.file.shapes[i], facts.shapes[i]);
-  if (listed < count) fmt::print("       and {} more; --all lists them\n", count - listed);
+  if (listed < count) print_text("       and {} more; --all lists them\n", count - listed);
   if (verbosity() == Verbosity::kQuiet) return;
-  for (const std::string& warning : facts.file.warnings) fmt::print("note: {}\n", warning);
+  for (const std::string& warning : facts.file.warnings) print_text("note: {}\n", warning);
 }
 
 // ---- of the tables
@@ -210,9 +211,9 @@ void print_file_info(const std::string& address, const FileInfoOptions& options)
 template <class Make>
 void print_table(const NameTable<Make>& table) {
   for (const auto& row : table.rows()) {
-    fmt::print("{:<18} {}\n", row.name, row.help);
+    print_text("{:<18} {}\n", row.name, row.help);
     for (const ParameterInfo& parameter : row.parameters)
-      fmt::print("    {:<14} {}{}\n", parameter.name, parameter.help,
+      print_text("    {:<14} {}{}\n", parameter.name, parameter.help,
                  parameter.default_text.empty() ? "" : " [" + parameter.default_text + "]");
   }
 }
@@ -232,7 +233,7 @@ void print_formats() {
     extensions = std::max(extensions, list_extensions(format).size());
   }
   for (const formats::LandmarkFormat& format : formats::landmark_formats())
-    fmt::print("{:<{}}  {:<13}  {:<{}}  {}\n", format.name, names, format.write != nullptr ? "read, written" : "read",
+    print_text("{:<{}}  {:<13}  {:<{}}  {}\n", format.name, names, format.write != nullptr ? "read, written" : "read",
                list_extensions(format), extensions, format.help);
 }
 
@@ -241,7 +242,7 @@ void print_info(const std::string& what, const FileInfoOptions& options) {
   if (what == "noises") return print_table(noise_table());
   if (what == "integrators") return print_table(integrator_table());
   if (what == "formats") return print_formats();
-  if (what != "-" && !std::filesystem::exists(what) && what.find('#') == std::string::npos)
+  if (what != "-" && kind_of(what) == PathKind::kMissing && what.find('#') == std::string::npos)
     throw InputError("info: '" + what + "' is neither a file nor one of kernels, noises, integrators, formats" +
                      suggestion(what, {"kernels", "noises", "integrators", "formats"}));
   print_file_info(what, options);
@@ -253,11 +254,11 @@ void add_info_verb(CLI::App& program) {
   CLI::App* verb = program.add_subcommand("info", "Print the tables of kernels, noises, … or the contents of a file");
   auto what = std::make_shared<std::string>();
   auto options = std::make_shared<FileInfoOptions>();
-  verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, or a landmark file")->required();
+  reads_shape(verb->add_option("WHAT", *what, "kernels, noises, integrators, formats, or a landmark file"))->required();
   verb->add_flag("--all", options->all, "list all shapes of the file, not only the first 20");
-  verb->add_option("--json", options->json,
-                   "also write the contents as JSON to this file; -: to standard output, without the text")
-      ->type_name("FILE");
+  writes_file(
+      verb->add_option("--json", options->json,
+                       "also write the contents as JSON to this file; -: to standard output, without the text"));
   add_quiet_option(*verb);
   add_read_options(*verb, options->reading);
   verb->footer(

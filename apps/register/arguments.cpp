@@ -2,9 +2,11 @@
 
 #include <fmt/core.h>
 
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/options.hpp"
+#include "shell/path_options.hpp"
 
 namespace pulson {
 namespace {
@@ -15,12 +17,11 @@ void add_data_options(CLI::App& verb, RegisterArguments& arguments) {
                   "standard deviation of a landmark's position: a length, or per cent of the source's diameter")
       ->type_name("LENGTH")
       ->capture_default_str();
-  verb.add_option("--weights", arguments.weights,
-                  "csv: a weight for each landmark; its variance is sigma^2 divided by it")
-      ->type_name("FILE");
-  verb.add_option("--covariances", arguments.covariances,
-                  "csv: variance, variances of the axes or covariance of each landmark, instead of sigma^2")
-      ->type_name("FILE");
+  reads_file(verb.add_option("--weights", arguments.weights,
+                             "csv: a weight for each landmark; its variance is sigma^2 divided by it"));
+  reads_file(
+      verb.add_option("--covariances", arguments.covariances,
+                      "csv: variance, variances of the axes or covariance of each landmark, instead of sigma^2"));
   verb.add_flag("--merge-coincident", options.data.merge_coincident,
                 "merge landmarks at the same position in the source, with the mean of their targets");
   only_known(verb.add_option("--data", arguments.data,
@@ -78,28 +79,27 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
 }  // namespace
 
 void RegisterArguments::add_to(CLI::App& verb) {
-  verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME; with --template a target, too")
+  reads_shape(
+      verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME; with --template a target, too"))
       ->required();
-  verb.add_option("TARGET", targets,
-                  "shapes to match, each separately: as SOURCE, or a file of several; without one, the shapes of "
-                  "SOURCE are registered to their mean");
-  verb.add_option("--template", from, "source of all shapes: a shape, or mean: their Procrustes mean")
-      ->type_name("SHAPE");
+  reads_shape(verb.add_option("TARGET", targets,
+                              "shapes to match, each separately: as SOURCE, or a file of several; without one, the "
+                              "shapes of SOURCE are registered to their mean"));
+  reads_shape(verb.add_option("--template", from, "source of all shapes: a shape, or mean: their Procrustes mean"));
   add_read_options(verb, reading);
   output.add_to(verb, "registration.png and .svg");
   add_flip_option(verb, reading);
-  verb.add_option("--image", image,
-                  "image of the source, drawn below the landmarks [the one that its file names, if it is beside it]")
-      ->type_name("FILE");
+  reads_file(verb.add_option(
+      "--image", image,
+      "image of the source, drawn below the landmarks [the one that its file names, if it is beside it]"));
   verb.add_option("--pixel-size", pixel_size, "landmark units per pixel of the image [1]");
   verb.add_option("--origin", origin,
                   "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
       ->type_name("X,Y");
   add_max_pixels_option(verb, max_pixels);
-  verb.add_option("--mesh", mesh,
-                  "surface of the source in 3D (ply, stl, obj), drawn below the landmarks [the one beside its file, of "
-                  "the same name]")
-      ->type_name("FILE");
+  reads_file(verb.add_option("--mesh", mesh,
+                             "surface of the source in 3D (ply, stl, obj), drawn below the landmarks [the one beside "
+                             "its file, of the same name]"));
   verb.add_option("--kernel", kernel,
                   "kernel, see pulson info kernels; auto: matern32 of the width of maximum likelihood")
       ->type_name("SPEC")
@@ -134,11 +134,9 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
   if (!image.empty()) {
     if (shape.dimension() != 2)
       throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(image, error))
+    if (const std::string why = why_no_file(image); !why.empty() || !is_file(image))
       throw InputError(
-          fmt::format("--image is '{}'; {}", image,
-                      std::filesystem::exists(image, error) ? "it must be a regular file" : "there is no such file"));
+          fmt::format("cannot read {}: {}", quoted_path(image), why.empty() ? "there is no such file" : why));
     known = {image, 1, {0, 0}};
     // Of tps, y points up; other landmarks on images are in rows.
     const bool is_of_tps =

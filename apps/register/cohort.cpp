@@ -13,6 +13,9 @@
 #include "pulson/core/errors.hpp"
 #include "registration_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/messages.hpp"
+#include "shell/path_options.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -21,6 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kShapes = "shapes";
+constexpr const char* kRecord = "registration.json";  // of a specimen
 const std::vector<std::string> kCohortFiles = {"cohort.csv", "cohort.json", "report.html"};
 
 struct CohortInput {
@@ -71,14 +75,15 @@ Json match(const Landmarks& source, const Landmarks& target, const matching::Reg
   }
 }
 
-SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std::string& name) {
-  SpecimenMatch specimen{.name = name, .source = target.source, .centroid_size = centroid_size(target.points)};
+SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std::string& folder) {
+  SpecimenMatch specimen{
+      .name = target.name, .folder = folder, .source = target.source, .centroid_size = centroid_size(target.points)};
   if (match.contains("error")) {
     match.at("error").get_to(specimen.error);
     return specimen;
   }
   for (const auto& [file, text] : match.items()) specimen.files.emplace_back(file, text.get<std::string>());
-  specimen.registration = records::registration_of(specimen.files.front().second, name);
+  specimen.registration = records::registration_of(specimen.files.front().second, folder);
   return specimen;
 }
 
@@ -86,15 +91,18 @@ SpecimenMatch specimen_of(const Json& match, const Landmarks& target, const std:
 CohortMatches matches_in(const records::UnitRun& run) {
   CohortMatches cohort{run.shapes.front(), {}, run.notes, run.seconds};
   const std::vector<Landmarks> targets(run.shapes.begin() + 1, run.shapes.end());
-  const std::vector<std::string> names = folder_names(targets, kCohortFiles);
+  std::vector<std::string> others = kCohortFiles;
+  others.emplace_back("register.partial");
+  const std::vector<std::string> folders = folder_names(targets, others);
   CohortNotes notes;
   for (const auto& [unit, match] : run.results) {
     const auto s = static_cast<std::size_t>(unit);
-    cohort.specimens.push_back(specimen_of(match, targets.at(s), names[s]));
+    cohort.specimens.push_back(specimen_of(match, targets.at(s), folders[s]));
     if (const auto& registration = cohort.specimens.back().registration) notes.add(registration->notes);
   }
   const std::vector<std::string> of_matches = std::move(notes).lines();
   cohort.notes.insert(cohort.notes.end(), of_matches.begin(), of_matches.end());
+  for (std::string& note : notes_of_names(targets)) cohort.notes.push_back(std::move(note));
   cohort.notes = without_repeats(cohort.notes);
   return cohort;
 }
@@ -106,42 +114,38 @@ std::string all_failed(const CohortMatches& cohort) {
       cohort.specimens.size() > 1 ? fmt::format("; all {} shapes failed", cohort.specimens.size()) : std::string());
 }
 
-// Either all files are put in place, or none.
-void write_cohort(const CohortMatches& cohort, const OutputOptions& output) {
-  const Interrupt until_written;
-  const std::string record = cohort_json(cohort);
-  std::vector<std::unique_ptr<StagedFiles>> folders;
+void write_cohort(const CohortMatches& cohort, const std::string& fingerprint, RunResults& results) {
+  const OutputOptions& output = results.output();
+  std::vector<std::unique_ptr<RecordFiles>> specimens;
+  std::vector<StagedFiles*> folders;
   for (const SpecimenMatch& specimen : cohort.specimens) {
     if (!specimen.registration) continue;
-    const std::filesystem::path folder = output.file(specimen.name);
+    const std::filesystem::path folder = output.file(specimen.folder);
     create_output_directory(folder);
-    const StagedFiles& files = *folders.emplace_back(std::make_unique<StagedFiles>(folder));
-    for (const auto& [name, text] : specimen.files) files.write(name, text);
+    RecordFiles& files = *specimens.emplace_back(std::make_unique<RecordFiles>(folder));
+    for (const auto& [name, text] : specimen.files)
+      if (name != kRecord) files.add(name, text);
+    files.add_record(kRecord, specimen.files.front().second);  // the record, as matches are saved
+    folders.push_back(&files.staged());
   }
-  StagedFiles& merged = *folders.emplace_back(std::make_unique<StagedFiles>(output.out));
-  merged.write("cohort.csv", cohort_csv(cohort));
-  merged.write("cohort.json", record);
-  merged.write("report.html", html_report(cohort_report(cohort)));
-  output.write_json(record);
-  for (const auto& folder : folders) folder->commit();
+  results.add("cohort.csv", cohort_csv(cohort));
+  results.commit("cohort.json", cohort_json(cohort), {{"run", fingerprint}}, folders);
+  results.name_written({"FOLDER/registration.json", "FOLDER/residuals.csv", "FOLDER/trajectory.csv"});
+  results.add_page([&] { return cohort_report(cohort); });
+  results.finish();
 }
 
-void print_cohort(const CohortMatches& cohort, const OutputOptions& output) {
+void print_cohort(const CohortMatches& cohort) {
   std::vector<double> rms;
   for (const SpecimenMatch& specimen : cohort.specimens)
     if (specimen.registration) rms.push_back(specimen.registration->rms());
   std::sort(rms.begin(), rms.end());
-  fmt::print("{} → {}: {} in {}D\n", cohort.source.source, counted(std::ssize(cohort.specimens), "shape"),
+  print_text("{} → {}: {} in {}D\n", cohort.source.source, counted(std::ssize(cohort.specimens), "shape"),
              counted(cohort.source.count(), "landmark"), cohort.source.dimension());
-  fmt::print("rms        median {:.4g}, largest {:.4g}\n", rms[rms.size() / 2], rms.back());
-  fmt::print("converged  {} of {}{} in {:.2f} s\n", rms.size() - static_cast<std::size_t>(cohort.unconverged()),
+  print_text("rms        median {:.4g}, largest {:.4g}\n", rms[rms.size() / 2], rms.back());
+  print_text("converged  {} of {}{} in {:.2f} s\n", rms.size() - static_cast<std::size_t>(cohort.unconverged()),
              cohort.specimens.size(), cohort.failed() > 0 ? fmt::format(", {} FAILED", cohort.failed()) : std::string(),
              cohort.seconds);
-  std::vector<std::string> files = kCohortFiles;
-  files.emplace_back("SPECIMEN/registration.json");
-  files.emplace_back("SPECIMEN/residuals.csv");
-  files.emplace_back("SPECIMEN/trajectory.csv");
-  output.print_written(files, {});
 }
 
 void print_failures(const CohortMatches& cohort) {
@@ -153,11 +157,15 @@ void print_failures(const CohortMatches& cohort) {
 }
 
 int finish_cohort(const records::UnitRun& run, const OutputOptions& output) {
+  RunResults results(output);
   const CohortMatches cohort = matches_in(run);
   print_notes(cohort.notes);
   if (cohort.failed() == std::ssize(cohort.specimens)) throw InputError(all_failed(cohort));
-  write_cohort(cohort, output);
-  if (output.prints()) print_cohort(cohort, output);
+  write_cohort(cohort, unit_fingerprint(run), results);
+  if (output.prints()) {
+    print_cohort(cohort);
+    results.print_written();
+  }
   print_failures(cohort);
   return cohort.failed() + cohort.unconverged() > 0 ? kNotConverged : kDone;
 }
@@ -165,6 +173,13 @@ int finish_cohort(const records::UnitRun& run, const OutputOptions& output) {
 OutputOptions without_pictures(OutputOptions output) {
   output.no_picture = true;  // the page has a thumbnail of each
   return output;
+}
+
+// The files of each specimen, whose folders are made when there is something to write.
+void add_files_of(const std::vector<Landmarks>& targets, const OutputOptions& output) {
+  for (const std::string& name : folder_names(targets, kCohortFiles))
+    for (const char* file : {"registration.json", "residuals.csv", "trajectory.csv"})
+      run_paths().writes(output.file(name) / file, "--out");
 }
 
 /// Of what is not among the options themselves.
@@ -194,7 +209,10 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
   const CohortInput input = read_input(arguments, run.notes);
   matching::RegistrationOptions options = arguments.registration_options(input.source);
   const OutputOptions output = without_pictures(arguments.output);
-  UnitJob job("register", arguments.units, output, [&] { output.check(kCohortFiles, {}); });
+  UnitJob job("register", arguments.units, output, "cohort.json", [&] {
+    output.check(kCohortFiles, {});
+    add_files_of(input.targets, output);
+  });
   run.settings = settings;
   run.shapes = input.targets;
   run.shapes.insert(run.shapes.begin(), input.source);

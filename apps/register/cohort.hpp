@@ -14,7 +14,8 @@ namespace pulson {
 
 /// One shape of a cohort, and what was found.
 struct SpecimenMatch {
-  std::string name;    ///< of its folder
+  std::string name;    ///< as given
+  std::string folder;  ///< of its files: the name made safe
   std::string source;  ///< where its landmarks came from
   double centroid_size = 0;
   std::optional<matching::Registration> registration{};  ///< none where it failed
@@ -45,7 +46,8 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
 /// Writes what run_register_cohort() would have, from the parts of such a run. @return the exit code
 int merge_cohort(const records::UnitRun& whole, const OutputOptions& output);
 
-/// The merged table: a row per specimen, NA where it failed.
+/// The merged table: a row per specimen, NA where it failed. `specimen` is its name as given, `folder` that of its
+/// files.
 std::string cohort_csv(const CohortMatches& cohort);
 /// `cohort.json`
 std::string cohort_json(const CohortMatches& cohort);

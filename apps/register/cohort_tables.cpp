@@ -6,9 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "cohort.hpp"
-#include "core/text.hpp"
+#include "core/csv_table.hpp"
 #include "picture.hpp"
 #include "pulson/core/version.hpp"
+#include "records/record_text.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -17,13 +18,16 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json specimen_json(const SpecimenMatch& specimen) {
-  Json json{{"name", specimen.name}, {"source", specimen.source}, {"centroid_size", specimen.centroid_size}};
+  Json json{{"name", specimen.name},
+            {"folder", specimen.registration ? Json(specimen.folder) : Json(nullptr)},
+            {"source", specimen.source},
+            {"centroid_size", specimen.centroid_size}};
   if (!specimen.registration) {
     json["error"] = specimen.error;
     return json;
   }
   const matching::Registration& registration = *specimen.registration;
-  json["record"] = specimen.name + "/registration.json";
+  json["record"] = specimen.folder + "/registration.json";
   json["rms"] = registration.rms();
   json["initial_rms"] = registration.initial_rms();
   json["energy"] = registration.cost.energy;
@@ -57,20 +61,23 @@ double SpecimenMatch::momenta_norm() const {
 }
 
 std::string cohort_csv(const CohortMatches& cohort) {
-  std::string text =
-      "specimen,rms,energy,action,total,converged,centroid_size,momenta_norm,data,initial_rms,matched,error\n";
+  io::CsvTable table{"specimen",     "rms",  "energy",      "action",  "total", "converged", "centroid_size",
+                     "momenta_norm", "data", "initial_rms", "matched", "error", "folder"};
+  const double none = std::nan("");
   for (const SpecimenMatch& specimen : cohort.specimens) {
-    text += io::csv_quoted(specimen.name);
-    if (const auto& registration = specimen.registration)
-      fmt::format_to(std::back_inserter(text), ",{},{},{},{},{},{},{},{},{},{},\n", registration->rms(),
-                     registration->cost.energy, registration->cost.action, registration->cost.total(),
-                     registration->converged ? 1 : 0, specimen.centroid_size, specimen.momenta_norm(),
-                     registration->cost.data, registration->initial_rms(), registration->matched() ? 1 : 0);
-    else
-      fmt::format_to(std::back_inserter(text), ",NA,NA,NA,NA,0,{},NA,NA,NA,0,{}\n", specimen.centroid_size,
-                     io::csv_quoted(specimen.error));
+    table.text(specimen.name);
+    if (const auto& registration = specimen.registration) {
+      const matching::MatchingCost& cost = registration->cost;
+      table.numbers(registration->rms(), cost.energy, cost.action, cost.total(), registration->converged ? 1 : 0,
+                    specimen.centroid_size, specimen.momenta_norm(), cost.data, registration->initial_rms(),
+                    registration->matched() ? 1 : 0);
+      table.empty().text(specimen.folder).end_row();
+    } else {
+      table.numbers(none, none, none, none, 0, specimen.centroid_size, none, none, none, 0);
+      table.text(specimen.error).missing().end_row();
+    }
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string cohort_json(const CohortMatches& cohort) {
@@ -82,7 +89,7 @@ std::string cohort_json(const CohortMatches& cohort) {
             {"seconds", cohort.seconds},
             {"version", version()}};
   for (const SpecimenMatch& specimen : cohort.specimens) json["specimens"].push_back(specimen_json(specimen));
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 namespace {

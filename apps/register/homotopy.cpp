@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "charts/chart.hpp"
+#include "core/csv_table.hpp"
 
 namespace pulson {
 namespace {
@@ -23,11 +24,13 @@ charts::Series over_beta(const std::string& name, const std::vector<matching::Ho
 }  // namespace
 
 std::string homotopy_csv(const std::vector<matching::HomotopyStep>& steps) {
-  std::string text = "beta,J,energy,action,data,rms,matched,converged,iterations\n";
-  for (const matching::HomotopyStep& step : steps)
-    text += fmt::format("{},{},{},{},{},{},{},{},{}\n", step.beta, step.cost.total(), step.cost.energy,
-                        step.cost.action, step.cost.data, step.rms, step.matched, step.converged, step.iterations);
-  return text;
+  io::CsvTable table{"beta", "J", "energy", "action", "data", "rms", "matched", "converged", "iterations"};
+  for (const matching::HomotopyStep& step : steps) {
+    table.numbers(step.beta, step.cost.total(), step.cost.energy, step.cost.action, step.cost.data, step.rms);
+    table.words({step.matched ? "true" : "false", step.converged ? "true" : "false"});
+    table.number(step.iterations).end_row();
+  }
+  return std::move(table).take();
 }
 
 std::string homotopy_line(const std::vector<matching::HomotopyStep>& steps) {

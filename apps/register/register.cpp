@@ -6,7 +6,7 @@
 
 #include "arguments.hpp"
 #include "cohort.hpp"
-#include "core/atomic_file.hpp"
+#include "core/staged_files.hpp"
 #include "homotopy.hpp"
 #include "picture.hpp"
 #include "pulson/core/errors.hpp"
@@ -17,6 +17,7 @@
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "summary.hpp"
 #include "surface.hpp"
@@ -54,28 +55,25 @@ struct Background {
 };
 
 void write_results(const matching::Registration& registration, const records::RegistrationFacts& facts,
-                   const Background& background, std::vector<std::string>& notes, const OutputOptions& output) {
-  const Interrupt until_written;
+                   const Background& background, std::vector<std::string>& notes, RunResults& results) {
   const Trajectory path = replay(registration);
-  const std::string record = registration_json(registration, facts);
-  StagedFiles staged(output.out);
-  staged.write("registration.json", record);
-  staged.write("residuals.csv", records::residuals_csv(registration, facts.shares));
-  staged.write("trajectory.csv", records::trajectory_csv(registration, path));
+  results.add("residuals.csv", records::residuals_csv(registration, facts.shares));
+  results.add("trajectory.csv", records::trajectory_csv(registration, path));
+  if (!facts.homotopy.empty()) results.add("homotopy.csv", homotopy_csv(facts.homotopy));
+  results.commit("registration.json", registration_json(registration, facts));
+
   draw::RegistrationPicture still = make_registration_picture(registration, path);
   const std::optional<PageImage> underlay = add_underlay(background.image, registration, still, notes);
   add_surface(background.surface, registration, path, still, notes);
-  if (!output.no_picture) write_registration_picture(still, output.picture_files(staged.file("registration")));
-  if (!facts.homotopy.empty()) {
-    staged.write("homotopy.csv", homotopy_csv(facts.homotopy));
-    if (!output.no_picture)
-      write_homotopy_picture(facts.homotopy, registration, output.picture_files(staged.file("homotopy")));
-  }
-  const std::filesystem::path picture = output.shown_picture(staged.file("registration"));
-  staged.write("report.html", html_report(registration_report(registration, path, facts, without_repeats(notes),
-                                                              picture, {underlay, still})));
-  output.write_json(record);
-  staged.commit();
+  const auto picture =
+      results.draw("registration", [&](const draw::PictureFiles& files) { write_registration_picture(still, files); });
+  if (!facts.homotopy.empty())
+    results.draw("homotopy",
+                 [&](const draw::PictureFiles& files) { write_homotopy_picture(facts.homotopy, registration, files); });
+  results.add_page([&] {
+    return registration_report(registration, path, facts, without_repeats(notes), picture, {underlay, still});
+  });
+  results.finish();
 }
 
 }  // namespace
@@ -115,6 +113,25 @@ matching::Registration register_or_tell(const Landmarks& source, const Landmarks
   }
 }
 
+// Nothing after a signal, so that the registration is written.
+std::vector<matching::HomotopyStep> followed(const Landmarks& source, const Landmarks& target,
+                                             matching::RegistrationOptions options,
+                                             const matching::Registration& registration) {
+  struct Stopped {};
+  options.minimise.on_iteration = [show = options.minimise.on_iteration](int iteration, double cost, double gradient) {
+    if (Interrupt::came()) throw Stopped();
+    show(iteration, cost, gradient);
+  };
+  try {
+    auto steps = follow_homotopy(source, target, options, registration);
+    log_step("followed J(beta)");
+    return steps;
+  } catch (const Stopped&) {
+    print_warning("interrupted: J(beta) was not followed to its end, and is left out");
+    return {};
+  }
+}
+
 void refuse_options_of_cohorts(const RegisterArguments& arguments) {
   if (!arguments.units.shard.empty() || arguments.units.resume)
     throw InputError(fmt::format("{} is for several shapes; there is one TARGET here",
@@ -141,28 +158,30 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
   const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy");
   arguments.output.check(files, pictures);
-  const LossNotice lost(
+  std::optional<LossNotice> lost(
+      std::in_place,
       fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
   if (arguments.homotopy) require_homotopy(source, target, options);
   const std::optional<inference::FittedParameters> fitted =
       fit_first(source, {target}, arguments.fit, options, progress);
   const matching::Registration registration = register_or_tell(source, target, options, notes);
+  RunResults results(arguments.output);
+  lost.reset();
   progress.clear();
   log_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
   records::RegistrationFacts facts = registration_facts(registration, fitted);
   if (arguments.homotopy) {
-    facts.homotopy = follow_homotopy(source, target, options, registration);
+    facts.homotopy = followed(source, target, options, registration);
     progress.clear();
-    log_step("followed J(beta)");
   }
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
-  write_results(registration, facts, background, notes, arguments.output);
+  write_results(registration, facts, background, notes, results);
   log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);
-    if (arguments.homotopy) fmt::print("homotopy   {}\n", homotopy_line(facts.homotopy));
-    arguments.output.print_written(files, pictures);
+    if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy));
+    results.print_written();
   }
   if (registration.noise == "none" && options.noise.spec() != "none")
     print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));

@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "core/determined.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "shell/messages.hpp"
 
@@ -36,6 +37,7 @@ bool should_align(const matching::Registration& registration) {
   const AlignmentKind kind = registration.alignment.kind;
   return registration.data.kind == matching::DataKind::kLandmarks && registration.source.dimension() > 1 &&
          kind != AlignmentKind::kSimilarity && kind != AlignmentKind::kAffine &&
+         is_determined(registration.original.points, registration.target.points, AlignmentKind::kSimilarity) &&
          left_by_similarity(registration) < kMostOfIt * registration.initial_rms() / registration.original_rms();
 }
 

@@ -14,57 +14,57 @@ void print_alignment(const matching::Registration& registration) {
   if (registration.alignment.kind == AlignmentKind::kNone) return;
   const double scale = registration.alignment.scale, before = registration.original_rms();
   const double removed = before > 0 ? 1 - registration.initial_rms() / before : 0;
-  fmt::print("aligned    by {}{}{}\n", alignment_name(registration.alignment.kind),
+  print_text("aligned    by {}{}{}\n", alignment_name(registration.alignment.kind),
              scale == 1 ? "" : fmt::format(", scale {:.4g}", scale),
              removed >= 0 ? fmt::format(", which removes {:.0f} % of the distance", 100 * removed) : "");
 }
 
 void print_kernel(const matching::Registration& registration, const std::string& asked) {
-  fmt::print("kernel     {}", registration_system(registration).kernel.spec(4));
+  print_text("kernel     {}", registration_system(registration).kernel.spec(4));
   if (const auto& fitted = registration.fitted_kernel)
-    fmt::print(", by maximum likelihood; leave-one-out error {:.3g}{}", fitted->prediction_error,
+    print_text(", by maximum likelihood; leave-one-out error {:.3g}{}", fitted->prediction_error,
                registration.alignment.kind == AlignmentKind::kNone
                    ? fmt::format(" (at rest: {:.3g})", fitted->alignment_error)
                    : fmt::format(" (alignment alone: {:.3g})", fitted->alignment_error));
   else if (asked == "auto")
-    fmt::print("{}", registration.data.kind == matching::DataKind::kLandmarks
-                         ? ", as wide as the shape: too few landmarks to fit a width"
-                         : ", a quarter of the diameter");
-  fmt::print("\n");
+    print_exact(registration.data.kind == matching::DataKind::kLandmarks
+                    ? ", as wide as the shape: too few landmarks to fit a width"
+                    : ", a quarter of the diameter");
+  print_text("\n");
 }
 
 void print_model(const matching::Registration& registration) {
-  fmt::print("model      noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n",
+  print_text("model      noise {}, mode {}, {} steps, sigma {:.4g}, lambda {:.4g}\n",
              shortened_spec(registration.noise), mode_name(registration.mode), registration.grid.steps,
              registration.sigma, registration.lambda);
   if (registration.data.kind != matching::DataKind::kLandmarks)
-    fmt::print("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
+    print_text("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
                *registration.data.width, counted(registration.target.count(), "point"));
   if (registration.samples > 1)
-    fmt::print("noise      {} realisations, seed {}\n", registration.samples, registration.seed);
+    print_text("noise      {} realisations, seed {}\n", registration.samples, registration.seed);
 }
 
 void print_search(const matching::Registration& registration) {
-  fmt::print("{} {} of solver {} in {:.2f} s: {} (relative gradient {:.1e})\n",
+  print_text("{} {} of solver {} in {:.2f} s: {} (relative gradient {:.1e})\n",
              registration.converged ? "converged " : "STOPPED   ", counted(registration.iterations, "iteration"),
              solver_name(registration.solver), registration.seconds, registration.stop_reason,
              registration.relative_gradient);
 }
 
 void print_fitted(const inference::FittedParameters& fitted) {
-  fmt::print("fitted    ");
+  print_text("fitted    ");
   for (std::size_t i = 0; i < fitted.names.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    fmt::print(" {} = {:.4g}", fitted.names[i], fitted.values[row]);
-    if (!std::isnan(fitted.log_deviations[row])) fmt::print(" (± {:.0f} %)", 100 * fitted.log_deviations[row]);
+    print_text(" {} = {:.4g}", fitted.names[i], fitted.values[row]);
+    if (!std::isnan(fitted.log_deviations[row])) print_text(" (± {:.0f} %)", 100 * fitted.log_deviations[row]);
   }
-  fmt::print(", log evidence {:.4g} after {} matches{}\n", fitted.log_evidence, fitted.evaluations,
+  print_text(", log evidence {:.4g} after {} matches{}\n", fitted.log_evidence, fitted.evaluations,
              fitted.converged ? "" : "; NOT CONVERGED");
-  if (!fitted.note.empty()) fmt::print("           {}\n", fitted.note);
+  if (!fitted.note.empty()) print_text("           {}\n", fitted.note);
 }
 
 void print_uncertainty(const matching::LaplaceApproximation& uncertainty) {
-  fmt::print("deviations of the end points up to {:.3g}, of the momenta up to {:.3g}; log evidence {:.4g}\n",
+  print_text("deviations of the end points up to {:.3g}, of the momenta up to {:.3g}; log evidence {:.4g}\n",
              uncertainty.end_deviation.maxCoeff(), uncertainty.momentum_deviation.maxCoeff(), uncertainty.log_evidence);
 }
 
@@ -72,32 +72,32 @@ void print_distances(const matching::Registration& registration) {
   int worst = 0;
   const Eigen::VectorXd distances = registration.distances();
   distances.array().isNaN().select(-1, distances).maxCoeff(&worst);
-  fmt::print("rms        {:.4g} before, {:.4g} after, largest {:.4g} at landmark {}: {}\n", registration.initial_rms(),
+  print_text("rms        {:.4g} before, {:.4g} after, largest {:.4g} at landmark {}: {}\n", registration.initial_rms(),
              registration.rms(), registration.max_residual(), registration.source.describe(worst),
              registration.matched() ? "matched" : "NOT MATCHED");
 }
 
 void print_costs(const matching::Registration& registration, const records::RegistrationFacts& facts) {
-  fmt::print("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
+  print_text("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
              registration.cost.energy, registration.cost.action, registration.cost.data);
   if (const std::string text = accuracy_text(registration); !text.empty())
-    fmt::print("accuracy   an accurate integrator {}\n", text);
+    print_text("accuracy   an accurate integrator {}\n", text);
   const auto part = noise_fraction(registration, facts.shares);
   if (registration.noise != "none" && part) {
     const double by_noise = std::round(100 * *part) + 0.0;  // which makes −0 a 0
-    fmt::print("moved      {:.0f} % by the flow, {:.0f} % by the noise\n", 100 - by_noise, by_noise);
+    print_text("moved      {:.0f} % by the flow, {:.0f} % by the noise\n", 100 - by_noise, by_noise);
   }
   if (facts.counts.order_inversions)
-    fmt::print("topology   {} changed order\n", counted(*facts.counts.order_inversions, "pair", "of landmarks"));
+    print_text("topology   {} changed order\n", counted(*facts.counts.order_inversions, "pair", "of landmarks"));
   if (facts.counts.flipped_triangles)
-    fmt::print("topology   {} flipped\n", counted(*facts.counts.flipped_triangles, "Delaunay triangle"));
+    print_text("topology   {} flipped\n", counted(*facts.counts.flipped_triangles, "Delaunay triangle"));
 }
 
 }  // namespace
 
 void print_registration(const matching::Registration& registration, const records::RegistrationFacts& facts,
                         const std::string& asked_kernel) {
-  fmt::print("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
+  print_text("{} → {}: {} in {}D\n", registration.original.source, registration.target.source,
              counted(registration.source.count(), "landmark"), registration.source.dimension());
   print_alignment(registration);
   print_kernel(registration, asked_kernel);

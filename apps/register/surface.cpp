@@ -10,6 +10,7 @@
 #include "formats/formats.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/warp/material_flow.hpp"
+#include "shell/path_options.hpp"
 #include "shell/report_parts.hpp"
 
 namespace pulson {
@@ -26,8 +27,9 @@ std::optional<fs::path> surface_beside(const Landmarks& source) {
   const fs::path file = source.source.substr(0, source.source.find('#'));
   for (const char* extension : {".ply", ".stl", ".obj"}) {
     const fs::path surface = file.parent_path() / (formats::file_stem(file) + extension);
-    std::error_code error;
-    if (fs::is_regular_file(surface, error)) return surface;
+    if (!is_file(surface)) continue;
+    run_paths().reads(surface, "the surface of " + source.source);
+    return surface;
   }
   return std::nullopt;
 }

@@ -7,8 +7,10 @@
 
 #include <fmt/format.h>
 
+#include "core/paths.hpp"
 #include "pulson/images/warp_image.hpp"
 #include "pulson/warp/material_flow.hpp"
+#include "shell/path_options.hpp"
 #include "warp/picture_files.hpp"
 
 namespace pulson {
@@ -66,10 +68,10 @@ SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
   std::string text = shape.image;
   std::replace(text.begin(), text.end(), '\\', '/');
   const fs::path name = text, folder = fs::path(shape.source.substr(0, shape.source.find('#'))).parent_path();
-  for (const fs::path& file : {name.relative_path(), name.filename()}) {
-    std::error_code error;
-    if (fs::is_regular_file(folder / file, error))
-      return {folder / file, scale_was_applied ? shape.scale.value_or(1) : 1, {0, 0}};
+  for (const fs::path& file : {folder / name.relative_path(), folder / name.filename()}) {
+    if (!is_file(file)) continue;
+    run_paths().reads(file, "the image of " + shape.source);
+    return {file, scale_was_applied ? shape.scale.value_or(1) : 1, {0, 0}};
   }
   return {};
 }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/csv_table.hpp"
 #include "laboratory.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 
@@ -63,16 +64,18 @@ void solve_grids(const Laboratory& laboratory, std::vector<Point>& points) {
 }
 
 std::string csv_of(const std::vector<Point>& points) {
-  std::string text =
-      "kernel,p1,beta,samples,clean,probability,standard_error,ever,momentum_error,grid_probability,grid_error\n";
+  io::CsvTable table{"kernel",         "p1",   "beta",           "samples",          "clean",     "probability",
+                     "standard_error", "ever", "momentum_error", "grid_probability", "grid_error"};
   for (const Point& point : points) {
     const Estimate sampled = point.sampled();
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", point.kernel.spec, point.p1, point.beta,
-                        point.sums.samples, point.sums.paths.clean, sampled.value, sampled.standard_error,
-                        static_cast<double>(point.sums.crossing.ever) / static_cast<double>(point.sums.paths.clean),
-                        point.sums.momentum_error, point.grid.probability, point.grid.error);
+    table.word(point.kernel.spec);
+    table.numbers(point.p1, point.beta, point.sums.samples, point.sums.paths.clean, sampled.value,
+                  sampled.standard_error,
+                  static_cast<double>(point.sums.crossing.ever) / static_cast<double>(point.sums.paths.clean),
+                  point.sums.momentum_error, point.grid.probability, point.grid.error);
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 charts::ChartPanel panel_of(const std::vector<Point>& points, const PaperKernel& kernel) {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/csv_table.hpp"
 #include "laboratory.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 
@@ -86,7 +87,7 @@ html::ReportSection fokker_planck_equation(const Laboratory& laboratory) {
       fmt::format("{}, Gaussian pulsons  ·  {} paths  ·  dt = {:.3g}", noise, laboratory.options().samples, dt),
       {{}, {}, {}},
       false};
-  std::string csv = "pulsons,landmark,time,mean,variance,law_mean,law_variance,distance\n";
+  io::CsvTable densities{"pulsons", "landmark", "time", "mean", "variance", "law_mean", "law_variance", "distance"};
   std::array<std::vector<double>, 3> distances;
   const auto add = [&](std::size_t row, const ensemble::EnsembleSums& sums, Eigen::Index landmark, Eigen::Index count,
                        const fokker_planck::FreePulson& pulson) {
@@ -101,9 +102,10 @@ html::ReportSection fokker_planck_equation(const Laboratory& laboratory) {
                               position_law_of_scheme(pulson, {time, steps[record]})};
       chart.rows[row].push_back(panel_of(marginal));
       distances[row].push_back(distance(marginal));
-      csv += fmt::format("{},{},{},{},{},{},{},{}\n", count, landmark + 1, time, sums.moments[record].mean[landmark],
-                         sums.moments[record].variance()[landmark], marginal.law.mean, marginal.law.variance,
-                         distances[row].back());
+      densities.numbers(count, landmark + 1, time, sums.moments[record].mean[landmark],
+                        sums.moments[record].variance()[landmark], marginal.law.mean, marginal.law.variance,
+                        distances[row].back());
+      densities.end_row();
     }
   };
   const PhaseState one{(Points(1, 1) << 0).finished(), (Points(1, 1) << kFreeMomentum).finished()};
@@ -113,7 +115,7 @@ html::ReportSection fokker_planck_equation(const Laboratory& laboratory) {
   add(2, pair, 1, 2, {10, 1, kBeta});
 
   html::ReportSection section{"Section 3: the Fokker–Planck equation", {}};
-  laboratory.write_csv("densities.csv", csv);
+  laboratory.write_csv("densities.csv", std::move(densities).take());
   laboratory.add_chart(section, "densities", chart,
                        "Sampled densities beside (15): one pulson alone (top), and both of a pair (below)");
   const double chance = 1.95 / std::sqrt(static_cast<double>(laboratory.options().samples));  // level 0.001

@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "shell/tables.hpp"
 
 namespace pulson {
 
@@ -76,7 +78,7 @@ void Laboratory::show(const std::string& what) const {
 }
 
 std::string Laboratory::write_csv(const std::string& name, const std::string& text) const {
-  write_file_atomically(options_.out / name, text);
+  write_file_atomically(options_.out / name, as_table(text));
   return name;
 }
 
@@ -84,8 +86,13 @@ void Laboratory::add_chart(html::ReportSection& section, const std::string& name
                            const std::string& caption) const {
   if (!options_.pictures) return;
   const std::filesystem::path svg = options_.out / (name + ".svg");
-  write_chart(chart, {options_.out / (name + ".png"), svg});
-  section.blocks.emplace_back(html::ReportPicture{svg, caption});
+  try {
+    write_chart(chart, {options_.out / (name + ".png"), svg});
+    section.blocks.emplace_back(html::ReportPicture{svg, caption});
+  } catch (const Error& error) {
+    print_warning(fmt::format("the picture {} was not made: {}; its numbers are in '{}'", name, error.what(),
+                              options_.out.string()));
+  }
 }
 
 std::string text_of(const Estimate& estimate) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/csv_table.hpp"
 #include "laboratory.hpp"
 
 namespace pulson {
@@ -67,15 +68,14 @@ charts::Chart chart_of_means(const Laboratory& laboratory, const std::vector<Mea
 }
 
 std::string csv_of_means(const Laboratory& laboratory, const std::vector<Means>& all, const std::vector<int>& records) {
-  std::string text = "beta,time,mean_q1,mean_q2,mean_p1,mean_p2,error_q1,error_q2,error_p1,error_p2\n";
+  io::CsvTable table{"beta",    "time",     "mean_q1",  "mean_q2",  "mean_p1",
+                     "mean_p2", "error_q1", "error_q2", "error_p1", "error_p2"};
   for (const Means& means : all)
     for (std::size_t record = 0; record < records.size(); ++record) {
-      text += fmt::format("{},{}", means.beta, laboratory.options().grid.at(records[record]));
-      for (const double x : means.sums.moments[record].mean) text += fmt::format(",{}", x);
-      for (const double x : means.sums.mean_error(record)) text += fmt::format(",{}", x);
-      text += '\n';
+      table.numbers(means.beta, laboratory.options().grid.at(records[record]));
+      table.numbers(means.sums.moments[record].mean).numbers(means.sums.mean_error(record)).end_row();
     }
-  return text;
+  return std::move(table).take();
 }
 
 /// E p₁ at the end.

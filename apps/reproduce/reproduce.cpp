@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "draw/gnuplot.hpp"
 #include "laboratory.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/path_options.hpp"
+#include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -61,11 +62,11 @@ std::string command_of(const ReproduceArguments& arguments) {
 }
 
 void print_claims(const html::ReportSection& section) {
-  fmt::print("{}\n", section.heading);
+  print_text("{}\n", section.heading);
   for (const html::ReportBlock& block : section.blocks)
     if (const auto* claims = std::get_if<html::ReportClaims>(&block))
       for (const html::ReportClaim& claim : *claims)
-        fmt::print("  {:<14} {}\n                 {}\n",
+        print_text("  {:<14} {}\n                 {}\n",
                    claim.verdict == html::Verdict::kHolds         ? "holds"
                    : claim.verdict == html::Verdict::kDoesNotHold ? "does not hold"
                                                                   : "not tested",
@@ -75,8 +76,6 @@ void print_claims(const html::ReportSection& section) {
 int run_reproduce(const ReproduceArguments& arguments) {
   const std::vector<Experiment> chosen_experiments = chosen(arguments.what);
   const ExperimentOptions options = experiment_options(arguments);
-  if (options.pictures && !draw::Gnuplot::is_installed())
-    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   create_output_directory(arguments.out);
   const FolderLock lock(arguments.out);
   check_output_file(options.out / "report.html");
@@ -112,7 +111,7 @@ int run_reproduce(const ReproduceArguments& arguments) {
     return kNotConverged;
   }
   if (verbosity() != Verbosity::kQuiet)
-    fmt::print("wrote      {}: report.html{}, csv, in {:.1f} s\n", arguments.out,
+    print_text("wrote      {}: report.html{}, csv, in {:.1f} s\n", arguments.out,
                options.pictures ? ", pictures (.png, .svg)" : "", seconds);
   return kDone;
 }
@@ -125,16 +124,15 @@ void add_reproduce_verb(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<ReproduceArguments>();
   std::string help = "all, or one of:";
   for (const Experiment& experiment : experiments()) help += fmt::format("\n{}: {}", experiment.name, experiment.help);
-  verb->add_option("EXPERIMENT", arguments->what, help)->required();
-  verb->add_option("-o,--out", arguments->out, "folder for report.html, pictures and csv")
-      ->type_name("FOLDER")
-      ->required();
+  verb->add_option("EXPERIMENT", arguments->what, help)->type_name("NAME")->required();
+  writes_folder(verb->add_option("-o,--out", arguments->out, "folder for report.html, pictures and csv"))->required();
   verb->add_flag("--quick", arguments->quick, "quick run: 2048 paths, beta in steps of 0.5");
   verb->add_option("--samples", arguments->samples, "paths of each ensemble [50000]");
   verb->add_option("--dt", arguments->dt, "time step [0.02]");
   add_seed_option(*verb, arguments->seed);
   add_threads_option(*verb);
   verb->add_flag("--no-picture", arguments->no_picture, "do not draw");
+  add_table_option(*verb);
   add_quiet_option(*verb);
   verb->footer(
       "Examples:\n"

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/csv_table.hpp"
 #include "laboratory.hpp"
 
 namespace pulson {
@@ -74,14 +75,16 @@ std::vector<html::ReportCell> row_of(const Run& run) {
 }
 
 std::string csv_of(const std::vector<Run>& runs) {
-  std::string text = "potential,kernel,beta,samples,crossed,ever,clean,no_root,momentum_bound,near\n";
+  io::CsvTable table{"potential", "kernel", "beta",    "samples",        "crossed",
+                     "ever",      "clean",  "no_root", "momentum_bound", "near"};
   for (const Run& run : runs) {
     const ensemble::PathCounts& paths = run.sums.paths;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", run.potential->name, run.kernel->name, run.beta,
-                        run.sums.samples, run.sums.crossing.at_end, run.sums.crossing.ever, paths.clean, paths.no_root,
-                        paths.momentum_bound, run.near());
+    table.words({run.potential->name, run.kernel->name});
+    table.numbers(run.beta, run.sums.samples, run.sums.crossing.at_end, run.sums.crossing.ever, paths.clean,
+                  paths.no_root, paths.momentum_bound, run.near());
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 double lost_part(const Run& run) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/csv_table.hpp"
 #include "laboratory.hpp"
 
 namespace pulson {
@@ -44,14 +45,13 @@ charts::Chart chart_of_paths(const std::vector<ensemble::SamplePath>& samples, c
 }
 
 std::string csv_of_paths(const std::vector<ensemble::SamplePath>& samples) {
-  std::string text = "path,time,q1,q2,p1,p2\n";
+  io::CsvTable table{"path", "time", "q1", "q2", "p1", "p2"};
   for (std::size_t m = 0; m < samples.size(); ++m)
     for (std::size_t k = 0; k < samples[m].path.states.size(); ++k) {
       const PhaseState& s = samples[m].path.states[k];
-      text += fmt::format("{},{},{},{},{},{}\n", m + 1, samples[m].path.grid.at(static_cast<int>(k)), s.q(0), s.q(1),
-                          s.p(0), s.p(1));
+      table.numbers(m + 1, samples[m].path.grid.at(static_cast<int>(k)), s.q(0), s.q(1), s.p(0), s.p(1)).end_row();
     }
-  return text;
+  return std::move(table).take();
 }
 
 void add_paths(html::ReportSection& section, const Laboratory& laboratory, const PaperPair& pair,

@@ -8,6 +8,7 @@
 #include "formats/text/newick.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/cohort_shapes.hpp"
+#include "shell/path_options.hpp"
 
 namespace pulson {
 
@@ -25,10 +26,11 @@ const NameTable<inference::MoveKind>& method_table() {
 }  // namespace
 
 void SampleArguments::add_to(CLI::App& verb) {
-  verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME")->required();
-  verb.add_option(
+  reads_shape(verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME"))->required();
+  reads_shape(
+      verb.add_option(
           "TARGET", targets,
-          "shapes, each an independent path from SOURCE; with --tree those of its nodes; a file may hold several")
+          "shapes, each an independent path from SOURCE; with --tree those of its nodes; a file may hold several"))
       ->required();
   add_read_options(verb, reading);
   add_flip_option(verb, reading);
@@ -52,10 +54,9 @@ void SampleArguments::add_to(CLI::App& verb) {
                   "inverse variance of the momenta; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
       ->type_name("NUMBER")
       ->capture_default_str();
-  verb.add_option("--tree", tree,
-                  "a phylogeny in Newick format: SOURCE is the shape at its root, noise moves it along the branches, "
-                  "and each TARGET is the shape of the node with its name")
-      ->type_name("FILE");
+  reads_file(verb.add_option("--tree", tree,
+                             "a phylogeny in Newick format: SOURCE is the shape at its root, noise moves it along the "
+                             "branches, and each TARGET is the shape of the node with its name"));
   only_known(verb.add_option("--align", align,
                              "transformation removed first: none, translation, rigid, similarity, affine; auto: "
                              "similarity in the plane and in space, none on a line and with --tree")

@@ -8,6 +8,7 @@
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -49,24 +50,23 @@ int write_calibration(const CalibrationTask& task, const records::UnitRun& run, 
   inference::Calibration calibration = inference::CalibrationStudy(problem, options).summarise(ranks_in(run));
   calibration.seconds = run.seconds;
   const std::string record = calibration_json(problem, options, calibration);
-  StagedFiles files(output.out);
-  files.write("calibration.json", record);
-  if (!output.no_picture)
+  RunResults files(output);
+  files.commit("calibration.json", record, {{"run", unit_fingerprint(run)}});
+  files.draw("calibration", [&](const draw::PictureFiles& drawn) {
     write_chart(calibration_chart(calibration,
                                   fmt::format("{} simulations  ·  {}", calibration.simulations, model_words(problem))),
-                output.picture_files(files.file("calibration")));
-  files.write("report.html", html_report(calibration_report(problem, calibration, notes,
-                                                            output.shown_picture(files.file("calibration")))));
-  output.write_json(record);
-  files.commit();
+                drawn);
+  });
+  files.add_page([&] { return calibration_report(problem, calibration, notes, files.shown("calibration")); });
+  files.finish();
   print_notes(notes);
   if (!output.prints()) return kDone;
-  fmt::print("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
+  print_text("{} simulations in {:.1f} s, {} without a result: {}\n", calibration.simulations, calibration.seconds,
              calibration.failed, model_words(problem));
   for (const inference::CalibratedQuantity& quantity : calibration.quantities)
-    fmt::print("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
+    print_text("{:<16} p = {:<8.3g} {}\n", quantity.name, quantity.deviation,
                quantity.inside_band ? "within the band of 95 %" : "LEAVES THE BAND OF 95 %");
-  output.print_written(kCalibrationFiles, kCalibrationPictures);
+  files.print_written();
   return kDone;
 }
 
@@ -76,7 +76,8 @@ int run_calibration(const SampleArguments& arguments, const std::string& setting
   const OutputOptions& output = arguments.output;
   std::vector<std::string> notes;
   const SampleShapes shapes = arguments.read(notes);
-  UnitJob job("sample", arguments.units, output, [&] { output.check(kCalibrationFiles, kCalibrationPictures); });
+  UnitJob job("sample", arguments.units, output, "calibration.json",
+              [&] { output.check(kCalibrationFiles, kCalibrationPictures); });
   records::UnitRun run;
   run.settings = settings;
   run.shapes = shapes.targets;

@@ -11,6 +11,7 @@
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -48,14 +49,14 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
     return std::sqrt(sum / count);
   };
   const Landmarks& source = problem.sources.front();
-  fmt::print("{}: {} of {} in {}D\n", source.source.empty() ? "source" : source.source,
+  print_text("{}: {} of {} in {}D\n", source.source.empty() ? "source" : source.source,
              counted(static_cast<std::int64_t>(problem.targets.size()), "target"), counted(source.count(), "landmark"),
              source.dimension());
-  fmt::print("model      {}\n", model_words(problem));
-  fmt::print("sampled    {} members, {} paths in {:.1f} s, {}\n", ensemble.draws.draws, ensemble.draws.path_evaluations,
+  print_text("model      {}\n", model_words(problem));
+  print_text("sampled    {} members, {} paths in {:.1f} s, {}\n", ensemble.draws.draws, ensemble.draws.path_evaluations,
              ensemble.draws.seconds, localisation_words(ensemble));
-  fmt::print("misfit     {:.3g} sigma (root mean square)\n", std::sqrt(ensemble.misfit));
-  fmt::print("sd         {:.3g} of a coordinate of p0, {:.3g} of q(T/2), {:.3g} of q(T) (root mean squares)\n",
+  print_text("misfit     {:.3g} sigma (root mean square)\n", std::sqrt(ensemble.misfit));
+  print_text("sd         {:.3g} of a coordinate of p0, {:.3g} of q(T/2), {:.3g} of q(T) (root mean squares)\n",
              rms_sd(summary.momenta), rms_sd(summary.middles), rms_sd(summary.ends));
 }
 
@@ -83,20 +84,17 @@ int run_ensemble_kalman(const SampleArguments& arguments, const CLI::App& verb) 
   const PosteriorSummary summary = summarise_posterior(ensemble.draws);
   const std::vector<std::string> warnings = warnings_of(ensemble);
   const std::string record = ensemble_json(problem, options, ensemble, summary, notes);
-  StagedFiles files(output.out);
-  files.write("summary.json", record);
-  files.write("momenta.npy", momenta_npy(problem, ensemble.draws));
-  files.write("paths.npy", paths_npy(problem, ensemble.draws));
-  if (!output.no_picture) write_paths_picture(problem, ensemble.draws, 0, output.picture_files(files.file("paths")));
-  files.write("report.html",
-              html_report(ensemble_report(problem, ensemble, summary, warnings, notes,
-                                          output.no_picture ? "" : output.shown_picture(files.file("paths")))));
-  output.write_json(record);
-  files.commit();
+  RunResults files(output);
+  files.add("momenta.npy", momenta_npy(problem, ensemble.draws));
+  files.add("paths.npy", paths_npy(problem, ensemble.draws));
+  files.commit("summary.json", record);
+  files.draw("paths", [&](const draw::PictureFiles& drawn) { write_paths_picture(problem, ensemble.draws, 0, drawn); });
+  files.add_page([&] { return ensemble_report(problem, ensemble, summary, warnings, notes, files.shown("paths")); });
+  files.finish();
   print_notes(notes);
   if (output.prints()) {
     print_summary(problem, ensemble, summary);
-    output.print_written(kEnsembleFiles, kEnsemblePictures);
+    files.print_written();
   }
   for (const std::string& text : warnings) print_warning(text);
   return ensemble.misfit > kHighMisfit ? kNotConverged : kDone;

@@ -100,15 +100,18 @@ charts::ChartPanel density(const MatrixXd& values, const inference::ParameterPri
   return panel;
 }
 
+std::string agreement_words(const PosteriorSummary& summary) {
+  if (summary.converged) return "Chains agree: every R-hat is at most 1.01";
+  if (!summary.undefined.empty())
+    return fmt::format("Whether chains agree is undetermined: diagnostics of {} are undefined", summary.undefined);
+  return fmt::format("Chains do not agree: R-hat is {:.3g} ({})", summary.worst_rhat, summary.worst);
+}
+
 }  // namespace
 
 charts::Chart chains_chart(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                            const PosteriorSummary& summary) {
-  charts::Chart chart{.title = summary.converged ? "Chains agree: every R-hat is at most 1.01"
-                                                 : fmt::format("Chains do not agree: R-hat is {:.3g} ({})",
-                                                               summary.worst_rhat, summary.worst),
-                      .subtitle = subtitle(problem, draws),
-                      .rows = {}};
+  charts::Chart chart{.title = agreement_words(summary), .subtitle = subtitle(problem, draws), .rows = {}};
   const auto add = [&](const std::string& name, const MatrixXd& values, const inference::ParameterPrior* prior) {
     chart.rows.push_back({trace(draws, values, name), ranks(draws, values)});
     if (prior != nullptr) chart.rows.back().push_back(density(values, *prior));

@@ -1,22 +1,26 @@
 #include "record.hpp"
 
 #include <cmath>
-#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/csv_table.hpp"
 #include "core/text.hpp"
+#include "core/undefined.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/formats/landmark_files.hpp"
+#include "records/record_text.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
 namespace {
 
 using Eigen::Index;
-using Json = nlohmann::ordered_json;  // NaN is written as null
+using Json = nlohmann::ordered_json;
+using records::defined_or_null;
 
 std::vector<inference::DrawSummary> summaries(const inference::PosteriorDraws& draws, const Eigen::MatrixXd& rows) {
   std::vector<inference::DrawSummary> all(static_cast<std::size_t>(rows.rows()));
@@ -31,10 +35,10 @@ Json summary_of(const inference::DrawSummary& numbers, bool of_chains = true) {
         {"mean", numbers.mean}, {"sd", numbers.sd}, {"q05", numbers.q05}, {"q50", numbers.q50}, {"q95", numbers.q95}};
   return {{"mean", numbers.mean},
           {"sd", numbers.sd},
-          {"mcse", numbers.mcse},
-          {"rhat", numbers.rhat},
-          {"ess_bulk", numbers.ess_bulk},
-          {"ess_tail", numbers.ess_tail},
+          {"mcse", defined_or_null(numbers.mcse)},
+          {"rhat", defined_or_null(numbers.rhat)},
+          {"ess_bulk", defined_or_null(numbers.ess_bulk)},
+          {"ess_tail", defined_or_null(numbers.ess_tail)},
           {"q05", numbers.q05},
           {"q50", numbers.q50},
           {"q95", numbers.q95}};
@@ -76,10 +80,14 @@ Json tree_rows(const inference::PosteriorProblem& problem) {
 
 Json models(const inference::PosteriorProblem& problem) {
   const matching::MatchingProblem& first = problem.specimens.front();
-  Json names = Json::array();
-  for (const Landmarks& target : problem.targets) names.push_back(target.source);
+  Json addresses = Json::array(), names = Json::array();
+  for (const Landmarks& target : problem.targets) {
+    addresses.push_back(target.source);
+    names.push_back(target.name);
+  }
   return {{"source", problem.sources.front().source},
-          {"targets", std::move(names)},
+          {"targets", std::move(addresses)},
+          {"specimens", std::move(names)},
           {"kernel", first.system.kernel.spec()},
           {"noise", first.system.noise->spec()},
           {"integrator", first.integrator->name()},
@@ -109,9 +117,11 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   summary.parameters.push_back(
       {"log_likelihood", inference::summarise(draws.by_chain(draws.log_likelihood.transpose()))});
   const auto consider = [&](const inference::DrawSummary& numbers, const std::string& name, double& rhat, double& ess) {
-    rhat = std::fmax(rhat, numbers.rhat);
-    ess = std::fmin(ess, std::fmin(numbers.ess_bulk, numbers.ess_tail));
-    if (numbers.rhat > summary.worst_rhat) {
+    const double least = min_or_undefined(numbers.ess_bulk, numbers.ess_tail);
+    rhat = max_or_undefined(rhat, numbers.rhat);
+    ess = min_or_undefined(ess, least);
+    if (summary.undefined.empty() && (std::isnan(numbers.rhat) || std::isnan(least))) summary.undefined = name;
+    if (!(numbers.rhat <= summary.worst_rhat) && !std::isnan(summary.worst_rhat)) {
       summary.worst_rhat = numbers.rhat;
       summary.worst = name;
     }
@@ -119,7 +129,6 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
   double unused_rhat = 0, unused_ess = INFINITY;
   for (const NamedSummary& parameter : summary.parameters)
     consider(parameter.numbers, parameter.name, unused_rhat, unused_ess);
-  summary.ess_min = summary.momenta_ess_min = INFINITY;
   for (const Eigen::MatrixXd& momenta : draws.momenta) {
     summary.momenta.push_back(summaries(draws, momenta));
     for (const inference::DrawSummary& numbers : summary.momenta.back())
@@ -132,9 +141,13 @@ PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws) {
       for (const inference::DrawSummary& numbers : *of_path)
         consider(numbers, "paths", summary.rhat_max, summary.ess_min);
   }
-  summary.converged = summary.worst_rhat <= inference::kHighRhat;
+  summary.converged = summary.undefined.empty() && summary.worst_rhat <= inference::kHighRhat;
   return summary;
 }
+
+std::string rhat_text(double rhat) { return std::isnan(rhat) ? "undefined" : fmt::format("{:.3f}", rhat); }
+
+std::string ess_text(double ess) { return std::isfinite(ess) ? fmt::format("{:.0f}", ess) : "undefined"; }
 
 std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,
                          const inference::PosteriorDraws& draws, const PosteriorSummary& summary,
@@ -145,14 +158,14 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   for (const NamedSummary& parameter : summary.parameters)
     json["parameters"][parameter.name] = summary_of(parameter.numbers);
   json["momenta"] = landmark_rows(problem, summary.momenta);
-  json["path"] = {{"rhat_max", summary.rhat_max}, {"ess_min", summary.ess_min}};
+  json["path"] = {{"rhat_max", defined_or_null(summary.rhat_max)}, {"ess_min", defined_or_null(summary.ess_min)}};
   json["path"]["middle"] = landmark_rows(problem, summary.middles);
   json["path"]["end"] = landmark_rows(problem, summary.ends);
-  json["log_evidence"] = {{"value", draws.log_evidence.value},
-                          {"standard_error", draws.log_evidence.standard_error},
+  json["log_evidence"] = {{"value", defined_or_null(draws.log_evidence.value)},
+                          {"standard_error", defined_or_null(draws.log_evidence.standard_error)},
                           {"laplace", draws.laplace_log_evidence}};
   json["converged"] = summary.converged;
-  json["rhat_max"] = summary.worst_rhat;
+  json["rhat_max"] = defined_or_null(summary.worst_rhat);
   json["parameter_acceptance"] = draws.parameter_acceptance;
   json["step_angle"] = draws.step_angle;
   json["modes"] = draws.modes;
@@ -165,14 +178,14 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json.update(sampler_settings(options));
   json["notes"] = in_option_words(notes);
   json["version"] = version();
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 std::string ensemble_json(const inference::PosteriorProblem& problem, const inference::EnsembleKalmanOptions& options,
                           const inference::EnsembleDraws& ensemble, const PosteriorSummary& summary,
                           const std::vector<std::string>& notes) {
   Json radii = Json::array();  // null: none
-  for (const double radius : ensemble.localisation) radii.push_back(radius);
+  for (const double radius : ensemble.localisation) radii.push_back(defined_or_null(radius));
   Json json{{"method", "enkf"},
             {"members", ensemble.draws.draws},
             {"lost", ensemble.lost},
@@ -189,21 +202,21 @@ std::string ensemble_json(const inference::PosteriorProblem& problem, const infe
   json["seed"] = options.seed;
   json["notes"] = in_option_words(notes);
   json["version"] = version();
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 std::string draws_csv(const inference::PosteriorDraws& draws) {
-  std::string text =
-      fmt::format("chain,draw,{}{}log_likelihood\n", fmt::join(draws.names, ","), draws.names.empty() ? "" : ",");
+  io::CsvTable table;
+  table.words({"chain", "draw"});
+  for (const std::string& name : draws.names) table.word(name);
+  table.word("log_likelihood").end_row();
   for (int c = 0; c < draws.chains; ++c)
     for (int i = 0; i < draws.draws; ++i) {
       const Index column = static_cast<Index>(i) * draws.chains + c;
-      fmt::format_to(std::back_inserter(text), "{},{},", c + 1, i + 1);
-      for (Index j = 0; j < draws.parameters.rows(); ++j)
-        fmt::format_to(std::back_inserter(text), "{},", draws.parameters(j, column));
-      fmt::format_to(std::back_inserter(text), "{}\n", draws.log_likelihood[column]);
+      table.numbers(c + 1, i + 1).numbers(draws.parameters.col(column));
+      table.number(draws.log_likelihood[column]).end_row();
     }
-  return text;
+  return std::move(table).take();
 }
 
 namespace {
@@ -243,19 +256,20 @@ std::string paths_npy(const inference::PosteriorProblem& problem, const inferenc
 }
 
 std::string nodes_csv(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
-  std::string text = "node,parent,observed,landmark,axis,mean,sd,q05,q50,q95,rhat,ess_bulk\n";
+  io::CsvTable table{"node", "parent", "observed", "landmark", "axis", "mean",
+                     "sd",   "q05",    "q50",      "q95",      "rhat", "ess_bulk"};
   const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
   for (std::size_t b = 0; b < summary.ends.size(); ++b) {
     const inference::Branch& branch = problem.tree[b];
     const std::string parent = branch.parent < 0 ? "" : node_name(problem, static_cast<std::size_t>(branch.parent));
     for (std::size_t i = 0; i < summary.ends[b].size(); ++i) {
       const inference::DrawSummary& at = summary.ends[b][i];
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                     io::csv_quoted(node_name(problem, b)), io::csv_quoted(parent), branch.data ? 1 : 0, i / d + 1,
-                     "xyz"[i % d], at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk);
+      table.text(node_name(problem, b)).text(parent).numbers(branch.data ? 1 : 0, i / d + 1);
+      table.word(io::kAxisLetters.substr(i % d, 1));
+      table.numbers(at.mean, at.sd, at.q05, at.q50, at.q95, at.rhat, at.ess_bulk).end_row();
     }
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string nodes_npy(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws) {
@@ -290,7 +304,7 @@ std::string calibration_json(const inference::PosteriorProblem& problem, const i
   json.update(models(problem));
   json.update(sampler_settings(options.sampler));
   json["version"] = version();
-  return json.dump(2) + "\n";
+  return records::record_text(json);
 }
 
 }  // namespace pulson

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -19,17 +20,23 @@ struct PosteriorSummary {
   std::vector<NamedSummary> parameters;                            ///< θ, and log_likelihood last
   std::vector<std::vector<inference::DrawSummary>> momenta;        ///< [specimen][landmark·d + axis]
   std::vector<std::vector<inference::DrawSummary>> middles, ends;  ///< q(T/2) and q(T), the same
-  double rhat_max = 0, ess_min = 0;                                ///< over q(T/2) and q(T)
-  double momenta_rhat_max = 0, momenta_ess_min = 0;
-  bool converged = false;  ///< every R-hat at most kHighRhat
+  // The worst of several are undefined, NaN, where one is.
+  double rhat_max = 0, ess_min = INFINITY;  ///< over q(T/2) and q(T)
+  double momenta_rhat_max = 0, momenta_ess_min = INFINITY;
+  bool converged = false;  ///< every R-hat at most kHighRhat, and no diagnostic undefined
   double worst_rhat = 0;
-  std::string worst;  ///< what has it
+  std::string worst;      ///< what has it
+  std::string undefined;  ///< what has undefined diagnostics, empty: nothing
 };
 
 /// Of the node at the end of a branch; counted with the root where it has none.
 std::string node_name(const inference::PosteriorProblem& problem, std::size_t branch);
 
 PosteriorSummary summarise_posterior(const inference::PosteriorDraws& draws);
+
+/// An R-hat, or an effective sample size, in words where it is undefined.
+std::string rhat_text(double rhat);
+std::string ess_text(double ess);
 
 /// What scripts read: `summary.json`.
 std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "core/undefined.hpp"
 #include "picture.hpp"
 #include "pulson/core/name_table.hpp"
 #include "shell/messages.hpp"
@@ -29,8 +30,8 @@ html::ReportTable parameter_table(const inference::PosteriorProblem& problem, co
                           {report_number(numbers.q95)},
                           {report_number(numbers.mcse, 2)},
                           {report_number(numbers.rhat)},
-                          {fmt::format("{:.0f}", numbers.ess_bulk)},
-                          {fmt::format("{:.0f}", numbers.ess_tail)}});
+                          {ess_text(numbers.ess_bulk)},
+                          {ess_text(numbers.ess_tail)}});
   }
   return table;
 }
@@ -63,12 +64,12 @@ html::ReportTable landmarks(const inference::PosteriorProblem& problem, const Po
       row.push_back({report_number(momentum.mean)});
       row.push_back({report_number(momentum.sd)});
       for (const auto* of : {&momentum, &summary.middles.front()[at], &summary.ends.front()[at]}) {
-        rhat = std::fmax(rhat, of->rhat);
-        ess = std::fmin(ess, std::fmin(of->ess_bulk, of->ess_tail));
+        rhat = max_or_undefined(rhat, of->rhat);
+        ess = min_or_undefined(ess, min_or_undefined(of->ess_bulk, of->ess_tail));
       }
     }
     row.push_back({report_number(deviations[a])});
-    if (of_chains) row.insert(row.end(), {{report_number(rhat)}, {fmt::format("{:.0f}", ess)}});
+    if (of_chains) row.insert(row.end(), {{report_number(rhat)}, {ess_text(ess)}});
     table.rows.push_back(std::move(row));
   }
   table.caption =
@@ -83,14 +84,14 @@ html::ReportTable nodes(const inference::PosteriorProblem& problem, const Poster
     double variance = 0, ess = INFINITY;
     for (const inference::DrawSummary& at : summary.ends[b]) {
       variance += at.sd * at.sd / static_cast<double>(summary.ends[b].size());
-      ess = std::fmin(ess, std::fmin(at.ess_bulk, at.ess_tail));
+      ess = min_or_undefined(ess, min_or_undefined(at.ess_bulk, at.ess_tail));
     }
     table.rows.push_back({{node_name(problem, b)},
                           {branch.parent < 0 ? "root" : node_name(problem, static_cast<std::size_t>(branch.parent))},
                           {report_number(branch.grid.time)},
                           {branch.data ? "yes" : "no"},
                           {report_number(std::sqrt(variance))},
-                          {fmt::format("{:.0f}", ess)}});
+                          {ess_text(ess)}});
   }
   table.caption = "Posterior deviations are root mean squares over the coordinates; nodes.csv has all of them.";
   return table;
@@ -116,7 +117,7 @@ html::ReportTable facts(const inference::PosteriorProblem& problem, const infere
   table.add("modes found", fmt::to_string(draws.modes));
   table.add("log evidence", evidence_text(draws));
   table.add("the same by Laplace's approximation", fmt::format("{:.3f}", draws.laplace_log_evidence));
-  table.add("least ESS of a position", fmt::format("{:.0f}", summary.ess_min));
+  table.add("least ESS of a position", ess_text(summary.ess_min));
   table.add("seconds", fmt::format("{:.1f}", draws.seconds));
   return std::move(table).table();
 }
@@ -168,12 +169,12 @@ html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const
                                const std::vector<std::string>& notes, const std::filesystem::path& paths,
                                const std::filesystem::path& chains) {
   const std::string lead =
-      fmt::format("{} of {}, {} in {}D: {}. Largest R-hat {:.3f}, least effective sample size of a position {:.0f}.",
+      fmt::format("{} of {}, {} in {}D: {}. Largest R-hat {}, least effective sample size of a position {}.",
                   counted(draws.chains * static_cast<std::int64_t>(draws.draws), "draw"),
                   problem.tree.empty() ? counted(static_cast<std::int64_t>(problem.targets.size()), "path")
                                        : fmt::format("{} branches", problem.tree.size()),
                   counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension(),
-                  model_words(problem), summary.worst_rhat, summary.ess_min);
+                  model_words(problem), rhat_text(summary.worst_rhat), ess_text(summary.ess_min));
   html::HtmlReport report = new_report("Posterior of " + start_name(problem.sources.front()), lead, warnings, notes);
   if (std::optional<html::ReportMotion> motion = motion_of(problem, draws))
     report.sections.push_back({"Motion", {std::move(*motion)}});

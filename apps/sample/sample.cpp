@@ -1,6 +1,7 @@
 // `pulson sample`: the posterior of momenta, paths and parameters.
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <mutex>
 
@@ -9,11 +10,14 @@
 #include "arguments.hpp"
 #include "calibration.hpp"
 #include "core/atomic_file.hpp"
+#include "core/determined.hpp"
+#include "core/paths.hpp"
 #include "ensemble_kalman.hpp"
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -37,11 +41,22 @@ std::string remedy_for(const inference::PosteriorDraws& draws, const std::string
              : "";
 }
 
+// Chains that did not move, or are too short for their diagnostics.
+std::string undefined_warning(const PosteriorSummary& summary, const inference::PosteriorDraws& draws) {
+  return fmt::format("the chains have not converged: R-hat or effective sample sizes of {} are undefined, as {}",
+                     summary.undefined,
+                     draws.acceptance > 0
+                         ? "draws hardly change, or are too few; take more --draws and --warmup"
+                         : "no move was accepted; take more --warmup, in which the steps are adapted, or --method hmc");
+}
+
 std::vector<std::string> warnings_of(const PosteriorSummary& summary, const inference::PosteriorDraws& draws,
                                      const std::string& method) {
   constexpr double kFewEffective = 400;
   std::vector<std::string> warnings;
-  if (!summary.converged)
+  if (!summary.undefined.empty())
+    warnings.push_back(undefined_warning(summary, draws));
+  else if (!summary.converged)
     warnings.push_back(fmt::format(
         "the chains have not converged: R-hat of {} is {:.4f}, more than {}; take more --draws and --warmup{}",
         summary.worst, summary.worst_rhat, inference::kHighRhat, remedy_for(draws, method)));
@@ -58,28 +73,30 @@ std::vector<std::string> warnings_of(const PosteriorSummary& summary, const infe
 
 void print_summary(const inference::PosteriorProblem& problem, const inference::PosteriorDraws& draws,
                    const PosteriorSummary& summary) {
-  fmt::print(
+  print_text(
       "{}: {} of {} in {}D\n", problem.sources.front().source.empty() ? "source" : problem.sources.front().source,
       problem.tree.empty()
           ? counted(static_cast<std::int64_t>(problem.targets.size()), "target")
           : fmt::format("a tree of {} branches, with {} observed nodes", problem.tree.size(), problem.targets.size()),
       counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension());
-  fmt::print("model      {}\n", model_words(problem));
-  fmt::print("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
+  print_text("model      {}\n", model_words(problem));
+  print_text("sampled    {} chains of {} draws in {:.1f} s, acceptance {:.2f}\n", draws.chains, draws.draws,
              draws.seconds, draws.acceptance);
-  fmt::print("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
+  print_text("{:<11}{:>10}{:>10}{:>10}{:>10}{:>8}{:>8}\n", "", "mean", "sd", "5 %", "95 %", "R-hat", "ESS");
   for (const auto& [name, numbers] : summary.parameters)
-    fmt::print("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8.3f}{:>8.0f}\n", name, numbers.mean, numbers.sd,
-               numbers.q05, numbers.q95, numbers.rhat, numbers.ess_bulk);
-  fmt::print("paths      R-hat at most {:.3f}, ESS at least {:.0f}", summary.rhat_max, summary.ess_min);
-  if (problem.tree.empty()) fmt::print("; momenta {:.3f}, {:.0f}", summary.momenta_rhat_max, summary.momenta_ess_min);
-  fmt::print("\n");
-  if (draws.modes > 1) fmt::print("modes      {} found\n", draws.modes);
+    print_text("{:<14} {:>6.4g}{:>10.3g}{:>10.4g}{:>10.4g}{:>8}{:>8}\n", name, numbers.mean, numbers.sd, numbers.q05,
+               numbers.q95, std::isnan(numbers.rhat) ? "-" : rhat_text(numbers.rhat),
+               std::isnan(numbers.ess_bulk) ? "-" : ess_text(numbers.ess_bulk));
+  print_text("paths      R-hat at most {}, ESS at least {}", rhat_text(summary.rhat_max), ess_text(summary.ess_min));
+  if (problem.tree.empty())
+    print_text("; momenta {}, {}", rhat_text(summary.momenta_rhat_max), ess_text(summary.momenta_ess_min));
+  print_text("\n");
+  if (draws.modes > 1) print_text("modes      {} found\n", draws.modes);
   if (!draws.exchanged.empty())
-    fmt::print("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
+    print_text("tempering  {} temperatures, exchanges accepted {:.2f} to {:.2f}\n", draws.powers.size(),
                *std::min_element(draws.exchanged.begin(), draws.exchanged.end()),
                *std::max_element(draws.exchanged.begin(), draws.exchanged.end()));
-  fmt::print("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
+  print_text("evidence   log p(y) = {} by bridge sampling, {:.3f} by Laplace's approximation\n", evidence_text(draws),
              draws.laplace_log_evidence);
 }
 
@@ -95,8 +112,15 @@ class SavedChains {
     run_.shapes.insert(run_.shapes.begin(), shapes.source);
     run_.facts["tree"] = tree_facts(shapes.tree);
     run_.units = 2;
-    if (saved_before(file_, arguments.units.resume)) resume_units(run_, read_saved(file_), file_.string());
+    if (saved_before(file_, arguments.units.resume))
+      resume_units(run_, read_saved(file_), file_.string());
+    else if (arguments.units.resume)
+      done_before_ = is_done_before(arguments.output.file("summary.json"), fingerprint());
   }
+
+  std::string fingerprint() const { return unit_fingerprint(run_); }
+  /// Whether the results are there, as --resume found.
+  bool done_before() const { return done_before_; }
 
   std::string state() const {
     if (!run_.results.contains(0)) return {};
@@ -117,13 +141,27 @@ class SavedChains {
   }
 
   const std::filesystem::path& file() const { return file_; }
-  void remove() const { std::filesystem::remove(file_); }
+  void remove() const { remove_saved(file_); }
 
  private:
   std::filesystem::path file_;
   records::UnitRun run_;
+  bool done_before_ = false;
   SavingPace pace_;
 };
+
+// θ have priors, which would be all that is seen of them where data are fewer.
+void require_determined_theta(const inference::PosteriorProblem& problem, const std::string& align) {
+  const Eigen::Index d = problem.sources.front().dimension();
+  const AlignmentKind kind = align != "auto"                   ? parse_alignment(align)
+                             : d == 1 || !problem.tree.empty() ? AlignmentKind::kNone
+                                                               : AlignmentKind::kSimilarity;
+  Eigen::Index coordinates = 0;
+  for (const Landmarks& target : problem.targets)
+    coordinates += target.points.array().isFinite().count() - alignment_parameters(kind, d);
+  require_determined_parameters("the parameters are", std::ssize(problem.parameters), coordinates,
+                                "give fewer --parameters, or none, or more shapes");
+}
 
 int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, const std::string& settings,
                   std::vector<std::string> notes) {
@@ -133,6 +171,8 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   const std::vector<std::string>& files_written = is_tree ? kTreeFiles : kSampleFiles;
   output.check(files_written, kSamplePictures);
   SavedChains saved(arguments, shapes, settings);
+  if (saved.done_before()) return kDone;
+  require_determined_theta(problem, arguments.align);
   Progress progress;
   std::mutex turn;
   inference::SamplerOptions options = arguments.sampler;
@@ -153,32 +193,29 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   const PosteriorSummary summary = summarise_posterior(draws);
   const std::vector<std::string> warnings = warnings_of(summary, draws, options.method);
   const std::string record = summary_json(problem, options, draws, summary, notes);
-  const bool draws_pictures = !output.no_picture;
-  StagedFiles files(output.out);
-  files.write("summary.json", record);
-  files.write("draws.csv", draws_csv(draws));
+  RunResults files(output);
+  files.add("draws.csv", draws_csv(draws));
   if (is_tree) {
-    files.write("nodes.csv", nodes_csv(problem, summary));
-    files.write("nodes.npy", nodes_npy(problem, draws));
+    files.add("nodes.csv", nodes_csv(problem, summary));
+    files.add("nodes.npy", nodes_npy(problem, draws));
   } else {
-    files.write("momenta.npy", momenta_npy(problem, draws));
-    files.write("paths.npy", paths_npy(problem, draws));
+    files.add("momenta.npy", momenta_npy(problem, draws));
+    files.add("paths.npy", paths_npy(problem, draws));
   }
-  if (draws_pictures) {
-    write_paths_picture(problem, draws, shown_path(problem), output.picture_files(files.file("paths")));
-    write_chart(chains_chart(problem, draws, summary), output.picture_files(files.file("chains")));
-  }
-  files.write("report.html",
-              html_report(sample_report(problem, draws, summary, warnings, notes,
-                                        draws_pictures ? output.shown_picture(files.file("paths")) : "",
-                                        draws_pictures ? output.shown_picture(files.file("chains")) : "")));
-  output.write_json(record);
-  files.commit();
+  files.commit("summary.json", record, {{"run", saved.fingerprint()}});
+  files.draw("paths",
+             [&](const draw::PictureFiles& drawn) { write_paths_picture(problem, draws, shown_path(problem), drawn); });
+  files.draw("chains",
+             [&](const draw::PictureFiles& drawn) { write_chart(chains_chart(problem, draws, summary), drawn); });
+  files.add_page([&] {
+    return sample_report(problem, draws, summary, warnings, notes, files.shown("paths"), files.shown("chains"));
+  });
+  files.finish();
   saved.remove();
   print_notes(notes);
   if (output.prints()) {
     print_summary(problem, draws, summary);
-    output.print_written(files_written, kSamplePictures);
+    files.print_written();
   }
   for (const std::string& text : warnings) print_warning(text);
   return summary.converged ? kDone : kNotConverged;

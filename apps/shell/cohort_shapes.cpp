@@ -1,12 +1,16 @@
 #include "cohort_shapes.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <map>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include "core/landmark_pairs.hpp"
+#include "core/text.hpp"
 
 namespace pulson {
 
@@ -44,6 +48,17 @@ void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, std
   notes.insert(notes.end(), lines.begin(), lines.end());
 }
 
+std::vector<std::string> notes_of_names(const std::vector<Landmarks>& shapes) {
+  std::map<std::string_view, int> counts;
+  for (const Landmarks& shape : shapes) ++counts[shape.name];
+  const auto repeats = [](const auto& entry) { return entry.second > 1; };
+  const auto first = std::find_if(counts.begin(), counts.end(), repeats);
+  if (first == counts.end()) return {};
+  const auto more = std::count_if(std::next(first), counts.end(), repeats);
+  return {fmt::format("{} shapes are named {}{}; tables list them in their order", first->second,
+                      io::in_quotes(first->first), more > 0 ? fmt::format(", and {} more names repeat", more) : "")};
+}
+
 namespace {
 
 constexpr std::size_t kLongestName = 100;  // bytes; file systems allow 255
@@ -54,25 +69,38 @@ bool may_be_in_name(char c) {
   return byte >= 0x80U || std::isalnum(byte) != 0 || c == '.' || c == '_' || c == '-';
 }
 
+// A name that Windows keeps for a device, with an extension or without: `NUL`, `com1.txt`.
+bool is_reserved(std::string_view name) {
+  const std::string stem = io::to_lower(name.substr(0, name.find('.')));
+  static const std::set<std::string, std::less<>> kDevices = {"con", "prn", "aux", "nul"};
+  const bool is_port = stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt")) &&
+                       io::is_digit(stem.back()) && stem.back() != '0';
+  return is_port || kDevices.contains(stem);
+}
+
 std::string folder_name(const Landmarks& shape, std::size_t number) {
   std::string name = shape.name.empty() ? fmt::to_string(number) : shape.name;
+  if (!is_utf8(name)) name = utf8_of_windows_1252(name);
   for (char& c : name)
     if (!may_be_in_name(c)) c = '_';
   if (name.front() == '.' || name.front() == '-') name.front() = '_';
   std::size_t length = std::min(name.size(), kLongestName);
-  while (length < name.size() && length > 0 && (static_cast<unsigned char>(name[length]) & 0xC0U) == 0x80U) --length;
-  return name.substr(0, length);
+  while (length < name.size() && !begins_character(name[length])) --length;
+  name.resize(length);
+  if (name.back() == '.') name.back() = '_';  // Windows leaves it out
+  return is_reserved(name) ? "_" + name : name;
 }
 
 }  // namespace
 
 std::vector<std::string> folder_names(const std::vector<Landmarks>& shapes, const std::vector<std::string>& others) {
   std::vector<std::string> names;
-  std::set<std::string> taken(others.begin(), others.end());
+  std::set<std::string> taken;  // in lower case, as some file systems do not distinguish it
+  for (const std::string& other : others) taken.insert(io::to_lower(other));
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const std::string name = folder_name(shapes[s], s + 1);
     std::string free = name;
-    for (int k = 2; !taken.insert(free).second; ++k) free = fmt::format("{}_{}", name, k);
+    for (int k = 2; !taken.insert(io::to_lower(free)).second; ++k) free = fmt::format("{}_{}", name, k);
     names.push_back(free);
   }
   return names;

@@ -27,9 +27,13 @@ class CohortNotes {
   int others_ = 0;
 };
 
-/// A name for each shape that a folder may have, all different: its own with other characters than letters, digits and
-/// "._-" as "_", with a number behind it where several have it or it is in `taken`; its number from 1 where it has
-/// none.
+/// A note where shapes have the same name, which tables then cannot tell apart by it.
+std::vector<std::string> notes_of_names(const std::vector<Landmarks>& shapes);
+
+/// A name for each shape that a folder may have on any system, all different whatever the case of their letters: its
+/// own, at most 100 bytes, with other characters than letters, digits and "._-" as "_", and "_" for what begins or ends
+/// it wrongly and before a name that Windows reserves, with a number behind it where several have it or it is in
+/// `taken`; its number from 1 where it has none.
 std::vector<std::string> folder_names(const std::vector<Landmarks>& shapes, const std::vector<std::string>& taken);
 
 }  // namespace pulson

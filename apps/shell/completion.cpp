@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "options.hpp"
+#include "printing.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -216,9 +217,9 @@ CompletedVerb completed(const CLI::App& verb) {
 void print_script(const CLI::App& program, const std::string& shell) {
   std::vector<CompletedVerb> verbs;
   for (const CLI::App* verb : program.get_subcommands({})) verbs.push_back(completed(*verb));
-  if (shell == "bash") return fmt::print("{}", bash_completion(verbs));
-  if (shell == "zsh") return fmt::print("{}", zsh_completion(verbs));
-  if (shell == "fish") return fmt::print("{}", fish_completion(verbs));
+  if (shell == "bash") return print_exact(bash_completion(verbs));
+  if (shell == "zsh") return print_exact(zsh_completion(verbs));
+  if (shell == "fish") return print_exact(fish_completion(verbs));
   throw InputError(fmt::format("unknown shell '{}'{}", shell, advice_on_name(shell, values_of("SHELL"))));
 }
 
@@ -227,7 +228,7 @@ void print_script(const CLI::App& program, const std::string& shell) {
 void add_completion_verb(CLI::App& program) {
   CLI::App* verb = program.add_subcommand("completion", "Print a shell completion script");
   const auto shell = std::make_shared<std::string>();
-  verb->add_option("SHELL", *shell, "bash, zsh or fish")->required();
+  verb->add_option("SHELL", *shell, "bash, zsh or fish")->type_name("NAME")->required();
   verb->footer(
       "Examples:\n"
       "  source <(pulson completion bash)\n"

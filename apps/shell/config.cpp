@@ -2,19 +2,19 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <sstream>
 #include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
+#include "core/paths.hpp"
 #include "options.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
@@ -72,9 +72,49 @@ std::vector<std::pair<const toml::key*, const toml::node*>> entries_of(const tom
   return entries;
 }
 
+/// Skips the string that begins at `at`, or a comment. @return where what follows begins
+std::size_t after_string(std::string_view text, std::size_t at) {
+  if (text[at] == '#') return std::min(text.find('\n', at), text.size());
+  const std::string_view three = text.substr(at, 3);
+  const bool is_long = three == "\"\"\"" || three == "'''";
+  const std::string_view quote = text.substr(at, is_long ? 3 : 1);
+  for (std::size_t i = at + quote.size(); i < text.size(); ++i) {
+    if (text[i] == '\\' && quote[0] == '"')
+      ++i;
+    else if (text[i] == '\n' && !is_long)
+      return i;  // the parser refuses it
+    else if (text.substr(i, quote.size()) == quote)
+      return i + quote.size();
+  }
+  return text.size();
+}
+
+/// The parser makes a table of each part of `a.b.c`, and destroys them by a call within a call.
+void require_shallow_keys(const std::string& path, std::string_view text) {
+  constexpr int kMostDots = 16;
+  int dots = 0, line = 1;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == '"' || c == '\'' || c == '#') {
+      const std::size_t end = after_string(text, i);
+      line += static_cast<int>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
+                                          text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+      i = end;
+      continue;
+    }
+    if (c == '\n') ++line;
+    if (std::string_view("\n=,[]{}").find(c) != std::string_view::npos) dots = 0;
+    if (c == '.' && ++dots > kMostDots)
+      throw InputError(
+          fmt::format("{}:{}: a key has more than {} parts; those of options have one", path, line, kMostDots));
+    ++i;
+  }
+}
+
 }  // namespace
 
 ConfigFile read_toml_config(const std::string& path, std::string_view text) {
+  require_shallow_keys(path, text);
   toml::table file;
   try {
     file = toml::parse(text, path);
@@ -113,77 +153,16 @@ bool is_toml_number(const std::string& text) {
   }
 }
 
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string contents_of(const std::string& path) {
-  if (std::filesystem::is_directory(path))
-    throw InputError(fmt::format("cannot read '{}': it is a folder; a file is needed", path));
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(fmt::format("cannot read the configuration '{}': no such file, or no permission", path));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::string scalar_text(const Json& value, const std::string& place) {
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_boolean() || value.is_number()) return value.dump();
-  throw InputError(place + ": a string, number, true, false or a list of these is needed");
-}
-
-Setting json_setting(const std::string& section, const std::string& key, const Json& value, const std::string& place) {
-  Setting setting{section, key, {}, Setting::Kind::kText, place};
-  if (value.is_array()) {
-    setting.kind = Setting::Kind::kList;
-    for (const Json& item : value) setting.values.push_back(scalar_text(item, place));
-    return setting;
-  }
-  if (value.is_boolean()) setting.kind = Setting::Kind::kWord;
-  if (value.is_number()) setting.kind = Setting::Kind::kNumber;
-  setting.values = {scalar_text(value, place)};
-  return setting;
-}
-
-ConfigFile read_json_config(const std::string& path, const std::string& text) {
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    const std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 1, …"
-    throw InputError(fmt::format("{}: {}", path, what.substr(std::min(what.size(), what.find("] ") + 2))));
-  }
-  if (!json.is_object()) throw InputError(path + ": an object {\"option\": value, …} is needed");
-  ConfigFile config;
-  for (const auto& [key, value] : json.items()) {
-    const std::string place = fmt::format("{}: {}", path, key);
-    if (!value.is_object()) {
-      config.settings.push_back(json_setting("", key, value, place));
-      continue;
-    }
-    config.sections.emplace_back(key, place);
-    for (const auto& [inner, inner_value] : value.items())
-      config.settings.push_back(json_setting(key, inner, inner_value, fmt::format("{}: {}.{}", path, key, inner)));
-  }
-  return config;
-}
-
-}  // namespace
-
 ConfigFile read_config_file(const std::string& path) {
-  const std::string extension = std::filesystem::path(path).extension();
-  if (extension != ".toml" && extension != ".json")
-    throw InputError(fmt::format("--config is '{}'; a .toml or .json file is needed", path));
-  const std::string text = contents_of(path);
-  return extension == ".json" ? read_json_config(path, text) : read_toml_config(path, text);
+  constexpr std::uint64_t kMost = 1U << 20;  // bytes: a hundred thousand file names
+  if (std::filesystem::path(path).extension() != ".toml")
+    throw InputError(fmt::format("--config is {}; a .toml file is needed", quoted_path(path)));
+  return read_toml_config(path, read_file(path, kMost));
 }
 
 namespace {
 
 constexpr const char* kPrint = "--print-config";
-
-// Of both programs, each of which knows its own alone.
-const std::vector<std::string> kVerbs = {"register", "atlas",         "warp",      "simulate", "ensemble", "compare",
-                                         "sample",   "fokker-planck", "reproduce", "convert",  "info"};
 
 /// "steps" of --steps, "source" of SOURCE; empty for --help and what else no file holds.
 std::string key_of(const CLI::Option& option) {
@@ -217,6 +196,11 @@ void check_kind(const CLI::Option& option, const Setting& setting) {
     throw InputError(fmt::format("{}: {} must be true or false", setting.place, setting.key));
   if (!is_flag(option) && is_word)
     throw InputError(fmt::format("{}: {} is {}; it needs a value", setting.place, setting.key, setting.values.front()));
+  for (const std::string& value : setting.values) {
+    if (is_blank(value)) throw InputError(fmt::format("{}: {}", setting.place, empty_value_text(setting.key)));
+    if (value.find('\0') != std::string::npos)
+      throw InputError(fmt::format("{}: {} holds a zero byte", setting.place, setting.key));
+  }
   if (setting.kind != Setting::Kind::kList) return;
   if (setting.values.empty()) throw InputError(fmt::format("{}: the list {} is empty", setting.place, setting.key));
   if (option.get_items_expected_max() < 2)
@@ -279,18 +263,19 @@ bool is_excluded(const CLI::Option& option) {
 }  // namespace
 
 void apply_config(const ConfigFile& file, CLI::App& verb) {
+  const std::vector<std::string> verbs =
+      verb.get_parent() == nullptr ? std::vector{verb.get_name()} : verb_names(*verb.get_parent());
   for (const auto& [section, place] : file.sections)
-    if (std::find(kVerbs.begin(), kVerbs.end(), section) == kVerbs.end())
-      throw InputError(fmt::format("{}: unknown verb '{}'{}", place, section, advice_on_name(section, kVerbs)));
+    if (std::find(verbs.begin(), verbs.end(), section) == verbs.end())
+      throw InputError(fmt::format("{}: unknown verb '{}'{}", place, section, advice_on_name(section, verbs)));
   apply(verb, file, verb.get_name());
   apply(verb, file, "");
 }
 
 void add_config_options(CLI::App& verb) {
-  verb.add_option_function<std::string>(
-          "--config", [&verb](const std::string& path) { apply_config(read_config_file(path), verb); },
-          "read options from a .toml or .json file, by their long names: steps = 40; the command line takes precedence")
-      ->type_name("FILE")
+  reads_file(verb.add_option_function<std::string>(
+                 "--config", [&verb](const std::string& path) { apply_config(read_config_file(path), verb); },
+                 "read options from a .toml file, by their long names: steps = 40; the command line takes precedence"))
       ->configurable(false);
   verb.add_flag_callback(
           kPrint, [] {}, "print the current options as a configuration file and exit")

@@ -18,7 +18,7 @@ struct Setting {
   std::string key;
   std::vector<std::string> values;  ///< one, or those of a list
   Kind kind = Kind::kText;          ///< kWord: true or false
-  std::string place;                ///< "run.toml:3", or "run.json: register.steps", for messages
+  std::string place;                ///< "run.toml:3", for messages
 };
 
 struct ConfigFile {
@@ -27,7 +27,7 @@ struct ConfigFile {
   std::vector<std::pair<std::string, std::string>> sections;
 };
 
-/// Reads .toml or .json, by the extension: strings, numbers, true, false and lists of these, in tables one level deep.
+/// Reads a .toml file of up to 1 MiB: strings, numbers, true, false and lists of these, in tables one level deep.
 /// @throws InputError that names file and line
 ConfigFile read_config_file(const std::string& path);
 

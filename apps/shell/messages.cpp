@@ -72,13 +72,16 @@ using Clock = std::chrono::steady_clock;
 const Clock::time_point kBegin = Clock::now();
 Verbosity chosen_verbosity = Verbosity::kNormal;
 
+// Where it cannot be written, nobody can be told.
+void write_to_stderr(std::string_view text) noexcept { std::fwrite(text.data(), 1, text.size(), stderr); }
+
 void print_message(Style style, std::string_view name, std::string_view text) {
   if (!ranks::is_first()) return;
   std::fflush(stdout);
   std::string line = in_option_words(text);
   std::replace_if(
-      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  fmt::print(stderr, "{} {}\n", painted(style, name, STDERR_FILENO), line);
+      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
+  write_to_stderr(fmt::format("{} {}\n", painted(style, name, STDERR_FILENO), shown(line)));
 }
 
 }  // namespace
@@ -173,7 +176,7 @@ Progress::~Progress() { clear(); }
 
 void Progress::clear() {
   if (shown_ == 0) return;
-  fmt::print(stderr, "{}", kEraseLine);
+  write_to_stderr(kEraseLine);
   std::fflush(stderr);
   shown_ = 0;
   replace_handler(erase_and_die, SIG_DFL);
@@ -189,7 +192,7 @@ void Progress::draw(const std::string& text) {
   shown_ = seconds_now();
   constexpr std::size_t kUsual = 80;
   const std::size_t width = terminal_width(STDERR_FILENO, kUsual);
-  fmt::print(stderr, "{}{}", kEraseLine, first_columns(text, std::max<std::size_t>(width, 2) - 1));
+  write_to_stderr(kEraseLine + first_columns(shown(text), std::max<std::size_t>(width, 2) - 1));
   std::fflush(stderr);
 }
 
@@ -288,10 +291,10 @@ bool Interrupt::came() { return signalled != 0; }
 
 LossNotice::LossNotice(const std::string& loss) {
   const std::string erased = is_terminal(STDERR_FILENO) ? kEraseLine : "";
-  loss_line() = erased + "pulson: " + loss + "\n";
+  loss_line() = erased + "pulson: " + shown(loss) + "\n";
   handle_with(tell_loss_and_die);
 }
 
-LossNotice::~LossNotice() { handle_with(SIG_DFL); }
+LossNotice::~LossNotice() { replace_handler(tell_loss_and_die, SIG_DFL); }
 
 }  // namespace pulson

@@ -8,6 +8,8 @@
 
 #include <CLI/App.hpp>
 
+#include "printing.hpp"
+
 namespace pulson {
 
 /// What takes the line away on which a terminal's cursor is.
@@ -109,7 +111,7 @@ class Interrupt {
 };
 
 /// While there is one, Ctrl-C and the signal to terminate print a line on standard error that says what is lost, before
-/// they end the program. One at a time.
+/// they end the program. One at a time. An Interrupt that begins meanwhile takes over from it.
 class LossNotice {
  public:
   /// @param loss as in "interrupted: the search is lost"

@@ -306,7 +306,7 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 
 [[noreturn]] void refuse(const std::string& word, const CLI::App& verb, const std::vector<std::string>& valid) {
   const std::string text = word.substr(0, word.find('='));
-  const std::string near = nearest_name(text.substr(text.find_first_not_of('-')), valid);
+  const std::string near = nearest_name(text.substr(std::min(text.find_first_not_of('-'), text.size())), valid);
   throw InputError(fmt::format("unknown option '{}'{} (see pulson {}--help)", text,
                                near.empty() ? "" : "; did you mean '--" + near + "'",
                                verb.get_parent() == nullptr ? "" : verb.get_name() + " "));
@@ -325,6 +325,27 @@ const CLI::Option* named_option(const std::string& word, const CLI::App& verb, c
   return option;
 }
 
+/// What the empty word at `i` is: the value of the option before it, or an argument.
+std::string name_of_empty(std::size_t i, const std::vector<std::string>& arguments, const CLI::App& verb) {
+  const std::string& before = arguments[i - 1];
+  const CLI::Option* const option = before.starts_with('-') ? verb.get_option_no_throw(before) : nullptr;
+  if (option != nullptr && option->get_items_expected_max() > 0) return before;
+  return fmt::format("argument {} of {}", i, verb.get_name());
+}
+
+/// An empty value, of an unset shell variable in most cases, is refused: what it would stand for differs from option to
+/// option. So is `--option=`, after which the parser would take the next word.
+void refuse_empty_values(const CLI::App& verb, const std::vector<std::string>& arguments) {
+  bool options_ended = false;
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const std::string& word = arguments[i];
+    options_ended = options_ended || word == "--";
+    if (is_blank(word)) throw InputError(empty_value_text(name_of_empty(i, arguments, verb)));
+    if (!options_ended && word.starts_with("--") && word.ends_with('='))
+      throw InputError(empty_value_text(word.substr(0, word.find('='))));
+  }
+}
+
 void check_options(const CLI::App& verb, const std::vector<std::string>& arguments) {
   const std::vector<std::string> valid = long_names(verb);
   for (std::size_t i = 1; i < arguments.size() && arguments[i] != "--"; ++i) {
@@ -337,6 +358,12 @@ void check_options(const CLI::App& verb, const std::vector<std::string>& argumen
 }
 
 }  // namespace
+
+bool is_blank(std::string_view text) { return text.find_first_not_of(" \t\r\n") == std::string_view::npos; }
+
+std::string empty_value_text(const std::string& name) {
+  return fmt::format("{} is empty; give it a value or leave it out (is a variable of the shell unset?)", name);
+}
 
 std::string suggestion(const std::string& name, const std::vector<std::string>& valid) {
   const std::string near = nearest_name(name, valid);
@@ -364,10 +391,13 @@ void check_names(const CLI::App& program, const std::vector<std::string>& argume
     if (named_option(first, program, valid) == nullptr) refuse(first, program, valid);
     return;
   }
+  if (is_blank(first)) throw InputError(empty_value_text("the verb"));
   const std::vector<std::string> verbs = verb_names(program);
   if (!contains(verbs, first))
     throw InputError(fmt::format("unknown verb '{}'{}", first, advice_on_name(first, verbs)));
-  check_options(*program.get_subcommand(first), arguments);
+  const CLI::App& verb = *program.get_subcommand(first);
+  refuse_empty_values(verb, arguments);
+  check_options(verb, arguments);
 }
 
 }  // namespace pulson

@@ -6,9 +6,10 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
-#include "draw/gnuplot.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
+#include "tables.hpp"
 
 namespace pulson {
 
@@ -22,16 +23,16 @@ void check_picture_size(const std::optional<double>& width, double dpi) {
 }
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {
-  verb.add_option("-o,--out", out, "folder for the results")->type_name("FOLDER")->required();
-  verb.add_option("--json", json,
-                  "also write the record to this file; -: to standard output, with nothing else printed there")
-      ->type_name("FILE");
+  writes_folder(verb.add_option("-o,--out", out, "folder for the results"))->required();
+  writes_file(verb.add_option(
+      "--json", json, "also write the record to this file; -: to standard output, with nothing else printed there"));
   verb.add_flag("--no-picture", no_picture, "do not draw " + drawn);
   verb.add_option("--pictures", pictures, "formats of the pictures: png, svg, pdf")
       ->type_name("NAMES")
       ->capture_default_str();
   verb.add_option("--width", width, "width of the pictures in mm [about 420]")->type_name("NUMBER");
   verb.add_option("--dpi", dpi, "pixels per inch of png pictures")->type_name("NUMBER")->capture_default_str();
+  add_table_option(verb);
   add_quiet_option(verb);
 }
 
@@ -76,32 +77,24 @@ std::filesystem::path OutputOptions::shown_picture(const std::filesystem::path& 
 void OutputOptions::check(const std::vector<std::string>& files, const std::vector<std::string>& stems) const {
   check_picture_size(width, dpi);
   const std::vector<std::string> drawn = picture_names(stems);
-  if (!no_picture && !draw::Gnuplot::is_installed())
-    throw InputError("gnuplot was not found; install it (Debian: gnuplot-nox) or give --no-picture");
   if (!json.empty() && json != "-") check_output_file(json);
   create_output_directory(out);
   lock = std::make_shared<FolderLock>(out);
-  for (const std::string& name : files) check_output_file(file(name));
-  for (const std::string& name : drawn) check_output_file(file(name));
+  for (const std::string& name : files) check_result_file(file(name), "--out");
+  for (const std::string& name : drawn) check_result_file(file(name), "--out");
 }
 
 void OutputOptions::check_only(const std::string& name) const {
   create_output_directory(out);
   lock = std::make_shared<FolderLock>(out, name);
-  check_output_file(file(name));
+  check_result_file(file(name), "--out");
 }
 
 void OutputOptions::write_json(const std::string& record) const {
   if (json == "-")
-    fmt::print("{}", record);
+    print_exact(record);
   else if (!json.empty())
     write_file_atomically(json, record);
-}
-
-void OutputOptions::print_written(std::vector<std::string> files, const std::vector<std::string>& stems) const {
-  const std::vector<std::string> drawn = picture_names(stems);
-  files.insert(files.end(), drawn.begin(), drawn.end());
-  fmt::print("wrote      {}: {}\n", out, fmt::join(files, ", "));
 }
 
 }  // namespace pulson

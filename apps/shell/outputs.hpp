@@ -46,8 +46,6 @@ struct OutputOptions {
   void check_only(const std::string& name) const;
   /// Writes the record to --json, where that was asked for.
   void write_json(const std::string& record) const;
-  /// "wrote      DIR: a, b, c"
-  void print_written(std::vector<std::string> files, const std::vector<std::string>& stems) const;
 
  private:
   std::vector<std::string> formats() const;

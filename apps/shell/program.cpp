@@ -8,14 +8,17 @@
 #include <filesystem>
 #include <new>
 #include <sstream>
+#include <system_error>
 
 #include <CLI/Error.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include "config.hpp"
+#include "core/blas_memory.hpp"
 #include "messages.hpp"
 #include "options.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "ranks.hpp"
@@ -198,7 +201,7 @@ void add_common_options(CLI::App& verb) {
 void print_config(const CLI::App& program) {
   for (const CLI::App* verb : program.get_subcommands())
     if (asks_for_config(*verb)) {
-      fmt::print("{}", config_text(*verb));
+      print_exact(config_text(*verb));
       throw CLI::Success();
     }
 }
@@ -238,6 +241,12 @@ std::string parse_error_text(const CLI::ParseError& error) {
   return text;
 }
 
+// In place of the results that were asked for.
+void print_welcome() {
+  const std::string text = welcome();
+  std::fwrite(text.data(), 1, text.size(), stderr);
+}
+
 Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
   int exit_code = kDone;
   CLI::App program("Stochastic LDDMM landmark registration", "pulson");
@@ -248,9 +257,13 @@ Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
   program.require_subcommand(1);
   add_verbs(program, exit_code);
   for (CLI::App* verb : program.get_subcommands({})) add_common_options(*verb);
-  program.parse_complete_callback([&program] { print_config(program); });
+  require_declared_paths(program);
+  program.parse_complete_callback([&program] {
+    print_config(program);
+    for (const CLI::App* verb : program.get_subcommands()) run_paths().add_options_of(*verb);
+  });
   if (argc < 2) {
-    fmt::print(stderr, "{}", welcome());
+    print_welcome();
     return {kBadInput};
   }
   check_names(program, {argv + 1, argv + argc});
@@ -259,7 +272,7 @@ Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
     program.parse(argc, argv);
     return {exit_code};
   } catch (const CLI::CallForVersion& called) {
-    fmt::print("{}", called.what());
+    print_exact(called.what());
     return {kDone};
   } catch (const CLI::Success& success) {
     return {program.exit(success)};
@@ -279,21 +292,32 @@ void join_ranks(int& argc, char**& argv) {
     throw InputError("'/dev/null' cannot be opened");
 }
 
+// Where memory is too small, threads of OpenBLAS may wait for it already, and the end of the process for them.
+void check_memory() {
+  try {
+    reserve_blas_memory();
+  } catch (const InputError& error) {
+    print_error(error.what());
+    ::_exit(kBadInput);
+  }
+}
+
 Ending run_as_rank(int argc, char** argv, const AddVerbs& add_verbs) {
   const SerialBlas serial;  // verbs share out the threads themselves
   try {
     join_ranks(argc, argv);
     keep_command_line(argc, argv);
     Ending ending = run(argc, argv, add_verbs);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      return report_error("standard output could not be written", kBadInput);
+    if (const std::string fault = fault_of_standard_output(); !fault.empty()) return report_error(fault, kBadInput);
     return ending;
   } catch (const ranks::Dismissed&) {
     return {kDone, {}};
   } catch (const Error& error) {
     return report_error(error.what(), kBadInput);
   } catch (const std::bad_alloc&) {
-    return report_error("out of memory", kInternalError);
+    return report_error("out of memory: the data or the numbers asked for are too large for this machine", kBadInput);
+  } catch (const std::system_error& error) {  // of threads
+    return report_error(fmt::format("the system refused what is needed: {}", error.what()), kBadInput);
   } catch (const std::exception& error) {
     return report_error(fmt::format("internal error: {}", error.what()), kInternalError);
   }
@@ -302,6 +326,8 @@ Ending run_as_rank(int argc, char** argv, const AddVerbs& add_verbs) {
 }  // namespace
 
 int run_program(int argc, char** argv, const AddVerbs& add_verbs) {
+  prepare_standard_streams();
+  check_memory();
   const Ending ending = run_as_rank(argc, argv, add_verbs);
   return ranks::leave(ending.exit_code, ending.error);
 }

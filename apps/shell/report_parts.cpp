@@ -36,7 +36,11 @@ std::string short_number(double value) {
 }
 
 std::string conservation(double error) {
-  return error == 0 ? "conserved exactly" : fmt::format("conserved to {:.1e}", error);
+  constexpr double kMoreThanRounding = 1e-3;  // of the momenta: rounding adds up to 1e-8 in a million steps
+  if (error == 0) return "conserved exactly";
+  if (!std::isfinite(error)) return "undetermined: it left the range of numbers";
+  if (error <= kMoreThanRounding) return fmt::format("conserved to {:.1e}", error);
+  return fmt::format("not conserved: it changes by {:.1e}", error);
 }
 
 std::string count_in_words(std::int64_t count, const std::string& one, const std::string& several) {

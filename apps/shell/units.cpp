@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
-#include <iterator>
 #include <sstream>
+#include <system_error>
 
 #include <fmt/format.h>
 
 #include "config.hpp"
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "messages.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "ranks.hpp"
@@ -27,8 +28,9 @@ constexpr double kPartForSaving = 0.01;
 constexpr double kSecondsBetweenSaves = 10;
 
 // On which no result depends.
-const std::vector<std::string> kKeysOfOutput = {"out",   "json",    "no-picture", "pictures", "width", "dpi",
-                                                "quiet", "verbose", "threads",    "shard",    "resume"};
+const std::vector<std::string> kKeysOfOutput = {"out",     "json",  "no-picture", "pictures",
+                                                "width",   "dpi",   "quiet",      "verbose",
+                                                "threads", "shard", "resume",     "spreadsheet-safe"};
 
 }  // namespace
 
@@ -79,26 +81,37 @@ void SavingPace::save(const std::function<void()>& how) {
 }
 
 bool saved_before(const std::filesystem::path& file, bool resume, bool part) {
-  const bool exists = std::filesystem::exists(file);
+  const bool exists = is_there(file);
   if (exists && !resume)
     throw InputError(fmt::format("'{}' {}: {} it with --resume, remove the file, or choose another folder",
                                  file.string(), part ? "exists already" : "belongs to an unfinished run",
                                  part ? "continue or keep" : "continue"));
-  if (resume && !exists && !part)
-    throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
-  return exists;  // scripts may give --resume to the first run of a shard, too
+  if (resume && !exists && part)
+    print_note(fmt::format("nothing is saved in '{}' yet: this part begins", file.string()));
+  return exists;
+}
+
+bool is_done_before(const std::filesystem::path& record, const std::string& fingerprint) {
+  const Json json = is_file(record) ? Json::parse(read_file(record), nullptr, false) : Json();
+  const bool is_done = json.is_object() && json.contains("run") && json["run"] == fingerprint;
+  print_note(is_done ? fmt::format("there is nothing left to do: '{}' has the results of this run", record.string())
+                     : fmt::format("nothing is saved in '{}' yet: the run begins", record.parent_path().string()));
+  return is_done;
+}
+
+void remove_saved(const std::filesystem::path& file) {
+  std::error_code error;
+  std::filesystem::remove(file, error);
+  if (error) print_warning(fmt::format("'{}' cannot be removed: {}", file.string(), error.message()));
 }
 
 records::UnitRun read_saved(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(fmt::format("there is nothing to resume: '{}' cannot be read", file.string()));
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  return records::read_unit_part(bytes, file.string());
+  return records::read_unit_part(read_file(file), file.string());
 }
 
 UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const OutputOptions& output,
-                 const std::function<void()>& check_outputs)
-    : verb_(verb) {
+                 const std::string& record, const std::function<void()>& check_outputs)
+    : verb_(verb), asked_to_resume_(options.resume), record_(output.file(record)) {
   if (!options.shard.empty()) shard_ = parse_shard(options.shard);
   const bool is_shard = shard_.count > 1;
   file_ = output.file(is_shard ? fmt::format("part-{}-of-{}.{}", shard_.index, shard_.count, verb) : verb + ".partial");
@@ -107,7 +120,7 @@ UnitJob::UnitJob(const std::string& verb, const UnitOptions& options, const Outp
     output.check_only(file_.filename().string());
   else
     check_outputs();
-  check_output_file(file_);
+  if (!is_shard) check_result_file(file_, "--out");
   resumes_ = saved_before(file_, options.resume, is_shard);
 }
 
@@ -123,6 +136,11 @@ void UnitJob::run(records::UnitRun run, const std::function<Json(int)>& work, co
   if (shard_.count > run_.units)
     throw InputError(fmt::format("--shard asks for {} parts, and there are {} {}", shard_.count, run_.units, what));
   if (resumes_) resume();
+  if (asked_to_resume_ && shard_.count == 1) {
+    const bool is_done = ranks::is_first() && !resumes_ && is_done_before(record_, unit_fingerprint(run_));
+    done_before_ = ranks::gather(is_done ? "1" : "") == "1";
+    if (done_before_) return;
+  }
   const Interrupt interrupt;
   Progress progress;
   const double begin = seconds_now();
@@ -155,12 +173,12 @@ void UnitJob::run(records::UnitRun run, const std::function<Json(int)>& work, co
 }
 
 bool UnitJob::is_whole(const OutputOptions& output, const std::string& what) const {
-  if (!ranks::is_first()) return false;
+  if (!ranks::is_first() || done_before_) return false;
   const bool is_shard = run_.shard.count > 1;
   if (!is_shard && !run_.partial()) return true;
   const std::size_t own = run_.own_units().size();
   if (is_shard && output.prints())
-    fmt::print("part {} of {}: {} of its {} {} in {}\n", run_.shard.index, run_.shard.count, run_.results.size(), own,
+    print_text("part {} of {}: {} of its {} {} in {}\n", run_.shard.index, run_.shard.count, run_.results.size(), own,
                what, file_.string());
   if (run_.partial())
     print_warning(fmt::format("partial: {} of {} {} are saved in '{}'; continue with --resume", run_.results.size(),
@@ -168,8 +186,6 @@ bool UnitJob::is_whole(const OutputOptions& output, const std::string& what) con
   return false;
 }
 
-int UnitJob::exit_code() const { return ranks::is_first() && run_.partial() ? kNotConverged : kDone; }
-
-void UnitJob::remove_saved() const { std::filesystem::remove(file_); }
+int UnitJob::exit_code() const { return ranks::is_first() && run_.partial() && !done_before_ ? kNotConverged : kDone; }
 
 }  // namespace pulson

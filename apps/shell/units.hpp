@@ -39,9 +39,16 @@ class SavingPace {
 };
 
 /// What an unfinished run saved is in `file`. @param part whether that is a shard
-/// @return whether it is there, to be continued @throws InputError where it is there and is not to be continued, or is
-/// not there and should
+/// @return whether it is there, to be continued @throws InputError where it is there and is not to be continued
 bool saved_before(const std::filesystem::path& file, bool resume, bool part = false);
+
+/// Of a run that was asked to resume, and of which nothing is saved. @param record where the results go
+/// @param fingerprint of the run, as the key `run` of its record has it
+/// @return whether the results are there: what is to be done is done. A note says so, or that the run begins.
+bool is_done_before(const std::filesystem::path& record, const std::string& fingerprint);
+
+/// After the results were written: what was saved of them is no longer needed. That it cannot be removed is a warning.
+void remove_saved(const std::filesystem::path& file);
 
 /// What is in such a file. @throws InputError where it cannot be read
 records::UnitRun read_saved(const std::filesystem::path& file);
@@ -56,8 +63,9 @@ void apply_settings(const std::string& settings, const std::string& name, CLI::A
 /// A run of units, and where it is saved.
 class UnitJob {
  public:
-  /// Checks the outputs, on rank 0. @param check_outputs of a run that is no shard @throws InputError
-  UnitJob(const std::string& verb, const UnitOptions& options, const OutputOptions& output,
+  /// Checks the outputs, on rank 0. @param record of the results in the folder
+  /// @param check_outputs of a run that is no shard @throws InputError
+  UnitJob(const std::string& verb, const UnitOptions& options, const OutputOptions& output, const std::string& record,
           const std::function<void()>& check_outputs);
 
   /// Works on the units of the shard that are not saved, on all threads of all ranks, until they are done or a signal
@@ -70,8 +78,8 @@ class UnitJob {
   bool is_whole(const OutputOptions& output, const std::string& what) const;
   /// Where is_whole() is false.
   int exit_code() const;
-  /// After the results were written: what was saved of them is no longer needed.
-  void remove_saved() const;
+  /// After the results were written.
+  void remove_saved() const { pulson::remove_saved(file_); }
 
   const records::UnitRun& result() const { return run_; }
 
@@ -82,8 +90,11 @@ class UnitJob {
   records::UnitRun run_;
   std::string verb_;
   ensemble::Shard shard_;
+  bool asked_to_resume_ = false;
   bool resumes_ = false;
+  bool done_before_ = false;
   std::filesystem::path file_;
+  std::filesystem::path record_;
 };
 
 }  // namespace pulson

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/undefined.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "start_options.hpp"
 
@@ -89,19 +91,14 @@ std::vector<std::string> warnings_of(const records::Simulation& simulation) {
   return {fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first)};
 }
 
-void write_results(const records::Simulation& simulation, const std::vector<std::string>& notes,
-                   const SimulateArguments& arguments) {
-  const OutputOptions& output = arguments.output;
-  const std::string record = simulation_json(simulation);
-  StagedFiles staged(output.out);
-  staged.write("simulation.json", record);
-  staged.write("paths.csv", sample_paths_csv(simulation, arguments.every));
-  const std::filesystem::path picture = staged.file("paths");
-  if (!output.no_picture) write_path_picture(make_picture(simulation), output.picture_files(picture));
-  staged.write("report.html", html_report(simulation_report(simulation, warnings_of(simulation), notes,
-                                                            output.shown_picture(picture))));
-  output.write_json(record);
-  staged.commit();
+void write_results(const records::Simulation& simulation, const std::vector<std::string>& notes, int every,
+                   RunResults& results) {
+  results.add("paths.csv", sample_paths_csv(simulation, every));
+  results.commit("simulation.json", simulation_json(simulation));
+  const auto picture = results.draw(
+      "paths", [&](const draw::PictureFiles& files) { write_path_picture(make_picture(simulation), files); });
+  results.add_page([&] { return simulation_report(simulation, warnings_of(simulation), notes, picture); });
+  results.finish();
 }
 
 std::string numbers_text(const Points& points) {
@@ -116,26 +113,27 @@ std::string numbers_text(const Points& points) {
 
 void print_summary(const records::Simulation& simulation) {
   const TimeGrid& grid = simulation.options.grid;
-  fmt::print("{} path{} of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}\n",
+  print_text("{} path{} of {} landmarks in {}D to t = {:.4g}: {} steps of {:.4g}, seed {}\n",
              simulation.options.samples, simulation.options.samples == 1 ? "" : "s", simulation.shape.count(),
              simulation.shape.dimension(), grid.time, grid.steps, grid.dt(), simulation.options.seed);
-  fmt::print("model      {}, noise {}, integrator {}\n", simulation.system.kernel.spec(4),
+  print_text("model      {}, noise {}, integrator {}\n", simulation.system.kernel.spec(4),
              shortened_spec(simulation.system.noise->spec()), simulation.integrator);
   double kappa = 0;
   double momentum = 0;
   double error = 0;
   for (const ensemble::SamplePath& sample : simulation.samples) {
-    kappa = std::max(kappa, sample.contraction_bound);
-    momentum = std::max(momentum, sample.largest_momentum);
-    error = std::max(error, sample.momentum_error);
+    kappa = max_or_undefined(kappa, sample.contraction_bound);
+    momentum = max_or_undefined(momentum, sample.largest_momentum);
+    error = max_or_undefined(error, sample.momentum_error);
   }
   const NoiseTraits traits = simulation.system.noise->traits();
-  fmt::print("steps      largest kappa {:.3g} ({}), largest momentum {:.4g}\n", kappa,
-             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0", momentum);
-  if (traits.translation_invariant && traits.hamiltonian) fmt::print("momentum   total {}\n", conservation(error));
+  print_text("steps      largest kappa {} ({}), largest momentum {}\n", report_number(kappa, 3),
+             kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0",
+             report_number(momentum));
+  if (traits.translation_invariant && traits.hamiltonian) print_text("momentum   total {}\n", conservation(error));
   if (simulation.start.q.size() > 6) return;
   for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
-    fmt::print("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),
+    print_text("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),
                numbers_text(simulation.samples[m].path.final().p));
 }
 
@@ -152,12 +150,13 @@ int run_simulate(const SimulateArguments& arguments) {
   for (ensemble::SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
-  write_results(simulation, start.notes, arguments);
+  RunResults results(arguments.output);
+  write_results(simulation, start.notes, arguments.every, results);
   log_step("wrote the results");
   print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
-    arguments.output.print_written(kSimulationFiles, kSimulationPictures);
+    results.print_written();
   }
   const std::vector<std::string> warnings = warnings_of(simulation);
   for (const std::string& text : warnings) print_warning(text);

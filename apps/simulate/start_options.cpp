@@ -2,10 +2,12 @@
 
 #include <fmt/core.h>
 
+#include "core/landmark_range.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
+#include "shell/path_options.hpp"
 
 namespace pulson {
 namespace {
@@ -40,6 +42,12 @@ void check_same_size(const Points& p, const Points& q, const std::string& what) 
                                  q.cols(), q.rows()));
 }
 
+void check_momenta(const Points& p, const std::string& option) {
+  constexpr double kLargest = 1e100;  // squares stay in the range of numbers
+  if (const double largest = p.cwiseAbs().maxCoeff(); !(largest <= kLargest))
+    throw InputError(fmt::format("{}: a momentum is {}; at most {} in size is supported", option, largest, kLargest));
+}
+
 // Momenta are no places: what belongs to those of the shape is not applied to them.
 formats::ReadOptions of_vectors(const formats::ReadOptions& reading) {
   return {.columns = reading.columns, .dimension = reading.dimension, .landmarks = reading.landmarks};
@@ -63,13 +71,13 @@ void StartOptions::add_to(CLI::App& verb) {
   CLI::Option* by_q = verb.add_option("--q", q, "positions: 0,10 on a line, 0/0,1/0 in the plane, 0/0/0,… in space")
                           ->type_name("NUMBERS");
   CLI::Option* by_shape =
-      verb.add_option("--shape", shape, "positions from a landmark file, file#3 or file#id=NAME")->type_name("FILE");
+      reads_shape(verb.add_option("--shape", shape, "positions from a landmark file, file#3 or file#id=NAME"));
   CLI::Option* by_from =
-      verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json")->type_name("FILE");
+      reads_file(verb.add_option("--from", from, "positions, momenta, kernel and noise of a registration.json"));
   by_q->excludes(by_shape, by_from);
   by_shape->excludes(by_from);
   CLI::Option* by_p = verb.add_option("--p", p, "momenta, in the format of --q [0]")->type_name("NUMBERS");
-  verb.add_option("--momenta", momenta, "momenta from a landmark file [0]")->type_name("FILE")->excludes(by_p);
+  reads_shape(verb.add_option("--momenta", momenta, "momenta from a landmark file [0]"))->excludes(by_p);
   add_read_options(verb, reading);
   verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
   verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");
@@ -100,6 +108,7 @@ Start StartOptions::start() const {
   }
   if (reading.y_down) start.shape.y_down = *reading.y_down && start.shape.dimension() == 2;
   check_complete(start.shape);
+  require_usable_range(start.shape);
   check_distinct(start.shape);
   if (!from) start.state = {start.shape.points, Points::Zero(start.shape.points.rows(), start.shape.points.cols())};
   if (p) start.state.p = parse_points(*p, "--p");
@@ -109,6 +118,7 @@ Start StartOptions::start() const {
     start.state.p = vectors.points;
   }
   check_same_size(start.state.p, start.state.q, p ? "--p" : "--momenta");
+  check_momenta(start.state.p, p ? "--p" : momenta ? "--momenta" : "--from");
   start.system = {make_kernel(kernel.value_or(kernel_spec), start.shape.points),
                   make_noise(noise.value_or(noise_spec), start.shape)};
   start.system.noise->check(start.shape.dimension(), start.shape.count());

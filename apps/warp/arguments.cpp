@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <type_traits>
 
 #include <fmt/format.h>
@@ -10,7 +9,6 @@
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "draw/animation.hpp"
-#include "draw/gnuplot.hpp"
 #include "drawings.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
@@ -18,15 +16,11 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/outputs.hpp"
+#include "shell/path_options.hpp"
+#include "shell/tables.hpp"
 
 namespace pulson {
 namespace {
-
-// Whether the two names are of one file that is there.
-bool is_same_file(const std::string& a, const std::string& b) {
-  std::error_code error;
-  return !a.empty() && !b.empty() && std::filesystem::equivalent(a, b, error) && !error;
-}
 
 // Files that are drawings or masks, of which grids hold none, and formats without alpha no drawing.
 void check_drawing_file(const std::string& file) {
@@ -38,8 +32,6 @@ void check_drawing_file(const std::string& file) {
 void check_captioned_file(const std::string& file) {
   if (!is_drawing_file(file)) throw InputError(fmt::format("{}: it is drawn as .png, .svg or .pdf", file));
   check_output_file(file);
-  if (!draw::Gnuplot::is_installed())
-    throw InputError(fmt::format("{} needs gnuplot; install it (Debian: gnuplot-nox)", file));
 }
 
 // Files of one number a pixel, or its colour.
@@ -116,12 +108,15 @@ void WarpArguments::add_to(CLI::App& verb) {
     if (group != nullptr) option->group(group);
     return option;
   };
-  add(nullptr, "REGISTRATION", registration, "registration.json of pulson register")->required();
-  add(nullptr, "INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks")
+  reads_file(add(nullptr, "REGISTRATION", registration, "registration.json of pulson register"))->required();
+  reads_shape(
+      add(nullptr, "INPUT", input, "image of the source (png, jpg, tif, bmp, pgm, ppm; mha, nrrd), or landmarks"))
       ->required();
-  add(nullptr, "-o,--out", out, "the warped image; or landmarks, in the format of its extension", "FILE")->required();
-  add(nullptr, "--json", json, "write the numbers to this file; -: to standard output, with nothing else printed there",
-      "FILE");
+  writes_file(add(nullptr, "-o,--out", out, "the warped image; or landmarks, in the format of its extension"))
+      ->required();
+  writes_file(add(nullptr, "--json", json,
+                  "write the numbers to this file; -: to standard output, with nothing else printed there"));
+  add_table_option(verb);
   add_quiet_option(verb);
   verb.add_flag("--inverse", inverse, "map from target to source");
   only_known(add(nullptr, "--labels", labels,
@@ -129,7 +124,7 @@ void WarpArguments::add_to(CLI::App& verb) {
              "labels");
 
   constexpr const char* kCoordinates = "Coordinates";
-  add(kCoordinates, "--like", like, "image of the target: the result has its size", "FILE");
+  reads_file(add(kCoordinates, "--like", like, "image of the target: the result has its size"));
   add(kCoordinates, "--size", size, "size of the result, as in 640x480 [that of the image]", "WxH");
   add(kCoordinates, "--pixel-size", pixel_size, "landmark units per pixel of the image [1; mha, nrrd: of the file]");
   add(kCoordinates, "--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]");
@@ -165,7 +160,7 @@ void WarpArguments::add_to(CLI::App& verb) {
 
   const auto add_files = [&](const char* group) {
     for (const FileOption& row : file_options())
-      if (row.group == group) add(group, row.name, this->*row.file, row.help, "FILE");
+      if (row.group == group) writes_file(add(group, row.name, this->*row.file, row.help));
   };
   add_files(kMoreResults);
   verb.add_flag("--numbers", numbers, "numbers of the landmarks in --side-by-side")->group(kMoreResults);
@@ -203,12 +198,6 @@ std::optional<std::array<double, 2>> WarpArguments::origin_of_result() const {
   return target_origin.empty() ? origin_of_image() : parse_place("--target-origin", target_origin);
 }
 
-std::vector<std::string> WarpArguments::outputs() const {
-  std::vector<std::string> files = {out, json};
-  for (const FileOption& row : file_options()) files.push_back(this->*row.file);
-  return files;
-}
-
 void WarpArguments::check() const {
   warp::parse_over(over);
   images::parse_interpolation(interpolation);
@@ -234,10 +223,6 @@ void WarpArguments::check() const {
     throw InputError("--like and --size both set the size of the result; give one of them");
   if (!overlay.empty() && like.empty())
     throw InputError("--overlay shows the result over the target's image; give that with --like");
-  for (const std::string& file : outputs())
-    for (const std::string& read : {input, like, registration})
-      if (is_same_file(file, read))
-        throw InputError(fmt::format("'{}' is an input; the result needs another name", file));
   check_picture_size(width, dpi);
   check_output_file(out);
   for (const FileOption& row : file_options())

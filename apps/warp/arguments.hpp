@@ -68,8 +68,6 @@ struct WarpArguments {
   std::string fold_probability;
 
   void add_to(CLI::App& verb);
-  /// All files to be written; those not asked for are empty.
-  std::vector<std::string> outputs() const;
   /// All that can be known to fail before the work is done. @throws InputError
   void check() const;
   /// What is for images alone. @throws InputError

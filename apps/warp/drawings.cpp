@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "core/atomic_file.hpp"
-#include "core/text.hpp"
 #include "images/compose.hpp"
 #include "pulson/images/image.hpp"
 
@@ -138,10 +136,7 @@ void Drawings::write(const draw::ImagePicture& picture, const fs::path& file) co
 }
 
 std::string Drawings::png_of(const draw::ImagePicture& picture) const {
-  const fs::path folder = fs::path(arguments_.report).parent_path();
-  const StagedFiles scratch(folder.empty() ? fs::path(".") : folder);
-  write(picture, scratch.file("drawing.png"));
-  return io::read_text_file(scratch.file("drawing.png"));
+  return image_picture_png(picture, {.width = arguments_.width, .dpi = arguments_.dpi});
 }
 
 draw::ImagePicture Drawings::side_by_side(const images::Image& image, const images::WarpedImage& result,

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "records/record_text.hpp"
 #include "register/picture.hpp"
 #include "shell/messages.hpp"
 
@@ -75,25 +76,25 @@ std::string short_error(double error) {
 }
 
 void print_summary(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
-  fmt::print("{} → {}\n", arguments.input, arguments.out);
-  fmt::print("method     {}: {}\n", figures.method, figures.reason);
-  fmt::print("map        folds {} of the {}, smallest Jacobian {:.3g}\n", percent_text(figures.folded_fraction),
+  print_text("{} → {}\n", arguments.input, arguments.out);
+  print_text("method     {}: {}\n", figures.method, figures.reason);
+  print_text("map        folds {} of the {}, smallest Jacobian {:.3g}\n", percent_text(figures.folded_fraction),
              frames != nullptr ? "image" : "points", figures.min_jacobian);
   if (frames != nullptr) {
-    fmt::print("result     {} x {} pixels, at most {} per pixel, {} uncovered, {} in holes\n", frames->width,
+    print_text("result     {} x {} pixels, at most {} per pixel, {} uncovered, {} in holes\n", frames->width,
                frames->height, counted(figures.max_multiplicity, "sheet"), percent_text(figures.uncovered_fraction),
                percent_text(figures.hole_fraction));
-    fmt::print("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.spacing[0],
+    print_text("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.spacing[0],
                frames->input.spacing[0] == 1 ? "unit" : "units", frames->input.y_up ? "up (flipped)" : "down");
   }
   const char* unit = frames != nullptr ? "pixels" : "units";
-  fmt::print("accuracy   landmarks to {} {}{}\n", short_error(figures.landmark_error_max), unit,
+  print_text("accuracy   landmarks to {} {}{}\n", short_error(figures.landmark_error_max), unit,
              frames != nullptr ? fmt::format(", map to {} pixels", short_error(figures.map_error)) : "");
   if (figures.ridge > 0)
-    fmt::print("ridge      {:.1e}: landmarks are so close that the map reproduces their noise only approximately\n",
+    print_text("ridge      {:.1e}: landmarks are so close that the map reproduces their noise only approximately\n",
                figures.ridge);
-  for (const ColourKey& key : figures.colours) fmt::print("colours    {}: {}\n", key.file, key.meaning);
-  fmt::print("seconds    {:.3g}\n", figures.seconds);
+  for (const ColourKey& key : figures.colours) print_text("colours    {}: {}\n", key.file, key.meaning);
+  print_text("seconds    {:.3g}\n", figures.seconds);
 }
 
 }  // namespace
@@ -107,7 +108,7 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
                                  {"method", figures.method},
                                  {"reason", figures.reason},
                                  {"folded_fraction", figures.folded_fraction},
-                                 {"min_jacobian", figures.min_jacobian},
+                                 {"min_jacobian", records::defined_or_null(figures.min_jacobian)},
                                  {"max_multiplicity", figures.max_multiplicity},
                                  {"uncovered_fraction", figures.uncovered_fraction},
                                  {"hole_fraction", figures.hole_fraction},
@@ -132,12 +133,12 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
       json["seed"] = arguments.seed;
     }
   }
-  return json.dump(1) + "\n";
+  return records::record_text(json, 1);
 }
 
 void write_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
   if (arguments.json == "-")
-    fmt::print("{}", figures_json(figures, arguments, frames));
+    print_exact(figures_json(figures, arguments, frames));
   else if (!arguments.json.empty())
     write_file_atomically(arguments.json, figures_json(figures, arguments, frames));
 }

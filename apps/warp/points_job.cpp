@@ -10,6 +10,7 @@
 #include "jobs.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
+#include "shell/tables.hpp"
 
 namespace pulson {
 namespace {
@@ -72,12 +73,15 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
   } else {
     moved = flow.end_with_gradients(alignment.apply(points));
   }
+  if (!moved.places.allFinite())
+    throw NumericalError(
+        fmt::format("{}: a point is moved out of the range of numbers; nothing was written", arguments.input));
   put_known_points(moved.places, blocks);
   for (Landmarks& shape : file.shapes) {  // they lie on another image now
     shape.image.clear();
     shape.scale.reset();
   }
-  for (std::string& loss : write_landmark_file(arguments.out, file)) notes.push_back(std::move(loss));
+  for (std::string& loss : write_landmarks(arguments.out, file)) notes.push_back(std::move(loss));
   print_notes(notes);
 
   WarpFigures figures;

@@ -11,6 +11,7 @@
 #include "register/registration_warnings.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/path_options.hpp"
 #include "shell/verbs.hpp"
 
 namespace pulson {
@@ -73,8 +74,7 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
 // The record, or that in the folder of a registration.
 std::filesystem::path record_of(const WarpArguments& arguments) {
   std::filesystem::path given = arguments.registration;
-  std::error_code error;
-  if (std::filesystem::is_directory(given, error)) return given / "registration.json";
+  if (is_folder(given)) return given / "registration.json";
   if (is_picture_file(arguments.registration))
     throw InputError(fmt::format("{} is an image; the registration comes first, then the image", given.string()));
   return given;
@@ -83,7 +83,7 @@ std::filesystem::path record_of(const WarpArguments& arguments) {
 void run_warp(const WarpArguments& arguments) {
   const double start = seconds_now();
   const bool of_image = is_picture_file(arguments.input);
-  if (is_picture_file(arguments.registration)) record_of(arguments);  // refuses it
+  run_paths().reads(record_of(arguments), "REGISTRATION");
   arguments.check();
   if (of_image)
     check_picture_file(arguments.out);

@@ -69,8 +69,8 @@ struct Chart {
 /// `y_range` of a row that shares its range holds for all of it.
 ///
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, on what a logarithmic
-/// axis cannot show, where a folder does not exist and where gnuplot is missing or fails; neither file is then written.
-/// Takes some tenths of a second; safe to call from several threads.
+/// axis cannot show, where a folder does not exist; no file is then written. Takes some hundredths of a second;
+/// safe to call from several threads.
 void write_chart(const Chart& chart, const draw::PictureFiles& files);
 
 }  // namespace pulson::charts

@@ -75,6 +75,8 @@ struct ChartFrame {
   /// Places 2×M on the two axes to pixels.
   Points pixels(const Points& places) const { return view().pixels(places); }
   draw::View view() const { return {box, x.range(), y.range()}; }
+  /// What of the series is seen: lines on the frame in their whole width.
+  draw::Box window() const { return box.grown(kLineWidth / 2); }
 };
 
 /// The empty canvas of a chart, with its titles, and the frames row by row.

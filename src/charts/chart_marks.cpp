@@ -7,102 +7,11 @@
 
 namespace pulson::charts {
 
-namespace {
-
-Points to_points(const std::vector<Eigen::Vector2d>& vertices) {
-  Points line(2, static_cast<Eigen::Index>(vertices.size()));
-  for (Eigen::Index i = 0; i < line.cols(); ++i) line.col(i) = vertices[static_cast<std::size_t>(i)];
-  return line;
-}
-
-/// The line with a vertex added at each crossing of the height, which that vertex has exactly.
-Points with_crossings(const Points& line, double height) {
-  std::vector<Eigen::Vector2d> vertices;
-  for (Eigen::Index i = 0; i < line.cols(); ++i) {
-    if (i > 0 && (line(1, i - 1) < height) != (line(1, i) < height)) {
-      const double s = (height - line(1, i - 1)) / (line(1, i) - line(1, i - 1));
-      vertices.emplace_back((1 - s) * line(0, i - 1) + s * line(0, i), height);
-    }
-    vertices.emplace_back(line.col(i));
-  }
-  return to_points(vertices);
-}
-
-Points with_crossings(const Points& line, const draw::Interval& heights) {
-  return with_crossings(with_crossings(line, heights.low), heights.high);
-}
-
-}  // namespace
-
-Points clamped(const Points& line, const draw::Interval& heights) {
-  Points result = with_crossings(line, heights);
-  result.row(1) = result.row(1).cwiseMax(heights.low).cwiseMin(heights.high);
-  return result;
-}
-
-std::vector<Points> parts_within(const Points& line, const draw::Interval& heights) {
-  const Points crossed = with_crossings(line, heights);
-  const auto is_inside = [&](Eigen::Index i) { return crossed(1, i) >= heights.low && crossed(1, i) <= heights.high; };
-  std::vector<Points> parts;
-  for (Eigen::Index first = 0; first < crossed.cols(); ++first) {
-    Eigen::Index end = first;
-    while (end < crossed.cols() && is_inside(end)) ++end;
-    if (end - first > 1) parts.emplace_back(crossed.middleCols(first, end - first));
-    first = end;
-  }
-  return parts;
-}
-
-std::vector<Points> dashes_of(const Points& line, std::span<const double> pattern) {
-  if (pattern.empty()) return {line};
-  std::vector<Points> dashes;
-  std::vector<Eigen::Vector2d> current;
-  std::size_t part = 0;           // of the pattern, which begins with a dash
-  double left = pattern.front();  // of the dash or gap under way
-  bool draws = true;
-  for (Eigen::Index i = 0; i + 1 < line.cols(); ++i) {
-    const Eigen::Vector2d from = line.col(i), step = line.col(i + 1) - line.col(i);
-    const double length = step.norm();
-    if (draws) current.emplace_back(from);
-    double done = 0;
-    while (length - done > left) {
-      done += left;
-      current.emplace_back(from + done / length * step);
-      if (draws) {
-        dashes.push_back(to_points(current));
-        current.clear();
-      }
-      draws = !draws;
-      part = (part + 1) % pattern.size();
-      left = pattern[part];
-    }
-    left -= length - done;
-  }
-  if (draws && line.cols() > 1) {
-    current.emplace_back(line.col(line.cols() - 1));
-    dashes.push_back(to_points(current));
-  }
-  return dashes;
-}
-
 std::span<const double> dashes_at(std::size_t place) {
   static constexpr std::array<double, 2> kLong = {16, 6}, kShort = {6, 5}, kDots = {2.5, 5};
   static constexpr std::array<double, 4> kDashDot = {14, 5, 2.5, 5}, kTwoDashes = {14, 4, 6, 4};
-  constexpr std::size_t kPatterns = 6;
-  switch (place % kPatterns) {
-    case 1:
-      return kLong;
-    case 2:
-      return kDashDot;
-    case 3:
-      return kShort;
-    case 4:
-      return kTwoDashes;
-    case 5:
-      return kDots;
-    default:
-      return {};
-  }
+  constexpr std::array<std::span<const double>, 6> kPatterns = {{{}, kLong, kDashDot, kShort, kTwoDashes, kDots}};
+  return kPatterns.at(place % kPatterns.size());
 }
 
 bool is_dense(const Series& series) {
@@ -128,17 +37,13 @@ class SeriesMarks {
 
   void draw_areas(std::size_t vertices) {
     if (!series_.low.empty()) {
-      std::vector<Points> borders{in_frame(centres(), series_.low), in_frame(centres(), series_.high)};
+      std::vector<Points> borders{pixels(centres(), series_.low), pixels(centres(), series_.high)};
       for (Points& border : borders) simplify(border, vertices);
       canvas_.areas({between(borders[0], borders[1])}, draw::faded(colour_, kBandFade));
     }
     if (series_.style == SeriesStyle::kSteps && !series_.y.empty())
-      canvas_.areas({clamped(steps(), frame_.heights())}, draw::faded(colour_, kStepFade));
-    if (series_.style == SeriesStyle::kBars) {
-      std::vector<Points> clipped;
-      for (const Points& bar : bars()) clipped.push_back(clamped(bar, frame_.heights()));
-      canvas_.areas(clipped, draw::faded(colour_, kBarFade));
-    }
+      canvas_.areas({steps()}, draw::faded(colour_, kStepFade));
+    if (series_.style == SeriesStyle::kBars) canvas_.areas(bars(), draw::faded(colour_, kBarFade));
   }
 
   void draw_lines(std::size_t vertices) {
@@ -149,7 +54,7 @@ class SeriesMarks {
     stroke(pixels(centres(), series_.y), is_dense(series_) ? kDenseLineWidth : kLineWidth, dashes(), vertices);
   }
 
-  /// Each with small ends, where these are within the frame.
+  /// Each with small ends.
   void draw_errors() {
     std::vector<Points> lines;
     const double cap = std::min(kMostCap, kDotRoom * typical_distance());
@@ -158,10 +63,9 @@ class SeriesMarks {
       const std::vector<double> ends{series_.y[i] - series_.error[i], series_.y[i] + series_.error[i]};
       const Eigen::RowVectorXd place = Eigen::RowVectorXd::Constant(2, centres()[static_cast<Eigen::Index>(i)]);
       const Points bar = pixels(place, ends);
-      for (Points& part : parts_within(bar, frame_.heights())) lines.push_back(std::move(part));
+      lines.push_back(bar);
       for (const int end : {0, 1})
-        if (is_within(bar(1, end)))
-          lines.push_back((Points(2, 2) << bar(0, end) - cap, bar(0, end) + cap, bar(1, end), bar(1, end)).finished());
+        lines.push_back((Points(2, 2) << bar(0, end) - cap, bar(0, end) + cap, bar(1, end), bar(1, end)).finished());
     }
     canvas_.lines(lines, {colour_, kErrorWidth});
   }
@@ -177,10 +81,12 @@ class SeriesMarks {
     const double most = series_.error.empty() ? kMostDot : kMostDotWithError;
     const double radius = std::clamp(kDotRoom * typical_distance(), kLeastDot, most);
     if (margins && radius <= 2 * kDotMargin) return;  // too close to be set off
+    canvas_.look_through({});                         // whole at the frame, too
     if (margins)
       draw_marks(canvas_, all(Eigen::all, within), radius + kDotMargin, {draw::colour::kPaper, look_.place});
     else
       draw_marks(canvas_, all(Eigen::all, within), radius, look_);
+    canvas_.look_through(frame_.window());
   }
 
  private:
@@ -204,11 +110,13 @@ class SeriesMarks {
   Points pixels(const Eigen::RowVectorXd& places, const std::vector<double>& values) const {
     Points points(2, places.size());
     points << places, frame_.y.places(values);
-    return frame_.pixels(points);
+    return near(frame_.pixels(points));
   }
 
-  Points in_frame(const Eigen::RowVectorXd& places, const std::vector<double>& values) const {
-    return clamped(pixels(places, values), frame_.heights());
+  /// No farther away than squares of distances allow.
+  static Points near(const Points& points) {
+    constexpr double kFarAway = 1e5;  // pixels
+    return points.cwiseMax(-kFarAway).cwiseMin(kFarAway);
   }
 
   static void simplify(Points& line, std::size_t vertices) {
@@ -235,7 +143,7 @@ class SeriesMarks {
       outline.col(2 * i + 2) << edges[i + 1], heights[i];
     }
     outline.rightCols(1) << edges[bins], frame_.y.base();
-    return frame_.pixels(outline);
+    return near(frame_.pixels(outline));
   }
 
   std::vector<Points> bars() const {
@@ -243,19 +151,15 @@ class SeriesMarks {
     const Eigen::RowVectorXd x = centres(), heights = frame_.y.places(series_.y);
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       const double left = x[i] - bar_width_ / 2, right = x[i] + bar_width_ / 2, base = frame_.y.base();
-      bars.push_back(
-          frame_.pixels((Points(2, 4) << left, left, right, right, base, heights[i], heights[i], base).finished()));
+      bars.push_back(near(
+          frame_.pixels((Points(2, 4) << left, left, right, right, base, heights[i], heights[i], base).finished())));
     }
     return bars;
   }
 
   void stroke(Points line, double width, std::span<const double> pattern, std::size_t vertices) {
     simplify(line, vertices);
-    const std::vector<Points> parts = parts_within(line, frame_.heights());
-    std::vector<Points> dashes;
-    for (const Points& part : parts)
-      for (Points& dash : dashes_of(part, pattern)) dashes.push_back(std::move(dash));
-    canvas_.lines(dashes, {colour_, width});
+    canvas_.lines({std::move(line)}, {colour_, width, pattern});
   }
 
   /// Median of the pixels between neighbouring values, infinite where there is one alone.
@@ -264,10 +168,7 @@ class SeriesMarks {
     std::vector<double> distances;
     for (Eigen::Index i = 0; i + 1 < points.cols(); ++i)
       distances.push_back((points.col(i + 1) - points.col(i)).norm());
-    if (distances.empty()) return INFINITY;
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
-    return *middle;
+    return distances.empty() ? INFINITY : draw::median(std::move(distances));
   }
 
   draw::Canvas& canvas_;
@@ -294,6 +195,7 @@ void draw_all_series(draw::Canvas& canvas, const ChartFrame& frame, const std::v
     marks.back().set_bars(width, aside);
     aside += width;
   }
+  canvas.look_through(frame.window());
   for (SeriesMarks& one : marks) one.draw_areas(vertices);
   for (SeriesMarks& one : marks) {
     one.draw_lines(vertices);
@@ -301,6 +203,7 @@ void draw_all_series(draw::Canvas& canvas, const ChartFrame& frame, const std::v
     one.draw_errors();
     one.draw_dots(false);
   }
+  canvas.look_through({});
 }
 
 }  // namespace pulson::charts

@@ -29,17 +29,7 @@ inline constexpr double kBandFade = 0.8;
 inline constexpr double kStepFade = 0.84;
 inline constexpr double kBarFade = 0.55;
 
-/// The line 2×M with each height brought into the range: where it leaves the range, it runs along the border.
-Points clamped(const Points& line, const draw::Interval& heights);
-
-/// The parts of the line 2×M whose heights lie in the range.
-std::vector<Points> parts_within(const Points& line, const draw::Interval& heights);
-
-/// The line 2×M cut into dashes, of lengths dash, gap, dash, gap, … over and over; whole for an empty pattern. Cut here
-/// and not by gnuplot, whose terminals do not agree on the length of a dash.
-std::vector<Points> dashes_of(const Points& line, std::span<const double> pattern);
-
-/// Of a line: whole at first, then dashes of their own.
+/// Of a line: none at first, then dashes of their own.
 std::span<const double> dashes_at(std::size_t place);
 
 /// Whether a line is so long that dashes would be noise.
@@ -53,8 +43,8 @@ class ChartLegend {
 
   draw::SeriesLook look_of(const Series& series) const;
 
-  /// Room that it takes below all panels.
-  double height() const;
+  /// Room that its first row takes below all panels.
+  double height() const { return entries_.empty() ? draw::kEdge : draw::kLegendRoom; }
 
   /// The entries around the middle of the canvas, above its bottom edge.
   void draw(draw::Canvas& canvas) const;
@@ -70,11 +60,7 @@ class ChartLegend {
 
   void add(const Series& series);
   const Entry* find(const std::string& name) const;
-  /// Entries fill row after row of a table with as many columns as there is room for.
-  std::vector<double> column_widths() const;
-  std::size_t count_rows() const;
-  static double width_of(const Entry& entry);
-  static void draw_sample(draw::Canvas& canvas, double left, double middle, const Entry& entry);
+  static void draw_sample(draw::Canvas& canvas, const draw::Box& box, const Entry& entry);
 
   std::vector<Entry> entries_;
   int by_name_ = 0;  // colours given to names so far

@@ -8,7 +8,10 @@
 #include <fmt/format.h>
 
 #include "anderson.hpp"
+#include "core/determined.hpp"
+#include "core/landmark_range.hpp"
 #include "core/text.hpp"
+#include "core/undefined.hpp"
 #include "displacement_fit.hpp"
 #include "geodesics.hpp"
 #include "pulson/core/errors.hpp"
@@ -45,8 +48,7 @@ void check(const std::vector<Landmarks>& shapes, const AtlasOptions& options) {
   if (shapes.size() < 2) throw InputError("an atlas needs at least two shapes");
   for (const Landmarks& shape : shapes) {
     require_alike(shapes.front(), shape);
-    if (observed_landmarks(shape.points).empty())
-      throw InputError(fmt::format("{}: all landmarks have a missing coordinate", shape.source));
+    require_usable_range(shape);
   }
   if (shapes.front().count() < 2) throw InputError("an atlas needs shapes of at least two landmarks");
   if (options.lambda) require_positive("lambda", *options.lambda);
@@ -73,6 +75,7 @@ std::vector<AtlasSpecimen> aligned_with(const Landmarks& mean, const std::vector
     specimen.centroid_size = centroid_size(shapes[i].points);
     Points& points = specimen.shape.points;
     for (const int a : incomplete_points(points)) points.col(a).setConstant(io::kMissing);
+    require_determined(points, mean.points, kind, shapes[i].source);
     if (kind != AlignmentKind::kNone) points = align(points, mean.points, kind).apply(points);
     specimen.momenta = Points::Zero(points.rows(), points.cols());
   }
@@ -102,6 +105,17 @@ std::vector<Points> completed(const std::vector<AtlasSpecimen>& specimens, const
   return complete;
 }
 
+// Of width, λσ² and λ, those that are fitted must be fewer than the coordinates beyond mean and alignment.
+void require_determined_model(const Atlas& atlas, const CohortFitOptions& fit) {
+  const Index open = (fit.kernel ? 0 : 1) + (fit.lambda ? 0 : 1) + (fit.sigma ? 0 : 1);
+  const Index d = atlas.mean.points.rows(), parameters = alignment_parameters(atlas.alignment, d);
+  Index coordinates = -d * atlas.mean.points.cols() + parameters;
+  for (const AtlasSpecimen& specimen : atlas.specimens)
+    coordinates += d * std::ssize(observed_landmarks(specimen.shape.points)) - parameters;
+  require_determined_parameters("kernel, lambda and sigma are", open, coordinates,
+                                "give them as numbers, or more shapes");
+}
+
 // Kernel, λ and σ, where they are not given.
 void fit_model(Atlas& atlas, const AtlasOptions& options) {
   CohortFitOptions fit{{}, options.lambda, {}, atlas.alignment};
@@ -110,6 +124,7 @@ void fit_model(Atlas& atlas, const AtlasOptions& options) {
   if (options.sigma) fit.sigma = options.sigma->in(size);
   if (fit.sigma && !(*fit.sigma >= 0))
     throw InputError(fmt::format("sigma is {}; it must be 0 or greater", *fit.sigma));
+  require_determined_model(atlas, fit);
   CohortDisplacements model = fit_cohort_displacements(completed(atlas.specimens, atlas.mean.points, nullptr), fit);
   const bool has_missing = std::any_of(atlas.specimens.begin(), atlas.specimens.end(), [](const auto& specimen) {
     return !incomplete_points(specimen.shape.points).empty();
@@ -291,8 +306,8 @@ class TemplateSearch {
           specimen.cost = {made[q0.size()], made[q0.size() + 1], made[q0.size() + 2]};
           errors[static_cast<std::size_t>(i)] = made[q0.size() + 3];
         });
-    atlas_.step_error = *std::max_element(errors.begin(), errors.end());
-    if (atlas_.step_error > kCoarse)
+    atlas_.step_error = std::accumulate(errors.begin(), errors.end(), 0.0, max_or_undefined);
+    if (!(atlas_.step_error <= kCoarse))
       atlas_.notes.push_back(
           fmt::format("twice the steps move an end by {:.2g} diameters: more steps are needed", atlas_.step_error));
   }

@@ -6,7 +6,9 @@
 
 #include <fmt/core.h>
 
+#include "core/determined.hpp"
 #include "core/landmark_pairs.hpp"
+#include "core/landmark_range.hpp"
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/compare/comparison.hpp"
 #include "pulson/core/errors.hpp"
@@ -21,9 +23,12 @@ Cohort make_cohort(const Landmarks& source, const std::vector<Landmarks>& target
         fmt::format("{}: landmark {} has a missing coordinate; the shape that the others are compared with "
                     "must be complete",
                     source.source, source.describe(incomplete_points(source.points).front())));
+  require_usable_range(source);
   Cohort cohort{source, targets, alignment};
   for (Landmarks& target : cohort.targets) {
     require_alike(source, target);
+    require_usable_range(target);
+    require_determined(source.points, target.points, alignment, target.source);
     if (alignment != AlignmentKind::kNone)
       target.points = align(target.points, source.points, alignment).apply(target.points);
   }

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/core.h>
+
 #include "amplitudes.hpp"
+#include "core/determined.hpp"
 #include "fitter.hpp"
 #include "forward_samples.hpp"
+#include "posterior.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -16,9 +20,26 @@ double CohortFit::score() const {
   return log_evidence - 0.5 * static_cast<double>(fitted.size()) * std::log(static_cast<double>(shapes.size()));
 }
 
+namespace {
+
+// Momenta and noise have priors; numbers that are fitted have none.
+void require_determined_numbers(const Cohort& cohort, const std::string& name, const OpenNoise& noise,
+                                const CohortSettings& settings) {
+  const double sigma = settings.sigma.in(diameter(cohort.source.points));
+  const Eigen::Index numbers = std::ssize(noise.open) + (settings.lambda ? 0 : 1) + (settings.fit_width ? 1 : 0);
+  Eigen::Index coordinates = 0;
+  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s) coordinates += observe(cohort, s, sigma).count();
+  require_determined_parameters(fmt::format("noise '{}' is", name), numbers, coordinates,
+                                "give more shapes or landmarks, or numbers such as lambda");
+}
+
+}  // namespace
+
 CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings) {
   const SerialBlas serial;
-  return Fitter(cohort, make_open_noise(noise, cohort.source), settings).run();
+  const OpenNoise open = make_open_noise(noise, cohort.source);
+  require_determined_numbers(cohort, noise.spec(), open, settings);
+  return Fitter(cohort, open, settings).run();
 }
 
 int sufficient_steps(const Cohort& cohort, CohortSettings settings) {

@@ -117,7 +117,7 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
   return summary(std::move(predictions));
 }
 
-bool has_few_effective(const ComparedModel& model) { return model.fit.effective_part < kFewEffective; }
+bool has_few_effective(const ComparedModel& model) { return !(model.fit.effective_part >= kFewEffective); }
 
 // Where the samples of some model do not tell its evidence, that of all is Laplace's approximation, so that no model is
 // above another by the kind of its evidence.
@@ -141,7 +141,7 @@ bool with_sampled_evidence(Comparison& comparison) {
   auto& models = comparison.models;
   for (ComparedModel& model : models) {
     model.fit.sampled = sample_evidence(comparison.cohort, model.fit, comparison.settings);
-    if (std::isnan(model.fit.sampled->total.value)) {
+    if (!std::isfinite(model.fit.sampled->total.value)) {
       comparison.notes.push_back(
           fmt::format("{}: the evidence of some shape by Markov chains is undetermined, so models are not ranked by it",
                       model.noise));
@@ -161,10 +161,10 @@ bool with_sampled_evidence(Comparison& comparison) {
                       "be off",
                       model.noise, sampled.total.value, sampled.total.standard_error, before,
                       has_few_effective(model) ? "Laplace's approximation" : "importance samples"));
-    if (sampled.worst_rhat > kWorstRhat)
-      comparison.notes.push_back(
-          fmt::format("{}: the chains of some shape have not converged (R-hat {:.2f}), its evidence is uncertain",
-                      model.noise, sampled.worst_rhat));
+    if (!(sampled.worst_rhat <= kWorstRhat))
+      comparison.notes.push_back(fmt::format(
+          "{}: the chains of some shape have not converged (R-hat {}), its evidence is uncertain", model.noise,
+          std::isnan(sampled.worst_rhat) ? "is undefined" : fmt::format("{:.2f}", sampled.worst_rhat)));
     fit.log_evidence = sampled.total.value;
     fit.sampling_error = sampled.total.standard_error;
     for (std::size_t s = 0; s < fit.shapes.size(); ++s) {
@@ -176,10 +176,24 @@ bool with_sampled_evidence(Comparison& comparison) {
   return true;
 }
 
+// A model whose evidence is no number is behind all others, and its fit did not converge.
+void put_undetermined_last(Comparison& comparison) {
+  for (ComparedModel& model : comparison.models) {
+    if (std::isfinite(model.score)) continue;
+    model.score = -std::numeric_limits<double>::infinity();
+    model.fit.converged = false;
+  }
+}
+
 void rank(Comparison& comparison) {
   auto& models = comparison.models;
+  put_undetermined_last(comparison);
   const auto best =
       std::max_element(models.begin(), models.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
+  if (!std::isfinite(best->score))
+    throw NumericalError(
+        "the evidence of no model is a finite number, so models cannot be ranked; use more `grid.steps`, or a sigma "
+        "nearer to the distances between the shapes");
   comparison.best = static_cast<std::size_t>(best - models.begin());
   double sum = 0;
   for (const ComparedModel& model : models) sum += std::exp(model.score - best->score);
@@ -214,6 +228,7 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
   for (std::size_t i = 0; i < models.size(); ++i) {
     if (models[i].fit.fitted.size() <= none->fit.fitted.size()) continue;
     const double gain = models[i].fit.log_evidence - none->fit.log_evidence;
+    if (!std::isfinite(gain)) continue;
     const bool same =
         std::any_of(models[i].fit.fitted.begin(), models[i].fit.fitted.end(),
                     [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; });
@@ -223,7 +238,7 @@ void test_against_none(Comparison& comparison, const std::vector<NoiseChoice>& n
     int fitted = 0;
     for (const std::vector<RecoveredFit>& fits : drawn.front().fits) {
       const double by_chance = fits[i].log_evidence - fits[place].log_evidence;
-      if (std::isnan(by_chance)) continue;
+      if (!std::isfinite(by_chance)) continue;
       ++fitted;
       if (by_chance >= gain) ++greater;
     }

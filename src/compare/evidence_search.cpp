@@ -191,7 +191,7 @@ Fitter::State Fitter::best_start() const {
   for (const double factor : {0.5, 2.0})
     for (double width = factor; std::abs(std::log(width)) < kWidthRange; width *= factor) {
       std::optional<State> next = at_width(width);
-      if (best && (!next || next->log_evidence() <= best->log_evidence())) break;
+      if (best && (!next || !(next->log_evidence() > best->log_evidence()))) break;
       if (next) best = std::move(next);
     }
   return best ? *best : alternate(start(1), kMostAlternations);

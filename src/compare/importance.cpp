@@ -21,7 +21,7 @@ constexpr double kNone = -std::numeric_limits<double>::infinity();
 ImportanceEstimate estimate(const Eigen::Ref<const MatrixXd>& log_weights) {
   const double largest = log_weights.maxCoeff();
   const auto samples = static_cast<int>(log_weights.size());
-  if (!std::isfinite(largest))
+  if (!std::isfinite(largest) || log_weights.hasNaN())
     return {largest, 0, samples, 0, samples, VectorXd::Constant(log_weights.cols(), largest)};
   const Eigen::ArrayXXd weights = (log_weights.array() - largest).exp();
   const Eigen::ArrayXd of_sets = weights.colwise().mean();

@@ -72,7 +72,7 @@ BoxMaximum maximise_in_box(const std::function<double(const VectorXd&)>& value,
     for (int halving = 0; halving < kMostNewtonHalvings && !risen; ++halving, step /= 2) {
       const VectorXd to = box.clipped(best.x + step);
       const double there = value(to);
-      if (there <= best.value) continue;
+      if (!(there > best.value)) continue;
       risen = true;
       best.converged = there - best.value < options.tolerance && halving == 0;
       best = {to, there, best.converged};

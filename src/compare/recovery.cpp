@@ -60,7 +60,7 @@ RecoveredCohort fit_all(const Cohort& cohort, const std::vector<NoiseChoice>& ca
   for (std::size_t i = 0; i < candidates.size(); ++i) try {
       const CohortFit fit = fit_cohort(cohort, candidates[i], settings);
       recovered.fits[i] = {fit.fitted, fit.log_evidence};
-      if (fit.score() <= score) continue;
+      if (!(fit.score() > score)) continue;
       score = fit.score();
       recovered.chosen = static_cast<int>(i);
     } catch (const Error&) {

@@ -1,8 +1,8 @@
 #include "sampled_evidence.hpp"
 
 #include <cmath>
-#include <limits>
 
+#include "core/undefined.hpp"
 #include "posterior.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -17,7 +17,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int kChains = 2, kWarmup = 200, kDraws = 400;
-constexpr double kNoEvidence = std::numeric_limits<double>::quiet_NaN();
 
 // An observation of a shape as data.
 class ProjectedTerm final : public matching::DataTerm {
@@ -40,8 +39,8 @@ class ProjectedTerm final : public matching::DataTerm {
 };
 
 struct ShapeEvidence {
-  Estimate evidence{kNoEvidence, kNoEvidence};
-  double rhat = kNoEvidence;
+  Estimate evidence{kUndefined, kUndefined};
+  double rhat = kUndefined;
 };
 
 ShapeEvidence evidence_of(matching::MatchingProblem problem, Observation observation, std::uint64_t seed) {
@@ -79,7 +78,7 @@ SampledEvidence sample_evidence(const Cohort& cohort, const CohortFit& fit, cons
     sampled.shapes.push_back(shape.evidence);
     sampled.total.value += shape.evidence.value;
     variance += shape.evidence.standard_error * shape.evidence.standard_error;
-    sampled.worst_rhat = std::fmax(sampled.worst_rhat, shape.rhat);
+    sampled.worst_rhat = max_or_undefined(sampled.worst_rhat, shape.rhat);
   }
   sampled.total.standard_error = std::sqrt(variance);
   return sampled;

@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <fmt/core.h>
 
+#include "core/determined.hpp"
 #include "core/text.hpp"
 #include "landmark_pairs.hpp"
 #include "pulson/core/errors.hpp"
@@ -144,6 +145,35 @@ Alignment align(const Points& source, const Points& target, AlignmentKind kind, 
   }
   motion.translation = y.mean - motion.scale * motion.linear * x.mean;
   return motion;
+}
+
+Index alignment_parameters(AlignmentKind kind, Index d) {
+  if (kind == AlignmentKind::kNone) return 0;
+  if (kind == AlignmentKind::kTranslation) return d;
+  if (kind == AlignmentKind::kAffine) return d * (d + 1);
+  return d * (d + 1) / 2 + (kind == AlignmentKind::kSimilarity ? 1 : 0);
+}
+
+bool is_determined(const Points& source, const Points& target, AlignmentKind kind, const VectorXd& weights) {
+  require_size("the target of an alignment", target, source.rows(), source.cols());
+  if (kind == AlignmentKind::kNone) return true;
+  const auto observed = std::ssize(usable_landmarks(source, target, landmark_weights(weights, source.cols())));
+  return source.rows() * observed > alignment_parameters(kind, source.rows());
+}
+
+void require_determined(const Points& source, const Points& target, AlignmentKind kind, std::string_view shape,
+                        const VectorXd& weights) {
+  if (is_determined(source, target, kind, weights)) return;
+  const Index d = source.rows();
+  const auto observed = usable_landmarks(source, target, landmark_weights(weights, source.cols())).size();
+  const bool translation_does =
+      kind != AlignmentKind::kTranslation && is_determined(source, target, AlignmentKind::kTranslation, weights);
+  throw InputError(fmt::format(
+      "{}: the match is undetermined: alignment {} has {} in {}D, no fewer than the {} of the {} observed in both "
+      "shapes; use `align = {}`",
+      shape, alignment_name(kind), io::counted(static_cast<std::size_t>(alignment_parameters(kind, d)), "parameter"), d,
+      io::counted(observed * static_cast<std::size_t>(d), "coordinate"), io::counted(observed, "landmark"),
+      translation_does ? "translation" : "none"));
 }
 
 MatrixXd motion_directions(const Points& points, AlignmentKind kind, const std::vector<Index>& observed) {

@@ -19,9 +19,9 @@ void require_file_path(const std::filesystem::path& path);
 /// removed unless it is put in place.
 class TemporaryFile {
  public:
-  /// Makes an empty file with a hidden name and the extension of `target`. `named` is what messages call the target.
-  /// @throws InputError if it cannot be made
-  TemporaryFile(std::filesystem::path target, std::filesystem::path named);
+  /// Makes an empty file with a hidden name and the extension of `target`, beside what that is a link to where it is
+  /// one, so that the link stays. `named` is what messages call the target. @throws InputError if it cannot be made
+  TemporaryFile(const std::filesystem::path& target, std::filesystem::path named);
   TemporaryFile(TemporaryFile&& other) noexcept;
   TemporaryFile& operator=(TemporaryFile&&) = delete;
   ~TemporaryFile();
@@ -38,8 +38,13 @@ class TemporaryFile {
   std::filesystem::path path_;  // empty once it is in place
 };
 
+/// Writes `contents` into the file `to`, which is made where it is missing; messages name `named`. @throws InputError
+/// if that fails, also where the disk is full
+void write_bytes(const std::filesystem::path& to, std::string_view contents, const std::filesystem::path& named);
+
 /// Writes `contents` to a temporary file in the same folder and renames it to `path`, so that `path` holds either all
-/// of them or what it held before. A device or pipe is written to directly. @throws InputError if that fails (no such
+/// of them or what it held before. Links are written through, also those to a file that is yet to be made. A device or
+/// pipe is written to directly. @throws InputError if that fails (no such
 /// folder, no permission, full disk); the temporary is removed.
 void write_file_atomically(const std::filesystem::path& path, std::string_view contents);
 
@@ -50,6 +55,9 @@ void check_output_file(const std::filesystem::path& path);
 /// Makes the folder `path`, and those above it, unless it is there. @throws InputError if that fails, if `path` is
 /// something else, or if nothing may be written in it.
 void create_output_directory(const std::filesystem::path& path);
+
+/// Whether the file at `path` is the one that is open.
+bool is_still_at(int descriptor, const std::filesystem::path& path);
 
 /// Keeps other processes from writing their results into the same folder, or one file of it: holds a lock on
 /// `folder/.pulson.lock` or `folder/.FILE.lock`, which names the process and is removed at the end. The lock ends with
@@ -65,33 +73,6 @@ class FolderLock {
  private:
   std::filesystem::path path_;
   int descriptor_ = -1;
-};
-
-/// Files that are all put into a folder, or none of them: they are written into a folder within it, whose files
-/// `commit` moves up. What was not committed is removed: at the end, or, where a process was killed, by the next one
-/// that writes into the folder.
-class StagedFiles {
- public:
-  /// @throws InputError if nothing can be written in `folder`
-  explicit StagedFiles(const std::filesystem::path& folder);
-  StagedFiles(const StagedFiles&) = delete;
-  StagedFiles& operator=(const StagedFiles&) = delete;
-  ~StagedFiles();
-
-  /// Writes what will be `folder/name`, as messages call it. @throws InputError if that fails
-  void write(const std::string& name, std::string_view contents) const;
-
-  /// Where others write the file that will be `folder/name`.
-  std::filesystem::path file(const std::string& name) const { return staged_ / name; }
-
-  /// Moves all files up. Those that are links or devices in the folder are written through, before the others are
-  /// moved. @throws InputError if that fails
-  void commit();
-
- private:
-  std::filesystem::path folder_;
-  std::filesystem::path staged_;
-  int descriptor_ = -1;  ///< of `staged_`, with a shared lock while this process lives
 };
 
 }  // namespace pulson

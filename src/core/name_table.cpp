@@ -8,6 +8,8 @@
 
 #include <fmt/core.h>
 
+#include "core/text.hpp"
+
 namespace pulson {
 
 Length Length::percent(double value) {
@@ -210,12 +212,14 @@ double Parameters::number(const std::string& key) const {
 double Parameters::positive(const std::string& key) const {
   const double value = number(key);
   if (value <= 0) throw InputError(describe(key) + " is " + text(key) + "; it must be greater than 0");
+  require_positive(describe(key), value);  // and in the range that can be computed with
   return value;
 }
 
 double Parameters::non_negative(const std::string& key) const {
   const double value = number(key);
   if (value < 0) throw InputError(describe(key) + " is " + text(key) + "; it must not be negative");
+  if (value > 0) require_positive(describe(key), value);
   return value;
 }
 

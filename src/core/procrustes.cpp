@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include "core/determined.hpp"
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -73,6 +74,7 @@ Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind ki
     mean.points = mean_of(moved, mean);
     return mean;
   }
+  for (const Landmarks& shape : shapes) require_determined(shape.points, shape.points, kind, shape.source);
   // The first shape may miss landmarks, which the mean then takes from the others.
   for (int round = 0; round < kMostRounds; ++round) {
     for (std::size_t s = 0; s < shapes.size(); ++s)

@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
-#include <iostream>
-#include <iterator>
-#include <system_error>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include "paths.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -45,18 +42,13 @@ void require_text(const std::string& path, const std::string& contents) {
 }  // namespace
 
 std::string read_text_file(const std::filesystem::path& path) {
-  const std::string failure = "cannot read '" + path.string() + "': ";
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) throw InputError(failure + "it is a folder; a file is needed");
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw InputError(failure + std::generic_category().message(errno));
-  std::string contents{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::string contents = read_file(path, kMostText);
   require_text(path.string(), contents);
   return contents;
 }
 
 std::string read_standard_input() {
-  static const std::string contents{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+  static const std::string contents = read_descriptor(STDIN_FILENO, "standard input", kMostPiped);
   require_text("standard input", contents);
   return contents;
 }
@@ -129,7 +121,7 @@ std::string with_decimal_point(std::string_view text) {
 
 std::string csv_quoted(std::string_view text) {
   std::string field = "\"";
-  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+  for (const char c : text) field.append(c == '"' ? 2 : 1, c);
   return field + '"';
 }
 
@@ -257,9 +249,15 @@ void require_finite(std::string_view what, double value) {
   if (!std::isfinite(value)) throw InputError(fmt::format("{} is {}; it must be finite", what, value));
 }
 
+// Beyond these nothing can be computed with, whatever it is: squares of lengths that shapes may have, from 1e-100 to
+// 1e100, and their inverses lie within.
+constexpr double kSmallestScale = 1e-220, kLargestScale = 1e220;
+
 void require_positive(std::string_view what, double value) {
   if (!std::isfinite(value) || !(value > 0))
     throw InputError(fmt::format("{} is {}; it must be a finite number greater than 0", what, value));
+  if (value < kSmallestScale || value > kLargestScale)
+    throw InputError(fmt::format("{} is {}; it must be from {} to {}", what, value, kSmallestScale, kLargestScale));
 }
 
 bool is_covariance(const MatrixXd& r) {

@@ -13,7 +13,8 @@
 
 namespace pulson::io {
 
-/// All of a file. @throws InputError if it cannot be read, holds only blanks, or begins as text in UTF-16 does.
+/// All of a file of up to kMostText bytes, as read_file() reads it. @throws InputError if it cannot be read, holds only
+/// blanks, or begins as text in UTF-16 does.
 std::string read_text_file(const std::filesystem::path& path);
 
 /// The path of standard input, as `-` is, behind which an address may go on: `/dev/stdin#3`.

@@ -6,17 +6,15 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include "gnuplot.hpp"
+#include "child_process.hpp"
+#include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::draw {
@@ -25,7 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFfmpeg = "ffmpeg";
-constexpr const char* kNoFfmpeg = "animations need ffmpeg; install the package ffmpeg";
 
 /// The options of ffmpeg for the extension of a file.
 struct Format {
@@ -82,93 +79,41 @@ std::string ffmpeg_error(std::string_view text) {
   }
 }
 
-/// Sockets, where a pipe would kill us by SIGPIPE once ffmpeg has ended; children get only what is given to them.
-std::array<int, 2> connected_sockets() {
-  std::array<int, 2> ends{};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
-    throw InputError(fmt::format("cannot connect to ffmpeg: {}", std::strerror(errno)));
-  return ends;
+std::vector<std::string> arguments_of(const Format& format, int width, int height, double frames_per_second,
+                                      const fs::path& output) {
+  const std::string size = fmt::format("{}x{}", width, height), rate = fmt::format("{}", frames_per_second);
+  std::vector<std::string> arguments = {
+      "-nostdin", "-loglevel",   "error", "-y",         "-f", "rawvideo", "-pixel_format",
+      "rgb24",    "-video_size", size,    "-framerate", rate, "-i",       "pipe:0"};
+  arguments.insert(arguments.end(), format.arguments.begin(), format.arguments.end());
+  arguments.push_back("file:" + output.string());  // a name and never an address
+  return arguments;
 }
 
 }  // namespace
 
 struct Animation::Encoder {
-  /// A file descriptor that is closed at its end.
-  class Descriptor {
-   public:
-    explicit Descriptor(int number) : number_(number) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    ~Descriptor() { close(); }
-    int number() const { return number_; }
-    void close() {
-      if (number_ >= 0) ::close(std::exchange(number_, -1));
-    }
-
-   private:
-    int number_;
-  };
-
-  Encoder(fs::path named, std::size_t bytes_of_frame, std::array<int, 2> ends)
-      : file(std::move(named)), frame_bytes(bytes_of_frame), frames(ends[0]), input(ends[1]) {}
-  Encoder(const Encoder&) = delete;
-  Encoder& operator=(const Encoder&) = delete;
-  ~Encoder() = default;
-
-  void start(const Format& format, int width, int height, double frames_per_second) {
-    require_file_path(file);
-    temporary.emplace(fs::absolute(file), file);
-    std::vector<std::string> arguments = {kFfmpeg,
-                                          "-nostdin",
-                                          "-loglevel",
-                                          "error",
-                                          "-y",
-                                          "-f",
-                                          "rawvideo",
-                                          "-pixel_format",
-                                          "rgb24",
-                                          "-video_size",
-                                          fmt::format("{}x{}", width, height),
-                                          "-framerate",
-                                          fmt::format("{}", frames_per_second),
-                                          "-i",
-                                          "pipe:0"};
-    arguments.insert(arguments.end(), format.arguments.begin(), format.arguments.end());
-    arguments.push_back(temporary->path().string());
-    program.emplace(std::move(arguments), input.number(), kNoFfmpeg);
-    input.close();
-  }
-
-  /// Whether ffmpeg took them all; errno says why not.
-  bool send(const std::vector<std::uint8_t>& bytes) const {
-    for (std::size_t sent = 0; sent < bytes.size();) {
-      const ssize_t count = ::send(frames.number(), bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-      if (count < 0 && errno != EINTR) return false;
-      if (count > 0) sent += static_cast<std::size_t>(count);
-    }
-    return true;
-  }
+  fs::path file;
+  TemporaryFile temporary;
+  std::size_t frame_bytes;
+  ChildProcess ffmpeg;  // after the file, so that it ends before that goes
+  bool has_frames = false;
 
   /// Tells ffmpeg that there are no more frames, and waits for it.
   void wait() {
-    frames.close();
-    if (!program->wait()) throw InputError("ffmpeg failed: " + ffmpeg_error(program->printed()));
+    if (const std::string why = ffmpeg.wait(); !why.empty()) throw InputError("ffmpeg failed: " + ffmpeg_error(why));
   }
-
-  fs::path file;
-  std::optional<TemporaryFile> temporary{};
-  std::size_t frame_bytes;
-  Descriptor frames, input;
-  std::optional<ChildProcess> program{};  // after the file, so that it ends before that goes
-  bool has_frames = false;
 };
 
 Animation::Animation(const fs::path& file, int width, int height, double frames_per_second) {
   const Format& format = format_of(file);
   check_numbers(file, width, height, frames_per_second);
-  if (!available()) throw InputError(kNoFfmpeg);
-  encoder_ = std::make_unique<Encoder>(file, std::size_t{3} * width * height, connected_sockets());
-  encoder_->start(format, width, height, frames_per_second);
+  const fs::path ffmpeg = find_program(kFfmpeg);
+  if (ffmpeg.empty()) throw InputError("animations need ffmpeg; install the package ffmpeg");
+  require_file_path(file);
+  TemporaryFile temporary(fs::absolute(file), file);
+  const std::vector<std::string> arguments = arguments_of(format, width, height, frames_per_second, temporary.path());
+  encoder_.reset(new Encoder{file, std::move(temporary), std::size_t{3} * width * height, {ffmpeg, arguments}});
 }
 
 Animation::~Animation() = default;
@@ -179,7 +124,7 @@ void Animation::add(const std::vector<std::uint8_t>& rgb24) {
     throw InputError(fmt::format("animation '{}': a frame has {} bytes; {} are needed", encoder_->file.string(),
                                  rgb24.size(), encoder_->frame_bytes));
   encoder_->has_frames = true;
-  if (encoder_->send(rgb24)) return;
+  if (encoder_->ffmpeg.send(rgb24)) return;
   const std::string reason = std::strerror(errno);
   const std::unique_ptr<Encoder> encoder = std::move(encoder_);  // of no use any more
   encoder->wait();
@@ -191,12 +136,14 @@ void Animation::finish() {
   const std::unique_ptr<Encoder> encoder = std::move(encoder_);  // ended in any case
   if (!encoder->has_frames) throw InputError(fmt::format("animation '{}': it has no frames", encoder->file.string()));
   encoder->wait();
-  require_written(kFfmpeg, *encoder->temporary);
-  encoder->temporary->put_in_place();
+  std::error_code error;
+  if (const auto size = fs::file_size(encoder->temporary.path(), error); error || size == 0)
+    throw InputError(fmt::format("ffmpeg did not write '{}'", encoder->file.string()));
+  encoder->temporary.put_in_place();
 }
 
 void Animation::check_extension(const fs::path& file) { format_of(file); }
 
-bool Animation::available() { return is_on_path(kFfmpeg); }
+bool Animation::available() { return !find_program(kFfmpeg).empty(); }
 
 }  // namespace pulson::draw

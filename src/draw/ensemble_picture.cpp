@@ -16,19 +16,19 @@
 namespace pulson::draw {
 namespace {
 
-constexpr int kCorners = 72;                  // of an ellipse
-constexpr std::size_t kMeanVertices = 60000;  // of all mean paths
-constexpr std::size_t kFanVertices = 60000;   // of all sample paths
+const double kQuantile = -2 * std::log(1 - kEllipsePart);  // of a χ² distribution of two degrees of freedom
+constexpr int kCorners = 72;                               // of an ellipse
+constexpr std::size_t kMeanVertices = 60000;               // of all mean paths
+constexpr std::size_t kFanVertices = 60000;                // of all sample paths
 constexpr double kFanFade = 0.8;
 constexpr double kEllipseFade = 0.85;
 constexpr std::size_t kFewEllipses = 8;
 constexpr double kOutlineFade = 0.45;
 
-/// The ellipse of one landmark in the plane of a view, in length units: the quantile of a χ² distribution of two
-/// degrees of freedom is −2 ln(1 − part).
+/// The ellipse of one landmark in the plane of a view, in length units.
 Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance, const std::array<int, 2>& rows) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(Eigen::Matrix2d(covariance(rows, rows)));
-  const Eigen::Vector2d radii = (-2 * std::log(1 - kEllipsePart) * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
+  const Eigen::Vector2d radii = (kQuantile * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
   Points outline = middle.replicate(1, kCorners + 1);
   for (int i = 0; i <= kCorners; ++i) {
     const double angle = 2 * std::numbers::pi * i / kCorners;
@@ -40,57 +40,32 @@ Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance,
   return outline;
 }
 
-std::vector<Points> ellipses(const EnsemblePicture& picture, const View& view) {
-  return draw::ellipses(picture, view.row_x, view.row_y);
-}
-
-std::vector<View> views_of(const EnsemblePicture& picture) {
-  if (picture.start.dimension() == 3) return coordinate_planes(std::vector<Interval>(3, Interval{0, 1}));
-  return {{.box = {}, .x = {0, 1}, .y = {0, 1}, .y_down = picture.start.y_down}};
-}
-
 /// The ranges of the start, the mean paths and the ellipses, with a margin.
 std::vector<Interval> data_ranges(const EnsemblePicture& picture) {
-  std::vector<Points> outlines;
-  for (const View& view : views_of(picture))
-    for (Points& outline : ellipses(picture, view)) outlines.push_back(std::move(outline));
   std::vector<const Points*> sets = {&picture.start.points};
   for (const Points& points : picture.mean) sets.push_back(&points);
-  for (const Points& outline : outlines) sets.push_back(&outline);
-  std::vector<Interval> ranges;
-  for (int row = 0; row < picture.start.dimension(); ++row) ranges.push_back(range_of(sets, row));
-  return with_margins(std::move(ranges), 0.15);
-}
-
-bool is_in(const Box& box, const Eigen::Vector2d& place) {
-  return place.x() >= box.left && place.x() <= box.left + box.width && place.y() >= box.bottom &&
-         place.y() <= box.bottom + box.height;
-}
-
-/// The parts of a line 2×M whose vertices are in the box.
-void append_parts_in(const Box& box, const Points& line, std::vector<Points>& parts) {
-  for (Eigen::Index first = 0; first < line.cols(); ++first) {
-    Eigen::Index end = first;
-    while (end < line.cols() && is_in(box, line.col(end))) ++end;
-    if (end - first > 1) parts.emplace_back(line.middleCols(first, end - first));
-    first = end;
+  Points low = picture.mean.back(), high = low;  // of the ellipses
+  for (Eigen::Index a = 0; a < low.cols(); ++a) {
+    const auto variances = picture.covariances[static_cast<std::size_t>(a)].diagonal().array().max(0);
+    low.col(a).array() -= (kQuantile * variances).sqrt();
+    high.col(a).array() += (kQuantile * variances).sqrt();
   }
+  sets.insert(sets.end(), {&low, &high});
+  return ranges_of(sets, picture.start.dimension(), 0.15);
 }
 
 void draw_fan(Canvas& canvas, const View& view, const EnsemblePicture& picture, std::size_t vertices) {
   std::vector<Points> lines;
   for (const std::vector<Points>& path : picture.paths)
-    for (Eigen::Index a = 0; a < picture.start.points.cols(); ++a) {
-      Points line(picture.start.points.rows(), static_cast<Eigen::Index>(path.size()));
-      for (std::size_t k = 0; k < path.size(); ++k) line.col(static_cast<Eigen::Index>(k)) = path[k].col(a);
-      append_parts_in(view.box, view.pixels(line), lines);
-    }
+    for (Eigen::Index a = 0; a < picture.start.points.cols(); ++a) lines.push_back(view.pixels(path_of(path, a)));
   simplify_lines(lines, vertices);
-  canvas.lines(lines, {faded(colour::kSource, kFanFade), 1.2});
+  canvas.look_through(view.box);
+  canvas.lines(std::move(lines), {faded(colour::kSource, kFanFade), 1.2});
+  canvas.look_through({});
 }
 
 void draw_ellipses(Canvas& canvas, const View& view, const EnsemblePicture& picture) {
-  const std::vector<Points> outlines = view.pixels(ellipses(picture, view));
+  const std::vector<Points> outlines = view.pixels(ellipses(picture, view.row_x, view.row_y));
   const bool are_few = outlines.size() <= kFewEllipses;  // many would darken one another
   if (are_few)
     for (const Points& outline : outlines) canvas.areas({outline}, faded(colour::kTarget, kEllipseFade));
@@ -101,13 +76,10 @@ void draw_ellipses(Canvas& canvas, const View& view, const EnsemblePicture& pict
 /// A dot of the mean that an ellipse, of the median radius, surrounds in sight. In pixels.
 double largest_dot(const EnsemblePicture& picture, const View& view) {
   constexpr double kOfRadius = 0.5, kLeast = 2;
-  const double quantile = -2 * std::log(1 - kEllipsePart);
   std::vector<double> radii;
   for (const Eigen::MatrixXd& covariance : picture.covariances)
-    radii.push_back(std::sqrt(quantile * covariance.trace() / static_cast<double>(covariance.rows())));
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return std::max(kLeast, kOfRadius * *middle * scale_of(view));
+    radii.push_back(std::sqrt(kQuantile * covariance.trace() / static_cast<double>(covariance.rows())));
+  return std::max(kLeast, kOfRadius * median(std::move(radii)) * scale_of(view));
 }
 
 Canvas compose(const EnsemblePicture& picture) {
@@ -132,13 +104,13 @@ Canvas compose(const EnsemblePicture& picture) {
   }
   std::vector<LegendEntry> legend =
       legend_of_shape(figure, colour::kResult, fmt::format("mean at t = {:.4g}", picture.times.back()));
-  legend.push_back({Sample::kRing, colour::kTarget, fmt::format("ellipse of {:.0f} %", 100 * kEllipsePart), ""});
+  legend.push_back(ring_entry(fmt::format("ellipse of {:.0f} %", 100 * kEllipsePart), colour::kTarget));
   if (!picture.paths.empty())
-    legend.push_back({Sample::kLine, faded(colour::kSource, kFanFade / 2),
-                      fmt::format("{} sample paths", picture.paths.size()), ""});
-  if (!in_plane) legend.push_back({Sample::kArrow, colour::kMomentum, "displacement of the mean", ""});
+    legend.push_back(
+        line_entry(fmt::format("{} sample paths", picture.paths.size()), faded(colour::kSource, kFanFade / 2)));
+  if (!in_plane) legend.push_back(arrow_entry("displacement of the mean", colour::kMomentum));
   legend.push_back(legend_of_time(picture.times));
-  legend.back().text = "mean " + legend.back().text;
+  legend.back().text_before = "mean " + legend.back().text_before;
   draw_legend(canvas, legend);
   return std::move(plan.canvas);
 }

@@ -31,8 +31,8 @@ std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_
 /// as a PNG 1200 to 1600 pixels wide and an SVG of the same layout. d = 3: the projections xy, xz and yz. Lengths keep
 /// one scale on all axes; in the plane y points down where `start.y_down` says so.
 ///
-/// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, where a folder does
-/// not exist and where gnuplot is missing or fails; neither file is then written. Safe to call from several threads.
+/// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, and where a
+/// folder does not exist; no file is then written. Safe to call from several threads.
 void write_ensemble_picture(const EnsemblePicture& picture, const PictureFiles& files);
 
 }  // namespace pulson::draw

@@ -23,8 +23,8 @@ constexpr double kMarkWidth = 26;
 constexpr double kPanelNumberSize = 16;
 constexpr double kRingStroke = 1.8;
 const Stroke kHalo{faded(colour::kPaper, 0.25), 3.6};  // around rings and paths, so that they are seen on dark images
-const Stroke kImageGridStroke{"#7A0096FF", 1};
-const Colour kPathColour = "#30D4621A";
+const Stroke kImageGridStroke{{"#0096FF", 0.52}, 1};
+constexpr Colour kPathColour{kLightPalette.target, 0.81};
 
 /// How panels are arranged: columns, and the height of a row of images.
 struct Rows {
@@ -72,31 +72,11 @@ View view_of(const ImagePanel& panel, const Box& box) {
   return {.box = box, .x = {-0.5, panel.width - 0.5}, .y = {-0.5, panel.height - 0.5}, .y_down = true};
 }
 
-/// Parts of the lines that are on the image.
-std::vector<Points> on_image(const ImagePanel& panel, const std::vector<Points>& lines) {
-  std::vector<Points> parts;
-  for (const Points& line : lines)
-    for (Eigen::Index first = 0; first < line.cols(); ++first) {
-      const auto is_on = [&](Eigen::Index i) {
-        return line(0, i) >= -0.5 && line(1, i) >= -0.5 && line(0, i) <= panel.width - 0.5 &&
-               line(1, i) <= panel.height - 0.5;
-      };
-      Eigen::Index end = first;
-      while (end < line.cols() && is_on(end)) ++end;
-      if (end - first > 1) parts.emplace_back(line.middleCols(first, end - first));
-      first = std::max(first, end);
-    }
-  return parts;
-}
-
 std::vector<Points> lines_of_paths(const ImagePanel& panel) {
   std::vector<Points> lines;
-  for (Eigen::Index a = 0; !panel.paths.empty() && a < panel.paths.front().cols(); ++a) {
-    Points line(2, static_cast<Eigen::Index>(panel.paths.size()));
-    for (std::size_t k = 0; k < panel.paths.size(); ++k) line.col(static_cast<Eigen::Index>(k)) = panel.paths[k].col(a);
-    lines.push_back(std::move(line));
-  }
-  return on_image(panel, lines);
+  for (Eigen::Index a = 0; !panel.paths.empty() && a < panel.paths.front().cols(); ++a)
+    lines.push_back(path_of(panel.paths, a));
+  return lines;
 }
 
 /// Columns of the landmarks that are on the image.
@@ -133,7 +113,7 @@ void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
   const double marked = bar.mark.empty() ? 0 : kMarkWidth + 12 + text_width(bar.mark_label, kBarText) + 2 * kGap;
   const double length = std::min(kLongestBar, panel.width - marked - 30), top = panel.bottom - 12;
   const auto area = [&](double from, double to) {
-    return (Points(2, 4) << from, to, to, from, top, top, top - kScaleHeight, top - kScaleHeight).finished();
+    return border_of({from, top - kScaleHeight, to - from, kScaleHeight});
   };
   const double left = panel.left + 14, piece = length / static_cast<double>(bar.colours.size());
   for (std::size_t i = 0; i < bar.colours.size(); ++i) {  // each reaches below the next, so that no seam is seen
@@ -151,12 +131,14 @@ void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
 void draw_panel(Canvas& canvas, const Box& box, const ImagePanel& panel) {
   const View view = view_of(panel, box);
   if (!panel.pixels.empty()) canvas.raster(panel.pixels, box);
-  canvas.lines(view.pixels(on_image(panel, panel.grid)), kImageGridStroke);
+  canvas.look_through(box);
+  canvas.lines(view.pixels(panel.grid), kImageGridStroke);
   const std::vector<Points> paths = view.pixels(lines_of_paths(panel));
   constexpr std::size_t kFewPaths = 20;  // many thick ones would hide the image
   const double width = paths.size() > kFewPaths ? 1.1 : kRingStroke;
   if (paths.size() <= kFewPaths) canvas.lines(paths, {kHalo.colour, width + 1.6});
   canvas.lines(paths, {kPathColour, width});
+  canvas.look_through({});
   draw_rings(canvas, view, panel);
   draw_frame(canvas, view, panel.heading, {}, {});
   for (const ColourBar& bar : panel.bars) draw_bar(canvas, box, bar);
@@ -169,17 +151,21 @@ std::vector<LegendEntry> legend_of(const ImagePicture& picture) {
     return panel.landmarks.cols() > 0 && panel.is_target == of_target;
   };
   if (any([&](const ImagePanel& panel) { return has_rings(panel, false); }))
-    legend.push_back({Sample::kRing, colour::kSource, "landmarks", ""});
+    legend.push_back(ring_entry("landmarks", colour::kSource));
   if (any([](const ImagePanel& panel) { return !panel.paths.empty(); }))
-    legend.push_back({Sample::kLine, kPathColour, "their paths", ""});
+    legend.push_back(line_entry("their paths", kPathColour));
   if (any([&](const ImagePanel& panel) { return has_rings(panel, true); }))
-    legend.push_back({Sample::kRing, colour::kTarget, "landmarks of the target", ""});
+    legend.push_back(ring_entry("landmarks of the target", colour::kTarget));
   if (any([](const ImagePanel& panel) { return !panel.grid.empty(); }))
-    legend.push_back({Sample::kLine, kImageGridStroke.colour, "grid of the image", ""});
+    legend.push_back(line_entry("grid of the image", kImageGridStroke.colour));
   return legend;
 }
 
 Canvas compose(const ImagePicture& picture) {
+  if (picture.panels.empty()) throw InputError("a picture of images needs one or more");
+  for (const ImagePanel& panel : picture.panels)
+    if (panel.width < 1 || panel.height < 1)
+      throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
   const Titles titles{picture.title, picture.subtitle};
   const Rows rows = arranged(picture);
   const std::vector<LegendEntry> legend = legend_of(picture);
@@ -204,12 +190,11 @@ Canvas compose(const ImagePicture& picture) {
 }
 
 }  // namespace
-void write_image_picture(const ImagePicture& picture, const PictureFiles& files) {
-  if (picture.panels.empty()) throw InputError("a picture of images needs one or more");
-  for (const ImagePanel& panel : picture.panels)
-    if (panel.width < 1 || panel.height < 1)
-      throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
-  compose(picture).write(files);
+
+void write_image_picture(const ImagePicture& picture, const PictureFiles& files) { compose(picture).write(files); }
+
+std::string image_picture_png(const ImagePicture& picture, const PictureFiles& look) {
+  return compose(picture).png(look.width, look.dpi);
 }
 
 }  // namespace pulson::draw

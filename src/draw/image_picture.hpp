@@ -42,8 +42,10 @@ struct ImagePicture {
 /// Draws the images with headings, in as many columns as make them largest, at most 1600 pixels wide; landmarks are
 /// open rings, so that the image is seen within them, and a legend says what lies on the images.
 ///
-/// @throws InputError where there is no panel, a panel has no pixels, a folder does not exist, and
-/// where gnuplot is missing or fails
+/// @throws InputError where there is no panel, a panel has no pixels, and where a folder does not exist
 void write_image_picture(const ImagePicture& picture, const PictureFiles& files);
+
+/// The same as the bytes of a png; of `look` the width and the resolution. @throws as write_image_picture
+std::string image_picture_png(const ImagePicture& picture, const PictureFiles& look);
 
 }  // namespace pulson::draw

@@ -23,12 +23,6 @@ constexpr double kSharpTurn = 60;   // degrees
 constexpr double kMostSharp = 6;    // of so many turns, one may be sharp
 constexpr double kDenseGap = 7;     // pixels between neighbours, below which marks would run into one another
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::vector<double> gaps_of(const Points& points) {
   std::vector<double> gaps(static_cast<std::size_t>(points.cols() - 1));
   for (Eigen::Index i = 0; i + 1 < points.cols(); ++i) gaps[i] = (points.col(i + 1) - points.col(i)).norm();
@@ -152,6 +146,7 @@ constexpr std::size_t kMostVertices = 3000;
 constexpr double kDenseOutline = 2.2;
 constexpr double kNumberSize = 15;
 constexpr Eigen::Index kMostNumbers = 60;
+constexpr std::size_t kMostGroups = 2 * kGroupColours;  // in the legend
 
 const std::vector<Colour>& palette() {
   static const std::vector<Colour> kColours(kLightPalette.groups.begin(), kLightPalette.groups.end());
@@ -288,95 +283,13 @@ std::vector<Colour> colours_by_position(const Points& source) {
   return colours;
 }
 
-namespace {
-
-constexpr double kLeastEntryGap = 22;
-constexpr double kLegendRow = 34;
-constexpr std::size_t kMostGroups = 2 * kGroupColours;
-constexpr double kBarLength = 190;
-constexpr double kBarHeight = 12;
-
-Points point(double x, double y) { return (Points(2, 1) << x, y).finished(); }
-
-Points horizontal(double from, double to, double y) { return (Points(2, 2) << from, to, y, y).finished(); }
-
-void draw_colour_bar(Canvas& canvas, double left, double y) {
-  // Round ends reach out by r. Each piece covers the end of the one before it, so no seams show.
-  constexpr double r = kBarHeight / 2, kPiece = (kBarLength - 2 * r) / kTimeColours;
-  for (int i = 0; i < kTimeColours; ++i) {
-    const double from = left + r + kPiece * i;
-    canvas.lines({horizontal(from, from + kPiece, y)}, {time_colour((i + 0.5) / kTimeColours), kBarHeight});
-  }
-}
-
-double sample_width(Sample sample) {
-  return sample == Sample::kColourBar ? kBarLength : sample == Sample::kDot || sample == Sample::kRing ? 20 : 36;
-}
-
-double entry_width(const LegendEntry& entry) {
-  double width = sample_width(entry.sample) + kSampleGap + text_width(entry.text, kLegendText);
-  if (!entry.end_text.empty()) width += kSampleGap + text_width(entry.end_text, kLegendText);
-  return width;
-}
-
-void draw_sample(Canvas& canvas, double left, double y, const LegendEntry& entry) {
-  const double width = sample_width(entry.sample);
-  switch (entry.sample) {
-    case Sample::kDot:
-      return draw_marks(canvas, point(left + width / 2, y), 6.5, {entry.colour, entry.place});
-    case Sample::kRing:
-      return canvas.rings(point(left + width / 2, y), 8.5, {entry.colour, 2.2});
-    case Sample::kLine:
-      return canvas.lines({horizontal(left, left + width, y)}, {entry.colour, 2.4});
-    case Sample::kArrow:
-      return canvas.arrows(point(left, y), point(left + width, y), {entry.colour, 2});
-    case Sample::kColourBar:
-      return draw_colour_bar(canvas, left, y);
-  }
-}
-
-/// @param room for the entry; its text is made smaller where it needs more
-void draw_entry(Canvas& canvas, double left, double y, const LegendEntry& entry, double room) {
-  const double sample = sample_width(entry.sample);
-  if (entry.sample == Sample::kColourBar) {
-    const double sample_left = left + text_width(entry.text, kLegendText) + kSampleGap;
-    canvas.text(left, y, entry.text, kLegendText, colour::kText);
-    draw_sample(canvas, sample_left, y, entry);
-    canvas.text(sample_left + sample + kSampleGap, y, entry.end_text, kLegendText, colour::kText);
-  } else {
-    draw_sample(canvas, left, y, entry);
-    canvas.text(left + sample + kSampleGap, y, entry.text, kLegendText, colour::kText, Align::kLeft,
-                room - sample - kSampleGap);
-  }
-}
-
-/// The entries in rows: as many in each as fit at the least distance.
-std::vector<std::vector<LegendEntry>> legend_rows(const std::vector<LegendEntry>& entries, double room) {
-  std::vector<std::vector<LegendEntry>> rows;
-  double used = 0;
-  for (const LegendEntry& entry : entries) {
-    const double width = entry_width(entry);
-    if (rows.empty() || used + kLeastEntryGap + width > room) {
-      rows.push_back({entry});
-      used = width;
-    } else {
-      rows.back().push_back(entry);
-      used += kLeastEntryGap + width;
-    }
-  }
-  return rows;
-}
-
-}  // namespace
-
 std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& colour, const std::string& text) {
-  if (figure.names.empty()) return {{figure.marked.empty() ? Sample::kLine : Sample::kDot, colour, text, ""}};
+  if (figure.names.empty()) return {figure.marked.empty() ? line_entry(text, colour) : dot_entry(text, {colour})};
   std::vector<LegendEntry> entries;
   for (std::size_t group = 0; group < std::min(figure.names.size(), kMostGroups); ++group) {
     const std::string& name = figure.names[group];
     const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
-    const SeriesLook look = group_look(group);
-    entries.push_back({Sample::kDot, look.colour, is_number ? "group " + name : name, "", look.place});
+    entries.push_back(dot_entry(is_number ? "group " + name : name, group_look(group)));
   }
   if (figure.names.size() > kMostGroups)
     entries.back().text += fmt::format(", {} more", figure.names.size() - kMostGroups);
@@ -384,26 +297,7 @@ std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& col
 }
 
 LegendEntry legend_of_time(const std::vector<double>& times) {
-  return {Sample::kColourBar, "", fmt::format("path, t = {:.4g}", times.front()), fmt::format("{:.4g}", times.back())};
-}
-
-void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries) {
-  const double room = canvas.width() - 2 * kEdge;
-  const std::vector<std::vector<LegendEntry>> rows = legend_rows(entries, room);
-  double y = kLegendHeight;
-  for (const std::vector<LegendEntry>& row : rows) {
-    double widths = 0;
-    for (const LegendEntry& entry : row) widths += entry_width(entry);
-    const auto gaps = static_cast<double>(row.size() - 1);
-    const double gap = std::clamp((room - widths) / std::max(gaps, 1.0), kLeastEntryGap, kEntryGap);
-    double left = std::max(kEdge, (canvas.width() - widths - gap * gaps) / 2);
-    for (const LegendEntry& entry : row) {
-      draw_entry(canvas, left, y, entry, canvas.width() - kEdge - left);
-      left += entry_width(entry) + gap;
-    }
-    y -= kLegendRow;
-  }
-  if (rows.size() > 1) canvas.extend_below(kLegendRow * static_cast<double>(rows.size() - 1));
+  return bar_entry(fmt::format("path, t = {:.4g}", times.front()), fmt::format("{:.4g}", times.back()));
 }
 
 }  // namespace pulson::draw

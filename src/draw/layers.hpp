@@ -6,6 +6,7 @@
 
 #include "canvas.hpp"
 #include "layout.hpp"
+#include "legend.hpp"
 #include "marks.hpp"
 #include "pulson/core/landmarks.hpp"
 
@@ -77,8 +78,6 @@ TextPlace freest_place(const Eigen::Vector2d& mark, double width, double height,
 /// The target, at `pixels` (2×N): a ring at each marked landmark, and faint outlines below them.
 void draw_target(Canvas& canvas, const Points& pixels, const Figure& figure, const Marks& marks);
 
-inline constexpr int kTimeColours = 48;
-
 /// Paths d×N at each time.
 struct Paths {
   const std::vector<Points>& trajectory;
@@ -105,28 +104,8 @@ SeriesLook group_look(std::size_t group);
 /// their position at the start.
 std::vector<Colour> colours_by_position(const Points& source);
 
-inline constexpr double kLegendText = 20;
-inline constexpr double kEntryGap = 48;      // between entries
-inline constexpr double kLegendHeight = 30;  // above the bottom edge
-inline constexpr double kSampleGap = 11;     // between a sample and its text
-
-enum class Sample { kDot, kRing, kLine, kArrow, kColourBar };
-
-/// One entry of the legend: a sample and what it means. A colour bar stands between its two texts, which are the ends.
-struct LegendEntry {
-  Sample sample;
-  Colour colour;
-  std::string text;
-  std::string end_text;
-  std::size_t place = 0;  // of a dot, among the shapes of marks
-};
-
 /// The groups where the figure has several, else the shape: a dot, or a line where no landmark is marked.
 std::vector<LegendEntry> legend_of_shape(const Figure& figure, const Colour& colour, const std::string& text);
 LegendEntry legend_of_time(const std::vector<double>& times);
-
-/// The entries around the middle of the canvas, above its bottom edge, in as many rows as they need: the canvas grows
-/// below its first row.
-void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& entries);
 
 }  // namespace pulson::draw

@@ -38,6 +38,38 @@ Interval range_of(const std::vector<const Points*>& sets, int row) {
   return range;
 }
 
+std::vector<Interval> ranges_of(const std::vector<const Points*>& sets, int coordinates, double flattest) {
+  std::vector<Interval> ranges;
+  for (int row = 0; row < coordinates; ++row) ranges.push_back(range_of(sets, row));
+  return with_margins(std::move(ranges), flattest);
+}
+
+Points complete(const Points& points) {
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index a = 0; a < points.cols(); ++a)
+    if (points.col(a).allFinite()) kept.push_back(a);
+  return points(Eigen::all, kept);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Points path_of(const std::vector<Points>& trajectory, Eigen::Index landmark) {
+  Points path(trajectory.front().rows(), static_cast<Eigen::Index>(trajectory.size()));
+  for (Eigen::Index k = 0; k < path.cols(); ++k) path.col(k) = trajectory[static_cast<std::size_t>(k)].col(landmark);
+  return path;
+}
+
+Points border_of(const Box& box) {
+  Points border(2, 5);
+  border << box.left, box.right(), box.right(), box.left, box.left,  //
+      box.bottom, box.bottom, box.top(), box.top(), box.bottom;
+  return border;
+}
+
 double number_width(const std::string& text) { return text_width(text, kTicText); }
 
 Tics make_tics(const Interval& range, double pixels, double distance) {
@@ -81,13 +113,6 @@ std::vector<Points> View::pixels(const std::vector<Points>& data) const {
   return result;
 }
 
-std::vector<View> coordinate_planes(const std::vector<Interval>& ranges) {
-  std::vector<View> views;
-  for (const auto& [row_x, row_y] : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 2)})
-    views.push_back({{}, ranges[row_x], ranges[row_y], row_x, row_y});
-  return views;
-}
-
 std::string axis_names(const View& view) {
   constexpr std::string_view kNames = "xyz";
   return fmt::format("{} →   {} ↑", kNames[view.row_x], kNames[view.row_y]);
@@ -103,29 +128,22 @@ std::string power_of_ten(int exponent, bool negative) {
 }
 
 void draw_heading(Canvas& canvas, const Box& box, const std::string& heading, double height) {
-  canvas.text(box.left, box.bottom + box.height + height, heading, 22, colour::kTitle, Align::kLeft, box.width);
+  canvas.text(box.left, box.top() + height, heading, 22, colour::kTitle, Align::kLeft, box.width);
 }
 
 void draw_frame(Canvas& canvas, const View& view, const std::string& heading, const Tics& x_tics, const Tics& y_tics) {
   const Box& box = view.box;
-  const double right = box.left + box.width, top = box.bottom + box.height;
-  Points frame(2, 5);
-  frame << box.left, right, right, box.left, box.left, box.bottom, box.bottom, top, top, box.bottom;
-  std::vector<Points> lines{frame};
-  const auto add_tic = [&](double x, double y, double dx, double dy) {
-    lines.push_back((Points(2, 2) << x, x + dx, y, y + dy).finished());
-  };
-
+  std::vector<Points> lines{border_of(box)};
   for (std::size_t i = 0; i < x_tics.values.size(); ++i) {
     const double x = box.left + (x_tics.values[i] - view.x.low) / view.x.span() * box.width;
-    add_tic(x, box.bottom, 0, -kTicLength);
+    lines.push_back(line(x, box.bottom, x, box.bottom - kTicLength));
     const double half = number_width(x_tics.texts[i]) / 2;
     canvas.text(std::min(x, canvas.width() - half), box.bottom - kTicLength - 14, x_tics.texts[i], kTicText,
                 colour::kTicText, Align::kCentre);
   }
   for (std::size_t i = 0; i < y_tics.values.size(); ++i) {
     const double y = view.height_of(y_tics.values[i]);
-    add_tic(box.left, y, -kTicLength, 0);
+    lines.push_back(line(box.left, y, box.left - kTicLength, y));
     canvas.text(box.left - kTicLength - 7, y, y_tics.texts[i], kTicText, colour::kTicText, Align::kRight);
   }
   canvas.lines(lines, {colour::kFrame, 1.4});

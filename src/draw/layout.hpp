@@ -24,6 +24,27 @@ struct Interval {
 /// The values of one coordinate that all of these points take; never empty.
 Interval range_of(const std::vector<const Points*>& sets, int row);
 
+/// The ranges of the first coordinates, so many, as with_margins widens them.
+std::vector<Interval> ranges_of(const std::vector<const Points*>& sets, int coordinates, double flattest);
+
+/// Those that miss no coordinate.
+Points complete(const Points& points);
+
+/// The lower of the middle values where their number is even. @param values one or more
+double median(std::vector<double> values);
+
+/// Where one landmark is at each time, d×K.
+Points path_of(const std::vector<Points>& trajectory, Eigen::Index landmark);
+
+/// The border of a box, closed.
+Points border_of(const Box& box);
+
+/// A straight line, and one point.
+inline Points line(double x, double y, double to_x, double to_y) {
+  return (Points(2, 2) << x, to_x, y, to_y).finished();
+}
+inline Points point(double x, double y) { return (Points(2, 1) << x, y).finished(); }
+
 /// Places within an interval that an axis marks, and the text beside each.
 struct Tics {
   std::vector<double> values;
@@ -54,9 +75,6 @@ struct View {
   /// Height of a coordinate y.
   double height_of(double coordinate) const;
 };
-
-/// Views of the ranges of x, y and z: the planes xy, xz and yz.
-std::vector<View> coordinate_planes(const std::vector<Interval>& ranges);
 
 /// What a view shows: "x →   z ↑".
 std::string axis_names(const View& view);

@@ -9,21 +9,13 @@ namespace pulson::draw {
 namespace {
 
 constexpr double kPanelGap = 110;  // with the numbers of the right panel
-const Stroke kCurve{"#40868E99", 1.8};
+const Stroke kCurve{{"#868E99", 0.75}, 1.8};
 
 /// Rows x and y.
 Points pairs(const Points& x, const Points& y) {
   Points points(2, x.cols());
   points << x.row(0), y.row(0);
   return points;
-}
-
-/// Those without a missing coordinate.
-Points known(const Points& points) {
-  std::vector<Eigen::Index> columns;
-  for (Eigen::Index i = 0; i < points.cols(); ++i)
-    if (!points.col(i).hasNaN()) columns.push_back(i);
-  return points(Eigen::all, columns);
 }
 
 /// Where points between the landmarks start and end, and the landmarks themselves, from the lowest start on.
@@ -61,19 +53,12 @@ void draw_panel(Canvas& canvas, View view, const std::string& heading, const Pan
   view.x = ranges[0];
   view.y = with_margins({range_of(sets, 1)}, 0)[0];
   draw_frame(canvas, view, heading, true);
-  const auto within = [&](const Points& line) {  // the panel cuts them off
-    std::vector<Eigen::Index> inside;
-    for (Eigen::Index i = 0; i < line.cols(); ++i)
-      if (line(0, i) >= view.x.low && line(0, i) <= view.x.high && line(1, i) >= view.y.low &&
-          line(1, i) <= view.y.high)
-        inside.push_back(i);
-    return Points(line(Eigen::all, inside));
-  };
-  Points reference(2, 200);
-  reference.row(0) = Eigen::RowVectorXd::LinSpaced(200, view.x.low, view.x.high);
-  reference.row(1) = panel.reference(0, 0) * reference.row(0).array() + panel.reference(1, 0);
-  canvas.lines({view.pixels(within(reference))}, {colour::kReference, 1.2});
-  if (panel.curve.cols() > 1) canvas.lines({view.pixels(within(panel.curve))}, kCurve);
+  const auto reference = [&](double x) { return panel.reference(0, 0) * x + panel.reference(1, 0); };
+  canvas.look_through(view.box);
+  canvas.lines({view.pixels(line(view.x.low, reference(view.x.low), view.x.high, reference(view.x.high)))},
+               {colour::kReference, 1.2});
+  canvas.lines({view.pixels(panel.curve)}, kCurve);
+  canvas.look_through({});
   const Marks marks(figure);
   canvas.rings(view.pixels(panel.target), std::max(marks.ring, 3.4), {colour::kTarget, std::max(marks.stroke, 1.2)});
   canvas.dots(view.pixels(panel.result), std::max(marks.dot, 2.0), colour::kResult);
@@ -84,7 +69,7 @@ void draw_panel(Canvas& canvas, View view, const std::string& heading, const Pan
 void draw_map_panels(Canvas& canvas, const Box& box, const RegistrationPicture& picture, const Figure& figure) {
   const Points& source = picture.source.points;
   const bool corresponds = picture.corresponds;
-  const Points target = corresponds ? known(pairs(source, picture.target.points)) : Points(2, 0);
+  const Points target = corresponds ? complete(pairs(source, picture.target.points)) : Points(2, 0);
   const Points result = pairs(source, picture.result), curve = material(picture);
   Box left = box, right = box;
   left.width = right.width = (box.width - kPanelGap) / 2;

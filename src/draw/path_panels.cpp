@@ -261,13 +261,13 @@ std::vector<LegendEntry> legend_of_landmarks(const PathPicture& picture) {
   const auto n = static_cast<std::size_t>(picture.start.count());
   if (n > kMostNamed) {
     const Interval q = range_of({&picture.start.points}, 0);
-    return {{Sample::kColourBar, "", fmt::format("landmarks in their order at the start, q = {:.4g}", q.low),
-             fmt::format("{:.4g}", q.high)}};
+    return {bar_entry(fmt::format("landmarks in their order at the start, q = {:.4g}", q.low),
+                      fmt::format("{:.4g}", q.high))};
   }
   const std::vector<Colour> colours = landmark_colours(picture);
   const std::vector<std::string> names = names_of(picture.start);
   std::vector<LegendEntry> entries;
-  for (std::size_t a = 0; a < n; ++a) entries.push_back({Sample::kLine, colours[a], names[a], ""});
+  for (std::size_t a = 0; a < n; ++a) entries.push_back(line_entry(names[a], colours[a]));
   return entries;
 }
 

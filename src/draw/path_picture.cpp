@@ -35,9 +35,7 @@ std::vector<Interval> data_ranges(const PathPicture& picture, const Ends& ends, 
   std::vector<const Points*> sets{&picture.start.points, &more};
   for (const Points& points : picture.positions.front()) sets.push_back(&points);
   for (const std::size_t m : ends.others) sets.push_back(&picture.positions[m].back());
-  std::vector<Interval> ranges;
-  for (int row = 0; row < picture.start.dimension(); ++row) ranges.push_back(range_of(sets, row));
-  return with_margins(std::move(ranges), flattest);
+  return ranges_of(sets, picture.start.dimension(), flattest);
 }
 
 double longest_momentum(const PathPicture& picture) {
@@ -164,7 +162,8 @@ std::vector<LegendEntry> legend_of(const PathPicture& picture, const Ends& ends,
     const std::string what = fmt::format("other {}{}", has_few_landmarks(picture) ? "path" : "end", all > 1 ? "s" : "");
     std::string text = some_of(ends.others.size() + ends.outside, all, what);
     if (ends.outside > 0) text += fmt::format(", {} of them far outside", ends.outside);
-    legend.push_back({figure.outlines.empty() ? Sample::kDot : Sample::kLine, faded(colour::kResult, 0.6), text, ""});
+    const Colour faint = faded(colour::kResult, 0.6);
+    legend.push_back(figure.outlines.empty() ? dot_entry(text, {faint}) : line_entry(text, faint));
   }
   legend.push_back(legend_of_time(picture.times));
   return legend;
@@ -225,7 +224,7 @@ Canvas compose_paths_in_plane(const PathPicture& picture) {
   std::vector<LegendEntry> legend = legend_of(picture, ends, figure);
   if (tips.cols() > 0)
     legend.push_back(
-        {Sample::kArrow, colour::kMomentum, fmt::format("momentum, longest {:.3g}", longest_momentum(picture)), ""});
+        arrow_entry(fmt::format("momentum, longest {:.3g}", longest_momentum(picture)), colour::kMomentum));
   draw_legend(canvas, legend);
   return std::move(canvas);
 }
@@ -245,7 +244,7 @@ Canvas compose_paths_in_space(const PathPicture& picture) {
     draw_first_path(plan.canvas, view, picture, figure, kPanelPathVertices / plan.views.size());
   }
   std::vector<LegendEntry> legend = legend_of(picture, ends, figure);
-  legend.push_back({Sample::kArrow, colour::kMomentum, "displacement of path 1", ""});
+  legend.push_back(arrow_entry("displacement of path 1", colour::kMomentum));
   draw_legend(plan.canvas, legend);
   return std::move(plan.canvas);
 }

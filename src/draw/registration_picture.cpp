@@ -20,13 +20,6 @@ constexpr std::size_t kPathVertices = 250000;
 
 Titles titles_of(const RegistrationPicture& picture) { return {picture.title, picture.subtitle}; }
 
-std::vector<const Points*> addresses(const std::vector<const std::vector<Points>*>& lists) {
-  std::vector<const Points*> result;
-  for (const auto* list : lists)
-    for (const Points& points : *list) result.push_back(&points);
-  return result;
-}
-
 /// The corners of the box around source and target, without points that have a missing coordinate.
 Points corners_of_shapes(const RegistrationPicture& picture) {
   const Points& source = picture.source.points;
@@ -70,24 +63,21 @@ void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImag
   corners << image->low, image->high;
   const Points pixels = view.pixels(corners);
   const Eigen::Vector2d low = pixels.rowwise().minCoeff(), high = pixels.rowwise().maxCoeff();
-  canvas.raster(image->pixels, {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()});
-  Points veil(2, 4);
-  veil << low.x(), high.x(), high.x(), low.x(), low.y(), low.y(), high.y(), high.y();
-  canvas.areas({veil}, faded(colour::kPaper, 1 - kPaleness));
+  const Box box{low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+  canvas.raster(image->pixels, box);
+  canvas.areas({border_of(box)}, faded(colour::kPaper, 1 - kPaleness));
 }
 
 /// The ranges of all coordinates with a margin; none is less than `flattest` of the widest.
 std::vector<Interval> data_ranges(const RegistrationPicture& picture, double flattest) {
   const Points corners = corners_of_shapes(picture);
-  std::vector<const Points*> sets = addresses({&picture.trajectory, &picture.grid_before, &picture.grid_after});
-  sets.insert(sets.end(), {&corners, &picture.result, &picture.surface_before, &picture.surface_after});
-  std::vector<Interval> ranges;
-  const std::vector<const Points*> paths = addresses({&picture.grid_paths});
-  for (int row = 0; row < picture.source.dimension(); ++row) {
-    ranges.push_back(range_of(sets, row));
-    if (!paths.empty()) ranges.back() = ranges.back().joined(range_of(paths, 1));
-  }
-  return with_margins(std::move(ranges), flattest);
+  std::vector<const Points*> sets{&corners, &picture.result, &picture.surface_before, &picture.surface_after};
+  for (const auto* list : {&picture.trajectory, &picture.grid_before, &picture.grid_after})
+    for (const Points& points : *list) sets.push_back(&points);
+  std::vector<Points> positions;  // of material points on a line, over time
+  for (const Points& path : picture.grid_paths) positions.emplace_back(path.row(1));
+  for (const Points& position : positions) sets.push_back(&position);
+  return ranges_of(sets, picture.source.dimension(), flattest);
 }
 
 /// Paths, target and result on top of one another, as one panel shows them.
@@ -109,13 +99,12 @@ std::vector<LegendEntry> legend_of_shapes(const Figures& figures) {
   const bool lines = figures.target.marked.empty(), grouped = !figures.target.names.empty();
   std::vector<LegendEntry> entries = legend_of_shape(figures.source, colour::kSource, "source");
   if (!lines || !figures.target.outlines.empty())
-    entries.push_back({lines && !grouped ? Sample::kLine : Sample::kRing, colour::kTarget, "target", ""});
+    entries.push_back(lines && !grouped ? line_entry("target", colour::kTarget)
+                                        : ring_entry("target", colour::kTarget));
   if (figures.source.names.empty())
     entries.push_back(legend_of_shape(figures.source, colour::kResult, "result").front());
   return entries;
 }
-
-LegendEntry legend_of_grid(const std::string& text) { return {Sample::kLine, colour::kGrid, text, ""}; }
 
 Canvas compose_plane(const RegistrationPicture& picture) {
   const std::vector<Interval> ranges = data_ranges(picture, 0.15);
@@ -142,7 +131,7 @@ Canvas compose_plane(const RegistrationPicture& picture) {
   draw_registration(canvas, after, picture, figures);
 
   std::vector<LegendEntry> legend = legend_of_shapes(figures);
-  if (!picture.grid_after.empty()) legend.push_back(legend_of_grid("material grid"));
+  if (!picture.grid_after.empty()) legend.push_back(line_entry("material grid", colour::kGrid));
   legend.push_back(legend_of_time(picture.times));
   draw_legend(canvas, legend);
   return std::move(canvas);
@@ -162,7 +151,7 @@ Canvas compose_space(const RegistrationPicture& picture) {
     draw_registration(plan.canvas, view, picture, figures);
   }
   std::vector<LegendEntry> legend = legend_of_shapes(figures);
-  legend.push_back({Sample::kArrow, colour::kMomentum, "displacement", ""});
+  legend.push_back(arrow_entry("displacement", colour::kMomentum));
   legend.push_back(legend_of_time(picture.times));
   draw_legend(plan.canvas, legend);
   return std::move(plan.canvas);
@@ -206,7 +195,7 @@ Canvas compose_line(const RegistrationPicture& picture) {
   draw_target(canvas, at(end, picture.target.points), figures);
   draw_shape(canvas, at(end, picture.result), figure, colour::kResult);
   std::vector<LegendEntry> legend = legend_of_shapes(figures);
-  if (!picture.grid_paths.empty()) legend.push_back(legend_of_grid("paths of material points"));
+  if (!picture.grid_paths.empty()) legend.push_back(line_entry("paths of material points", colour::kGrid));
   draw_legend(canvas, legend);
   return canvas;
 }

@@ -111,7 +111,7 @@ Canvas compose(const ScorePlot& plot) {
     const Points dots = view.pixels(plot.groups[g].scores);
     draw_marks(canvas, dots, kDot + 1.5, {colour::kPaper, g});
     draw_marks(canvas, dots, kDot, {group_colour(g), g});
-    if (!plot.groups[g].name.empty()) legend.push_back({Sample::kDot, group_colour(g), plot.groups[g].name, "", g});
+    if (!plot.groups[g].name.empty()) legend.push_back(dot_entry(plot.groups[g].name, {group_colour(g), g}));
   }
   draw_labels(canvas, view, plot);
   if (!legend.empty()) draw_legend(canvas, legend);

@@ -20,20 +20,16 @@ constexpr double kFlattest = 0.15;
 
 // The ranges of all coordinates that panels show.
 std::vector<Interval> ranges_of(const ShapePanels& picture) {
-  std::vector<Interval> ranges;
-  for (int row = 0; row < picture.reference.dimension(); ++row) {
-    Interval range = range_of({&picture.reference.points}, row);
-    for (const auto& panels : picture.rows)
-      for (const ShapePanel& panel : panels) {
-        if (panel.shape.size() > 0) range = range.joined(range_of({&panel.shape}, row));
-        for (const Points& line : panel.grid) range = range.joined(range_of({&line}, row));
-        for (const Points& dots : panel.cloud)
-          for (const double value : dots.row(row))
-            if (std::isfinite(value)) range = range.joined({value, value});
-      }
-    ranges.push_back(range);
-  }
-  return with_margins(std::move(ranges), kFlattest);
+  std::vector<Points> clouds;
+  std::vector<const Points*> sets{&picture.reference.points};
+  for (const auto& panels : picture.rows)
+    for (const ShapePanel& panel : panels) {
+      sets.push_back(&panel.shape);
+      for (const Points& line : panel.grid) sets.push_back(&line);
+      for (const Points& dots : panel.cloud) clouds.push_back(complete(dots));
+    }
+  for (const Points& dots : clouds) sets.push_back(&dots);
+  return draw::ranges_of(sets, picture.reference.dimension(), kFlattest);
 }
 
 // The planes that each panel shows: in space those of the longest axis with each of the others.
@@ -46,20 +42,9 @@ std::vector<View> views_of(const ShapePanels& picture) {
           {{}, ranges[axes[0]], ranges[axes[2]], axes[0], axes[2]}};
 }
 
-Points complete(const Points& points) {
-  std::vector<int> kept;
-  for (int a = 0; a < points.cols(); ++a)
-    if (points.col(a).allFinite()) kept.push_back(a);
-  return points(Eigen::all, kept);
-}
-
 void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const ShapePanels& picture,
                 const Figure& figure) {
   const Marks marks(figure);
-  Points frame(2, 5);
-  const Box& box = view.box;
-  const double right = box.left + box.width, top = box.bottom + box.height;
-  frame << box.left, right, right, box.left, box.left, box.bottom, box.bottom, top, top, box.bottom;
   canvas.lines(view.pixels(panel.grid), kPanelGridStroke);
   for (const Points& dots : panel.cloud)
     canvas.dots(view.pixels(complete(dots)), std::min(2.2, marks.dot), faded(colour::kSource, 0.45));
@@ -79,21 +64,18 @@ void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const
     canvas.dots(reference(Eigen::all, figure.marked), 0.8 * dot, colour::kReference);
     draw_shape(canvas, shape, figure, colour::kResult, dot);
   }
-  canvas.lines({frame}, {colour::kFrame, 1.4});
+  draw_frame(canvas, view, "", {}, {});
 }
 
 std::vector<LegendEntry> legend_of(const ShapePanels& picture, const Figure& figure) {
-  const Sample sample = figure.marked.empty() ? Sample::kLine : Sample::kDot;
-  std::vector<LegendEntry> legend;
-  if (!picture.shape_name.empty()) {
-    legend.push_back({sample, colour::kReference, picture.reference_name, ""});
-    legend.push_back({sample, colour::kResult, picture.shape_name, ""});
-    if (!figure.marked.empty()) legend.push_back({Sample::kLine, colour::kMomentum, "displacement", ""});
-  } else {
-    legend.push_back({sample, colour::kResult, picture.reference_name, ""});
-  }
-  if (!picture.cloud_name.empty())
-    legend.push_back({Sample::kDot, faded(colour::kSource, 0.3), picture.cloud_name, ""});
+  const auto entry = [&](const std::string& text, const Colour& colour) {
+    return figure.marked.empty() ? line_entry(text, colour) : dot_entry(text, {colour});
+  };
+  const bool is_alone = picture.shape_name.empty();
+  std::vector<LegendEntry> legend{entry(picture.reference_name, is_alone ? colour::kResult : colour::kReference)};
+  if (!is_alone) legend.push_back(entry(picture.shape_name, colour::kResult));
+  if (!is_alone && !figure.marked.empty()) legend.push_back(line_entry("displacement", colour::kMomentum));
+  if (!picture.cloud_name.empty()) legend.push_back(dot_entry(picture.cloud_name, {faded(colour::kSource, 0.3)}));
   return legend;
 }
 

@@ -27,8 +27,8 @@ struct ShapePanels {
   std::string subtitle;  ///< one line, may be empty
 };
 
-/// @throws InputError on a value that is not finite, except for those of clouds, where a folder does not exist and
-/// where gnuplot is missing or fails; no file is then written
+/// @throws InputError on a value that is not finite, except for those of clouds, and where a file cannot be
+/// written; no file is then written
 void write_shape_panels(const ShapePanels& picture, const PictureFiles& files);
 
 /// A scatter plot of shapes.

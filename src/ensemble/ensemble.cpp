@@ -74,7 +74,8 @@ BlockSums::BlockSums(const EnsembleOptions& options, const PhaseState& start,
 
 void BlockSums::take(std::size_t record, const LaneStates& states) {
   for (std::size_t lane = 0; lane < lanes_; ++lane)
-    clean_[lane] = states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound;
+    clean_[lane] = states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound &&
+                   states.values.row(static_cast<Eigen::Index>(lane)).allFinite();
   sums_.moments[record] = moments_of(states.values, clean_);
   take_momenta(states);
   if (options_.antithetic) take_pairs(record, states);
@@ -146,7 +147,8 @@ void BlockSums::finish(const LaneEnds& ends) {
   std::array<bool, kPathBatch> crossed{};
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
     sums_.largest_momentum = std::max(sums_.largest_momentum, ends.largest_momentum[lane]);
-    if (ends.largest_momentum[lane] > options_.momentum_bound) {
+    const bool within = ends.largest_momentum[lane] <= options_.momentum_bound;
+    if (!within || (ends.reached_end[lane] && !clean_[lane])) {  // or the range of numbers is left
       ++sums_.paths.momentum_bound;
     } else if (!ends.reached_end[lane]) {
       ++sums_.paths.no_root;
@@ -369,7 +371,8 @@ Ensemble::Histograms Ensemble::pilot_histograms() const {
   for (std::int64_t block = 0; block < kMostPilots && block * kBatch < options_.samples; ++block) {
     sampler_->sample(static_cast<std::uint64_t>(block * kBatch), [&](std::size_t record, const LaneStates& states) {
       for (std::size_t lane = 0; lane < kPathBatch; ++lane)
-        if (states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound)
+        if (states.running[lane] && states.largest_momentum[lane] <= options_.momentum_bound &&
+            states.values.row(static_cast<Eigen::Index>(lane)).allFinite())
           for (std::size_t c = 0; c < values[record].size(); ++c)
             values[record][c].push_back(states.values(static_cast<Eigen::Index>(lane), static_cast<Eigen::Index>(c)));
     });

@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "core/text.hpp"
+#include "core/undefined.hpp"
 #include "path_sampler.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/ensemble/ensemble.hpp"
@@ -31,7 +32,22 @@ Trajectory beginning(const StochasticSystem& system, const Integrator& integrato
   return path;
 }
 
+// A path whose numbers left their range, without those.
+void cut_to_finite(SamplePath& sample) {
+  std::vector<PhaseState>& states = sample.path.states;
+  const auto is_finite = [](const PhaseState& state) { return state.q.allFinite() && state.p.allFinite(); };
+  const auto lost = std::find_if_not(states.begin(), states.end(), is_finite);
+  if (lost == states.end() || lost == states.begin()) return;
+  const auto steps = static_cast<int>(lost - states.begin()) - 1;
+  sample.status = PathStatus::kMomentumBound;
+  sample.reason = fmt::format("the numbers left their range after t = {:.4g}", sample.path.grid.at(steps));
+  sample.path.grid = {sample.path.grid.at(steps), steps};
+  sample.path.increments = Eigen::MatrixXd(sample.path.increments.leftCols(steps));
+  states.erase(lost, states.end());
+}
+
 void measure(SamplePath& sample, double bound) {
+  cut_to_finite(sample);
   const PhaseState& start = sample.path.initial();
   const Eigen::VectorXd total = start.p.rowwise().sum();
   const double size = start.p.colwise().norm().sum();
@@ -40,7 +56,7 @@ void measure(SamplePath& sample, double bound) {
     const double largest = p.colwise().norm().maxCoeff();
     sample.largest_momentum = std::max(sample.largest_momentum, largest);
     sample.momentum_error = std::max(sample.momentum_error, (p.rowwise().sum() - total).norm() / (size > 0 ? size : 1));
-    if (largest > bound && sample.status != PathStatus::kMomentumBound) {
+    if (!(largest <= bound) && sample.status != PathStatus::kMomentumBound) {
       sample.status = PathStatus::kMomentumBound;
       sample.reason =
           fmt::format("a momentum passed {:.3g} at t = {:.4g}", bound, sample.path.grid.at(static_cast<int>(k)));
@@ -141,7 +157,7 @@ class ScalarSampler final : public PathSampler {
     std::size_t record = 0;
     for (int step = 0; step <= last; ++step) {
       const PhaseState& state = sample.path.states[static_cast<std::size_t>(step)];
-      largest = std::max(largest, state.p.colwise().norm().maxCoeff());
+      largest = max_or_undefined(largest, state.p.colwise().norm().maxCoeff());
       const double now = order_.empty() ? std::numeric_limits<double>::infinity() : smallest_gap(state.q, order_);
       gap = std::min(gap, now);
       if (record == records.size() || plan_.records[record] != step) continue;

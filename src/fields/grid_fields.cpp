@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/factorisations.hpp"
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "grid_formats.hpp"
 #include "pulson/core/errors.hpp"
@@ -70,16 +71,6 @@ void check(const std::string& path, const GridField& field) {
   check_direction(path, field);
 }
 
-/// A device has no end, and opening a pipe may never return.
-std::string read_regular_file(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
-      !std::filesystem::is_directory(status))
-    throw InputError("cannot read '" + path.string() + "': it is no regular file");
-  return io::read_text_file(path);
-}
-
 }  // namespace
 
 void write_grid_field(const std::filesystem::path& path, const GridField& field, bool compressed) {
@@ -100,7 +91,8 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
 }
 
 GridField read_grid_field(const std::filesystem::path& path, std::uint64_t max_points) {
-  const std::string text = read_regular_file(path);
+  const std::string text = read_file(path);
+  if (text.empty()) throw InputError(path.string() + " is empty");
   const auto* const format =
       std::find_if(std::begin(kFormats), std::end(kFormats), [&](const GridFormat& f) { return f.sniff(text); });
   if (format == std::end(kFormats))

@@ -40,4 +40,7 @@ WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file);
 /// dot.
 std::string file_stem(const std::filesystem::path& path);
 
+/// What a shape without a name of its own is called: file_stem() in UTF-8.
+std::string name_by_file(const std::filesystem::path& path);
+
 }  // namespace pulson::formats

@@ -112,15 +112,38 @@ std::string file_stem(const std::filesystem::path& path) {
   return longest > 0 && longest + 1 < name.size() ? name.substr(0, name.size() - longest - 1) : path.stem().string();
 }
 
+std::string name_by_file(const std::filesystem::path& path) {
+  const std::string stem = file_stem(path);
+  return is_utf8(stem) ? stem : utf8_of_windows_1252(stem);
+}
+
 namespace {
 
 void name_shapes(const std::filesystem::path& path, std::vector<Landmarks>& shapes) {
   const bool is_alone = shapes.size() == 1;
+  const std::string stem = name_by_file(path);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const std::string number = is_alone ? "" : fmt::format("#{}", i + 1);
     shapes[i].source = path.string() + number;
-    if (shapes[i].name.empty()) shapes[i].name = file_stem(path) + number;
+    if (shapes[i].name.empty()) shapes[i].name = stem + number;
   }
+}
+
+/// Replaces zero bytes, which JSON can hold and no table can, in names of shapes and landmarks by U+FFFD.
+void replace_zero_bytes(const std::string& path, LandmarkFile& file) {
+  bool is_changed = false;
+  const auto replace = [&](std::string& text) {
+    for (std::size_t at = text.find('\0'); at != std::string::npos; at = text.find('\0', at)) {
+      text.replace(at, 1, "\xEF\xBF\xBD");
+      is_changed = true;
+    }
+  };
+  for (Landmarks& shape : file.shapes) {
+    replace(shape.name);
+    for (std::string& label : shape.labels) replace(label);
+    for (std::string& group : shape.groups) replace(group);
+  }
+  if (is_changed) file.warnings.push_back(path + ": zero bytes in names are read as U+FFFD");
 }
 
 void mark_negative_as_missing(Points& points) {
@@ -190,6 +213,7 @@ LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptio
         fmt::format("{}: it is not a table but {}; the names of columns are not used", path.string(), format.name));
   if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
   name_shapes(path, file.shapes);
+  replace_zero_bytes(path.string(), file);
   if (options.negative_is_missing)
     for (Landmarks& shape : file.shapes) mark_negative_as_missing(shape.points);
   else if (const std::size_t marks = count_missing_marks(file.shapes); marks > 0)

@@ -17,7 +17,7 @@ namespace {
 bool is_named_by_source(const Landmarks& shape) {
   const std::size_t hash = shape.source.rfind('#');
   const std::string number = hash == std::string::npos ? "" : shape.source.substr(hash);
-  return shape.name == file_stem(shape.source.substr(0, hash)) + number;
+  return shape.name == name_by_file(shape.source.substr(0, hash)) + number;
 }
 
 std::string called(const Landmarks& shape) {
@@ -35,7 +35,7 @@ std::string cannot_hold(const Target& target, std::string_view what, std::size_t
 }
 
 std::vector<std::string> losses_of(const Target& target, const LandmarkFile& file, const HeldParts& held) {
-  const std::string stem = file_stem(target.path);
+  const std::string stem = name_by_file(target.path);
   std::vector<std::string> losses;
   const auto lose = [&](bool is_held, std::string_view what, auto has_part) {
     if (is_held) return;

@@ -1,9 +1,12 @@
+#include "shape_address.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -24,11 +27,8 @@ struct Address {
 /// The path may hold '#' itself: it is the longest part before a '#', or the whole, that is there; else the part before
 /// the last '#'.
 Address split_address(const std::string& address) {
-  std::error_code ignored;
   if (address == "-") return {std::string(io::kStandardInput), "", false};
-  const auto exists = [&](const std::string& path) {
-    return path == io::kStandardInput || std::filesystem::exists(path, ignored);
-  };
+  const auto exists = [](const std::string& path) { return path == io::kStandardInput || is_there(path); };
   const std::size_t last = address.rfind('#');
   if (last == std::string::npos || exists(address)) return {address, "", false};
   std::size_t hash = last;
@@ -98,6 +98,8 @@ std::size_t find_shape(const Address& address, const LandmarkFile& file) {
 }
 
 }  // namespace
+
+std::string file_of_address(const std::string& address) { return split_address(address).path; }
 
 LandmarkFile read_addressed_shapes(const std::string& address_text, const ReadOptions& options) {
   const Address address = split_address(address_text);

@@ -14,11 +14,8 @@ std::string escaped(std::string_view text);
 /// The text with U+FFFD in place of bytes that are not UTF-8.
 std::string valid_utf8(std::string_view text);
 
-/// RFC 4648.
-std::string base64(std::string_view bytes);
-
-/// The picture as a `data:` address. An SVG too is embedded as an image and not as part of the page: gnuplot gives the
-/// same ids in each, and an image runs no scripts and loads nothing. @throws InputError if the file cannot be read or
+/// The picture as a `data:` address. An SVG too is embedded as an image and not as part of the page: an image
+/// runs no scripts and loads nothing. @throws InputError if the file cannot be read or
 /// is not SVG, PNG or JPEG.
 std::string data_address(const EmbeddedPicture& picture);
 

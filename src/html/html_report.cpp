@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base64.hpp"
 #include "core/colours.hpp"
 #include "core/text.hpp"
 #include "html_parts.hpp"
@@ -74,19 +75,6 @@ std::string valid_utf8(std::string_view text) {
     i += std::max<std::size_t>(length, 1);
   }
   return result;
-}
-
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t bits = 0;
-    for (std::size_t j = 0; j < 3; ++j) bits = 256 * bits + (j < count ? static_cast<unsigned char>(bytes[i + j]) : 0U);
-    for (std::size_t j = 0; j < 4; ++j) text += j <= count ? kLetters[bits >> (18 - 6 * j) & 63U] : '=';
-  }
-  return text;
 }
 
 namespace {

@@ -6,6 +6,7 @@
 
 #include "channels.hpp"
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "images/codecs/codecs.hpp"
 #include "pulson/core/errors.hpp"
@@ -127,16 +128,6 @@ const Format& find_format(const std::filesystem::path& path) {
                    "; what does for this image: " + joined(fit));
 }
 
-/// A device has no end, and opening a pipe may never return.
-std::string read_regular_file(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
-      !std::filesystem::is_directory(status))
-    throw InputError("cannot read '" + path.string() + "': it is no regular file");
-  return io::read_text_file(path);
-}
-
 std::string encoded(const std::filesystem::path& path, const Image& image) {
   if (image.empty()) throw InputError(failure_of(path) + "there is no image");
   const Format& format = find_format(path);
@@ -180,7 +171,8 @@ Image decode_image(std::string_view bytes, std::int64_t max_pixels) try {
 }
 
 Image read_image(const std::filesystem::path& path, std::int64_t max_pixels) {
-  const std::string bytes = read_regular_file(path);
+  const std::string bytes = read_file(path);
+  if (bytes.empty()) throw InputError(path.string() + " is empty");
   try {
     return decode_image(bytes, max_pixels);
   } catch (const InputError& error) {

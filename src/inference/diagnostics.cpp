@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <vector>
 
+#include "core/undefined.hpp"
 #include "normal_quantile.hpp"
 
 namespace pulson::inference {
@@ -42,8 +42,10 @@ double normal_quantile(double p) {
 
 namespace {
 
-constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr Index kFewest = 4;
+// Half chains that are shorter have no pair of lags from which their autocorrelation could be judged, and would count
+// as independent draws.
+constexpr Index kFewestOfHalf = 6;
 
 bool usable(const MatrixXd& draws) {
   return draws.rows() >= kFewest && draws.cols() > 0 && draws.allFinite() && draws.maxCoeff() > draws.minCoeff();
@@ -97,7 +99,7 @@ double autocovariance(const MatrixXd& centred, Index lag) {
 
 // (10)–(11), of chains that are split already.
 double ess_of(const MatrixXd& chains) {
-  if (!usable(chains)) return kUndefined;
+  if (!usable(chains) || chains.rows() < kFewestOfHalf) return kUndefined;
   const Index n = chains.rows();
   const auto length = static_cast<double>(n);
   const auto all = static_cast<double>(chains.size());
@@ -130,7 +132,7 @@ double rank_rhat(const MatrixXd& draws) {
   if (!usable(draws)) return kUndefined;
   const MatrixXd folded = (draws.array() - quantile(draws, 0.5)).abs();
   const double bulk = rhat_of(rank_normalised(halves(draws)));
-  return usable(folded) ? std::max(bulk, rhat_of(rank_normalised(halves(folded)))) : bulk;
+  return usable(folded) ? max_or_undefined(bulk, rhat_of(rank_normalised(halves(folded)))) : kUndefined;
 }
 
 double effective_sample_size(const MatrixXd& draws) { return usable(draws) ? ess_of(halves(draws)) : kUndefined; }
@@ -139,7 +141,7 @@ double bulk_ess(const MatrixXd& draws) { return usable(draws) ? ess_of(rank_norm
 
 double tail_ess(const MatrixXd& draws) {
   if (!usable(draws)) return kUndefined;
-  return std::fmin(indicator_ess(draws, 0.05), indicator_ess(draws, 0.95));
+  return min_or_undefined(indicator_ess(draws, 0.05), indicator_ess(draws, 0.95));
 }
 
 double quantile(const MatrixXd& draws, double probability) {

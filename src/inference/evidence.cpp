@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/undefined.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson::inference {
@@ -19,7 +20,6 @@ constexpr int kMostIterations = 1000;
 constexpr double kSettled = 1e-10;
 constexpr int kMostReference = 2000, kFewestReference = 100;
 constexpr double kFewestShared = 4;  // draws of the one law that come to where those of the other are
-constexpr double kUndetermined = std::numeric_limits<double>::quiet_NaN();
 
 // Variance of numbers of mean 0.
 double variance_about_0(const VectorXd& x) { return x.squaredNorm() / static_cast<double>(x.size() - 1); }
@@ -60,7 +60,7 @@ Estimate bridge(const VectorXd& posterior, const VectorXd& reference, const Effe
       bridge_between(posterior, reference, effective(size, posterior), static_cast<double>(reference.size()));
   const double of_lower = variance_about_0(found.of_lower) / static_cast<double>(reference.size());
   const double of_upper = variance_about_0(found.of_upper) / effective(size, found.of_upper);
-  if (!(std::max(of_lower, of_upper) < 1 / kFewestShared)) return {kUndetermined, kUndetermined};
+  if (!(max_or_undefined(of_lower, of_upper) < 1 / kFewestShared)) return {kUndefined, kUndefined};
   return {found.log_ratio, std::sqrt(of_lower + of_upper)};
 }
 
@@ -95,7 +95,7 @@ Estimate bridge_log_evidence(const ChainSetting& setting, const PosteriorDraws& 
   const int count = std::min(kMostReference, std::max(kFewestReference, static_cast<int>(worth)));
   VectorXd reference(count);
   parallel_for(count, [&](int i) { reference[i] = reference_log_weight(setting, static_cast<std::uint64_t>(i)); });
-  if (!(reference.maxCoeff() > -std::numeric_limits<double>::infinity())) return {kUndetermined, kUndetermined};
+  if (!(reference.maxCoeff() > -std::numeric_limits<double>::infinity())) return {kUndefined, kUndefined};
   return bridge(draws.log_weight, reference, size);
 }
 

@@ -6,8 +6,10 @@
 
 #include <fmt/core.h>
 
+#include "core/determined.hpp"
 #include "inference/log_maximum.hpp"
 #include "matching/model_parameters.hpp"
+#include "matching/registration_problem.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/objective.hpp"
@@ -55,6 +57,10 @@ class Fit {
                           parameters_.names()[static_cast<std::size_t>(place)], parameters_.values()[place]));
       }
     }
+    Index coordinates = 0;
+    for (const Landmarks& target : targets) coordinates += free_coordinates(make_problem(source, target, options));
+    require_determined_parameters("the parameters are", std::ssize(places_), coordinates,
+                                  "fit fewer, or to more shapes");
   }
 
   FittedParameters run() {

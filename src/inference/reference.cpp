@@ -99,6 +99,8 @@ std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model
       const bool known = std::any_of(minima.begin(), minima.end(),
                                      [&](const Minimum& other) { return same_minimum(linear, found.z, other.z); });
       if (known || (!found.converged && !minima.empty())) continue;
+      if (!std::isfinite(linear.log_evidence()))
+        throw NumericalError("the evidence of the linear model leaves the range of numbers; change the unit, or sigma");
       evidences.push_back(linear.log_evidence());
       minima.push_back(std::move(found));
     } catch (const NumericalError&) {

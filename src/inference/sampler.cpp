@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "core/undefined.hpp"
 #include "evidence.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -308,6 +309,9 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
   out.laplace_log_evidence = reference.laplace_log_evidence;
   if (options.evidence)
     out.log_evidence = options.temperatures > 1 ? tempered_log_evidence(out) : bridge_log_evidence(setting, out);
+  // Draws that do not change, or are too few to tell, determine nothing.
+  if (std::isnan(effective_sample_size(out.by_chain(out.log_likelihood.transpose()))))
+    out.log_evidence = {kUndefined, kUndefined};
   out.warmup_seconds = run.warmup_seconds();
   out.seconds = run.seconds_before() + seconds_since(start);
   return std::move(out);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "core/determined.hpp"
 #include "parameters.hpp"
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
@@ -80,11 +81,12 @@ std::vector<std::string> sampled_names(const std::vector<std::string>& asked, co
   return names;
 }
 
-// Of the sum of squared distances to shapes, what a similarity of each removes.
+// Of the sum of squared distances to shapes, what a similarity of each removes, where that is determined.
 double part_of_place(const Points& source, const std::vector<Landmarks>& shapes) {
   const auto squares = [](const Points& off) { return off.array().isFinite().select(off.array(), 0).square().sum(); };
   double all = 0, left = 0;
   for (const Landmarks& shape : shapes) {
+    if (!is_determined(source, shape.points, AlignmentKind::kSimilarity)) continue;
     all += squares(source - shape.points);
     left += squares(align(source, shape.points, AlignmentKind::kSimilarity).apply(source) - shape.points);
   }

@@ -122,10 +122,10 @@ std::optional<Points> carried_by_step(const StochasticSystem& system, const Time
     for (Index a = 0; a < start.cols(); ++a) {
       const Block slope = Block::Identity(d, d) - 0.5 * dt * gradients.col(a).reshaped(d, d);
       const VectorXd change = slope.inverse() * (start.col(a) + dt * v.col(a) - next.col(a));
+      if (!change.allFinite()) return std::nullopt;
       next.col(a) += change;
       furthest = std::max(furthest, change.cwiseAbs().maxCoeff());
     }
-    if (!std::isfinite(furthest)) return std::nullopt;
     if (furthest <= accuracy) return next;
   }
   return std::nullopt;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "quadratic_model.hpp"
 #include "solvers.hpp"
@@ -75,7 +76,9 @@ class NewtonSearch {
     const VectorXd gradient = at().z + linear_.jacobian.transpose() * linear_.residual;
     const double decrement = -gradient.dot(model_->step(at().z));
     const double cost = total(at());
-    summary_.relative_gradient = cost > 0 ? std::sqrt(std::max(0.0, decrement) / (2 * cost)) : 0;
+    summary_.relative_gradient = !std::isfinite(decrement) ? std::numeric_limits<double>::max()  // no minimum
+                                 : cost > 0                ? std::sqrt(std::max(0.0, decrement) / (2 * cost))
+                                                           : 0;
     if (options_.on_iteration) options_.on_iteration(summary_.iterations, cost, summary_.relative_gradient);
   }
 

@@ -1,3 +1,5 @@
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "geodesic_search.hpp"
@@ -74,6 +76,7 @@ std::string solver_name(Solver solver) { return kSolverNames.name(solver); }
 double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
   const double size = gradient.norm();
   const double scale = z.norm() + (gradient - z).norm();
+  if (!std::isfinite(size) || !std::isfinite(scale)) return std::numeric_limits<double>::max();  // no minimum
   // Identical shapes: z = 0, r = 0, and nothing to do.
   return scale > 1e-12 ? size / scale : 0;
 }
@@ -85,7 +88,7 @@ MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptio
   if (start.cost.total() < kNegligibleCost)
     return {.solver = dense ? Solver::kGaussNewton : Solver::kLbfgs,
             .converged = true,
-            .reason = "the shapes are equal",
+            .reason = reason_at_rest(objective.problem()),
             .evaluations = 1,
             .solution = std::move(start)};
   MinimiseSummary counts;

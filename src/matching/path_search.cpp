@@ -87,7 +87,7 @@ class PathSearch {
  private:
   PathSolution equal_shapes() {
     relative_ = 0;
-    stop(true, "the shapes are equal");
+    stop(true, reason_at_rest(problem_));
     return solution();
   }
 
@@ -171,7 +171,8 @@ class PathSearch {
       slope_ = std::max(0.0, slope);
       const double total = cost(path_);
       relative_ = total > 0 ? std::sqrt(slope_ / (2 * total)) : 0;
-      if (slope < 0) relative_ = 1;  // by round-off: the model is not positive
+      // By round-off the model is not positive, or numbers have left their range.
+      if (!(slope >= 0) || !std::isfinite(slope) || !std::isfinite(total)) relative_ = 1;
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
       if (sigma_inflation_ > 1 && relative_ < kStageGradient) {
         sigma_inflation_ = std::max(1.0, sigma_inflation_ / kInflationRatio);
@@ -366,6 +367,14 @@ void describe(const EffectiveHamiltonian& system, const DataTerm& data, PathSolu
   solution.momenta = solution.states.front().p;
   solution.cost = {system.lambda() * path.energy - action, action, data.value(path.end())};
   solution.fields = fields_of(system, path);
+}
+
+std::string reason_at_rest(const MatchingProblem& problem) {
+  constexpr double kRounding = 1e-9;  // of the diameter: what files in ten digits leave
+  const LandmarkTerm* data = problem.data->landmarks();
+  const bool is_equal =
+      data != nullptr && problem.sigma * data->residual(problem.source).norm() <= kRounding * diameter(problem.source);
+  return is_equal ? "the shapes are equal" : "the shapes do not differ beyond sigma";
 }
 
 PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path) {

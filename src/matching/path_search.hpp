@@ -37,6 +37,10 @@ void describe(const EffectiveHamiltonian& system, const DataTerm& data, PathSolu
 PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions& options,
                           const StepFields* start = nullptr, Finish finish = Finish::kRoundOff);
 
+/// Why a search may end with landmarks at rest, where the data cost nothing: shapes that are equal, or a sigma that is
+/// large beside their differences.
+std::string reason_at_rest(const MatchingProblem& problem);
+
 /// The same, to Finish::kShootable, from a path that is the minimum of a problem that differs in the data alone.
 PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path);
 

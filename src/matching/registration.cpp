@@ -214,6 +214,20 @@ double root_mean_square(const Eigen::VectorXd& distances) {
   return std::sqrt(missing.select(0, distances).squaredNorm() / static_cast<double>((!missing).count()));
 }
 
+// A path beyond the range of numbers is no match, whatever the search made of it.
+void require_finite_result(const Registration& registration) {
+  const auto refuse = [](std::string_view what) {
+    throw NumericalError(
+        fmt::format("the search left the range of numbers: {} not finite; the length of time, lambda, sigma or "
+                    "the width of the kernel is too large or too small for these shapes",
+                    what));
+  };
+  if (!std::isfinite(registration.cost.total())) refuse("the cost is");
+  if (!registration.momenta.allFinite()) refuse("the momenta are");
+  if (!registration.increments.allFinite()) refuse("the increments of the noise are");
+  if (!registration.result.allFinite()) refuse("the end points are");
+}
+
 Trajectory mean_path(const std::vector<Trajectory>& paths) {
   Trajectory mean = paths.front();
   const auto count = static_cast<double>(paths.size());
@@ -260,7 +274,10 @@ double Registration::max_residual() const {
   return all.array().isNaN().select(0, all).maxCoeff();
 }
 
-bool Registration::matched() const { return rms() <= std::max(3 * sigma, initial_rms() / 20); }
+bool Registration::matched() const {
+  const double before = initial_rms(), after = rms();
+  return std::isfinite(before) && after <= std::max(3 * sigma, before / 20);
+}
 
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {
   const SerialBlas serial;
@@ -280,6 +297,7 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
     record_solution(objective, summary, registration);
     if (options.uncertainty) registration.uncertainty = laplace(objective, summary.solution);
   }
+  require_finite_result(registration);
   registration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return registration;
 }

@@ -5,14 +5,11 @@
 #include <fmt/core.h>
 
 #include "core/landmark_pairs.hpp"
+#include "core/landmark_range.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::matching {
 namespace {
-
-// Squares and their inverses must stay in the range of numbers.
-constexpr double kLargestCoordinate = 1e100;
-constexpr double kSmallestSize = 1e-100;
 
 bool is_missing(const Landmarks& shape, int a) { return shape.points.col(a).array().isNaN().any(); }
 
@@ -32,22 +29,6 @@ void check_coordinates(const Landmarks& shape) {
     if (shape.points.col(a).array().isInf().any())
       throw InputError(
           fmt::format("{}: landmark {} has a coordinate that is not a finite number", shape.source, shape.describe(a)));
-}
-
-void check_range(const Landmarks& shape) {
-  std::vector<int> complete;
-  for (int a = 0; a < shape.count(); ++a)
-    if (!is_missing(shape, a)) complete.push_back(a);
-  if (complete.empty()) throw InputError(fmt::format("{}: no landmark has all its coordinates", shape.source));
-  const Points points = shape.points(Eigen::all, complete);
-  const double largest = points.cwiseAbs().maxCoeff();
-  const double size = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).maxCoeff();
-  if (largest > kLargestCoordinate)
-    throw InputError(fmt::format("{}: a coordinate is {}; at most {} in size is supported, change the unit",
-                                 shape.source, largest, kLargestCoordinate));
-  if (size > 0 && size < kSmallestSize)
-    throw InputError(fmt::format("{}: the shape is {} across; at least {} is supported, change the unit", shape.source,
-                                 size, kSmallestSize));
 }
 
 void check_together(const Landmarks& source, const Landmarks& target) {
@@ -165,7 +146,7 @@ MatchingShapes matching_shapes(const Landmarks& source, const Landmarks& target,
   for (const Landmarks* shape : {&source, &target}) check_coordinates(*shape);
   check_together(source, target);
   check_sizes(source, data);
-  for (const Landmarks* shape : {&source, &target}) check_range(*shape);
+  for (const Landmarks* shape : {&source, &target}) require_usable_range(*shape);
   MatchingShapes shapes{source, target, data, {}};
   shapes.source = in_frame_of(target, source, shapes.notes);
   if (data.kind == DataKind::kLandmarks) select_pairs(shapes);

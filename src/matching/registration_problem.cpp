@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <fmt/core.h>
 
+#include "core/determined.hpp"
 #include "core/text.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -115,9 +116,11 @@ AlignmentKind choose_alignment(const RegistrationOptions& options, int dimension
 Alignment find_alignment(const MatchingShapes& shapes, const RegistrationOptions& options) {
   const AlignmentKind kind = choose_alignment(options, shapes.source.dimension());
   const DataOptions& data = shapes.data;
-  if (data.kind == DataKind::kLandmarks)
+  if (data.kind == DataKind::kLandmarks) {
+    require_determined(shapes.source.points, shapes.target.points, kind, shapes.target.source, data.weights);
     return align(shapes.source.points, shapes.target.points, kind,
                  {.weights = data.weights, .reflect = options.reflect});
+  }
   return align_curves({shapes.source.points, shapes.source_edges}, make_curve(shapes.target, data.ends), kind);
 }
 
@@ -199,6 +202,13 @@ Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const 
                             int index) {
   const int channels = noise.channels(static_cast<int>(shape.rows()), static_cast<int>(shape.cols()));
   return brownian_increments(seed, static_cast<std::uint64_t>(index), channels, grid);
+}
+
+Eigen::Index free_coordinates(const RegistrationProblem& problem) {
+  const Points& q0 = problem.matching.source;
+  const LandmarkTerm* data = problem.matching.data->landmarks();
+  const Eigen::Index observed = data != nullptr ? data->residual(q0).size() : problem.target.points.size();
+  return observed - alignment_parameters(problem.alignment.kind, q0.rows());
 }
 
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options) {

@@ -20,6 +20,10 @@ struct RegistrationProblem {
 /// @throws InputError where the shapes do not fit together or an option is wrong
 RegistrationProblem make_problem(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options);
 
+/// The coordinates that are observed, less the parameters of the alignment, which takes as many out of them. What is
+/// fitted to them, but for momenta and noise, which have priors, must have fewer parameters, or is undetermined.
+Eigen::Index free_coordinates(const RegistrationProblem& problem);
+
 /// The increments of realisation `index` for a shape of N landmarks in R^d.
 Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const TimeGrid& grid, std::uint64_t seed,
                             int index);

@@ -1,8 +1,13 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include "core/checksum.hpp"
 
 namespace pulson::records {
 
@@ -36,9 +41,16 @@ class DepthCheck : public nlohmann::json_sax<nlohmann::ordered_json> {
   int depth_ = 0;
 };
 
-/// The value of a CBOR text whose lists are nested no deeper. @throws Damaged
+/// The value as a CBOR text that ends with its checksum.
+inline std::string sealed_cbor(const nlohmann::ordered_json& json) {
+  const std::vector<std::uint8_t> bytes = nlohmann::ordered_json::to_cbor(json);
+  return sealed({bytes.begin(), bytes.end()});
+}
+
+/// The value of such a text whose lists are nested no deeper. @throws Damaged
 inline nlohmann::ordered_json checked_cbor(std::string_view bytes, int deepest) {
   using Json = nlohmann::ordered_json;
+  if (!unseal(bytes)) throw Damaged();
   DepthCheck check(deepest);
   if (!Json::sax_parse(bytes.begin(), bytes.end(), &check, Json::input_format_t::cbor)) throw Damaged();
   return Json::from_cbor(bytes.begin(), bytes.end());

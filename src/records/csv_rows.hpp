@@ -1,29 +1,22 @@
 #pragma once
 
-#include <iterator>
-#include <string>
 #include <string_view>
+#include <vector>
 
-#include <fmt/format.h>
-
+#include "core/csv_table.hpp"
 #include "pulson/integrators/integrator.hpp"
 
 namespace pulson::records {
 
-/// Header fields `,prefix_x,prefix_y` for d axes.
-std::string axis_names(std::string_view prefix, Eigen::Index d);
+/// Header cells `prefix_x,prefix_y` for d axes.
+void add_axis_names(io::CsvTable& table, std::string_view prefix, Eigen::Index d);
 
-/// Header fields of a state: `,q_x,…,p_x,…`.
-std::string state_names(Eigen::Index d);
+/// Header cells of a state: `q_x,…,p_x,…`.
+void add_state_names(io::CsvTable& table, Eigen::Index d);
 
-/// `,value` for each.
-template <class Column>
-void append_values(std::string& text, const Column& column) {
-  for (const double value : column) fmt::format_to(std::back_inserter(text), ",{}", value);
-}
-
-/// Rows `first step,time,landmark,q…,p…`: every `every`-th step of a path, and its last.
-void append_states(std::string& text, const Trajectory& path, std::string_view first, int every,
-                   const std::vector<int>& numbers = {});
+/// Rows `first,step,time,landmark,q…,p…`: every `every`-th step of a path, and its last. `first` are cells that begin
+/// each row; empty: none.
+void add_states(io::CsvTable& table, const Trajectory& path, std::string_view first, int every,
+                const std::vector<int>& numbers = {});
 
 }  // namespace pulson::records

@@ -21,7 +21,7 @@ namespace pulson::records {
 
 namespace {
 
-constexpr const char* kFormat = "pulson ensemble sums 2";
+constexpr const char* kFormat = "pulson ensemble sums 3";
 
 /// For a message: the beginning of long lists.
 std::string excerpt(const formats::Json& json) {
@@ -164,7 +164,8 @@ std::vector<std::vector<ensemble::Histogram>> histograms_of(const formats::Json&
 }
 
 [[noreturn]] void fail_damaged(std::string_view name) {
-  throw InputError(fmt::format("'{}' is damaged: it cannot be resumed; remove it and start again", name));
+  throw InputError(fmt::format(
+      "'{}' is damaged, or of another version of pulson: it cannot be resumed; remove it and start again", name));
 }
 
 ensemble::EnsembleSums sums_of(const formats::Json& json) {
@@ -219,9 +220,10 @@ std::string ensemble_checkpoint(const EnsembleRun& run) {
   json["tree"] = tree_json(sums.tree);
   json["histograms"] = histograms_json(sums.histograms);
   json["states"] = sums.states;
-  const std::vector<std::uint8_t> bytes = formats::Json::to_cbor(json);
-  return {bytes.begin(), bytes.end()};
+  return sealed_cbor(json);
 }
+
+std::string ensemble_fingerprint(const EnsembleRun& run) { return crc32_text(identity_json(run).dump()); }
 
 namespace {
 

@@ -1,13 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
-#include <fmt/format.h>
-
-#include "csv_rows.hpp"
+#include "core/csv_table.hpp"
+#include "core/text.hpp"
+#include "core/undefined.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/records/records.hpp"
+#include "record_text.hpp"
 
 namespace pulson::records {
 
@@ -15,15 +17,12 @@ namespace {
 
 constexpr std::array<double, 5> kQuantiles = {0.05, 0.25, 0.5, 0.75, 0.95};
 
-/// A number, or null where it is none.
-formats::Json number_json(double x) { return std::isfinite(x) ? formats::Json(x) : formats::Json(nullptr); }
-
 /// Part of a vector of coordinates as [landmark][axis].
 formats::Json coordinates_json(const Eigen::ArrayXd& values, Eigen::Index first, const Points& like) {
   formats::Json rows = formats::Json::array();
   for (Eigen::Index a = 0; a < like.cols(); ++a) {
     formats::Json row = formats::Json::array();
-    for (Eigen::Index c = 0; c < like.rows(); ++c) row.push_back(number_json(values[first + a * like.rows() + c]));
+    for (Eigen::Index c = 0; c < like.rows(); ++c) row.push_back(values[first + a * like.rows() + c]);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -38,7 +37,12 @@ formats::Json crossing_json(const EnsembleRun& run) {
   const auto crossed = static_cast<double>(run.sums.crossing.at_end);
   formats::Json json;
   json["probability"] = estimate.value;
-  json["standard_error"] = number_json(estimate.standard_error);
+  const bool all_alike = run.sums.crossing.at_end == 0 || run.sums.crossing.at_end == paths.clean;
+  json["standard_error"] = all_alike ? formats::Json(nullptr) : defined_or_null(estimate.standard_error);
+  if (all_alike) {
+    const double unseen = unseen_below(static_cast<double>(paths.clean));
+    json[crossed == 0 ? "below_95" : "above_95"] = crossed == 0 ? unseen : 1 - unseen;
+  }
   json["ever"] = static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean);
   json["over"] = "clean paths";
   json["if_all_others_did_not"] = crossed / all;
@@ -60,10 +64,10 @@ void add_means(formats::Json& json, const EnsembleRun& run) {
     json["counts"].push_back(moments.count);
     json["mean_q"].push_back(coordinates_json(moments.mean, 0, run.start.q));
     json["mean_p"].push_back(coordinates_json(moments.mean, half, run.start.q));
-    json["error_q"].push_back(coordinates_json(error, 0, run.start.q));
-    json["error_p"].push_back(coordinates_json(error, half, run.start.q));
-    json["deviation_q"].push_back(coordinates_json(deviation, 0, run.start.q));
-    json["deviation_p"].push_back(coordinates_json(deviation, half, run.start.q));
+    json["error_q"].push_back(defined_or_null(coordinates_json(error, 0, run.start.q)));
+    json["error_p"].push_back(defined_or_null(coordinates_json(error, half, run.start.q)));
+    json["deviation_q"].push_back(defined_or_null(coordinates_json(deviation, 0, run.start.q)));
+    json["deviation_p"].push_back(defined_or_null(coordinates_json(deviation, half, run.start.q)));
   }
 }
 
@@ -75,9 +79,10 @@ void for_each_coordinate(const EnsembleRun& run, const Visit& visit) {
     if (run.sums.moments[record].count == 0) continue;
     for (Eigen::Index i = 0; i < 2 * q.size(); ++i) {
       const Eigen::Index within = i % q.size();
-      visit(record, i,
-            fmt::format("{},{},{},{}", run.options.grid.at(run.options.records[record]), within / q.rows() + 1,
-                        i < q.size() ? 'q' : 'p', "xyz"[within % q.rows()]));
+      io::CsvTable place;
+      place.numbers(run.options.grid.at(run.options.records[record]), within / q.rows() + 1);
+      place.words({i < q.size() ? "q" : "p", io::kAxisLetters.substr(static_cast<std::size_t>(within % q.rows()), 1)});
+      visit(record, i, std::move(place).take());
     }
   }
 }
@@ -109,30 +114,33 @@ std::string ensemble_json(const EnsembleRun& run) {
   const ensemble::PathCounts& paths = run.sums.paths;
   json["paths"] = {
       {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
-  json["momentum_bound"] = run.options.momentum_bound;
-  json["largest_momentum"] = run.sums.largest_momentum;
+  json["momentum_bound"] = defined_or_null(run.options.momentum_bound);
+  json["largest_momentum"] = defined_or_null(run.sums.largest_momentum);
   json["momentum_error_max"] = run.sums.momentum_error;
   add_means(json, run);
-  return formats::one_key_a_line(json);
+  return formats::one_key_a_line(require_finite(json));
 }
 
 std::string ensemble_means_csv(const EnsembleRun& run) {
-  std::string text = "time,landmark,quantity,axis,mean,standard_error,standard_deviation,q05,q25,q50,q75,q95\n";
+  io::CsvTable table{"time", "landmark", "quantity", "axis", "mean", "standard_error", "standard_deviation",
+                     "q05",  "q25",      "q50",      "q75",  "q95"};
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
     const ensemble::Moments& moments = run.sums.moments[record];
-    text += place;
-    append_values(text, std::array{moments.mean[i], run.sums.mean_error(record)[i], std::sqrt(moments.variance()[i])});
+    table.cells(place);
+    table.numbers(moments.mean[i], run.sums.mean_error(record)[i], std::sqrt(moments.variance()[i]));
     const auto& histograms = run.sums.histograms[record];
     for (const double probability : kQuantiles)
-      text +=
-          histograms.empty() ? "," : fmt::format(",{}", histograms[static_cast<std::size_t>(i)].quantile(probability));
-    text += '\n';
+      if (histograms.empty())
+        table.empty();
+      else
+        table.number(histograms[static_cast<std::size_t>(i)].quantile(probability));
+    table.end_row();
   });
-  return text;
+  return std::move(table).take();
 }
 
 std::string ensemble_densities_csv(const EnsembleRun& run) {
-  std::string text = "time,landmark,quantity,axis,low,high,density\n";
+  io::CsvTable table{"time", "landmark", "quantity", "axis", "low", "high", "density"};
   for_each_coordinate(run, [&](std::size_t record, Eigen::Index i, const std::string& place) {
     const std::vector<int>& wanted = run.densities;
     if (std::find(wanted.begin(), wanted.end(), run.options.records[record]) == wanted.end()) return;
@@ -146,12 +154,11 @@ std::string ensemble_densities_csv(const EnsembleRun& run) {
       // The outer bins hold what lies outside, too.
       if (bin == 0) low = std::min(low, histogram.smallest);
       if (bin + 1 == histogram.counts.size()) high = std::max(high, histogram.largest);
-      text += place;
-      append_values(text, std::array{low, high, static_cast<double>(histogram.counts[bin]) / (total * (high - low))});
-      text += '\n';
+      table.cells(place);
+      table.numbers(low, high, static_cast<double>(histogram.counts[bin]) / (total * (high - low))).end_row();
     }
   });
-  return text;
+  return std::move(table).take();
 }
 
 }  // namespace pulson::records

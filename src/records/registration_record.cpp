@@ -12,6 +12,7 @@
 #include "pulson/core/version.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "pulson/records/records.hpp"
+#include "record_text.hpp"
 
 namespace pulson::records {
 
@@ -237,7 +238,7 @@ formats::Json shares_json(const matching::Registration& registration, const matc
   if (shares.noise.size() > 0) json["noise"] = formats::points_json(shares.noise);
   if (shares.energy.size() > 0) json["energy"] = numbers_json(shares.energy);
   if (shares.action.size() > 0) json["action"] = numbers_json(shares.action);
-  if (shares.data.size() > 0) json["data"] = numbers_json(shares.data);
+  if (shares.data.size() > 0) json["data"] = defined_or_null(numbers_json(shares.data));
   return json;
 }
 
@@ -251,7 +252,7 @@ formats::Json uncertainty_json(const matching::LaplaceApproximation& uncertainty
 formats::Json fitted_json(const inference::FittedParameters& fitted) {
   return {{"names", fitted.names},
           {"values", numbers_json(fitted.values)},
-          {"log_deviations", numbers_json(fitted.log_deviations)},
+          {"log_deviations", defined_or_null(numbers_json(fitted.log_deviations))},
           {"log_evidence", fitted.log_evidence},
           {"evaluations", fitted.evaluations},
           {"converged", fitted.converged},
@@ -327,7 +328,7 @@ std::string registration_json(const matching::Registration& registration, const 
   json["target_shape"] = shape_json(registration.target);
   json["original"] = formats::points_json(registration.original.points);
   json["source"] = formats::points_json(registration.source.points);
-  json["target"] = formats::points_json(registration.target.points);
+  json["target"] = defined_or_null(formats::points_json(registration.target.points));
   json["result"] = formats::points_json(registration.result);
   if (registration.uncertainty) json["uncertainty"] = uncertainty_json(*registration.uncertainty);
   if (!facts.homotopy.empty()) json["homotopy"] = homotopy_json(facts.homotopy);
@@ -336,27 +337,27 @@ std::string registration_json(const matching::Registration& registration, const 
   json["momenta"] = formats::points_json(registration.momenta);
   json["increments"] = formats::points_json(registration.increments);
   if (!registration.states.empty()) json["states"] = states_json(registration.states);
-  return formats::one_key_a_line(json);
+  return formats::one_key_a_line(require_finite(json));
 }
 
 namespace {
 
 // One column, or one for each axis: rows are landmarks.
 struct Column {
-  std::string names;  // with a comma before each
+  std::string name;
+  bool of_axes;
   Eigen::MatrixXd values;
 };
 
 std::vector<Column> residual_columns(const matching::Registration& registration,
                                      const matching::LandmarkShares& shares) {
-  const Eigen::Index d = registration.result.rows();
   const bool landmarks = registration.data.kind == matching::DataKind::kLandmarks;
   std::vector<Column> columns;
   const auto vectors = [&](const char* name, const Points& values) {
-    if (values.size() > 0) columns.push_back({axis_names(name, d), values.transpose()});
+    if (values.size() > 0) columns.push_back({name, true, values.transpose()});
   };
   const auto numbers = [&](const char* name, const Eigen::VectorXd& values) {
-    if (values.size() > 0) columns.push_back({std::string(",") + name, values});
+    if (values.size() > 0) columns.push_back({name, false, values});
   };
   if (landmarks) vectors("target", registration.target.points);
   vectors("result", registration.result);
@@ -380,24 +381,34 @@ std::vector<Column> residual_columns(const matching::Registration& registration,
 
 std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares) {
   const std::vector<Column> columns = residual_columns(registration, shares);
-  std::string text = "landmark,label";
-  for (const Column& column : columns) text += column.names;
-  text += "\n";
+  const std::vector<std::string>& labels = registration.source.labels;
+  io::CsvTable table;
+  table.words({"landmark", "label"});
+  for (const Column& column : columns)
+    if (column.of_axes)
+      add_axis_names(table, column.name, registration.result.rows());
+    else
+      table.word(column.name);
+  table.end_row();
   for (int a = 0; a < registration.source.count(); ++a) {
-    const std::vector<std::string>& labels = registration.source.labels;
-    text += fmt::format("{},{}", registration.source.number(a),
-                        labels.empty() ? "" : io::csv_quoted(labels[static_cast<std::size_t>(a)]));
-    for (const Column& column : columns)
-      for (const double value : column.values.row(a)) text += std::isnan(value) ? ",NA" : fmt::format(",{}", value);
-    text += "\n";
+    table.number(registration.source.number(a));
+    if (labels.empty())
+      table.empty();
+    else
+      table.text(labels[static_cast<std::size_t>(a)]);
+    for (const Column& column : columns) table.numbers(column.values.row(a));
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 std::string trajectory_csv(const matching::Registration& registration, const Trajectory& path) {
-  std::string text = "step,time,landmark" + state_names(registration.result.rows()) + "\n";
-  append_states(text, path, "", 1, registration.source.numbers);
-  return text;
+  io::CsvTable table;
+  table.words({"step", "time", "landmark"});
+  add_state_names(table, registration.result.rows());
+  table.end_row();
+  add_states(table, path, "", 1, registration.source.numbers);
+  return std::move(table).take();
 }
 
 }  // namespace pulson::records

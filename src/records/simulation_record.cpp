@@ -1,30 +1,33 @@
+#include <fmt/format.h>
+
 #include "csv_rows.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/records/records.hpp"
+#include "record_text.hpp"
 
 namespace pulson::records {
 
-std::string axis_names(std::string_view prefix, Eigen::Index d) {
-  std::string text;
-  for (Eigen::Index c = 0; c < d; ++c) text += fmt::format(",{}_{}", prefix, "xyz"[c]);
-  return text;
+void add_axis_names(io::CsvTable& table, std::string_view prefix, Eigen::Index d) {
+  for (Eigen::Index c = 0; c < d; ++c) table.word(fmt::format("{}_{}", prefix, "xyz"[c]));
 }
 
-std::string state_names(Eigen::Index d) { return axis_names("q", d) + axis_names("p", d); }
+void add_state_names(io::CsvTable& table, Eigen::Index d) {
+  add_axis_names(table, "q", d);
+  add_axis_names(table, "p", d);
+}
 
-void append_states(std::string& text, const Trajectory& path, std::string_view first, int every,
-                   const std::vector<int>& numbers) {
+void add_states(io::CsvTable& table, const Trajectory& path, std::string_view first, int every,
+                const std::vector<int>& numbers) {
   const auto last = static_cast<int>(path.states.size()) - 1;
   for (int k = 0; k <= last; ++k) {
     if (k % every != 0 && k != last) continue;
     const PhaseState& state = path.states[static_cast<std::size_t>(k)];
     for (Eigen::Index a = 0; a < state.q.cols(); ++a) {
-      fmt::format_to(std::back_inserter(text), "{}{},{},{}", first, k, path.grid.at(k),
-                     numbers.empty() ? static_cast<int>(a) + 1 : numbers[static_cast<std::size_t>(a)]);
-      append_values(text, Eigen::VectorXd(state.q.col(a)));
-      append_values(text, Eigen::VectorXd(state.p.col(a)));
-      text += '\n';
+      if (!first.empty()) table.cells(first);
+      table.numbers(k, path.grid.at(k),
+                    numbers.empty() ? static_cast<int>(a) + 1 : numbers[static_cast<std::size_t>(a)]);
+      table.numbers(state.q.col(a)).numbers(state.p.col(a)).end_row();
     }
   }
 }
@@ -37,10 +40,10 @@ formats::Json sample_json(const ensemble::SamplePath& sample) {
   json["time"] = sample.path.grid.time;
   json["q"] = formats::points_json(sample.path.final().q);
   json["p"] = formats::points_json(sample.path.final().p);
-  json["largest_momentum"] = sample.largest_momentum;
-  json["momentum_error"] = sample.momentum_error;
-  json["contraction_bound"] = sample.contraction_bound;
-  json["contraction_measured"] = sample.path.contraction_measured;
+  json["largest_momentum"] = defined_or_null(sample.largest_momentum);
+  json["momentum_error"] = defined_or_null(sample.momentum_error);
+  json["contraction_bound"] = defined_or_null(sample.contraction_bound);
+  json["contraction_measured"] = defined_or_null(sample.path.contraction_measured);
   json["continuation_steps"] = sample.path.continuation_steps;
   return json;
 }
@@ -65,14 +68,17 @@ std::string simulation_json(const Simulation& simulation) {
   json["p"] = formats::points_json(simulation.start.p);
   json["paths"] = formats::Json::array();
   for (const ensemble::SamplePath& sample : simulation.samples) json["paths"].push_back(sample_json(sample));
-  return formats::one_key_a_line(json);
+  return formats::one_key_a_line(require_finite(json));
 }
 
 std::string sample_paths_csv(const Simulation& simulation, int every) {
-  std::string text = "sample,step,time,landmark" + state_names(simulation.start.q.rows()) + "\n";
+  io::CsvTable table;
+  table.words({"sample", "step", "time", "landmark"});
+  add_state_names(table, simulation.start.q.rows());
+  table.end_row();
   for (std::size_t m = 0; m < simulation.samples.size(); ++m)
-    append_states(text, simulation.samples[m].path, fmt::format("{},", m + 1), every);
-  return text;
+    add_states(table, simulation.samples[m].path, std::to_string(m + 1), every);
+  return std::move(table).take();
 }
 
 }  // namespace pulson::records

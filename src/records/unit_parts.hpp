@@ -31,7 +31,10 @@ struct UnitRun {  // NOLINT(bugprone-exception-escape): moving Json throws nothi
   bool partial() const { return results.size() < own_units().size(); }
 };
 
-/// A binary text (CBOR), numbers exact.
+/// The CRC-32 of all on which the results depend, as eight hexadecimal digits; the same for all shards of a run.
+std::string unit_fingerprint(const UnitRun& run);
+
+/// A binary text (CBOR), numbers exact, that ends with its checksum.
 std::string unit_part(const UnitRun& run);
 
 /// Whether `bytes` begin as unit_part() does.

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "chart_examples.hpp"
+#include "draw/drawing.hpp"
 #include "picture_files.hpp"
+#include "svg_parts.hpp"
 
 namespace pulson::charts {
 namespace {
@@ -22,8 +24,8 @@ class ChartTest : public PictureTest {
   static std::string draw(const ChartPanel& panel) { return draw(Chart{.rows = {{panel}}}); }
 };
 
-/// Pieces of lines in the SVG: each begins by a move.
-std::size_t count_strokes(const std::string& svg) { return count_of(svg, "M"); }
+/// Pieces of lines in the SVG, each of which begins by a move, areas and discs.
+std::size_t count_strokes(const std::string& svg) { return count_of(svg, "M") + count_of(svg, "<circle"); }
 
 constexpr std::array kStyles = {SeriesStyle::kLine, SeriesStyle::kPoints, SeriesStyle::kLineAndPoints,
                                 SeriesStyle::kSteps, SeriesStyle::kBars};
@@ -52,7 +54,7 @@ TEST_F(ChartTest, ShowsAllTexts) {
                                                 .series = {wave("α & β")},
                                                 .reference_lines = {{1, "one"}}}}}});
   for (const char* text :
-       {">the &lt;title><", ">the subtitle<", ">a heading<", ">below<", ">above<", ">α &amp; β<", ">one<"})
+       {">the &lt;title&gt;<", ">the subtitle<", ">a heading<", ">below<", ">above<", ">α &amp; β<", ">one<"})
     EXPECT_TRUE(contains(svg, text)) << text;
 }
 
@@ -64,24 +66,25 @@ TEST_F(ChartTest, OneNameIsOneEntryAndOneColour) {
                           {{.series = {wave("same", SeriesStyle::kSteps), wave("")}}, {.series = {wave("other")}}}}});
   EXPECT_EQ(count_of(svg, ">same<"), 1u);
   EXPECT_EQ(count_of(svg, ">other<"), 1u);
-  EXPECT_TRUE(contains(svg, "rgb( 33, 105, 210)")) << "the first colour";
-  EXPECT_TRUE(contains(svg, "rgb(169,  58,  86)")) << "the second colour";
-  EXPECT_FALSE(contains(svg, "rgb( 53, 164, 132)")) << "a third colour";
+  EXPECT_TRUE(contains(svg, "#2169D2")) << "the first colour";
+  EXPECT_TRUE(contains(svg, "#A93A56")) << "the second colour";
+  EXPECT_FALSE(contains(svg, "#35A484")) << "a third colour";
 }
 
 // Lines on one another both stay visible, and no series is known by its colour alone.
 TEST_F(ChartTest, LinesDifferByTheirDashesAndMarksByTheirShapes) {
-  const auto strokes = [](const std::string& svg, const std::string& colour) {
-    const std::size_t at = svg.find("stroke='" + colour + "'");
-    const std::size_t data = svg.find(" d='", at) + 4;
-    return at == std::string::npos ? 0 : count_of(svg.substr(data, svg.find('\'', data) - data), "M");
-  };
   std::string svg = draw({.series = {wave("one", SeriesStyle::kLine), wave("two", SeriesStyle::kLine)}});
-  EXPECT_EQ(strokes(svg, "rgb( 33, 105, 210)"), 1u) << "the first is whole";
-  EXPECT_GT(strokes(svg, "rgb(169,  58,  86)"), 10u) << "the second is dashed";
+  const auto is_dashed = [&](const std::string& colour) {
+    return count_of(svg, "stroke=\"" + colour +
+                             "\" stroke-width=\"2.2\" stroke-linecap=\"round\" stroke-linejoin=\"round\" "
+                             "stroke-dasharray=\"16 6\"");
+  };
+  EXPECT_EQ(is_dashed("#2169D2"), 0U) << "the first is whole";
+  EXPECT_EQ(is_dashed("#A93A56"), 2U) << "the second is dashed, here and in the legend";
   svg = draw({.series = {wave("one", SeriesStyle::kPoints), wave("two", SeriesStyle::kPoints)}});
-  EXPECT_FALSE(contains(svg, "fill = 'rgb( 33, 105, 210)'")) << "discs are short strokes";
-  EXPECT_TRUE(contains(svg, "fill = 'rgb(169,  58,  86)'")) << "squares are areas";
+  EXPECT_EQ(svg_parts(svg, "#2169D2").discs.size(), 11U) << "one in the legend";
+  EXPECT_TRUE(svg_parts(svg, "#2169D2").areas.empty());
+  EXPECT_EQ(svg_parts(svg, "#A93A56").areas.size(), 11U) << "squares";
 }
 
 TEST_F(ChartTest, ASeriesWithoutValuesIsAnEntryOfTheLegend) {
@@ -107,13 +110,37 @@ TEST_F(ChartTest, AnErrorBarIsALineWithTwoEnds) {
   }
 }
 
+// Every pixel outside of the frame is that of the empty panel, but for the halves of dots on the frame.
 TEST_F(ChartTest, WhatIsBeyondTheRangeIsCutOff) {
-  ChartPanel panel{.series = {with_error(wave("", SeriesStyle::kPoints), 0.1)}, .y_range = std::pair(0, 3)};
-  const std::size_t whole = count_strokes(draw(panel));
-  panel.series[0].error[4] = 100;  // neither of its ends is drawn
-  EXPECT_EQ(count_strokes(draw(panel)), whole - 2);
-  panel.series[0].y[5] = 1e300;  // nothing of it: two layers of the dot, the bar and its ends
-  EXPECT_EQ(count_strokes(draw(panel)), whole - 2 - 5);
+  const auto pixels = [](const ChartPanel& panel) {
+    draw(panel);
+    return draw::decode_png("chart.png");
+  };
+  ChartPanel panel{.series = {with_band(wave(""), 50)}, .y_range = std::pair(0, 3)};
+  panel.series[0] = with_error(panel.series[0], 100);
+  panel.series[0].y[5] = 1e300;
+  panel.series[0].low[3] = -1e300;
+  const draw::Raster full = pixels(panel);
+  const std::string svg = contents("chart.svg");
+  const Points frame = svg_parts(svg, "#C9CED6").lines.at(0);
+  ChartPanel empty{.series = {{.name = "", .x = {0.5, 9.5}, .y = {-10, -10}, .error = {1, 1}}},
+                   .y_range = std::pair(0, 3)};
+  const draw::Raster bare = pixels(empty);
+  ASSERT_EQ(full.rgba.size(), bare.rgba.size());
+  std::size_t differences_within = 0;
+  for (int y = 0; y < full.height; ++y)
+    for (int x = 0; x < full.width; ++x) {
+      const std::size_t i = 4 * (static_cast<std::size_t>(y) * full.width + x);
+      if (full.rgba[i] == bare.rgba[i] && full.rgba[i + 1] == bare.rgba[i + 1]) continue;
+      const bool within = x > frame(0, 0) - 3 && x < frame(0, 1) + 3 && y > frame(1, 2) - 3 && y < frame(1, 0) + 3;
+      ASSERT_TRUE(within) << x << ' ' << y;
+      ++differences_within;
+    }
+  EXPECT_GT(differences_within, 10000U);
+}
+
+TEST_F(ChartTest, HugeValuesAreDrawn) {
+  ChartPanel panel{.series = {}, .y_range = std::pair(0, 3)};
   for (const SeriesStyle style : kStyles) {
     panel.series = {with_band(wave("", style), 50)};
     panel.series[0].y[3] = -1e300;

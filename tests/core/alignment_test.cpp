@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/determined.hpp"
 #include "error_of.hpp"
 #include "numbers.hpp"
 #include "random_numbers.hpp"
@@ -265,6 +267,62 @@ TEST(AlignmentErrors, NameWhatIsWrong) {
                 AllOf(HasSubstr("the weight of landmark 3 is"), HasSubstr("0 or greater")));
   EXPECT_THAT(error(VectorXd::Zero(4), shape), HasSubstr("no landmark can be aligned"));
   EXPECT_THAT(error({}, Points::Constant(2, 4, kNaN)), HasSubstr("no landmark can be aligned"));
+}
+
+TEST(AlignmentParameters, AreThoseOfTheGroups) {
+  const std::map<AlignmentKind, std::array<int, 3>> kParameters = {{AlignmentKind::kNone, {0, 0, 0}},
+                                                                   {AlignmentKind::kTranslation, {1, 2, 3}},
+                                                                   {AlignmentKind::kRigid, {1, 3, 6}},
+                                                                   {AlignmentKind::kSimilarity, {2, 4, 7}},
+                                                                   {AlignmentKind::kAffine, {2, 6, 12}}};
+  for (const auto& [kind, of_dimension] : kParameters)
+    for (int d = 1; d <= 3; ++d)
+      EXPECT_EQ(alignment_parameters(kind, d), of_dimension.at(static_cast<std::size_t>(d - 1))) << d;
+}
+
+// A map with as many parameters as there are coordinates fits them whatever they are.
+TEST(Determined, NeedsMoreCoordinatesThanParameters) {
+  Numbers numbers(3);
+  for (int d = 1; d <= 3; ++d)
+    for (const AlignmentKind kind : kFittedKinds) {
+      const auto parameters = static_cast<int>(alignment_parameters(kind, d));
+      const int enough = parameters / d + 1, all = enough + 2;
+      const Points source = numbers.landmarks(d, all);
+      Points target = numbers.landmarks(d, all);
+      target.rightCols(all - enough).setConstant(std::nan(""));
+      EXPECT_TRUE(is_determined(source, target, kind)) << d << alignment_name(kind);
+      if (enough == 1) continue;
+      VectorXd weights = VectorXd::Ones(all);
+      weights[0] = 0;
+      EXPECT_FALSE(is_determined(source, target, kind, weights)) << d << alignment_name(kind);
+      target(0, 0) = std::nan("");
+      EXPECT_FALSE(is_determined(source, target, kind)) << d << alignment_name(kind);
+    }
+}
+
+TEST(Determined, NamesTheLikeliestRemedy) {
+  Numbers numbers(4);
+  const Points source = numbers.landmarks(2, 4);
+  Points target = numbers.landmarks(2, 4);
+  target.rightCols(2).setConstant(std::nan(""));
+  EXPECT_EQ(error_of([&] { require_determined(source, target, AlignmentKind::kSimilarity, "b.csv"); }),
+            "b.csv: the match is undetermined: alignment similarity has 4 parameters in 2D, no fewer than the 4 "
+            "coordinates of the 2 landmarks observed in both shapes; use `align = translation`");
+  target.col(1).setConstant(std::nan(""));
+  EXPECT_EQ(error_of([&] { require_determined(source, target, AlignmentKind::kTranslation, "b.csv"); }),
+            "b.csv: the match is undetermined: alignment translation has 2 parameters in 2D, no fewer than the 2 "
+            "coordinates of the 1 landmark observed in both shapes; use `align = none`");
+  require_determined(source, target, AlignmentKind::kNone, "b.csv");
+}
+
+TEST(Determined, AreShapesOfAProcrustesMean) {
+  Numbers numbers(5);
+  std::vector<Landmarks> shapes(3);
+  for (Landmarks& shape : shapes) shape.points = numbers.landmarks(2, 4);
+  shapes[1].points.rightCols(3).setConstant(std::nan(""));
+  shapes[1].source = "b.csv";
+  EXPECT_THAT(error_of([&] { procrustes_mean(shapes, AlignmentKind::kSimilarity); }),
+              HasSubstr("b.csv: the match is undetermined"));
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ TEST_F(AnimationTest, TellsWhyFfmpegFailed) {
   fake_ffmpeg("exit 3\n");
   EXPECT_EQ(error_of_large_frames("a.mp4"), "ffmpeg failed: it printed no message");
   fake_ffmpeg("kill -9 $$\n");
-  EXPECT_EQ(error_of_large_frames("a.mp4"), "ffmpeg failed: it printed no message");
+  EXPECT_EQ(error_of_large_frames("a.mp4"), "ffmpeg failed: it was killed by signal 9");
   fake_ffmpeg("exit 0\n");
   EXPECT_EQ(error_of_large_frames("a.mp4").substr(0, 48), "ffmpeg ended before the animation 'a.mp4' did: B");
   fake_ffmpeg("cat >/dev/null\n");

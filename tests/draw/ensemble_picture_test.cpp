@@ -3,12 +3,12 @@
 
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "picture_files.hpp"
+#include "svg_parts.hpp"
 
 namespace pulson::draw {
 namespace {
@@ -50,8 +50,9 @@ TEST_F(EnsemblePictureTest, HasAnEllipseForEachLandmarkInEachPanel) {
       SCOPED_TRACE(testing::Message() << "d = " << d << ", N = " << n);
       const std::string svg = draw(some_ensemble(d, n));
       const auto panels = static_cast<std::size_t>(d == 2 ? 1 : 3);
-      const auto rings = count_of(svg, "stroke='rgb(212,  98,  26)'");
-      EXPECT_EQ(rings, panels * static_cast<std::size_t>(n) + 1) << "one in the legend";
+      const SvgParts target = svg_parts(svg, "#D4621A");
+      EXPECT_EQ(target.lines.size(), panels * static_cast<std::size_t>(n));
+      EXPECT_EQ(target.rings.size(), 1U) << "in the legend";
       EXPECT_TRUE(contains(svg, ">2 sample paths<"));
     }
 }
@@ -71,19 +72,10 @@ TEST_F(EnsemblePictureTest, EllipsesHaveTheAxesOfTheirCovariance) {
   for (const bool y_down : {false, true}) {
     picture.start.y_down = y_down;
     const std::string svg = draw(picture);
-    const std::size_t at = svg.find(" d='", svg.find("stroke='rgb(212,  98,  26)'")) + 4;
-    std::string text = svg.substr(at, svg.find('\'', at) - at);
-    for (char& c : text)
-      if (c == ',' || c == 'L' || c == 'M') c = ' ';
-    std::istringstream numbers(text);
-    double low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
-    for (double x = 0, y = 0; numbers >> x >> y;) {
-      low_x = std::min(low_x, x);
-      high_x = std::max(high_x, x);
-      low_y = std::min(low_y, y);
-      high_y = std::max(high_y, y);
-    }
-    EXPECT_NEAR((high_y - low_y) / (high_x - low_x), 3, 0.02);
+    const SvgParts target = svg_parts(svg, "#D4621A");
+    ASSERT_EQ(target.lines.size(), 1U);
+    const Eigen::Vector2d size = target.lines[0].rowwise().maxCoeff() - target.lines[0].rowwise().minCoeff();
+    EXPECT_NEAR(size.y() / size.x(), 3, 0.02);
   }
 }
 

@@ -2,12 +2,12 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 
 #include <gtest/gtest.h>
 
 #include "picture_files.hpp"
 #include "pulson/draw/pictures.hpp"
+#include "svg_parts.hpp"
 
 namespace pulson::draw {
 namespace {
@@ -18,7 +18,7 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 Points loop(int d, int n, double radius) {
   Points points(d, n);
   for (int i = 0; i < n; ++i) {
-    const double angle = 2 * std::numbers::pi * i / n + 0.1;  // no two share a coordinate: gnuplot would join marks
+    const double angle = 2 * std::numbers::pi * i / n + 0.1;
     const Eigen::Vector3d place(std::cos(angle), std::sin(angle), 0.3 * std::sin(2 * angle + 0.3));
     points.col(i) = radius * place.head(d);
   }
@@ -39,38 +39,16 @@ RegistrationPicture example(int d, int n, const Points& target) {
 
 /// What the SVG shows in the target's colour.
 struct Drawn {
-  std::vector<Points> rings;     // closed, about as large as a mark
+  std::vector<Points> rings;
   std::vector<Points> segments;  // of two vertices
   std::vector<Points> outlines;  // the rest
 };
 
-Points vertices(const std::string& line) {
-  std::string text = line;
-  for (char& c : text)
-    if (c == ',' || c == 'L') c = ' ';
-  std::istringstream numbers(text);
-  std::vector<double> values;
-  for (double value = 0; numbers >> value;) values.push_back(value);
-  return Eigen::Map<const Points>(values.data(), 2, static_cast<Eigen::Index>(values.size() / 2));
-}
-
-bool is_ring(const Points& line) {
-  const double size = (line.rowwise().maxCoeff() - line.rowwise().minCoeff()).maxCoeff();
-  return line.cols() > 12 && line.col(0) == line.rightCols<1>() && size < 40;
-}
-
 Drawn target_in(const std::string& svg) {
-  const std::string start = "<path stroke='rgb(212,  98,  26)'";
-  Drawn drawn;
-  for (std::size_t at = svg.find(start); at != std::string::npos; at = svg.find(start, at + 1)) {
-    const std::size_t data = svg.find(" d='", at) + 4;
-    std::istringstream lines(svg.substr(data, svg.find('\'', data) - data));
-    for (std::string line; std::getline(lines, line, 'M');) {
-      const Points points = vertices(line);
-      if (points.cols() < 2) continue;
-      (is_ring(points) ? drawn.rings : points.cols() == 2 ? drawn.segments : drawn.outlines).push_back(points);
-    }
-  }
+  const SvgParts parts = svg_parts(svg, "#D4621A");
+  Drawn drawn{.rings = parts.rings, .segments = {}, .outlines = {}};
+  for (const Points& line : parts.lines)
+    if (line.cols() > 1) (line.cols() == 2 ? drawn.segments : drawn.outlines).push_back(line);
   return drawn;
 }
 

@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "draw/gnuplot.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/draw/pictures.hpp"
@@ -102,7 +101,7 @@ TEST_F(ReportTest, ShowsSpecialCharactersAsTheyAre) {
   write(picture);
   expect_whole_pictures("picture.png", "picture.svg");
   const std::string svg = contents("picture.svg");
-  EXPECT_NE(svg.find("a_b^2 {c} @d 'e' \"f\" \\n `g` %h $i #j &amp; &lt;k> → β"), std::string::npos);
+  EXPECT_NE(svg.find("a_b^2 {c} @d 'e' \"f\" \\n `g` %h $i #j &amp; &lt;k&gt; → β"), std::string::npos);
   EXPECT_NE(svg.find("not UTF-8: ? ?"), std::string::npos);
 }
 
@@ -151,16 +150,6 @@ TEST_F(ReportTest, RefusesSizesThatDisagree) {
   EXPECT_TRUE(files().empty());
 }
 
-TEST_F(ReportTest, SaysThatGnuplotIsMissing) {
-  const char* const old = std::getenv("PATH");
-  const std::string path = old != nullptr ? old : "";
-  setenv("PATH", fs::current_path().c_str(), 1);
-  const std::string message = message_of_failed_write(example(2, 8));
-  setenv("PATH", path.c_str(), 1);
-  EXPECT_EQ(message.substr(0, 63), "gnuplot was not found; install it (Debian: gnuplot-nox) or put ");
-  EXPECT_TRUE(files().empty());
-}
-
 TEST_F(ReportTest, HasTheWidthAndTheResolutionAskedFor) {
   const auto sides = [](const std::string& png) {
     const auto number = [&](std::size_t at) {
@@ -193,31 +182,11 @@ TEST_F(ReportTest, SaysThatTheFolderIsMissingAndWritesNeither) {
   EXPECT_TRUE(files().empty());
 }
 
-TEST_F(ReportTest, AFailingScriptLeavesTheOlderFile) {
+TEST_F(ReportTest, APictureThatCannotBeWrittenLeavesTheOlderFile) {
   std::ofstream("old.png") << "older picture";
-  try {
-    Gnuplot gnuplot;
-    gnuplot.command("set terminal pngcairo");
-    gnuplot.set_output("old.png");
-    gnuplot.command("plot " + gnuplot.add_block("1 2\n3 4") + " with lines, $absent with lines");
-    gnuplot.run();
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("gnuplot failed: line "), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("$absent"), std::string::npos) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-  }
+  EXPECT_THROW(write_registration_picture(example(2, 8), {.png = "old.png", .dpi = 5000}), InputError) << "too large";
   EXPECT_EQ(files(), (std::set<std::string>{"old.png"}));
   EXPECT_EQ(contents("old.png"), "older picture");
-  Gnuplot draws_nothing;
-  draws_nothing.set_output("old.png");
-  EXPECT_THROW(draws_nothing.run(), InputError);
-  EXPECT_EQ(contents("old.png"), "older picture");
-}
-
-TEST(GnuplotTest, QuotesText) {
-  EXPECT_EQ(Gnuplot::quoted("it's\ta_b"), "'it''s a_b'");
-  EXPECT_EQ(Gnuplot::quoted("é\x80→"), "'é?→'");
 }
 
 TEST(OutlineKindTest, TellsClosedOpenAndNoCurve) {

@@ -7,6 +7,7 @@
 
 #include "draw/shape_panels.hpp"
 #include "picture_files.hpp"
+#include "svg_parts.hpp"
 
 namespace pulson::draw {
 namespace {
@@ -34,19 +35,16 @@ ScorePlot::Group grid_of(int side) {
   return group;
 }
 
-/// Where a text begins in the svg.
-std::vector<std::pair<double, double>> places_of_labels(const std::string& svg) {
-  static const std::regex kLabel(R"(translate\(([0-9.]+),([0-9.]+)\)[^>]*>\s*<text>s[0-9]+<)");
-  std::vector<std::pair<double, double>> places;
-  for (std::sregex_iterator match(svg.begin(), svg.end(), kLabel), none; match != none; ++match)
-    places.emplace_back(std::stod(match->str(1)), std::stod(match->str(2)));
-  return places;
+/// The labels of dots.
+std::vector<SvgText> labels_in(const std::string& svg) {
+  std::vector<SvgText> labels = svg_texts(svg);
+  std::erase_if(labels, [](const SvgText& text) { return !std::regex_match(text.text, std::regex("s[0-9]+")); });
+  return labels;
 }
 
 TEST_F(ScorePlotTest, LabelsEveryDotWhereThereIsRoom) {
   EXPECT_EQ(
-      places_of_labels(draw({.groups = {grid_of(5)}, .x_label = "x", .y_label = "y", .title = {}, .subtitle = {}}))
-          .size(),
+      labels_in(draw({.groups = {grid_of(5)}, .x_label = "x", .y_label = "y", .title = {}, .subtitle = {}})).size(),
       25U);
 }
 
@@ -56,18 +54,17 @@ TEST_F(ScorePlotTest, LabelsOfCrowdedDotsDoNotOverlap) {
   plot.groups[0].scores.col(624) << 60, 30;
   const std::string svg = draw(plot);
   EXPECT_TRUE(contains(svg, ">s624<"));
-  const auto places = places_of_labels(svg);
-  EXPECT_GE(places.size(), 5U);
-  EXPECT_LT(places.size(), 300U);
-  constexpr double kNarrowest = 14, kLetterHeight = 14;  // of a label, pixels
-  for (std::size_t i = 0; i < places.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      EXPECT_TRUE(std::abs(places[i].first - places[j].first) > kNarrowest ||
-                  std::abs(places[i].second - places[j].second) > kLetterHeight)
-          << i << ' ' << j;
+  const std::vector<SvgText> labels = labels_in(svg);
+  EXPECT_GE(labels.size(), 5U);
+  EXPECT_LT(labels.size(), 300U);
+  for (const SvgText& one : labels)
+    for (const SvgText& other : labels)
+      EXPECT_TRUE(&one == &other || one.x + one.width <= other.x || other.x + other.width <= one.x ||
+                  std::abs(one.y - other.y) >= one.size)
+          << one.text << ' ' << other.text;
 }
 
-// Colour alone does not distinguish groups: the first has discs, which are strokes, the others polygons.
+// Colour alone does not distinguish groups: the first has discs, the others polygons.
 TEST_F(ScorePlotTest, GroupsDifferInTheShapesOfTheirMarks) {
   ScorePlot plot{.groups = {}, .x_label = "x", .y_label = "y", .title = {}, .subtitle = {}};
   for (const std::string name : {"a", "b", "c"}) {
@@ -75,9 +72,11 @@ TEST_F(ScorePlotTest, GroupsDifferInTheShapesOfTheirMarks) {
     plot.groups.back().scores << 0, 1, static_cast<double>(plot.groups.size()), 0;
   }
   const std::string svg = draw(plot);
-  const std::size_t paths = count_of(svg, "fill = 'rgb( 33, 105, 210)'"), squares = count_of(svg, "rgb(169,  58,  86)");
-  EXPECT_EQ(paths, 0U) << "discs are no areas";
-  EXPECT_GE(squares, 1U);
+  const SvgParts first = svg_parts(svg, "#2169D2"), second = svg_parts(svg, "#A93A56");
+  EXPECT_EQ(first.discs.size(), 3U) << "one in the legend";
+  EXPECT_TRUE(first.areas.empty());
+  EXPECT_EQ(second.areas.size(), 3U) << "one in the legend";
+  EXPECT_TRUE(second.discs.empty());
   for (const std::string name : {">a<", ">b<", ">c<"}) EXPECT_TRUE(contains(svg, name));
 }
 

@@ -84,6 +84,11 @@ TEST_F(CsvFile, TakesLabelsAndGroups) {
   EXPECT_THAT(read_one("zero.csv", "coord_id,x,y\n0,1,2\n1,3,4\n").labels, ElementsAre("0", "1"));
   EXPECT_THAT(read_one("indexed.csv", ",name,x,y\n0,tip,1,2\n1,base,3,4\n").labels, ElementsAre("tip", "base"));
   EXPECT_THAT(read_one("quote.csv", "name,x\n\"the \"\"tip\"\"\",1\n").labels, ElementsAre("the \"tip\""));
+  EXPECT_THAT(read_one("quote.csv", "name,x\r\n\"a\r\nb\" ,1\r\n\"\n\n#c\",\" 2 \"\r\n").labels,
+              ElementsAre("a\r\nb", "\n\n#c"));
+  EXPECT_THAT(read_one("quote.csv", "\"my\nname\";landmark;x\na;\" tip\";1\nb;tip ;2\n").labels,
+              ElementsAre(" tip", "tip"));
+  EXPECT_THAT(read_one("quote.csv", "name x\n\"a\nb\" 1  \n\"c d\" 2\n").labels, ElementsAre("a\nb", "c d"));
   EXPECT_EQ(read_one("twice.csv", "group,id,x,y\na,1,0,0\na,2,1,0\nb,1,5,5\nb,2,6,5\n").count(), 4);
 }
 
@@ -158,6 +163,9 @@ TEST_F(CsvFile, RefusesLinesThatDoNotFit) {
             "t.csv:1: 'Pt-0' is not a number; a table with more than coordinates needs a header such as label,x,y");
   EXPECT_EQ(read_error("t.csv", "x,y\n1,\"2\n"),
             "t.csv:2: broken quotes in '1,\"2'; a field in quotes is \"like this\"");
+  EXPECT_EQ(read_error("t.csv", "label,x\na,1\n\"b,2\nc,3\n"),
+            "t.csv:3: broken quotes in '\"b,2'; a field in quotes is \"like this\"");
+  EXPECT_EQ(read_error("t.csv", "label,x\n\"a\nb\",1\nc,d\n"), "t.csv:4: landmark 'c': x is 'd'; a number is needed");
   EXPECT_EQ(read_error("t.csv", "x,y\n\"1\"2,3\n"),
             "t.csv:2: broken quotes in '\"1\"2,3'; a field in quotes is \"like this\"");
   EXPECT_EQ(read_error("t.csv", "x,y\n"), "t.csv holds a header and no landmarks");

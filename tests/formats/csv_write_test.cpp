@@ -106,10 +106,40 @@ TEST_F(WritingCsv, MakesALongTableOfSeveral) {
 
 TEST_F(WritingCsv, IsReadBackToTheSameBits) {
   std::vector<Landmarks> shapes;
-  const std::vector<std::string> odd = {"a, b", "\"quoted\"", "#sign", "semi;colon", "tab\there", "two  blanks",
-                                        "NA",   "1,5",        "é",     "x",          "-1",        "//sign"};
+  const std::vector<std::string> odd = {"a, b",
+                                        "\"quoted\"",
+                                        "#sign",
+                                        "semi;colon",
+                                        "tab\there",
+                                        "two  blanks",
+                                        "NA",
+                                        "1,5",
+                                        "é",
+                                        "x",
+                                        "-1",
+                                        "//sign",
+                                        " before",
+                                        "behind ",
+                                        "\t",
+                                        "  ",
+                                        "007",
+                                        "#3",
+                                        "id=a",
+                                        "=1+1",
+                                        "a\nb",
+                                        "a\r\nb",
+                                        "a\rb",
+                                        "\n",
+                                        "\"\n#",
+                                        "a\n\n# b,\"c\"",
+                                        "sep=;",
+                                        "specimen",
+                                        "\"",
+                                        "'",
+                                        "\"x\",1,2\n1",
+                                        "none"};
   for (const std::string& name : odd) {
-    Landmarks& shape = shapes.emplace_back(shape_of(name, 1e-3 * Points::Random(3, 12)));
+    Landmarks& shape = shapes.emplace_back(shape_of(name, 1e-3 * Points::Random(3, std::ssize(odd))));
     shape.points(0, 0) = std::numeric_limits<double>::denorm_min();
     shape.points(1, 0) = -std::numeric_limits<double>::max();
     shape.points.col(2).setConstant(kNone);
@@ -125,7 +155,7 @@ TEST_F(WritingCsv, IsReadBackToTheSameBits) {
     EXPECT_EQ(back.shapes[i].groups, shapes[i].groups);
     EXPECT_THAT(incomplete_points(back.shapes[i].points), ElementsAre(2));
     EXPECT_EQ(back.shapes[i].points.leftCols(2), shapes[i].points.leftCols(2));
-    EXPECT_EQ(back.shapes[i].points.rightCols(9), shapes[i].points.rightCols(9));
+    EXPECT_EQ(back.shapes[i].points.rightCols(29), shapes[i].points.rightCols(29));
   }
 }
 
@@ -169,13 +199,13 @@ TEST_F(WritingCsv, LeavesLabelsOutThatRepeat) {
   EXPECT_EQ(written({shape}), "label,x,y,group\ntip,1,2,a\ntip,3,4,b\n");
 }
 
-TEST_F(WritingCsv, MakesLinesOfTexts) {
+TEST_F(WritingCsv, MakesTextOfBytes) {
   Landmarks shape = shape_of("out", Eigen::Vector2d(1, 2));
-  shape.labels = {std::string(" a\nb\0", 6)};
-  shape.groups = {"c\rd"};
+  shape.labels = {std::string("a\0b", 3)};
+  shape.groups = {"gr\xFCn"};
   EXPECT_THAT(write_landmark_file("out.csv", file_of({shape})),
-              ElementsAre("out.csv: csv cannot hold line breaks and outer blanks of texts"));
-  EXPECT_EQ(contents("out.csv"), "label,x,y,group\n\"a b\",1,2,\"c d\"\n");
+              ElementsAre("out.csv: csv cannot hold texts that are not UTF-8 or hold zero bytes"));
+  EXPECT_EQ(contents("out.csv"), "label,x,y,group\n\"a b\",1,2,grün\n");
 }
 
 TEST_F(WritingCsv, RefusesWhatNoTableHolds) {

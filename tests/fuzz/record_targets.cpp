@@ -1,5 +1,6 @@
 #include <string>
 
+#include "core/checksum.hpp"
 #include "fuzz_targets.hpp"
 #include "fuzzing.hpp"
 #include "pulson/core/version.hpp"
@@ -16,14 +17,15 @@ bool is_short(const matching::Registration& registration) {
          registration.increments.rows() <= 64;
 }
 
-/// A checkpoint belongs to one version and vector target; seeds have marks in their places.
+/// A checkpoint belongs to one version and vector target, and ends with its checksum; seeds have marks in their places,
+/// and no checksum.
 std::string with_marks_replaced(std::string_view input) {
   std::string bytes(input);
   for (const auto& [mark, text] : {std::pair{std::string("\x67@target"), vector_target()},
                                    std::pair{std::string("\x68@version"), std::string(version())}})
     if (const std::size_t at = bytes.find(mark); at != std::string::npos)
       bytes.replace(at, mark.size(), static_cast<char>(0x60 + text.size()) + text);
-  return bytes;
+  return sealed(std::move(bytes));
 }
 
 /// One that the seeds in corpus/ belong to.

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/text.hpp"
 #include "temporary_folder.hpp"
 
 namespace pulson {
@@ -20,8 +21,11 @@ inline std::size_t count_of(const std::string& text, const std::string& part) {
   return count;
 }
 
-/// Every element of the XML text is closed in order, and no bare '&' occurs.
+/// Every element of the XML text is closed in order, no bare '&' and no character occurs that XML forbids.
 inline bool is_balanced_xml(const std::string& text) {
+  if (!is_utf8(text) || contains(text, "\xEF\xBF\xBE") || contains(text, "\xEF\xBF\xBF")) return false;
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) < 0x20 && c != '\n') return false;
   std::vector<std::string> open;
   for (std::size_t i = text.find('<'); i != std::string::npos; i = text.find('<', i + 1)) {
     const std::size_t end = text.find('>', i);

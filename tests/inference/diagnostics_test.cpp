@@ -92,5 +92,40 @@ TEST(Diagnostics, HaveNoValueWithoutVariation) {
   EXPECT_EQ(quantile(Eigen::Vector4d(4, 1, 3, 2), 1), 4);
 }
 
+// What the worst of several diagnostics is must not pass over one that is undefined.
+TEST(UndefinedDiagnostics, AreNaN) {
+  const MatrixXd still = MatrixXd::Constant(100, 2, 3);
+  for (const auto& diagnostic : {rank_rhat, effective_sample_size, bulk_ess, tail_ess}) {
+    EXPECT_TRUE(std::isnan(diagnostic(still)));
+    EXPECT_TRUE(std::isnan(diagnostic(autoregressive(0, 3, 4, 1))));
+    MatrixXd broken = autoregressive(0, 100, 2, 1);
+    broken(7, 1) = std::nan("");
+    EXPECT_TRUE(std::isnan(diagnostic(broken)));
+  }
+}
+
+// Half chains of five draws have no pair of lags: their draws would count as independent, however they depend.
+TEST(UndefinedDiagnostics, AreEffectiveSampleSizesOfShortChains) {
+  EXPECT_TRUE(std::isnan(bulk_ess(autoregressive(0.9, 11, 4, 2))));
+  EXPECT_TRUE(std::isfinite(bulk_ess(autoregressive(0.9, 12, 4, 2))));
+  EXPECT_TRUE(std::isfinite(rank_rhat(autoregressive(0.9, 11, 4, 2))));
+}
+
+// More than 5 % of the draws are the greatest: none is above the 95 % quantile, and the tail has no sample size. That
+// of the other tail is no answer.
+TEST(UndefinedDiagnostics, AreTailsThatChainsStickIn) {
+  MatrixXd x = autoregressive(0.5, 200, 1, 5);
+  x.topRows(20).setConstant(10);
+  EXPECT_TRUE(std::isfinite(bulk_ess(x)));
+  EXPECT_TRUE(std::isnan(tail_ess(x)));
+}
+
+// Two values at the same distance from the median: the folded draws are constant.
+TEST(UndefinedDiagnostics, AreRhatsOfConstantDistances) {
+  MatrixXd x(100, 2);
+  for (Index i = 0; i < x.size(); ++i) x.reshaped()[i] = i % 2 == 0 ? 1 : -1;
+  EXPECT_TRUE(std::isnan(rank_rhat(x)));
+}
+
 }  // namespace
 }  // namespace pulson::inference

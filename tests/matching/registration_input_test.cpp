@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -330,6 +331,75 @@ TEST(RegistrationErrors, ObjectiveRefusesWhatDoesNotFit) {
   EXPECT_EQ(error(q, q), "no error");
   EXPECT_NE(error(twice, q), "no error");
   EXPECT_NE(error(q, q.leftCols(3)), "no error");
+}
+
+// With no more coordinates than parameters the alignment alone matches whatever was observed.
+TEST(RegistrationErrors, NameAnUndeterminedAlignment) {
+  const Landmarks source = square("a.csv");
+  Landmarks target = square("b.csv");
+  target.points = target.points.array().square() + 0.3;
+  RegistrationOptions options = plain_options();
+  options.align.reset();
+  target.points.rightCols(2).setConstant(std::nan(""));
+  EXPECT_THAT(registration_error(source, target, options),
+              AllOf(HasSubstr("b.csv: the match is undetermined: alignment similarity has 4 parameters in 2D"),
+                    HasSubstr("use `align = translation`")));
+  target.points.col(1).setConstant(std::nan(""));
+  EXPECT_THAT(registration_error(source, target, options), HasSubstr("use `align = none`"));
+  options.align = AlignmentKind::kNone;
+  EXPECT_TRUE(register_shapes(source, target, options).converged);  // momenta have a prior
+  target.points.setConstant(std::nan(""));
+  target.points.col(0) << 0, std::nan("");
+  EXPECT_THAT(registration_error(source, target, options), HasSubstr("no landmark has all its coordinates"));
+}
+
+// The data of landmarks that a sigma blurs by far cost nothing; they are not equal for that.
+TEST(Registrations, AreOfEqualShapesWhereTheyAreEqual) {
+  const Landmarks source = square("a.csv");
+  Landmarks target = square("b.csv");
+  RegistrationOptions options = plain_options();
+  for (const char* integrator : {"midpoint", "variational-2"}) {
+    options.integrator = integrator;
+    options.sigma = 0.01;
+    target.points = source.points;
+    EXPECT_EQ(register_shapes(source, target, options).stop_reason, "the shapes are equal") << integrator;
+    options.sigma = 1e9;
+    target.points(0, 0) += 1;
+    EXPECT_EQ(register_shapes(source, target, options).stop_reason, "the shapes do not differ beyond sigma")
+        << integrator;
+  }
+}
+
+// Numbers beyond all measure are refused by their names, or nothing is claimed of what they lead to.
+TEST(Registrations, NeverClaimNumbersThatAreNotFinite) {
+  Landmarks source = square("a.csv"), target = square("b.csv");
+  target.points = 1.2 * source.points.array().square() + 0.3;
+  int refused = 0;
+  for (const double extreme : {1e-300, 1e-200, 1e-150, 1e-100, 1e-50, 1e50, 1e100, 1e150, 1e200, 1e300})
+    for (const int which : {0, 1, 2, 3, 4})
+      for (const char* noise : {"none", "ch-sd:beta=0.3"}) {
+        RegistrationOptions options = plain_options();
+        options.minimise.max_iterations = 20;
+        options.noise = noise;
+        if (which == 0) options.grid.time = extreme;
+        if (which == 1) options.sigma = extreme;
+        if (which == 2) options.lambda = extreme;
+        std::ostringstream text;
+        text << extreme;
+        SCOPED_TRACE(text.str() + ' ' + std::to_string(which) + ' ' + noise);
+        try {
+          if (which == 3) options.kernel = "gaussian:alpha=" + text.str();
+          if (which == 4) options.noise = "ch-sd:beta=" + text.str();
+          const Registration found = register_shapes(source, target, options);
+          EXPECT_TRUE(std::isfinite(found.cost.total()));
+          EXPECT_TRUE(found.momenta.allFinite() && found.result.allFinite() && found.increments.allFinite());
+          if (found.stop_reason == "the gradient vanishes")
+            EXPECT_LE(found.relative_gradient, options.minimise.gradient_tolerance);
+        } catch (const Error&) {
+          ++refused;
+        }
+      }
+  EXPECT_GT(refused, 10);
 }
 
 }  // namespace

@@ -58,7 +58,6 @@ INSTANTIATE_TEST_SUITE_P(
         WrongEnsemble{"-o out --bound 0", "--bound is 0; it must be greater than 0"},
         WrongEnsemble{"-o out --bound nan", "--bound is nan"},
         WrongEnsemble{"-o out --stop-after 0", "--stop-after is 0; it must be at least 1"},
-        WrongEnsemble{"-o out --resume", "there is nothing to resume: 'out/ensemble.partial'"},
         WrongEnsemble{"-o out --save-paths all.npy --samples 10000000", "the states to keep are 4040000000 numbers"},
         WrongEnsemble{"-o out --save-final ends.npy --samples 1000000000", "the states to keep are"},
         WrongEnsemble{"-o out --save-final nowhere/ends.npy", "there is no folder 'nowhere'"},

@@ -83,16 +83,16 @@ TEST_F(EnsembleSignals, LosesNothingOfAShardThatIsKilled) {
 }
 
 // Sums are saved every ten seconds.
-TEST_F(EnsembleSignals, HasNothingToResumeWhenItWasKilledEarly) {
-  const std::string kRun = "--samples 100000000 --threads 1 -o out";
+TEST_F(EnsembleSignals, BeginsAnewWhenItWasKilledBeforeAnythingWasSaved) {
+  const std::string kRun = "--samples 100000000 --threads 1 -o out --no-picture";
   const pid_t child = sampling(kPair + kRun);
   ::kill(child, SIGKILL);
   EXPECT_EQ(finished(child).exit_code, -SIGKILL);
   EXPECT_THAT(names_in("out"), ElementsAre(kLock));
-  const ProgramRun done = run_pair(kRun + " --resume");
-  EXPECT_EQ(done.exit_code, 2);
-  EXPECT_EQ(count_lines(done.err), 1U);
-  EXPECT_THAT(done.err, StartsWith("pulson: there is nothing to resume: 'out/ensemble.partial'"));
+  const ProgramRun done = run_pair(kRun + " --resume --stop-after 64");
+  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_THAT(done.err, StartsWith("note: nothing is saved in 'out' yet: the run begins\n"));
+  EXPECT_EQ(read_json("out/ensemble.json")["samples"], 64);
 }
 
 }  // namespace

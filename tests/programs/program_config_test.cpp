@@ -63,12 +63,6 @@ TEST_F(ConfiguredProgram, TakesItsOptionsFromToml) {
   EXPECT_FALSE(std::filesystem::exists("out/registration.png"));
 }
 
-TEST_F(ConfiguredProgram, TakesItsOptionsFromJson) {
-  write("run.json", R"({"no-picture": true, "register": {"source": "a.csv", "target": "b.csv", "steps": 10,
-                        "out": "out", "no-picture": true}, "compare": {"noise": ["none"]}})");
-  EXPECT_EQ(registered("register --config run.json")["steps"], 10);
-}
-
 TEST_F(ConfiguredProgram, PrefersTheCommandLineToTheFile) {
   write("run.toml", kToml);
   EXPECT_EQ(registered("register --steps 5 --config run.toml --noise none")["steps"], 5);
@@ -126,10 +120,9 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsWrong) {
   EXPECT_THAT(complaint("run.toml", "steps = 10\ndt = 0.1\n"), HasSubstr("--steps"));
   EXPECT_THAT(complaint("run.toml", "config = \"other.toml\"\n"),
               HasSubstr("run.toml:1: 'config' belongs on the command line"));
-  EXPECT_THAT(complaint("run.json", R"({"stesp": 4})"),
-              HasSubstr("run.json: stesp: unknown option 'stesp'; did you mean 'steps'"));
-  EXPECT_THAT(complaint("run.json", R"({"register": {"steps": "many"}})"),
-              HasSubstr("run.json: register.steps: steps is 'many'"));
+  EXPECT_THAT(complaint("run.toml", "kernel = \"\"\n"), HasSubstr("run.toml:1: kernel is empty"));
+  EXPECT_THAT(complaint("run.toml", "fit = [\"beta\", \" \"]\n"), HasSubstr("run.toml:1: fit is empty"));
+  EXPECT_THAT(complaint("run.toml", "json = \"a\\u0000b\"\n"), HasSubstr("run.toml:1: json holds a zero byte"));
 }
 
 TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsNoToml) {
@@ -148,14 +141,37 @@ TEST_F(ConfiguredProgram, NamesTheLineOfWhatIsNoToml) {
   for (const char* not_used : {"[[register]]\n", "[register.more]\n", "steps = 2020-01-02\n", "fit = [[\"beta\"]]\n"})
     EXPECT_THAT(complaint("run.toml", not_used),
                 HasSubstr("run.toml:1: a string, number, true, false or list of these"));
-  EXPECT_THAT(complaint("run.json", "{\"steps\": 4,}"), HasSubstr("run.json: parse error at line 1"));
-  EXPECT_THAT(complaint("run.json", "[4]"), HasSubstr("run.json: an object"));
-  EXPECT_THAT(complaint("run.json", R"({"steps": null})"), HasSubstr("run.json: steps: a string, number, true, false"));
-  EXPECT_THAT(complaint("run.ini", "steps = 4\n"), HasSubstr("a .toml or .json file is needed"));
+  for (const char* other : {"run.json", "run.ini"})
+    EXPECT_THAT(complaint(other, "steps = 4\n"), HasSubstr("a .toml file is needed"));
   EXPECT_THAT(complaint("a.csv", "x,y\n0,0\n1,0\n0,1\n", "--config none.toml"), HasSubstr("--config"));
   const ProgramRun missing = run(words("register a.csv b.csv -o out --config none.toml"));
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_THAT(missing.err, HasSubstr("'none.toml'"));
+}
+
+std::string repeated(const std::string& text, int count) {
+  std::string all;
+  for (int i = 0; i < count; ++i) all += text;
+  return all;
+}
+
+TEST_F(ConfiguredProgram, EndsWellWhereAFileIsDeepOrLong) {
+  const std::string deep = repeated("a.", 35'000) + "a";
+  EXPECT_THAT(complaint("run.toml", "\n[" + deep + "]\n"), HasSubstr("run.toml:2: a key has more than 16 parts"));
+  EXPECT_THAT(complaint("run.toml", deep + " = 1\n"), HasSubstr("run.toml:1: a key has more than 16 parts"));
+  EXPECT_THAT(complaint("run.toml", repeated("\"a\" . ", 35'000) + "a = 1\n"), HasSubstr("more than 16 parts"));
+  EXPECT_THAT(complaint("run.toml", "x = {" + deep + " = 1}\n"), HasSubstr("more than 16 parts"));
+  EXPECT_THAT(complaint("run.toml", "x = " + std::string(100'000, '[')), HasSubstr("run.toml:1: "));
+  EXPECT_THAT(complaint("run.toml", "x = " + repeated("{a=", 100'000)), HasSubstr("run.toml:1: "));
+  EXPECT_THAT(complaint("run.toml", repeated("[[a]]\n", 100'000)), HasSubstr("run.toml:1: "));
+  EXPECT_THAT(complaint("run.toml", std::string((1 << 20) + 1, '#')), HasSubstr("it holds more than 1 MiB"));
+}
+
+TEST_F(ConfiguredProgram, TakesDotsInTextForNoDepth) {
+  const std::string dots = repeated("../", 40) + "a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s.t";
+  write("run.toml", "# " + dots + "\n[merge]\npart = \"" + dots + "\"\n[convert]\nfiles = '''" + dots +
+                        "\n'''\n[register]\nsteps = 10 # it's " + dots + "\n");
+  EXPECT_EQ(registered("register a.csv b.csv -o out --no-picture --config run.toml")["steps"], 10);
 }
 
 // What is printed makes the same run, and prints the same again.

@@ -274,20 +274,6 @@ TEST_F(WrongInput, FullDiskBehindTheRecord) {
               AnyOf(IsEmpty(), ElementsAre("registration.json", "report.html", "residuals.csv", "trajectory.csv")));
 }
 
-// Either it is refused before anything is written, or the tables stand and a warning says why there is no picture.
-TEST_F(WrongInput, GnuplotIsMissing) {
-  const ProgramRun done = run(register_ab("--quiet"), {.search_path = "/nowhere"});
-  EXPECT_EQ(count_lines(done.err), 1U) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("gnuplot"));
-  EXPECT_THAT(done.err, HasSubstr("--no-picture"));
-  if (done.exit_code == 0) {
-    EXPECT_THAT(names_in("out"), ElementsAre("registration.json", "report.html", "residuals.csv", "trajectory.csv"));
-  } else {
-    EXPECT_EQ(done.exit_code, 2);
-    EXPECT_THAT(names_in("out"), IsEmpty());
-  }
-}
-
 class ExtremeNumbers : public WrongInput, public testing::WithParamInterface<WrongCommand> {};
 
 // It may succeed, give up or refuse, but it must not crash, hang, or call it an internal error.

@@ -110,7 +110,7 @@ TEST_F(Slips, NothingThatIsReadIsReplaced) {
                            "warp leaf/registration.json leaf.png -o new.png --json leaf/registration.json"}) {
     const ProgramRun done = run(words(line));
     EXPECT_EQ(done.exit_code, 2) << line;
-    EXPECT_THAT(done.err, HasSubstr("is an input; the result needs another name")) << line;
+    EXPECT_THAT(done.err, HasSubstr("which is an input")) << line;
   }
   EXPECT_TRUE(changed_since(before).empty());
 }

@@ -75,7 +75,11 @@ TEST_F(SampleSignals, SavesTheChainsAfterASignalAndGoesOn) {
   EXPECT_EQ(contents("parts/draws.csv"), contents("whole/draws.csv"));
   EXPECT_EQ(contents("parts/paths.npy"), contents("whole/paths.npy"));
   EXPECT_EQ(names_in("parts"), names_in("whole"));
-  expect_refused(kRun + "-o parts --resume", "there is nothing to resume");
+  const auto before = all_files();
+  const ProgramRun again = sample_pair(kRun + "-o parts --resume");
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_EQ(again.err, "note: there is nothing left to do: 'parts/summary.json' has the results of this run\n");
+  EXPECT_THAT(changed_since(before), testing::IsEmpty());
 }
 
 TEST_F(SampleProgram, WritesTheNodesOfATree) {
@@ -99,7 +103,8 @@ TEST_F(SampleProgram, WritesTheNodesOfATree) {
   EXPECT_EQ(summary["parameters"].size(), 4U);  // beta, width, data-sigma, log_likelihood
   EXPECT_EQ(count_lines(contents("out/nodes.csv")), 17U);
   const ProgramRun study = run(words("sample " + kTree + kRun + "--calibrate 3 --ranks 7 --no-picture --resume"));
-  EXPECT_EQ(study.exit_code, 2);  // nothing to resume
+  EXPECT_EQ(study.exit_code, 0);
+  EXPECT_THAT(study.err, HasSubstr("note: nothing is saved in 'out' yet: the run begins\n"));
   for (const auto& [options, message] :
        {std::pair<std::string, std::string>{kTree + "--noise none", "a tree needs noise"},
         {kTree + "--noise ch-sd:beta=1 --parameters lambda", "'lambda' has no effect on a tree"},

@@ -118,6 +118,34 @@ TEST_P(ShardedVerbs, AreFinishedOnce) {
   EXPECT_THAT(many.err, HasSubstr("--shard asks for 100 parts, and there are " + std::to_string(GetParam().units)));
 }
 
+// Scripts give --resume whatever there is: nothing yet, or all.
+TEST_P(ShardedVerbs, AreDoneOnceHoweverOftenTheyAreResumed) {
+  const std::string line = GetParam().line + "-o whole --resume";
+  const ProgramRun first = run(words(line));
+  EXPECT_EQ(first.exit_code, 0);
+  EXPECT_THAT(first.err, HasSubstr("note: nothing is saved in 'whole' yet: the run begins\n"));
+  const auto before = all_files();
+  const ProgramRun again = run(words(line));
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.err, HasSubstr("note: there is nothing left to do: 'whole/" + GetParam().record +
+                                   "' has the results of this run\n"));
+  EXPECT_THAT(changed_since(before), IsEmpty());
+  EXPECT_EQ(run(words(line + " --seed 2")).exit_code, 0);
+  EXPECT_FALSE(changed_since(before).empty()) << "the results of other options are other results";
+}
+
+TEST_F(ShardsProgram, ThatWereChangedAreRefused) {
+  const std::string line = "ensemble --q 0,2 --p 1,0 --time 1 --steps 4 --samples 128 --noise ch-sd:beta=1 ";
+  ASSERT_EQ(run(words(line + "-o parts --shard 1/2")).exit_code, 0);
+  const std::string file = "parts/part-1-of-2.ensemble", bytes = contents(file);
+  for (std::size_t bit = 3; bit < 8 * bytes.size(); bit += bytes.size() / 2) {
+    std::string changed = bytes;
+    changed[bit / 8] = static_cast<char>(changed[bit / 8] ^ (1 << bit % 8));
+    write(file, changed);
+    expect_error_of_merge(file, "is damaged");
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Verb, ShardedVerbs, testing::ValuesIn(sharded_runs()), kName);
 
 using ShardsUnderSignals = WithSignals<ShardsProgram>;
@@ -143,7 +171,6 @@ TEST_F(ShardsProgram, AreOfUnitsAlone) {
   const std::string pair = sample("swap_source") + ' ' + sample("swap_target") + " -o out ";
   for (const auto& [line, message] :
        {std::pair<std::string, std::string>{"sample " + pair + "--shard 1/2", "--shard is for the simulations"},
-        {"sample " + pair + "--resume", "there is nothing to resume"},
         {"compare " + pair + "--sigma 0.1 --shard 1/2", "--shard is for the cohorts"}}) {
     const ProgramRun refused = run(words(line));
     EXPECT_EQ(refused.exit_code, 2);

@@ -9,6 +9,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/checksum.hpp"
 #include "ensemble_runs.hpp"
 
 namespace pulson::records {
@@ -128,14 +129,14 @@ TEST(EnsembleCheckpoint, ThatIsCutOffIsDamaged) {
     EXPECT_THAT(checkpoint_error(run, bytes.substr(0, size)), HasSubstr("is damaged")) << size;
   EXPECT_THAT(checkpoint_error(run, bytes + '\0'), HasSubstr("is damaged"));
   EXPECT_THAT(checkpoint_error(run, "time,landmark\n0,1\n"), HasSubstr("is damaged"));
-  EXPECT_THAT(checkpoint_error(run, "\xa1\x61x\x01"), HasSubstr("is damaged"));
-  EXPECT_THAT(checkpoint_error(run, "\xf6"), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, sealed("\xa1\x61x\x01")), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, sealed("\xf6")), HasSubstr("is damaged"));
 }
 
 // Lists in lists in lists: to read them takes a stack as deep.
 TEST(EnsembleCheckpoint, OfDeepListsIsDamaged) {
   const EnsembleRun run = run_after(line_example(), 0);
-  EXPECT_THAT(checkpoint_error(run, std::string(10'000'000, '\x81')), HasSubstr("is damaged"));
+  EXPECT_THAT(checkpoint_error(run, sealed(std::string(10'000'000, '\x81'))), HasSubstr("is damaged"));
 }
 
 // Moments of more paths than were sampled: their lists may have any length, as nothing is checked where there is none.
@@ -171,21 +172,32 @@ bool goes_on(const EnsembleExample& example, const EnsembleRun& run, const std::
   return true;
 }
 
-// A flipped bit of a number cannot be seen; any other must be, and none may do harm.
-TEST(EnsembleCheckpoint, WithFlippedBitsIsRefusedOrDoesNoHarm) {
+TEST(EnsembleCheckpoint, WithFlippedBitsIsRefused) {
+  const EnsembleRun run = run_after(line_example(), 1);
+  const std::string bytes = ensemble_checkpoint(run);
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += 5) {
+    std::string damaged = bytes;
+    damaged[bit / 8] ^= static_cast<char>(1U << bit % 8);
+    EXPECT_THAT(checkpoint_error(run, damaged), HasSubstr("is damaged")) << bit;
+  }
+}
+
+// Of bytes that somebody changed who knows of the checksum: none may do harm.
+TEST(EnsembleCheckpoint, WithAnotherChecksumIsRefusedOrDoesNoHarm) {
   EnsembleExample example = full_example();
   example.options.grid = {0.2, 10};
   example.options.records = {0, 10};
   example.options.histograms = {10};
   const EnsembleRun run = run_after(example, 1);
-  const std::string bytes = ensemble_checkpoint(run);
+  const std::string whole = ensemble_checkpoint(run);
+  const std::string bytes = whole.substr(0, whole.size() - 4);
   std::mt19937_64 engine(1);
   std::size_t refused = 0;
   for (int turn = 0; turn < 3000; ++turn) {
     std::string damaged = bytes;
     for (std::uint64_t flips = 1 + engine() % 3; flips > 0; --flips)
       damaged[engine() % bytes.size()] ^= static_cast<char>(1U << (engine() % 8));
-    refused += goes_on(example, run, damaged) ? 0 : 1;
+    refused += goes_on(example, run, sealed(damaged)) ? 0 : 1;
   }
   EXPECT_GT(refused, 300U);
 }
@@ -201,7 +213,9 @@ std::string replaced(std::string bytes, const std::string& text, const std::stri
 TEST(EnsembleCheckpoint, OfAnotherVersionIsRefused) {
   const EnsembleRun run = run_after(line_example(), 1);
   const std::string bytes = ensemble_checkpoint(run);
-  EXPECT_NE(checkpoint_error(run, replaced(bytes, "pulson ensemble sums 2", "pulson ensemble sums 1")), "no error");
+  EXPECT_EQ(checkpoint_error(run, sealed(replaced(bytes.substr(0, bytes.size() - 4), "pulson ensemble sums 3",
+                                                  "pulson ensemble sums 2"))),
+            "'out/ensemble.partial' was written by another version of pulson and cannot be resumed");
 }
 
 // Lists of other lengths than those of this ensemble: read with no check they would be written beyond their ends.

@@ -47,8 +47,8 @@ struct PathPicture {
 /// more than four decades have a symmetric logarithmic scale, and the heading says so.
 ///
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, where a folder does
-/// not exist and where gnuplot is missing or fails; neither file is then written. Takes some tenths of a second, for
-/// millions of values a second or two; safe to call from several threads.
+/// not exist; no file is then written. Takes a tenth of a second, for millions of values a second or two; safe to call
+/// from several threads.
 void write_path_picture(const PathPicture& picture, const PictureFiles& files);
 
 /// Pixels in rows from the top: red, green, blue and opacity, 0 to 255 each.
@@ -112,8 +112,8 @@ OutlineKind outline_kind(const Points& points);
 /// 1, where one axis is time). In the plane y points up, or down where `y_down` of a shape says so.
 ///
 /// @throws InputError on a value that is not finite, except for missing coordinates of the target, on sizes that
-/// disagree, where a folder does not exist and where gnuplot is missing or fails; neither file is then written. Takes
-/// some tenths of a second; safe to call from several threads.
+/// disagree, where a folder does not exist; no file is then written. Takes a tenth of a second; safe to call from
+/// several threads.
 void write_registration_picture(const RegistrationPicture& picture, const PictureFiles& files);
 
 }  // namespace pulson::draw

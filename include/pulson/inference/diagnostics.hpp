@@ -6,8 +6,8 @@ namespace pulson::inference {
 
 /// Convergence diagnostics of Markov chains, after A. Vehtari, A. Gelman, D. Simpson, B. Carpenter and P.-C. Bürkner,
 /// "Rank-normalization, folding, and localization: an improved R-hat for assessing convergence of MCMC", Bayesian
-/// Analysis 16(2), 2021. Draws of one quantity are a matrix draws×chains, at least 4 draws each; all values are NaN
-/// where fewer are given, one is not finite, or all are equal.
+/// Analysis 16(2), 2021. Draws of one quantity are a matrix draws×chains. Values are NaN, undefined, where there are
+/// fewer than 4 draws each (of ESS 12), one is not finite, or all are equal: such chains have not converged.
 
 /// The larger of the rank-normalised split R-hat of the draws and that of their distances to the median (§4).
 double rank_rhat(const Eigen::MatrixXd& draws);

@@ -73,8 +73,12 @@ std::string ensemble_means_csv(const EnsembleRun& run);
 /// histograms that are to be written.
 std::string ensemble_densities_csv(const EnsembleRun& run);
 
+/// The CRC-32 of all on which the bits of the sums depend, as eight hexadecimal digits: that of two runs is the same
+/// where one could resume from the other's checkpoint.
+std::string ensemble_fingerprint(const EnsembleRun& run);
+
 /// The sums of an unfinished ensemble or of a shard, exact, as a binary text (CBOR) that belongs to this run only: a
-/// run with a different seed, noise or initial state cannot resume from it.
+/// run with a different seed, noise or initial state cannot resume from it. It ends with its checksum.
 std::string ensemble_checkpoint(const EnsembleRun& run);
 
 /// A shard's checkpoint, which is all of it once it is not partial: what it says of the run, and the sums. Its noise is

@@ -8,26 +8,34 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "pulson/formats/landmark_files.hpp"
 
 namespace pulson::formats {
 
-/// One line of a table, split into fields: blanks around a field and the quotes around it are taken off.
+/// One line of a table, split into fields: blanks around a field and the quotes around it are taken off, and blanks
+/// within the quotes. A field in quotes may go on over several lines.
 struct CsvRecord {
-  std::size_t line;
+  std::size_t line;  ///< the first
   std::vector<std::string> fields;
   bool follows_blank_line = false;
   bool follows_empty_row = false;  ///< a line of empty cells alone, as Excel writes it
+  /// Of those fields in quotes that have outer blanks within them: column and field with these.
+  std::vector<std::pair<std::size_t, std::string>> padded{};
+
+  /// A name as it stands in the table, to the byte; fields[column] but for blanks within quotes.
+  const std::string& name(std::size_t column) const;
 };
 
-/// The lines of a table but blank ones, comments (`#`, `//`) and those of empty cells alone, at most `limit` of them.
-/// Fields are separated by what a first line `sep=;` names, else by the first of ; , tab that the first line has
-/// outside quotes, else by blanks; a tab goes before commas that all stand between digits. Last columns that are empty,
-/// without a name too, are left out. A comment just above the first line that names coordinates, as many as that line
-/// has fields, is the header. The numbers may have decimal commas (1,5), between commas in quotes, which become points,
-/// if no number has a point or several commas. @throws InputError on a broken quote.
+/// The lines of a table, with those that fields in quotes hold, but blank ones, comments (`#`, `//`) and those of empty
+/// cells alone, at most `limit` of them. Fields are separated by what a first line `sep=;` names, else by the first of
+/// ; , tab that the first line has outside quotes, else by blanks; a tab goes before commas that all stand between
+/// digits. Last columns that are empty, without a name too, are left out. A comment just above the first line that
+/// names coordinates, as many as that line has fields, is the header. The numbers may have decimal commas (1,5),
+/// between commas in quotes, which become points, if no number has a point or several commas. @throws InputError on a
+/// broken quote.
 std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text,
                                    std::size_t limit = std::string::npos);
 

@@ -210,8 +210,8 @@ class CoordinateGatherer {
 
   /// @return the axis of the line
   std::size_t add(const CsvRecord& record) {
-    const std::string group = columns_.group ? record.fields[*columns_.group] : "";
-    const std::string& label = record.fields[columns_.label];
+    const std::string group = columns_.group ? record.name(*columns_.group) : "";
+    const std::string& label = record.name(columns_.label);
     if (label.empty()) io::fail(path_, record.line, "the landmark has no name; each line needs one");
     const auto [place, is_new] = place_.try_emplace({group, label}, landmarks_.size());
     if (is_new) landmarks_.push_back({group, label, record.line});
@@ -279,7 +279,7 @@ LandmarkFile read_coordinate_rows(const std::string& path, const std::vector<Csv
   std::map<std::string, std::size_t> place;
   std::size_t dimension = 0;
   for (std::size_t i = 1; i < records.size(); ++i) {
-    const std::string specimen = columns.specimen ? records[i].fields[*columns.specimen] : "";
+    const std::string specimen = columns.specimen ? records[i].name(*columns.specimen) : "";
     if (columns.specimen && specimen.empty())
       io::fail(path, records[i].line, "the specimen is empty; each line needs one");
     const auto [entry, is_new] = place.try_emplace(specimen, gatherers.size());

@@ -197,7 +197,7 @@ void name_unnamed_columns(std::vector<CsvRecord>& records) {
 std::string joined_fields(const CsvRecord& record, const std::vector<std::size_t>& columns) {
   std::string joined;
   for (const std::size_t column : columns) {
-    const std::string& field = record.fields[column];
+    const std::string& field = record.name(column);
     if (!field.empty()) joined += (joined.empty() ? "" : "/") + field;
   }
   return joined;

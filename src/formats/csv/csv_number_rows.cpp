@@ -57,7 +57,7 @@ class NamedAxisReader {
     if (!axis)
       io::fail(path_, record.line,
                fmt::format("column {} names no axis; it needs x, y or z, as in the first line", axis_column_ + 1));
-    const std::string name = axis_column_ > 0 ? record.fields.front() : "";
+    const std::string name = axis_column_ > 0 ? record.name(0) : "";
     if (*axis == 0)
       begin_shape(record.line, name);
     else
@@ -161,7 +161,7 @@ std::size_t find_dimension(const std::string& path, const CsvRecord& first) {
 
 Landmarks read_shape(const std::string& path, const CsvRecord& record, std::size_t dimension) {
   Landmarks shape;
-  shape.name = record.fields.front();
+  shape.name = record.name(0);
   std::vector<double> coordinates;
   for (std::size_t i = 1; i < record.fields.size(); ++i) {
     const io::CoordinatePlace place{path, record.line, std::to_string((i - 1) / dimension + 1),
@@ -177,7 +177,7 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, std::size
 bool fits_named_shape_rows(const std::vector<CsvRecord>& records) {
   std::set<std::string_view> seen;
   return std::all_of(records.begin(), records.end(), [&](const CsvRecord& record) {
-    return is_named_shape(record) && seen.insert(record.fields.front()).second;
+    return is_named_shape(record) && seen.insert(record.name(0)).second;
   });
 }
 

@@ -16,12 +16,13 @@
 namespace pulson::formats {
 namespace {
 
-std::string field_or_empty(const CsvRecord& record, std::optional<std::size_t> column) {
-  return column ? record.fields[*column] : std::string();
+std::string name_or_empty(const CsvRecord& record, std::optional<std::size_t> column) {
+  return column ? record.name(*column) : std::string();
 }
 
 bool is_undefined(const CsvRecord& record, const CsvColumns& columns) {
-  const std::string field = io::to_lower(field_or_empty(record, columns.defined));
+  if (!columns.defined) return false;
+  const std::string field = io::to_lower(record.fields[*columns.defined]);
   return field == "0" || field == "false";
 }
 
@@ -32,8 +33,8 @@ class ShapeBuilder {
       : path_(path), columns_(columns), name_(std::move(name)) {}
 
   void add(const CsvRecord& record) {
-    const std::string label = field_or_empty(record, columns_.label);
-    const std::string group = field_or_empty(record, columns_.group);
+    const std::string label = name_or_empty(record, columns_.label);
+    const std::string group = name_or_empty(record, columns_.group);
     const std::string number = std::to_string(labels_.size() + 1);
     io::CoordinatePlace place{path_, record.line, label.empty() ? number : io::in_quotes(label), "", 0};
     if (!columns_.specimen.empty()) place.shape = "specimen " + io::in_quotes(name_);
@@ -111,7 +112,7 @@ class Specimens {
   bool is_named_once(const std::vector<CsvRecord>& records) const {
     std::set<std::string_view> seen;
     return columns_.specimen.size() == 1 && std::all_of(records.begin(), records.end(), [&](const CsvRecord& record) {
-             const std::string& name = record.fields[columns_.specimen.front()];
+             const std::string& name = record.name(columns_.specimen.front());
              return name.empty() || seen.insert(name).second;
            });
   }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -30,12 +31,18 @@ char find_delimiter(std::string_view line) {
   return kAnyBlanks;
 }
 
-/// Takes fields off the front of a line, one by one.
+/// From the beginning of `text` to the end of a later line, with the ends of the lines between.
+std::string_view up_to(const io::TextLine& last, std::string_view text) {
+  return {text.data(), static_cast<std::size_t>(last.text.data() + last.text.size() - text.data())};
+}
+
+/// Takes the fields off the front of a line, one by one; one in quotes may go on in the lines after it.
 class FieldReader {
  public:
-  FieldReader(std::string_view line, char delimiter) : rest_(line), delimiter_(delimiter) {}
+  FieldReader(std::span<const io::TextLine> lines, char delimiter)
+      : lines_(lines), rest_(trimmed(lines.front().text, delimiter)), delimiter_(delimiter) {}
 
-  /// The next field; nothing if its quotes are not closed or text follows them.
+  /// The next field, with the blanks within its quotes; nothing if these are not closed or text follows them.
   std::optional<std::string> take() {
     drop_padding();
     if (!rest_.starts_with('"')) return take_plain();
@@ -53,7 +60,14 @@ class FieldReader {
     return true;
   }
 
+  /// Lines that are read, from the first.
+  std::size_t count_lines() const { return line_ + 1; }
+
  private:
+  static std::string_view trimmed(std::string_view line, char delimiter) {
+    return delimiter == kAnyBlanks ? io::trim(line) : line;
+  }
+
   bool is_delimiter(char c) const { return delimiter_ == kAnyBlanks ? is_blank(c) : c == delimiter_; }
 
   void drop_padding() {
@@ -70,11 +84,12 @@ class FieldReader {
 
   std::optional<std::string> take_quoted() {
     std::string field;
-    for (std::size_t i = 1; i < rest_.size(); ++i) {
+    for (std::size_t i = 1; i < rest_.size() || add_line(); ++i) {
       const bool is_quote = rest_[i] == '"';
       if (is_quote && !rest_.substr(i + 1).starts_with('"')) {
         rest_.remove_prefix(i + 1);
-        return std::string(io::trim(field));
+        if (delimiter_ == kAnyBlanks) rest_ = rest_.substr(0, rest_.find_last_not_of(" \t\r") + 1);
+        return field;
       }
       field += rest_[i];
       if (is_quote) ++i;
@@ -82,21 +97,47 @@ class FieldReader {
     return std::nullopt;
   }
 
+  /// Goes on with the line's end and the next line; false at the last.
+  bool add_line() {
+    if (line_ + 1 == lines_.size()) return false;
+    rest_ = up_to(lines_[++line_], rest_);
+    return true;
+  }
+
+  std::span<const io::TextLine> lines_;
+  std::size_t line_ = 0;
   std::string_view rest_;
   char delimiter_;
 };
 
-std::vector<std::string> split_fields(const std::string& path, const io::TextLine& line, char delimiter) {
-  FieldReader reader(delimiter == kAnyBlanks ? io::trim(line.text) : line.text, delimiter);
-  std::vector<std::string> fields;
+/// Splits the first of these lines, and those on which its fields in quotes go on, into the fields of a record.
+/// @return how many lines that are
+std::size_t split_fields(const std::string& path, std::span<const io::TextLine> lines, char delimiter,
+                         CsvRecord& record) {
+  FieldReader reader(lines, delimiter);
   do {
     std::optional<std::string> field = reader.take();
     if (!field)
-      io::fail(path, line.number,
-               "broken quotes in " + io::in_quotes(line.text) + "; a field in quotes is \"like this\"");
-    fields.push_back(*std::move(field));
+      io::fail(path, lines.front().number,
+               "broken quotes in " + io::in_quotes(lines.front().text) + "; a field in quotes is \"like this\"");
+    const std::string_view plain = io::trim(*field);
+    if (plain.size() < field->size()) {
+      record.padded.emplace_back(record.fields.size(), *field);
+      field = std::string(plain);
+    }
+    record.fields.push_back(*std::move(field));
   } while (reader.next());
-  return fields;
+  return reader.count_lines();
+}
+
+/// The first of these lines and those after it, up to where its quotes are closed; it alone where they never are.
+std::string_view with_closed_quotes(std::span<const io::TextLine> lines) {
+  std::size_t quotes = 0;
+  for (const io::TextLine& line : lines) {
+    quotes += static_cast<std::size_t>(std::count(line.text.begin(), line.text.end(), '"'));
+    if (quotes % 2 == 0) return up_to(line, lines.front().text);
+  }
+  return lines.front().text;
 }
 
 /// `#N/A` at the beginning of a line is a cell of Excel; CloudCompare writes `//`.
@@ -138,27 +179,28 @@ void drop_empty_last_columns(std::vector<CsvRecord>& records) {
   }
 }
 
-/// Gathers the lines of a table.
+/// Gathers the records of a table.
 class RecordReader {
  public:
   explicit RecordReader(const std::string& path) : path_(path) {}
 
-  void add(const io::TextLine& line) {
-    const std::string_view content = io::trim(line.text);
+  /// Takes the first of these lines, and those on which its fields go on. @return how many lines that are
+  std::size_t add(std::span<const io::TextLine> lines) {
+    const std::string_view content = io::trim(lines.front().text);
     if (content.empty()) {
       next_.follows_blank_line = true;
-      return;
+      return 1;
     }
     if (is_csv_comment(content)) {
-      comment_ = {line.number, content.substr(std::min(content.find_first_not_of("#/ \t"), content.size()))};
-      return;
+      comment_ = {lines.front().number, content.substr(std::min(content.find_first_not_of("#/ \t"), content.size()))};
+      return 1;
     }
     if (records_.empty() && !delimiter_) {
       delimiter_ = named_delimiter(content);
-      if (delimiter_) return;
-      delimiter_ = find_delimiter(content);
+      if (delimiter_) return 1;
+      delimiter_ = find_delimiter(with_closed_quotes(lines));
     }
-    add_record(line);
+    return add_record(lines);
   }
 
   std::size_t count() const { return records_.size(); }
@@ -170,21 +212,23 @@ class RecordReader {
   }
 
  private:
-  void add_record(const io::TextLine& line) {
+  std::size_t add_record(std::span<const io::TextLine> lines) {
     CsvRecord record = std::exchange(next_, {});
-    record.line = line.number;
-    record.fields = split_fields(path_, line, *delimiter_);
+    record.line = lines.front().number;
+    const std::size_t taken = split_fields(path_, lines, *delimiter_, record);
     if (is_empty_row(record)) {
-      next_ = {0, {}, record.follows_blank_line, true};
-      return;
+      next_ = {0, {}, record.follows_blank_line, true, {}};
+      return taken;
     }
     if (records_.empty()) add_header_of_comment(record);
     records_.push_back(std::move(record));
+    return taken;
   }
 
   void add_header_of_comment(const CsvRecord& first) {
     if (comment_.text.empty() || comment_.text.find('"') != std::string_view::npos || is_header(first)) return;
-    CsvRecord header{comment_.number, split_fields(path_, comment_, *delimiter_)};
+    CsvRecord header{comment_.number, {}};
+    split_fields(path_, {&comment_, 1}, *delimiter_, header);
     if (header.fields.size() == first.fields.size() && is_header(header) && names_coordinates(header))
       records_.push_back(std::move(header));
   }
@@ -200,11 +244,16 @@ class RecordReader {
 
 std::vector<CsvRecord> csv_records(const std::string& path, std::string_view text, std::size_t limit) {
   RecordReader reader(path);
-  for (const io::TextLine& line : io::split_lines(path, text)) {
-    if (reader.count() >= limit) break;
-    reader.add(line);
-  }
+  const std::vector<io::TextLine> lines = io::split_lines(path, text);
+  for (std::span<const io::TextLine> rest = lines; !rest.empty() && reader.count() < limit;)
+    rest = rest.subspan(reader.add(rest));
   return reader.finish();
+}
+
+const std::string& CsvRecord::name(std::size_t column) const {
+  for (const auto& [place, field] : padded)
+    if (place == column) return field;
+  return fields[column];
 }
 
 namespace {

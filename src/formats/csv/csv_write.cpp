@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -7,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/csv_table.hpp"
 #include "core/text.hpp"
 #include "formats/formats.hpp"
 #include "formats/landmark_writers.hpp"
@@ -16,40 +16,27 @@
 namespace pulson::formats {
 namespace {
 
-bool needs_quotes(const std::string& text) {
-  return text.find_first_of(",;\t\"# ") != std::string::npos || text.starts_with("//");
-}
-
-std::string csv_field(const std::string& text) { return needs_quotes(text) ? io::csv_quoted(text) : text; }
-
-/// `x`, `x,y` or `x,y,z`
-std::string coordinate_names(int dimension) {
-  return std::string("x,y,z").substr(0, static_cast<std::size_t>(2 * dimension - 1));
-}
-
-void append_point(std::string& text, const Points& points, int landmark) {
-  for (int axis = 0; axis < points.rows(); ++axis) {
-    if (axis > 0) text += ',';
-    const double value = points(axis, landmark);
-    text += std::isnan(value) ? "NA" : fmt::format("{}", value);
-  }
+/// The header's end: `x[,y[,z]][,group]`
+void end_header(io::CsvTable& table, int dimension, bool has_groups) {
+  for (int axis = 0; axis < dimension; ++axis) table.word(io::kAxisLetters.substr(static_cast<std::size_t>(axis), 1));
+  if (has_groups) table.word("group");
+  table.end_row();
 }
 
 }  // namespace
 
 std::string landmarks_csv(const Landmarks& shape) {
-  const bool has_labels = !shape.labels.empty();
-  const bool has_groups = !shape.groups.empty();
-  const std::string header = coordinate_names(shape.dimension());
-  std::string text = (has_labels ? "label," : "") + header + (has_groups ? ",group\n" : "\n");
+  io::CsvTable table;
+  if (!shape.labels.empty()) table.word("label");
+  end_header(table, shape.dimension(), !shape.groups.empty());
   for (int i = 0; i < shape.count(); ++i) {
     const auto place = static_cast<std::size_t>(i);
-    if (has_labels) text += csv_field(shape.labels[place]) + ',';
-    append_point(text, shape.points, i);
-    if (has_groups) text += ',' + csv_field(shape.groups[place]);
-    text += '\n';
+    if (!shape.labels.empty()) table.word(shape.labels[place]);
+    table.numbers(shape.points.col(i));
+    if (!shape.groups.empty()) table.word(shape.groups[place]);
+    table.end_row();
   }
-  return text;
+  return std::move(table).take();
 }
 
 void write_landmarks_csv(const std::filesystem::path& path, const Landmarks& shape) {
@@ -67,7 +54,7 @@ class TableShapes {
     for (const Landmarks& shape : file.shapes) add(shape);
     if (shapes_.empty()) require_landmarks(target_, file.shapes.front());
     require_equal_dimensions();
-    if (has_breaks_) losses_.push_back(cannot_hold_breaks(target_));
+    if (has_bytes_) losses_.push_back(cannot_hold(target_, "texts that are not UTF-8 or hold zero bytes"));
     if (empty_ > 0) losses_.push_back(cannot_hold(target_, "shapes without landmarks", empty_, count_));
     if (unlabelled_ > 0) losses_.push_back(cannot_hold(target_, "labels that repeat", unlabelled_, count_));
   }
@@ -103,12 +90,20 @@ class TableShapes {
     }
     Landmarks& kept = shapes_.emplace_back();
     kept.points = shape.points;
-    kept.name = one_line(shape.name, has_breaks_);
-    for (const std::string& label : shape.labels) kept.labels.push_back(one_line(label, has_breaks_));
-    for (const std::string& group : shape.groups) kept.groups.push_back(one_line(group, has_breaks_));
+    kept.name = as_text(shape.name);
+    for (const std::string& label : shape.labels) kept.labels.push_back(as_text(label));
+    for (const std::string& group : shape.groups) kept.groups.push_back(as_text(group));
     if (!has_repeated_label(kept)) return;
     ++unlabelled_;
     kept.labels.clear();
+  }
+
+  /// In UTF-8, without zero bytes.
+  std::string as_text(std::string text) {
+    if (is_utf8(text) && text.find('\0') == std::string::npos) return text;
+    has_bytes_ = true;
+    std::replace(text.begin(), text.end(), '\0', ' ');
+    return is_utf8(text) ? text : utf8_of_windows_1252(text);
   }
 
   static bool has_repeated_label(const Landmarks& shape) {
@@ -133,7 +128,7 @@ class TableShapes {
   std::size_t count_;
   std::vector<Landmarks> shapes_;
   std::vector<std::string> losses_;
-  bool has_breaks_ = false;
+  bool has_bytes_ = false;
   std::size_t empty_ = 0;
   std::size_t unlabelled_ = 0;
 };
@@ -141,20 +136,21 @@ class TableShapes {
 std::string long_table(const std::vector<Landmarks>& shapes) {
   const bool has_labels = std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.labels.empty(); });
   const bool has_groups = std::any_of(shapes.begin(), shapes.end(), [](const auto& s) { return !s.groups.empty(); });
-  std::string text = fmt::format("specimen,{}{}{}\n", has_labels ? "landmark," : "",
-                                 coordinate_names(shapes.front().dimension()), has_groups ? ",group" : "");
+  io::CsvTable table;
+  table.word("specimen");
+  if (has_labels) table.word("landmark");
+  end_header(table, shapes.front().dimension(), has_groups);
   for (const Landmarks& shape : shapes) {
-    const std::string name = csv_field(shape.name) + ',';
     for (int i = 0; i < shape.count(); ++i) {
       const auto place = static_cast<std::size_t>(i);
-      text += name;
-      if (has_labels) text += (shape.labels.empty() ? std::to_string(i + 1) : csv_field(shape.labels[place])) + ',';
-      append_point(text, shape.points, i);
-      if (has_groups) text += ',' + (shape.groups.empty() ? "" : csv_field(shape.groups[place]));
-      text += '\n';
+      table.word(shape.name);
+      if (has_labels) table.word(shape.labels.empty() ? std::to_string(i + 1) : shape.labels[place]);
+      table.numbers(shape.points.col(i));
+      if (has_groups) table.word(shape.groups.empty() ? "" : shape.groups[place]);
+      table.end_row();
     }
   }
-  return text;
+  return std::move(table).take();
 }
 
 }  // namespace

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include <fmt/format.h>
 
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -19,13 +18,6 @@ const std::map<std::string, Reader, std::less<>> kSurfaceReaders = {
     {".obj", read_obj}, {".ply", read_ply}, {".stl", read_stl}};
 
 std::string surface_extension(const std::filesystem::path& file) { return io::to_lower(file.extension().string()); }
-
-std::string whole_file(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file))
-    throw InputError(fmt::format("the surface '{}' cannot be read", file.string()));
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 // 3D Slicer says so in a comment or, in a binary stl, in the head.
 std::string stated_axes(std::string_view text) {
@@ -69,7 +61,7 @@ std::pair<std::vector<int>, int> cells_of(const Points& vertices, double side) {
 Surface read_surface(const std::filesystem::path& file) {
   if (!kSurfaceReaders.contains(surface_extension(file)))
     throw InputError(fmt::format("the surface '{}' is of an unknown kind; ply, stl and obj are read", file.string()));
-  return surface_of_text(file, whole_file(file));
+  return surface_of_text(file, read_file(file));
 }
 
 Surface surface_of_text(const std::filesystem::path& file, std::string_view text) {

@@ -77,7 +77,7 @@ class BigWarpReader {
     std::vector<std::string> labels;
     std::set<std::string> seen;
     for (const CsvRecord& record : records_) {
-      labels.push_back(record.fields.front());
+      labels.push_back(record.name(0));
       if (!seen.insert(labels.back()).second && repeated_.empty()) repeated_ = io::in_quotes(labels.back());
     }
     return repeated_.empty() ? labels : std::vector<std::string>();

@@ -1,0 +1,108 @@
+#include "path_options.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "core/atomic_file.hpp"
+#include "formats/shape_address.hpp"
+#include "pulson/core/errors.hpp"
+
+namespace pulson {
+
+namespace {
+
+enum class PathUse { kFile, kShape, kColumn, kResult, kFolder, kBoth };
+
+std::map<const CLI::Option*, PathUse>& uses() {
+  static std::map<const CLI::Option*, PathUse> all;
+  return all;
+}
+
+CLI::Option* declare(CLI::Option* option, PathUse use, const char* type) {
+  uses()[option] = use;
+  return option->type_name(type);
+}
+
+// The path in the value of an option that is read.
+std::filesystem::path read_path(PathUse use, const std::string& value) {
+  if (use == PathUse::kShape) return formats::file_of_address(value);
+  if (use == PathUse::kColumn) return value.substr(0, value.rfind(':'));
+  return value;
+}
+
+}  // namespace
+
+CLI::Option* reads_file(CLI::Option* option) { return declare(option, PathUse::kFile, "FILE"); }
+CLI::Option* reads_shape(CLI::Option* option) { return declare(option, PathUse::kShape, "SHAPE"); }
+CLI::Option* reads_column(CLI::Option* option) { return declare(option, PathUse::kColumn, "FILE.csv:COLUMN"); }
+CLI::Option* writes_file(CLI::Option* option) { return declare(option, PathUse::kResult, "FILE"); }
+CLI::Option* writes_folder(CLI::Option* option) { return declare(option, PathUse::kFolder, "FOLDER"); }
+CLI::Option* reads_and_writes(CLI::Option* option) { return declare(option, PathUse::kBoth, "FILE"); }
+
+bool declares_use(const CLI::Option* option) { return uses().contains(option); }
+
+void require_declared_paths(const CLI::App& program) {
+  for (const CLI::App* verb : program.get_subcommands({}))
+    for (const CLI::Option* option : verb->get_options()) {
+      const std::string type = option->get_type_name();
+      const bool may_be_path =
+          type == "TEXT" || type == "SHAPE" || type.starts_with("FILE") || type.starts_with("FOLD");
+      if (may_be_path && option->get_type_size() != 0 && !declares_use(option))
+        throw std::logic_error(fmt::format("{} of {} must declare a type, or what happens to its file",
+                                           option->get_name(), verb->get_name()));
+    }
+}
+
+void RunPaths::add_options_of(const CLI::App& verb) {
+  for (const CLI::Option* option : verb.get_options()) {
+    const auto found = uses().find(option);
+    if (found == uses().end()) continue;
+    for (const std::string& value : option->results()) {
+      if (value == "-" || found->second == PathUse::kBoth) continue;
+      if (found->second == PathUse::kResult || found->second == PathUse::kFolder)
+        writes(value, option->get_name());
+      else
+        reads(read_path(found->second, value), option->get_name());
+    }
+  }
+}
+
+void RunPaths::reads(const std::filesystem::path& path, const std::string& what) {
+  if (!is_file(path)) return;  // a word such as `mean`, or what the reader refuses
+  const std::optional<FileIdentity> identity = identity_of(path);
+  for (const Entry& output : outputs_)
+    if (output.identity == identity)
+      throw InputError(fmt::format("{} would replace {}, which is an input ({}); give it another name", output.what,
+                                   quoted_path(output.path), what));
+  inputs_.push_back({path, what, identity});
+}
+
+void RunPaths::writes(const std::filesystem::path& path, const std::string& what) {
+  if (is_there(path) && !is_file(path) && !is_folder(path)) return;  // /dev/null can hold all of them
+  const std::optional<FileIdentity> identity = identity_of(path);
+  if (!identity) return;  // the check of the file itself refuses it
+  for (const Entry& input : inputs_)
+    if (input.identity == identity)
+      throw InputError(fmt::format("{} would replace {}, which is an input ({}); give it another name", what,
+                                   quoted_path(path), input.what));
+  for (const Entry& output : outputs_)
+    if (output.identity == identity)
+      throw InputError(fmt::format("{} and {} would both write {}; give one of them another name", output.what, what,
+                                   quoted_path(path)));
+  outputs_.push_back({path, what, identity});
+}
+
+RunPaths& run_paths() {
+  static RunPaths paths;
+  return paths;
+}
+
+void check_result_file(const std::filesystem::path& path, const std::string& what) {
+  check_output_file(path);
+  run_paths().writes(path, what);
+}
+
+}  // namespace pulson

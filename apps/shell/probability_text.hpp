@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "pulson/core/estimate.hpp"
+
+namespace pulson {
+
+/// "0.2800 ± 0.0045" of so many independent trials; where none or all of them are counted the bound that holds with
+/// 95 %, as the standard error is 0 and says nothing; "undetermined" where there is no trial.
+std::string probability_text(const Estimate& estimate, std::int64_t trials);
+
+}  // namespace pulson

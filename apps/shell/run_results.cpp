@@ -1,0 +1,125 @@
+#include "run_results.hpp"
+
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/atomic_file.hpp"
+#include "core/checksum.hpp"
+#include "pulson/core/errors.hpp"
+#include "ranks.hpp"
+#include "tables.hpp"
+
+namespace pulson {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kPage = "report.html";
+
+// The text of a JSON object, as Json::dump(2) writes it, with more keys.
+std::string with_keys(std::string record, const Json& keys) {
+  constexpr std::string_view kEnd = "\n}\n", kBegin = "{\n";
+  if (!record.ends_with(kEnd)) throw std::logic_error("a record is a JSON object in lines");
+  record.resize(record.size() - kEnd.size());
+  return record + ",\n" + keys.dump(2).substr(kBegin.size()) + "\n";
+}
+
+}  // namespace
+
+void RecordFiles::add(const std::string& name, std::string_view contents) {
+  std::string table;
+  if (name.ends_with(".csv")) contents = table = as_table(std::string(contents));
+  staged_.write(name, contents);
+  checksums_[name] = {{"bytes", contents.size()}, {"crc32", crc32_text(contents)}};
+  names_.push_back(name);
+}
+
+std::string RecordFiles::add_record(const std::string& name, std::string record, Json more) {
+  if (!checksums_.empty()) more["files"] = checksums_;
+  if (!more.empty()) record = with_keys(std::move(record), more);
+  staged_.write(name, record);
+  names_.insert(names_.begin(), name);
+  return record;
+}
+
+void RunResults::commit(const std::string& name, const std::string& record, Json more,
+                        const std::vector<StagedFiles*>& others) {
+  const std::string text = files_.add_record(name, record, std::move(more));
+  std::vector<StagedFiles*> folders = others;
+  folders.push_back(&files_.staged());
+  StagedFiles::commit_together(folders);
+  written_ = files_.names();
+  write_outside([&] { output_.write_json(text); });
+}
+
+void RunResults::write_outside(const std::function<void()>& write) {
+  try {
+    write();
+  } catch (const std::exception&) {
+    if (!failure_) failure_ = std::current_exception();
+  }
+}
+
+bool RunResults::try_to(const std::string& names, const std::function<void()>& how) {
+  std::string reason = "interrupted";
+  try {
+    if (!Interrupt::came() || ranks::are_of_mpirun()) {  // mpirun repeats its signals while results are written
+      how();
+      return true;
+    }
+  } catch (const std::bad_alloc&) {
+    reason = "out of memory";
+  } catch (const std::exception& error) {
+    reason = error.what();
+  }
+  print_warning(fmt::format("{} not made: {}; the numbers are in '{}'", names, reason, output_.out));
+  return false;
+}
+
+void RunResults::forget(const std::string& name) const {
+  const fs::path file = output_.file(name);
+  std::error_code ignored;
+  if (fs::is_regular_file(fs::symlink_status(file, ignored))) fs::remove(file, ignored);
+}
+
+fs::path RunResults::draw(const std::string& stem, const std::function<void(const draw::PictureFiles&)>& how) {
+  if (output_.no_picture) return {};
+  const draw::PictureFiles files = output_.picture_files(output_.file(stem));
+  std::vector<std::string> names;
+  for (const fs::path& file : {files.png, files.svg, files.pdf})
+    if (!file.empty()) names.push_back(file.filename().string());
+  if (!try_to(fmt::format("the picture {} was", fmt::join(names, ", ")), [&] { how(files); })) {
+    for (const std::string& name : names) forget(name);
+    return {};
+  }
+  written_.insert(written_.end(), names.begin(), names.end());
+  drawn_.insert(stem);
+  return shown(stem);
+}
+
+fs::path RunResults::shown(const std::string& stem) const {
+  return drawn_.contains(stem) ? output_.shown_picture(output_.file(stem)) : fs::path();
+}
+
+void RunResults::add_page(const std::function<html::HtmlReport()>& make) {
+  if (try_to("the page report.html was", [&] { write_file_atomically(output_.file(kPage), html_report(make())); }))
+    written_.emplace_back(kPage);
+  else
+    forget(kPage);
+}
+
+void RunResults::finish() const {
+  if (!failure_) return;
+  try {
+    std::rethrow_exception(failure_);
+  } catch (const Error& error) {
+    throw InputError(fmt::format("{}; all other results are in '{}'", error.what(), output_.out));
+  }
+}
+
+void RunResults::print_written() const { print_text("wrote      {}: {}\n", output_.out, fmt::join(written_, ", ")); }
+
+}  // namespace pulson

@@ -72,6 +72,15 @@ TEST_F(CsvFile, IsRecognisedByContent) {
   EXPECT_EQ(read("points.csv", "LM=1\n3 4\n").format, "tps");
 }
 
+TEST_F(CsvFile, TellsWhereACommentLooksLikeARow) {
+  EXPECT_THAT(
+      read("t.csv", "specimen,x,y\na,1,2\n#3,3,4\nb,5,6\n#4,7,8\n").warnings,
+      ElementsAre("t.csv:3: this line looks like a row, but begins with the mark of a comment and is left out; a "
+                  "name that begins so needs quotes"));
+  for (const std::string text : {"#1,2,3\nlabel,x,y\na,1,2\n# by hand, 2024\n#\n", "label,x,y\n\"#3\",1,2\n"})
+    EXPECT_THAT(read("t.csv", text).warnings, testing::IsEmpty()) << text;
+}
+
 TEST_F(CsvFile, TakesLabelsAndGroups) {
   for (const std::string column : {"label", "Landmark", "name", "ID", "coord_id", ""}) {
     const Landmarks shape = read_one("named.csv", column + ",x,y\nnose,1,2\n\"left, eye\",3,4\n");

@@ -22,6 +22,7 @@ struct CsvRecord {
   std::vector<std::string> fields;
   bool follows_blank_line = false;
   bool follows_empty_row = false;  ///< a line of empty cells alone, as Excel writes it
+  std::size_t comment_row = 0;     ///< the first comment after it that looks like a row of the table; 0: none
   /// Of those fields in quotes that have outer blanks within them: column and field with these.
   std::vector<std::pair<std::size_t, std::string>> padded{};
 

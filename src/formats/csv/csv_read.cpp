@@ -271,9 +271,20 @@ LandmarkFile read_csv(const std::string& path, std::string_view text) { return r
 
 }  // namespace
 
-LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options) {
-  std::vector<CsvRecord> records = csv_records(path, text);
-  if (records.empty()) throw InputError(path + " holds only blank lines and comments; it needs lines x[,y[,z]]");
+namespace {
+
+/// Whether rows may be lost as comments.
+std::vector<std::string> doubts_of_comments(const std::string& path, const std::vector<CsvRecord>& records) {
+  const auto found =
+      std::find_if(records.begin(), records.end(), [](const CsvRecord& record) { return record.comment_row > 0; });
+  if (found == records.end()) return {};
+  return {
+      fmt::format("{}:{}: this line looks like a row, but begins with the mark of a comment and is left out; a name "
+                  "that begins so needs quotes",
+                  path, found->comment_row)};
+}
+
+LandmarkFile read_records(const std::string& path, std::vector<CsvRecord> records, const ReadOptions& options) {
   if (options.dimension > 0 && is_one_column(records))
     return read_in_turn(path, records, static_cast<std::size_t>(options.dimension));
   name_unnamed_columns(records);
@@ -283,6 +294,17 @@ LandmarkFile read_table(const std::string& path, std::string_view text, const Re
   }
   const CsvLayout* const layout = find_layout(records);
   return layout != nullptr ? layout->read(path, records) : read_point_rows(path, std::move(records));
+}
+
+}  // namespace
+
+LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options) {
+  std::vector<CsvRecord> records = csv_records(path, text);
+  if (records.empty()) throw InputError(path + " holds only blank lines and comments; it needs lines x[,y[,z]]");
+  std::vector<std::string> doubts = doubts_of_comments(path, records);
+  LandmarkFile file = read_records(path, std::move(records), options);
+  file.warnings.insert(file.warnings.end(), doubts.begin(), doubts.end());
+  return file;
 }
 
 LandmarkFormat csv_format() {

@@ -192,6 +192,7 @@ class RecordReader {
       return 1;
     }
     if (is_csv_comment(content)) {
+      note_row_in_comment(lines.front());
       comment_ = {lines.front().number, content.substr(std::min(content.find_first_not_of("#/ \t"), content.size()))};
       return 1;
     }
@@ -212,12 +213,22 @@ class RecordReader {
   }
 
  private:
+  /// `#3,1.5,2` may be a row whose name begins with the mark of comments.
+  void note_row_in_comment(const io::TextLine& line) {
+    if (records_.empty() || delimiter_ == kAnyBlanks || records_.back().comment_row > 0) return;
+    if (line.text.find('"') != std::string_view::npos) return;
+    CsvRecord row{line.number, {}};
+    split_fields(path_, {&line, 1}, *delimiter_, row);
+    const bool has_number = std::any_of(row.fields.begin() + 1, row.fields.end(), io::is_number);
+    if (has_number && row.fields.size() == records_.front().fields.size()) records_.back().comment_row = line.number;
+  }
+
   std::size_t add_record(std::span<const io::TextLine> lines) {
     CsvRecord record = std::exchange(next_, {});
     record.line = lines.front().number;
     const std::size_t taken = split_fields(path_, lines, *delimiter_, record);
     if (is_empty_row(record)) {
-      next_ = {0, {}, record.follows_blank_line, true, {}};
+      next_ = {0, {}, record.follows_blank_line, true, 0, {}};
       return taken;
     }
     if (records_.empty()) add_header_of_comment(record);

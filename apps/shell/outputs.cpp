@@ -101,7 +101,7 @@ void OutputOptions::write_json(const std::string& record) const {
 void OutputOptions::print_written(std::vector<std::string> files, const std::vector<std::string>& stems) const {
   const std::vector<std::string> drawn = picture_names(stems);
   files.insert(files.end(), drawn.begin(), drawn.end());
-  print_text("wrote      {}: {}\n", out, fmt::join(files, ", "));
+  print_text("wrote      {}: {}\n", out, fmt::format("{}", fmt::join(files, ", ")));
 }
 
 }  // namespace pulson

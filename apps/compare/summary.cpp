@@ -50,7 +50,7 @@ void print_table(const Rows& rows) {
 }
 
 void print_fitted(const compare::ComparedModel& model) {
-  print_exact(padded("  " + shortened_spec(model.noise), 30));
+  print_text("{}", padded("  " + shortened_spec(model.noise), 30));
   for (const compare::FittedNumber& fitted : model.fit.fitted) print_text("{}  ", fitted_text(fitted));
   print_text("noise {:.0f} % of the variance\n", 100 * model.fit.noise_share);
 }

@@ -96,6 +96,7 @@ void RegisterArguments::add_to(CLI::App& verb) {
   verb.add_option("--origin", origin,
                   "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]")
       ->type_name("X,Y");
+  add_max_pixels_option(verb, max_pixels);
   reads_file(verb.add_option("--mesh", mesh,
                              "surface of the source in 3D (ply, stl, obj), drawn below the landmarks [the one beside "
                              "its file, of the same name]"));
@@ -133,7 +134,9 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
   if (!image.empty()) {
     if (shape.dimension() != 2)
       throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
-    read_file(image);  // refuses what is not there
+    if (const std::string why = why_no_file(image); !why.empty() || !is_file(image))
+      throw InputError(
+          fmt::format("cannot read {}: {}", quoted_path(image), why.empty() ? "there is no such file" : why));
     known = {image, 1, {0, 0}};
     // Of tps, y points up; other landmarks on images are in rows.
     const bool is_of_tps =
@@ -143,6 +146,7 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
   }
   if (pixel_size) known.pixel_size = *pixel_size;
   known.origin = place.value_or(known.origin);
+  known.max_pixels = max_pixels;
   return known;
 }
 

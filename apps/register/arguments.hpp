@@ -37,7 +37,8 @@ struct RegisterArguments {
   std::string image;                 ///< of the source; empty: the one that its file names
   std::optional<double> pixel_size;  ///< of that image
   std::string origin;                ///< of its first pixel: x,y
-  std::string mesh;                  ///< surface of the source; empty: the one beside its file
+  std::int64_t max_pixels = images::kMaxPixels;
+  std::string mesh;  ///< surface of the source; empty: the one beside its file
 
   UnitOptions units;  ///< of several shapes
 

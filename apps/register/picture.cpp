@@ -154,7 +154,7 @@ std::vector<Points> chosen(const std::vector<Points>& all, const std::vector<int
 }
 
 // Where a place is in an image: parts of its width and, from the top, of its height.
-Eigen::Vector2d part_of(const draw::PlacedImage& image, const Eigen::Vector2d& place, bool y_down) {
+Eigen::Vector2d part_of(const PageImage& image, const Eigen::Vector2d& place, bool y_down) {
   const Eigen::Vector2d part = (place - image.low).cwiseQuotient(image.high - image.low);
   return {part.x(), y_down ? part.y() : 1 - part.y()};
 }
@@ -176,10 +176,10 @@ void add_material(const StochasticSystem& system, const Trajectory& path, const 
     const int points_per_cell = many || steps.size() > 24 ? 2 : 3;
     const std::vector<Points> lines = grid_lines(box.low, box.high, many ? 14 : 20, points_per_cell);
     const auto is_first = [&](const Points& line) { return line(0, 0) == line(0, 1); };  // x is constant
-    if (!box.below.file.empty()) {
+    if (box.below) {
       const auto columns = static_cast<int>(std::count_if(lines.begin(), lines.end(), is_first));
       const bool y_down = motion.source.y_down || motion.target.y_down;
-      motion.image = {box.below.file, part_of(box.below, box.low, y_down), part_of(box.below, box.high, y_down),
+      motion.image = {box.below->picture, part_of(*box.below, box.low, y_down), part_of(*box.below, box.high, y_down),
                       columns, points_per_cell};
     }
     for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
@@ -216,7 +216,7 @@ std::string caption(const html::ReportMotion& motion) {
 
 std::optional<html::ReportMotion> registration_motion(const matching::Registration& registration,
                                                       const Trajectory& path, const std::vector<int>& outliers,
-                                                      const draw::PlacedImage& below) {
+                                                      const std::optional<PageImage>& below) {
   const std::vector<int> steps = shown_frames(path.grid.steps, registration.source.points.size());
   html::ReportMotion motion;
   motion.source = registration.source;

@@ -29,11 +29,18 @@ draw::RegistrationPicture make_registration_picture(const matching::Registration
 /// What pictures call a shape: its name; where that is a mere number or LJSON, the file's name and the number.
 std::string short_name(const Landmarks& shape);
 
-/// Where the material of a motion is at the start, and the image below it, if its file has a name.
+/// A picture below landmarks that move, and the corners of the box that it covers.
+struct PageImage {
+  html::EncodedPicture picture;
+  Eigen::Vector2d low;
+  Eigen::Vector2d high;
+};
+
+/// Where the material of a motion is at the start, and the image below it.
 struct MaterialBox {
   Eigen::VectorXd low;
   Eigen::VectorXd high;
-  draw::PlacedImage below = {};
+  std::optional<PageImage> below = std::nullopt;
 };
 
 /// Adds to a motion in 1D or 2D the material between its landmarks, at these steps of the path. None where the plane
@@ -42,10 +49,10 @@ void add_material(const StochasticSystem& system, const Trajectory& path, const 
                   const MaterialBox& box, html::ReportMotion& motion);
 
 /// What the report of a registration plays: its landmarks at no more than 41 times of the path, and in 1D and 2D the
-/// material that goes with them. The more landmarks, the fewer times and the coarser the grid. The image `below`, if
-/// its file has a name, goes with the grid. None where the numbers are too large to be drawn.
+/// material that goes with them. The more landmarks, the fewer times and the coarser the grid. The image `below` goes
+/// with the grid. None where the numbers are too large to be drawn.
 std::optional<html::ReportMotion> registration_motion(const matching::Registration& registration,
                                                       const Trajectory& path, const std::vector<int>& outliers,
-                                                      const draw::PlacedImage& below = {});
+                                                      const std::optional<PageImage>& below = std::nullopt);
 
 }  // namespace pulson

@@ -63,8 +63,7 @@ void write_results(const matching::Registration& registration, const records::Re
   results.commit("registration.json", registration_json(registration, facts));
 
   draw::RegistrationPicture still = make_registration_picture(registration, path);
-  StagedFiles scratch(results.output().out);
-  const Underlay underlay(background.image, registration, still, scratch, notes);
+  const std::optional<PageImage> underlay = add_underlay(background.image, registration, still, notes);
   add_surface(background.surface, registration, path, still, notes);
   const auto picture =
       results.draw("registration", [&](const draw::PictureFiles& files) { write_registration_picture(still, files); });
@@ -72,7 +71,7 @@ void write_results(const matching::Registration& registration, const records::Re
     results.draw("homotopy",
                  [&](const draw::PictureFiles& files) { write_homotopy_picture(facts.homotopy, registration, files); });
   results.add_page([&] {
-    return registration_report(registration, path, facts, without_repeats(notes), picture, {underlay.aligned(), still});
+    return registration_report(registration, path, facts, without_repeats(notes), picture, {underlay, still});
   });
   results.finish();
 }

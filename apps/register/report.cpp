@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "picture.hpp"
 #include "pulson/core/name_table.hpp"
 #include "registration_warnings.hpp"
 #include "shell/messages.hpp"
@@ -174,7 +173,7 @@ html::HtmlReport registration_report(const matching::Registration& registration,
     add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});
   }
-  add_still(report, "The registration", picture, !below.image.file.empty() || !below.still.triangles.empty());
+  add_still(report, "The registration", picture, below.image.has_value() || !below.still.triangles.empty());
   report.sections.push_back({"Numbers", {numbers_table(registration, facts), model_table(registration)}});
   report.sections.push_back({"Landmarks", {residual_table(registration, facts.shares, outliers)}});
   return report;

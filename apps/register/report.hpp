@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "html/html_report.hpp"
+#include "picture.hpp"
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 
@@ -12,7 +13,7 @@ namespace pulson {
 
 /// What lies below the landmarks as they move.
 struct BelowLandmarks {
-  const draw::PlacedImage& image;          ///< without a file where there is none
+  const std::optional<PageImage>& image;
   const draw::RegistrationPicture& still;  ///< with the surface
 };
 

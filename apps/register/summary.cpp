@@ -27,9 +27,9 @@ void print_kernel(const matching::Registration& registration, const std::string&
                    ? fmt::format(" (at rest: {:.3g})", fitted->alignment_error)
                    : fmt::format(" (alignment alone: {:.3g})", fitted->alignment_error));
   else if (asked == "auto")
-    print_exact(registration.data.kind == matching::DataKind::kLandmarks
-                    ? ", as wide as the shape: too few landmarks to fit a width"
-                    : ", a quarter of the diameter");
+    print_text("{}", registration.data.kind == matching::DataKind::kLandmarks
+                         ? ", as wide as the shape: too few landmarks to fit a width"
+                         : ", a quarter of the diameter");
   print_text("\n");
 }
 

@@ -83,6 +83,22 @@ void add_seed_option(CLI::App& verb, std::uint64_t& seed) {
       ->default_str(std::to_string(seed));
 }
 
+CLI::Option* add_max_pixels_option(CLI::App& verb, std::int64_t& max_pixels) {
+  static constexpr double kMost = 1 << 30;  // that images are read of at all
+  return verb
+      .add_option_function<double>(
+          "--max-pixels",
+          [&max_pixels](double count) {
+            if (!(count >= 1 && count <= kMost && count == std::floor(count)))
+              throw InputError(
+                  fmt::format("--max-pixels is {}; it must be a whole number from 1 to {:.0f}", count, kMost));
+            max_pixels = static_cast<std::int64_t>(count);
+          },
+          "most pixels of an image; one of more is refused before it is decoded")
+      ->type_name("COUNT")
+      ->default_str(std::to_string(max_pixels));
+}
+
 void add_threads_option(CLI::App& verb) {
   verb.add_option_function<int>(
       "--threads",
@@ -95,7 +111,7 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kOptionOf{{
     {"align", "--align"},
     {"applies_scale", "--scale apply"},
     {"columns", "--columns x=NAME,y=NAME"},
@@ -103,7 +119,11 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kOptionO
     {"data.kind", "--data"},
     {"dimension", "--dim"},
     {"grid.steps", "--steps"},
+    {"inverse", "--inverse"},
+    {"max_pixels", "--max-pixels"},
+    {"max_points", "--max-pixels"},
     {"merge_coincident", "--merge-coincident"},
+    {"method", "--method"},
     {"negative_is_missing", "--missing negative"},
     {"noise", "--noise"},
     {"points.row(1) *= -1", "pulson convert --flip-y"},

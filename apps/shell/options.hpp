@@ -42,6 +42,9 @@ void add_seed_option(CLI::App& verb, std::uint64_t& seed);
 /// `--threads`; sets the number at once.
 void add_threads_option(CLI::App& verb);
 
+/// `--max-pixels`, of verbs that read images.
+CLI::Option* add_max_pixels_option(CLI::App& verb, std::int64_t& max_pixels);
+
 /// A message of the library in the program's words: settings that it names as its options have them, in backticks,
 /// become options of the command line: "more `grid.steps`" is "more --steps", "`data.kind = varifold`" is "--data
 /// varifold". Other text in backticks stays.

@@ -61,8 +61,9 @@ void RunPaths::add_options_of(const CLI::App& verb) {
     const auto found = uses().find(option);
     if (found == uses().end()) continue;
     for (const std::string& value : option->results()) {
-      if (value == "-" || found->second == PathUse::kBoth) continue;
-      if (found->second == PathUse::kResult || found->second == PathUse::kFolder)
+      const bool is_written = found->second == PathUse::kResult || found->second == PathUse::kFolder;
+      if (found->second == PathUse::kBoth || (is_written && value == "-")) continue;
+      if (is_written)
         writes(value, option->get_name());
       else
         reads(read_path(found->second, value), option->get_name());

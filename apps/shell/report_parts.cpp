@@ -105,7 +105,7 @@ void add_still(html::HtmlReport& report, const std::string& heading, const std::
                bool has_photograph) {
   if (picture.empty()) return;
   report.sections.push_back({heading,
-                             {html::ReportPicture{.file = picture,
+                             {html::ReportPicture{.picture = picture,
                                                   .caption = fmt::format("Saved as {}.", picture.filename().string()),
                                                   .has_photograph = has_photograph}}});
 }

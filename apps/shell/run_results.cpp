@@ -120,6 +120,6 @@ void RunResults::finish() const {
   }
 }
 
-void RunResults::print_written() const { print_text("wrote      {}: {}\n", output_.out, fmt::join(written_, ", ")); }
+void RunResults::print_written() const { print_text("wrote      {}: {}\n", output_.out, fmt::format("{}", fmt::join(written_, ", "))); }
 
 }  // namespace pulson

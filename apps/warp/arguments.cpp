@@ -51,8 +51,7 @@ void check_grid(const std::string& file) {
 
 void check_animation(const std::string& file) {
   check_output_file(file);
-  if (!draw::Animation::available()) throw InputError("--animate needs ffmpeg; install it, or leave the animation out");
-  draw::Animation(file, 2, 2, 1);  // refuses what it cannot write
+  draw::Animation::check_extension(file);
 }
 
 void check_page(const std::string& file) { check_output_file(file); }
@@ -157,6 +156,7 @@ void WarpArguments::add_to(CLI::App& verb) {
       "COLOUR");
   add(kPicture, "--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8");
   add(kPicture, "--tolerance", tolerance, "largest interpolation error of the map, pixels");
+  add_max_pixels_option(verb, max_pixels)->group(kPicture);
 
   const auto add_files = [&](const char* group) {
     for (const FileOption& row : file_options())
@@ -173,7 +173,8 @@ void WarpArguments::add_to(CLI::App& verb) {
   add_threads_option(verb);
 }
 
-WarpMethod WarpArguments::warp_method() const {
+images::WarpMethod WarpArguments::warp_method() const {
+  using images::WarpMethod;
   constexpr EnumNames<WarpMethod, 3> kMethods = {
       "method", {{{"auto", WarpMethod::kAuto}, {"pull", WarpMethod::kPull}, {"push", WarpMethod::kPush}}}};
   return kMethods.parse(method);

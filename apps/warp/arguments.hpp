@@ -9,14 +9,11 @@
 
 #include <CLI/App.hpp>
 
-#include "images/push_forward.hpp"
+#include "pulson/images/warp_image.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "shell/options.hpp"
 
 namespace pulson {
-
-/// Which way an image is carried.
-enum class WarpMethod { kAuto, kPull, kPush };
 
 /// The command line of `pulson warp`.
 struct WarpArguments {
@@ -45,6 +42,7 @@ struct WarpArguments {
   std::string background;
   int supersampling = 2;
   double tolerance = 0.05;
+  std::int64_t max_pixels = images::kMaxPixels;
 
   // what else is written
   std::string field;
@@ -77,7 +75,7 @@ struct WarpArguments {
   /// What --inverse cannot compute where the map has no inverse. @throws InputError
   void check_for_fold() const;
 
-  WarpMethod warp_method() const;
+  images::WarpMethod warp_method() const;
   /// "640x480"
   std::optional<std::pair<int, int>> canvas() const;
   /// "-2,-1.5"

@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "core/atomic_file.hpp"
-#include "core/staged_files.hpp"
 #include "images/compose.hpp"
 #include "pulson/images/image.hpp"
 
@@ -19,10 +17,6 @@ namespace fs = std::filesystem;
 constexpr double kLongestDrawnSide = 1800;  // pixels of an image in a drawing at 96 dpi
 constexpr int kBarColours = 96;
 constexpr int kSquares = 8;  // of a checkerboard, along the longer side
-
-draw::ImagePanel panel_of(std::string heading, int width, int height) {
-  return {.heading = std::move(heading), .file = {}, .width = width, .height = height};
-}
 
 /// −2, −1.5, … without digits that say nothing.
 std::string bar_number(double value) {
@@ -124,81 +118,80 @@ draw::ColourBar bar_of(double most, bool whole) {
   return bar;
 }
 
-void Drawings::write(draw::ImagePicture picture, const std::vector<images::Image>& images,
-                     const std::string& file) const {
-  const fs::path folder = fs::path(file).parent_path();
-  const StagedFiles scratch(folder.empty() ? fs::path(".") : folder);
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    draw::ImagePanel& panel = picture.panels[i];
-    panel.file = scratch.file(fmt::format("panel{}.png", i));
-    const double longest = kLongestDrawnSide * std::max(1.0, arguments_.dpi / 96);
-    const double factor = std::max(images[i].width(), images[i].height()) / longest;
-    const images::Image shown = to_rgba8(for_show(images[i]));
-    write_image(panel.file, factor > 1 ? scaled_down(shown, factor) : shown);
-  }
+draw::ImagePanel Drawings::panel_of(std::string heading, const images::Image& image, int width, int height) const {
+  const double longest = kLongestDrawnSide * std::max(1.0, arguments_.dpi / 96);
+  const double factor = std::max(image.width(), image.height()) / longest;
+  const images::Image shown = to_rgba8(for_show(image));
+  return {.heading = std::move(heading),
+          .pixels = raster_of(factor > 1 ? scaled_down(shown, factor) : shown),
+          .width = width,
+          .height = height};
+}
+
+void Drawings::write(const draw::ImagePicture& picture, const fs::path& file) const {
   draw::PictureFiles files{.width = arguments_.width, .dpi = arguments_.dpi};
   const std::string extension = extension_of(file);
   (extension == ".svg" ? files.svg : extension == ".pdf" ? files.pdf : files.png) = file;
   write_image_picture(picture, files);
 }
 
-void Drawings::write_side_by_side(const fs::path& file, const images::Image& image, const WarpedImage& result,
-                                  const images::ImageWarp& warp, const WarpFrames& frames) const {
+std::string Drawings::png_of(const draw::ImagePicture& picture) const {
+  return image_picture_png(picture, {.width = arguments_.width, .dpi = arguments_.dpi});
+}
+
+draw::ImagePicture Drawings::side_by_side(const images::Image& image, const images::WarpedImage& result,
+                                          const images::ImageWarp& warp, const WarpFrames& frames) const {
   const std::vector<Points> paths = warp.landmark_paths();
   const bool inverse = arguments_.inverse;
-  draw::ImagePanel before = panel_of(file_name(arguments_.input), image.width(), image.height());
+  draw::ImagePanel before = panel_of(file_name(arguments_.input), image, image.width(), image.height());
   before.grid = grid_lines(image.width(), image.height());
   before.landmarks = inverse ? paths.back() : warp.label_pixels();
   draw::ImagePanel after =
-      panel_of(inverse ? "Warped to the source" : "Warped to the target", frames.width, frames.height);
+      panel_of(inverse ? "Warped to the source" : "Warped to the target", result.image, frames.width, frames.height);
   after.grid = moved_grid(image, warp, inverse);
   after.landmarks = inverse ? warp.label_pixels() : paths.back();
   if (!inverse) after.paths = paths;
-  draw::ImagePicture picture{.panels = {before, after}, .title = frames.title, .subtitle = {}};
-  std::vector<images::Image> images = {image, result.image};
+  draw::ImagePicture picture{.panels = {std::move(before), std::move(after)}, .title = frames.title, .subtitle = {}};
   if (frames.like) {
-    draw::ImagePanel& like =
-        picture.panels.emplace_back(panel_of(file_name(arguments_.like), frames.width, frames.height));
+    draw::ImagePanel& like = picture.panels.emplace_back(
+        panel_of(file_name(arguments_.like), frames.like->image, frames.width, frames.height));
     like.landmarks = frames.landmarks_there;
     like.is_target = !inverse;
-    images.push_back(frames.like->image);
   }
   if (arguments_.numbers)
     for (draw::ImagePanel& panel : picture.panels) panel.numbers = frames.numbers;
-  write(std::move(picture), images, file.string());
+  return picture;
 }
 
-void Drawings::write_overlay(const WarpedImage& result, const WarpFrames& frames) const {
-  const images::Image& target = frames.like->image;
+draw::ImagePicture Drawings::overlay(const images::WarpedImage& result, const WarpFrames& frames) const {
   images::Image shown = to_rgba8(for_show(result.image));
-  const images::Image there = for_show(target);
+  const images::Image there = for_show(frames.like->image);
   for (std::size_t i = 0; i < result.multiplicity.size(); ++i)  // where nothing of the source arrives
     if (result.multiplicity[i] == 0) shown.values<std::uint8_t>()[4 * i + 3] = 0;
-  const std::vector<images::Image> images = {checkerboard(shown, there, kSquares), blend(shown, there),
-                                             on_grey(difference(shown, there))};
-  draw::ImagePicture picture{
-      .panels = {},
-      .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
-      .subtitle =
-          fmt::format("Mean difference of the colours, where both are: {:.1f} of 255  ·  grey: only one is there",
-                      mean_difference(shown, there))};
-  for (const char* heading : {"Checkerboard of both", "Half of each", "Difference, white where none"})
-    picture.panels.push_back(panel_of(heading, frames.width, frames.height));
-  write(std::move(picture), images, arguments_.overlay);
+  const auto panel = [&](const char* heading, const images::Image& image) {
+    return panel_of(heading, image, frames.width, frames.height);
+  };
+  return {.panels = {panel("Checkerboard of both", checkerboard(shown, there, kSquares)),
+                     panel("Half of each", blend(shown, there)),
+                     panel("Difference, white where none", on_grey(difference(shown, there)))},
+          .title = fmt::format("{} over {}", file_name(arguments_.out), file_name(arguments_.like)),
+          .subtitle =
+              fmt::format("Mean difference of the colours, where both are: {:.1f} of 255  ·  grey: only one is there",
+                          mean_difference(shown, there))};
 }
 
-void Drawings::write_jacobian(const fs::path& file, const images::Image& image, const images::ImageWarp& warp,
-                              const std::vector<float>& jacobians) const {
-  write_numbers({file.string(), kJacobianHeading, diverging(jacobians, image.width(), image.height(), kJacobianScale),
-                 bar_of(kJacobianScale, jacobians), image.width(), image.height(),
-                 landmarks_on_image(warp, arguments_)});
+draw::ImagePicture Drawings::jacobian(const images::Image& image, const images::ImageWarp& warp,
+                                      const std::vector<float>& jacobians) const {
+  return numbers({kJacobianHeading, diverging(jacobians, image.width(), image.height(), kJacobianScale),
+                  bar_of(kJacobianScale, jacobians), image.width(), image.height(),
+                  landmarks_on_image(warp, arguments_)});
 }
 
-void Drawings::write_numbers(const Numbers& numbers) const {
-  draw::ImagePanel panel = panel_of(numbers.heading, numbers.width, numbers.height);
+draw::ImagePicture Drawings::numbers(const Numbers& numbers) const {
+  draw::ImagePanel panel = panel_of(numbers.heading, numbers.colours, numbers.width, numbers.height);
   panel.bars = {numbers.bar};
   panel.landmarks = numbers.landmarks;
-  write({.panels = {panel}, .title = {}, .subtitle = {}}, {numbers.colours}, numbers.file);
+  return {.panels = {std::move(panel)}, .title = {}, .subtitle = {}};
 }
 
 }  // namespace pulson

@@ -17,21 +17,20 @@ std::string file_name(const std::string& file);
 /// Whether the extension is that of a drawing with captions: png, svg, pdf.
 bool is_drawing_file(const std::filesystem::path& path);
 
-/// Draws images with captions into files of a warp. @throws InputError as write_image_picture does
+/// Images with captions, as a warp draws them.
 class Drawings {
  public:
   explicit Drawings(const WarpArguments& arguments) : arguments_(arguments) {}
 
   /// The image in front, the result, and the target's image if --like gives it, with grid and landmarks.
-  void write_side_by_side(const std::filesystem::path& file, const images::Image& image, const WarpedImage& result,
-                          const images::ImageWarp& warp, const WarpFrames& frames) const;
+  draw::ImagePicture side_by_side(const images::Image& image, const images::WarpedImage& result,
+                                  const images::ImageWarp& warp, const WarpFrames& frames) const;
 
   /// The result over the target's image: in squares by turns, half of each, and their difference.
-  void write_overlay(const WarpedImage& result, const WarpFrames& frames) const;
+  draw::ImagePicture overlay(const images::WarpedImage& result, const WarpFrames& frames) const;
 
   /// Numbers of pixels as colours, and what these mean.
   struct Numbers {
-    std::string file;
     std::string heading;
     images::Image colours;
     draw::ColourBar bar;
@@ -39,12 +38,17 @@ class Drawings {
     int height = 0;
     Points landmarks = Points(2, 0);
   };
-  void write_numbers(const Numbers& numbers) const;
-  void write_jacobian(const std::filesystem::path& file, const images::Image& image, const images::ImageWarp& warp,
-                      const std::vector<float>& jacobians) const;
+  draw::ImagePicture numbers(const Numbers& numbers) const;
+  draw::ImagePicture jacobian(const images::Image& image, const images::ImageWarp& warp,
+                              const std::vector<float>& jacobians) const;
+
+  /// @throws InputError as write_image_picture does
+  void write(const draw::ImagePicture& picture, const std::filesystem::path& file) const;
+  /// The bytes of a png.
+  std::string png_of(const draw::ImagePicture& picture) const;
 
  private:
-  void write(draw::ImagePicture picture, const std::vector<images::Image>& images, const std::string& file) const;
+  draw::ImagePanel panel_of(std::string heading, const images::Image& image, int width, int height) const;
 
   const WarpArguments& arguments_;
 };

@@ -40,12 +40,13 @@ WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registrat
   frames.height = input.image.height();
   std::optional<images::PixelFrame> of_result = input.frame;
   if (!arguments.like.empty()) {
-    frames.like = read_picture(arguments.like);
+    frames.like = read_picture(arguments.like, arguments.max_pixels);
     frames.width = frames.like->image.width();
     frames.height = frames.like->image.height();
     of_result = frames.like->frame;
   }
   if (const auto canvas = arguments.canvas()) std::tie(frames.width, frames.height) = *canvas;
+  images::check_pixel_count(frames.width, frames.height, arguments.max_pixels, "the result");
   const Landmarks& from = arguments.inverse ? registration.target : registration.original;
   const Landmarks& to = arguments.inverse ? registration.original : registration.target;
   const auto of_target = arguments.target_pixel_size ? arguments.target_pixel_size : arguments.pixel_size;
@@ -135,11 +136,14 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
   return records::record_text(json, 1);
 }
 
-void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
+void write_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
   if (arguments.json == "-")
     print_exact(figures_json(figures, arguments, frames));
   else if (!arguments.json.empty())
     write_file_atomically(arguments.json, figures_json(figures, arguments, frames));
+}
+
+void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames) {
   if (arguments.json != "-" && verbosity() != Verbosity::kQuiet) print_summary(figures, arguments, frames);
 }
 

@@ -35,16 +35,10 @@ struct ColourKey {
 };
 
 /// The figures that a warp reports.
-struct WarpFigures {
-  std::string method;  ///< pull, push or points
-  std::string reason;  ///< why this one
-  double folded_fraction = 0;
-  double min_jacobian = 1;
-  int max_multiplicity = 1;
-  double uncovered_fraction = 0;
-  double hole_fraction = 0;
+struct WarpFigures : images::MapFigures {
+  std::string method;             ///< pull, push or points
+  std::string reason;             ///< why this one
   double landmark_error_max = 0;  ///< pixels; of points: landmark units
-  double map_error = 0;           ///< pixels
   double ridge = 0;
   double seconds = 0;
   std::vector<ColourKey> colours = {};
@@ -56,7 +50,10 @@ std::string percent_text(double part);
 /// The keys that scripts use, and how it was made.
 std::string figures_json(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
 
-/// The summary, unless that was asked to be left out, and the JSON.
+/// The JSON, where it is asked for. @throws InputError where it cannot be written
+void write_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
+
+/// The summary, unless that was asked to be left out.
 void print_figures(const WarpFigures& figures, const WarpArguments& arguments, const WarpFrames* frames);
 
 }  // namespace pulson

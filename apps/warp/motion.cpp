@@ -5,6 +5,7 @@
 
 #include "draw/animation.hpp"
 #include "images/compose.hpp"
+#include "images/pushed_mesh.hpp"
 #include "pictures.hpp"
 #include "shell/messages.hpp"
 
@@ -79,7 +80,7 @@ void write_animation(const images::Image& image, const images::ImageWarp& warp, 
                      const WarpArguments& arguments) {
   const int longest = std::max({image.width(), image.height(), frames.width, frames.height});
   const double factor = std::max(1.0, longest / kLongestFrame);
-  const images::Image small = scaled_down(to_rgba8(for_show(image)), factor);
+  const images::Image small = scaled_down(images::to_rgba8(for_show(image)), factor);
   const int width = std::max(1, static_cast<int>(std::lround(frames.width / factor)));
   const int height = std::max(1, static_cast<int>(std::lround(frames.height / factor)));
   const Corners corners(small);
@@ -90,7 +91,7 @@ void write_animation(const images::Image& image, const images::ImageWarp& warp, 
   const warp::SheetOrder over = warp::parse_over(arguments.over);
   std::vector<float> priority;
   if (over == warp::SheetOrder::kPriority)
-    priority = label_order(small, reduced(warp.label_pixels(), factor), frames.label_ranks);
+    priority = images::label_order(small, reduced(warp.label_pixels(), factor), frames.label_ranks);
   Progress progress;
   draw::Animation animation(arguments.animate, width, height, kFramesPerSecond);
   for (std::size_t k = 0; k < places.size(); ++k) {

@@ -7,7 +7,10 @@
 #include <limits>
 #include <type_traits>
 
+#include <fmt/format.h>
+
 #include "core/atomic_file.hpp"
+#include "images/compose.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -102,12 +105,24 @@ bool holds_numbers(const std::filesystem::path& path) { return is_grid_file(path
 
 bool keeps_alpha(const std::filesystem::path& path) { return extension_of(path) == ".png" || holds_floats(path); }
 
-Picture read_picture(const std::filesystem::path& path) {
-  if (!is_grid_file(path)) return {images::read_image(path), std::nullopt, std::nullopt};
-  const fields::GridField grid = fields::read_grid_field(path);
+Picture read_picture(const std::filesystem::path& path, std::int64_t max_pixels) {
+  if (!is_grid_file(path)) return {images::read_image(path, max_pixels), std::nullopt, std::nullopt};
+  const fields::GridField grid = fields::read_grid_field(path, static_cast<std::uint64_t>(max_pixels));
   if (grid.sizes.size() != 2 || grid.components != 1)
     throw InputError(path.string() + ": an image of the plane with one number for each pixel is needed");
   return {image_of(grid), frame_of(path, grid), grid.type};
+}
+
+std::optional<std::string> landmarks_outside(const Points& pixels, const images::Image& image,
+                                             const std::filesystem::path& path) {
+  Eigen::Index outside = 0;
+  for (const auto pixel : pixels.colwise())
+    outside += (pixel.array() < -1).any() || pixel[0] > image.width() || pixel[1] > image.height();
+  if (outside == 0) return std::nullopt;
+  return fmt::format(
+      "{} of {} landmarks lie outside {}: check that it is the right image, and see --pixel-size, "
+      "--origin and --flip-y",
+      outside, pixels.cols(), path.string());
 }
 
 void check_picture_file(const std::filesystem::path& path) {
@@ -134,6 +149,16 @@ images::Image for_show(const images::Image& image) {
         static_cast<std::uint8_t>(std::isfinite(part) ? std::lround(255 * std::clamp(part, 0.0F, 1.0F)) : 0));
   }
   return {image.width(), image.height(), image.channels(), std::span<const std::uint8_t>(bytes)};
+}
+
+draw::Raster raster_of(const images::Image& image) {
+  const images::Image shown = to_rgba8(for_show(image));
+  const auto values = shown.values<std::uint8_t>();
+  return {shown.width(), shown.height(), {values.begin(), values.end()}};
+}
+
+html::EncodedPicture jpeg_of(const images::Image& image) {
+  return {html::MediaType::kJpeg, encode_image(on_white(to_rgba8(for_show(image))), ".jpg")};
 }
 
 void write_picture(const std::filesystem::path& path, const images::Image& image, const images::PixelFrame& frame,

@@ -11,6 +11,7 @@
 #include "images/colour_maps.hpp"
 #include "images/compose.hpp"
 #include "register/picture.hpp"
+#include "shell/messages.hpp"
 
 namespace pulson {
 namespace {
@@ -26,7 +27,7 @@ constexpr images::Colour kRingColour{33, 105, 210, 255};
 // Lines and dots grow with the picture: 1 at 600 pixels.
 double unit_of(const images::Image& image) { return std::max(1.0, std::max(image.width(), image.height()) / 600.0); }
 
-images::Image overlay(const images::Image& image, const WarpedImage& result, const images::ImageWarp& warp,
+images::Image overlay(const images::Image& image, const WarpResult& result, const images::ImageWarp& warp,
                       const WarpArguments& arguments) {
   const std::vector<Points> lines = moved_grid(image, warp, arguments.inverse);
   const images::Image shown = for_show(result.image);
@@ -42,7 +43,7 @@ class NumberPictures {
   explicit NumberPictures(const WarpArguments& arguments) : drawings_(arguments) {}
 
   struct What {
-    std::string file;
+    const std::string& file;
     std::string heading;
     const std::vector<float>& values;
     int width, height;
@@ -78,8 +79,9 @@ class NumberPictures {
                     what.frame);
       return;
     }
-    drawings_.write_numbers(
-        {what.file, what.heading, colours(what), std::move(bar), what.width, what.height, std::move(what.landmarks)});
+    drawings_.write(drawings_.numbers({what.heading, colours(what), std::move(bar), what.width, what.height,
+                                       std::move(what.landmarks)}),
+                    what.file);
     keys_.push_back({what.file, std::move(meaning)});
   }
 
@@ -96,13 +98,15 @@ double largest(const std::vector<float>& values) {
 
 void write_jacobians(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
                      const WarpArguments& arguments, NumberPictures& pictures) {
-  const std::vector<float> jacobians = jacobians_on_image(image, warp, arguments);
+  const std::vector<float> jacobians =
+      jacobians_on_image(image, warp, {.inverse = arguments.inverse, .tolerance = arguments.tolerance});
   const int width = image.width(), height = image.height();
   const Points landmarks = landmarks_on_image(warp, arguments);
-  if (!arguments.jacobian.empty())
+  try_to_write(arguments.jacobian, [&] {
     pictures.write({arguments.jacobian, kJacobianHeading, jacobians, width, height, frames.input, landmarks},
                    kJacobianScale);
-  if (!arguments.log_jacobian.empty()) {
+  });
+  try_to_write(arguments.log_jacobian, [&] {
     std::vector<float> logarithms(jacobians.size());
     const float of_folds =
         holds_numbers(arguments.log_jacobian) ? std::nanf("") : -std::numeric_limits<float>::infinity();
@@ -111,43 +115,48 @@ void write_jacobians(const images::Image& image, const images::ImageWarp& warp, 
     pictures.write({arguments.log_jacobian, "Logarithm to base 2 of the Jacobian determinant", logarithms, width,
                     height, frames.input, landmarks},
                    kLogJacobianScale);
-  }
-  if (!arguments.folds.empty()) {
+  });
+  try_to_write(arguments.folds, [&] {
     std::vector<bool> folded(jacobians.size());
     std::transform(jacobians.begin(), jacobians.end(), folded.begin(), [](float j) { return j <= 0; });
     write_mask(arguments.folds, folded, width, height);
-  }
+  });
 }
 
-void write_statistics(const images::Image& image, const WarpedImage& result, const WarpFrames& frames,
+void write_statistics(const images::Image& image, const WarpResult& result, const WarpFrames& frames,
                       const WarpArguments& arguments, NumberPictures& pictures) {
-  if (!arguments.deviation.empty())
+  try_to_write(arguments.deviation, [&] {
     pictures.write({arguments.deviation, "Standard deviation of each pixel over the samples, units of the image",
                     result.deviations, frames.width, frames.height, frames.result, Points(2, 0)},
                    largest(result.deviations));
-  if (!arguments.fold_probability.empty())
+  });
+  try_to_write(arguments.fold_probability, [&] {
     pictures.write({arguments.fold_probability, "Probability that a pixel of the image is flipped",
                     result.fold_probabilities, image.width(), image.height(), frames.input, Points(2, 0)},
                    1.0);
+  });
 }
 
-void write_numbers_of_pixels(const images::Image& image, const WarpedImage& result, const images::ImageWarp& warp,
+void write_numbers_of_pixels(const images::Image& image, const WarpResult& result, const images::ImageWarp& warp,
                              const WarpFrames& frames, const WarpArguments& arguments, NumberPictures& pictures) {
   write_statistics(image, result, frames, arguments, pictures);
-  if (!arguments.jacobian.empty() || !arguments.log_jacobian.empty() || !arguments.folds.empty())
-    write_jacobians(image, warp, frames, arguments, pictures);
-  if (!arguments.displacement.empty()) {
-    const std::vector<float> lengths = displacements_on_image(image, warp, arguments);
+  const std::string& of_jacobians = !arguments.jacobian.empty()       ? arguments.jacobian
+                                    : !arguments.log_jacobian.empty() ? arguments.log_jacobian
+                                                                      : arguments.folds;
+  try_to_write(of_jacobians, [&] { write_jacobians(image, warp, frames, arguments, pictures); });
+  try_to_write(arguments.displacement, [&] {
+    const std::vector<float> lengths =
+        displacements_on_image(image, warp, {.inverse = arguments.inverse, .tolerance = arguments.tolerance});
     pictures.write({arguments.displacement, "Displacement after the alignment, landmark units", lengths, image.width(),
                     image.height(), frames.input, landmarks_on_image(warp, arguments)},
                    largest(lengths));
-  }
-  if (!arguments.multiplicity.empty()) {
+  });
+  try_to_write(arguments.multiplicity, [&] {
     const std::vector<float> counts(result.multiplicity.begin(), result.multiplicity.end());
     pictures.write({arguments.multiplicity, "Number of points of the image that land on each pixel", counts,
                     frames.width, frames.height, frames.result, Points(2, 0)},
                    std::max(3.0, static_cast<double>(result.figures.max_multiplicity)), true);
-  }
+  });
 }
 
 }  // namespace
@@ -194,19 +203,35 @@ Points landmarks_on_image(const images::ImageWarp& warp, const WarpArguments& ar
   return arguments.inverse ? warp.landmark_paths().back() : warp.label_pixels();
 }
 
-std::vector<ColourKey> write_more_results(const images::Image& image, const WarpedImage& result,
+void write_field(const std::string& file, const images::WarpedImage& result, const images::Image& image,
+                 const WarpFrames& frames) {
+  if (result.pulled)
+    write_displacements(file, result.displacements, frames.width, frames.height, frames.result);
+  else
+    write_displacements(file, result.displacements, image.width(), image.height(), frames.input);
+}
+
+void try_to_write(const std::string& file, const std::function<void()>& write) {
+  if (file.empty()) return;
+  try {
+    write();
+  } catch (const std::exception& error) {
+    print_warning(fmt::format("{} was not written: {}", file, error.what()));
+  }
+}
+
+std::vector<ColourKey> write_more_results(const images::Image& image, const WarpResult& result,
                                           const images::ImageWarp& warp, const WarpFrames& frames,
                                           const WarpArguments& arguments) {
   NumberPictures pictures(arguments);
   write_numbers_of_pixels(image, result, warp, frames, arguments, pictures);
-  if (!arguments.field.empty())
-    write_displacements(arguments.field, result.displacements, result.pulled ? frames.width : image.width(),
-                        result.pulled ? frames.height : image.height(), result.pulled ? frames.result : frames.input);
-  if (!arguments.holes.empty()) write_mask(arguments.holes, result.holes, frames.width, frames.height);
-  if (!arguments.grid.empty()) write_picture(arguments.grid, overlay(image, result, warp, arguments), frames.result);
+  try_to_write(arguments.holes, [&] { write_mask(arguments.holes, result.holes, frames.width, frames.height); });
+  try_to_write(arguments.grid,
+               [&] { write_picture(arguments.grid, overlay(image, result, warp, arguments), frames.result); });
   const Drawings drawings(arguments);
-  if (!arguments.side_by_side.empty()) drawings.write_side_by_side(arguments.side_by_side, image, result, warp, frames);
-  if (!arguments.overlay.empty()) drawings.write_overlay(result, frames);
+  try_to_write(arguments.side_by_side,
+               [&] { drawings.write(drawings.side_by_side(image, result, warp, frames), arguments.side_by_side); });
+  try_to_write(arguments.overlay, [&] { drawings.write(drawings.overlay(result, frames), arguments.overlay); });
   return std::move(pictures).keys();
 }
 

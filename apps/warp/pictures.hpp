@@ -1,14 +1,24 @@
 #pragma once
 
+#include <functional>
+
 #include "jobs.hpp"
 
 namespace pulson {
 
-/// Everything else that was asked for beside the result: field, Jacobians, multiplicity, masks, overlays.
+/// Runs what writes `file`, unless that has no name; where it fails, for any reason, that is one warning.
+void try_to_write(const std::string& file, const std::function<void()>& write);
+
+/// Everything else that was asked for beside the result, as try_to_write does: Jacobians, multiplicity, masks,
+/// overlays.
 /// @return keys to the pictures of numbers
-std::vector<ColourKey> write_more_results(const images::Image& image, const WarpedImage& result,
+std::vector<ColourKey> write_more_results(const images::Image& image, const WarpResult& result,
                                           const images::ImageWarp& warp, const WarpFrames& frames,
                                           const WarpArguments& arguments);
+
+/// The displacements, of the result's pixels where it was pulled, else of the image's. @throws InputError
+void write_field(const std::string& file, const images::WarpedImage& result, const images::Image& image,
+                 const WarpFrames& frames);
 
 /// The landmarks in pixels of the image that is warped.
 Points landmarks_on_image(const images::ImageWarp& warp, const WarpArguments& arguments);

@@ -9,7 +9,6 @@
 #include "core/landmark_pairs.hpp"
 #include "jobs.hpp"
 #include "pulson/formats/landmark_files.hpp"
-#include "report.hpp"
 #include "shell/messages.hpp"
 #include "shell/tables.hpp"
 
@@ -52,8 +51,8 @@ void put_known_points(const Points& points, const std::vector<Points*>& blocks) 
 
 }  // namespace
 
-WarpFigures warp_points(const warp::MaterialFlow& flow, const matching::Registration& registration,
-                        const WarpArguments& arguments) {
+WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registration& registration,
+                         const WarpArguments& arguments) {
   formats::LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
   std::vector<std::string> notes = std::move(file.warnings);
   for (Landmarks& shape : file.shapes) shape = in_frame_of(registration.original, shape, notes);
@@ -98,8 +97,7 @@ WarpFigures warp_points(const warp::MaterialFlow& flow, const matching::Registra
   }
   figures.landmark_error_max = flow.landmark_error();
   figures.ridge = flow.ridge();
-  if (!arguments.report.empty()) write_warp_report(before, file.shapes.front(), flow, registration, figures, arguments);
-  return figures;
+  return {before, file.shapes.front(), figures};
 }
 
 }  // namespace pulson

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
-#include "core/staged_files.hpp"
 #include "drawings.hpp"
 #include "html/html_report.hpp"
 #include "images/compose.hpp"
@@ -26,11 +25,9 @@ constexpr double kLongestOnPage = 1100;  // pixels of pictures on the page
 constexpr int kMeshCells = 18;           // of the mesh, along the longer side
 constexpr int kPointsPerMeshCell = 2;
 
-fs::path small_picture(const images::Image& image, const fs::path& file) {
+html::EncodedPicture small_picture(const images::Image& image) {
   const double factor = std::max(image.width(), image.height()) / kLongestOnPage;
-  const images::Image shown = to_rgba8(for_show(image));
-  write_picture(file, factor > 1 ? scaled_down(shown, factor) : shown, {});
-  return file;
+  return jpeg_of(factor > 1 ? scaled_down(to_rgba8(for_show(image)), factor) : image);
 }
 
 // Lines across the image, then along it, in its pixels: those across are the columns of the mesh.
@@ -52,8 +49,7 @@ std::vector<Points> mesh_lines(const images::Image& image, int& columns) {
 }
 
 std::optional<html::ReportMotion> image_motion(const images::Image& image, const images::ImageWarp& warp,
-                                               const WarpFrames& frames, const matching::Registration& registration,
-                                               const fs::path& picture) {
+                                               const WarpFrames& frames, const matching::Registration& registration) {
   const Trajectory& path = warp.flow().path();
   const std::vector<int> steps = shown_frames(path.grid.steps, registration.source.points.size());
   html::ReportMotion motion;
@@ -61,7 +57,7 @@ std::optional<html::ReportMotion> image_motion(const images::Image& image, const
   motion.target = registration.target;
   motion.corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   motion.source.y_down = motion.target.y_down = !frames.result.y_up;
-  html::MotionImage moved{picture, {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
+  html::MotionImage moved{small_picture(image), {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
   const std::vector<Points> lines = mesh_lines(image, moved.columns);
   for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
   const std::vector<Points> places = warp.paths(joined_lines(lines));
@@ -117,49 +113,42 @@ html::HtmlReport begun(const WarpFigures& figures, const WarpArguments& argument
                     lead(figures, arguments, what), warnings, {});
 }
 
-StagedFiles scratch_beside(const std::string& file) {
-  const fs::path folder = fs::path(file).parent_path();
-  return StagedFiles(folder.empty() ? fs::path(".") : folder);
-}
-
 }  // namespace
 
-void write_warp_report(const images::Image& image, const WarpedImage& result, const images::ImageWarp& warp,
-                       const WarpFrames& frames, const matching::Registration& registration,
-                       const WarpArguments& arguments) {
-  const StagedFiles scratch = scratch_beside(arguments.report);
-  html::HtmlReport report = begun(result.figures, arguments, registration, "the image");
+void write_warp_report(const images::Image& image, const images::WarpedImage& result, const WarpFigures& figures,
+                       const images::ImageWarp& warp, const WarpFrames& frames,
+                       const matching::Registration& registration, const WarpArguments& arguments) {
+  html::HtmlReport report = begun(figures, arguments, registration, "the image");
   if (!arguments.inverse)
-    if (std::optional<html::ReportMotion> motion =
-            image_motion(image, warp, frames, registration, small_picture(image, scratch.file("image.jpg"))))
+    if (std::optional<html::ReportMotion> motion = image_motion(image, warp, frames, registration))
       report.sections.push_back({"Motion", {std::move(*motion)}});
   if (frames.like)
     report.sections.push_back(
         {"Result and target",
-         {html::ReportStack{small_picture(frames.like->image, scratch.file("like.jpg")),
-                            small_picture(result.image, scratch.file("result.jpg")), file_name(arguments.like),
+         {html::ReportStack{small_picture(frames.like->image), small_picture(result.image), file_name(arguments.like),
                             file_name(arguments.out),
                             "The slider goes from the one to the other; zoom in to see edges."}}});
   const Drawings drawings(arguments);
-  const fs::path both = scratch.file("before_and_after.png"), jacobian = scratch.file("jacobian.png");
-  drawings.write_side_by_side(both, image, result, warp, frames);
-  const fs::path page = scratch.file("before_and_after.jpg");
-  write_picture(page, images::read_image(both), {});  // of photographs, a tenth of the size
-  report.sections.push_back(
-      {"Before and after", {html::ReportPicture{page, "The image, and what the map makes of it.", true}}});
+  const std::string both = drawings.png_of(drawings.side_by_side(image, result, warp, frames));
+  report.sections.push_back({"Before and after",
+                             {html::ReportPicture{jpeg_of(images::decode_image(both)),  // a tenth of the size
+                                                  "The image, and what the map makes of it.", true}}});
   if (!arguments.inverse || warp.flow().is_diffeomorphic()) {
-    drawings.write_jacobian(jacobian, image, warp, jacobians_on_image(image, warp, arguments));
+    const std::vector<float> jacobians =
+        jacobians_on_image(image, warp, {.inverse = arguments.inverse, .tolerance = arguments.tolerance});
+    html::EncodedPicture drawn{html::MediaType::kPng, drawings.png_of(drawings.jacobian(image, warp, jacobians))};
     report.sections.push_back(
         {"Jacobian",
-         {html::ReportPicture{jacobian, "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.", true}}});
+         {html::ReportPicture{std::move(drawn), "Above 1 areas grow, below 1 they shrink, below 0 they are flipped.",
+                              true}}});
   }
-  report.sections.push_back({"Numbers", {numbers(result.figures, arguments, registration, &frames)}});
+  report.sections.push_back({"Numbers", {numbers(figures, arguments, registration, &frames)}});
   write_file_atomically(arguments.report, html_report(report));
 }
 
-void write_warp_report(const Landmarks& before, const Landmarks& after, const warp::MaterialFlow& flow,
-                       const matching::Registration& registration, const WarpFigures& figures,
-                       const WarpArguments& arguments) {
+void write_warp_report(const WarpedPoints& points, const warp::MaterialFlow& flow,
+                       const matching::Registration& registration, const WarpArguments& arguments) {
+  const auto& [before, after, figures] = points;
   html::HtmlReport report = begun(figures, arguments, registration, "the points");
   const Trajectory& path = flow.path();
   html::ReportMotion motion;

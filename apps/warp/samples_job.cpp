@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "images/pushed_mesh.hpp"
 #include "jobs.hpp"
 #include "pulson/random/brownian.hpp"
 #include "shell/messages.hpp"
@@ -87,8 +88,8 @@ class ImageMoments {
 
 }  // namespace
 
-WarpedImage warp_samples(const images::Image& image, const matching::Registration& registration,
-                         const WarpFrames& frames, const WarpArguments& arguments) {
+WarpResult warp_samples(const images::Image& image, const matching::Registration& registration,
+                        const WarpFrames& frames, const WarpArguments& arguments) {
   if (arguments.inverse)
     throw InputError("--samples maps the source to the target; it cannot be combined with --inverse");
   const StochasticSystem system = registration_system(registration);
@@ -99,7 +100,8 @@ WarpedImage warp_samples(const images::Image& image, const matching::Registratio
   const std::string name = registration.integrator == "variational-paper" ? "variational" : registration.integrator;
   const auto integrator = make_integrator(name);
 
-  WarpedImage result;
+  const images::WarpImageOptions options = warp_options(arguments, frames, image);
+  WarpResult result;
   std::optional<ImageMoments> moments;
   std::vector<float> folded(image.pixel_count());
   int done = 0;
@@ -108,14 +110,14 @@ WarpedImage warp_samples(const images::Image& image, const matching::Registratio
     progress.show(static_cast<double>(s) / arguments.samples, fmt::format("sample {} of {}", s + 1, arguments.samples));
     const Eigen::MatrixXd increments =
         brownian_increments(arguments.seed, static_cast<std::uint64_t>(s), channels, registration.grid);
-    PushedMesh pushed;
+    images::PushedMesh pushed;
     try {
       const warp::MaterialFlow flow(
           system, integrator->integrate(system, {q0, registration.momenta}, registration.grid, increments),
           warp::parse_label_kernel(arguments.labels));
       const images::ImageWarp warp(flow, registration.alignment, frames.input, frames.result);
-      pushed = push_image(image, warp, frames, arguments);
-      result.figures.landmark_error_max = std::max(result.figures.landmark_error_max, warp.landmark_error());
+      pushed = push_image(image, warp, options);
+      result.landmark_error = std::max(result.landmark_error, warp.landmark_error());
     } catch (const StepError&) {
       continue;  // a path without a root, or space that it leaves without a place
     }
@@ -130,7 +132,7 @@ WarpedImage warp_samples(const images::Image& image, const matching::Registratio
     for (std::size_t i = 0; i < folded.size(); ++i) folded[i] += pushed.folds.reversed_in_cell[i] > 0 ? 1.0F : 0.0F;
     for (std::size_t i = 0; i < result.multiplicity.size(); ++i)
       result.multiplicity[i] = std::max(result.multiplicity[i], pushed.pushed.multiplicity[i]);
-    WarpFigures& figures = result.figures;
+    images::MapFigures& figures = result.figures;
     figures.folded_fraction += pushed.folds.folded_fraction;
     figures.min_jacobian = std::min(figures.min_jacobian, pushed.min_jacobian);
     figures.max_multiplicity = std::max(figures.max_multiplicity, pushed.pushed.coverage.max_multiplicity);
@@ -142,8 +144,7 @@ WarpedImage warp_samples(const images::Image& image, const matching::Registratio
   result.holes.resize(result.multiplicity.size());
   result.figures.folded_fraction /= done;
   result.figures.uncovered_fraction /= done;
-  result.figures.method = "push";
-  result.figures.reason = fmt::format(
+  result.reason = fmt::format(
       "mean over {} samples{}", done,
       done < arguments.samples ? fmt::format("; {} could not be computed", arguments.samples - done) : std::string());
   result.deviations = moments->deviations();

@@ -17,32 +17,34 @@
 namespace pulson {
 namespace {
 
+// Numbers first: what is drawn may fail.
 void run_points(const WarpArguments& arguments, const matching::Registration& registration, double start) {
   const warp::MaterialFlow flow(registration_system(registration), replay(registration),
                                 warp::parse_label_kernel(arguments.labels));
-  WarpFigures figures = warp_points(flow, registration, arguments);
-  figures.seconds = seconds_now() - start;
-  print_figures(figures, arguments, nullptr);
+  WarpedPoints warped = warp_points(flow, registration, arguments);
+  warped.figures.seconds = seconds_now() - start;
+  write_figures(warped.figures, arguments, nullptr);
+  try_to_write(arguments.report, [&] { write_warp_report(warped, flow, registration, arguments); });
+  print_figures(warped.figures, arguments, nullptr);
 }
 
-// Landmarks that lie outside the image show that units, origin or y are not those of the image.
 void warn_of_landmarks_outside(const WarpArguments& arguments, const matching::Registration& registration,
                                const WarpFrames& frames, const Picture& picture) {
-  if (registration.source.dimension() != 2) return;
-  const Points pixels =
-      frames.input.to_pixels(arguments.inverse ? registration.target.points : registration.original.points);
-  Eigen::Index outside = 0;
-  for (const auto pixel : pixels.colwise())
-    outside += (pixel.array() < -1).any() || pixel[0] > picture.image.width() || pixel[1] > picture.image.height();
-  if (outside > 0)
-    print_warning(
-        fmt::format("{} of {} landmarks lie outside {}: check that it is the right image, and see --pixel-size, "
-                    "--origin and --flip-y",
-                    outside, pixels.cols(), arguments.input));
+  const Points& landmarks = arguments.inverse ? registration.target.points : registration.original.points;
+  if (landmarks.rows() != 2) return;
+  if (const auto text = landmarks_outside(frames.input.to_pixels(landmarks), picture.image, arguments.input))
+    print_warning(*text);
 }
 
+WarpFigures figures_of(const WarpResult& result, const warp::MaterialFlow& flow) {
+  WarpFigures figures{result.figures, result.pulled ? "pull" : "push", result.reason, result.landmark_error};
+  figures.ridge = flow.ridge();
+  return figures;
+}
+
+// The picture is the result, and its numbers come next. All else may fail.
 void run_image(const WarpArguments& arguments, const matching::Registration& registration, double start) {
-  const Picture picture = read_picture(arguments.input);
+  const Picture picture = read_picture(arguments.input, arguments.max_pixels);
   const WarpFrames frames = warp_frames(arguments, registration, picture);
   warn_of_landmarks_outside(arguments, registration, frames, picture);
   const warp::MaterialFlow flow(registration_system(registration), replay(registration),
@@ -51,17 +53,22 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
   const images::ImageWarp warp = arguments.inverse
                                      ? images::ImageWarp(flow, registration.alignment, frames.result, frames.input)
                                      : images::ImageWarp(flow, registration.alignment, frames.input, frames.result);
-  WarpedImage result = arguments.samples > 0 ? warp_samples(picture.image, registration, frames, arguments)
-                                             : warp_image(picture.image, warp, frames, arguments);
+  const images::Image& image = picture.image;
+  WarpResult result =
+      arguments.samples > 0
+          ? warp_samples(image, registration, frames, arguments)
+          : WarpResult{warp_image(image, warp, warp_options(arguments, frames, image)), {}, {}, warp.landmark_error()};
   log_step("mapped the image");
   write_picture(arguments.out, result.image, frames.result, picture.type);
-  result.figures.colours = write_more_results(picture.image, result, warp, frames, arguments);
-  if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
-  if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();
-  result.figures.ridge = flow.ridge();
-  result.figures.seconds = seconds_now() - start;
-  if (!arguments.report.empty()) write_warp_report(picture.image, result, warp, frames, registration, arguments);
-  print_figures(result.figures, arguments, &frames);
+  if (!arguments.field.empty()) write_field(arguments.field, result, image, frames);
+  WarpFigures figures = figures_of(result, flow);
+  figures.seconds = seconds_now() - start;
+  write_figures(figures, arguments, &frames);
+  figures.colours = write_more_results(image, result, warp, frames, arguments);
+  try_to_write(arguments.animate, [&] { write_animation(image, warp, frames, arguments); });
+  try_to_write(arguments.report,
+               [&] { write_warp_report(image, result, figures, warp, frames, registration, arguments); });
+  print_figures(figures, arguments, &frames);
 }
 
 // The record, or that in the folder of a registration.

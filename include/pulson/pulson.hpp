@@ -29,3 +29,4 @@
 #include "pulson/records/records.hpp"
 #include "pulson/warp/material_flow.hpp"
 #include "pulson/warp/sampled_map.hpp"
+#include "pulson/warp/sheet_order.hpp"

@@ -142,6 +142,8 @@ void Animation::finish() {
   encoder->temporary.put_in_place();
 }
 
+void Animation::check_extension(const fs::path& file) { format_of(file); }
+
 bool Animation::available() { return !find_program(kFfmpeg).empty(); }
 
 }  // namespace pulson::draw

@@ -29,6 +29,9 @@ class Animation {
   /// @throws InputError if ffmpeg failed (with its message), without frames, or if the file could not be written
   void finish();
 
+  /// @throws InputError unless the extension is one of these
+  static void check_extension(const std::filesystem::path& file);
+
   /// Whether there is an ffmpeg in the folders of PATH.
   static bool available();
 

@@ -59,8 +59,6 @@ void Canvas::rings(const Points& centres, double radius, const Stroke& stroke) {
   if (centres.cols() > 0) add(Circles{centres, radius, stroke.colour, stroke.width});
 }
 
-void Canvas::image(const std::filesystem::path& png, const Box& box) { raster(decode_png(png), box); }
-
 void Canvas::raster(Raster raster, const Box& box) { add(Picture{std::move(raster), box}); }
 
 void Canvas::text(double x, double y, std::string_view text, double size, const Colour& colour, Align align,
@@ -78,11 +76,19 @@ void Canvas::text_on_image(double x, double y, std::string_view text, double siz
   drawing_.texts.back().margin = kTextMargin;
 }
 
+double Canvas::scale_of(const std::optional<double>& width) const {
+  return width ? *width / kMillimetresPerInch * kPixelsPerInch / this->width() : 1;
+}
+
+std::string Canvas::png(const std::optional<double>& width, double dpi) const {
+  return png_of(drawing_, scale_of(width) * dpi / kPixelsPerInch);
+}
+
 void Canvas::write(const PictureFiles& files) const {
   for (const auto* file : {&files.png, &files.svg, &files.pdf})
     if (!file->empty()) check_output_file(*file);
-  const double scale = files.width ? *files.width / kMillimetresPerInch * kPixelsPerInch / width() : 1;
-  const std::string png = files.png.empty() ? "" : png_of(drawing_, scale * files.dpi / kPixelsPerInch);
+  const double scale = scale_of(files.width);
+  const std::string png = files.png.empty() ? "" : this->png(files.width, files.dpi);
   const std::string svg = files.svg.empty() ? "" : svg_of(drawing_, scale);
   const std::string pdf = files.pdf.empty() ? "" : pdf_of(drawing_, scale);
   if (!png.empty()) write_file_atomically(files.png, png);

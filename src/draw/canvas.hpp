@@ -1,6 +1,7 @@
 #pragma once
 
-#include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -43,9 +44,6 @@ class Canvas {
   /// Circles around the columns of `centres` (2×M).
   void rings(const Points& centres, double radius, const Stroke& stroke);
 
-  /// The png, stretched over the box. @throws InputError if it is none
-  void image(const std::filesystem::path& png, const Box& box);
-
   /// The pixels, stretched over the box.
   void raster(Raster raster, const Box& box);
 
@@ -60,7 +58,11 @@ class Canvas {
   /// Writes the files once all of them are drawn. @throws InputError if one is too large or cannot be written
   void write(const PictureFiles& files) const;
 
+  /// The bytes of a png of that width and resolution. @throws InputError if it is too large
+  std::string png(const std::optional<double>& width, double dpi) const;
+
  private:
+  double scale_of(const std::optional<double>& width) const;
   void add(decltype(Layer::shape) shape) { drawing_.layers.push_back({std::move(shape), window_}); }
 
   Drawing drawing_;

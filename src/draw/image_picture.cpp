@@ -130,7 +130,7 @@ void draw_bar(Canvas& canvas, const Box& panel, const ColourBar& bar) {
 
 void draw_panel(Canvas& canvas, const Box& box, const ImagePanel& panel) {
   const View view = view_of(panel, box);
-  if (!panel.file.empty()) canvas.image(panel.file, box);
+  if (!panel.pixels.empty()) canvas.raster(panel.pixels, box);
   canvas.look_through(box);
   canvas.lines(view.pixels(panel.grid), kImageGridStroke);
   const std::vector<Points> paths = view.pixels(lines_of_paths(panel));
@@ -162,6 +162,10 @@ std::vector<LegendEntry> legend_of(const ImagePicture& picture) {
 }
 
 Canvas compose(const ImagePicture& picture) {
+  if (picture.panels.empty()) throw InputError("a picture of images needs one or more");
+  for (const ImagePanel& panel : picture.panels)
+    if (panel.width < 1 || panel.height < 1)
+      throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
   const Titles titles{picture.title, picture.subtitle};
   const Rows rows = arranged(picture);
   const std::vector<LegendEntry> legend = legend_of(picture);
@@ -186,12 +190,11 @@ Canvas compose(const ImagePicture& picture) {
 }
 
 }  // namespace
-void write_image_picture(const ImagePicture& picture, const PictureFiles& files) {
-  if (picture.panels.empty()) throw InputError("a picture of images needs one or more");
-  for (const ImagePanel& panel : picture.panels)
-    if (panel.width < 1 || panel.height < 1)
-      throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
-  compose(picture).write(files);
+
+void write_image_picture(const ImagePicture& picture, const PictureFiles& files) { compose(picture).write(files); }
+
+std::string image_picture_png(const ImagePicture& picture, const PictureFiles& look) {
+  return compose(picture).png(look.width, look.dpi);
 }
 
 }  // namespace pulson::draw

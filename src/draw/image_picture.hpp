@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,9 +20,9 @@ struct ColourBar {
 /// One image and what lies on it. Places are in its pixels, x to the right and y downwards, with the centre of the
 /// first at (0, 0); those that miss a coordinate, or lie outside, are not drawn.
 struct ImagePanel {
-  std::string heading;         ///< one line, may be empty
-  std::filesystem::path file;  ///< a png, stretched over the panel; empty: white
-  int width = 0;               ///< pixels, which `file` may have fewer of
+  std::string heading;  ///< one line, may be empty
+  Raster pixels{};      ///< stretched over the panel; none: white
+  int width = 0;        ///< pixels of the image, of which `pixels` may have fewer
   int height = 0;
   std::vector<Points> grid{};       ///< lines 2×M
   std::vector<Points> paths{};      ///< 2×N at each time: where the landmarks were; may be empty
@@ -43,8 +42,10 @@ struct ImagePicture {
 /// Draws the images with headings, in as many columns as make them largest, at most 1600 pixels wide; landmarks are
 /// open rings, so that the image is seen within them, and a legend says what lies on the images.
 ///
-/// @throws InputError where there is no panel, a panel has no pixels, a file is no png, and where a folder does not
-/// exist
+/// @throws InputError where there is no panel, a panel has no pixels, and where a folder does not exist
 void write_image_picture(const ImagePicture& picture, const PictureFiles& files);
+
+/// The same as the bytes of a png; of `look` the width and the resolution. @throws as write_image_picture
+std::string image_picture_png(const ImagePicture& picture, const PictureFiles& look);
 
 }  // namespace pulson::draw

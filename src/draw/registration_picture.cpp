@@ -64,7 +64,7 @@ void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImag
   const Points pixels = view.pixels(corners);
   const Eigen::Vector2d low = pixels.rowwise().minCoeff(), high = pixels.rowwise().maxCoeff();
   const Box box{low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
-  canvas.image(image->file, box);
+  canvas.raster(image->pixels, box);
   canvas.areas({border_of(box)}, faded(colour::kPaper, 1 - kPaleness));
 }
 

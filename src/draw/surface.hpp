@@ -1,19 +1,12 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
+#include "pulson/draw/pictures.hpp"
 
 namespace pulson::draw {
-
-/// Pixels in rows from the top: red, green, blue and opacity, 0 to 255 each.
-struct Raster {
-  int width;
-  int height;
-  std::vector<std::uint8_t> rgba;
-};
 
 /// How one looks at space: unit vectors, at right angles, to the right and upwards.
 using Screen = Eigen::Matrix<double, 2, 3>;

@@ -19,7 +19,7 @@ namespace {
 struct GridFormat {
   std::string_view extension;
   bool (*sniff)(std::string_view text);
-  GridField (*read)(const std::string& path, std::string_view text);
+  GridField (*read)(const std::string& path, std::string_view text, std::uint64_t max_points);
   std::string (*file)(const GridField& field, bool compressed);
 };
 
@@ -90,7 +90,7 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
   write_file_atomically(path, format->file(whole, compressed));
 }
 
-GridField read_grid_field(const std::filesystem::path& path) {
+GridField read_grid_field(const std::filesystem::path& path, std::uint64_t max_points) {
   const std::string text = read_file(path);
   if (text.empty()) throw InputError(path.string() + " is empty");
   const auto* const format =
@@ -98,7 +98,7 @@ GridField read_grid_field(const std::filesystem::path& path) {
   if (format == std::end(kFormats))
     throw InputError(path.string() + " is neither MetaImage (.mha) nor NRRD (.nrrd); it begins with " +
                      io::in_quotes(std::string_view(text).substr(0, text.find_first_of("\r\n"))));
-  GridField field = format->read(path.string(), text);
+  GridField field = format->read(path.string(), text, max_points);
   check(path.string(), field);
   return field;
 }

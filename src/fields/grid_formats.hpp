@@ -19,12 +19,12 @@ namespace pulson::fields {
 
 bool sniff_meta_image(std::string_view text);
 /// `path` is what messages call the file. @throws InputError
-GridField read_meta_image(const std::string& path, std::string_view text);
+GridField read_meta_image(const std::string& path, std::string_view text, std::uint64_t max_points);
 /// The whole file. The field's direction is filled.
 std::string meta_image_file(const GridField& field, bool compressed);
 
 bool sniff_nrrd(std::string_view text);
-GridField read_nrrd(const std::string& path, std::string_view text);
+GridField read_nrrd(const std::string& path, std::string_view text, std::uint64_t max_points);
 std::string nrrd_file(const GridField& field, bool compressed);
 
 /// One line of a header.
@@ -97,10 +97,10 @@ struct GridBytes {
   bool is_compressed;  ///< as a zlib or gzip stream, which one follows from the bytes
 };
 
-/// All numbers of a grid. @throws InputError that names `path`, before anything is allocated, if the bytes cannot be of
-/// so many; and if they are damaged
+/// All numbers of a grid. @throws InputError that names `path`, before anything is allocated, if there are more than
+/// `max_points` points or the bytes cannot be of so many; and if they are damaged
 std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
-                               int components);
+                               int components, std::uint64_t max_points);
 
 enum class GridEncoding { kRaw, kZlib, kGzip };
 

@@ -257,7 +257,10 @@ std::optional<std::size_t> grid_count(const std::vector<int>& sizes, int compone
 }
 
 std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
-                               int components) {
+                               int components, std::uint64_t max_points) {
+  if (const auto points = grid_count(sizes, 1); !points || *points > max_points)
+    throw InputError(fmt::format("{}: its grid has {} points, more than `max_points = {}` allows", path,
+                                 fmt::join(sizes, " x "), max_points));
   const std::optional<std::size_t> count = grid_count(sizes, components);
   const std::optional<std::size_t> size = count ? product(*count, bytes.type.size) : std::nullopt;
   const std::string need =

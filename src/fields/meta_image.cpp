@@ -64,7 +64,7 @@ bool sniff_meta_image(std::string_view text) {
   return key == "objecttype" || key == "ndims" || key == "comment";
 }
 
-GridField read_meta_image(const std::string& path, std::string_view text) {
+GridField read_meta_image(const std::string& path, std::string_view text, std::uint64_t max_points) {
   const GridHeader header = take_meta_header(path, text);
   const HeaderEntry& dimension = header.need({"NDims"});
   const int d = header.counts(dimension, 1).front();
@@ -83,7 +83,7 @@ GridField read_meta_image(const std::string& path, std::string_view text) {
   }
   const GridBytes bytes = bytes_of_meta_image(header, text);
   field.type = bytes.type.type;
-  field.values = grid_values(path, bytes, field.sizes, field.components);
+  field.values = grid_values(path, bytes, field.sizes, field.components, max_points);
   return field;
 }
 

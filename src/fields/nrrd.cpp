@@ -136,7 +136,7 @@ std::string in_brackets(const auto& numbers) { return fmt::format("({})", fmt::j
 
 bool sniff_nrrd(std::string_view text) { return text.starts_with(kNrrdMagic); }
 
-GridField read_nrrd(const std::string& path, std::string_view text) {
+GridField read_nrrd(const std::string& path, std::string_view text, std::uint64_t max_points) {
   const GridHeader header = take_nrrd_header(path, text);
   const HeaderEntry& dimension = header.need({"dimension"});
   const int axes = header.counts(dimension, 1).front();
@@ -163,7 +163,7 @@ GridField read_nrrd(const std::string& path, std::string_view text) {
   }
   const GridBytes bytes = bytes_of_nrrd(header, text);
   field.type = bytes.type.type;
-  field.values = grid_values(path, bytes, field.sizes, field.components);
+  field.values = grid_values(path, bytes, field.sizes, field.components, max_points);
   return field;
 }
 

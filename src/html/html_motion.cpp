@@ -307,7 +307,7 @@ std::string motion(const ReportMotion& motion) {
       "<input type=\"range\" min=\"0\" max=\"1000\" value=\"1000\" aria-label=\"time\" /><output></output>{}</div>\n",
       description(motion), zoom_buttons());
   text += key_of(motion);
-  if (motion.image) text += fmt::format("<img hidden=\"\" src=\"{}\" alt=\"\">\n", data_address(motion.image->file));
+  if (motion.image) text += fmt::format("<img hidden=\"\" src=\"{}\" alt=\"\">\n", data_address(motion.image->picture));
   if (!motion.caption.empty()) text += "<figcaption>" + escaped(motion.caption) + "</figcaption>\n";
   text += fmt::format(
       "<p class=\"keys\">With the focus on the picture: <kbd>space</kbd> plays, <kbd>+</kbd> <kbd>−</kbd> <kbd>0</kbd> "

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -18,7 +17,7 @@ std::string valid_utf8(std::string_view text);
 /// The picture as a `data:` address. An SVG too is embedded as an image and not as part of the page: an image
 /// runs no scripts and loads nothing. @throws InputError if the file cannot be read or
 /// is not SVG, PNG or JPEG.
-std::string data_address(const std::filesystem::path& picture);
+std::string data_address(const EmbeddedPicture& picture);
 
 /// The motion as a figure: a canvas, a slider, and the numbers as JSON, which page/motion.js draws. Places are whole
 /// numbers of units of a hundred thousandth of the box that holds all. @throws InputError where sizes disagree or a

@@ -77,13 +77,27 @@ std::string valid_utf8(std::string_view text) {
   return result;
 }
 
-std::string data_address(const std::filesystem::path& picture) {
-  const std::string bytes = read(picture);
-  if (bytes.starts_with(kPngSignature)) return "data:image/png;base64," + base64(bytes);
-  if (bytes.starts_with(kJpegSignature)) return "data:image/jpeg;base64," + base64(bytes);
+namespace {
+
+EncodedPicture read_picture(const std::filesystem::path& file) {
+  std::string bytes = read(file);
+  if (bytes.starts_with(kPngSignature)) return {MediaType::kPng, std::move(bytes)};
+  if (bytes.starts_with(kJpegSignature)) return {MediaType::kJpeg, std::move(bytes)};
   if (std::string_view(bytes).substr(0, kHeadOfSvg).find("<svg") != std::string_view::npos)
-    return "data:image/svg+xml;base64," + base64(bytes);
-  throw InputError(fmt::format("the picture '{}' is not SVG, PNG or JPEG", picture.string()));
+    return {MediaType::kSvg, std::move(bytes)};
+  throw InputError(fmt::format("the picture '{}' is not SVG, PNG or JPEG", file.string()));
+}
+
+std::string address_of(const EncodedPicture& picture) {
+  const char* name = picture.type == MediaType::kPng ? "png" : picture.type == MediaType::kJpeg ? "jpeg" : "svg+xml";
+  return fmt::format("data:image/{};base64,{}", name, base64(picture.bytes));
+}
+
+}  // namespace
+
+std::string data_address(const EmbeddedPicture& picture) {
+  if (const auto* encoded = std::get_if<EncodedPicture>(&picture)) return address_of(*encoded);
+  return address_of(read_picture(std::get<std::filesystem::path>(picture)));
 }
 
 namespace {
@@ -157,7 +171,7 @@ class BlockWriter {
     page_ += fmt::format(
         "<figure>\n<div class=\"still{}\" tabindex=\"0\" role=\"region\" aria-label=\"picture\">\n"
         "<img src=\"{}\" alt=\"{}\">\n</div>\n",
-        picture.has_photograph ? "" : " drawing", html::data_address(picture.file), escaped(picture.caption));
+        picture.has_photograph ? "" : " drawing", html::data_address(picture.picture), escaped(picture.caption));
     if (!picture.caption.empty()) page_ += "<figcaption>" + escaped(picture.caption) + "</figcaption>\n";
     page_ += "</figure>\n";
   }

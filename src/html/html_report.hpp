@@ -18,9 +18,20 @@ struct ReportParagraph {
   std::string text;
 };
 
-/// A picture that the page contains as a whole.
+enum class MediaType { kSvg, kPng, kJpeg };
+
+/// A picture as the bytes of its file.
+struct EncodedPicture {
+  MediaType type;
+  std::string bytes;
+};
+
+/// A picture that the page contains: in memory, or a file of SVG, PNG or JPEG, recognised by its contents.
+using EmbeddedPicture = std::variant<std::filesystem::path, EncodedPicture>;
+
+/// A picture on the page.
 struct ReportPicture {
-  std::filesystem::path file;   ///< SVG, PNG or JPEG, recognised by its contents
+  EmbeddedPicture picture;
   std::string caption = {};     ///< may be empty; screen readers read it in place of the picture
   bool has_photograph = false;  ///< which a dark page shows as it is; drawings become dark there
 };
@@ -58,9 +69,9 @@ using ReportClaims = std::vector<ReportClaim>;
 
 /// A picture below landmarks in the plane, which moves with their grid.
 struct MotionImage {
-  std::filesystem::path file;  ///< png or jpg; empty: there is none
-  Eigen::Vector2d first;       ///< where the first corner of the mesh is in it: parts of its width and, from the top,
-  Eigen::Vector2d last;        ///< height; and the last one. What is between lies evenly between
+  EmbeddedPicture picture;
+  Eigen::Vector2d first;  ///< where the first corner of the mesh is in it: parts of its width and, from the top,
+  Eigen::Vector2d last;   ///< height; and the last one. What is between lies evenly between
   int columns = 0;  ///< the first so many lines of the grid lie side by side, and every `step`-th of their points is a
   int step = 1;     ///< corner of the mesh that carries the picture
 };
@@ -96,8 +107,8 @@ struct ReportMotion {
 
 /// Two pictures of one size, which the reader lays over one another: mixed, wiped, in squares or as their difference.
 struct ReportStack {
-  std::filesystem::path below;  ///< as of ReportPicture
-  std::filesystem::path above;
+  EmbeddedPicture below;
+  EmbeddedPicture above;
   std::string below_name;
   std::string above_name;
   std::string caption = {};  ///< may be empty

@@ -6,6 +6,7 @@
 
 #include "channels.hpp"
 #include "core/atomic_file.hpp"
+#include "core/paths.hpp"
 #include "core/text.hpp"
 #include "images/codecs/codecs.hpp"
 #include "pulson/core/errors.hpp"
@@ -61,7 +62,7 @@ struct Format {
   std::vector<std::string_view> signatures;
   bool grey, colour, alpha;
   std::vector<PixelDepth> depths;
-  Image (*decode)(std::string_view bytes);
+  Image (*decode)(std::string_view bytes, std::int64_t max_pixels);
   std::string (*encode)(const Image& image);
 
   bool holds_depth(PixelDepth depth) const { return std::find(depths.begin(), depths.end(), depth) != depths.end(); }
@@ -127,47 +128,66 @@ const Format& find_format(const std::filesystem::path& path) {
                    "; what does for this image: " + joined(fit));
 }
 
-Image decode(std::string_view bytes) {
-  for (const Format& format : formats())
-    if (format.begins(bytes)) return format.decode(bytes);
-  throw InputError("it is not an image; it must be a png, jpg, tif, bmp, pgm or ppm");
+std::string encoded(const std::filesystem::path& path, const Image& image) {
+  if (image.empty()) throw InputError(failure_of(path) + "there is no image");
+  const Format& format = find_format(path);
+  if (!format.holds(image)) fail_to_hold(path, format, image);
+  std::string bytes = format.encode(image.channels() == 2 ? images::with_colours(image) : image);
+  if (bytes.empty())
+    throw InputError(failure_of(path) + extension_of(path) + " does not take " + std::to_string(image.width()) + " x " +
+                     std::to_string(image.height()) + " pixels");
+  return bytes;
 }
 
 }  // namespace
 
 void fail_as_damaged() { throw InputError("the image is damaged or cut off"); }
 
-Image new_image(long long width, long long height, int channels, PixelDepth depth) {
-  constexpr long long kLongest = 1LL << 20, kMost = 1LL << 30;
+void check_pixel_count(std::int64_t width, std::int64_t height, std::int64_t max_pixels, const std::string& what) {
+  if (width <= max_pixels / std::max<std::int64_t>(height, 1)) return;
+  throw InputError(what + " has " + std::to_string(width) + " x " + std::to_string(height) +
+                   " pixels, more than `max_pixels = " + std::to_string(max_pixels) + "` allows");
+}
+
+void check_size(std::int64_t width, std::int64_t height, std::int64_t max_pixels) {
+  constexpr std::int64_t kLongest = 1LL << 20, kMost = 1LL << 30;
   if (width < 1 || height < 1) fail_as_damaged();
+  check_pixel_count(width, height, max_pixels, "the image");
   if (width > kLongest || height > kLongest || width * height > kMost)
     throw InputError("the image has more than 2^20 pixels on a side, or more than 2^30");
+}
+
+Image new_image(std::int64_t width, std::int64_t height, int channels, PixelDepth depth, std::int64_t max_pixels) {
+  check_size(width, height, max_pixels);
   return {static_cast<int>(width), static_cast<int>(height), channels, depth};
 }
 
-Image read_image(const std::filesystem::path& path) {
-  const std::string bytes = io::read_text_file(path);
-  const std::string failure = "cannot read '" + path.string() + "': ";
+Image decode_image(std::string_view bytes, std::int64_t max_pixels) try {
+  for (const Format& format : formats())
+    if (format.begins(bytes)) return format.decode(bytes, max_pixels);
+  throw InputError("it is not an image; it must be a png, jpg, tif, bmp, pgm or ppm");
+} catch (const std::bad_alloc&) {
+  throw InputError("the image does not fit into memory");
+}
+
+Image read_image(const std::filesystem::path& path, std::int64_t max_pixels) {
+  const std::string bytes = read_file(path);
+  if (bytes.empty()) throw InputError(path.string() + " is empty");
   try {
-    return decode(bytes);
+    return decode_image(bytes, max_pixels);
   } catch (const InputError& error) {
-    throw InputError(failure + error.what());
-  } catch (const std::bad_alloc&) {
-    throw InputError(failure + "the image does not fit into memory");
+    throw InputError("cannot read '" + path.string() + "': " + error.what());
   }
 }
 
 void check_image_extension(const std::filesystem::path& path) { find_format(path); }
 
+std::string encode_image(const Image& image, const std::string& extension) {
+  return encoded("image" + extension, image);
+}
+
 void write_image(const std::filesystem::path& path, const Image& image) {
-  if (image.empty()) throw InputError(failure_of(path) + "there is no image");
-  const Format& format = find_format(path);
-  if (!format.holds(image)) fail_to_hold(path, format, image);
-  const std::string bytes = format.encode(image.channels() == 2 ? images::with_colours(image) : image);
-  if (bytes.empty())
-    throw InputError(failure_of(path) + extension_of(path) + " does not take " + std::to_string(image.width()) + " x " +
-                     std::to_string(image.height()) + " pixels");
-  write_file_atomically(path, bytes);
+  write_file_atomically(path, encoded(path, image));
 }
 
 }  // namespace pulson::images

@@ -3,9 +3,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
-#include <string_view>
 #include <vector>
+
+#include "pulson/warp/sheet_order.hpp"
 
 namespace pulson::warp {
 
@@ -50,19 +50,6 @@ struct MeshFolds {
 /// @throws InputError as DeformedMesh::check
 MeshFolds mesh_folds(const DeformedMesh& mesh);
 
-/// Which sheet is on top where several cover a sample.
-enum class SheetOrder {
-  kLeastStretched,  ///< orientation-preserving before reversing, then the smallest largest singular value of the
-                    ///< triangle's affine map, then the first
-  kAverage,         ///< all sheets, by MeshRaster::sheet; MeshRaster::band has the least stretched
-  kFirst,           ///< the first triangle, row by row
-  kPriority         ///< the largest priority of the cell, then the least stretched
-};
-
-/// @throws InputError that lists the valid names: least-stretched, average, first, label-order
-SheetOrder parse_over(std::string_view name);
-std::string over_name(SheetOrder over);
-
 struct RasterOptions {
   int width = 0;  ///< of the output, in pixels
   int height = 0;
@@ -106,7 +93,8 @@ class MeshRaster {
   const DeformedMesh& mesh() const { return mesh_; }
   int bands() const;
 
-  /// The sheets on top. @param index 0 to bands() − 1 @throws InputError for another
+  /// The sheets on top; for SheetOrder::kAverage, which is made of sheet(), the least stretched.
+  /// @param index 0 to bands() − 1 @throws InputError for another
   RasterBand band(int index) const;
 
   /// The n-th of the sheets that cover each sample, in row-by-row order of triangles, from 0; `counts` is as in band().

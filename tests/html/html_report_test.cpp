@@ -92,6 +92,15 @@ TEST_F(HtmlReportTest, EmbedsPicturesByTheirContents) {
   EXPECT_TRUE(contains(html_report(report_of(ReportPicture{"a.png"})), "IG9uISE=\""));
 }
 
+TEST_F(HtmlReportTest, EmbedsPicturesFromMemory) {
+  const auto page_with = [](MediaType type) {
+    return html_report(report_of(ReportPicture{EncodedPicture{type, "some bytes"}}));
+  };
+  EXPECT_TRUE(contains(page_with(MediaType::kPng), "<img src=\"data:image/png;base64,c29tZSBieXRlcw==\""));
+  EXPECT_TRUE(contains(page_with(MediaType::kJpeg), "<img src=\"data:image/jpeg;base64,c29tZSBieXRlcw==\""));
+  EXPECT_TRUE(contains(page_with(MediaType::kSvg), "<img src=\"data:image/svg+xml;base64,c29tZSBieXRlcw==\""));
+}
+
 TEST_F(HtmlReportTest, NeedsNothingBesideItself) {
   write("a.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"></svg>");
   const std::string page = html_report(report_of(ReportPicture{"a.svg", "c"}));

@@ -21,7 +21,7 @@ class PathsOfProgram : public ShellCommands {
     Program::SetUp();
     write("a.csv", "x,y\n0,0\n1,0\n0,1\n");
     write("b.csv", "x,y\n0,0\n1.1,0\n0,1.2\n");
-    write("c.tps", "LP=3\n0 0\n1 0\n0 1\nID=one\nLP=3\n0 0\n1 0\n0 1.2\nID=two\nLP=3\n0 0\n1.1 0\n0 1\nID=three\n");
+    write("c.tps", "LM=3\n0 0\n1 0\n0 1\nID=one\nLM=3\n0 0\n1 0\n0 1.2\nID=two\nLM=3\n0 0\n1.1 0\n0 1\nID=three\n");
     write("solid.csv", "x,y,z\n0,0,0\n1,0,0\n0,1,0\n0,0,1\n");
     write("image.png", contents((fs::path(PULSON_SOURCE_DIR) / "sample_shapes" / "leaf_1.png").string()));
   }
@@ -180,7 +180,7 @@ TEST_F(PathsOfProgram, OfOutputsAreNoInputs) {
   fs::copy("c.tps", "out/cohort.json");
   fs::copy("c.tps", "out/atlas.json");
   fs::copy("fit/registration.json", "out/paths.csv");
-  write("image.tps", "LP=3\n0 0\n1 0\n0 1\nIMAGE=out/registration.png\nLP=3\n0 0\n1 0\n0 1.2\n");
+  write("image.tps", "LM=3\n0 0\n1 0\n0 1\nIMAGE=out/registration.png\nLM=3\n0 0\n1 0\n0 1.2\n");
   fs::copy("image.png", "out/registration.png");
   write("run.toml", "json = \"./a.csv\"\n");
   for (const char* line : {"register a.csv b.csv -o new --json a.csv",
@@ -238,8 +238,8 @@ TEST_F(PathsOfProgram, OfTwoOutputsDiffer) {
         "atlas c.tps -o out --json out/atlas.partial", "ensemble --q 0,1 -o out --save-final s.npy --save-paths s.npy",
         "ensemble --q 0,1 -o out --save-final out/ensemble.json",
         "ensemble --q 0,1 -o out --save-final s.npy --json s.npy", "simulate --q 0,1 -o out --json out/paths.csv",
-        "fokker-planck -o out --json out/report.html", "compare a.csv b.csv -o out --json out/comparison.csv",
-        "sample a.csv b.csv -o out --json out/summary.json"})
+        "fokker-planck --q 0,1 --p 1,0 -o out --json out/report.html",
+        "compare a.csv b.csv -o out --json out/models.csv", "sample a.csv b.csv -o out --json out/summary.json"})
     EXPECT_THAT(refusal(words(line)), HasSubstr("would both write")) << line;
   EXPECT_EQ(run(words("warp fit image.png -o /dev/null --json /dev/null")).exit_code, 2) << "it has no extension";
   EXPECT_EQ(

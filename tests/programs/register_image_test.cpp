@@ -125,5 +125,94 @@ TEST_F(RegisterImage, ThatIsNoneIsNotedOrRefused) {
   EXPECT_THAT(space.err, HasSubstr("--image needs landmarks in 2D"));
 }
 
+// ---- names in data
+
+class HostileImageName : public RegisterImage, public testing::WithParamInterface<std::string> {};
+
+// A name in a file is the name of an image, whatever it looks like: nothing is run and no file is touched, and the
+// numbers are those without it.
+TEST_P(HostileImageName, IsOnlyEverTheNameOfAnImage) {
+  const std::string corners = "LM=4\n5 5\n55 5\n55 55\n5 55\n";
+  write("e.toml", "side-by-side = \"<touch pwned;#/s.png\"\njson = \"victim\"\nout = \"victim\"\n");
+  write("victim", "mine");
+  std::filesystem::create_directories("data/below");
+  for (const std::string folder : {"data/", "data/below/"}) {
+    write(folder + "--config=e.toml", "");
+    std::filesystem::copy_file("e.toml", folder + "e.toml");
+    for (const char* name : {"-o", "|touch pwned", "<touch pwned;#", "$(touch pwned)", "a\nb"})
+      std::filesystem::copy_file("photo.png", folder + name);
+  }
+  write("data/plain.tps", corners + "ID=a\n" + corners + "ID=b\n");
+  write("data/named.tps", corners + "IMAGE=" + GetParam() + "\nID=a\n" + corners + "ID=b\n");
+  expect_done("register data/plain.tps#1 data/plain.tps#2 -o plain --no-picture -q");
+  const auto before = all_files();
+  const ProgramRun done = run(words("register data/named.tps#1 data/named.tps#2 -o out"));
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  for (const std::string& name : changed_since(before)) EXPECT_THAT(name, testing::StartsWith("./out/"));
+  EXPECT_EQ(files_in("out").size(), 6U);
+  EXPECT_EQ(read_json("out/registration.json")["cost"], read_json("plain/registration.json")["cost"]);
+  EXPECT_EQ(contents("out/trajectory.csv"), contents("plain/trajectory.csv"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Register, HostileImageName,
+                         testing::Values("--config=e.toml", "-o", "|touch pwned", "<touch pwned;#", "$(touch pwned)",
+                                         "../../victim", "../victim", "/dev/zero", "/dev/stdin", "below", "..", ".",
+                                         "below/--config=e.toml", "below/-o", std::string(300, 'a'),
+                                         std::string(5000, '/')));
+
+// Only what lies in the folder of the file, or is named from there, is shown.
+TEST_F(RegisterImage, IsNamedFromTheFolderOfTheFile) {
+  const std::string corners = "LM=4\n5 5\n55 5\n55 55\n5 55\n";
+  std::filesystem::create_directories("data/below");
+  std::filesystem::copy_file("photo.png", "data/below/p.png");
+  const auto is_shown = [&](const std::string& name) {
+    write("data/a.tps", corners + "IMAGE=" + name + "\nID=a\n" + corners + "ID=b\n");
+    expect_done("register data/a.tps#1 data/a.tps#2 -o out");
+    return contents("out/report.html").find("data:image/jpeg") != std::string::npos;
+  };
+  EXPECT_TRUE(is_shown("below/p.png"));
+  EXPECT_TRUE(is_shown("below\\p.png"));
+  EXPECT_TRUE(is_shown("../photo.png"));
+  EXPECT_FALSE(is_shown("p.png"));
+  EXPECT_FALSE(is_shown(std::filesystem::absolute("photo.png").string()));
+  std::filesystem::copy_file("photo.png", "data/photo.png");
+  EXPECT_TRUE(is_shown(std::filesystem::absolute("photo.png").string()));
+  EXPECT_TRUE(is_shown("C:\\photos\\photo.png"));
+}
+
+// One program alone runs: it has no children but those that draw.
+TEST_F(RegisterImage, IsWarpedWithoutAnotherProcess) {
+  expect_done("register a.csv a.csv -o out --image photo.png --no-picture");
+  EXPECT_THAT(contents("out/report.html"), HasSubstr("data:image/jpeg"));
+  std::filesystem::create_directory("nothing");
+  const ProgramRun alone = run(words("register a.csv a.csv -o alone --image photo.png --no-picture"),
+                               {.search_path = std::filesystem::absolute("nothing").string()});
+  EXPECT_EQ(alone.exit_code, 0) << alone.err;
+  EXPECT_THAT(contents("alone/report.html"), HasSubstr("data:image/jpeg"));
+}
+
+TEST_F(RegisterImage, MayHaveNoMorePixelsThanAllowed) {
+  write("a.png", "");
+  const ProgramRun small = run(words("register a.csv a.csv -o out --image photo.png --max-pixels 3599 --no-picture"));
+  EXPECT_EQ(small.exit_code, 0);
+  EXPECT_THAT(small.err, HasSubstr("note: photo.png: it is not drawn below the landmarks: cannot read 'photo.png': the "
+                                   "image has 60 x 60 pixels, more than --max-pixels 3599 allows"));
+  expect_done("register a.csv a.csv -o out --image photo.png --max-pixels 3600 --no-picture");
+  for (const char* count : {"0", "-1", "1.5", "nan", "1e12"}) {
+    const ProgramRun wrong =
+        run(words(std::string("register a.csv a.csv -o out --image photo.png --max-pixels=") + count));
+    EXPECT_EQ(wrong.exit_code, 2) << count;
+    EXPECT_THAT(wrong.err, HasSubstr("--max-pixels is ")) << count;
+  }
+}
+
+TEST_F(RegisterImage, IsAFile) {
+  for (const char* image : {"/dev/zero", "/dev/null", "."}) {
+    const ProgramRun refused = run(words(std::string("register a.csv a.csv -o out --image ") + image));
+    EXPECT_EQ(refused.exit_code, 2) << image;
+    EXPECT_EQ(refused.err, "pulson: --image is '" + std::string(image) + "'; it must be a regular file\n");
+  }
+}
+
 }  // namespace
 }  // namespace pulson

@@ -74,7 +74,7 @@ TEST_F(Streams, ShowNamesHarmlessly) {
       "red\x1b[31m\x07 \xE2\x80\xAE"
       "txt.exe \xC2\x9B"
       "1m";
-  write("evil.tps", "LP=3\n0 0\n1 0\n0 1\nIMAGE=" + evil + ".png\nID=" + evil + "\nLP=3\n0 0\n1 0\n0 2\nID=other\n");
+  write("evil.tps", "LM=3\n0 0\n1 0\n0 1\nIMAGE=" + evil + ".png\nID=" + evil + "\nLM=3\n0 0\n1 0\n0 2\nID=other\n");
   write("evil.csv", "name,x,y\n" + evil + ",0,0\nb,0,0\nc,1,0\n");
   write(evil, "x,y\n0,0\n1,0\n0,1\n");
   for (const Arguments& line : {Arguments{"info", "evil.tps"}, Arguments{"info", "evil.csv"}, Arguments{"info", evil},
@@ -96,7 +96,7 @@ TEST_F(Streams, ShowNamesHarmlessly) {
 }
 
 TEST_F(Streams, HoldRecordsAsTheyAre) {
-  write("named.tps", "LP=3\n0 0\n1 0\n0 1\nID=\xE2\x80\xAEname\n");
+  write("named.tps", "LM=3\n0 0\n1 0\n0 1\nID=\xE2\x80\xAEname\n");
   EXPECT_THAT(run(words("info named.tps --json -")).out, HasSubstr("\"\xE2\x80\xAEname\""));
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "image_examples.hpp"
 #include "pulson/images/image.hpp"
@@ -64,6 +65,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --origin 1", "--origin is '1'");
   refuse("grey.png -o w.png --pixel-size 0", "--pixel-size is 0");
   refuse("grey.png -o w.png --tolerance -1", "--tolerance is -1");
+  refuse("grey.png -o w.png --max-pixels 0", "--max-pixels is 0");
   refuse("grey.png -o w.png --method push --supersampling 9", "supersampling 9");
   refuse("grey.png -o w.png --method push --background 1,2", "--background is '1,2'");
   refuse("grey.png -o w.png --samples 3", "--samples needs noise");
@@ -83,6 +85,39 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("a.csv -o w.png", "the extension 'png' is not of a landmark format that can be written");
   refuse("a.csv -o w.csv --grid g.png", "--grid is for images");
   refuse("a.csv -o w.csv --samples 2", "--samples is for images");
+}
+
+// Refused before they are decoded or made.
+TEST_F(WarpRefuses, MorePixelsThanAllowed) {
+  register_squares();
+  const std::string registration = "out/registration.json", too_many = " pixels, more than --max-pixels ";
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("small.png", uneven_image(8, 8, 1, images::PixelDepth::kUint8));
+  write("large.pgm", "P5\n40000 30000\n255\nabc");
+  write("large.mha",
+        "NDims = 2\nDimSize = 40000 30000\nElementType = MET_UCHAR\nBinaryData = True\nElementDataFile = LOCAL\n");
+  const auto refuse = [&](const std::string& line, const std::string& message) {
+    expect_refused(joined({registration}, words(line)), message);
+  };
+  refuse("large.pgm -o w.png", "40000 x 30000" + too_many + "200000000 allows");
+  refuse("large.mha -o w.png", "40000 x 30000 points, more than --max-pixels 200000000 allows");
+  refuse("grey.png -o w.png --like large.pgm", "40000 x 30000" + too_many + "200000000 allows");
+  refuse("grey.png -o w.png --size 40000x30000", "the result has 40000 x 30000" + too_many + "200000000 allows");
+  refuse("grey.png -o w.png --max-pixels 288", "17 x 17" + too_many + "288 allows");
+  refuse("small.png -o w.png --max-pixels 288 --size 17x17", "the result has 17 x 17" + too_many + "288 allows");
+}
+
+TEST_F(WarpRefuses, FilesWithoutAnEnd) {
+  register_squares();
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  ASSERT_EQ(::mkfifo("pipe.png", 0600), 0);
+  std::filesystem::create_symlink("/dev/zero", "zero.png");
+  std::filesystem::create_symlink("/dev/zero", "zero.mha");
+  for (const std::string name : {"pipe.png", "zero.png", "zero.mha"}) {
+    expect_refused({"out/registration.json", name, "-o", "w.png"}, "cannot read '" + name + "': it is ");
+    expect_refused({"out/registration.json", "grey.png", "-o", "w.png", "--like", name},
+                   "cannot read '" + name + "': it is ");
+  }
 }
 
 // The libraries for images have lines of their own to print about such files.

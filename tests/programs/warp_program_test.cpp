@@ -116,6 +116,34 @@ TEST_F(WarpProgram, ReportsOnImagesAndPoints) {
   EXPECT_THAT(done.err, HasSubstr("there is no folder 'no'"));
 }
 
+// A picture beside the result that fails is a warning: the result and its numbers are there.
+TEST_F(WarpProgram, WritesItsResultAndNumbersBeforeAllElse) {
+  register_squares();
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  std::filesystem::create_directory("bin");
+  write("bin/ffmpeg", "#!/bin/sh\nexit 1\n");
+  std::filesystem::permissions("bin/ffmpeg", std::filesystem::perms::owner_all);
+  const std::string path = std::filesystem::absolute("bin").string();
+  const auto warp_with = [&](const std::string& options) {
+    const ProgramRun done =
+        run(words("warp out/registration.json grey.png -o w.png --json w.json " + options), {.search_path = path});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_EQ(images::read_image("w.png").width(), 17);
+    EXPECT_EQ(read_json("w.json")["method"], "pull");
+    EXPECT_THAT(done.out, HasSubstr("method     pull"));
+    std::filesystem::remove("w.png");
+    std::filesystem::remove("w.json");
+    return done.err;
+  };
+  const std::string failed = warp_with("--animate a.mp4 --jacobian j.tif");
+  EXPECT_THAT(failed, testing::StartsWith("warning: a.mp4 was not written: ffmpeg "));
+  EXPECT_EQ(count_lines(failed), 1U) << failed;
+  EXPECT_TRUE(std::filesystem::exists("j.tif"));
+  EXPECT_FALSE(std::filesystem::exists("a.mp4"));
+  std::filesystem::remove("bin/ffmpeg");
+  EXPECT_THAT(warp_with("--animate a.gif"), HasSubstr("warning: a.gif was not written: animations need ffmpeg"));
+}
+
 TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   register_squares();
   std::vector<float> values;

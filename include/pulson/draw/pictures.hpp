@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -50,10 +51,18 @@ struct PathPicture {
 /// from several threads.
 void write_path_picture(const PathPicture& picture, const PictureFiles& files);
 
+/// Pixels in rows from the top: red, green, blue and opacity, 0 to 255 each.
+struct Raster {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgba{};
+  bool empty() const { return rgba.empty(); }
+};
+
 /// A picture in the plane. Its rows go down in the picture that shows it, whichever way y points there.
 struct PlacedImage {
-  std::filesystem::path file;  ///< a png
-  Eigen::Vector2d low;         ///< corners of the box that it covers, length units
+  Raster pixels;
+  Eigen::Vector2d low;  ///< corners of the box that it covers, length units
   Eigen::Vector2d high;
 };
 

@@ -37,6 +37,9 @@ struct GridField {
   GridType type = GridType::kFloat;  ///< in the file; whole types take the nearest number that they have, and 0 for NaN
 };
 
+/// The most points of a grid unless more are asked for: volumes of 1024³ pass, and take 4 GB.
+inline constexpr std::uint64_t kMaxGridPoints = std::uint64_t{1} << 30U;
+
 /// Writes MetaImage (`.mha`) or NRRD (`.nrrd`), by the extension, little-endian in one file, with zlib or raw,
 /// by write_file_atomically. Coordinates are written as they are: nothing is flipped or scaled, and headers call
 /// those in 3D left-posterior-superior, as ITK's do, since that is what ITK and 3D Slicer take them for.
@@ -47,7 +50,8 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
 /// floating-point numbers, raw or by zlib, in either byte order; `direction` is always filled, and `type` is the
 /// file's. Coordinates are as the file has them; a NRRD file of another space than left-posterior-superior, as
 /// right-anterior-superior, is refused, as are headers that point to data in other files. @throws InputError that names
-/// the file and what is wrong; nothing of the size that a header claims is allocated unless the file can hold it
-GridField read_grid_field(const std::filesystem::path& path);
+/// the file and what is wrong, also where it is no regular file or its grid has more than `max_points`; nothing of the
+/// size that a header claims is allocated unless the file can hold it
+GridField read_grid_field(const std::filesystem::path& path, std::uint64_t max_points = kMaxGridPoints);
 
 }  // namespace pulson::fields

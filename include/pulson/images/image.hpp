@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -86,21 +87,35 @@ class Image {
   std::vector<std::byte> bytes_;
 };
 
+/// The most pixels of an image unless more are asked for: twice a photograph of 100 megapixels. With alpha they take
+/// 0.8 GB in 8 bits.
+inline constexpr std::int64_t kMaxPixels = 200'000'000;
+
+/// "… pixels, more than `max_pixels = …` allows": @throws InputError where width·height is more than max_pixels, before
+/// anything is allocated. @param what has so many: "the image"
+void check_pixel_count(std::int64_t width, std::int64_t height, std::int64_t max_pixels, const std::string& what);
+
 /// The image in a file of format png, jpg, tif (its first page), bmp, pgm or ppm, recognised by its contents, not its
 /// name. Depth and channels are those of the file: grey stays one channel, a palette becomes red, green and blue, grey
 /// with alpha four channels, fewer than 8 bits become 8, and alpha is straight also where a tif multiplied it in. The
 /// orientation in a jpg's EXIF data is not applied, so the pixels are where landmarks were placed on them.
 /// Values of a pgm or ppm are scaled from the file's highest to 255 or 65535, those of a tif of 10, 12 or 14 bits
-/// to 16.
-/// @throws InputError if the file is missing, a folder, not an image, truncated, larger than 2^20 pixels on a side or
-/// 2^30 in all, or of pixels that Image cannot hold (64-bit, signed)
-Image read_image(const std::filesystem::path& path);
+/// to 16. An image of more pixels than `max_pixels` is refused by what its header says, before it is decoded.
+/// @throws InputError if the file is missing, no regular file, not an image, truncated, larger than 2^20 pixels on a
+/// side, 2^30 or `max_pixels` in all, or of pixels that Image cannot hold (64-bit, signed)
+Image read_image(const std::filesystem::path& path, std::int64_t max_pixels = kMaxPixels);
+
+/// The same of the bytes of a file. @throws InputError as read_image, without a name
+Image decode_image(std::string_view bytes, std::int64_t max_pixels = kMaxPixels);
 
 /// Writes an image in the format of the extension: .png (8 or 16 bits, alpha), .tif or .tiff (also float; alpha), .jpg
 /// or .jpeg (8 bits, quality 95), .bmp (8 bits), .pgm (grey, 8 or 16 bits), .ppm (colour, 8 or 16 bits). Two channels
 /// are written as four. The file holds all or what it held before. @throws InputError for another extension, for an
 /// image the format cannot hold (names those that can), or if the file cannot be written
 void write_image(const std::filesystem::path& path, const Image& image);
+
+/// The bytes that write_image puts into a file of this extension, as ".png". @throws InputError as write_image
+std::string encode_image(const Image& image, const std::string& extension);
 
 /// Whether write_image knows the extension of `path`. For use before a long computation.
 /// @throws InputError that lists the extensions if not

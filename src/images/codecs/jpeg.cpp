@@ -26,6 +26,14 @@ void heed_end_of_file(j_common_ptr jpeg, int level) {
   if (level < 0 && jpeg->err->msg_code == JWRN_JPEG_EOF) leave(jpeg);
 }
 
+/// A progressive file may repeat scans of a few bytes, each of which takes as long as the whole image. Real files have
+/// about ten; libjpeg-turbo's own tools are run with this limit on files that nobody vouches for.
+constexpr int kMostScans = 500;
+
+void heed_scans(j_common_ptr jpeg) {
+  if (reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number > kMostScans) leave(jpeg);
+}
+
 jpeg_error_mgr* set_up(JpegErrors& errors) {
   jpeg_std_error(&errors.manager);
   errors.manager.error_exit = leave;
@@ -36,9 +44,12 @@ jpeg_error_mgr* set_up(JpegErrors& errors) {
 struct JpegReader {
   jpeg_decompress_struct jpeg{};
   JpegErrors errors{};
+  jpeg_progress_mgr progress{};
   JpegReader() {
     jpeg.err = set_up(errors);
     jpeg_create_decompress(&jpeg);
+    progress.progress_monitor = heed_scans;
+    jpeg.progress = &progress;
   }
   ~JpegReader() { jpeg_destroy_decompress(&jpeg); }
   JpegReader(const JpegReader&) = delete;
@@ -120,12 +131,12 @@ Image from_cmyk(const Image& inks) {
 
 }  // namespace
 
-Image decode_jpeg(std::string_view bytes) {
+Image decode_jpeg(std::string_view bytes, std::int64_t max_pixels) {
   JpegReader reader;
   if (!read_header(reader, bytes)) fail_as_damaged();
   const int components = reader.jpeg.num_components;
   Image image = new_image(reader.jpeg.image_width, reader.jpeg.image_height,
-                          components == 4 ? 4 : (components == 1 ? 1 : 3), PixelDepth::kUint8);
+                          components == 4 ? 4 : (components == 1 ? 1 : 3), PixelDepth::kUint8, max_pixels);
   if (!read_pixels(reader, image)) fail_as_damaged();
   return components == 4 ? from_cmyk(image) : image;
 }

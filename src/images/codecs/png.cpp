@@ -56,12 +56,22 @@ PngWriter::PngWriter(std::string& bytes)
   png_set_write_fn(png, &bytes, append, [](png_structp) {});
 }
 
-/// Reads what comes before the pixels, and asks for their form. False for a damaged file.
+/// Reads what comes before the pixels. False for a damaged file. Texts and profiles, which may be compressed a
+/// thousandfold, are passed over.
 bool read_header(PngReader& reader) {
   const png_structp png = reader.png;
   if (setjmp(png_jmpbuf(png)) != 0) return false;
+  constexpr int kAllThatImagesDoWithout = -1;
+  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, kAllThatImagesDoWithout);
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
   png_read_info(png, reader.info);
+  return true;
+}
+
+/// Asks for the form of the pixels, and makes room for rows.
+bool prepare_rows(PngReader& reader) {
+  const png_structp png = reader.png;
+  if (setjmp(png_jmpbuf(png)) != 0) return false;
   const int type = png_get_color_type(png, reader.info);
   const bool has_colour = (type & PNG_COLOR_MASK_COLOR) != 0;
   if (std::endian::native == std::endian::little) png_set_swap(png);
@@ -111,12 +121,15 @@ std::vector<png_bytep> row_pointers(Image& image) {
 
 }  // namespace
 
-Image decode_png(std::string_view bytes) {
+Image decode_png(std::string_view bytes, std::int64_t max_pixels) {
   PngReader reader(bytes);
   if (!read_header(reader)) fail_as_damaged();
+  const png_uint_32 width = png_get_image_width(reader.png, reader.info);
+  const png_uint_32 height = png_get_image_height(reader.png, reader.info);
+  check_size(width, height, max_pixels);
+  if (!prepare_rows(reader)) fail_as_damaged();
   const PixelDepth depth = png_get_bit_depth(reader.png, reader.info) == 16 ? PixelDepth::kUint16 : PixelDepth::kUint8;
-  Image image = new_image(png_get_image_width(reader.png, reader.info), png_get_image_height(reader.png, reader.info),
-                          png_get_channels(reader.png, reader.info), depth);
+  Image image = new_image(width, height, png_get_channels(reader.png, reader.info), depth, max_pixels);
   if (!read_pixels(reader, row_pointers(image).data())) fail_as_damaged();
   return image;
 }

@@ -20,15 +20,15 @@ class PnmReader {
  public:
   explicit PnmReader(std::string_view bytes) : rest_(bytes) {}
 
-  Image read() {
+  Image read(std::int64_t max_pixels) {
     const char kind = rest_[1];
     rest_.remove_prefix(2);
     const bool is_text = kind <= '3', is_bitmap = kind == '1' || kind == '4', has_colour = kind == '3' || kind == '6';
     const unsigned width = number(), height = number();
     highest_ = is_bitmap ? 1 : number();
     if (highest_ < 1 || highest_ > 65535) fail_as_damaged();
-    Image image =
-        new_image(width, height, has_colour ? 3 : 1, highest_ > 255 ? PixelDepth::kUint16 : PixelDepth::kUint8);
+    Image image = new_image(width, height, has_colour ? 3 : 1,
+                            highest_ > 255 ? PixelDepth::kUint16 : PixelDepth::kUint8, max_pixels);
     if (!is_text) byte();  // one white character
     if (kind == '4')
       read_bits(image);
@@ -94,7 +94,7 @@ class PnmReader {
 
 }  // namespace
 
-Image decode_pnm(std::string_view bytes) { return PnmReader(bytes).read(); }
+Image decode_pnm(std::string_view bytes, std::int64_t max_pixels) { return PnmReader(bytes).read(max_pixels); }
 
 std::string encode_pnm(const Image& image) {
   std::string bytes = std::string(image.channels() == 1 ? "P5" : "P6") + "\n" + std::to_string(image.width()) + " " +
@@ -142,7 +142,7 @@ class BmpReader {
     if (bits_ <= 8) read_palette(header);
   }
 
-  Image read() {
+  Image read(std::int64_t max_pixels) {
     const bool is_packed = compression_ == kRle8 || compression_ == kRle4;
     const bool is_known = bits_ == 1 || bits_ == 4 || bits_ == 8 || bits_ == 16 || bits_ == 24 || bits_ == 32;
     const bool is_fit = is_packed
@@ -153,7 +153,7 @@ class BmpReader {
                            return colour[0] == colour[1] && colour[1] == colour[2];
                          });
     Image image = new_image(width_, std::abs(std::int64_t{height_}), is_grey ? 1 : (fields_[3].mask != 0 ? 4 : 3),
-                            PixelDepth::kUint8);
+                            PixelDepth::kUint8, max_pixels);
     if (is_packed)
       read_packed(image);
     else
@@ -257,7 +257,7 @@ void append_number(std::string& bytes, std::size_t value, int width) {
 
 }  // namespace
 
-Image decode_bmp(std::string_view bytes) { return BmpReader(bytes).read(); }
+Image decode_bmp(std::string_view bytes, std::int64_t max_pixels) { return BmpReader(bytes).read(max_pixels); }
 
 std::string encode_bmp(const Image& image) {
   const bool is_grey = image.channels() == 1;

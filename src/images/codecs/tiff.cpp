@@ -62,11 +62,13 @@ int ignore(TIFF* /*tif*/, void* /*data*/, const char* /*module*/, const char* /*
 
 using Tiff = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
-Tiff open_tiff(MemoryFile& file, const char* mode) {
+/// @param most bytes of a block that libtiff allocates for what the file claims; 0: no limit
+Tiff open_tiff(MemoryFile& file, const char* mode, tmsize_t most = 0) {
   const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
                                                                                  &TIFFOpenOptionsFree);
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), ignore, nullptr);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignore, nullptr);
+  TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), most);
   return {TIFFClientOpenExt("", mode, &file, read_file, write_file, seek_file, close_file, size_of_file, nullptr,
                             nullptr, options.get()),
           &TIFFClose};
@@ -135,24 +137,25 @@ void unpack(const unsigned char* from, std::size_t count, unsigned bits, std::ui
 /// Tiles or strips, which have some rows, of all channels or of one.
 class DirectReader {
  public:
-  DirectReader(TIFF* tif, const Layout& layout) : tif_(tif), layout_(layout), width_(layout.width) {
+  DirectReader(TIFF* tif, const Layout& layout, std::int64_t max_pixels)
+      : tif_(tif), layout_(layout), width_(layout.width) {
     is_tiled_ = TIFFIsTiled(tif) != 0;
     if (is_tiled_) width_ = field<std::uint32_t>(tif, TIFFTAG_TILEWIDTH);
     height_ = is_tiled_ ? field<std::uint32_t>(tif, TIFFTAG_TILELENGTH)
                         : std::min(layout.height, field<std::uint32_t>(tif, TIFFTAG_ROWSPERSTRIP));
+    check_size(width_, height_, max_pixels);
     const tmsize_t size = is_tiled_ ? TIFFTileSize(tif) : TIFFStripSize(tif);
     is_parted_ = layout.planar == PLANARCONFIG_SEPARATE && layout.samples > 1;
     in_chunk_ = is_parted_ ? 1U : layout.samples;
     row_size_ = (static_cast<std::size_t>(width_) * in_chunk_ * layout.bits + 7) / 8;
-    if (width_ == 0 || height_ == 0 || size <= 0 || static_cast<std::size_t>(size) < row_size_ * height_)
-      fail_as_damaged();
+    if (size <= 0 || static_cast<std::size_t>(size) < row_size_ * height_) fail_as_damaged();
     chunk_.resize(static_cast<std::size_t>(size));
   }
 
-  Image read() {
+  Image read(std::int64_t max_pixels) {
     const PixelDepth depth =
         layout_.bits == 8 ? PixelDepth::kUint8 : (layout_.bits == 32 ? PixelDepth::kFloat32 : PixelDepth::kUint16);
-    Image image = new_image(layout_.width, layout_.height, layout_.samples, depth);
+    Image image = new_image(layout_.width, layout_.height, layout_.samples, depth, max_pixels);
     for (std::uint32_t plane = 0; plane < (is_parted_ ? layout_.samples : 1U); ++plane)
       for (std::uint32_t y = 0; y < layout_.height; y += height_)
         for (std::uint32_t x = 0; x < layout_.width; x += width_) {
@@ -210,10 +213,10 @@ void invert_grey(Image& image) {
 }
 
 /// By libtiff's conversion to red, green, blue and alpha; grey stays grey. It multiplies alpha in.
-Image read_converted(TIFF* tif, const Layout& layout) {
+Image read_converted(TIFF* tif, const Layout& layout, std::int64_t max_pixels) {
   const bool has_alpha = layout.samples == 4 && layout.photometric == PHOTOMETRIC_RGB;
   const int channels = has_alpha ? 4 : (layout.is_grey() ? 1 : 3);
-  Image image = new_image(layout.width, layout.height, channels, PixelDepth::kUint8);
+  Image image = new_image(layout.width, layout.height, channels, PixelDepth::kUint8, max_pixels);
   std::vector<std::uint32_t> pixels(image.pixel_count());
   // Rows in the order of the file: they are turned later.
   if (TIFFReadRGBAImageOriented(tif, layout.width, layout.height, pixels.data(), layout.orientation, 1) == 0)
@@ -268,13 +271,17 @@ bool write_all(TIFF* tif, const Image& image) {
 
 }  // namespace
 
-Image decode_tiff(std::string_view bytes) {
+Image decode_tiff(std::string_view bytes, std::int64_t max_pixels) {
+  constexpr std::int64_t kMostBytesOfPixel = 16, kMostPixels = 1LL << 30;
   MemoryFile file{bytes, {}};
-  const Tiff tif = open_tiff(file, "rm");
+  const Tiff tif = open_tiff(
+      file, "rm", std::max<tmsize_t>(std::ssize(bytes), kMostBytesOfPixel * std::min(max_pixels, kMostPixels)));
   if (!tif) fail_as_damaged();
   const Layout layout(tif.get());
   check_layout(layout);
-  Image image = layout.is_direct() ? DirectReader(tif.get(), layout).read() : read_converted(tif.get(), layout);
+  check_size(layout.width, layout.height, max_pixels);
+  Image image = layout.is_direct() ? DirectReader(tif.get(), layout, max_pixels).read(max_pixels)
+                                   : read_converted(tif.get(), layout, max_pixels);
   if (layout.is_direct() && layout.photometric == PHOTOMETRIC_MINISWHITE) invert_grey(image);
   if (image.channels() == 2) image = with_colours(image);
   if (layout.is_direct() && layout.extra == EXTRASAMPLE_ASSOCALPHA && image.has_alpha()) unpremultiply(image);

@@ -1,0 +1,241 @@
+#include "pulson/images/warp_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "images/pushed_mesh.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/warp/sampled_map.hpp"
+
+namespace pulson::images {
+namespace {
+
+using Eigen::Index;
+
+bool is_outside(const std::array<float, 2>& place, const Image& image) {
+  return !(place[0] >= -0.5F && place[1] >= -0.5F && place[0] <= static_cast<float>(image.width()) - 0.5F &&
+           place[1] <= static_cast<float>(image.height()) - 0.5F);
+}
+
+// From pixel positions of one frame, whose rows begin at `first_row`, to places in another: in landmark units.
+void append_displacements(const warp::SampledMap& map, int first_row, const PixelFrame& from, const PixelFrame& to,
+                          std::vector<float>& all) {
+  const auto count = static_cast<Index>(map.places.size());
+  Points pixels(2, count), places(2, count);
+  for (Index i = 0; i < count; ++i) {
+    const Index row = i / map.columns;
+    pixels.col(i) << static_cast<double>(i - row * map.columns), static_cast<double>(first_row + row);
+    const auto& [x, y] = map.places[static_cast<std::size_t>(i)];
+    places.col(i) << x, y;
+  }
+  const Eigen::MatrixXf difference = (to.to_landmarks(places) - from.to_landmarks(pixels)).cast<float>();
+  all.insert(all.end(), difference.data(), difference.data() + difference.size());
+}
+
+// The result of a pull, some rows at a time.
+class PulledRows {
+ public:
+  PulledRows(const Image& image, const ImageWarp& warp, const WarpImageOptions& options)
+      : image_(image), warp_(warp), options_(options) {
+    result_.pulled = true;
+  }
+
+  void add(int first_row, warp::SampledMap&& rows) {
+    note_jacobians(rows);
+    if (options_.with_displacements) {
+      const bool inverse = options_.inverse;
+      append_displacements(rows, first_row, inverse ? warp_.source() : warp_.target(),
+                           inverse ? warp_.target() : warp_.source(), result_.displacements);
+    }
+    for (const auto& place : rows.places) result_.multiplicity.push_back(is_outside(place, image_) ? 0 : 1);
+    const Image pulled = remap(image_, {rows.columns, rows.rows, std::move(rows.places)},
+                               {options_.interpolation, options_.border, options_.fill});
+    Image& whole = result_.image;
+    if (whole.empty()) whole = Image(options_.width, options_.height, pulled.channels(), pulled.depth());
+    const std::size_t row_bytes = whole.bytes().size() / static_cast<std::size_t>(options_.height);
+    std::copy(pulled.bytes().begin(), pulled.bytes().end(),
+              whole.bytes().begin() + static_cast<std::ptrdiff_t>(row_bytes * static_cast<std::size_t>(first_row)));
+  }
+
+  WarpedImage result() && {
+    MapFigures& figures = result_.figures;
+    // Of the map that moves the source. Where the map is flipped its inverse has no value, which the sign shows.
+    figures.min_jacobian = options_.inverse || least_ <= 0 ? least_ : 1.0 / most_;
+    const auto all = static_cast<double>(result_.multiplicity.size());
+    const auto outside = std::count(result_.multiplicity.begin(), result_.multiplicity.end(), 0);
+    figures.folded_fraction = static_cast<double>(folded_) / all;
+    figures.uncovered_fraction = static_cast<double>(outside) / all;
+    figures.max_multiplicity = outside < std::ssize(result_.multiplicity) ? 1 : 0;
+    result_.holes.resize(result_.multiplicity.size());
+    return std::move(result_);
+  }
+
+ private:
+  void note_jacobians(const warp::SampledMap& rows) {
+    const auto sign = static_cast<float>(warp_.orientation());
+    for (const float determinant : rows.jacobians) {
+      const float jacobian = sign * determinant;
+      least_ = std::min(least_, jacobian);
+      most_ = std::max(most_, jacobian);
+      folded_ += jacobian <= 0 ? 1 : 0;
+    }
+    result_.figures.map_error = std::max(result_.figures.map_error, rows.error);
+  }
+
+  const Image& image_;
+  const ImageWarp& warp_;
+  const WarpImageOptions& options_;
+  WarpedImage result_;
+  float least_ = std::numeric_limits<float>::infinity();
+  float most_ = -std::numeric_limits<float>::infinity();
+  std::int64_t folded_ = 0;
+};
+
+WarpedImage pull(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+  const warp::PlaneMap map = [&](const Points& pixels) {
+    return options.inverse ? warp.forward(pixels) : warp.backward(pixels);
+  };
+  PulledRows rows(image, warp, options);
+  sample_map_by_rows(map, {options.width, options.height, 0}, options.tolerance, true,
+                     [&](int first_row, warp::SampledMap&& band) { rows.add(first_row, std::move(band)); });
+  return std::move(rows).result();
+}
+
+WarpedImage push(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+  PushedMesh mesh = push_image(image, warp, options);
+  WarpedImage result;
+  MapFigures& figures = result.figures;
+  figures.map_error = mesh.map_error;
+  figures.min_jacobian = mesh.min_jacobian;
+  figures.folded_fraction = mesh.folds.folded_fraction;
+  figures.max_multiplicity = mesh.pushed.coverage.max_multiplicity;
+  figures.uncovered_fraction = mesh.pushed.coverage.uncovered_fraction();
+  result.holes = warp::enclosed(mesh.pushed.uncovered, options.width, options.height);
+  figures.hole_fraction = static_cast<double>(std::count(result.holes.begin(), result.holes.end(), true)) /
+                          static_cast<double>(result.holes.size());
+  result.multiplicity = std::move(mesh.pushed.multiplicity);
+  result.image = std::move(mesh.pushed.image);
+  if (options.with_displacements) {
+    const auto forward = [&](const Points& pixels) { return warp.forward(pixels); };
+    warp::sample_map_by_rows(forward, {image.width(), image.height(), 0}, options.tolerance, false,
+                             [&](int first_row, const warp::SampledMap& rows) {
+                               append_displacements(rows, first_row, warp.source(), warp.target(),
+                                                    result.displacements);
+                             });
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks) {
+  if (std::ssize(ranks) != landmarks.cols())
+    throw InputError(std::to_string(ranks.size()) + " ranks for " + std::to_string(landmarks.cols()) + " landmarks");
+  const double reach = median_nearest_distance(landmarks);
+  std::vector<float> order(image.pixel_count());
+  parallel_for(image.height(), [&](int y) {
+    for (int x = 0; x < image.width(); ++x) {
+      Index nearest = 0;
+      const double squared = (landmarks.colwise() - Eigen::Vector2d(x, y)).colwise().squaredNorm().minCoeff(&nearest);
+      const bool is_near = squared <= reach * reach;
+      order[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width()) + static_cast<std::size_t>(x)] =
+          is_near ? static_cast<float>(ranks[static_cast<std::size_t>(nearest)]) : -1;
+    }
+  });
+  return order;
+}
+
+PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+  const warp::PlaneMap map = [&](const Points& pixels) { return warp.forward(pixels); };
+  PushedMesh result;
+  const bool is_mirrored = warp.orientation() < 0;
+  result.min_jacobian = std::numeric_limits<double>::infinity();
+  warp::DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
+  mesh.vertices.reserve(static_cast<std::size_t>(mesh.columns) * static_cast<std::size_t>(mesh.rows));
+  const auto add = [&](int, const warp::SampledMap& rows) {
+    mesh.vertices.insert(mesh.vertices.end(), rows.places.begin(), rows.places.end());
+    const auto [least, most] = std::minmax_element(rows.jacobians.begin(), rows.jacobians.end());
+    result.min_jacobian = std::min<double>(result.min_jacobian, is_mirrored ? -*most : *least);
+    result.map_error = std::max(result.map_error, rows.error);
+  };
+  sample_map_by_rows(map, {mesh.columns, mesh.rows, -0.5}, options.tolerance, true, add);
+  result.folds = mesh_folds(mesh);
+  if (is_mirrored) {
+    result.folds.folded_fraction = 1 - result.folds.folded_fraction;
+    for (std::uint8_t& reversed : result.folds.reversed_in_cell) reversed = 2 - reversed;
+  }
+  const warp::RasterOptions raster{
+      .width = options.width, .height = options.height, .supersampling = options.supersampling, .over = options.over};
+  PushOptions push{options.interpolation, std::nullopt};
+  if (options.border != Border::kTransparent) push.fill = options.fill;
+  std::vector<float> priority;
+  if (raster.over == warp::SheetOrder::kPriority)
+    priority = label_order(image, warp.label_pixels(), options.label_ranks);
+  result.pushed = push_forward(image, std::move(mesh), raster, push, std::move(priority));
+  return result;
+}
+
+std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+  const warp::PlaneMap map = [&](const Points& pixels) {
+    return options.inverse ? warp.backward(pixels) : warp.forward(pixels);
+  };
+  std::vector<float> jacobians = sample_map(map, {image.width(), image.height(), 0}, options.tolerance, true).jacobians;
+  if (warp.orientation() < 0)
+    for (float& jacobian : jacobians) jacobian = -jacobian;
+  return jacobians;
+}
+
+std::vector<float> displacements_on_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+  const warp::PlaneMap map = [&](const Points& pixels) {
+    return options.inverse ? warp.backward(pixels) : warp.forward(pixels);
+  };
+  const warp::SampledMap sampled = sample_map(map, {image.width(), image.height(), 0}, options.tolerance, false);
+  std::vector<float> lengths(sampled.places.size());
+  parallel_for(image.height(), [&](int y) {
+    Points here(2, image.width()), there(2, image.width());
+    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width());
+    for (int x = 0; x < image.width(); ++x) {
+      const auto& place = sampled.places[first + static_cast<std::size_t>(x)];
+      here.col(x) << x, y;
+      there.col(x) << place[0], place[1];
+    }
+    const Points moved = options.inverse ? Points(here - warp.aligned(there)) : Points(there - warp.aligned(here));
+    const Eigen::VectorXf all = (warp.target().scale().asDiagonal() * moved).colwise().norm().cast<float>();
+    std::copy(all.begin(), all.end(), lengths.begin() + static_cast<std::ptrdiff_t>(first));
+  });
+  return lengths;
+}
+
+WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+  check_pixel_count(options.width, options.height, options.max_pixels, "the warped image");
+  const bool may_push = options.method != WarpMethod::kPull, may_pull = options.method != WarpMethod::kPush;
+  if (options.inverse) {
+    if (!may_pull) throw InputError("`inverse` always pulls the image; it cannot be combined with `method = push`");
+    WarpedImage result = pull(image, warp, options);
+    result.reason = "each pixel of the source looks up its image under the map";
+    return result;
+  }
+  const bool is_invertible = warp.flow().is_diffeomorphic();
+  if (!may_push && !is_invertible)
+    throw InputError("`method = pull` needs a map that has an inverse; here the noise moves landmarks individually");
+  if (may_pull && is_invertible) {
+    WarpedImage result = pull(image, warp, options);
+    if (result.figures.min_jacobian > 0) {
+      result.reason = "the map is a diffeomorphism";
+      return result;
+    }
+    if (!may_push)
+      throw InputError("`method = pull`: the time steps are too long for an inverse; register with more `grid.steps`");
+  }
+  WarpedImage result = push(image, warp, options);
+  result.reason = !may_pull                            ? "as requested"
+                  : is_invertible                      ? "the time steps are too long for an inverse"
+                  : result.figures.folded_fraction > 0 ? "the map folds"
+                                                       : "the noise moves landmarks individually, but nothing folds";
+  return result;
+}
+
+}  // namespace pulson::images

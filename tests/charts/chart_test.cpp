@@ -123,7 +123,8 @@ TEST_F(ChartTest, WhatIsBeyondTheRangeIsCutOff) {
   const draw::Raster full = pixels(panel);
   const std::string svg = contents("chart.svg");
   const Points frame = svg_parts(svg, "#C9CED6").lines.at(0);
-  ChartPanel empty{.series = {{.name = "", .x = {0.5, 9.5}, .y = {-10, -10}, .error = {1, 1}}}, .y_range = std::pair(0, 3)};
+  ChartPanel empty{.series = {{.name = "", .x = {0.5, 9.5}, .y = {-10, -10}, .error = {1, 1}}},
+                   .y_range = std::pair(0, 3)};
   const draw::Raster bare = pixels(empty);
   ASSERT_EQ(full.rgba.size(), bare.rgba.size());
   std::size_t differences_within = 0;

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 namespace pulson::charts {
-
 namespace {
 
 constexpr double kBelowAnyLogarithm = -1000;
@@ -322,9 +321,9 @@ void draw_labels(draw::Canvas& canvas, const ChartFrame& frame, double heading_h
 
 ChartPlan plan_chart(const Chart& chart, double legend_height) {
   const draw::Titles titles{chart.title, chart.subtitle};
-  double fixed_heights = title_height(titles) + legend_height;
+  double fixed_heights = legend_height;
   for (const Row& row : chart.rows) fixed_heights += room_above(row) + room_below(row);
-  const double height = panel_height(chart, fixed_heights);
+  const double height = panel_height(chart, title_height(titles) + fixed_heights);
 
   std::vector<std::vector<ChartFrame>> frames = make_frames(chart);
   const std::size_t columns = count_columns(chart);
@@ -333,9 +332,8 @@ ChartPlan plan_chart(const Chart& chart, double legend_height) {
   for (const Sides& side : sides) free -= side.left + side.right;
   const double width = free / static_cast<double>(columns);
 
-  ChartPlan plan{{draw::kWidth, std::round(fixed_heights + height * static_cast<double>(chart.rows.size()))}, {}};
-  draw_titles(plan.canvas, titles, draw::kEdge + sides.front().left);
-  double top = plan.canvas.height() - title_height(titles);
+  double top = fixed_heights + height * static_cast<double>(chart.rows.size());
+  ChartPlan plan{titled_canvas(titles, draw::kEdge + sides.front().left, draw::kWidth, top), {}};
   for (std::size_t r = 0; r < frames.size(); ++r) {
     const Row& row = chart.rows[r];
     double left = draw::kEdge;

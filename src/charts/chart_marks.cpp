@@ -82,10 +82,8 @@ class SeriesMarks {
     const double radius = std::clamp(kDotRoom * typical_distance(), kLeastDot, most);
     if (margins && radius <= 2 * kDotMargin) return;  // too close to be set off
     canvas_.look_through({});                         // whole at the frame, too
-    if (margins)
-      draw_marks(canvas_, all(Eigen::all, within), radius + kDotMargin, {draw::colour::kPaper, look_.place});
-    else
-      draw_marks(canvas_, all(Eigen::all, within), radius, look_);
+    const draw::SeriesLook look = margins ? draw::SeriesLook{draw::colour::kPaper, look_.place} : look_;
+    draw_marks(canvas_, all(Eigen::all, within), radius + (margins ? kDotMargin : 0), look);
     canvas_.look_through(frame_.window());
   }
 

@@ -140,27 +140,20 @@ class Painter {
   }
 
   void draw(const Text& text) {
-    const double aside = text.align == Align::kLeft ? 0 : text.align == Align::kCentre ? 0.5 : 1;
-    const double left = text.x - aside * text.width, baseline = top_ - text.y + kTextMiddle * text.size;
-    if (text.margin > 0) {
-      set_colour(colour::kPaper);
-      cairo_set_line_width(cairo_, 2 * text.margin);
-      each_run(text, left, baseline, &cairo_text_path);
-      cairo_stroke(cairo_);
-    }
-    set_colour(text.colour);
-    each_run(text, left, baseline, &cairo_show_text);
-  }
-
-  void each_run(const Text& text, double left, double baseline, void (*show)(cairo_t*, const char*)) {
+    double x = text.x - (text.align == Align::kLeft ? 0 : text.align == Align::kCentre ? 0.5 : 1) * text.width;
+    cairo_set_font_size(cairo_, text.size);
+    cairo_set_line_width(cairo_, 2 * text.margin);
     for (const TextRun& run : text_runs(text.text)) {
       cairo_set_font_face(cairo_, run.face);
-      cairo_set_font_size(cairo_, text.size);
-      cairo_move_to(cairo_, left, baseline);
-      show(cairo_, run.text.c_str());
-      left += text_width(run.text, text.size);
+      for (const bool margin : {true, false}) {
+        if (margin && text.margin == 0) continue;
+        set_colour(margin ? colour::kPaper : text.colour);
+        cairo_move_to(cairo_, x, top_ - text.y + kTextMiddle * text.size);
+        margin ? cairo_text_path(cairo_, run.text.c_str()) : cairo_show_text(cairo_, run.text.c_str());
+        margin ? cairo_stroke(cairo_) : cairo_new_path(cairo_);
+      }
+      x += text_width(run.text, text.size);
     }
-    if (show == &cairo_show_text) cairo_new_path(cairo_);
   }
 
   Context context_;

@@ -1,4 +1,4 @@
-#include "checks.hpp"
+#include "draw/checks.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -7,11 +7,9 @@
 
 #include <fmt/format.h>
 
-#include "draw/checks.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::draw {
-
 namespace {
 
 bool can_be_drawn(const Points& points) { return (points.array().abs() <= kLargestDrawn).all(); }
@@ -80,26 +78,6 @@ void Checks::times(const std::vector<double>& times, std::size_t entries, const 
 namespace {
 
 constexpr double kFlat = 0.02;  // of a line to be simplified, in its own unit
-
-/// Where one coordinate of one landmark was least and greatest since the piece of time began.
-struct Extremes {
-  std::size_t least;
-  std::size_t greatest;
-  double low;
-  double high;
-
-  Extremes(std::size_t k, double value) : least(k), greatest(k), low(value), high(value) {}
-
-  void add(std::size_t k, double value) {
-    if (value < low) {
-      least = k;
-      low = value;
-    } else if (value > high) {
-      greatest = k;
-      high = value;
-    }
-  }
-};
 
 /// Adds to `kept`, in order and each once, what is later than its last.
 void keep(std::vector<std::size_t>& kept, std::vector<std::size_t>& indices) {
@@ -173,26 +151,20 @@ std::vector<std::vector<std::size_t>> thin_paths(const std::vector<Points>& traj
   };
 
   std::vector<std::vector<std::size_t>> kept(n, {0});
-  std::vector<Extremes> extremes;  // d of the first landmark, d of the second, …
-  std::vector<std::size_t> indices;
-  for (std::size_t k = 0; k < count;) {
-    const double piece = piece_of(k);
-    extremes.clear();
-    for (const int a : landmarks)
-      for (std::size_t row = 0; row < d; ++row) extremes.emplace_back(k, trajectory[k](row, a));
-    for (++k; k < count && piece_of(k) == piece; ++k)
-      for (std::size_t i = 0; i < extremes.size(); ++i) extremes[i].add(k, trajectory[k](i % d, landmarks[i / d]));
-    for (std::size_t i = 0; i < n; ++i) {
-      indices.clear();
-      for (std::size_t row = 0; row < d; ++row) {
-        indices.push_back(extremes[d * i + row].least);
-        indices.push_back(extremes[d * i + row].greatest);
-      }
-      keep(kept[i], indices);
+  std::vector<std::size_t> extremes;  // least and greatest of each coordinate
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto value = [&](std::size_t k, std::size_t row) { return trajectory[k](row, landmarks[i]); };
+    for (std::size_t k = 0; k < count;) {
+      const double piece = piece_of(k);
+      for (extremes.assign(2 * d, k); k < count && piece_of(k) == piece; ++k)
+        for (std::size_t row = 0; row < d; ++row) {
+          if (value(k, row) < value(extremes[2 * row], row)) extremes[2 * row] = k;
+          if (value(k, row) > value(extremes[2 * row + 1], row)) extremes[2 * row + 1] = k;
+        }
+      keep(kept[i], extremes);
     }
+    keep(kept[i], extremes = {count - 1});
   }
-  indices.assign({count - 1});
-  for (auto& path : kept) keep(path, indices);
   return kept;
 }
 

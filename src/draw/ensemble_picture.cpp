@@ -25,21 +25,6 @@ constexpr double kEllipseFade = 0.85;
 constexpr std::size_t kFewEllipses = 8;
 constexpr double kOutlineFade = 0.45;
 
-/// The ellipse of one landmark in the plane of a view, in length units.
-Points ellipse(const Eigen::VectorXd& middle, const Eigen::MatrixXd& covariance, const std::array<int, 2>& rows) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(Eigen::Matrix2d(covariance(rows, rows)));
-  const Eigen::Vector2d radii = (kQuantile * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
-  Points outline = middle.replicate(1, kCorners + 1);
-  for (int i = 0; i <= kCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kCorners;
-    const Eigen::Vector2d place =
-        axes.eigenvectors() * radii.cwiseProduct(Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-    outline(rows[0], i) += place.x();
-    outline(rows[1], i) += place.y();
-  }
-  return outline;
-}
-
 /// The ranges of the start, the mean paths and the ellipses, with a margin.
 std::vector<Interval> data_ranges(const EnsemblePicture& picture) {
   std::vector<const Points*> sets = {&picture.start.points};
@@ -115,9 +100,6 @@ Canvas compose(const EnsemblePicture& picture) {
   return std::move(plan.canvas);
 }
 
-}  // namespace
-namespace {
-
 void check(const EnsemblePicture& picture) {
   const Checks checks("ensemble picture");
   checks.shape(picture.start, "the start");
@@ -138,10 +120,18 @@ void check(const EnsemblePicture& picture) {
 }  // namespace
 
 std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_y) {
+  const std::array<int, 2> rows = {row_x, row_y};
+  const Eigen::RowVectorXd angles = Eigen::RowVectorXd::LinSpaced(kCorners + 1, 0, 2 * std::numbers::pi);
+  Points circle(2, angles.cols()), outline;
+  circle << angles.array().cos(), angles.array().sin();
   std::vector<Points> outlines;
-  for (Eigen::Index a = 0; a < picture.mean.back().cols(); ++a)
-    outlines.push_back(
-        ellipse(picture.mean.back().col(a), picture.covariances[static_cast<std::size_t>(a)], {row_x, row_y}));
+  for (std::size_t a = 0; a < picture.covariances.size(); ++a) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(Eigen::Matrix2d(picture.covariances[a](rows, rows)));
+    const Eigen::Vector2d radii = (kQuantile * axes.eigenvalues().cwiseMax(0)).cwiseSqrt();
+    outline = picture.mean.back().col(static_cast<Eigen::Index>(a)).replicate(1, circle.cols());
+    outline(rows, Eigen::all) += axes.eigenvectors() * radii.asDiagonal() * circle;
+    outlines.push_back(outline);
+  }
   return outlines;
 }
 

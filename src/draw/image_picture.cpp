@@ -34,11 +34,6 @@ struct Rows {
 
 double aspect(const ImagePanel& panel) { return static_cast<double>(panel.width) / panel.height; }
 
-bool has_bar(const ImagePicture& picture) {
-  return std::any_of(picture.panels.begin(), picture.panels.end(),
-                     [](const ImagePanel& panel) { return !panel.bars.empty(); });
-}
-
 std::size_t row_count(const ImagePicture& picture, std::size_t columns) {
   return (picture.panels.size() + columns - 1) / columns;
 }
@@ -145,19 +140,18 @@ void draw_panel(Canvas& canvas, const Box& box, const ImagePanel& panel) {
 }
 
 std::vector<LegendEntry> legend_of(const ImagePicture& picture) {
-  const auto any = [&](auto&& holds) { return std::any_of(picture.panels.begin(), picture.panels.end(), holds); };
   std::vector<LegendEntry> legend;
-  const auto has_rings = [](const ImagePanel& panel, bool of_target) {
-    return panel.landmarks.cols() > 0 && panel.is_target == of_target;
+  const auto add_if_any = [&](const LegendEntry& entry, const auto& shows) {
+    if (std::any_of(picture.panels.begin(), picture.panels.end(), shows)) legend.push_back(entry);
   };
-  if (any([&](const ImagePanel& panel) { return has_rings(panel, false); }))
-    legend.push_back(ring_entry("landmarks", colour::kSource));
-  if (any([](const ImagePanel& panel) { return !panel.paths.empty(); }))
-    legend.push_back(line_entry("their paths", kPathColour));
-  if (any([&](const ImagePanel& panel) { return has_rings(panel, true); }))
-    legend.push_back(ring_entry("landmarks of the target", colour::kTarget));
-  if (any([](const ImagePanel& panel) { return !panel.grid.empty(); }))
-    legend.push_back(line_entry("grid of the image", kImageGridStroke.colour));
+  const auto shows_rings = [](bool of_target) {
+    return [=](const ImagePanel& panel) { return panel.landmarks.cols() > 0 && panel.is_target == of_target; };
+  };
+  add_if_any(ring_entry("landmarks", colour::kSource), shows_rings(false));
+  add_if_any(line_entry("their paths", kPathColour), [](const ImagePanel& panel) { return !panel.paths.empty(); });
+  add_if_any(ring_entry("landmarks of the target", colour::kTarget), shows_rings(true));
+  add_if_any(line_entry("grid of the image", kImageGridStroke.colour),
+             [](const ImagePanel& panel) { return !panel.grid.empty(); });
   return legend;
 }
 
@@ -166,18 +160,16 @@ Canvas compose(const ImagePicture& picture) {
   for (const ImagePanel& panel : picture.panels)
     if (panel.width < 1 || panel.height < 1)
       throw InputError(fmt::format("a panel of {} x {} pixels cannot be drawn", panel.width, panel.height));
-  const Titles titles{picture.title, picture.subtitle};
   const Rows rows = arranged(picture);
   const std::vector<LegendEntry> legend = legend_of(picture);
-  const double below = has_bar(picture) ? kBarRoom : 0, row = kHeading + rows.height + below;
+  const bool has_bar = std::any_of(picture.panels.begin(), picture.panels.end(),
+                                   [](const ImagePanel& panel) { return !panel.bars.empty(); });
+  const double row = kHeading + rows.height + (has_bar ? kBarRoom : 0);
   const double width =
       widest_row(picture, rows.columns) * rows.height + static_cast<double>(rows.columns - 1) * kGap + 2 * kEdge;
-  const double height = title_height(titles) + static_cast<double>(row_count(picture, rows.columns)) * row +
-                        (legend.empty() ? kEdge : kLegendRoom);
-  Canvas canvas(std::round(std::max(width, kNarrowest)), std::round(height));
+  double top = static_cast<double>(row_count(picture, rows.columns)) * row + (legend.empty() ? kEdge : kLegendRoom);
   const double aside = std::max(0.0, (kNarrowest - width) / 2);
-  draw_titles(canvas, titles, kEdge + aside);
-  double top = height - title_height(titles);
+  Canvas canvas = titled_canvas({picture.title, picture.subtitle}, kEdge + aside, std::max(width, kNarrowest), top);
   for (std::size_t i = 0; i < picture.panels.size(); ++i) {
     if (i % rows.columns == 0 && i > 0) top -= row;
     double left = kEdge + aside;

@@ -13,7 +13,6 @@
 #include "pulson/draw/pictures.hpp"
 
 namespace pulson::draw {
-
 namespace {
 
 constexpr Eigen::Index kFewestPoints = 12;
@@ -125,17 +124,11 @@ Figure without(Figure figure, const std::vector<int>& left_out) {
   return figure;
 }
 
-std::vector<Points> trace(const Figure& figure, bool dense, const Points& points, std::size_t group) {
+std::vector<Points> trace(const Figure& figure, bool dense, const Points& points, std::optional<std::size_t> group) {
   std::vector<Points> lines;
   for (const Outline& outline : figure.outlines)
-    if (outline.dense == dense && outline.group == group) lines.emplace_back(points(Eigen::all, outline.members));
-  return lines;
-}
-
-std::vector<Points> trace(const Figure& figure, bool dense, const Points& points) {
-  std::vector<Points> lines;
-  for (const Outline& outline : figure.outlines)
-    if (outline.dense == dense) lines.emplace_back(points(Eigen::all, outline.members));
+    if (outline.dense == dense && outline.group == group.value_or(outline.group))
+      lines.emplace_back(points(Eigen::all, outline.members));
   return lines;
 }
 
@@ -147,11 +140,6 @@ constexpr double kDenseOutline = 2.2;
 constexpr double kNumberSize = 15;
 constexpr Eigen::Index kMostNumbers = 60;
 constexpr std::size_t kMostGroups = 2 * kGroupColours;  // in the legend
-
-const std::vector<Colour>& palette() {
-  static const std::vector<Colour> kColours(kLightPalette.groups.begin(), kLightPalette.groups.end());
-  return kColours;
-}
 
 /// What a text in `place` would cover: marks of radius `ring`, and texts.
 int covered(const Box& place, double ring, const Points& marks, const std::vector<Box>& taken) {
@@ -186,7 +174,7 @@ TextPlace freest_place(const Eigen::Vector2d& mark, double width, double height,
                            [](const TextPlace& a, const TextPlace& b) { return a.covered < b.covered; });
 }
 
-const Colour& group_colour(std::size_t group) { return palette()[group % kGroupColours]; }
+Colour group_colour(std::size_t group) { return kLightPalette.groups.at(group % kGroupColours); }
 
 SeriesLook group_look(std::size_t group) { return {group_colour(group), group / kGroupColours}; }
 
@@ -207,9 +195,7 @@ void draw_shape(Canvas& canvas, const Points& pixels, const Figure& figure, cons
     const SeriesLook own = figure.names.empty() ? SeriesLook{colour} : group_look(group);
     canvas.lines(trace(figure, false, pixels, group), {own.colour, marks.outline});
     canvas.lines(trace(figure, true, pixels, group), {own.colour, kDenseOutline});
-    const Points marked = pixels(Eigen::all, figure.groups[group]);
-    draw_marks(canvas, marked, dot + std::min(1.2, 0.25 * dot), {colour::kPaper, own.place});
-    draw_marks(canvas, marked, dot, own);
+    draw_marks(canvas, pixels(Eigen::all, figure.groups[group]), dot, own, std::min(1.2, 0.25 * dot));
   }
 }
 
@@ -272,14 +258,15 @@ void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure) {
 
 std::vector<Colour> colours_by_position(const Points& source) {
   const auto n = static_cast<std::size_t>(source.cols());
-  if (n <= kGroupColours) return {palette().begin(), palette().begin() + static_cast<std::ptrdiff_t>(n)};
+  std::vector<Colour> colours;
+  for (std::size_t a = 0; a < n; ++a) colours.push_back(group_colour(a));
+  if (n <= kGroupColours) return colours;
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return source(0, a) < source(0, b); });
-  std::vector<Colour> colours(n);
   for (std::size_t rank = 0; rank < n; ++rank)
-    colours[order[rank]] = time_colour(n < 2 ? 0.4 : static_cast<double>(rank) / static_cast<double>(n - 1));
+    colours[order[rank]] = time_colour(static_cast<double>(rank) / static_cast<double>(n - 1));
   return colours;
 }
 

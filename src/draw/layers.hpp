@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,11 +38,10 @@ Figure plan_figure(const Landmarks& shape, double scale);
 /// marks and the landmarks with paths stay the same.
 Figure without(Figure figure, const std::vector<int>& left_out);
 
-/// The lines, 2×M or 3×M, of the dense or of the other outlines of one group through a position d×N of the landmarks.
-std::vector<Points> trace(const Figure& figure, bool dense, const Points& points, std::size_t group);
-
-/// The lines, 2×M or 3×M, of the dense or of the other outlines through a position d×N of the landmarks.
-std::vector<Points> trace(const Figure& figure, bool dense, const Points& points);
+/// The lines, 2×M or 3×M, of the dense or of the other outlines, of one group or of all, through a position d×N of the
+/// landmarks.
+std::vector<Points> trace(const Figure& figure, bool dense, const Points& points,
+                          std::optional<std::size_t> group = {});
 
 /// Sizes of marks and lines, in pixels. They shrink as the landmarks grow in number and in closeness.
 struct Marks {
@@ -95,7 +95,7 @@ void draw_start(Canvas& canvas, const Points& pixels, const Figure& figure);
 inline constexpr std::size_t kGroupColours = kLightPalette.groups.size();
 
 /// Of kLightPalette; they repeat after `kGroupColours`.
-const Colour& group_colour(std::size_t group);
+Colour group_colour(std::size_t group);
 
 /// Discs in the group's colour; where the colours repeat, other shapes.
 SeriesLook group_look(std::size_t group);

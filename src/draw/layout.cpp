@@ -34,7 +34,9 @@ std::string tic_text(double value, double step) {
 Interval range_of(const std::vector<const Points*>& sets, int row) {
   Interval range{INFINITY, -INFINITY};
   for (const Points* set : sets)
-    if (set->cols() > 0) range = range.joined({set->row(row).minCoeff(), set->row(row).maxCoeff()});
+    if (set->cols() > 0)
+      range = range.joined(
+          {set->row(row).minCoeff<Eigen::PropagateNumbers>(), set->row(row).maxCoeff<Eigen::PropagateNumbers>()});
   return range;
 }
 
@@ -42,13 +44,6 @@ std::vector<Interval> ranges_of(const std::vector<const Points*>& sets, int coor
   std::vector<Interval> ranges;
   for (int row = 0; row < coordinates; ++row) ranges.push_back(range_of(sets, row));
   return with_margins(std::move(ranges), flattest);
-}
-
-Points complete(const Points& points) {
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index a = 0; a < points.cols(); ++a)
-    if (points.col(a).allFinite()) kept.push_back(a);
-  return points(Eigen::all, kept);
 }
 
 double median(std::vector<double> values) {
@@ -177,7 +172,8 @@ double title_height(const Titles& titles) {
          (titles.subtitle.empty() ? 0 : 1.6 * kSubtitleSize);
 }
 
-void draw_titles(Canvas& canvas, const Titles& titles, double left) {
+Canvas titled_canvas(const Titles& titles, double left, double width, double height) {
+  Canvas canvas(std::round(width), std::round(height + title_height(titles)));
   const double room = canvas.width() - left - kTitleEdge;
   double y = canvas.height() - kTitleEdge;
   if (!titles.title.empty()) {
@@ -186,6 +182,7 @@ void draw_titles(Canvas& canvas, const Titles& titles, double left) {
   }
   if (!titles.subtitle.empty())
     canvas.text(left, y - 0.7 * kSubtitleSize, titles.subtitle, kSubtitleSize, colour::kText, Align::kLeft, room);
+  return canvas;
 }
 
 std::vector<Interval> with_margins(std::vector<Interval> ranges, double flattest) {
@@ -220,8 +217,8 @@ Plan arrange(const Titles& titles, std::vector<View> views, const Arrangement& a
   const double spare = (width - frame_width() - scale * sum_x) / columns / scale;
   const double rows_height = stacked ? scale * sum_y + static_cast<double>(views.size()) * (kHeading + kTicRoom)
                                      : scale * most_y + kHeading + kTicRoom;
-  const double height = title_height(titles) + rows_height + arrangement.room_below + kLegendRoom;
-  double left = kEdge + numbers, top = height - title_height(titles) - kHeading;
+  const double height = rows_height + arrangement.room_below + kLegendRoom;
+  double left = kEdge + numbers, top = height - kHeading;
   for (View& view : views) {
     view.x = view.x.with_span(view.x.span() + spare);
     view.box = {left, top - scale * view.y.span(), scale * view.x.span(), scale * view.y.span()};
@@ -230,9 +227,7 @@ Plan arrange(const Titles& titles, std::vector<View> views, const Arrangement& a
     else
       left += view.box.width + kGap + (all_numbered ? numbers : 0);
   }
-  Canvas canvas(std::round(width), std::round(height));
-  draw_titles(canvas, titles, kEdge + numbers);
-  return {std::move(canvas), std::move(views)};
+  return {titled_canvas(titles, kEdge + numbers, width, height), std::move(views)};
 }
 
 }  // namespace pulson::draw

@@ -21,14 +21,11 @@ struct Interval {
   Interval with_span(double span) const { return {middle() - span / 2, middle() + span / 2}; }
 };
 
-/// The values of one coordinate that all of these points take; never empty.
+/// The values of one coordinate that all of these points take; those that are missing (NaN) do not count.
 Interval range_of(const std::vector<const Points*>& sets, int row);
 
 /// The ranges of the first coordinates, so many, as with_margins widens them.
 std::vector<Interval> ranges_of(const std::vector<const Points*>& sets, int coordinates, double flattest);
-
-/// Those that miss no coordinate.
-Points complete(const Points& points);
 
 /// The lower of the middle values where their number is even. @param values one or more
 double median(std::vector<double> values);
@@ -116,9 +113,10 @@ struct Titles {
   std::string subtitle;  // may be empty
 };
 
-/// Title and subtitle from `left`, below the top edge.
-void draw_titles(Canvas& canvas, const Titles& titles, double left);
 double title_height(const Titles& titles);
+
+/// A canvas of whole pixels with its titles, from `left`, above room of the height.
+Canvas titled_canvas(const Titles& titles, double left, double width, double height);
 
 /// The ranges with a margin around them; none is less than `flattest` of the widest, and none is empty.
 std::vector<Interval> with_margins(std::vector<Interval> ranges, double flattest);

@@ -5,7 +5,6 @@
 #include "layout.hpp"
 
 namespace pulson::draw {
-
 namespace {
 
 constexpr double kLegendText = 20;

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace pulson::draw {
-
 namespace {
 
 /// A regular polygon of radius 1, its first corner in the direction of `degrees`.
@@ -30,7 +29,8 @@ Points cross() {
 
 }  // namespace
 
-void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look) {
+void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look, double margin) {
+  if (margin > 0) draw_marks(canvas, centres, radius + margin, {colour::kPaper, look.place});
   static const std::array<Points, 5> kShapes = {1.25 * polygon(4, 45), 1.4 * polygon(3, 90), 1.3 * polygon(4, 0),
                                                 1.4 * polygon(3, -90), 1.25 * cross()};
   const std::size_t shape = look.place % (kShapes.size() + 1);

@@ -15,7 +15,7 @@ struct SeriesLook {
 };
 
 /// Filled marks around the columns of `centres` (2×M), whose areas are about that of a disc of this radius: discs,
-/// squares, triangles, diamonds, triangles that point down, crosses, and over again.
-void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look);
+/// squares, triangles, diamonds, triangles that point down, crosses, and over again. @param margin of paper around them
+void draw_marks(Canvas& canvas, const Points& centres, double radius, const SeriesLook& look, double margin = 0);
 
 }  // namespace pulson::draw

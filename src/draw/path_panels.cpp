@@ -10,7 +10,6 @@
 #include "draw/checks.hpp"
 
 namespace pulson::draw {
-
 namespace {
 
 constexpr double kMostLinearDecades = 4;
@@ -101,22 +100,6 @@ Tics ValueAxis::tics(double pixels) const {
 TimePanels::TimePanels(TimeRow row)
     : row_(std::move(row)), axis_(all_curves(row_)), times_(range_of_curves(all_curves(row_), 0)) {}
 
-void TimePanels::draw_curves(Canvas& canvas, const View& view, const std::vector<Curve>& curves) const {
-  std::vector<Points> faint, full;
-  for (const Curve& curve : curves) {
-    Points points = curve.points;
-    for (double& value : points.row(1)) value = axis_.place(value);
-    (curve.faint ? faint : full).push_back(view.pixels(points));
-  }
-  const std::size_t most = row_.vertices / row_.columns.size();
-  simplify_lines(full, faint.empty() ? most : most / 2);
-  std::size_t used = 0;
-  for (const Points& line : full) used += static_cast<std::size_t>(line.cols());
-  simplify_lines(faint, most - std::min(used, most));
-  auto next_faint = faint.begin(), next_full = full.begin();
-  for (const Curve& curve : curves) canvas.lines({curve.faint ? *next_faint++ : *next_full++}, curve.stroke);
-}
-
 void TimePanels::draw(Canvas& canvas, const Box& box) const {
   const auto columns = static_cast<double>(row_.columns.size());
   double gap = kGap;  // or more, so that numbers of neighbours stay apart
@@ -128,7 +111,14 @@ void TimePanels::draw(Canvas& canvas, const Box& box) const {
     const std::string scale = axis_.is_logarithmic() ? ", symmetric log scale" : "";
     if (row_.zero_line && view.y.low < 0 && view.y.high > 0)
       canvas.lines({view.pixels((Points(2, 2) << times_.low, times_.high, 0, 0).finished())}, {colour::kFrame, 1.4});
-    draw_curves(canvas, view, row_.columns[i]);
+    std::vector<Points> lines;
+    for (const Curve& curve : row_.columns[i]) {
+      Points points = curve.points;
+      for (double& value : points.row(1)) value = axis_.place(value);
+      lines.push_back(view.pixels(points));
+    }
+    simplify_lines(lines, row_.vertices / row_.columns.size());
+    for (std::size_t c = 0; c < lines.size(); ++c) canvas.lines({std::move(lines[c])}, row_.columns[i][c].stroke);
     draw_frame(canvas, view, row_.headings[i] + scale, make_tics_below(view.x, view.box.width),
                i == 0 ? y_tics : Tics());
     view.box.left += view.box.width + gap;
@@ -197,7 +187,7 @@ std::vector<Curve> curves_of(const Selection& shown, std::size_t first, std::siz
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const Colour& own = shown.colours[static_cast<std::size_t>(shown.landmarks[i])];
       const Stroke stroke = m == first ? Stroke{own, width} : Stroke{faded(own, transparency), 1.1};
-      curves.push_back({values_over_time(shown.paths[m], times, shown.landmarks[i], row, kept[i]), stroke, m != first});
+      curves.push_back({values_over_time(shown.paths[m], times, shown.landmarks[i], row, kept[i]), stroke});
     }
   }
   return curves;

@@ -16,7 +16,6 @@ namespace pulson::draw {
 struct Curve {
   Points points;  // rows t and value
   Stroke stroke;
-  bool faint;  // one of many that lie below others
 };
 
 /// One coordinate of landmark `landmark` at the times of these indices, as a curve.
@@ -63,8 +62,6 @@ class TimePanels {
   void draw(Canvas& canvas, const Box& box) const;
 
  private:
-  void draw_curves(Canvas& canvas, const View& view, const std::vector<Curve>& curves) const;
-
   TimeRow row_;
   ValueAxis axis_;
   Interval times_;

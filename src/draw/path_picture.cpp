@@ -192,8 +192,7 @@ Canvas compose_paths_on_line(const PathPicture& picture) {
   const double left = kEdge + std::max(positions.number_room(kPositionHeight), momenta.number_room(kMomentumHeight));
   const double width = kWidth - kEdge - left, bottom = kLegendRoom + kTicRoom;
   const double upper = bottom + kMomentumHeight + kHeading + kTicRoom;
-  Canvas canvas(kWidth, std::round(upper + kPositionHeight + kHeading + title_height(titles_of(picture))));
-  draw_titles(canvas, titles_of(picture), left);
+  Canvas canvas = titled_canvas(titles_of(picture), left, kWidth, upper + kPositionHeight + kHeading);
   positions.draw(canvas, {left, upper, width, kPositionHeight});
   momenta.draw(canvas, {left, bottom, width, kMomentumHeight});
   draw_legend(canvas, legend_of_landmarks(picture));
@@ -248,9 +247,6 @@ Canvas compose_paths_in_space(const PathPicture& picture) {
   draw_legend(plan.canvas, legend);
   return std::move(plan.canvas);
 }
-
-}  // namespace
-namespace {
 
 void check(const PathPicture& picture) {
   const Checks checks("path picture");

@@ -20,18 +20,6 @@ constexpr std::size_t kPathVertices = 250000;
 
 Titles titles_of(const RegistrationPicture& picture) { return {picture.title, picture.subtitle}; }
 
-/// The corners of the box around source and target, without points that have a missing coordinate.
-Points corners_of_shapes(const RegistrationPicture& picture) {
-  const Points& source = picture.source.points;
-  const Points& target = picture.target.points;
-  Points both(source.rows(), source.cols() + target.cols());
-  both << source, target;
-  const auto [low, high] = bounding_box(both);
-  Points corners(source.rows(), 2);
-  corners << low, high;
-  return corners;
-}
-
 /// What is drawn of source and result, and of the target.
 struct Figures {
   Figure source;
@@ -70,8 +58,8 @@ void draw_image(Canvas& canvas, const View& view, const std::optional<PlacedImag
 
 /// The ranges of all coordinates with a margin; none is less than `flattest` of the widest.
 std::vector<Interval> data_ranges(const RegistrationPicture& picture, double flattest) {
-  const Points corners = corners_of_shapes(picture);
-  std::vector<const Points*> sets{&corners, &picture.result, &picture.surface_before, &picture.surface_after};
+  std::vector<const Points*> sets{&picture.source.points, &picture.target.points, &picture.result,
+                                  &picture.surface_before, &picture.surface_after};
   for (const auto* list : {&picture.trajectory, &picture.grid_before, &picture.grid_after})
     for (const Points& points : *list) sets.push_back(&points);
   std::vector<Points> positions;  // of material points on a line, over time
@@ -165,13 +153,11 @@ Canvas compose_line(const RegistrationPicture& picture) {
   const double start = picture.times.front(), end = picture.times.back();
   const Interval t = Interval{start, end}.with_span((1 + 2 * kMargin) * (end - start));
   const double left = kEdge + left_number_width(x, panel_height);
-  const double height =
-      title_height(titles_of(picture)) + kHeading + panel_height + kTicRoom + kLegendRoom + (has_map ? kMapRoom : 0);
-  Canvas canvas(kWidth, std::round(height));
+  const double height = kHeading + panel_height + kTicRoom + kLegendRoom + (has_map ? kMapRoom : 0);
+  Canvas canvas = titled_canvas(titles_of(picture), left, kWidth, height);
   const View view{{left, kTicRoom + kLegendRoom, kWidth - kEdge - left, panel_height}, t, x};
   const Figures figures = plan_figures(picture, panel_height / x.span());
   const Figure& figure = figures.source;
-  draw_titles(canvas, titles_of(picture), left);
   if (has_map)
     draw_map_panels(canvas, {left, view.box.bottom + panel_height + kHeading + kTicRoom, view.box.width, kMapHeight},
                     picture, figure);
@@ -199,9 +185,6 @@ Canvas compose_line(const RegistrationPicture& picture) {
   draw_legend(canvas, legend);
   return canvas;
 }
-
-}  // namespace
-namespace {
 
 void check(const RegistrationPicture& picture) {
   const Checks checks("registration picture");

@@ -10,7 +10,7 @@
 namespace pulson::draw {
 
 Points convex_hull(const Points& points) {
-  std::vector<int> order(static_cast<std::size_t>(points.cols()));
+  std::vector<int> order(static_cast<std::size_t>(points.cols())), hull;
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) {
     return std::pair(points(0, a), points(1, a)) < std::pair(points(0, b), points(1, b));
@@ -20,25 +20,22 @@ Points convex_hull(const Points& points) {
     const Eigen::Vector2d first = points.col(b) - points.col(a), second = points.col(c) - points.col(a);
     return first.x() * second.y() - first.y() * second.x() > 0;
   };
-  std::vector<int> hull;
-  const auto add_chain = [&](const std::vector<int>& chain) {
-    const std::size_t begin = hull.size();
-    for (const int next : chain) {
-      while (hull.size() >= begin + 2 && !turns_left(hull[hull.size() - 2], hull.back(), next)) hull.pop_back();
+  for (int chain = 0; chain < 2; ++chain) {  // the lower one, then the upper
+    const std::size_t least = hull.size() + 2;
+    for (const int next : order) {
+      while (hull.size() >= least && !turns_left(hull[hull.size() - 2], hull.back(), next)) hull.pop_back();
       hull.push_back(next);
     }
     hull.pop_back();
-  };
-  add_chain(order);
-  std::reverse(order.begin(), order.end());
-  add_chain(order);
+    std::reverse(order.begin(), order.end());
+  }
   return points(Eigen::all, hull);
 }
 
 namespace {
 
 constexpr double kPanelWidth = 1000, kTallestPlot = 760, kLeastHeight = 420;
-constexpr double kDot = 5.5;
+constexpr double kDot = 5.5, kDotMargin = 1.5;
 constexpr double kLabelText = 15;
 constexpr double kAxisLabel = 18;
 
@@ -50,22 +47,15 @@ Interval range_of_scores(const ScorePlot& plot, int row) {
   return range.with_span(range.span() * (1 + 2 * 0.06));
 }
 
-Points pixels_of_all(const View& view, const ScorePlot& plot) {
-  Points pixels(2, 0);
-  for (const auto& group : plot.groups) {
-    const Points own = view.pixels(group.scores);
-    pixels.conservativeResize(2, pixels.cols() + own.cols());
-    pixels.rightCols(own.cols()) = own;
-  }
-  return pixels;
-}
-
 // Labels beside their dots, those that cover neither dots nor other labels; the outermost dots first, which are asked
 // about most.
 void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
-  const Points pixels = pixels_of_all(view, plot);
+  Points pixels(2, 0);
   std::vector<std::string> labels;
-  for (const auto& group : plot.groups) labels.insert(labels.end(), group.labels.begin(), group.labels.end());
+  for (const auto& group : plot.groups) {
+    pixels = (Points(2, pixels.cols() + group.scores.cols()) << pixels, view.pixels(group.scores)).finished();
+    labels.insert(labels.end(), group.labels.begin(), group.labels.end());
+  }
   if (labels.size() != static_cast<std::size_t>(pixels.cols())) return;
   const Eigen::Vector2d middle = pixels.rowwise().mean();
   std::vector<std::size_t> order(labels.size());
@@ -76,9 +66,8 @@ void draw_labels(Canvas& canvas, const View& view, const ScorePlot& plot) {
   for (const std::size_t i : order) {
     const double width = text_width(labels[i], kLabelText);
     const auto [box, covered] =
-        freest_place(pixels.col(static_cast<Eigen::Index>(i)), width, kLabelText, kDot + 1.5, pixels, taken);
-    const bool fits = box.left > view.box.left && box.left + width < view.box.left + view.box.width;
-    if (covered > 0 || !fits) continue;
+        freest_place(pixels.col(static_cast<Eigen::Index>(i)), width, kLabelText, kDot + kDotMargin, pixels, taken);
+    if (covered > 0 || box.left <= view.box.left || box.right() >= view.box.right()) continue;
     taken.push_back(box);
     canvas.text(box.left, box.bottom + box.height / 2, labels[i], kLabelText, colour::kText);
   }
@@ -92,13 +81,11 @@ Canvas compose(const ScorePlot& plot) {
     x = x.with_span(kPanelWidth / scale);
     y = y.with_span(height / scale);
   }
-  const Titles titles{plot.title, plot.subtitle};
   const double left = (kLeastWidth - kPanelWidth) / 2 + 30;
   const bool grouped = plot.groups.size() > 1 || !plot.groups.front().name.empty();
   const double below = (grouped ? kLegendRoom : kEdge) + kTicRoom + 30;
-  Canvas canvas(kLeastWidth, std::round(title_height(titles) + kHeading + height + below));
+  Canvas canvas = titled_canvas({plot.title, plot.subtitle}, left, kLeastWidth, kHeading + height + below);
   const View view{{left, below, kPanelWidth, height}, x, y};
-  draw_titles(canvas, titles, left);
   draw_frame(canvas, view, plot.y_label, true);
   canvas.text(left + kPanelWidth, view.box.bottom - kTicRoom - 8, plot.x_label, kAxisLabel, colour::kText,
               Align::kRight);
@@ -108,9 +95,7 @@ Canvas compose(const ScorePlot& plot) {
       canvas.areas({view.pixels(convex_hull(plot.groups[g].scores))}, faded(group_colour(g), 0.86));
   for (const Points& line : plot.lines) canvas.lines({view.pixels(line)}, {colour::kResult, 2});
   for (std::size_t g = 0; g < plot.groups.size(); ++g) {
-    const Points dots = view.pixels(plot.groups[g].scores);
-    draw_marks(canvas, dots, kDot + 1.5, {colour::kPaper, g});
-    draw_marks(canvas, dots, kDot, {group_colour(g), g});
+    draw_marks(canvas, view.pixels(plot.groups[g].scores), kDot, {group_colour(g), g}, kDotMargin);
     if (!plot.groups[g].name.empty()) legend.push_back(dot_entry(plot.groups[g].name, {group_colour(g), g}));
   }
   draw_labels(canvas, view, plot);

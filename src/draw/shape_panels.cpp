@@ -20,15 +20,13 @@ constexpr double kFlattest = 0.15;
 
 // The ranges of all coordinates that panels show.
 std::vector<Interval> ranges_of(const ShapePanels& picture) {
-  std::vector<Points> clouds;
   std::vector<const Points*> sets{&picture.reference.points};
   for (const auto& panels : picture.rows)
     for (const ShapePanel& panel : panels) {
       sets.push_back(&panel.shape);
       for (const Points& line : panel.grid) sets.push_back(&line);
-      for (const Points& dots : panel.cloud) clouds.push_back(complete(dots));
+      for (const Points& dots : panel.cloud) sets.push_back(&dots);
     }
-  for (const Points& dots : clouds) sets.push_back(&dots);
   return draw::ranges_of(sets, picture.reference.dimension(), kFlattest);
 }
 
@@ -47,7 +45,7 @@ void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const
   const Marks marks(figure);
   canvas.lines(view.pixels(panel.grid), kPanelGridStroke);
   for (const Points& dots : panel.cloud)
-    canvas.dots(view.pixels(complete(dots)), std::min(2.2, marks.dot), faded(colour::kSource, 0.45));
+    canvas.dots(view.pixels(dots), std::min(2.2, marks.dot), faded(colour::kSource, 0.45));
   const Points reference = view.pixels(picture.reference.points);
   if (panel.shape.size() == 0) {
     draw_shape(canvas, reference, figure, colour::kResult);
@@ -56,8 +54,8 @@ void draw_panel(Canvas& canvas, const View& view, const ShapePanel& panel, const
     draw_numbers(canvas, reference, figure, numbers);
   } else {
     const Points shape = view.pixels(panel.shape);
-    canvas.lines(trace(figure, true, reference), {colour::kReference, marks.outline});
-    canvas.lines(trace(figure, false, reference), {colour::kReference, marks.outline});
+    for (const bool dense : {true, false})
+      canvas.lines(trace(figure, dense, reference), {colour::kReference, marks.outline});
     canvas.segments(reference(Eigen::all, figure.marked), shape(Eigen::all, figure.marked),
                     {colour::kMomentum, marks.path});
     const double dot = std::min(marks.dot, kMostDot);
@@ -90,15 +88,11 @@ Canvas compose(const ShapePanels& picture) {
   for (const View& plane : planes) scale = std::min({scale, room / plane.x.span(), tallest / plane.y.span()});
   double rows_height = 0;
   for (const View& plane : planes) rows_height += scale * plane.y.span() + kHeading + kRowGap;
-  const Titles titles{picture.title, picture.subtitle};
   const double used = count * scale * planes.front().x.span() + (count - 1) * kGap + 2 * kEdge;
   const double width = std::max(kLeastWidth, used), left = (width - used) / 2 + kEdge;
-  Canvas canvas(std::round(width), std::round(title_height(titles) +
-                                              static_cast<double>(picture.rows.size()) * rows_height + kLegendRoom));
-  draw_titles(canvas, titles, left);
-  Landmarks one_colour = picture.reference;
-  const Figure figure = plan_figure(one_colour, scale);
-  double top = canvas.height() - title_height(titles);
+  double top = static_cast<double>(picture.rows.size()) * rows_height + kLegendRoom;
+  Canvas canvas = titled_canvas({picture.title, picture.subtitle}, left, width, top);
+  const Figure figure = plan_figure(picture.reference, scale);
   for (const auto& row : picture.rows)
     for (const View& plane : planes) {
       const double panel_width = scale * plane.x.span(), height = scale * plane.y.span();

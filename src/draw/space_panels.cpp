@@ -87,10 +87,9 @@ Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, co
   const double scale = scale_beside(numbers);
   const double width = std::max(arrangement.least_width, 2 * kEdge + kGap + 2 * numbers + scale * across);
   const double spare = (width - 2 * kEdge - kGap - 2 * numbers - scale * across) / 2 / scale;  // for each column
-  const double height =
-      title_height(titles) + scale * down + 2 * (kHeading + kTicRoom) + arrangement.room_below + kLegendRoom;
+  const double height = scale * down + 2 * (kHeading + kTicRoom) + arrangement.room_below + kLegendRoom;
   const double left = kEdge + numbers, right = left + scale * (ranges[a].span() + spare) + kGap + numbers;
-  const double top = height - title_height(titles) - kHeading;
+  const double top = height - kHeading;
   const double below = top - scale * ranges[c].span() - kTicRoom - kHeading;
   const auto placed = [&](View& one, double from, double upper) {
     one.x = one.x.with_span(one.x.span() + spare);
@@ -100,9 +99,7 @@ Plan arrange_space(const Titles& titles, const std::vector<Interval>& ranges, co
   placed(views[1], right, top);
   placed(views[2], left, below);
   const Box side{right, views[2].box.bottom, views[1].box.width, views[2].box.height};
-  Canvas canvas(std::round(width), std::round(height));
-  draw_titles(canvas, titles, left);
-  return {std::move(canvas), std::move(views), side};
+  return {titled_canvas(titles, left, width, height), std::move(views), side};
 }
 
 void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface) {

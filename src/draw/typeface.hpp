@@ -13,7 +13,7 @@ inline constexpr const char* kFontFamily = "DejaVu Sans";
 /// The text without what cannot be drawn: control characters become spaces, bytes that are not UTF-8 become '?'.
 std::string printable(std::string_view text);
 
-/// Width of a printable text in the font of all pictures. Safe to call from several threads, as is all of this.
+/// Width of the printable text in the font of all pictures. Safe to call from several threads, as is all of this.
 double text_width(std::string_view text, double size);
 
 /// The printable text, cut after a character and closed by an ellipsis where it would be wider than `room`.

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -137,6 +138,23 @@ TEST_F(AnimationTest, TellsWhyFfmpegFailed) {
   fake_ffmpeg("cat >/dev/null\n");
   EXPECT_EQ(error_of_large_frames("a.mp4"), "ffmpeg did not write 'a.mp4'");
   EXPECT_EQ(files(), std::set<std::string>{"bin"});
+}
+
+// A file is named by its absolute path, and the process is not in our group, which Ctrl-C ends.
+TEST_F(AnimationTest, RunsFfmpegInAGroupOfItsOwnWithNamesThatAreNotInterpreted) {
+  const Path fake(fake_ffmpeg(
+      "for last; do :; done\ncut -d' ' -f1,5 /proc/$$/stat >group\nprintf %s \"$0\" >called\ncat >/dev/null\n"
+      "printf %s \"$last\" >given\nprintf x >\"${last#file:}\"\n"));
+  for (const std::string name : {"-y.gif", "%d.gif", "pipe:1.gif", "it's <a>.gif", "a\nb.gif", "`touch X`.gif"}) {
+    write_ten_frames(name);
+    EXPECT_EQ(contents(name), "x") << name;
+    EXPECT_EQ(contents("given").substr(0, 6), "file:/");
+    EXPECT_EQ(contents("called"), (fs::current_path() / "bin/ffmpeg").string());
+    int process = 0, group = 1;
+    std::istringstream(contents("group")) >> process >> group;
+    EXPECT_EQ(process, group);
+  }
+  EXPECT_FALSE(fs::exists("X"));
 }
 
 TEST_F(AnimationTest, EndsAnFfmpegThatHangs) {

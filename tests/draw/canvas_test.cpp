@@ -61,6 +61,7 @@ TEST_F(CanvasTest, WidthsAreThoseOfTheFont) {
   EXPECT_NEAR(text_width(" ", 2048), 651, 0.5);
   EXPECT_NEAR(text_width("Ai 0", 20.48), 14.01 + 5.69 + 6.51 + 13.03, 0.01);
   EXPECT_EQ(text_width("", 20), 0);
+  EXPECT_EQ(text_width("\xFF\n", 20), text_width("? ", 20));
 }
 
 TEST_F(CanvasTest, TextLiesWhereItsWidthSays) {

@@ -136,7 +136,7 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
       throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
     if (const std::string why = why_no_file(image); !why.empty() || !is_file(image))
       throw InputError(
-          fmt::format("cannot read {}: {}", quoted_path(image), why.empty() ? "there is no such file" : why));
+          fmt::format("cannot read {}: {}", quoted_path(image), why.empty() ? "No such file or directory" : why));
     known = {image, 1, {0, 0}};
     // Of tps, y points up; other landmarks on images are in rows.
     const bool is_of_tps =

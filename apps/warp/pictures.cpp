@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <utility>
 
 #include <fmt/format.h>
@@ -213,11 +214,15 @@ void write_field(const std::string& file, const images::WarpedImage& result, con
 
 void try_to_write(const std::string& file, const std::function<void()>& write) {
   if (file.empty()) return;
+  std::string reason;
   try {
-    write();
+    return write();
+  } catch (const std::bad_alloc&) {
+    reason = "out of memory";
   } catch (const std::exception& error) {
-    print_warning(fmt::format("{} was not written: {}", file, error.what()));
+    reason = error.what();
   }
+  print_warning(fmt::format("{} was not written: {}", file, reason));
 }
 
 std::vector<ColourKey> write_more_results(const images::Image& image, const WarpResult& result,

@@ -42,7 +42,7 @@ WarpFigures figures_of(const WarpResult& result, const warp::MaterialFlow& flow)
   return figures;
 }
 
-// The picture is the result, and its numbers come next. All else may fail.
+// The picture is the result, and numbers come next. All else may fail.
 void run_image(const WarpArguments& arguments, const matching::Registration& registration, double start) {
   const Picture picture = read_picture(arguments.input, arguments.max_pixels);
   const WarpFrames frames = warp_frames(arguments, registration, picture);
@@ -60,10 +60,10 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
           : WarpResult{warp_image(image, warp, warp_options(arguments, frames, image)), {}, {}, warp.landmark_error()};
   log_step("mapped the image");
   write_picture(arguments.out, result.image, frames.result, picture.type);
-  if (!arguments.field.empty()) write_field(arguments.field, result, image, frames);
   WarpFigures figures = figures_of(result, flow);
   figures.seconds = seconds_now() - start;
   write_figures(figures, arguments, &frames);
+  if (!arguments.field.empty()) write_field(arguments.field, result, image, frames);
   figures.colours = write_more_results(image, result, warp, frames, arguments);
   try_to_write(arguments.animate, [&] { write_animation(image, warp, frames, arguments); });
   try_to_write(arguments.report,

@@ -94,7 +94,7 @@ TEST_F(WarpImage, ReportsTheMapOnTheImage) {
   ASSERT_EQ(pulled.displacements.size(), 2U * kSide * kSide);
   const std::vector<float> jacobians = jacobians_on_image(ramp(), warp_, options_);
   const std::vector<float> lengths = displacements_on_image(ramp(), warp_, options_);
-  for (const int i : {0, 100, 200, 288}) {
+  for (const int i : {108, 144, 180}) {  // (6, 6), (8, 8), (10, 10)
     const auto at = static_cast<std::size_t>(i);
     const Points pixel = (Points(2, 1) << i % kSide, std::floor(i / kSide)).finished();
     const warp::MovedPoints forward = warp_.forward(pixel);

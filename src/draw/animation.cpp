@@ -117,7 +117,8 @@ struct Animation::Encoder {
 
   void start(const Format& format, int width, int height, double frames_per_second) {
     require_file_path(file);
-    temporary.emplace(fs::absolute(file), file);
+    std::error_code no_folder;
+    temporary.emplace(fs::absolute(file, no_folder), file);
     std::vector<std::string> arguments = {kFfmpeg,
                                           "-nostdin",
                                           "-loglevel",

@@ -19,7 +19,8 @@ std::string shown(std::string_view text);
 void print_exact(std::string_view text) noexcept;
 
 /// Opens /dev/null as each of the descriptors 0 to 2 that is closed, so that no file of results becomes standard error;
-/// lets writing to a closed pipe, or beyond `ulimit -f`, fail in place of ending the process. Before anything is opened.
+/// lets writing to a closed pipe, or beyond `ulimit -f`, fail in place of ending the process. Before anything is
+/// opened.
 void prepare_standard_streams() noexcept;
 
 /// Why standard output is incomplete; empty where it is not. Writes it out before.

@@ -225,6 +225,13 @@ TEST_F(PathsOfProgram, OfOutputsAreNoInputs) {
   }
 }
 
+TEST_F(PathsOfProgram, OfOutputsAreNotBehindStandardInput) {
+  const ProgramRun done = bash("$P info - --json a.csv < a.csv");
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr("which is an input"));
+  EXPECT_THAT(contents("a.csv"), StartsWith("x,y\n"));
+}
+
 TEST_F(PathsOfProgram, OfTwoOutputsDiffer) {
   register_pair();
   write("old.png", "old");

@@ -197,7 +197,8 @@ void check_kind(const CLI::Option& option, const Setting& setting) {
   if (!is_flag(option) && is_word)
     throw InputError(fmt::format("{}: {} is {}; it needs a value", setting.place, setting.key, setting.values.front()));
   for (const std::string& value : setting.values) {
-    if (is_blank(value)) throw InputError(fmt::format("{}: {}", setting.place, empty_value_text(setting.key)));
+    if (is_blank(value))
+      throw InputError(fmt::format("{}: {} is empty; give it a value or leave it out", setting.place, setting.key));
     if (value.find('\0') != std::string::npos)
       throw InputError(fmt::format("{}: {} holds a zero byte", setting.place, setting.key));
   }

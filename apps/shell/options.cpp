@@ -325,6 +325,10 @@ const CLI::Option* named_option(const std::string& word, const CLI::App& verb, c
   return option;
 }
 
+std::string empty_value_text(const std::string& name) {
+  return fmt::format("{} is empty; give it a value or leave it out (is a variable of the shell unset?)", name);
+}
+
 /// What the empty word at `i` is: the value of the option before it, or an argument.
 std::string name_of_empty(std::size_t i, const std::vector<std::string>& arguments, const CLI::App& verb) {
   const std::string& before = arguments[i - 1];
@@ -360,10 +364,6 @@ void check_options(const CLI::App& verb, const std::vector<std::string>& argumen
 }  // namespace
 
 bool is_blank(std::string_view text) { return text.find_first_not_of(" \t\r\n") == std::string_view::npos; }
-
-std::string empty_value_text(const std::string& name) {
-  return fmt::format("{} is empty; give it a value or leave it out (is a variable of the shell unset?)", name);
-}
 
 std::string suggestion(const std::string& name, const std::vector<std::string>& valid) {
   const std::string near = nearest_name(name, valid);

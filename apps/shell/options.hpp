@@ -77,9 +77,6 @@ std::vector<std::string> verb_names(const CLI::App& program);
 /// Whether it has blanks alone, or nothing.
 bool is_blank(std::string_view text);
 
-/// "--dt is empty; …", of an option or an argument.
-std::string empty_value_text(const std::string& name);
-
 /// A first word that is no verb, or a word that looks like an option of it and is none, gets an answer of its own: the
 /// parser would take its value for a file and miss something else. No word may be empty. @throws InputError
 void check_names(const CLI::App& program, const std::vector<std::string>& arguments);

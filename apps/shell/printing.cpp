@@ -93,6 +93,7 @@ void prepare_standard_streams() noexcept {
     if (::open("/dev/null", O_RDWR) != descriptor) ::_exit(2);
   }
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 std::string fault_of_standard_output() {

@@ -19,7 +19,8 @@ std::string shown(std::string_view text);
 void print_exact(std::string_view text) noexcept;
 
 /// Opens /dev/null as each of the descriptors 0 to 2 that is closed, so that no file of results becomes standard error;
-/// lets writing to a closed pipe fail in place of ending the process. Before anything else is opened.
+/// lets writing to a closed pipe, or beyond `ulimit -f`, fail in place of ending the process. Before anything is
+/// opened.
 void prepare_standard_streams() noexcept;
 
 /// Why standard output is incomplete; empty where it is not. Writes it out before.
@@ -30,21 +31,14 @@ namespace printing {
 template <class T>
 inline constexpr bool kIsText = std::is_convertible_v<const T&, std::string_view>;
 
+/// What an argument is formatted as: text is shown() before.
 template <class T>
-struct IsJoined : std::false_type {};
-template <class Iterator, class Sentinel, class Character>
-struct IsJoined<fmt::join_view<Iterator, Sentinel, Character>> : std::true_type {};
-
-/// What an argument is formatted as: text, and lists of text, are shown() before.
-template <class T>
-using Formatted = std::conditional_t<kIsText<T> || IsJoined<T>::value, std::string, T>;
+using Formatted = std::conditional_t<kIsText<T>, std::string, T>;
 
 template <class T>
 decltype(auto) formatted(const T& argument) {
   if constexpr (kIsText<T>)
     return shown(argument);
-  else if constexpr (IsJoined<T>::value)
-    return shown(fmt::format("{}", argument));
   else
     return (argument);
 }

@@ -164,9 +164,12 @@ TEST_F(PathsOfProgram, DeepRecordsAreRefusedInALine) {
   write("closed.json", std::string(1'000'000, '[') + std::string(1'000'000, ']'));
   write("objects.json", objects);
   for (const char* file : {"arrays.json", "closed.json", "objects.json"}) {
-    refusal({"info", file});
-    refusal({"simulate", "--from", file, "-o", "out"});
-    refusal({"warp", file, "a.csv", "-o", "x.csv"});
+    for (const Arguments& line : {Arguments{"info", file}, Arguments{"simulate", "--from", file, "-o", "out"},
+                                  Arguments{"warp", file, "a.csv", "-o", "x.csv"}}) {
+      const ProgramRun done = run(line);
+      EXPECT_EQ(done.exit_code, 2) << file << line.front();
+      EXPECT_EQ(count_lines(done.err), 1U) << done.err;
+    }
   }
 }
 
@@ -190,7 +193,7 @@ TEST_F(PathsOfProgram, OfOutputsAreNoInputs) {
                            "register a.csv b.csv -o new --config run.toml",
                            "register a.csv b.csv -o new --config run.toml --json run.toml",
                            "register out/registration.json b.csv --format csv -o out",
-                           "register c.tps out/cohort.json -o out",
+                           "register c.tps#1 out/cohort.json -o out",
                            "register image.tps#1 image.tps#2 -o out",
                            "register a.csv b.csv --weights w.csv -o new --json w.csv",
                            "atlas c.tps -o new --json c.tps",
@@ -222,12 +225,19 @@ TEST_F(PathsOfProgram, OfOutputsAreNoInputs) {
   }
 }
 
+TEST_F(PathsOfProgram, OfOutputsAreNotBehindStandardInput) {
+  const ProgramRun done = bash("$P info - --json a.csv < a.csv");
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr("which is an input"));
+  EXPECT_THAT(contents("a.csv"), StartsWith("x,y\n"));
+}
+
 TEST_F(PathsOfProgram, OfTwoOutputsDiffer) {
   register_pair();
   write("old.png", "old");
   fs::create_symlink("old.png", "link.png");
   fs::create_symlink("new.png", "dangling.png");
-  fs::create_directory("out");
+  fs::create_directories("out/two");
   for (const char* line :
        {"warp fit image.png -o same.png --report same.png", "warp fit image.png -o same.png --report ./same.png",
         "warp fit image.png -o old.png --grid link.png", "warp fit image.png -o new.png --grid dangling.png",
@@ -252,7 +262,7 @@ TEST_F(PathsOfProgram, OfTwoOutputsDiffer) {
 TEST_F(PathsOfProgram, AreEitherReadOrWritten) {
   register_pair();
   const std::map<std::string, std::string> smallest = {{"register", "register a.csv b.csv -o new --steps 0"},
-                                                       {"atlas", "atlas c.tps -o new --steps 0"},
+                                                       {"atlas", "atlas a.csv b.csv -o new --steps 0"},
                                                        {"warp", "warp fit a.csv --size 0x0 -o new.csv"},
                                                        {"simulate", "simulate --shape a.csv --steps 0 -o new"},
                                                        {"ensemble", "ensemble --shape a.csv --steps 0 -o new"},

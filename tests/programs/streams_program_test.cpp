@@ -117,6 +117,13 @@ TEST_F(Streams, SayThatMemoryIsLimited) {
   EXPECT_EQ(bash("ulimit -v " + needed + "; " + kRegister + "2>/dev/null").exit_code, 0) << needed;
 }
 
+TEST_F(Streams, SayThatAFileIsTooLarge) {
+  const ProgramRun done = bash("ulimit -f 4; $P register a.csv b.csv -o out --no-picture");
+  EXPECT_EQ(done.exit_code, 2) << done.err;
+  EXPECT_EQ(count_lines(done.err), 1U) << done.err;
+  EXPECT_TRUE(names_in("out").empty());
+}
+
 TEST_F(Streams, SayThatMemoryIsFull) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "the sanitiser maps more than any limit";

@@ -163,10 +163,12 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
     if (const double value = at(log_deviation); value > best.log_likelihood)
       best = {{options.profile, alpha, 1}, std::exp(-2 * log_deviation), value, 0, 0, n};
   }
+  if (!std::isfinite(best.log_likelihood)) return std::nullopt;  // sigma leaves the range of numbers
   const MatrixXd v =
       for_each_axis(gram(best.kernel.alpha), d) / best.lambda + variance * MatrixXd::Identity(d * n, d * n);
   best.prediction_error = size * left_out_error(v, directions, displacements);
   best.alignment_error = size * left_out_error(MatrixXd::Identity(d * n, d * n), directions, displacements);
+  if (!std::isfinite(best.prediction_error) || !std::isfinite(best.alignment_error)) return std::nullopt;
   best.kernel.alpha *= size;
   best.lambda = options.lambda.value_or(best.lambda / (size * size));
   return best;

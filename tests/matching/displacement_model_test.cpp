@@ -151,5 +151,13 @@ TEST(DisplacementModel, NeedsMoreCoordinatesThanDirections) {
   EXPECT_FALSE(fit_displacements(missing, missing, options_of(0.01)));
 }
 
+// σ² is no number: then no width is the likeliest.
+TEST(DisplacementModel, IsNoneWhereTheLikelihoodIsNotFinite) {
+  const Points oval{{0.0, 1.0, 1.3, 0.8, 0.1, -0.3}, {0.0, 0.1, 0.5, 0.9, 1.0, 0.4}};
+  const Points other = 1.1 * oval.array() + 0.1 * oval.array().square();
+  EXPECT_TRUE(fit_displacements(oval, other, options_of(0.01)));
+  EXPECT_FALSE(fit_displacements(oval, other, options_of(1e200)));
+}
+
 }  // namespace
 }  // namespace pulson::matching

@@ -13,6 +13,7 @@
 #include "results.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
+#include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
@@ -110,11 +111,12 @@ ensemble::EnsembleOptions ensemble_options(const EnsembleArguments& arguments, c
 // @return whether sums are saved, to go on from
 bool check_outputs(const EnsembleArguments& arguments) {
   const fs::path checkpoint = arguments.checkpoint();
-  if (arguments.options.shard.count > 1)
+  if (arguments.options.shard.count > 1) {
     arguments.results.output.check_only(checkpoint.filename().string());
-  else
+  } else {
     arguments.results.check();
-  check_output_file(checkpoint);
+    check_result_file(checkpoint, "--out");
+  }
   return saved_before(checkpoint, arguments.resume, arguments.options.shard.count > 1);
 }
 

@@ -16,6 +16,7 @@
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
@@ -105,7 +106,7 @@ class SavedChains {
  public:
   SavedChains(const SampleArguments& arguments, const SampleShapes& shapes, std::string settings)
       : file_(arguments.output.file("sample.partial")) {
-    check_output_file(file_);
+    check_result_file(file_, "--out");
     run_.verb = "sample";
     run_.settings = std::move(settings);
     run_.shapes = shapes.targets;

@@ -53,8 +53,12 @@ std::string escaped(std::uint32_t code) {
   return code < 0x100 ? fmt::format("\\x{:02x}", code) : fmt::format("\\u{:04x}", code);
 }
 
+bool reader_has_ended = false;  // as `head` does when it has enough: nothing is lost that anybody waits for
+
 bool write_out(std::string_view text) noexcept {
-  return std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size()) return true;
+  reader_has_ended = reader_has_ended || errno == EPIPE;
+  return reader_has_ended;
 }
 
 }  // namespace
@@ -99,6 +103,7 @@ void prepare_standard_streams() noexcept {
 std::string fault_of_standard_output() {
   errno = 0;
   const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (reader_has_ended || (!is_written && errno == EPIPE)) return "";
   if (!is_written)
     return "standard output could not be written" +
            (errno == 0 ? std::string() : ": " + std::generic_category().message(errno));

@@ -111,7 +111,8 @@ Animation::Animation(const fs::path& file, int width, int height, double frames_
   const fs::path ffmpeg = find_program(kFfmpeg);
   if (ffmpeg.empty()) throw InputError("animations need ffmpeg; install the package ffmpeg");
   require_file_path(file);
-  TemporaryFile temporary(fs::absolute(file), file);
+  std::error_code no_folder;
+  TemporaryFile temporary(fs::absolute(file, no_folder), file);
   const std::vector<std::string> arguments = arguments_of(format, width, height, frames_per_second, temporary.path());
   encoder_.reset(new Encoder{file, std::move(temporary), std::size_t{3} * width * height, {ffmpeg, arguments}});
 }

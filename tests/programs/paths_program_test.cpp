@@ -238,18 +238,27 @@ TEST_F(PathsOfProgram, OfTwoOutputsDiffer) {
   fs::create_symlink("old.png", "link.png");
   fs::create_symlink("new.png", "dangling.png");
   fs::create_directories("out/two");
-  for (const char* line :
-       {"warp fit image.png -o same.png --report same.png", "warp fit image.png -o same.png --report ./same.png",
-        "warp fit image.png -o old.png --grid link.png", "warp fit image.png -o new.png --grid dangling.png",
-        "warp fit image.png -o x.png --grid y.png --holes y.png", "warp fit image.png -o x.png --json x.png",
-        "register a.csv b.csv -o out --json out/registration.json",
-        "register a.csv b.csv -o out --json out/report.html", "register c.tps -o out --json out/cohort.json",
-        "register c.tps -o out --json out/two/registration.json", "register a.csv b.csv -o new --json new",
-        "atlas c.tps -o out --json out/atlas.partial", "ensemble --q 0,1 -o out --save-final s.npy --save-paths s.npy",
-        "ensemble --q 0,1 -o out --save-final out/ensemble.json",
-        "ensemble --q 0,1 -o out --save-final s.npy --json s.npy", "simulate --q 0,1 -o out --json out/paths.csv",
-        "fokker-planck --q 0,1 --p 1,0 -o out --json out/report.html",
-        "compare a.csv b.csv -o out --json out/models.csv", "sample a.csv b.csv -o out --json out/summary.json"})
+  for (const char* line : {"warp fit image.png -o same.png --report same.png",
+                           "warp fit image.png -o same.png --report ./same.png",
+                           "warp fit image.png -o old.png --grid link.png",
+                           "warp fit image.png -o new.png --grid dangling.png",
+                           "warp fit image.png -o x.png --grid y.png --holes y.png",
+                           "warp fit image.png -o x.png --json x.png",
+                           "register a.csv b.csv -o out --json out/registration.json",
+                           "register a.csv b.csv -o out --json out/report.html",
+                           "register c.tps -o out --json out/cohort.json",
+                           "register c.tps -o out --json out/two/registration.json",
+                           "register a.csv b.csv -o new --json new",
+                           "atlas c.tps -o out --json out/atlas.partial",
+                           "ensemble --q 0,1 -o out --save-final s.npy --save-paths s.npy",
+                           "ensemble --q 0,1 -o out --save-final out/ensemble.json",
+                           "ensemble --q 0,1 -o out --save-final s.npy --json s.npy",
+                           "simulate --q 0,1 -o out --json out/paths.csv",
+                           "fokker-planck --q 0,1 --p 1,0 -o out --json out/report.html",
+                           "compare a.csv b.csv -o out --json out/models.csv",
+                           "sample a.csv b.csv -o out --json out/summary.json",
+                           "sample a.csv b.csv -o out --json out/sample.partial",
+                           "ensemble --q 0,1 -o out --json out/ensemble.partial"})
     EXPECT_THAT(refusal(words(line)), HasSubstr("would both write")) << line;
   EXPECT_EQ(run(words("warp fit image.png -o /dev/null --json /dev/null")).exit_code, 2) << "it has no extension";
   EXPECT_EQ(

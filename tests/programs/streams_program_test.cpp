@@ -55,8 +55,8 @@ TEST_F(Streams, ThatAreFullLoseNoResults) {
 
 TEST_F(Streams, WhoseReaderEndedLoseNoResults) {
   bash("(sleep 0.3; " + std::string(kRegister) + "2>err; echo $? >code) | true");
-  EXPECT_EQ(contents("code"), "2\n");
-  EXPECT_THAT(contents("err"), HasSubstr("pulson: standard output could not be written: Broken pipe\n"));
+  EXPECT_EQ(contents("code"), "0\n");
+  EXPECT_EQ(contents("err"), "") << "it was head, or the like, that has enough";
   expect_results("pipe");
 }
 

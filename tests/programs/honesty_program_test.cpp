@@ -89,7 +89,8 @@ TEST_F(Honesty, OneObservedLandmarkIsNoMatch) {
   for (const char* kind : {"translation", "rigid", "affine"})
     expect_refused("register " + pair + "--align " + kind, "the match is undetermined");
   expect_refused("sample " + pair, "the match is undetermined");
-  expect_refused("compare " + pair + "--noise ch-sd --noise none", "the match is undetermined");
+  expect_refused("compare " + pair + "--noise ch-sd --noise none", "noise 'ch-sd' is undetermined");
+  expect_refused("compare " + pair + "--noise none --align similarity", "the match is undetermined");
   expect_refused("atlas source.csv target.csv -o out --no-picture", "the match is undetermined");
   const ProgramRun done = run_words("register " + pair + "--align none");
   EXPECT_EQ(done.exit_code, 0) << done.err;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
+#include "draw/typeface.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 
@@ -99,6 +100,7 @@ void OutputOptions::print_written(std::vector<std::string> files, const std::vec
   const std::vector<std::string> drawn = picture_names(stems);
   files.insert(files.end(), drawn.begin(), drawn.end());
   fmt::print("wrote      {}: {}\n", out, fmt::join(files, ", "));
+  if (const std::string note = drawn.empty() ? "" : draw::font_note(); !note.empty()) print_note(note);
 }
 
 }  // namespace pulson

@@ -56,8 +56,7 @@ void check_grid(const std::string& file) {
 
 void check_animation(const std::string& file) {
   check_output_file(file);
-  if (!draw::Animation::available()) throw InputError("--animate needs ffmpeg; install it, or leave the animation out");
-  draw::Animation(file, 2, 2, 1);  // refuses what it cannot write
+  if (draw::Animation::available()) draw::Animation(file, 2, 2, 1);  // refuses what it cannot write
 }
 
 void check_page(const std::string& file) { check_output_file(file); }

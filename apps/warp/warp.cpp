@@ -7,6 +7,7 @@
 
 #include "jobs.hpp"
 #include "pictures.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
 #include "report.hpp"
@@ -55,7 +56,11 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
   log_step("mapped the image");
   write_picture(arguments.out, result.image, frames.result, picture.type);
   result.figures.colours = write_more_results(picture.image, result, warp, frames, arguments);
-  if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
+  try {
+    if (!arguments.animate.empty()) write_animation(picture.image, warp, frames, arguments);
+  } catch (const InputError& error) {
+    print_warning(fmt::format("there is no animation: {}", error.what()));
+  }
   if (arguments.samples == 0) result.figures.landmark_error_max = warp.landmark_error();
   result.figures.ridge = flow.ridge();
   result.figures.seconds = seconds_now() - start;

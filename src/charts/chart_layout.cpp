@@ -112,7 +112,7 @@ constexpr double kYLabelRoom = 26;  // between heading and panel
 constexpr double kXLabelRoom = 28;  // below the numbers
 constexpr double kNoHeading = 18;   // above a panel that has none
 constexpr double kNumbers = 70;     // first guess of those at the left
-constexpr double kReferenceGap = 9;
+constexpr double kReferenceGap = 9, kWidestReference = 200;
 constexpr double kNumberGap = 18;   // between numbers of neighbouring panels
 constexpr double kFlatness = 0.66;  // height of a panel by its width
 constexpr double kTallest = 560;
@@ -137,7 +137,8 @@ double room_below(const Row& row) { return draw::kTicRoom + (any_in(row, &ChartP
 double reference_room(const ChartPanel& panel) {
   double room = 0;
   for (const ReferenceLine& line : panel.reference_lines)
-    if (!line.label.empty()) room = std::max(room, kReferenceGap + draw::number_width(line.label));
+    if (!line.label.empty())
+      room = std::max(room, kReferenceGap + std::min(kWidestReference, draw::number_width(line.label)));
   return room;
 }
 
@@ -356,7 +357,8 @@ void draw_reference_lines(draw::Canvas& canvas, const ChartFrame& frame) {
     const Points ends = frame.pixels((Points(2, 2) << x.low, x.high, place, place).finished());
     canvas.lines({ends}, {draw::colour::kReference, 1.3});
     if (!line.label.empty())
-      canvas.text(ends(0, 1) + kReferenceGap, ends(1, 1), line.label, kLabelSize, draw::colour::kTicText);
+      canvas.text(ends(0, 1) + kReferenceGap, ends(1, 1), line.label, kLabelSize, draw::colour::kTicText,
+                  draw::Align::kLeft, kWidestReference);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 
 #include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
@@ -78,7 +79,7 @@ void Canvas::text_on_image(double x, double y, std::string_view text, double siz
   drawing_.texts.back().margin = kTextMargin;
 }
 
-void Canvas::write(const PictureFiles& files) const {
+void Canvas::write(const PictureFiles& files) const try {
   for (const auto* file : {&files.png, &files.svg, &files.pdf})
     if (!file->empty()) check_output_file(*file);
   const double scale = files.width ? *files.width / kMillimetresPerInch * kPixelsPerInch / width() : 1;
@@ -88,6 +89,8 @@ void Canvas::write(const PictureFiles& files) const {
   if (!png.empty()) write_file_atomically(files.png, png);
   if (!svg.empty()) write_file_atomically(files.svg, svg);
   if (!pdf.empty()) write_file_atomically(files.pdf, pdf);
+} catch (const std::bad_alloc&) {
+  throw InputError("a picture does not fit into memory; lower --dpi or --width");
 }
 
 }  // namespace pulson::draw

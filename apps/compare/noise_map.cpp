@@ -34,14 +34,6 @@ std::vector<const compare::ComparedModel*> moved_models(const compare::Compariso
   return moved;
 }
 
-// 1, 2 or 5 times a power of ten, at most `factor`.
-double round_factor(double factor) {
-  const double power = std::pow(10, std::floor(std::log10(factor)));
-  for (const double step : {5.0, 2.0})
-    if (step * power <= factor) return step * power;
-  return power;
-}
-
 Points circle(double x, double y, double radius) {
   constexpr int kCorners = 48;
   const Eigen::RowVectorXd angle = Eigen::RowVectorXd::LinSpaced(kCorners + 1, 0, 2 * M_PI);
@@ -62,7 +54,7 @@ void write_noise_map(const compare::Comparison& comparison, const draw::PictureF
   const std::vector<const compare::ComparedModel*> models = moved_models(comparison);
   double largest = 0;
   for (const compare::ComparedModel* model : models) largest = std::max(largest, model->noise_displacement.maxCoeff());
-  const double factor = round_factor(kLargestDisc * diameter(source.points) / largest);
+  const double factor = draw::round_factor(kLargestDisc * diameter(source.points) / largest);
   const std::vector<const Points*> sets{&source.points};
   draw::View view{.box = {}, .x = draw::range_of(sets, 0), .y = draw::range_of(sets, 1), .y_down = source.y_down};
   for (draw::Interval* range : {&view.x, &view.y}) *range = range->with_span(range->span() + 2.4 * factor * largest);

@@ -1,12 +1,13 @@
 #include "run_results.hpp"
 
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
 #include "core/checksum.hpp"
+#include "core/paths.hpp"
+#include "draw/typeface.hpp"
 #include "pulson/core/errors.hpp"
 #include "ranks.hpp"
 #include "tables.hpp"
@@ -81,8 +82,7 @@ bool RunResults::try_to(const std::string& names, const std::function<void()>& h
 
 void RunResults::forget(const std::string& name) const {
   const fs::path file = output_.file(name);
-  std::error_code ignored;
-  if (fs::is_regular_file(fs::symlink_status(file, ignored))) fs::remove(file, ignored);
+  if (is_file(file) && behind_links(file) == file) remove_quietly(file);
 }
 
 fs::path RunResults::draw(const std::string& stem, const std::function<void(const draw::PictureFiles&)>& how) {
@@ -120,6 +120,9 @@ void RunResults::finish() const {
   }
 }
 
-void RunResults::print_written() const { print_text("wrote      {}: {}\n", output_.out, fmt::format("{}", fmt::join(written_, ", "))); }
+void RunResults::print_written() const {
+  print_text("wrote      {}: {}\n", output_.out, fmt::format("{}", fmt::join(written_, ", ")));
+  if (const std::string note = drawn_.empty() ? "" : draw::font_note(); !note.empty()) print_note(note);
+}
 
 }  // namespace pulson

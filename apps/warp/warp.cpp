@@ -7,6 +7,7 @@
 
 #include "jobs.hpp"
 #include "pictures.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/records/records.hpp"
 #include "register/registration_warnings.hpp"
 #include "report.hpp"

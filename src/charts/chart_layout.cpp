@@ -56,55 +56,6 @@ draw::Tics make_logarithmic_tics(const draw::Interval& range, double pixels, dou
   return too_few ? make_tics_of_values(range, pixels, distance) : tics;
 }
 
-}  // namespace
-
-ChartAxis::ChartAxis(const std::vector<double>& values, bool logarithmic)
-    : logarithmic_(logarithmic), range_{INFINITY, -INFINITY} {
-  for (const double value : values)
-    if (!logarithmic || value > 0) range_ = range_.joined({place(value), place(value)});
-  if (!(range_.low <= range_.high)) range_ = {0, 1};
-}
-
-void ChartAxis::add_margins(bool keeps_zero) {
-  const bool stands_on_zero = keeps_zero && !logarithmic_ && range_.low == 0;
-  range_ = draw::with_margins({range_}, 1).front();
-  if (stands_on_zero) range_.low = 0;
-}
-
-double ChartAxis::place(double value) const {
-  if (!logarithmic_) return value;
-  return value > 0 ? std::log10(value) : kBelowAnyLogarithm;
-}
-
-Eigen::RowVectorXd ChartAxis::places(const std::vector<double>& values) const {
-  Eigen::RowVectorXd result(static_cast<Eigen::Index>(values.size()));
-  std::transform(values.begin(), values.end(), result.begin(), [this](double value) { return place(value); });
-  return result;
-}
-
-draw::Tics ChartAxis::tics(double pixels) const {
-  return logarithmic_ ? make_logarithmic_tics(range_, pixels, kDecadeTicDistance)
-                      : make_tics(range_, pixels, distance_at_left(pixels));
-}
-
-draw::Tics ChartAxis::tics_at_names(double pixels) const {
-  const double room = kNamePart * pixels / range_.span();
-  draw::Tics tics;
-  for (std::size_t i = 0; i < names_.size(); ++i) {
-    tics.values.push_back(place(static_cast<double>(i + 1)));
-    tics.texts.push_back(draw::number_width(names_[i]) <= room ? names_[i] : "");
-  }
-  return tics;
-}
-
-draw::Tics ChartAxis::tics_below(double pixels) const {
-  if (!names_.empty()) return tics_at_names(pixels);
-  return logarithmic_ ? make_logarithmic_tics(range_, pixels, 2 * kDecadeTicDistance)
-                      : make_tics_below(range_, pixels, distance_below(pixels));
-}
-
-namespace {
-
 constexpr double kBarPart = 0.8;      // of the distance between neighbouring x, that all bars there take
 constexpr double kLoneBarPart = 0.3;  // the same where there is one place alone
 constexpr double kLoneBar = 1;        // that distance where there is one x alone
@@ -156,59 +107,12 @@ void append_bar_sides(std::vector<double>& values, const ChartPanel& panel, cons
   }
 }
 
-}  // namespace
-
-double bar_width(const ChartPanel& panel, const ChartAxis& x) {
-  const auto abreast = std::count_if(panel.series.begin(), panel.series.end(), is_bars);
-  const double part = panel.x_names.size() == 1 ? kLoneBarPart : kBarPart;
-  return part * bar_distance(panel, x) / std::max(static_cast<double>(abreast), 1.0);
-}
-
-ChartAxis horizontal_axis(const std::vector<const ChartPanel*>& column) {
-  std::vector<double> values;
-  bool has_margin = false;
-  const ChartAxis scale({}, column.front()->log_x);
-  for (const ChartPanel* panel : column) {
-    for (const Series& series : panel->series) {
-      append(values, series.x);
-      has_margin = has_margin || has_wide_marks(series);
-    }
-    append_bar_sides(values, *panel, scale);
-  }
-  const auto names = std::max_element(column.begin(), column.end(), [](const ChartPanel* one, const ChartPanel* other) {
-    return one->x_names.size() < other->x_names.size();
-  });
-  if (!(*names)->x_names.empty()) append(values, {0.5, static_cast<double>((*names)->x_names.size()) + 0.5});
-  ChartAxis axis(values, column.front()->log_x);
-  axis.set_names((*names)->x_names);
-  if ((has_margin && (*names)->x_names.empty()) || axis.range().span() <= 0) axis.add_margins(false);
-  return axis;
-}
-
-ChartAxis vertical_axis(const std::vector<const ChartPanel*>& panels) {
-  std::vector<double> asked, drawn;
-  bool keeps_zero = false;
-  for (const ChartPanel* panel : panels) {
-    if (panel->y_range) append(asked, {panel->y_range->first, panel->y_range->second});
-    for (const Series& series : panel->series) {
-      append_heights(drawn, series);
-      keeps_zero = keeps_zero || stands_on_zero(series);
-    }
-    for (const ReferenceLine& line : panel->reference_lines) drawn.push_back(line.y);
-  }
-  ChartAxis axis(asked.empty() ? drawn : asked, panels.front()->log_y);
-  axis.add_margins(keeps_zero);
-  return axis;
-}
-
-namespace {
-
 constexpr double kLabelSize = 18;
 constexpr double kYLabelRoom = 26;  // between heading and panel
 constexpr double kXLabelRoom = 28;  // below the numbers
 constexpr double kNoHeading = 18;   // above a panel that has none
 constexpr double kNumbers = 70;     // first guess of those at the left
-constexpr double kReferenceGap = 9;
+constexpr double kReferenceGap = 9, kWidestReference = 200;
 constexpr double kNumberGap = 18;   // between numbers of neighbouring panels
 constexpr double kFlatness = 0.66;  // height of a panel by its width
 constexpr double kTallest = 560;
@@ -233,7 +137,8 @@ double room_below(const Row& row) { return draw::kTicRoom + (any_in(row, &ChartP
 double reference_room(const ChartPanel& panel) {
   double room = 0;
   for (const ReferenceLine& line : panel.reference_lines)
-    if (!line.label.empty()) room = std::max(room, kReferenceGap + draw::number_width(line.label));
+    if (!line.label.empty())
+      room = std::max(room, kReferenceGap + std::min(kWidestReference, draw::number_width(line.label)));
   return room;
 }
 
@@ -319,6 +224,94 @@ void draw_labels(draw::Canvas& canvas, const ChartFrame& frame, double heading_h
 
 }  // namespace
 
+ChartAxis::ChartAxis(const std::vector<double>& values, bool logarithmic)
+    : logarithmic_(logarithmic), range_{INFINITY, -INFINITY} {
+  for (const double value : values)
+    if (!logarithmic || value > 0) range_ = range_.joined({place(value), place(value)});
+  if (!(range_.low <= range_.high)) range_ = {0, 1};
+}
+
+void ChartAxis::add_margins(bool keeps_zero) {
+  const bool stands_on_zero = keeps_zero && !logarithmic_ && range_.low == 0;
+  range_ = draw::with_margins({range_}, 1).front();
+  if (stands_on_zero) range_.low = 0;
+}
+
+double ChartAxis::place(double value) const {
+  if (!logarithmic_) return value;
+  return value > 0 ? std::log10(value) : kBelowAnyLogarithm;
+}
+
+Eigen::RowVectorXd ChartAxis::places(const std::vector<double>& values) const {
+  Eigen::RowVectorXd result(static_cast<Eigen::Index>(values.size()));
+  std::transform(values.begin(), values.end(), result.begin(), [this](double value) { return place(value); });
+  return result;
+}
+
+draw::Tics ChartAxis::tics(double pixels) const {
+  return logarithmic_ ? make_logarithmic_tics(range_, pixels, kDecadeTicDistance)
+                      : make_tics(range_, pixels, distance_at_left(pixels));
+}
+
+draw::Tics ChartAxis::tics_at_names(double pixels) const {
+  const double room = kNamePart * pixels / range_.span();
+  draw::Tics tics;
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    tics.values.push_back(place(static_cast<double>(i + 1)));
+    tics.texts.push_back(draw::number_width(names_[i]) <= room ? names_[i] : "");
+  }
+  return tics;
+}
+
+draw::Tics ChartAxis::tics_below(double pixels) const {
+  if (!names_.empty()) return tics_at_names(pixels);
+  return logarithmic_ ? make_logarithmic_tics(range_, pixels, 2 * kDecadeTicDistance)
+                      : make_tics_below(range_, pixels, distance_below(pixels));
+}
+
+double bar_width(const ChartPanel& panel, const ChartAxis& x) {
+  const auto abreast = std::count_if(panel.series.begin(), panel.series.end(), is_bars);
+  const double part = panel.x_names.size() == 1 ? kLoneBarPart : kBarPart;
+  return part * bar_distance(panel, x) / std::max(static_cast<double>(abreast), 1.0);
+}
+
+ChartAxis horizontal_axis(const std::vector<const ChartPanel*>& column) {
+  std::vector<double> values;
+  bool has_margin = false;
+  const ChartAxis scale({}, column.front()->log_x);
+  for (const ChartPanel* panel : column) {
+    for (const Series& series : panel->series) {
+      append(values, series.x);
+      has_margin = has_margin || has_wide_marks(series);
+    }
+    append_bar_sides(values, *panel, scale);
+  }
+  const auto names = std::max_element(column.begin(), column.end(), [](const ChartPanel* one, const ChartPanel* other) {
+    return one->x_names.size() < other->x_names.size();
+  });
+  if (!(*names)->x_names.empty()) append(values, {0.5, static_cast<double>((*names)->x_names.size()) + 0.5});
+  ChartAxis axis(values, column.front()->log_x);
+  axis.set_names((*names)->x_names);
+  if ((has_margin && (*names)->x_names.empty()) || axis.range().span() <= 0) axis.add_margins(false);
+  return axis;
+}
+
+ChartAxis vertical_axis(const std::vector<const ChartPanel*>& panels) {
+  std::vector<double> asked, drawn;
+  bool keeps_zero = false;
+  for (const ChartPanel* panel : panels) {
+    if (panel->y_range) append(asked, {panel->y_range->first, panel->y_range->second});
+    for (const Series& series : panel->series) {
+      append_heights(drawn, series);
+      keeps_zero = keeps_zero || stands_on_zero(series);
+    }
+    for (const ReferenceLine& line : panel->reference_lines) drawn.push_back(line.y);
+  }
+  ChartAxis axis(asked.empty() ? drawn : asked, panels.front()->log_y);
+  axis.add_margins(keeps_zero);
+  return axis;
+}
+
 ChartPlan plan_chart(const Chart& chart, double legend_height) {
   const draw::Titles titles{chart.title, chart.subtitle};
   double fixed_heights = legend_height;
@@ -364,7 +357,8 @@ void draw_reference_lines(draw::Canvas& canvas, const ChartFrame& frame) {
     const Points ends = frame.pixels((Points(2, 2) << x.low, x.high, place, place).finished());
     canvas.lines({ends}, {draw::colour::kReference, 1.3});
     if (!line.label.empty())
-      canvas.text(ends(0, 1) + kReferenceGap, ends(1, 1), line.label, kLabelSize, draw::colour::kTicText);
+      canvas.text(ends(0, 1) + kReferenceGap, ends(1, 1), line.label, kLabelSize, draw::colour::kTicText,
+                  draw::Align::kLeft, kWidestReference);
   }
 }
 

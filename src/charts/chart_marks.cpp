@@ -6,19 +6,6 @@
 #include "draw/checks.hpp"
 
 namespace pulson::charts {
-
-std::span<const double> dashes_at(std::size_t place) {
-  static constexpr std::array<double, 2> kLong = {16, 6}, kShort = {6, 5}, kDots = {2.5, 5};
-  static constexpr std::array<double, 4> kDashDot = {14, 5, 2.5, 5}, kTwoDashes = {14, 4, 6, 4};
-  constexpr std::array<std::span<const double>, 6> kPatterns = {{{}, kLong, kDashDot, kShort, kTwoDashes, kDots}};
-  return kPatterns.at(place % kPatterns.size());
-}
-
-bool is_dense(const Series& series) {
-  constexpr std::size_t kMostVertices = 1000;
-  return series.y.size() > kMostVertices;
-}
-
 namespace {
 
 constexpr double kDotRoom = 0.3;  // radius of a dot, in distances between neighbours
@@ -179,6 +166,18 @@ class SeriesMarks {
 };
 
 }  // namespace
+
+std::span<const double> dashes_at(std::size_t place) {
+  static constexpr std::array<double, 2> kLong = {16, 6}, kShort = {6, 5}, kDots = {2.5, 5};
+  static constexpr std::array<double, 4> kDashDot = {14, 5, 2.5, 5}, kTwoDashes = {14, 4, 6, 4};
+  constexpr std::array<std::span<const double>, 6> kPatterns = {{{}, kLong, kDashDot, kShort, kTwoDashes, kDots}};
+  return kPatterns.at(place % kPatterns.size());
+}
+
+bool is_dense(const Series& series) {
+  constexpr std::size_t kMostVertices = 1000;
+  return series.y.size() > kMostVertices;
+}
 
 void draw_all_series(draw::Canvas& canvas, const ChartFrame& frame, const std::vector<draw::SeriesLook>& looks,
                      std::size_t vertices) {

@@ -22,9 +22,7 @@ constexpr double kPointsPerPixel = 0.75;
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
-/// @throws std::bad_alloc, or InputError
 void require_success(cairo_status_t status) {
-  if (status == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
   if (status != CAIRO_STATUS_SUCCESS)
     throw InputError(fmt::format("a picture cannot be drawn: {}", cairo_status_to_string(status)));
 }
@@ -195,13 +193,13 @@ std::string png_of(const Drawing& drawing, double scale) {
   Painter(surface.get(), drawing, scale);
   cairo_surface_flush(surface.get());
   const unsigned char* row = cairo_image_surface_get_data(surface.get());
-  std::vector<std::uint8_t> pixels;
-  pixels.reserve(std::size_t{3} * width * height);
+  std::vector<std::uint8_t> pixels(std::size_t{3} * width * height);
+  std::uint8_t* next = pixels.data();
   for (int y = 0; y < height; ++y, row += cairo_image_surface_get_stride(surface.get()))
     for (int x = 0; x < width; ++x) {
       std::uint32_t pixel = 0;
       std::memcpy(&pixel, row + std::ptrdiff_t{4} * x, 4);
-      for (const unsigned shift : {16U, 8U, 0U}) pixels.push_back(static_cast<std::uint8_t>(pixel >> shift));
+      for (const unsigned shift : {16U, 8U, 0U}) *next++ = static_cast<std::uint8_t>(pixel >> shift);
     }
   return encode_png(width, height, 3, pixels);
 }

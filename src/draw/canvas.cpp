@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 
 #include "core/atomic_file.hpp"
 #include "pulson/core/errors.hpp"
@@ -84,7 +85,7 @@ std::string Canvas::png(const std::optional<double>& width, double dpi) const {
   return png_of(drawing_, scale_of(width) * dpi / kPixelsPerInch);
 }
 
-void Canvas::write(const PictureFiles& files) const {
+void Canvas::write(const PictureFiles& files) const try {
   for (const auto* file : {&files.png, &files.svg, &files.pdf})
     if (!file->empty()) check_output_file(*file);
   const double scale = scale_of(files.width);
@@ -94,6 +95,8 @@ void Canvas::write(const PictureFiles& files) const {
   if (!png.empty()) write_file_atomically(files.png, png);
   if (!svg.empty()) write_file_atomically(files.svg, svg);
   if (!pdf.empty()) write_file_atomically(files.pdf, pdf);
+} catch (const std::bad_alloc&) {
+  throw InputError("a picture does not fit into memory; lower --dpi or --width");
 }
 
 }  // namespace pulson::draw

@@ -14,6 +14,58 @@ namespace {
 
 bool can_be_drawn(const Points& points) { return (points.array().abs() <= kLargestDrawn).all(); }
 
+constexpr double kFlat = 0.02;  // of a line to be simplified, in its own unit
+
+/// Adds to `kept`, in order and each once, what is later than its last.
+void keep(std::vector<std::size_t>& kept, std::vector<std::size_t>& indices) {
+  std::sort(indices.begin(), indices.end());
+  for (const std::size_t k : indices)
+    if (k > kept.back()) kept.push_back(k);
+}
+
+double distance_to_segment(const Eigen::Vector2d& point, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  const Eigen::Vector2d along = to - from;
+  const double square = along.squaredNorm();
+  const double s = square > 0 ? std::clamp((point - from).dot(along) / square, 0.0, 1.0) : 0;
+  return (point - from - s * along).norm();
+}
+
+/// How far the line would move at the least without its vertex i, for each i; infinite at the ends.
+std::vector<double> weights_of(const Points& line) {
+  std::vector<double> weights(static_cast<std::size_t>(line.cols()), std::numeric_limits<double>::infinity());
+  struct Part {
+    Eigen::Index first, last;
+    double most;  // the weight of what divided it off
+  };
+  std::vector<Part> parts{{0, line.cols() - 1, std::numeric_limits<double>::infinity()}};
+  while (!parts.empty()) {
+    const auto [first, last, most] = parts.back();
+    parts.pop_back();
+    double farthest = -1;
+    Eigen::Index divider = first;
+    for (Eigen::Index i = first + 1; i < last; ++i)
+      if (const double d = distance_to_segment(line.col(i), line.col(first), line.col(last)); d > farthest) {
+        farthest = d;
+        divider = i;
+      }
+    if (divider == first) continue;
+    weights[divider] = std::min(farthest, most);
+    if (farthest < kFlat) {
+      std::fill(weights.begin() + first + 1, weights.begin() + last, weights[divider]);
+    } else {
+      parts.push_back({first, divider, weights[divider]});
+      parts.push_back({divider, last, weights[divider]});
+    }
+  }
+  return weights;
+}
+
+std::vector<std::size_t> all_indices(std::size_t count) {
+  std::vector<std::size_t> indices(count);
+  std::iota(indices.begin(), indices.end(), std::size_t{0});
+  return indices;
+}
+
 }  // namespace
 
 void Checks::refuse(const std::string& why) const { throw InputError(picture_ + ": " + why); }
@@ -74,62 +126,6 @@ void Checks::times(const std::vector<double>& times, std::size_t entries, const 
       refuse(
           fmt::format("time {} is {}; times must increase and be no larger than {:g}", k + 1, times[k], kLargestDrawn));
 }
-
-namespace {
-
-constexpr double kFlat = 0.02;  // of a line to be simplified, in its own unit
-
-/// Adds to `kept`, in order and each once, what is later than its last.
-void keep(std::vector<std::size_t>& kept, std::vector<std::size_t>& indices) {
-  std::sort(indices.begin(), indices.end());
-  for (const std::size_t k : indices)
-    if (k > kept.back()) kept.push_back(k);
-}
-
-double distance_to_segment(const Eigen::Vector2d& point, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  const Eigen::Vector2d along = to - from;
-  const double square = along.squaredNorm();
-  const double s = square > 0 ? std::clamp((point - from).dot(along) / square, 0.0, 1.0) : 0;
-  return (point - from - s * along).norm();
-}
-
-/// How far the line would move at the least without its vertex i, for each i; infinite at the ends.
-std::vector<double> weights_of(const Points& line) {
-  std::vector<double> weights(static_cast<std::size_t>(line.cols()), std::numeric_limits<double>::infinity());
-  struct Part {
-    Eigen::Index first, last;
-    double most;  // the weight of what divided it off
-  };
-  std::vector<Part> parts{{0, line.cols() - 1, std::numeric_limits<double>::infinity()}};
-  while (!parts.empty()) {
-    const auto [first, last, most] = parts.back();
-    parts.pop_back();
-    double farthest = -1;
-    Eigen::Index divider = first;
-    for (Eigen::Index i = first + 1; i < last; ++i)
-      if (const double d = distance_to_segment(line.col(i), line.col(first), line.col(last)); d > farthest) {
-        farthest = d;
-        divider = i;
-      }
-    if (divider == first) continue;
-    weights[divider] = std::min(farthest, most);
-    if (farthest < kFlat) {
-      std::fill(weights.begin() + first + 1, weights.begin() + last, weights[divider]);
-    } else {
-      parts.push_back({first, divider, weights[divider]});
-      parts.push_back({divider, last, weights[divider]});
-    }
-  }
-  return weights;
-}
-
-std::vector<std::size_t> all_indices(std::size_t count) {
-  std::vector<std::size_t> indices(count);
-  std::iota(indices.begin(), indices.end(), std::size_t{0});
-  return indices;
-}
-
-}  // namespace
 
 std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most) {
   if (count <= most) return all_indices(count);

@@ -43,7 +43,7 @@ inline constexpr Colour kSource{kLightPalette.groups[0]};
 inline constexpr Colour kTarget{kLightPalette.target};
 inline constexpr Colour kResult{kLightPalette.ink};
 inline constexpr Colour kMomentum{"#B03A63"};
-inline constexpr Colour kGrid{"#A9B1BC", 0.55};
+inline constexpr Colour kGrid{"#A9B1BC", 0.62};
 inline constexpr Colour kFrame{"#C9CED6"};
 inline constexpr Colour kReference{"#AEB5BF"};
 inline constexpr Colour kTitle{kLightPalette.ink};

@@ -23,7 +23,7 @@ constexpr double kMarkWidth = 26;
 constexpr double kPanelNumberSize = 16;
 constexpr double kRingStroke = 1.8;
 const Stroke kHalo{faded(colour::kPaper, 0.25), 3.6};  // around rings and paths, so that they are seen on dark images
-const Stroke kImageGridStroke{{"#0096FF", 0.52}, 1};
+const Stroke kImageGridStroke{{"#0096FF", 0.6}, 1};
 constexpr Colour kPathColour{kLightPalette.target, 0.81};
 
 /// How panels are arranged: columns, and the height of a row of images.

@@ -54,6 +54,40 @@ bool crosses_itself(const Points& points) {
   return false;
 }
 
+void remove(std::vector<int>& from, const std::vector<int>& landmarks) {
+  std::erase_if(from, [&](int a) { return std::binary_search(landmarks.begin(), landmarks.end(), a); });
+}
+
+std::vector<std::vector<int>> complete_landmarks_by_group(const Landmarks& shape) {
+  const std::vector<int> incomplete = incomplete_points(shape.points);
+  std::vector<std::vector<int>> groups = landmarks_by_group(shape);
+  for (std::vector<int>& members : groups) remove(members, incomplete);
+  std::erase_if(groups, [](const std::vector<int>& members) { return members.empty(); });
+  return groups;
+}
+
+constexpr std::size_t kFewestVertices = 24;  // of one path
+constexpr std::size_t kMostVertices = 3000;
+constexpr double kDenseOutline = 2.2;
+constexpr double kNumberSize = 15;
+constexpr Eigen::Index kMostNumbers = 60;
+constexpr std::size_t kMostGroups = 2 * kGroupColours;  // in the legend
+
+/// What a text in `place` would cover: marks of radius `ring`, and texts.
+int covered(const Box& place, double ring, const Points& marks, const std::vector<Box>& taken) {
+  const Eigen::Vector2d low(place.left, place.bottom), high(place.left + place.width, place.bottom + place.height);
+  int count = 0;
+  for (const auto& mark : marks.colwise()) {
+    const Eigen::Vector2d away = mark.cwiseMax(low).cwiseMin(high) - mark;
+    if (away.norm() < ring) ++count;
+  }
+  for (const Box& other : taken)
+    if (other.left < high.x() && low.x() < other.left + other.width && other.bottom < high.y() &&
+        low.y() < other.bottom + other.height)
+      ++count;
+  return count;
+}
+
 }  // namespace
 
 OutlineKind outline_kind(const Points& points) {
@@ -69,22 +103,6 @@ OutlineKind outline_kind(const Points& points) {
   const bool closes = (points.col(n - 1) - points.col(0)).norm() <= kLargestGap * typical;
   return closes ? OutlineKind::kClosed : OutlineKind::kOpen;
 }
-
-namespace {
-
-void remove(std::vector<int>& from, const std::vector<int>& landmarks) {
-  std::erase_if(from, [&](int a) { return std::binary_search(landmarks.begin(), landmarks.end(), a); });
-}
-
-std::vector<std::vector<int>> complete_landmarks_by_group(const Landmarks& shape) {
-  const std::vector<int> incomplete = incomplete_points(shape.points);
-  std::vector<std::vector<int>> groups = landmarks_by_group(shape);
-  for (std::vector<int>& members : groups) remove(members, incomplete);
-  std::erase_if(groups, [](const std::vector<int>& members) { return members.empty(); });
-  return groups;
-}
-
-}  // namespace
 
 Figure plan_figure(const Landmarks& shape, double scale) {
   Figure figure{};
@@ -131,32 +149,6 @@ std::vector<Points> trace(const Figure& figure, bool dense, const Points& points
       lines.emplace_back(points(Eigen::all, outline.members));
   return lines;
 }
-
-namespace {
-
-constexpr std::size_t kFewestVertices = 24;  // of one path
-constexpr std::size_t kMostVertices = 3000;
-constexpr double kDenseOutline = 2.2;
-constexpr double kNumberSize = 15;
-constexpr Eigen::Index kMostNumbers = 60;
-constexpr std::size_t kMostGroups = 2 * kGroupColours;  // in the legend
-
-/// What a text in `place` would cover: marks of radius `ring`, and texts.
-int covered(const Box& place, double ring, const Points& marks, const std::vector<Box>& taken) {
-  const Eigen::Vector2d low(place.left, place.bottom), high(place.left + place.width, place.bottom + place.height);
-  int count = 0;
-  for (const auto& mark : marks.colwise()) {
-    const Eigen::Vector2d away = mark.cwiseMax(low).cwiseMin(high) - mark;
-    if (away.norm() < ring) ++count;
-  }
-  for (const Box& other : taken)
-    if (other.left < high.x() && low.x() < other.left + other.width && other.bottom < high.y() &&
-        low.y() < other.bottom + other.height)
-      ++count;
-  return count;
-}
-
-}  // namespace
 
 TextPlace freest_place(const Eigen::Vector2d& mark, double width, double height, double ring, const Points& marks,
                        const std::vector<Box>& taken) {

@@ -29,7 +29,18 @@ std::string tic_text(double value, double step) {
   return text;
 }
 
+constexpr double kTitleSize = 30;
+constexpr double kSubtitleSize = 21;
+constexpr double kTitleEdge = 24;
+constexpr double kNumberRoom = 90;  // first guess of the numbers at the left
+
 }  // namespace
+
+double round_factor(double most) {
+  if (!(most > 0) || !std::isfinite(most)) return 1;
+  const double power = std::pow(10, std::floor(std::log10(most)));
+  return most >= 5 * power ? 5 * power : most >= 2 * power ? 2 * power : power;
+}
 
 Interval range_of(const std::vector<const Points*>& sets, int row) {
   Interval range{INFINITY, -INFINITY};
@@ -157,15 +168,6 @@ double left_number_width(const Tics& tics) {
 }
 
 double left_number_width(const Interval& y, double pixels) { return left_number_width(make_tics(y, pixels)); }
-
-namespace {
-
-constexpr double kTitleSize = 30;
-constexpr double kSubtitleSize = 21;
-constexpr double kTitleEdge = 24;
-constexpr double kNumberRoom = 90;  // first guess of the numbers at the left
-
-}  // namespace
 
 double title_height(const Titles& titles) {
   return kTitleEdge + (titles.title.empty() ? 0 : 1.35 * kTitleSize) +

@@ -33,6 +33,9 @@ double median(std::vector<double> values);
 /// Where one landmark is at each time, d×K.
 Points path_of(const std::vector<Points>& trajectory, Eigen::Index landmark);
 
+/// 1, 2 or 5 times a power of ten, at most `most`; 1 where that is no positive number.
+double round_factor(double most);
+
 /// The border of a box, closed.
 Points border_of(const Box& box);
 

@@ -55,78 +55,6 @@ double threshold_of(const std::vector<const Curve*>& curves) {
   return std::log10(sizes.back()) - small > kMostLinearDecades ? std::pow(10.0, std::floor(small)) : 0;
 }
 
-}  // namespace
-
-Points values_over_time(const std::vector<Points>& trajectory, const std::vector<double>& times, int landmark, int row,
-                        const std::vector<std::size_t>& indices) {
-  Points points(2, static_cast<Eigen::Index>(indices.size()));
-  Eigen::Index column = 0;
-  for (const std::size_t k : indices) points.col(column++) << times[k], trajectory[k](row, landmark);
-  return points;
-}
-
-ValueAxis::ValueAxis(const std::vector<const Curve*>& curves) : threshold_(threshold_of(curves)), range_() {
-  const Interval values = range_of_curves(curves, 1);
-  range_ = with_margins({{place(values.low), place(values.high)}}, 1).front();
-}
-
-double ValueAxis::place(double value) const {
-  return is_logarithmic() ? std::asinh(value / threshold_ / 2) / std::numbers::ln10 : value;
-}
-
-Tics ValueAxis::tics(double pixels) const {
-  if (!is_logarithmic()) return make_tics(range_, pixels, kValueTicDistance);
-  const double decade = pixels / range_.span();
-  const int first = static_cast<int>(std::lround(std::log10(threshold_)));
-  const auto* const wide = std::find_if(kDecadeSteps.begin(), kDecadeSteps.end() - 1,
-                                        [&](int step) { return step * decade >= kDecadeDistance; });
-
-  Tics tics;
-  const auto add = [&](double place, const std::string& text) {
-    if (place < range_.low || place > range_.high) return;
-    tics.values.push_back(place);
-    tics.texts.push_back(text);
-  };
-  add(0, "0");
-  for (int exponent = first + 1; exponent - first <= std::max(-range_.low, range_.high); ++exponent) {
-    const double distance = place(std::pow(10.0, exponent));
-    if (exponent % *wide != 0 || distance * decade < kDecadeDistance) continue;
-    add(distance, power_of_ten(exponent, false));
-    add(-distance, power_of_ten(exponent, true));
-  }
-  return tics;
-}
-
-TimePanels::TimePanels(TimeRow row)
-    : row_(std::move(row)), axis_(all_curves(row_)), times_(range_of_curves(all_curves(row_), 0)) {}
-
-void TimePanels::draw(Canvas& canvas, const Box& box) const {
-  const auto columns = static_cast<double>(row_.columns.size());
-  double gap = kGap;  // or more, so that numbers of neighbours stay apart
-  for (const std::string& text : make_tics_below(times_, box.width / columns - kGap).texts)
-    gap = std::max(gap, number_width(text) + kTimeNumberGap);
-  View view{{box.left, box.bottom, (box.width - (columns - 1) * gap) / columns, box.height}, times_, axis_.range()};
-  const Tics y_tics = axis_.tics(box.height);
-  for (std::size_t i = 0; i < row_.columns.size(); ++i) {
-    const std::string scale = axis_.is_logarithmic() ? ", symmetric log scale" : "";
-    if (row_.zero_line && view.y.low < 0 && view.y.high > 0)
-      canvas.lines({view.pixels((Points(2, 2) << times_.low, times_.high, 0, 0).finished())}, {colour::kFrame, 1.4});
-    std::vector<Points> lines;
-    for (const Curve& curve : row_.columns[i]) {
-      Points points = curve.points;
-      for (double& value : points.row(1)) value = axis_.place(value);
-      lines.push_back(view.pixels(points));
-    }
-    simplify_lines(lines, row_.vertices / row_.columns.size());
-    for (std::size_t c = 0; c < lines.size(); ++c) canvas.lines({std::move(lines[c])}, row_.columns[i][c].stroke);
-    draw_frame(canvas, view, row_.headings[i] + scale, make_tics_below(view.x, view.box.width),
-               i == 0 ? y_tics : Tics());
-    view.box.left += view.box.width + gap;
-  }
-}
-
-namespace {
-
 // An SVG takes some 16 bytes for a vertex.
 constexpr std::size_t kVertices = 30000;          // of one row of panels
 constexpr double kVerticesPerPixel = 1.5;         // of one curve
@@ -203,7 +131,82 @@ std::string remark(const Selection& shown, bool several_paths) {
   return text;
 }
 
+constexpr double kFarthest = 6;  // in 90 % quantiles
+
+/// The largest coordinate, in size, of any of the points as seen from the centre.
+double distance(const Points& points, const Eigen::VectorXd& centre) {
+  return (points.colwise() - centre).cwiseAbs().maxCoeff();
+}
+
 }  // namespace
+
+Points values_over_time(const std::vector<Points>& trajectory, const std::vector<double>& times, int landmark, int row,
+                        const std::vector<std::size_t>& indices) {
+  Points points(2, static_cast<Eigen::Index>(indices.size()));
+  Eigen::Index column = 0;
+  for (const std::size_t k : indices) points.col(column++) << times[k], trajectory[k](row, landmark);
+  return points;
+}
+
+ValueAxis::ValueAxis(const std::vector<const Curve*>& curves) : threshold_(threshold_of(curves)), range_() {
+  const Interval values = range_of_curves(curves, 1);
+  range_ = with_margins({{place(values.low), place(values.high)}}, 1).front();
+}
+
+double ValueAxis::place(double value) const {
+  return is_logarithmic() ? std::asinh(value / threshold_ / 2) / std::numbers::ln10 : value;
+}
+
+Tics ValueAxis::tics(double pixels) const {
+  if (!is_logarithmic()) return make_tics(range_, pixels, kValueTicDistance);
+  const double decade = pixels / range_.span();
+  const int first = static_cast<int>(std::lround(std::log10(threshold_)));
+  const auto* const wide = std::find_if(kDecadeSteps.begin(), kDecadeSteps.end() - 1,
+                                        [&](int step) { return step * decade >= kDecadeDistance; });
+
+  Tics tics;
+  const auto add = [&](double place, const std::string& text) {
+    if (place < range_.low || place > range_.high) return;
+    tics.values.push_back(place);
+    tics.texts.push_back(text);
+  };
+  add(0, "0");
+  for (int exponent = first + 1; exponent - first <= std::max(-range_.low, range_.high); ++exponent) {
+    const double distance = place(std::pow(10.0, exponent));
+    if (exponent % *wide != 0 || distance * decade < kDecadeDistance) continue;
+    add(distance, power_of_ten(exponent, false));
+    add(-distance, power_of_ten(exponent, true));
+  }
+  return tics;
+}
+
+TimePanels::TimePanels(TimeRow row)
+    : row_(std::move(row)), axis_(all_curves(row_)), times_(range_of_curves(all_curves(row_), 0)) {}
+
+void TimePanels::draw(Canvas& canvas, const Box& box) const {
+  const auto columns = static_cast<double>(row_.columns.size());
+  double gap = kGap;  // or more, so that numbers of neighbours stay apart
+  for (const std::string& text : make_tics_below(times_, box.width / columns - kGap).texts)
+    gap = std::max(gap, number_width(text) + kTimeNumberGap);
+  View view{{box.left, box.bottom, (box.width - (columns - 1) * gap) / columns, box.height}, times_, axis_.range()};
+  const Tics y_tics = axis_.tics(box.height);
+  for (std::size_t i = 0; i < row_.columns.size(); ++i) {
+    const std::string scale = axis_.is_logarithmic() ? ", symmetric log scale" : "";
+    if (row_.zero_line && view.y.low < 0 && view.y.high > 0)
+      canvas.lines({view.pixels((Points(2, 2) << times_.low, times_.high, 0, 0).finished())}, {colour::kFrame, 1.4});
+    std::vector<Points> lines;
+    for (const Curve& curve : row_.columns[i]) {
+      Points points = curve.points;
+      for (double& value : points.row(1)) value = axis_.place(value);
+      lines.push_back(view.pixels(points));
+    }
+    simplify_lines(lines, row_.vertices / row_.columns.size());
+    for (std::size_t c = 0; c < lines.size(); ++c) canvas.lines({std::move(lines[c])}, row_.columns[i][c].stroke);
+    draw_frame(canvas, view, row_.headings[i] + scale, make_tics_below(view.x, view.box.width),
+               i == 0 ? y_tics : Tics());
+    view.box.left += view.box.width + gap;
+  }
+}
 
 double opacity(std::size_t count) { return std::clamp(1.6 / std::sqrt(static_cast<double>(count)), 0.13, 0.75); }
 
@@ -260,17 +263,6 @@ std::vector<LegendEntry> legend_of_landmarks(const PathPicture& picture) {
   for (std::size_t a = 0; a < n; ++a) entries.push_back(line_entry(names[a], colours[a]));
   return entries;
 }
-
-namespace {
-
-constexpr double kFarthest = 6;  // in 90 % quantiles
-
-/// The largest coordinate, in size, of any of the points as seen from the centre.
-double distance(const Points& points, const Eigen::VectorXd& centre) {
-  return (points.colwise() - centre).cwiseAbs().maxCoeff();
-}
-
-}  // namespace
 
 Ends choose_ends(const PathPicture& picture, std::size_t vertices) {
   const std::size_t paths =

@@ -8,30 +8,6 @@
 #include "shape_panels.hpp"
 
 namespace pulson::draw {
-
-Points convex_hull(const Points& points) {
-  std::vector<int> order(static_cast<std::size_t>(points.cols())), hull;
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    return std::pair(points(0, a), points(1, a)) < std::pair(points(0, b), points(1, b));
-  });
-  if (order.size() < 3) return points(Eigen::all, order);
-  const auto turns_left = [&](int a, int b, int c) {
-    const Eigen::Vector2d first = points.col(b) - points.col(a), second = points.col(c) - points.col(a);
-    return first.x() * second.y() - first.y() * second.x() > 0;
-  };
-  for (int chain = 0; chain < 2; ++chain) {  // the lower one, then the upper
-    const std::size_t least = hull.size() + 2;
-    for (const int next : order) {
-      while (hull.size() >= least && !turns_left(hull[hull.size() - 2], hull.back(), next)) hull.pop_back();
-      hull.push_back(next);
-    }
-    hull.pop_back();
-    std::reverse(order.begin(), order.end());
-  }
-  return points(Eigen::all, hull);
-}
-
 namespace {
 
 constexpr double kPanelWidth = 1000, kTallestPlot = 760, kLeastHeight = 420;
@@ -104,6 +80,29 @@ Canvas compose(const ScorePlot& plot) {
 }
 
 }  // namespace
+
+Points convex_hull(const Points& points) {
+  std::vector<int> order(static_cast<std::size_t>(points.cols())), hull;
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return std::pair(points(0, a), points(1, a)) < std::pair(points(0, b), points(1, b));
+  });
+  if (order.size() < 3) return points(Eigen::all, order);
+  const auto turns_left = [&](int a, int b, int c) {
+    const Eigen::Vector2d first = points.col(b) - points.col(a), second = points.col(c) - points.col(a);
+    return first.x() * second.y() - first.y() * second.x() > 0;
+  };
+  for (int chain = 0; chain < 2; ++chain) {  // the lower one, then the upper
+    const std::size_t least = hull.size() + 2;
+    for (const int next : order) {
+      while (hull.size() >= least && !turns_left(hull[hull.size() - 2], hull.back(), next)) hull.pop_back();
+      hull.push_back(next);
+    }
+    hull.pop_back();
+    std::reverse(order.begin(), order.end());
+  }
+  return points(Eigen::all, hull);
+}
 
 void write_score_plot(const ScorePlot& plot, const PictureFiles& files) {
   const Checks checks("scores plot");

@@ -35,13 +35,6 @@ void draw_surface(Canvas& canvas, const View& view, const SurfaceParts& surface,
   canvas.raster(shaded(surface, screen, window), view.box);
 }
 
-/// 1, 2 or 5 times a power of ten, at most `most`; 1 where that is less.
-double round_factor(double most) {
-  if (!(most >= 2) || !std::isfinite(most)) return 1;
-  const double power = std::pow(10, std::floor(std::log10(most)));
-  return most >= 5 * power ? 5 * power : most >= 2 * power ? 2 * power : power;
-}
-
 /// The edges of the box around places in space.
 std::vector<Points> edges_of_box(const Points& points) {
   const auto [low, high] = bounding_box(points);
@@ -113,7 +106,7 @@ void draw_displacements(Canvas& canvas, const Box& box, const Points& from, cons
   const Points moved = to - from;
   const auto [low, high] = bounding_box(from);
   const double longest = std::max(moved.colwise().norm().maxCoeff(), 1e-300);
-  const double factor = round_factor(kLongestDisplacement * (high - low).norm() / longest);
+  const double factor = std::max(1.0, round_factor(kLongestDisplacement * (high - low).norm() / longest));
   const Points tips = from_the_side(from + factor * moved), feet = from_the_side(from);
   const Points vertices = surface.triangles.empty() ? Points(2, 0) : from_the_side(surface.vertices);
   const std::vector<Points> edges = surface.triangles.empty() ? edges_of_box(from) : std::vector<Points>{};

@@ -150,6 +150,25 @@ TEST_F(ChartTest, HugeValuesAreDrawn) {
   }
 }
 
+// Names of any length and with any character, wherever a chart shows one.
+TEST_F(ChartTest, NamesOfAnyKindLeaveRoomForThePanel) {
+  const std::string name = "<&'\x01\xFF 🐟" + std::string(10000, 'w');
+  const ChartPanel panel{.heading = name,
+                         .x_label = name,
+                         .y_label = name,
+                         .series = {wave(name), wave("short", SeriesStyle::kPoints)},
+                         .reference_lines = {{1, name}},
+                         .x_names = {name, "two"}};
+  const std::string svg = draw(Chart{.title = name, .subtitle = name, .rows = {{panel, panel}}});
+  const Points frame = svg_parts(svg, "#C9CED6").lines.at(0);
+  EXPECT_GT(frame.row(0).maxCoeff() - frame.row(0).minCoeff(), 300);
+  for (const SvgText& text : svg_texts(svg)) {
+    const double left = text.x - (text.anchor == "end" ? 1 : text.anchor == "middle" ? 0.5 : 0) * text.width;
+    EXPECT_GE(left, -0.01) << text.text;
+    EXPECT_LE(left + text.width, 1600.01) << text.text;
+  }
+}
+
 TEST_F(ChartTest, NumbersOfASharedRangeStandOnce) {
   Chart chart{.rows = {{{.series = {wave("")}}, {.series = {wave("")}}}}};
   for (Series* series : {&chart.rows[0][0].series[0], &chart.rows[0][1].series[0]})

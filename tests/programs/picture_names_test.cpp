@@ -77,6 +77,27 @@ TEST_F(PictureNames, NamesInTheData) {
   expect_untouched();
 }
 
+// The picture and its numbers are there, whatever becomes of the animation.
+TEST_F(PictureNames, AnAnimationThatFailsIsAWarning) {
+  register_squares();
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  std::filesystem::create_directory("bin");
+  write("bin/ffmpeg", "#!/bin/sh\necho 'no such codec' >&2\nexit 1\n");
+  std::filesystem::permissions("bin/ffmpeg", std::filesystem::perms::owner_all);
+  const std::string failing = (std::filesystem::current_path() / "bin").string() + ":/usr/bin:/bin";
+  for (const auto& [path, why] : {std::pair(failing, "ffmpeg failed: no such codec"),
+                                  std::pair(std::string("/nowhere"), "animations need ffmpeg")}) {
+    std::filesystem::remove("w.png");
+    const ProgramRun done = run(words("warp out/registration.json grey.png -o w.png --animate a.gif --json w.json -q"),
+                                {.search_path = path});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_THAT(done.err, HasSubstr(std::string("warning: there is no animation: ") + why));
+    EXPECT_THAT(contents("w.png"), StartsWith("\x89PNG"));
+    EXPECT_TRUE(std::filesystem::exists("w.json"));
+    EXPECT_FALSE(std::filesystem::exists("a.gif"));
+  }
+}
+
 // No program is looked for where there is no animation.
 TEST_F(PictureNames, PicturesNeedNoOtherProgram) {
   write("a.csv", "x,y\n0,0\n1,0\n");

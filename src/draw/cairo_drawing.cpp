@@ -174,11 +174,10 @@ std::string encode_png(int width, int height, int bytes_of_pixel, const std::vec
   image.format = bytes_of_pixel == 4 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
   image.flags = PNG_IMAGE_FLAG_FAST;  // no filters: of drawings as small as with them, in a third of the time
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::string file(size, '\0');
-  if (png_image_write_to_memory(&image, file.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
+  const auto file = std::make_unique_for_overwrite<char[]>(size);
+  if (png_image_write_to_memory(&image, file.get(), &size, 0, pixels.data(), 0, nullptr) == 0)
     throw InputError(fmt::format("a picture cannot be compressed: {}", image.message));
-  file.resize(size);
-  return file;
+  return {file.get(), size};
 }
 
 std::string png_of(const Drawing& drawing, double scale) {

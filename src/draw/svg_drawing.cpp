@@ -13,9 +13,15 @@ namespace {
 
 constexpr double kFarAway = 1e5;  // pixels
 
-/// A number to a hundredth.
+/// A number to a hundredth, without zeros at its end.
 std::string number(double value) {
-  return fmt::format("{:.8g}", std::round(100 * std::clamp(value, -kFarAway, kFarAway)) / 100 + 0.0);
+  const auto hundredths = std::lround(100 * std::clamp(value, -kFarAway, kFarAway));
+  std::string text = std::to_string(std::abs(hundredths) / 100);
+  if (const auto part = std::abs(hundredths) % 100; part != 0) {
+    text += {'.', static_cast<char>('0' + part / 10)};
+    if (part % 10 != 0) text += static_cast<char>('0' + part % 10);
+  }
+  return hundredths < 0 ? "-" + text : text;
 }
 
 std::string rgb(const Colour& colour) {
@@ -122,7 +128,10 @@ class SvgWriter {
         command = 'M';
         continue;
       }
-      add("{}{} {}", command, number(vertex.x()), number(top_ - vertex.y()));
+      svg_ += command;
+      svg_ += number(vertex.x());
+      svg_ += ' ';
+      svg_ += number(top_ - vertex.y());
       command = command == 'M' ? 'L' : ' ';
     }
   }

@@ -33,21 +33,17 @@ void straighten(Points& line) {
   if (static_cast<Eigen::Index>(kept.size()) < line.cols()) line = Points(line(Eigen::all, kept));
 }
 
-void drop_empty(std::vector<Points>& lines) {
-  std::erase_if(lines, [](const Points& line) { return line.cols() == 0; });
-}
-
 }  // namespace
 
 void Canvas::lines(std::vector<Points> lines, const Stroke& stroke) {
-  drop_empty(lines);
   for (Points& line : lines) straighten(line);
-  if (!lines.empty()) add(Lines{std::move(lines), stroke});
+  if (std::any_of(lines.begin(), lines.end(), [](const Points& line) { return line.cols() > 0; }))
+    add(Lines{std::move(lines), stroke});
 }
 
 void Canvas::areas(std::vector<Points> outlines, const Colour& colour) {
-  drop_empty(outlines);
-  if (!outlines.empty()) add(Areas{std::move(outlines), colour});
+  if (std::any_of(outlines.begin(), outlines.end(), [](const Points& outline) { return outline.cols() > 0; }))
+    add(Areas{std::move(outlines), colour});
 }
 
 void Canvas::segments(const Points& from, const Points& to, const Stroke& stroke) {

@@ -16,12 +16,10 @@ constexpr double kFarAway = 1e5;  // pixels
 /// A number to a hundredth, without zeros at its end.
 std::string number(double value) {
   const auto hundredths = std::lround(100 * std::clamp(value, -kFarAway, kFarAway));
-  std::string text = std::to_string(std::abs(hundredths) / 100);
-  if (const auto part = std::abs(hundredths) % 100; part != 0) {
-    text += {'.', static_cast<char>('0' + part / 10)};
-    if (part % 10 != 0) text += static_cast<char>('0' + part % 10);
-  }
-  return hundredths < 0 ? "-" + text : text;
+  const auto whole = std::abs(hundredths) / 100, part = std::abs(hundredths) % 100;
+  const char* const sign = hundredths < 0 ? "-" : "";
+  if (part == 0) return fmt::format("{}{}", sign, whole);
+  return part % 10 == 0 ? fmt::format("{}{}.{}", sign, whole, part / 10) : fmt::format("{}{}.{:02}", sign, whole, part);
 }
 
 std::string rgb(const Colour& colour) {
@@ -74,7 +72,7 @@ class SvgWriter {
     add("<path{} d=\"", paint("fill", layer.colour));
     for (const Points& outline : layer.outlines) {
       trace(outline);
-      add("Z");
+      if (outline.cols() > 0) add("Z");
     }
     add("\"/>\n");
   }

@@ -174,11 +174,10 @@ std::string encode_png(int width, int height, int bytes_of_pixel, const std::vec
   image.format = bytes_of_pixel == 4 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
   image.flags = PNG_IMAGE_FLAG_FAST;  // no filters: of drawings as small as with them, in a third of the time
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::string file(size, '\0');
-  if (png_image_write_to_memory(&image, file.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
+  const auto file = std::make_unique_for_overwrite<char[]>(size);
+  if (png_image_write_to_memory(&image, file.get(), &size, 0, pixels.data(), 0, nullptr) == 0)
     throw InputError(fmt::format("a picture cannot be compressed: {}", image.message));
-  file.resize(size);
-  return file;
+  return {file.get(), size};
 }
 
 std::string png_of(const Drawing& drawing, double scale) {
@@ -216,19 +215,6 @@ std::string pdf_of(const Drawing& drawing, double scale) {
   cairo_surface_finish(surface.get());
   require_success(cairo_surface_status(surface.get()));
   return file;
-}
-
-Raster decode_png(const std::filesystem::path& file) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  if (png_image_begin_read_from_file(&image, file.c_str()) == 0)
-    throw InputError(fmt::format("the picture '{}' is not a png", file.string()));
-  image.format = PNG_FORMAT_RGBA;
-  Raster raster{static_cast<int>(image.width), static_cast<int>(image.height), {}};
-  raster.rgba.resize(PNG_IMAGE_SIZE(image));
-  if (png_image_finish_read(&image, nullptr, raster.rgba.data(), 0, nullptr) == 0)
-    throw InputError(fmt::format("the picture '{}' cannot be read: {}", file.string(), image.message));
-  return raster;
 }
 
 }  // namespace pulson::draw

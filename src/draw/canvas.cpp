@@ -17,20 +17,33 @@ constexpr double kShortestArrow = 1;  // pixels
 constexpr double kTextMargin = 1.9;   // pixels
 constexpr double kPixelsPerInch = 96, kMillimetresPerInch = 25.4;
 
-void drop_empty(std::vector<Points>& lines) {
-  std::erase_if(lines, [](const Points& line) { return line.cols() == 0; });
+/// Without vertices within straight parts: they would only take time and space.
+void straighten(Points& line) {
+  constexpr double kStraight = 0.005;  // pixels from the line that passes a vertex over
+  constexpr Eigen::Index kMostPassed = 32;
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < line.cols(); ++i) {
+    if (i > 0 && i + 1 < line.cols() && i - kept.back() < kMostPassed) {
+      const Eigen::Vector2d before = line.col(i) - line.col(kept.back()), after = line.col(i + 1) - line.col(i);
+      const double across = std::abs(before.x() * after.y() - before.y() * after.x());
+      if (before.dot(after) > 0 && across < kStraight * after.norm()) continue;
+    }
+    kept.push_back(i);
+  }
+  if (static_cast<Eigen::Index>(kept.size()) < line.cols()) line = Points(line(Eigen::all, kept));
 }
 
 }  // namespace
 
 void Canvas::lines(std::vector<Points> lines, const Stroke& stroke) {
-  drop_empty(lines);
-  if (!lines.empty()) add(Lines{std::move(lines), stroke});
+  for (Points& line : lines) straighten(line);
+  if (std::any_of(lines.begin(), lines.end(), [](const Points& line) { return line.cols() > 0; }))
+    add(Lines{std::move(lines), stroke});
 }
 
 void Canvas::areas(std::vector<Points> outlines, const Colour& colour) {
-  drop_empty(outlines);
-  if (!outlines.empty()) add(Areas{std::move(outlines), colour});
+  if (std::any_of(outlines.begin(), outlines.end(), [](const Points& outline) { return outline.cols() > 0; }))
+    add(Areas{std::move(outlines), colour});
 }
 
 void Canvas::segments(const Points& from, const Points& to, const Stroke& stroke) {

@@ -151,7 +151,5 @@ std::string svg_of(const Drawing& drawing, double scale);
 
 /// @param bytes_of_pixel 3 (red, green, blue) or 4 (and opacity)
 std::string encode_png(int width, int height, int bytes_of_pixel, const std::vector<std::uint8_t>& pixels);
-/// @throws InputError if it is none
-Raster decode_png(const std::filesystem::path& file);
 
 }  // namespace pulson::draw

@@ -20,10 +20,8 @@ const double kQuantile = -2 * std::log(1 - kEllipsePart);  // of a χ² distribu
 constexpr int kCorners = 72;                               // of an ellipse
 constexpr std::size_t kMeanVertices = 60000;               // of all mean paths
 constexpr std::size_t kFanVertices = 60000;                // of all sample paths
-constexpr double kFanFade = 0.8;
-constexpr double kEllipseFade = 0.85;
+constexpr double kFanFade = 0.8, kEllipseFade = 0.85, kOutlineFade = 0.45;
 constexpr std::size_t kFewEllipses = 8;
-constexpr double kOutlineFade = 0.45;
 
 /// The ranges of the start, the mean paths and the ellipses, with a margin.
 std::vector<Interval> data_ranges(const EnsemblePicture& picture) {

@@ -12,14 +12,10 @@
 namespace pulson::draw {
 namespace {
 
-constexpr double kTallest = 1500;  // of all panels
-constexpr double kTallestRow = 1000;
-constexpr double kNarrowest = 960;  // that holds the legend
-constexpr double kBarRoom = 52;     // below a panel
-constexpr double kScaleHeight = 14;
-constexpr double kLongestBar = 620;
-constexpr double kBarText = 18;
-constexpr double kMarkWidth = 26;
+constexpr double kTallest = 1500, kTallestRow = 1000;  // of all panels, and of a row
+constexpr double kNarrowest = 960;                     // that holds the legend
+constexpr double kBarRoom = 52;                        // below a panel
+constexpr double kScaleHeight = 14, kLongestBar = 620, kBarText = 18, kMarkWidth = 26;
 constexpr double kPanelNumberSize = 16;
 constexpr double kRingStroke = 1.8;
 const Stroke kHalo{faded(colour::kPaper, 0.25), 3.6};  // around rings and paths, so that they are seen on dark images

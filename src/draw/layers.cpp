@@ -68,8 +68,7 @@ std::vector<std::vector<int>> complete_landmarks_by_group(const Landmarks& shape
 
 constexpr std::size_t kFewestVertices = 24;  // of one path
 constexpr std::size_t kMostVertices = 3000;
-constexpr double kDenseOutline = 2.2;
-constexpr double kNumberSize = 15;
+constexpr double kDenseOutline = 2.2, kNumberSize = 15;
 constexpr Eigen::Index kMostNumbers = 60;
 constexpr std::size_t kMostGroups = 2 * kGroupColours;  // in the legend
 

@@ -11,11 +11,9 @@ constexpr double kLegendText = 20;
 constexpr double kEntryGap = 48, kLeastEntryGap = 22;  // between entries
 constexpr double kLegendHeight = 30;                   // above the bottom edge
 constexpr double kSampleGap = 11;                      // between a sample and its text
-constexpr double kSampleHeight = 20;
+constexpr double kSampleHeight = 20, kMarkWidth = 20, kLineLength = 36;
 constexpr double kLegendRow = 34;
-constexpr double kMarkWidth = 20, kLineLength = 36;
-constexpr double kBarLength = 190;
-constexpr double kBarHeight = 12;
+constexpr double kBarLength = 190, kBarHeight = 12;
 
 void draw_colour_bar(Canvas& canvas, double left, double y) {
   // Round ends reach out by r. Each piece covers the end of the one before it, so no seams show.

@@ -12,11 +12,9 @@
 namespace pulson::draw {
 namespace {
 
-constexpr double kMostLinearDecades = 4;
-constexpr double kSmallQuantile = 0.05;
-constexpr double kValueTicDistance = 60;
+constexpr double kMostLinearDecades = 4, kSmallQuantile = 0.05;
 constexpr double kTimeNumberGap = 18;  // between numbers of neighbouring panels
-constexpr double kDecadeDistance = 32;
+constexpr double kValueTicDistance = 60, kDecadeDistance = 32;
 constexpr std::array<int, 10> kDecadeSteps = {1, 2, 3, 5, 10, 20, 30, 50, 100, 200};
 
 std::vector<const Curve*> all_curves(const TimeRow& row) {

@@ -12,8 +12,7 @@ namespace {
 
 constexpr double kPanelWidth = 1000, kTallestPlot = 760, kLeastHeight = 420;
 constexpr double kDot = 5.5, kDotMargin = 1.5;
-constexpr double kLabelText = 15;
-constexpr double kAxisLabel = 18;
+constexpr double kLabelText = 15, kAxisLabel = 18;
 
 Interval range_of_scores(const ScorePlot& plot, int row) {
   std::vector<const Points*> sets;

@@ -13,9 +13,13 @@ namespace {
 
 constexpr double kFarAway = 1e5;  // pixels
 
-/// A number to a hundredth.
+/// A number to a hundredth, without zeros at its end.
 std::string number(double value) {
-  return fmt::format("{:.8g}", std::round(100 * std::clamp(value, -kFarAway, kFarAway)) / 100 + 0.0);
+  const auto hundredths = std::lround(100 * std::clamp(value, -kFarAway, kFarAway));
+  const auto whole = std::abs(hundredths) / 100, part = std::abs(hundredths) % 100;
+  const char* const sign = hundredths < 0 ? "-" : "";
+  if (part == 0) return fmt::format("{}{}", sign, whole);
+  return part % 10 == 0 ? fmt::format("{}{}.{}", sign, whole, part / 10) : fmt::format("{}{}.{:02}", sign, whole, part);
 }
 
 std::string rgb(const Colour& colour) {
@@ -68,7 +72,7 @@ class SvgWriter {
     add("<path{} d=\"", paint("fill", layer.colour));
     for (const Points& outline : layer.outlines) {
       trace(outline);
-      add("Z");
+      if (outline.cols() > 0) add("Z");
     }
     add("\"/>\n");
   }
@@ -122,7 +126,10 @@ class SvgWriter {
         command = 'M';
         continue;
       }
-      add("{}{} {}", command, number(vertex.x()), number(top_ - vertex.y()));
+      svg_ += command;
+      svg_ += number(vertex.x());
+      svg_ += ' ';
+      svg_ += number(top_ - vertex.y());
       command = command == 'M' ? 'L' : ' ';
     }
   }

@@ -115,8 +115,6 @@ class Typeface {
   std::mutex mutex_;
 };
 
-constexpr std::string_view kEllipsis = "…";
-
 }  // namespace
 
 std::string printable(std::string_view text) {
@@ -138,6 +136,7 @@ double text_width(std::string_view text, double size) {
 }
 
 std::string fitted(std::string_view text, double size, double room) {
+  constexpr std::string_view kEllipsis = "…";
   if (text_width(text, size) <= room * (1 + 1e-9)) return std::string(text);
   double width = text_width(kEllipsis, size);
   std::size_t end = 0;

@@ -8,6 +8,7 @@
 #include "chart_examples.hpp"
 #include "draw/drawing.hpp"
 #include "picture_files.hpp"
+#include "png_pixels.hpp"
 #include "svg_parts.hpp"
 
 namespace pulson::charts {
@@ -114,7 +115,7 @@ TEST_F(ChartTest, AnErrorBarIsALineWithTwoEnds) {
 TEST_F(ChartTest, WhatIsBeyondTheRangeIsCutOff) {
   const auto pixels = [](const ChartPanel& panel) {
     draw(panel);
-    return draw::decode_png("chart.png");
+    return png_pixels("chart.png");
   };
   ChartPanel panel{.series = {with_band(wave(""), 50)}, .y_range = std::pair(0, 3)};
   panel.series[0] = with_error(panel.series[0], 100);

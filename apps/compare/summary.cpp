@@ -20,6 +20,21 @@ bool is_behind(const compare::ComparedModel& model) {
   return -model.difference.value > std::max(kDecisive, 2 * error);
 }
 
+constexpr const char* kNothingToTell = "these shapes do not differ beyond sigma, and say nothing of any model";
+
+// By the root mean square of the coordinates that are observed.
+bool differ_beyond_sigma(const compare::Comparison& comparison) {
+  const double sigma = comparison.settings.sigma.in(0);
+  double square = 0, count = 0;
+  for (const Landmarks& target : comparison.cohort.targets)
+    for (const double off : (target.points - comparison.cohort.source.points).reshaped())
+      if (!std::isnan(off)) {
+        square += off / sigma * (off / sigma);
+        ++count;
+      }
+  return square >= count;
+}
+
 // Without noise, or with noise that the fit sets to zero.
 bool is_geodesic(const compare::CohortFit& fit) {
   bool has_noise = fit.noise != "none";
@@ -112,13 +127,13 @@ std::string verdict(const compare::Comparison& comparison) {
   const std::vector<std::size_t> order = ranked(comparison);
   const std::string& best = comparison.models[order.front()].noise;
   if (order.size() == 1) return fmt::format("only one model: {}", best);
+  if (!differ_beyond_sigma(comparison)) return kNothingToTell;
   std::vector<std::string> equal;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (!is_behind(comparison.models[order[i]])) equal.push_back(shortened_spec(comparison.models[order[i]].noise));
   const compare::CohortFit& fit = comparison.models[order.front()].fit;
   const auto vanishes = [](const compare::FittedNumber& number) { return number.vanishes && number.name == "lambda"; };
-  if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes))
-    return "these shapes do not differ beyond sigma, and say nothing of any model";
+  if (is_geodesic(fit) && std::any_of(fit.fitted.begin(), fit.fitted.end(), vanishes)) return kNothingToTell;
   if (is_geodesic(fit)) return "the geodesic is enough: no noise model explains these shapes better";
   if (equal.empty()) return fmt::format("these shapes are best explained by {}", shortened_spec(best));
   return fmt::format("these shapes favour {}, but do not distinguish it from {}", shortened_spec(best),

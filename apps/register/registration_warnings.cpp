@@ -24,6 +24,9 @@ constexpr double kNoCost = 1e-6;
 constexpr double kManySteps = 1;
 constexpr double kLargeAmplification = 100;
 
+// A whole number, unless it has many digits.
+std::string rounded(double value) { return value < 1e6 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value); }
+
 // What a similarity would leave of the distance between the shapes as they were given.
 double left_by_similarity(const matching::Registration& registration) {
   const Points& source = registration.original.points;
@@ -114,9 +117,9 @@ std::string accuracy_text(const matching::Registration& registration) {
 std::vector<std::string> path_warnings(const matching::Registration& registration) {
   std::vector<std::string> texts;
   if (!registration.matched())
-    texts.push_back(fmt::format("not matched: rms {:.4g} is {:.0f} sigma and {:.0f} % of the distance before; {}",
-                                registration.rms(), registration.rms() / registration.sigma,
-                                100 * registration.rms() / registration.initial_rms(), remedy(registration)));
+    texts.push_back(fmt::format("not matched: rms {:.4g} is {} sigma and {} % of the distance before; {}",
+                                registration.rms(), rounded(registration.rms() / registration.sigma),
+                                rounded(100 * registration.rms() / registration.initial_rms()), remedy(registration)));
   if (!registration.converged)
     texts.push_back(fmt::format("not converged: {} after {}{}", registration.stop_reason,
                                 counted(registration.iterations, "iteration"),

@@ -1,5 +1,7 @@
 // `pulson simulate`: one or a few sample paths.
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
@@ -130,7 +132,10 @@ void print_summary(const records::Simulation& simulation) {
   print_text("steps      largest kappa {} ({}), largest momentum {}\n", report_number(kappa, 3),
              kappa < 1 ? "below 1: each step has one root" : "1 and more: roots were followed from dt = 0",
              report_number(momentum));
-  if (traits.translation_invariant && traits.hamiltonian) print_text("momentum   total {}\n", conservation(error));
+  const bool moved = std::any_of(simulation.samples.begin(), simulation.samples.end(),
+                                 [](const ensemble::SamplePath& sample) { return sample.path.states.size() > 1; });
+  if (traits.translation_invariant && traits.hamiltonian && moved)
+    print_text("momentum   total {}\n", conservation(error));
   if (simulation.start.q.size() > 6) return;
   for (std::size_t m = 0; m < simulation.samples.size() && m < kPrintedSamples; ++m)
     print_text("path {:<5} q(T) = {}   p(T) = {}\n", m + 1, numbers_text(simulation.samples[m].path.final().q),

@@ -76,9 +76,11 @@ class NewtonSearch {
     const VectorXd gradient = at().z + linear_.jacobian.transpose() * linear_.residual;
     const double decrement = -gradient.dot(model_->step(at().z));
     const double cost = total(at());
-    summary_.relative_gradient = !std::isfinite(decrement) ? std::numeric_limits<double>::max()  // no minimum
-                                 : cost > 0                ? std::sqrt(std::max(0.0, decrement) / (2 * cost))
-                                                           : 0;
+    // Factors of a Jacobian whose squares leave the range of numbers foresee no step at all.
+    const bool is_finite = std::isfinite(decrement) && std::isfinite(linear_.jacobian.squaredNorm());
+    summary_.relative_gradient = !is_finite ? std::numeric_limits<double>::max()  // no minimum
+                                 : cost > 0 ? std::sqrt(std::max(0.0, decrement) / (2 * cost))
+                                            : 0;
     if (options_.on_iteration) options_.on_iteration(summary_.iterations, cost, summary_.relative_gradient);
   }
 

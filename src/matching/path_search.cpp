@@ -372,8 +372,8 @@ void describe(const EffectiveHamiltonian& system, const DataTerm& data, PathSolu
 std::string reason_at_rest(const MatchingProblem& problem) {
   constexpr double kRounding = 1e-9;  // of the diameter: what files in ten digits leave
   const LandmarkTerm* data = problem.data->landmarks();
-  const bool is_equal =
-      data != nullptr && problem.sigma * data->residual(problem.source).norm() <= kRounding * diameter(problem.source);
+  const bool is_equal = data != nullptr && problem.sigma * data->residual(problem.source).lpNorm<Eigen::Infinity>() <=
+                                               kRounding * diameter(problem.source);
   return is_equal ? "the shapes are equal" : "the shapes do not differ beyond sigma";
 }
 

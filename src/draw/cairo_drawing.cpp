@@ -16,7 +16,6 @@
 namespace pulson::draw {
 namespace {
 
-constexpr double kFarAway = 1e5;  // pixels; cairo counts up to 8 million
 constexpr double kPointsPerPixel = 0.75;
 
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;

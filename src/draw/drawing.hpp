@@ -140,6 +140,9 @@ struct Drawing {
   double height() const { return top - bottom; }
 };
 
+/// What lies further out is drawn there, in pixels: cairo counts up to 8 million.
+inline constexpr double kFarAway = 1e5;
+
 /// The middle of a text above its baseline, in font sizes: half the height of digits and capitals.
 inline constexpr double kTextMiddle = 0.36;
 

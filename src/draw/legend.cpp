@@ -11,7 +11,7 @@ constexpr double kLegendText = 20;
 constexpr double kEntryGap = 48, kLeastEntryGap = 22;  // between entries
 constexpr double kLegendHeight = 30;                   // above the bottom edge
 constexpr double kSampleGap = 11;                      // between a sample and its text
-constexpr double kSampleHeight = 20, kMarkWidth = 20, kLineLength = 36;
+constexpr double kSampleHeight = 20, kSampleWidth = 20, kLineLength = 36;
 constexpr double kLegendRow = 34;
 constexpr double kBarLength = 190, kBarHeight = 12;
 
@@ -60,11 +60,11 @@ std::vector<std::vector<LegendEntry>> legend_rows(const std::vector<LegendEntry>
 }  // namespace
 
 LegendEntry dot_entry(const std::string& text, const SeriesLook& look) {
-  return {text, kMarkWidth, [=](Canvas& canvas, const Box& box) { draw_marks(canvas, box.middle(), 6.5, look); }};
+  return {text, kSampleWidth, [=](Canvas& canvas, const Box& box) { draw_marks(canvas, box.middle(), 6.5, look); }};
 }
 
 LegendEntry ring_entry(const std::string& text, const Colour& colour) {
-  return {text, kMarkWidth, [=](Canvas& canvas, const Box& box) { canvas.rings(box.middle(), 8.5, {colour, 2.2}); }};
+  return {text, kSampleWidth, [=](Canvas& canvas, const Box& box) { canvas.rings(box.middle(), 8.5, {colour, 2.2}); }};
 }
 
 LegendEntry line_entry(const std::string& text, const Colour& colour) {

@@ -11,7 +11,6 @@
 namespace pulson::draw {
 namespace {
 
-constexpr double kFarAway = 1e5;  // pixels
 
 /// A number to a hundredth, without zeros at its end.
 std::string number(double value) {

@@ -22,10 +22,10 @@ constexpr const char* kPage = "report.html";
 
 // The text of a JSON object, as Json::dump(2) writes it, with more keys.
 std::string with_keys(std::string record, const Json& keys) {
-  constexpr std::string_view kEnd = "\n}\n", kBegin = "{\n";
-  if (!record.ends_with(kEnd)) throw std::logic_error("a record is a JSON object in lines");
-  record.resize(record.size() - kEnd.size());
-  return record + ",\n" + keys.dump(2).substr(kBegin.size()) + "\n";
+  constexpr std::string_view kLastLine = "\n}\n", kFirstLine = "{\n";
+  if (!record.ends_with(kLastLine)) throw std::logic_error("a record is a JSON object in lines");
+  record.resize(record.size() - kLastLine.size());
+  return record + ",\n" + keys.dump(2).substr(kFirstLine.size()) + "\n";
 }
 
 }  // namespace

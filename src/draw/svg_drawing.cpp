@@ -11,7 +11,6 @@
 namespace pulson::draw {
 namespace {
 
-
 /// A number to a hundredth, without zeros at its end.
 std::string number(double value) {
   const auto hundredths = std::lround(100 * std::clamp(value, -kFarAway, kFarAway));

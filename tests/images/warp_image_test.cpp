@@ -22,7 +22,7 @@ namespace {
 using testing::Each;
 using testing::HasSubstr;
 
-const Alignment kNoAlignment{AlignmentKind::kNone, 1, Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()};
+const Alignment kUnaligned{AlignmentKind::kNone, 1, Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()};
 constexpr int kSide = 17;
 
 Landmarks shape_of(std::vector<double> numbers) {
@@ -53,7 +53,7 @@ Image ramp() {
 class WarpImage : public testing::Test {
  protected:
   const warp::MaterialFlow flow_ = flow_of_squares();
-  const ImageWarp warp_{flow_, kNoAlignment, {}, {}};
+  const ImageWarp warp_{flow_, kUnaligned, {}, {}};
   const WarpImageOptions options_{.width = kSide, .height = kSide, .border = Border::kReplicate};
 };
 
@@ -114,7 +114,7 @@ TEST_F(WarpImage, RefusesWhatTheMapDoesNotAllow) {
             "`inverse` always pulls the image; it cannot be combined with `method = push`");
   const warp::MaterialFlow noisy = flow_of_squares("ch-sd:beta=1");
   ASSERT_FALSE(noisy.is_diffeomorphic());
-  const ImageWarp of_noise(noisy, kNoAlignment, {}, {});
+  const ImageWarp of_noise(noisy, kUnaligned, {}, {});
   EXPECT_FALSE(warp_image(ramp(), of_noise, options_).pulled);
   options = options_;
   options.method = WarpMethod::kPull;

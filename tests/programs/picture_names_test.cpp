@@ -16,9 +16,9 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 // What a shell, gnuplot, ffmpeg or a file system might take for something else; X is what they would make.
-const std::vector<std::string> kNames = {"<touch X;#", "|touch X", "`touch X`",  "$(touch X)", "it''s",   "it's \"q\"",
-                                         "a;touch X",  "~root",    "%d %s",      "-o",         "a\nb",    "\xFF\xFE",
-                                         "[1]*?",      "a\\b",     "file:touch", "pipe:1",     "日本 🐟", "&lt;"};
+const std::vector<std::string> kHostileNames = {
+    "<touch X;#", "|touch X", "`touch X`", "$(touch X)", "it''s", "it's \"q\"", "a;touch X", "~root",   "%d %s",
+    "-o",         "a\nb",     "\xFF\xFE",  "[1]*?",      "a\\b",  "file:touch", "pipe:1",    "日本 🐟", "&lt;"};
 
 class PictureNames : public WarpProgram {
  protected:
@@ -36,7 +36,7 @@ class PictureNames : public WarpProgram {
 TEST_F(PictureNames, FoldersOfResults) {
   write("a.csv", "x,y\n4,4\n12,4\n12,12\n4,12\n");
   write("b.csv", "x,y\n4,3\n13,5\n13,12\n3,13\n");
-  for (const std::string& name : kNames) {
+  for (const std::string& name : kHostileNames) {
     const ProgramRun done = run({"register", "a.csv", "b.csv", "--out=" + name, "--pictures", "png,svg,pdf", "-q"});
     EXPECT_EQ(done.exit_code, 0) << name << done.err;
     expect_pictures(name + "/registration");
@@ -47,7 +47,7 @@ TEST_F(PictureNames, FoldersOfResults) {
 TEST_F(PictureNames, FilesOfCaptionedImages) {
   register_squares();
   write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
-  for (const std::string& name : kNames) {
+  for (const std::string& name : kHostileNames) {
     std::filesystem::create_directory(name);
     for (const std::string extension : {".png", ".svg", ".pdf"}) {
       const ProgramRun done = run({"warp", "out/registration.json", "grey.png", "-o", "w.png", "-q",

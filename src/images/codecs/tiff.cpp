@@ -25,7 +25,7 @@ struct MemoryFile {
 
 MemoryFile& file_of(thandle_t handle) { return *static_cast<MemoryFile*>(handle); }
 
-tmsize_t read_file(thandle_t handle, void* to, tmsize_t count) {
+tmsize_t read_part(thandle_t handle, void* to, tmsize_t count) {
   MemoryFile& file = file_of(handle);
   const std::size_t start = std::min(file.position, file.size());
   const std::size_t taken = std::min(static_cast<std::size_t>(count), file.size() - start);
@@ -34,7 +34,7 @@ tmsize_t read_file(thandle_t handle, void* to, tmsize_t count) {
   return static_cast<tmsize_t>(taken);
 }
 
-tmsize_t write_file(thandle_t handle, void* from, tmsize_t count) {
+tmsize_t write_part(thandle_t handle, void* from, tmsize_t count) {
   MemoryFile& file = file_of(handle);
   const auto size = static_cast<std::size_t>(count);
   file.written.resize(std::max(file.written.size(), file.position + size));
@@ -43,7 +43,7 @@ tmsize_t write_file(thandle_t handle, void* from, tmsize_t count) {
   return count;
 }
 
-toff_t seek_file(thandle_t handle, toff_t offset, int origin) {
+toff_t seek_part(thandle_t handle, toff_t offset, int origin) {
   MemoryFile& file = file_of(handle);
   if (origin == SEEK_CUR) offset += file.position;
   if (origin == SEEK_END) offset += file.size();
@@ -69,7 +69,7 @@ Tiff open_tiff(MemoryFile& file, const char* mode, tmsize_t most = 0) {
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), ignore, nullptr);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignore, nullptr);
   TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), most);
-  return {TIFFClientOpenExt("", mode, &file, read_file, write_file, seek_file, close_file, size_of_file, nullptr,
+  return {TIFFClientOpenExt("", mode, &file, read_part, write_part, seek_part, close_file, size_of_file, nullptr,
                             nullptr, options.get()),
           &TIFFClose};
 }

@@ -63,15 +63,6 @@ TEST_F(AtomicFile, KeepsLinksThatLeadNowhere) {
   EXPECT_EQ(count_entries(), 3U);
 }
 
-TEST_F(StagedFolder, WritesThroughLinksToWhatIsMissing) {
-  fs::create_symlink("real.txt", "link.txt");
-  StagedFiles staged(".");
-  staged.write("link.txt", "new");
-  staged.commit();
-  EXPECT_TRUE(fs::is_symlink("link.txt"));
-  EXPECT_EQ(contents("real.txt"), "new");
-}
-
 TEST_F(AtomicFile, RefusesPathsThatCannotBeWritten) {
   const auto write_error = [](const std::string& path) {
     return error_of([&] { write_file_atomically(path, "text"); });

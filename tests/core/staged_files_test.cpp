@@ -78,6 +78,15 @@ TEST_F(StagedFolder, SaysThatADeviceIsFullBeforeItMovesAFile) {
   EXPECT_EQ(error_of([] { const StagedFiles staged("none"); }).substr(0, 21), "cannot write 'none/.p");
 }
 
+TEST_F(StagedFolder, WritesThroughLinksToWhatIsMissing) {
+  fs::create_symlink("real.txt", "link.txt");
+  StagedFiles staged(".");
+  staged.write("link.txt", "new");
+  staged.commit();
+  EXPECT_TRUE(fs::is_symlink("link.txt"));
+  EXPECT_EQ(contents("real.txt"), "new");
+}
+
 // The last file cannot take its place, which a folder has: the others become what they were.
 TEST_F(StagedFolder, TakesFilesBackWhereOneCannotBeMoved) {
   fs::create_directory("out");

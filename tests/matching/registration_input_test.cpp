@@ -393,8 +393,9 @@ TEST(Registrations, NeverClaimNumbersThatAreNotFinite) {
           const Registration found = register_shapes(source, target, options);
           EXPECT_TRUE(std::isfinite(found.cost.total()));
           EXPECT_TRUE(found.momenta.allFinite() && found.result.allFinite() && found.increments.allFinite());
-          if (found.stop_reason == "the gradient vanishes")
+          if (found.stop_reason == "the gradient vanishes") {
             EXPECT_LE(found.relative_gradient, options.minimise.gradient_tolerance);
+          }
         } catch (const Error&) {
           ++refused;
         }

@@ -45,7 +45,9 @@ class Honesty : public Program {
       EXPECT_EQ(count_lines(without_notes(done.err)), 1U) << done.err;
       EXPECT_THAT(done.out, IsEmpty());
     }
-    if (done.exit_code == 3) EXPECT_THAT(done.err, HasSubstr("warning: "));
+    if (done.exit_code == 3) {
+      EXPECT_THAT(done.err, HasSubstr("warning: "));
+    }
   }
 
   static std::string without_notes(const std::string& err) {

@@ -12,25 +12,28 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "error_of.hpp"
+#include "pulson/core/errors.hpp"
 
 namespace pulson::records {
 namespace {
 
 using formats::Json;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 TEST(RecordText, NamesTheFirstNumberThatIsNotFinite) {
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(record_text({{"rms", 0.5}, {"count", 3}, {"lost", nullptr}}),
             "{\n  \"rms\": 0.5,\n  \"count\": 3,\n  \"lost\": null\n}\n");
-  EXPECT_THAT(error_of([&] { record_text({{"cost", {{"total", nan}}}}); }), HasSubstr("'cost.total' is nan"));
+  EXPECT_THAT(
+      [&] {
+        record_text({{"cost", {{"total", nan}}}});
+      },
+      ThrowsMessage<NumericalError>(HasSubstr("'cost.total' is nan")));
   const Json models = {{"models", Json::array({Json{{"rms", 1.0}}, Json{{"rms", infinity}}})}};
-  EXPECT_THAT(error_of([&] { record_text(models); }), HasSubstr("'models[1].rms' is inf"));
-  EXPECT_THAT(error_of([&] {
-                require_finite({{"q", {{1.0, 2.0}, {3.0, -infinity}}}});
-              }),
-              HasSubstr("'q[1][1]' is -inf"));
+  EXPECT_THAT([&] { record_text(models); }, ThrowsMessage<NumericalError>(HasSubstr("'models[1].rms' is inf")));
+  const Json positions = {{"q", Json::array({Json::array({1.0, 2.0}), Json::array({3.0, -infinity})})}};
+  EXPECT_THAT([&] { require_finite(positions); }, ThrowsMessage<NumericalError>(HasSubstr("'q[1][1]' is -inf")));
 }
 
 TEST(RecordText, WritesNullForWhatMayBeUndefined) {

@@ -141,7 +141,9 @@ class CommandLines : public InTemporaryFolder {
 
   static void expect_in_order(const Ending& ending) {
     EXPECT_THAT(ending.status, testing::AnyOf(0, 2, 3)) << ending.err;
-    if (ending.status == 2) EXPECT_THAT(ending.err, testing::HasSubstr("pulson: "));
+    if (ending.status == 2) {
+      EXPECT_THAT(ending.err, testing::HasSubstr("pulson: "));
+    }
     for (const char c : ending.err + ending.out)
       EXPECT_TRUE(c == '\n' || c == '\t' || static_cast<unsigned char>(c) >= 0x20) << static_cast<int>(c);
     EXPECT_FALSE(fs::exists("PWNED"));

@@ -134,6 +134,7 @@ void convert(ConvertArguments arguments) {
   check_output_file(arguments.output);
   formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
+  const Interrupt until_written;
   for (std::string& loss : write_landmarks(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   print_notes(notes);
   if (verbosity() != Verbosity::kQuiet)

@@ -96,6 +96,7 @@ void write_animation(const images::Image& image, const images::ImageWarp& warp, 
   draw::Animation animation(arguments.animate, width, height, kFramesPerSecond);
   for (std::size_t k = 0; k < places.size(); ++k) {
     progress.show(static_cast<double>(k) / static_cast<double>(places.size()), "animation");
+    if (Interrupt::came()) throw InputError("interrupted");
     const warp::RasterOptions raster{.width = width, .height = height, .supersampling = 2, .over = over};
     const images::PushedImage pushed =
         push_forward(small, corners.mesh(reduced(places[k], factor)), raster, {.fill = std::nullopt}, priority);

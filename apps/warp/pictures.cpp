@@ -214,9 +214,9 @@ void write_field(const std::string& file, const images::WarpedImage& result, con
 
 void try_to_write(const std::string& file, const std::function<void()>& write) {
   if (file.empty()) return;
-  std::string reason;
+  std::string reason = "interrupted";
   try {
-    return write();
+    if (!Interrupt::came()) return write();
   } catch (const std::bad_alloc&) {
     reason = "out of memory";
   } catch (const std::exception& error) {

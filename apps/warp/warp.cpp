@@ -20,6 +20,7 @@ namespace {
 
 // Numbers first: what is drawn may fail.
 void run_points(const WarpArguments& arguments, const matching::Registration& registration, double start) {
+  const Interrupt until_written;
   const warp::MaterialFlow flow(registration_system(registration), replay(registration),
                                 warp::parse_label_kernel(arguments.labels));
   WarpedPoints warped = warp_points(flow, registration, arguments);
@@ -60,6 +61,7 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
           ? warp_samples(image, registration, frames, arguments)
           : WarpResult{warp_image(image, warp, warp_options(arguments, frames, image)), {}, {}, warp.landmark_error()};
   log_step("mapped the image");
+  const Interrupt until_written;
   write_picture(arguments.out, result.image, frames.result, picture.type);
   WarpFigures figures = figures_of(result, flow);
   figures.seconds = seconds_now() - start;

@@ -61,7 +61,8 @@ StagedFiles::StagedFiles(const fs::path& folder) : folder_(folder) {
 
 StagedFiles::~StagedFiles() {
   std::error_code ignored;
-  fs::remove_all(staged_, ignored);
+  for (const std::string& name : names_) fs::remove(staged_ / name, ignored);
+  if (!fs::remove(staged_, ignored)) fs::remove_all(staged_, ignored);  // which opens the folder, and may fail
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 

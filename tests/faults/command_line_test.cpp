@@ -238,9 +238,6 @@ TEST_F(CommandLines, InEnvironmentsMadeByChanceEndInOrder) {
                        "FONTCONFIG_PATH",
                        "OMP_NUM_THREADS",
                        "OPENBLAS_NUM_THREADS",
-                       "OMPI_COMM_WORLD_SIZE",
-                       "OMPI_COMM_WORLD_RANK",
-                       "PMI_SIZE",
                        "SLURM_NTASKS"};
   const Words texts = hostile_texts();
   const auto any = [&](const Words& of) { return of[engine() % of.size()]; };

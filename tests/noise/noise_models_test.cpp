@@ -70,7 +70,7 @@ TEST(ChSd, MovesEachChosenLandmarkByBetaTimesItsOwnIncrement) {
 
 TEST(ChSd, SpecKeepsEveryBitOfBeta) {
   const PhaseState state{Points::Zero(1, 1), Points::Zero(1, 1)};
-  for (const std::string beta : {"0.1", "0.30000000000000004", "1e-300", "1e+20", "12345678.9", "0.3333333333333333"}) {
+  for (const std::string beta : {"0.1", "0.30000000000000004", "1e-200", "1e+20", "12345678.9", "0.3333333333333333"}) {
     const std::shared_ptr<const NoiseModel> noise = make_noise("ch-sd:beta=" + beta);
     EXPECT_EQ(noise->gradient(state, unit(1, 0)).p(0), std::stod(beta));
     EXPECT_EQ(make_noise(noise->spec())->gradient(state, unit(1, 0)).p(0), std::stod(beta));

@@ -183,8 +183,9 @@ std::string png_of(const Drawing& drawing, double scale) {
   constexpr double kMost = 32767;  // cairo's
   const double columns = std::round(drawing.width * scale), rows = std::round(drawing.height() * scale);
   if (!(columns <= kMost && rows <= kMost))
-    throw InputError(fmt::format("a png of {:.0f} × {:.0f} pixels cannot be drawn; {:.0f} are the most: lower --dpi",
-                                 columns, rows, kMost));
+    throw InputError(
+        fmt::format("a png of {:.0f} × {:.0f} pixels cannot be drawn; {:.0f} are the most: lower its resolution",
+                    columns, rows, kMost));
   const int width = std::max(1, static_cast<int>(columns)), height = std::max(1, static_cast<int>(rows));
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), &cairo_surface_destroy);
   require_success(cairo_surface_status(surface.get()));

@@ -109,7 +109,7 @@ void Canvas::write(const PictureFiles& files) const try {
   if (!svg.empty()) write_file_atomically(files.svg, svg);
   if (!pdf.empty()) write_file_atomically(files.pdf, pdf);
 } catch (const std::bad_alloc&) {
-  throw InputError("a picture does not fit into memory; lower --dpi or --width");
+  throw InputError("a picture does not fit into memory; lower its resolution or its width");
 }
 
 }  // namespace pulson::draw

@@ -263,7 +263,7 @@ TEST_F(CanvasTest, LinesBreakAtMissingPlacesAndSurviveFarOnes) {
 TEST_F(CanvasTest, RefusesWhatIsTooLargeAndWritesNone) {
   const Canvas canvas(kWidth, kHeight);
   EXPECT_EQ(error_of([&] { canvas.write({.png = "a.png", .svg = "a.svg", .dpi = 96 * 200}); }),
-            "a png of 60000 × 40000 pixels cannot be drawn; 32767 are the most: lower --dpi");
+            "a png of 60000 × 40000 pixels cannot be drawn; 32767 are the most: lower its resolution");
   EXPECT_TRUE(files().empty());
 }
 

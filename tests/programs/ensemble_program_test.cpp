@@ -141,7 +141,7 @@ TEST_F(EnsembleProgram, TakesAShapeOfThePlane) {
 TEST_F(EnsembleProgram, TellsOfPathsThatAreLost) {
   const ProgramRun done = run_pair("--samples 100 --time 20 --bound 3.9999 -o out");
   EXPECT_EQ(done.exit_code, 3);
-  EXPECT_THAT(done.err, StartsWith("warning: 100 of 100 paths are not clean; "));
+  EXPECT_THAT(done.err, StartsWith("warning: none of the 100 paths is clean: no probability or mean is determined"));
   EXPECT_EQ(read_json("out/ensemble.json")["paths"]["momentum_bound"], 100);
   EXPECT_TRUE(read_json("out/ensemble.json")["crossing"].is_null());
   EXPECT_EQ(count_lines(contents("out/means.csv")), 1U);
@@ -188,7 +188,7 @@ TEST_F(EnsembleProgram, SaysWhatPartsLackAndWritesNothing) {
   EXPECT_EQ(error_of_merge("parts/part-1-of-2.ensemble parts/part-2-of-2.ensemble"),
             "pulson: 'parts/part-2-of-2.ensemble' is not finished: it has 64 of 72 paths. Part 2/2 has to go on before "
             "it is merged\n");
-  EXPECT_EQ(error_of_merge("none"), "pulson: 'none' cannot be read\n");
+  EXPECT_EQ(error_of_merge("none"), "pulson: cannot read 'none': No such file or directory\n");
   const ProgramRun again = run_pair("--samples 200 --time 1 --shard 2/2 --resume -o parts");
   EXPECT_EQ(again.exit_code, 0);
   EXPECT_THAT(again.out, HasSubstr("part 2 of 2: 72 of its 72 paths"));

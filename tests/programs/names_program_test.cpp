@@ -243,7 +243,8 @@ TEST_F(Names, ThatAreNotUtf8AreReadAsWindows1252) {
               testing::AnyOf(0, 3));
   EXPECT_EQ(column("paths/cohort.csv", "specimen"), (Strings{"grün", "rot"}));
   EXPECT_EQ(read_json("paths/cohort.json")["specimens"][0]["source"], "gr\uFFFDn.tps");
-  for (const std::string verb : {"atlas", "compare --sigma 0.05 --noise none --steps 3 --importance 5"}) {
+  for (const std::string verb : {"atlas --kernel gaussian:alpha=1 --lambda 1 --sigma 0.1",
+                                 "compare --sigma 0.05 --noise none --steps 3 --importance 5"}) {
     const ProgramRun done = run(joined(joined(words(verb), files), words("-q --no-picture -o " + verb.substr(0, 5))));
     EXPECT_THAT(done.exit_code, testing::AnyOf(0, 3)) << verb << done.err;
     for (const auto& [name, text] : all_files())

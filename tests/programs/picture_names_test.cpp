@@ -91,7 +91,7 @@ TEST_F(PictureNames, AnAnimationThatFailsIsAWarning) {
     const ProgramRun done = run(words("warp out/registration.json grey.png -o w.png --animate a.gif --json w.json -q"),
                                 {.search_path = path});
     EXPECT_EQ(done.exit_code, 0) << done.err;
-    EXPECT_THAT(done.err, HasSubstr(std::string("warning: there is no animation: ") + why));
+    EXPECT_THAT(done.err, HasSubstr(std::string("warning: a.gif was not written: ") + why));
     EXPECT_THAT(contents("w.png"), StartsWith("\x89PNG"));
     EXPECT_TRUE(std::filesystem::exists("w.json"));
     EXPECT_FALSE(std::filesystem::exists("a.gif"));
@@ -100,7 +100,7 @@ TEST_F(PictureNames, AnAnimationThatFailsIsAWarning) {
 
 // No program is looked for where there is no animation.
 TEST_F(PictureNames, PicturesNeedNoOtherProgram) {
-  write("a.csv", "x,y\n0,0\n1,0\n");
+  write("a.csv", "x,y\n0,0\n1,0\n0,1\n");
   const ProgramRun done = run(words("register a.csv a.csv -o out -q"), {.search_path = "/nowhere"});
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.err, "");

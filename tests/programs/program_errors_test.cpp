@@ -113,7 +113,7 @@ const std::vector<WrongCommand> kWrongCommands = {
     {"Word", "register word.csv b.csv -o out", {"word.csv:3", "'abc'", "a number is needed"}},
     {"Coincident", "register coincident.csv b.csv -o out", {"coincident.csv", "landmarks 2 and 3", "merge them with --merge-coincident, or"}},
     {"CoincidentNames", "register coincident_names.csv b.csv -o out", {"'tail' and 'fin'"}},
-    {"NoiseBeyondTheLast", "register two.csv two.csv -o out --noise ch-sd:beta=1,on=9", {"on=9", "2"}},
+    {"NoiseBeyondTheLast", "register two.csv two.csv -o out --align none --noise ch-sd:beta=1,on=9", {"on=9", "2"}},
     {"SeveralShapes", "register many.tps b.csv -o out", {"2 shapes", "many.tps#1", "many.tps#id=ann"}},
     {"NumberZero", "register many.tps#0 b.csv -o out", {"2 shapes", "from 1", "#0"}},
     {"NumberBeyond", "register a.csv many.tps#99 -o out", {"2 shapes", "#99"}},

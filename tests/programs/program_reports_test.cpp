@@ -56,7 +56,7 @@ TEST_F(Reports, ShowTheFormatOfPicturesThatThereIs) {
   const Arguments usual = {"register", sample("swap_source"), sample("swap_target"), "-o", "out"};
   ProgramRun done = run(joined(usual, words("--pictures svg,pdf --width 120")));
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, HasSubstr("report.html, registration.svg, registration.pdf\n"));
+  EXPECT_THAT(done.out, HasSubstr("registration.svg, registration.pdf, report.html\n"));
   EXPECT_THAT(report(), HasSubstr("<img src=\"data:image/svg+xml;base64,"));
   EXPECT_FALSE(std::filesystem::exists("out/registration.png"));
   ASSERT_EQ(run(joined(usual, words("--pictures pdf"))).exit_code, 0);

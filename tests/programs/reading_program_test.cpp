@@ -136,24 +136,47 @@ TEST_F(ReadingProgram, InfoIsQuietOnRequest) {
 
 using OutputFolder = ReadingProgram;
 
-TEST_F(OutputFolder, HoldsAllFilesOrNoneWhereTheyDoNotFit) {
+/// While there is one, no file may be larger, as on a full disk.
+class LargestFile {
+ public:
+  explicit LargestFile(rlim_t bytes) : on_signal_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &small);
+  }
+  LargestFile(const LargestFile&) = delete;
+  LargestFile& operator=(const LargestFile&) = delete;
+  ~LargestFile() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, on_signal_);
+  }
+
+ private:
+  rlimit before_{};
+  void (*on_signal_)(int);
+};
+
+TEST_F(OutputFolder, HoldsAllNumbersOrNoneWhereTheyDoNotFit) {
   done("register a.tps b.tps --no-picture -o out");
   const auto before = all_files();
-  rlimit limit{};
-  ::getrlimit(RLIMIT_FSIZE, &limit);
-  const rlimit small{5000, limit.rlim_max};  // room for residuals.csv, and not for report.html
-  const auto on_signal = std::signal(SIGXFSZ, SIG_IGN);
-  ::setrlimit(RLIMIT_FSIZE, &small);
-  const ProgramRun again = run(words("register a.tps b.tps --steps 3 --no-picture -o out"));
-  const ProgramRun first = run(words("register a.tps b.tps --steps 3 --no-picture -o new"));
-  ::setrlimit(RLIMIT_FSIZE, &limit);
-  std::signal(SIGXFSZ, on_signal);
+  const auto run_with = [](rlim_t bytes, const std::string& folder) {
+    const LargestFile largest(bytes);
+    return run(words("register a.tps b.tps --steps 3 --no-picture -o " + folder));
+  };
+  const ProgramRun again = run_with(500, "out"),
+                   first = run_with(500, "new");  // room for residuals.csv, not for the record
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_THAT(again.err, HasSubstr("pulson: cannot write 'out/"));
   EXPECT_THAT(again.err, EndsWith(": File too large\n"));
   EXPECT_THAT(changed_since(before), IsEmpty());
   EXPECT_EQ(first.exit_code, 2);
   EXPECT_FALSE(std::filesystem::exists("new"));
+  const ProgramRun without_page = run_with(5000, "out");
+  EXPECT_EQ(without_page.exit_code, 0);
+  EXPECT_THAT(without_page.err,
+              HasSubstr("warning: the page report.html was not made: cannot write 'out/report.html'"));
+  EXPECT_EQ(read_json("out/registration.json")["steps"], 3);
+  EXPECT_FALSE(std::filesystem::exists("out/report.html")) << "that of other numbers";
 }
 
 TEST_F(OutputFolder, HasOneWriter) {

@@ -101,7 +101,7 @@ TEST_F(Reproduce, FindsTheCrossingProbabilityOnAGrid) {
   EXPECT_EQ(record["converged"], true);
   EXPECT_GE(record["grids"].size(), 3U);
   EXPECT_NEAR(record["sampled"]["probability"], 0.2747, 5 * record["sampled"]["standard_error"].get<double>());
-  EXPECT_THAT(contents("out/crossing.csv"), StartsWith("time,probability,sampled,standard_error\n0,0,0,0\n"));
+  EXPECT_THAT(contents("out/crossing.csv"), StartsWith("time,probability,sampled,standard_error\n0,0,0,NA\n"));
   EXPECT_THAT(contents("out/densities.csv"), StartsWith("landmark,time,q,density\n2,10,"));
 }
 

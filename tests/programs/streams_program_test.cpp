@@ -56,7 +56,7 @@ TEST_F(Streams, ThatAreFullLoseNoResults) {
 TEST_F(Streams, WhoseReaderEndedLoseNoResults) {
   bash("(sleep 0.3; " + std::string(kRegister) + "2>err; echo $? >code) | true");
   EXPECT_EQ(contents("code"), "0\n");
-  EXPECT_EQ(contents("err"), "") << "it was head, or the like, that has enough";
+  EXPECT_THAT(contents("err"), Not(HasSubstr("pulson: "))) << "it was head, or the like, that has enough";
   expect_results("pipe");
 }
 

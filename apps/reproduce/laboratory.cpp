@@ -10,6 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
+#include "shell/outputs.hpp"
 #include "shell/tables.hpp"
 
 namespace pulson {
@@ -89,6 +90,7 @@ void Laboratory::add_chart(html::ReportSection& section, const std::string& name
   try {
     write_chart(chart, {options_.out / (name + ".png"), svg});
     section.blocks.emplace_back(html::ReportPicture{svg, caption});
+    note_missing_font();
   } catch (const Error& error) {
     print_warning(fmt::format("the picture {} was not made: {}; its numbers are in '{}'", name, error.what(),
                               options_.out.string()));

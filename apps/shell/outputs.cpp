@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
+#include "draw/typeface.hpp"
 #include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -20,6 +21,12 @@ void check_picture_size(const std::optional<double>& width, double dpi) {
   if (const double pixels = width.value_or(423) / 25.4 * dpi; !(pixels >= 100 && pixels <= kMostPixels))
     throw InputError(fmt::format("--width and --dpi make pictures {:.0f} pixels wide; it must be from 100 to {:.0f}",
                                  pixels, kMostPixels));
+}
+
+void note_missing_font() {
+  static bool is_noted = false;
+  if (const std::string note = is_noted ? "" : draw::font_note(); !note.empty()) print_note(note);
+  is_noted = true;
 }
 
 void OutputOptions::add_to(CLI::App& verb, const std::string& drawn) {

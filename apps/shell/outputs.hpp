@@ -17,6 +17,9 @@ namespace pulson {
 /// Whether pictures can be that wide, in mm, at that resolution of png. @throws InputError if not
 void check_picture_size(const std::optional<double>& width, double dpi);
 
+/// After a picture was drawn: a note, once, where its texts are in another font than they should be.
+void note_missing_font();
+
 /// `-o`, `--json`, `--no-picture` and `--quiet` of verbs that write their results into a folder.
 struct OutputOptions {
   std::string out;

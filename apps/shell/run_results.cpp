@@ -7,7 +7,6 @@
 #include "core/atomic_file.hpp"
 #include "core/checksum.hpp"
 #include "core/paths.hpp"
-#include "draw/typeface.hpp"
 #include "pulson/core/errors.hpp"
 #include "ranks.hpp"
 #include "tables.hpp"
@@ -97,6 +96,7 @@ fs::path RunResults::draw(const std::string& stem, const std::function<void(cons
   }
   written_.insert(written_.end(), names.begin(), names.end());
   drawn_.insert(stem);
+  note_missing_font();
   return shown(stem);
 }
 
@@ -122,7 +122,6 @@ void RunResults::finish() const {
 
 void RunResults::print_written() const {
   print_text("wrote      {}: {}\n", output_.out, fmt::format("{}", fmt::join(written_, ", ")));
-  if (const std::string note = drawn_.empty() ? "" : draw::font_note(); !note.empty()) print_note(note);
 }
 
 }  // namespace pulson

@@ -8,6 +8,7 @@
 
 #include "images/compose.hpp"
 #include "pulson/images/image.hpp"
+#include "shell/outputs.hpp"
 
 namespace pulson {
 namespace {
@@ -133,6 +134,7 @@ void Drawings::write(const draw::ImagePicture& picture, const fs::path& file) co
   const std::string extension = extension_of(file);
   (extension == ".svg" ? files.svg : extension == ".pdf" ? files.pdf : files.png) = file;
   write_image_picture(picture, files);
+  note_missing_font();
 }
 
 std::string Drawings::png_of(const draw::ImagePicture& picture) const {

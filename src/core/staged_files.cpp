@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <memory>
+#include <ranges>
 #include <system_error>
 
 #include <fcntl.h>
@@ -134,11 +135,11 @@ class StagedFiles::Moves {
 
   void take_back() {
     std::error_code ignored;
-    for (auto move = moves_.rbegin(); move != moves_.rend(); ++move) {
-      if (move->is_made && move->before.empty())
-        fs::remove(move->to, ignored);
-      else if (move->is_made)
-        fs::rename(move->before, move->to, ignored);
+    for (const Move& move : moves_ | std::views::reverse) {
+      if (move.is_made && move.before.empty())
+        fs::remove(move.to, ignored);
+      else if (move.is_made)
+        fs::rename(move.before, move.to, ignored);
     }
   }
 

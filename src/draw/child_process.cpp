@@ -28,7 +28,7 @@ fs::path find_program(std::string_view name) {
   std::istringstream folders(search_path != nullptr ? search_path : "/usr/bin:/bin");
   std::error_code error;
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path file = fs::absolute(fs::path(folder) / name, error);
+    fs::path file = fs::absolute(fs::path(folder) / name, error);
     if (!error && fs::is_regular_file(file, error) && ::access(file.c_str(), X_OK) == 0) return file;
   }
   return {};

@@ -29,10 +29,10 @@ std::vector<std::string> warnings_of(const records::EnsembleRun& run) {
     warnings.push_back(
         fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.samples));
   if (run.sums.samples > 0 && paths.clean == 0)
-    warnings.push_back(
-        fmt::format("none of the {} paths is clean: no probability or mean is determined. Try a smaller --dt, or a "
-                    "smaller amplitude of the noise",
-                    run.sums.samples));
+    warnings.push_back(fmt::format(
+        "{} of {} paths are not clean; no probability and no mean is determined. A smaller --dt, or a smaller "
+        "amplitude of the noise may help",
+        run.sums.samples, run.sums.samples));
   else if (const std::int64_t lost = paths.no_root + paths.momentum_bound; lost > 0)
     warnings.push_back(
         fmt::format("{} of {} paths are not clean; statistics at each time are over the paths clean up to then. A "

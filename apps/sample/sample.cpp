@@ -152,14 +152,9 @@ class SavedChains {
 };
 
 // θ have priors, which would be all that is seen of them where data are fewer.
-void require_determined_theta(const inference::PosteriorProblem& problem, const std::string& align) {
-  const Eigen::Index d = problem.sources.front().dimension();
-  const AlignmentKind kind = align != "auto"                   ? parse_alignment(align)
-                             : d == 1 || !problem.tree.empty() ? AlignmentKind::kNone
-                                                               : AlignmentKind::kSimilarity;
+void require_determined_theta(const inference::PosteriorProblem& problem) {
   Eigen::Index coordinates = 0;
-  for (const Landmarks& target : problem.targets)
-    coordinates += target.points.array().isFinite().count() - alignment_parameters(kind, d);
+  for (const Landmarks& target : problem.targets) coordinates += target.points.array().isFinite().count();
   require_determined_parameters("the parameters are", std::ssize(problem.parameters), coordinates,
                                 "give fewer --parameters, or none, or more shapes");
 }
@@ -173,7 +168,7 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
   output.check(files_written, kSamplePictures);
   SavedChains saved(arguments, shapes, settings);
   if (saved.done_before()) return kDone;
-  require_determined_theta(problem, arguments.align);
+  require_determined_theta(problem);
   Progress progress;
   std::mutex turn;
   inference::SamplerOptions options = arguments.sampler;

@@ -116,11 +116,9 @@ AlignmentKind choose_alignment(const RegistrationOptions& options, int dimension
 Alignment find_alignment(const MatchingShapes& shapes, const RegistrationOptions& options) {
   const AlignmentKind kind = choose_alignment(options, shapes.source.dimension());
   const DataOptions& data = shapes.data;
-  if (data.kind == DataKind::kLandmarks) {
-    require_determined(shapes.source.points, shapes.target.points, kind, shapes.target.source, data.weights);
+  if (data.kind == DataKind::kLandmarks)
     return align(shapes.source.points, shapes.target.points, kind,
                  {.weights = data.weights, .reflect = options.reflect});
-  }
   return align_curves({shapes.source.points, shapes.source_edges}, make_curve(shapes.target, data.ends), kind);
 }
 
@@ -225,6 +223,9 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
   Scales scales = choose_scales(shapes, q0, options, alignment.kind);
   std::shared_ptr<const NoiseModel> noise = options.noise.make(aligned);
   noise->check(aligned.dimension(), aligned.count());
+  if (shapes.data.kind == DataKind::kLandmarks)
+    require_determined(shapes.source.points, shapes.target.points, alignment.kind, shapes.target.source,
+                       shapes.data.weights);
   const bool noisy = noise->channels(aligned.dimension(), aligned.count()) > 0;
   const MatchingMode mode = choose_mode(options, *noise, noisy);
   std::vector<Eigen::MatrixXd> realisations;

@@ -141,7 +141,8 @@ TEST_F(EnsembleProgram, TakesAShapeOfThePlane) {
 TEST_F(EnsembleProgram, TellsOfPathsThatAreLost) {
   const ProgramRun done = run_pair("--samples 100 --time 20 --bound 3.9999 -o out");
   EXPECT_EQ(done.exit_code, 3);
-  EXPECT_THAT(done.err, StartsWith("warning: none of the 100 paths is clean: no probability or mean is determined"));
+  EXPECT_THAT(done.err,
+              StartsWith("warning: 100 of 100 paths are not clean; no probability and no mean is determined"));
   EXPECT_EQ(read_json("out/ensemble.json")["paths"]["momentum_bound"], 100);
   EXPECT_TRUE(read_json("out/ensemble.json")["crossing"].is_null());
   EXPECT_EQ(count_lines(contents("out/means.csv")), 1U);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

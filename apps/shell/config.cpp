@@ -76,7 +76,7 @@ std::vector<std::pair<const toml::key*, const toml::node*>> entries_of(const tom
 std::size_t after_string(std::string_view text, std::size_t at) {
   if (text[at] == '#') return std::min(text.find('\n', at), text.size());
   const std::string_view three = text.substr(at, 3);
-  const bool is_long = three == "\"\"\"" || three == "'''";
+  const bool is_long = three == R"(""")" || three == "'''";
   const std::string_view quote = text.substr(at, is_long ? 3 : 1);
   for (std::size_t i = at + quote.size(); i < text.size(); ++i) {
     if (text[i] == '\\' && quote[0] == '"')

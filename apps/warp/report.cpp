@@ -19,8 +19,6 @@
 namespace pulson {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kLongestOnPage = 1100;  // pixels of pictures on the page
 constexpr int kMeshCells = 18;           // of the mesh, along the longer side
 constexpr int kPointsPerMeshCell = 2;

@@ -99,6 +99,10 @@ struct Animation::Encoder {
   ChildProcess ffmpeg;  // after the file, so that it ends before that goes
   bool has_frames = false;
 
+  Encoder(fs::path named, TemporaryFile to, std::size_t bytes_of_frame, const fs::path& program,
+          const std::vector<std::string>& arguments)
+      : file(std::move(named)), temporary(std::move(to)), frame_bytes(bytes_of_frame), ffmpeg(program, arguments) {}
+
   /// Tells ffmpeg that there are no more frames, and waits for it.
   void wait() {
     if (const std::string why = ffmpeg.wait(); !why.empty()) throw InputError("ffmpeg failed: " + ffmpeg_error(why));
@@ -114,7 +118,7 @@ Animation::Animation(const fs::path& file, int width, int height, double frames_
   std::error_code no_folder;
   TemporaryFile temporary(fs::absolute(file, no_folder), file);
   const std::vector<std::string> arguments = arguments_of(format, width, height, frames_per_second, temporary.path());
-  encoder_.reset(new Encoder{file, std::move(temporary), std::size_t{3} * width * height, {ffmpeg, arguments}});
+  encoder_ = std::make_unique<Encoder>(file, std::move(temporary), std::size_t{3} * width * height, ffmpeg, arguments);
 }
 
 Animation::~Animation() = default;

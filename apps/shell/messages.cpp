@@ -72,7 +72,7 @@ using Clock = std::chrono::steady_clock;
 const Clock::time_point kBegin = Clock::now();
 Verbosity chosen_verbosity = Verbosity::kNormal;
 
-// Where it cannot be written, nobody can be told.
+// Where it cannot be written, nothing can be reported.
 void write_to_stderr(std::string_view text) noexcept { std::fwrite(text.data(), 1, text.size(), stderr); }
 
 void print_message(Style style, std::string_view name, std::string_view text) {

@@ -10,7 +10,7 @@ namespace pulson {
 /// d(d+1).
 Eigen::Index alignment_parameters(AlignmentKind kind, Eigen::Index d);
 
-/// Whether something is left of the data once a map of the given kind is fitted: coordinates of landmarks that are
+/// Whether the data hold more than a map of the given kind fits: coordinates of landmarks that are
 /// finite in both shapes, with a weight above 0, are more than the map has parameters. Else the map fits them exactly
 /// whatever they are, and shapes that were aligned by it are not equal, but undetermined.
 /// @param source, target d×N @param weights N, empty: all 1

@@ -183,7 +183,7 @@ TimePanels::TimePanels(TimeRow row)
 
 void TimePanels::draw(Canvas& canvas, const Box& box) const {
   const auto columns = static_cast<double>(row_.columns.size());
-  double gap = kGap;  // or more, so that numbers of neighbours stay apart
+  double gap = kGap;  // or more, so that numbers of neighbours do not overlap
   for (const std::string& text : make_tics_below(times_, box.width / columns - kGap).texts)
     gap = std::max(gap, number_width(text) + kTimeNumberGap);
   View view{{box.left, box.bottom, (box.width - (columns - 1) * gap) / columns, box.height}, times_, axis_.range()};

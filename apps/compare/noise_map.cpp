@@ -56,7 +56,7 @@ void write_noise_map(const compare::Comparison& comparison, const draw::PictureF
   for (const compare::ComparedModel* model : models) largest = std::max(largest, model->noise_displacement.maxCoeff());
   const double factor = draw::round_factor(kLargestDisc * diameter(source.points) / largest);
   const std::vector<const Points*> sets{&source.points};
-  draw::View view{.box = {}, .x = draw::range_of(sets, 0), .y = draw::range_of(sets, 1), .y_down = source.y_down};
+  draw::View view{.box = {}, .x = draw::range_of(sets, 0), .y = draw::range_of(sets, 1), .y_down = source.frame.y_down};
   for (draw::Interval* range : {&view.x, &view.y}) *range = range->with_span(range->span() + 2.4 * factor * largest);
   const std::vector<draw::Interval> ranges = draw::with_margins({view.x, view.y}, 0.2);
   view.x = ranges[0];

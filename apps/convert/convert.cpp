@@ -69,7 +69,7 @@ void flip_y(const ConvertArguments& arguments, const std::string& input, formats
     if (points.rows() < 2) throw InputError(input + ": --flip-y needs y; this is 1D");
     points.row(1) = height - points.row(1).array();
   });
-  for (Landmarks& shape : file.shapes) shape.y_down = !shape.y_down;
+  for (Landmarks& shape : file.shapes) shape.frame.y_down = !shape.frame.y_down;
 }
 
 /// One property of two files that are joined: what one of them says holds for both.

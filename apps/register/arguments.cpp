@@ -142,7 +142,7 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) 
     const bool is_of_tps =
         io::to_lower(std::filesystem::path(shape.source.substr(0, shape.source.find('#'))).extension().string()) ==
         ".tps";
-    if (!reading.y_down) shape.y_down = other.y_down = !is_of_tps;
+    if (!reading.y_down) shape.frame.y_down = other.frame.y_down = !is_of_tps;
   }
   if (pixel_size) known.pixel_size = *pixel_size;
   known.origin = place.value_or(known.origin);

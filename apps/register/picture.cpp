@@ -178,7 +178,7 @@ void add_material(const StochasticSystem& system, const Trajectory& path, const 
     const auto is_first = [&](const Points& line) { return line(0, 0) == line(0, 1); };  // x is constant
     if (box.below) {
       const auto columns = static_cast<int>(std::count_if(lines.begin(), lines.end(), is_first));
-      const bool y_down = motion.source.y_down || motion.target.y_down;
+      const bool y_down = motion.source.frame.y_down || motion.target.frame.y_down;
       motion.image = {box.below->picture, part_of(*box.below, box.low, y_down), part_of(*box.below, box.high, y_down),
                       columns, points_per_cell};
     }

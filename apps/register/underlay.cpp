@@ -35,9 +35,9 @@ struct PixelBox {
   Vector2d high() const { return low + pixel * Vector2d(width, height); }
 
   // Where y points up, its origin is that of the lower edge.
-  images::PixelFrame frame(bool y_up) const {
-    const Vector2d origin = low + pixel / 2 * Vector2d(1, y_up ? -1 : 1);
-    return {{origin.x(), origin.y()}, {pixel, pixel}, y_up, static_cast<double>(height)};
+  Frame frame(bool y_down) const {
+    const Vector2d origin = low + pixel / 2 * Vector2d(1, y_down ? 1 : -1);
+    return {{origin.x(), origin.y()}, {pixel, pixel}, y_down, height};
   }
 };
 
@@ -79,25 +79,24 @@ SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
 std::optional<PageImage> add_underlay(const SourceImage& image, const matching::Registration& registration,
                                       draw::RegistrationPicture& picture, std::vector<std::string>& notes) try {
   if (image.file.empty() || picture.grid_after.empty()) return std::nullopt;
-  const bool y_up = !picture.source.y_down && !picture.target.y_down;
+  const bool y_down = picture.source.frame.y_down || picture.target.frame.y_down;
   const auto [low, high] = drawn_box(registration);
   const PixelBox before(low, high);
   const auto [moved_low, moved_high] = bounding_box(joined_lines(picture.grid_after));
   const PixelBox after(low.cwiseMin(moved_low), high.cwiseMax(moved_high));
 
   const Picture read = read_picture(image.file, image.max_pixels);
-  const images::PixelFrame frame{
-      image.origin, {image.pixel_size, image.pixel_size}, y_up, static_cast<double>(read.image.height())};
+  const Frame frame{image.origin, {image.pixel_size, image.pixel_size}, y_down, read.image.height()};
   if (const auto outside = landmarks_outside(frame.to_pixels(registration.original.points), read.image, image.file))
     notes.push_back(*outside);
   const warp::MaterialFlow rest = at_rest(registration);
   const images::Image aligned =
-      for_show(moved(read.image, {rest, registration.alignment, frame, before.frame(y_up)}, before));
+      for_show(moved(read.image, {rest, registration.alignment, frame, before.frame(y_down)}, before));
   picture.image_before = {raster_of(aligned), before.low, before.high()};
 
   const warp::MaterialFlow flow(registration_system(registration), replay(registration));
   const Alignment none{AlignmentKind::kNone, 1, Eigen::MatrixXd::Identity(2, 2), Vector2d::Zero()};
-  const images::Image carried = moved(aligned, {flow, none, before.frame(y_up), after.frame(y_up)}, after);
+  const images::Image carried = moved(aligned, {flow, none, before.frame(y_down), after.frame(y_down)}, after);
   picture.image_after = {raster_of(carried), after.low, after.high()};
   return PageImage{jpeg_of(aligned), before.low, before.high()};
 } catch (const std::exception& error) {  // whatever it is: numbers do not depend on a picture

@@ -106,7 +106,7 @@ Start StartOptions::start() const {
   } else {
     throw InputError("an initial state is needed: --q, --shape or --from");
   }
-  if (reading.y_down) start.shape.y_down = *reading.y_down && start.shape.dimension() == 2;
+  if (reading.y_down) start.shape.frame.y_down = *reading.y_down && start.shape.dimension() == 2;
   check_complete(start.shape);
   require_usable_range(start.shape);
   check_distinct(start.shape);

@@ -21,12 +21,12 @@ bool is_of_tps(const Landmarks& shape) {
   return extension == ".tps" || extension == ".TPS";
 }
 
-images::PixelFrame frame_of(const std::optional<images::PixelFrame>& own, std::optional<double> pixel_size,
-                            const std::optional<std::array<double, 2>>& origin, bool y_up, int height) {
-  images::PixelFrame frame = own.value_or(images::PixelFrame{});
-  if (pixel_size) frame.spacing = {*pixel_size, *pixel_size};
+Frame frame_of(const std::optional<Frame>& own, std::optional<double> pixel_size,
+               const std::optional<std::array<double, 2>>& origin, bool y_down, int height) {
+  Frame frame = own.value_or(Frame{});
+  if (pixel_size) frame.unit_per_pixel = {*pixel_size, *pixel_size};
   if (origin) frame.origin = *origin;
-  frame.y_up = y_up;
+  frame.y_down = y_down;
   frame.height = height;
   return frame;
 }
@@ -38,7 +38,7 @@ WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registrat
   WarpFrames frames;
   frames.width = input.image.width();
   frames.height = input.image.height();
-  std::optional<images::PixelFrame> of_result = input.frame;
+  std::optional<Frame> of_result = input.frame;
   if (!arguments.like.empty()) {
     frames.like = read_picture(arguments.like, arguments.max_pixels);
     frames.width = frames.like->image.width();
@@ -51,9 +51,9 @@ WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registrat
   const Landmarks& to = arguments.inverse ? registration.original : registration.target;
   const auto of_target = arguments.target_pixel_size ? arguments.target_pixel_size : arguments.pixel_size;
   frames.input = frame_of(input.frame, arguments.pixel_size, arguments.origin_of_image(),
-                          arguments.flip_y.value_or(is_of_tps(from)), input.image.height());
-  frames.result = frame_of(of_result, of_target, arguments.origin_of_result(), arguments.flip_y.value_or(is_of_tps(to)),
-                           frames.height);
+                          !arguments.flip_y.value_or(is_of_tps(from)), input.image.height());
+  frames.result = frame_of(of_result, of_target, arguments.origin_of_result(),
+                           !arguments.flip_y.value_or(is_of_tps(to)), frames.height);
   frames.title = short_name(from) + " → " + short_name(to);
   if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
   for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
@@ -84,8 +84,8 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
     print_text("result     {} x {} pixels, at most {} per pixel, {} uncovered, {} in holes\n", frames->width,
                frames->height, counted(figures.max_multiplicity, "sheet"), percent_text(figures.uncovered_fraction),
                percent_text(figures.hole_fraction));
-    print_text("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.spacing[0],
-               frames->input.spacing[0] == 1 ? "unit" : "units", frames->input.y_up ? "up (flipped)" : "down");
+    print_text("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.unit_per_pixel[0],
+               frames->input.unit_per_pixel[0] == 1 ? "unit" : "units", frames->input.y_down ? "down" : "up (flipped)");
   }
   const char* unit = frames != nullptr ? "pixels" : "units";
   print_text("accuracy   landmarks to {} {}{}\n", short_error(figures.landmark_error_max), unit,
@@ -119,10 +119,10 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
                                  {"seconds", figures.seconds}};
   if (frames != nullptr) {
     json["size"] = {frames->width, frames->height};
-    json["pixel_size"] = frames->input.spacing;
-    json["target_pixel_size"] = frames->result.spacing;
-    json["flip_y"] = frames->input.y_up;
-    json["target_flip_y"] = frames->result.y_up;
+    json["pixel_size"] = frames->input.unit_per_pixel;
+    json["target_pixel_size"] = frames->result.unit_per_pixel;
+    json["flip_y"] = !frames->input.y_down;
+    json["target_flip_y"] = !frames->result.y_down;
     json["over"] = arguments.over;
     json["interpolation"] = arguments.interpolation;
     json["border"] = arguments.border;

@@ -12,8 +12,8 @@ namespace pulson {
 
 /// The coordinates of the image that is warped and of the result, and the result's size.
 struct WarpFrames {
-  images::PixelFrame input;
-  images::PixelFrame result;
+  Frame input;
+  Frame result;
   int width = 0;
   int height = 0;
   std::optional<Picture> like;

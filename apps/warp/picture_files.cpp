@@ -45,22 +45,21 @@ images::Image image_of(const fields::GridField& grid) {
   return {width, height, 1, values};
 }
 
-fields::GridField grid_of(std::vector<float> values, int components, int width, int height,
-                          const images::PixelFrame& frame) {
+fields::GridField grid_of(std::vector<float> values, int components, int width, int height, const Frame& frame) {
   // With y up the rows go downwards all the same: their direction is negative.
   fields::GridField grid{{width, height},
-                         {frame.spacing[0], frame.spacing[1]},
+                         {frame.unit_per_pixel[0], frame.unit_per_pixel[1]},
                          {frame.origin[0], frame.origin[1]},
                          components,
                          std::move(values)};
-  if (frame.y_up) {
-    grid.origin[1] += frame.spacing[1] * frame.height;
+  if (!frame.y_down) {
+    grid.origin[1] += frame.unit_per_pixel[1] * frame.height;
     grid.direction = Eigen::Vector2d(1, -1).asDiagonal();
   }
   return grid;
 }
 
-images::PixelFrame frame_of(const std::filesystem::path& path, const fields::GridField& grid) {
+Frame frame_of(const std::filesystem::path& path, const fields::GridField& grid) {
   if (grid.direction.size() > 0 && !grid.direction.isIdentity(1e-9))
     throw InputError(path.string() + ": its axes are turned; only images along the axes are read");
   return {{grid.origin[0], grid.origin[1]}, {grid.spacing[0], grid.spacing[1]}};
@@ -161,7 +160,7 @@ html::EncodedPicture jpeg_of(const images::Image& image) {
   return {html::MediaType::kJpeg, encode_image(on_white(to_rgba8(for_show(image))), ".jpg")};
 }
 
-void write_picture(const std::filesystem::path& path, const images::Image& image, const images::PixelFrame& frame,
+void write_picture(const std::filesystem::path& path, const images::Image& image, const Frame& frame,
                    std::optional<fields::GridType> type) {
   if (is_grid_file(path)) {
     if (image.channels() > 2) throw InputError(path.string() + ": only grey images are written as .mha or .nrrd");
@@ -190,7 +189,7 @@ void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask
 }
 
 void write_displacements(const std::filesystem::path& path, std::vector<float> values, int width, int height,
-                         const images::PixelFrame& frame) {
+                         const Frame& frame) {
   write_grid_field(path, grid_of(std::move(values), 2, width, height, frame));
 }
 

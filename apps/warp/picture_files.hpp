@@ -16,7 +16,7 @@ namespace pulson {
 /// A picture and, if its file says so, the positions of its pixels and the type of its numbers.
 struct Picture {
   images::Image image;
-  std::optional<images::PixelFrame> frame;
+  std::optional<Frame> frame;
   std::optional<fields::GridType> type;  ///< of grids, which have more types than an Image
 };
 
@@ -52,7 +52,7 @@ html::EncodedPicture jpeg_of(const images::Image& image);
 
 /// Formats without alpha take the picture on white. Grids take one channel, in numbers of `type`, else of the image's
 /// depth; floating-point pixels that a format cannot hold are scaled from their range to 8 bits.
-void write_picture(const std::filesystem::path& path, const images::Image& image, const images::PixelFrame& frame,
+void write_picture(const std::filesystem::path& path, const images::Image& image, const Frame& frame,
                    std::optional<fields::GridType> type = std::nullopt);
 
 /// Whether numbers of pixels are written there as such, and not as colours: tif, mha, nrrd.
@@ -63,6 +63,6 @@ void write_mask(const std::filesystem::path& path, const std::vector<bool>& mask
 
 /// Displacements in landmark units, two numbers a pixel.
 void write_displacements(const std::filesystem::path& path, std::vector<float> values, int width, int height,
-                         const images::PixelFrame& frame);
+                         const Frame& frame);
 
 }  // namespace pulson

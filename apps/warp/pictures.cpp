@@ -48,7 +48,7 @@ class NumberPictures {
     std::string heading;
     const std::vector<float>& values;
     int width, height;
-    const images::PixelFrame& frame;
+    const Frame& frame;
     Points landmarks;  // in pixels
   };
 

@@ -54,7 +54,7 @@ std::optional<html::ReportMotion> image_motion(const images::Image& image, const
   motion.source = registration.source;
   motion.target = registration.target;
   motion.corresponds = registration.data.kind == matching::DataKind::kLandmarks;
-  motion.source.y_down = motion.target.y_down = !frames.result.y_up;
+  motion.source.frame.y_down = motion.target.frame.y_down = frames.result.y_down;
   html::MotionImage moved{small_picture(image), {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
   const std::vector<Points> lines = mesh_lines(image, moved.columns);
   for (const Points& line : lines) motion.lines.push_back(static_cast<int>(line.cols()));
@@ -82,8 +82,8 @@ html::ReportTable numbers(const WarpFigures& figures, const WarpArguments& argum
   table.add("smallest Jacobian", figures.min_jacobian);
   if (frames != nullptr) {
     table.add("size of the result", fmt::format("{} x {} pixels", frames->width, frames->height));
-    table.add("landmark units per pixel", frames->input.spacing[0]);
-    table.add("y", frames->input.y_up ? "up" : "down");
+    table.add("landmark units per pixel", frames->input.unit_per_pixel[0]);
+    table.add("y", frames->input.y_down ? "down" : "up");
     table.add("most sheets on a pixel", fmt::to_string(figures.max_multiplicity));
     table.add("uncovered", percent_text(figures.uncovered_fraction));
     table.add("in holes", percent_text(figures.hole_fraction));

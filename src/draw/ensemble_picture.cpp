@@ -69,9 +69,10 @@ Canvas compose(const EnsemblePicture& picture) {
   const std::vector<Interval> ranges = data_ranges(picture);
   const bool in_plane = picture.start.dimension() == 2;
   const Titles titles{picture.title, picture.subtitle};
-  Plan plan = in_plane ? arrange(titles, {{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.y_down}},
-                                 {.tallest = 900, .all_numbered = true})
-                       : arrange_space(titles, ranges);
+  Plan plan = in_plane
+                  ? arrange(titles, {{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.frame.y_down}},
+                            {.tallest = 900, .all_numbered = true})
+                  : arrange_space(titles, ranges);
   Canvas& canvas = plan.canvas;
   const Figure figure = plan_figure(picture.start, scale_of(plan.views.front()));
   if (!in_plane) draw_displacements(canvas, plan.side, picture.start.points, picture.mean.back(), figure);

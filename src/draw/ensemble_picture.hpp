@@ -29,7 +29,7 @@ std::vector<Points> ellipses(const EnsemblePicture& picture, int row_x, int row_
 /// Draws the mean shape at the end, around each landmark the ellipse that holds nine tenths of a normal distribution of
 /// its covariance, the mean paths coloured by time, and faintly the paths given, as far as they are within the panel;
 /// as a PNG 1200 to 1600 pixels wide and an SVG of the same layout. d = 3: the projections xy, xz and yz. Lengths keep
-/// one scale on all axes; in the plane y points down where `start.y_down` says so.
+/// one scale on all axes; in the plane y points down where `start.frame.y_down` says so.
 ///
 /// @throws InputError on a value that is not finite or larger than 1e300, on sizes that disagree, and where a
 /// folder does not exist; no file is then written. Safe to call from several threads.

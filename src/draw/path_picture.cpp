@@ -204,7 +204,7 @@ Canvas compose_paths_in_plane(const PathPicture& picture) {
   const Points tips = alone && !few ? arrow_tips(picture) : Points(2, 0);
   const Ends ends = choose_ends(picture, kEndVertices);
   const std::vector<Interval> ranges = data_ranges(picture, ends, tips, 0.15);
-  const View view{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.y_down};
+  const View view{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.start.frame.y_down};
   const bool stacked = view.x.span() > 2.2 * view.y.span();
   std::vector<View> views(alone && few ? 1 : 2, view);
   Plan plan = arrange_above_momenta(

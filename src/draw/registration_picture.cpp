@@ -96,7 +96,8 @@ std::vector<LegendEntry> legend_of_shapes(const Figures& figures) {
 
 Canvas compose_plane(const RegistrationPicture& picture) {
   const std::vector<Interval> ranges = data_ranges(picture, 0.15);
-  const View view{.box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.source.y_down || picture.target.y_down};
+  const View view{
+      .box = {}, .x = ranges[0], .y = ranges[1], .y_down = picture.source.frame.y_down || picture.target.frame.y_down};
   const bool stacked = view.x.span() > 2.2 * view.y.span();
   Plan plan = arrange(titles_of(picture), {view, view}, {stacked, stacked ? 560.0 : 900.0, stacked});
   Canvas& canvas = plan.canvas;

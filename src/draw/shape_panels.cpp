@@ -33,7 +33,7 @@ std::vector<Interval> ranges_of(const ShapePanels& picture) {
 // The planes that each panel shows: in space those of the longest axis with each of the others.
 std::vector<View> views_of(const ShapePanels& picture) {
   const std::vector<Interval> ranges = ranges_of(picture);
-  if (ranges.size() == 2) return {{{}, ranges[0], ranges[1], 0, 1, picture.reference.y_down}};
+  if (ranges.size() == 2) return {{{}, ranges[0], ranges[1], 0, 1, picture.reference.frame.y_down}};
   std::vector<int> axes{0, 1, 2};
   std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return ranges[a].span() > ranges[b].span(); });
   return {{{}, ranges[axes[0]], ranges[axes[1]], axes[0], axes[1]},

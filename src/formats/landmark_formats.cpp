@@ -165,7 +165,7 @@ std::size_t count_missing_marks(const std::vector<Landmarks>& shapes) {
 
 // A table that names images, or has pixels, is of places in images.
 bool counts_rows(const LandmarkFormat& format, const Landmarks& shape) {
-  return format.y_down || shape.y_down || (is_table(format) && (!shape.image.empty() || shape.units == "px"));
+  return format.y_down || shape.frame.y_down || (is_table(format) && (!shape.image.empty() || shape.units == "px"));
 }
 
 }  // namespace
@@ -206,7 +206,7 @@ LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptio
   for (Landmarks& shape : file.shapes) {
     shape.units = file.units;
     shape.axes = file.axes;
-    shape.y_down = shape.dimension() == 2 && options.y_down.value_or(counts_rows(format, shape));
+    shape.frame.y_down = shape.dimension() == 2 && options.y_down.value_or(counts_rows(format, shape));
   }
   if (!options.columns.empty() && format.name != "csv")
     file.warnings.push_back(

@@ -238,7 +238,7 @@ std::string numbers_of(const ReportMotion& motion) {
   json.add("numbers", list(numbers));
   json.add_frames("frames", motion.frames);
   json.add_points("target", motion.target.points);
-  json.add("down", motion.source.y_down || motion.target.y_down);
+  json.add("down", motion.source.frame.y_down || motion.target.frame.y_down);
   json.add("pairs", motion.corresponds);
   if (!motion.corresponds && motion.target.count() > 0)
     json.add_outlines("targetOutlines", draw::plan_figure(motion.target, scale));

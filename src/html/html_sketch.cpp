@@ -30,7 +30,8 @@ std::vector<int> shown_axes(const Points& points) {
 // From coordinates to those of the drawing. Shapes on a line lie below one another, `row` by `row`.
 class Place {
  public:
-  explicit Place(const ReportSketch& sketch) : axes_(shown_axes(sketch.source.points)), y_down_(sketch.source.y_down) {
+  explicit Place(const ReportSketch& sketch)
+      : axes_(shown_axes(sketch.source.points)), y_down_(sketch.source.frame.y_down) {
     Points all(sketch.source.points.rows(), 2 * sketch.source.points.cols() + sketch.target.cols());
     all << sketch.source.points, sketch.result, sketch.target;
     const auto [low, high] = bounding_box(all);

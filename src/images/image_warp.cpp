@@ -30,20 +30,7 @@ MatrixXd sandwiched(const Matrix2d& left, const MatrixXd& gradients, const Matri
 
 }  // namespace
 
-Eigen::Vector2d PixelFrame::scale() const { return {spacing[0], y_up ? -spacing[1] : spacing[1]}; }
-
-Points PixelFrame::to_landmarks(const Points& pixels) const {
-  const Eigen::Vector2d shift(origin[0], origin[1] + (y_up ? spacing[1] * height : 0));
-  return (scale().asDiagonal() * pixels).colwise() + shift;
-}
-
-Points PixelFrame::to_pixels(const Points& landmarks) const {
-  const Eigen::Vector2d shift(origin[0], origin[1] + (y_up ? spacing[1] * height : 0));
-  return scale().cwiseInverse().asDiagonal() * (landmarks.colwise() - shift);
-}
-
-ImageWarp::ImageWarp(const warp::MaterialFlow& flow, Alignment alignment, const PixelFrame& source,
-                     const PixelFrame& target)
+ImageWarp::ImageWarp(const warp::MaterialFlow& flow, Alignment alignment, const Frame& source, const Frame& target)
     : flow_(flow), alignment_(std::move(alignment)), source_(source), target_(target) {
   if (flow.dimension() != 2)
     throw InputError("images are of the plane, and the landmarks are in " + std::to_string(flow.dimension()) + "D");

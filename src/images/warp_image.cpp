@@ -21,7 +21,7 @@ bool is_outside(const std::array<float, 2>& place, const Image& image) {
 }
 
 // From pixel positions of one frame, whose rows begin at `first_row`, to places in another: in landmark units.
-void append_displacements(const warp::SampledMap& map, int first_row, const PixelFrame& from, const PixelFrame& to,
+void append_displacements(const warp::SampledMap& map, int first_row, const Frame& from, const Frame& to,
                           std::vector<float>& all) {
   const auto count = static_cast<Index>(map.places.size());
   Points pixels(2, count), places(2, count);

@@ -49,7 +49,7 @@ Landmarks read_shape(const Reader& reader, Points points) {
   if (reader.has("numbers"))
     for (const Reader& number : reader.at("numbers").items()) shape.numbers.push_back(number.count());
   if (reader.has("axes")) shape.axes = reader.at("axes").text();
-  if (reader.has("y_down")) shape.y_down = reader.at("y_down").boolean();
+  if (reader.has("y_down")) shape.frame.y_down = reader.at("y_down").boolean();
   if (reader.has("units")) shape.units = reader.at("units").text();
   for (const auto& [key, size] :
        {std::pair("numbers", shape.numbers.size()), {"labels", shape.labels.size()}, {"groups", shape.groups.size()}})
@@ -195,7 +195,7 @@ formats::Json shape_json(const Landmarks& shape) {
   if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
   if (!shape.axes.empty()) json["axes"] = shape.axes;
   if (!shape.units.empty()) json["units"] = shape.units;
-  if (shape.y_down) json["y_down"] = true;
+  if (shape.frame.y_down) json["y_down"] = true;
   return json;
 }
 

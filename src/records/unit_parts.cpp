@@ -59,7 +59,7 @@ Json shape_identity(const Landmarks& shape) {
             {"numbers", shape.numbers},
             {"units", shape.units},
             {"axes", shape.axes},
-            {"y_down", shape.y_down},
+            {"y_down", shape.frame.y_down},
             {"source", shape.source}};
   if (shape.scale) json["scale"] = *shape.scale;
   return json;
@@ -80,7 +80,7 @@ Landmarks shape_from(const Json& json) {
   json.at("numbers").get_to(shape.numbers);
   json.at("units").get_to(shape.units);
   json.at("axes").get_to(shape.axes);
-  json.at("y_down").get_to(shape.y_down);
+  json.at("y_down").get_to(shape.frame.y_down);
   json.at("source").get_to(shape.source);
   if (json.contains("scale")) shape.scale = json.at("scale").get<double>();
   const auto fits = [&](std::size_t size) { return size == 0 || size == static_cast<std::size_t>(shape.count()); };

@@ -70,7 +70,7 @@ TEST_F(EnsemblePictureTest, EllipsesHaveTheAxesOfTheirCovariance) {
   EnsemblePicture picture = some_ensemble(2, 1);
   picture.covariances.front() << 1, 0, 0, 9;
   for (const bool y_down : {false, true}) {
-    picture.start.y_down = y_down;
+    picture.start.frame.y_down = y_down;
     const std::string svg = draw(picture);
     const SvgParts target = svg_parts(svg, "#D4621A");
     ASSERT_EQ(target.lines.size(), 1U);

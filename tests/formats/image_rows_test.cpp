@@ -13,7 +13,7 @@ class ImageRows : public ReadingFiles {
  protected:
   static bool is_down(const std::string& name, const std::string& text, const ReadOptions& options = {}) {
     write(name, text);
-    return read_landmark_file(name, options).shapes.front().y_down;
+    return read_landmark_file(name, options).shapes.front().frame.y_down;
   }
 };
 
@@ -60,9 +60,9 @@ TEST_F(ImageRows, AreKeptByJson) {
   Landmarks& shape = file.shapes.emplace_back();
   shape.points = points_2d({1, 2});
   for (const bool y_down : {true, false}) {
-    shape.y_down = y_down;
+    shape.frame.y_down = y_down;
     write_landmark_file("kept.json", file);
-    EXPECT_EQ(read_landmarks("kept.json").y_down, y_down);
+    EXPECT_EQ(read_landmarks("kept.json").frame.y_down, y_down);
   }
   EXPECT_EQ(read_error("bad.json", R"({"points": [[1, 2]], "y_down": 1})"),
             "bad.json: 'y_down' is neither true nor false");

@@ -73,7 +73,7 @@ TEST(HtmlMotion, EscapesItsCaptionAndNeedsNothingBesideItself) {
 TEST(HtmlMotion, CountsYDownwardsInImages) {
   ReportMotion motion = two_points();
   EXPECT_TRUE(contains(numbers_in(page_of(motion)), R"("down":false)"));
-  motion.target.y_down = true;
+  motion.target.frame.y_down = true;
   EXPECT_TRUE(contains(numbers_in(page_of(motion)), R"("down":true)"));
 }
 

@@ -133,7 +133,7 @@ TEST_F(HtmlReportTest, DrawsSketchesInCells) {
   const std::string rings = drawn.substr(drawn.find("class=\"target\""), 200);
   EXPECT_EQ(std::count(rings.begin(), rings.begin() + static_cast<long>(rings.find("/>")), 'M'), 2) << "of those known";
   EXPECT_THROW(page(Points::Zero(2, 4)), InputError);
-  source.y_down = true;
+  source.frame.y_down = true;
   EXPECT_NE(page(result), drawn);
 }
 

@@ -91,25 +91,23 @@ warp::MaterialFlow still(const Landmarks& shape) {
 
 const Alignment kNoAlignment{AlignmentKind::kNone, 1, Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()};
 
-TEST(PixelFrame, GoesToLandmarksAndBack) {
+TEST(Frame, GoesToLandmarksAndBack) {
   const Points pixels = 50 * random_points(2, 20, 1);
   for (const bool y_up : {false, true}) {
-    const PixelFrame frame{{-3, 4}, {0.02, 0.03}, y_up, 48};
+    const Frame frame{{-3, 4}, {0.02, 0.03}, !y_up, 48};
     EXPECT_LE((frame.to_pixels(frame.to_landmarks(pixels)) - pixels).norm(), 1e-11);
     const Points steps = frame.to_landmarks(pixels.colwise() + Eigen::Vector2d(1, 1)) - frame.to_landmarks(pixels);
     EXPECT_LE((steps.colwise() - frame.scale()).norm(), 1e-12);
   }
 }
 
-TEST(PixelFrame, CountsFromTheFirstPixelDownOrFromTheLowerEdgeUp) {
+TEST(Frame, CountsFromTheFirstPixelDownOrFromTheLowerEdgeUp) {
   const Points corners = (Points(2, 2) << 0, 10, 0, 48).finished();
-  EXPECT_LE(
-      ((PixelFrame{{-3, 4}, {0.5, 0.25}}).to_landmarks(corners) - (Points(2, 2) << -3, 2, 4, 16).finished()).norm(),
-      1e-14);
-  EXPECT_LE(
-      ((PixelFrame{{-3, 4}, {0.5, 0.25}, true, 48}).to_landmarks(corners) - (Points(2, 2) << -3, 2, 16, 4).finished())
-          .norm(),
-      1e-14);
+  EXPECT_LE(((Frame{{-3, 4}, {0.5, 0.25}}).to_landmarks(corners) - (Points(2, 2) << -3, 2, 4, 16).finished()).norm(),
+            1e-14);
+  EXPECT_LE(((Frame{{-3, 4}, {0.5, 0.25}, false, 48}).to_landmarks(corners) - (Points(2, 2) << -3, 2, 16, 4).finished())
+                .norm(),
+            1e-14);
 }
 
 // By 0.3 and (0.1, −0.06) in landmark units of 0.02 a pixel, y down or up: where the analytic inverse finds a colour.
@@ -119,7 +117,7 @@ TEST(ImageWarp, TurnsAndShiftsThePictureTheWayTheLandmarksGo) {
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(0.3).toRotationMatrix();
   const Eigen::Vector2d shift(0.1, -0.06);
   for (const bool y_up : {false, true}) {
-    const PixelFrame frame{{-0.64, -0.48}, {0.02, 0.02}, y_up, kHeight};
+    const Frame frame{{-0.64, -0.48}, {0.02, 0.02}, !y_up, kHeight};
     const ImageWarp warp(flow, {AlignmentKind::kRigid, 1, turn, shift}, frame, frame);
     const double sign = y_up ? -1 : 1;
     const double centre_y = y_up ? kHeight - 24 : 24;  // of the landmarks' origin; in x it is 32
@@ -146,7 +144,7 @@ TEST(ImageWarp, FollowsTheFlow) {
   const matching::Registration registration = register_shapes(source, target, options);
   ASSERT_LE(registration.rms(), 1e-3);
   const warp::MaterialFlow flow(registration_system(registration), replay(registration));
-  const PixelFrame frame{{-0.64, -0.48}, {0.02, 0.02}};
+  const Frame frame{{-0.64, -0.48}, {0.02, 0.02}};
   const ImageWarp warp(flow, kNoAlignment, frame, frame);
   const Image image = hills();
   const Image expected = remap(image, map_of(kWidth, kHeight, [](float x, float y) -> std::array<float, 2> {
@@ -158,7 +156,7 @@ TEST(ImageWarp, FollowsTheFlow) {
 
 TEST(ImageWarp, OfShapesThatAreTheSameIsTheSamePicture) {
   const warp::MaterialFlow flow = still(circle(6, 20, 0, {32, 24}));
-  const PixelFrame frame;
+  const Frame frame;
   const ImageWarp warp(flow, kNoAlignment, frame, frame);
   for (const int channels : {1, 3, 4}) {
     const Image image = uneven_image(kWidth, kHeight, channels, PixelDepth::kUint8);
@@ -175,8 +173,8 @@ class FittedWarp : public testing::Test {
     options.align = AlignmentKind::kSimilarity;
     registration_ = register_shapes(circle(12, 0.4, 0, {0, 0}), circle(12, 0.45, 0.1, {0.1, 0.05}), options);
     flow_.emplace(registration_system(registration_), replay(registration_));
-    warp_.emplace(*flow_, registration_.alignment, PixelFrame{{-0.64, -0.48}, {0.02, 0.02}},
-                  PixelFrame{{-1, -0.9}, {0.03, 0.025}, true, kHeight});
+    warp_.emplace(*flow_, registration_.alignment, Frame{{-0.64, -0.48}, {0.02, 0.02}},
+                  Frame{{-1, -0.9}, {0.03, 0.025}, false, kHeight});
   }
 
   matching::Registration registration_;

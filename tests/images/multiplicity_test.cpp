@@ -100,7 +100,7 @@ class Multiplicity : public testing::Test {
   }
 
   const warp::MaterialFlow flow_ = swapped_discs();
-  const PixelFrame frame_{{-2.4, -1.8}, {0.04, 0.04}};
+  const Frame frame_{{-2.4, -1.8}, {0.04, 0.04}};
   const ImageWarp warp_{
       flow_, {AlignmentKind::kNone, 1, Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero()}, frame_, frame_};
   std::vector<int> counts_;

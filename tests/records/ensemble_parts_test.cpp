@@ -108,14 +108,14 @@ TEST(EnsembleParts, KeepWhatTheRecordSays) {
   run.shape.labels = {"nose", "left, eye", "right \"eye\""};
   run.shape.groups = {"a", "b", "b"};
   run.shape.numbers = {3, 5, 8};
-  run.shape.y_down = true;
+  run.shape.frame.y_down = true;
   run.notes = {"a note"};
   const EnsembleRun back = written_and_read(run);
   EXPECT_EQ(ensemble_json(back), ensemble_json(run));
   EXPECT_EQ(back.shape.labels, run.shape.labels);
   EXPECT_EQ(back.shape.groups, run.shape.groups);
   EXPECT_EQ(back.shape.numbers, run.shape.numbers);
-  EXPECT_TRUE(back.shape.y_down);
+  EXPECT_TRUE(back.shape.frame.y_down);
   EXPECT_EQ(back.notes, run.notes);
   EXPECT_EQ(back.densities, run.densities);
 }

@@ -33,7 +33,7 @@ Landmarks full_shape() {
   shape.numbers = {2, 5, 9};
   shape.units = "mm";
   shape.axes = "LPS";
-  shape.y_down = true;
+  shape.frame.y_down = true;
   shape.source = "a.tps#1";
   return shape;
 }
@@ -79,7 +79,7 @@ TEST(UnitParts, ReadBackWhatWasWritten) {
   EXPECT_EQ(shape.curves, expected.curves);
   EXPECT_EQ(shape.outlines, expected.outlines);
   EXPECT_EQ(shape.numbers, expected.numbers);
-  EXPECT_TRUE(shape.y_down);
+  EXPECT_TRUE(shape.frame.y_down);
   EXPECT_THAT(read.notes, ElementsAre("a note"));
   EXPECT_TRUE(is_unit_part(unit_part(run)));
   EXPECT_FALSE(is_unit_part("pulson"));

@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "pulson/core/frame.hpp"
+
 namespace pulson {
 
 /// N points, or N vectors attached to points, in R^d: a d×N matrix with one column per landmark.
@@ -22,13 +24,14 @@ struct Landmarks {
   std::optional<double> scale{};    ///< length units per unit of the coordinates, where the file says so; not applied
   /// What else a file says of the shape, as `COMMENT` → text, in its order.
   std::vector<std::pair<std::string, std::string>> properties{};
-  std::vector<Points> curves{};    ///< further points along open lines, d×n each, that are no landmarks
-  std::vector<Points> outlines{};  ///< the same of closed ones
-  std::vector<int> numbers{};  ///< in the file, from 1, where it numbers them or some were left out; empty: 1, 2, …
-  std::string units{};         ///< of length, as its file names them (`mm`), or `voxels`; empty: it does not
-  std::string axes{};          ///< where the axes point, as its file says: `LPS`, `RAS`; empty: it does not
-  bool y_down = false;  ///< d = 2: whether y counts rows of an image, from the top; pictures then show it downwards
-  std::string source;   ///< where it came from, as a user would address it: `file.tps#3`
+  std::vector<Points> curves{};              ///< further points along open lines, d×n each, that are no landmarks
+  std::vector<Points> outlines{};            ///< the same of closed ones
+  std::vector<std::pair<int, int>> links{};  ///< landmarks, counted from 0, that a wireframe joins; for pictures alone
+  std::vector<int> numbers{};    ///< in the file, from 1, where it numbers them or some were left out; empty: 1, 2, …
+  std::string units{};           ///< of length, as its file names them (`mm`), or `voxels`; empty: it does not
+  std::string axes{};            ///< where the axes point, as its file says: `LPS`, `RAS`; empty: it does not
+  Frame frame{.y_down = false};  ///< d = 2: how its points lie on the image; pictures show y in its direction
+  std::string source;            ///< where it came from, as a user would address it: `file.tps#3`
 
   int dimension() const { return static_cast<int>(points.rows()); }
   int count() const { return static_cast<int>(points.cols()); }

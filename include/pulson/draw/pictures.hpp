@@ -38,8 +38,8 @@ struct PathPicture {
 /// landmarks are drawn side by side, to show which curves belong to one path; more are overlaid.
 /// d = 2: the first path over the start shape, coloured by time, and beside it the ends of all paths; where there is
 /// only one path, the start with its momenta as arrows. d = 3: the projections xy, xz and yz of the first path and of
-/// all ends. Lengths keep one scale on all axes; in the plane y points down where `start.y_down` says so. Where d > 1
-/// and N ≤ 4, each component of the momenta over time stands below.
+/// all ends. Lengths keep one scale on all axes; in the plane y points down where `start.frame.y_down` says so. Where d
+/// > 1 and N ≤ 4, each component of the momenta over time stands below.
 ///
 /// Where paths are overlaid, the first is drawn in full and the others faintly. Long paths are thinned by `thin_paths`,
 /// and many by `simplify_lines`. Of very many paths or landmarks some are drawn; a heading or the legend says how many.

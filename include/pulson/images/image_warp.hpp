@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pulson/core/alignment.hpp"
+#include "pulson/core/frame.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/images/image.hpp"
 #include "pulson/warp/material_flow.hpp"
@@ -55,29 +56,12 @@ struct RemapOptions {
 /// of source or result is longer than 32766 pixels, the limit of cv::remap
 Image remap(const Image& source, const PixelMap& map, const RemapOptions& options = {});
 
-/// Where the pixels of an image are in the coordinates of landmarks: the centre of pixel (x, y) is at
-///
-///     (origin_x + spacing_x x,  origin_y + spacing_y y),   or with y_up  (…,  origin_y + spacing_y (height − y))
-///
-/// as in tps files, whose y counts upwards from the lower edge.
-struct PixelFrame {
-  std::array<double, 2> origin{0, 0};
-  std::array<double, 2> spacing{1, 1};
-  bool y_up = false;
-  double height = 0;  ///< pixels, for y_up
-
-  Points to_landmarks(const Points& pixels) const;
-  Points to_pixels(const Points& landmarks) const;
-  /// ∂landmarks/∂pixels, a diagonal.
-  Eigen::Vector2d scale() const;
-};
-
 /// The whole map from pixels of a source image to pixels of a target image, by the source's frame, the alignment, the
 /// flow and the target's frame, with gradients in pixels. Thread-safe.
 class ImageWarp {
  public:
   /// Holds a reference to the flow. @throws InputError unless it is of the plane
-  ImageWarp(const warp::MaterialFlow& flow, Alignment alignment, const PixelFrame& source, const PixelFrame& target);
+  ImageWarp(const warp::MaterialFlow& flow, Alignment alignment, const Frame& source, const Frame& target);
 
   warp::MovedPoints forward(const Points& pixels) const;
   /// @throws InputError where the flow is not a diffeomorphism
@@ -88,8 +72,8 @@ class ImageWarp {
   std::vector<Points> paths(const Points& pixels) const;
 
   const warp::MaterialFlow& flow() const { return flow_; }
-  const PixelFrame& source() const { return source_; }
-  const PixelFrame& target() const { return target_; }
+  const Frame& source() const { return source_; }
+  const Frame& target() const { return target_; }
   /// In pixels.
   double landmark_error() const;
   /// −1 where the alignment and the frames mirror the plane, so that a negative Jacobian is not a fold; else 1.
@@ -102,8 +86,8 @@ class ImageWarp {
  private:
   const warp::MaterialFlow& flow_;
   Alignment alignment_;
-  PixelFrame source_;
-  PixelFrame target_;
+  Frame source_;
+  Frame target_;
 };
 
 }  // namespace pulson::images

@@ -73,7 +73,7 @@ Landmarks read_shape(const JsonValue& json, std::set<std::string>& unknown) {
   if (json.has("image")) shape.image = json.at("image").text();
   if (json.has("scale")) shape.scale = json.at("scale").number();
   if (json.has("properties")) shape.properties = read_properties(json.at("properties"));
-  if (json.has("y_down")) shape.y_down = json.at("y_down").boolean();
+  if (json.has("y_down")) shape.frame.y_down = json.at("y_down").boolean();
   shape.curves = read_lines(json, "curves");
   shape.outlines = read_lines(json, "outlines");
   return shape;
@@ -143,7 +143,7 @@ Json shape_json(const Landmarks& shape) {
   if (!shape.name.empty()) json["name"] = shape.name;
   if (!shape.image.empty()) json["image"] = shape.image;
   if (shape.scale) json["scale"] = *shape.scale;
-  if (shape.y_down) json["y_down"] = true;
+  if (shape.frame.y_down) json["y_down"] = true;
   if (!shape.properties.empty()) json["properties"] = properties_json(shape.properties);
   json["points"] = points_json(shape.points);
   if (!shape.labels.empty()) json["labels"] = shape.labels;

@@ -186,16 +186,19 @@ const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path
                                advice_on_name(name, writable)));
 }
 
+WrittenLandmarks text_of_landmarks(const std::filesystem::path& path, LandmarkFile file, const LandmarkFormat& format) {
+  std::vector<std::string> notes;
+  for (Landmarks& shape : file.shapes) put_y_in_direction(path.string(), format, shape, notes);
+  WrittenLandmarks written = format.write(path.string(), file);
+  written.losses.insert(written.losses.begin(), notes.begin(), notes.end());
+  return written;
+}
+
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
                                              std::string_view format) {
-  const LandmarkFormat& row = landmark_format_to_write(path, format);
-  LandmarkFile turned = file;
-  std::vector<std::string> notes;
-  for (Landmarks& shape : turned.shapes) put_y_in_direction(path.string(), row, shape, notes);
-  WrittenLandmarks written = row.write(path.string(), turned);
+  WrittenLandmarks written = text_of_landmarks(path, file, landmark_format_to_write(path, format));
   write_file_atomically(path, written.text);
-  notes.insert(notes.end(), written.losses.begin(), written.losses.end());
-  return notes;
+  return std::move(written.losses);
 }
 
 LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {

@@ -97,7 +97,7 @@ TEST_F(Slips, LandmarksOutsideTheImageAreTold) {
   EXPECT_THAT(right.err, Not(HasSubstr("outside")));
   const ProgramRun wrong = run({"warp", "leaf/registration.json", image, "-o", "wrong.png", "--pixel-size", "0.1"});
   EXPECT_EQ(wrong.exit_code, 0) << wrong.err;
-  EXPECT_THAT(wrong.err, HasSubstr("warning: 19 of 19 landmarks lie outside"));
+  EXPECT_THAT(wrong.err, HasSubstr("warning: 19 of 19 landmarks of "));
 }
 
 TEST_F(Slips, NothingThatIsReadIsReplaced) {
@@ -118,7 +118,7 @@ TEST_F(Slips, NothingThatIsReadIsReplaced) {
 TEST_F(Slips, OptionsOfImagesAreNotIgnoredForPoints) {
   register_leaves();
   write("points.csv", "x,y\n10,20\n");
-  for (const char* option : {"--flip-y", "--pixel-size 2", "--origin 1,2", "--size 10x10"})
+  for (const char* option : {"--pixel-size 2", "--origin 1,2", "--size 10x10"})
     EXPECT_THAT(run(words(std::string("warp leaf points.csv -o moved.csv ") + option)).err,
                 HasSubstr("is for images, and points.csv holds landmarks"));
   EXPECT_THAT(run({"warp", sample_file("leaf_1.png"), "leaf", "-o", "x.png"}).err,
@@ -138,7 +138,7 @@ TEST_F(Slips, TheFolderOfARegistrationStandsForIt) {
   register_leaves();
   const ProgramRun done = run({"warp", "leaf", sample_file("leaves.tps") + "#1", "-o", "moved.csv"});
   EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_EQ(first_column("moved.csv").size(), 20U);
+  EXPECT_EQ(first_column("moved.csv").size(), 21U) << "a line that says that y points up, a header, 19 landmarks";
 }
 
 // Jacobians of points count the alignment, as those of images do.

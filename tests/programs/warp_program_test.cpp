@@ -126,7 +126,8 @@ TEST_F(WarpProgram, WritesItsResultAndNumbersBeforeAllElse) {
   const std::string path = std::filesystem::absolute("bin").string();
   const auto warp_with = [&](const std::string& options) {
     const ProgramRun done =
-        run(words("warp out/registration.json grey.png -o w.png --json w.json " + options), {.search_path = path});
+        run(words("warp out/registration.json grey.png -o w.png --json w.json --size 17x17 " + options),
+            {.search_path = path});
     EXPECT_EQ(done.exit_code, 0) << done.err;
     EXPECT_EQ(images::read_image("w.png").width(), 17);
     EXPECT_EQ(read_json("w.json")["method"], "pull");

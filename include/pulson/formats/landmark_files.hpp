@@ -95,8 +95,11 @@ LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOpt
 /// several shapes.
 LandmarkFile read_addressed_shapes(const std::string& address, const ReadOptions& options = {});
 
-/// Writes all shapes of `file` by write_file_atomically, in the format that landmark_format_to_write finds. Where that
-/// counts y in the other direction than a shape says, the shape is mirrored in its picture.
+/// The text of all shapes in a format. Where that counts y in the other direction than a shape says, the shape is
+/// mirrored in its picture. @throws InputError where the format cannot hold the shapes
+WrittenLandmarks text_of_landmarks(const std::filesystem::path& path, LandmarkFile file, const LandmarkFormat& format);
+
+/// Writes text_of_landmarks() by write_file_atomically, in the format that landmark_format_to_write finds.
 /// @return what the format could not hold, one line each
 /// @throws InputError where there is no such format or it cannot hold the shapes, or if the file cannot be written
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,

@@ -53,7 +53,7 @@ CohortInput read_input(const RegisterArguments& arguments, std::vector<std::stri
   if (input.targets.size() < 2)
     throw InputError(
         fmt::format("there is no TARGET besides '{}'; give one, or a file with several shapes", arguments.source));
-  put_in_order_of(Landmarks(input.targets.front()), input.targets, notes);
+  put_in_order_of(Landmarks(input.targets.front()), input.targets, arguments.options.data.by_order, notes);
   const AlignmentKind kind = arguments.align != "auto"                ? parse_alignment(arguments.align)
                              : input.targets.front().dimension() == 1 ? AlignmentKind::kNone
                                                                       : AlignmentKind::kSimilarity;
@@ -207,7 +207,7 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
   refuse_options_of_pairs(arguments);
   records::UnitRun run;
   const CohortInput input = read_input(arguments, run.notes);
-  matching::RegistrationOptions options = arguments.registration_options(input.source);
+  matching::RegistrationOptions options = arguments.registration_options(input.source, run.notes);
   const OutputOptions output = without_pictures(arguments.output);
   UnitJob job("register", arguments.units, output, "cohort.json", [&] {
     output.check(kCohortFiles, {});

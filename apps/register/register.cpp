@@ -150,7 +150,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   const Background background{arguments.source_image(source, target), surface_of(source, arguments.mesh, notes)};
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
-  matching::RegistrationOptions options = arguments.registration_options(source);
+  matching::RegistrationOptions options = arguments.registration_options(source, notes);
   Progress progress;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));

@@ -37,11 +37,13 @@ std::vector<std::string> CohortNotes::lines() && {
   return std::move(first_);
 }
 
-void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, std::vector<std::string>& notes) {
+void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, bool by_order,
+                     std::vector<std::string>& notes) {
+  const PairBy by = by_order ? PairBy::kOrder : PairBy::kNames;
   CohortNotes of_shapes;
   for (Landmarks& shape : shapes) {
     std::vector<std::string> of_shape;
-    shape = in_order_of(first, in_frame_of(first, shape, of_shape), of_shape);
+    shape = in_order_of(first, in_frame_of(first, shape, of_shape), of_shape, by);
     of_shapes.add(std::move(of_shape));
   }
   const std::vector<std::string> lines = std::move(of_shapes).lines();

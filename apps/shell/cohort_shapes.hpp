@@ -13,7 +13,8 @@ std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, co
 
 /// Puts the landmarks of each shape in the order of those of `first`, in its axes and unit of length: in_order_of() and
 /// in_frame_of(), with the notes of one shape and how many others have some. @throws InputError as these do
-void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, std::vector<std::string>& notes);
+void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, bool by_order,
+                     std::vector<std::string>& notes);
 
 /// The notes of one shape of many, and how many others have some.
 class CohortNotes {

@@ -111,9 +111,10 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kOptionOf{{
     {"align", "--align"},
     {"applies_scale", "--scale apply"},
+    {"by_order", "--by-order"},
     {"columns", "--columns x=NAME,y=NAME"},
     {"curve_points", "--curves"},
     {"data.kind", "--data"},
@@ -256,6 +257,12 @@ void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
         options.applies_scale = true;
       },
       "NAME", "apply: multiply coordinates by the scale of their shape, such as SCALE= of tps");
+}
+
+void add_order_option(CLI::App& verb, bool& by_order) {
+  verb.add_flag("--by-order", by_order,
+                "landmarks, and rows of tables, correspond by their order [by their names, where a file has some]")
+      ->group(kGroup);
 }
 
 void add_flip_option(CLI::App& verb, formats::ReadOptions& options) {

@@ -59,6 +59,7 @@ void AtlasArguments::add_to(CLI::App& verb) {
 
 std::vector<Landmarks> AtlasArguments::read(std::vector<std::string>& notes) const {
   std::vector<Landmarks> all = read_shapes(shapes, reading, notes);
+  leave_out_undigitised(all);
   if (all.size() < 2)
     throw InputError(fmt::format("there is one shape in '{}'; an atlas needs two or more", shapes.front()));
   put_in_order_of(Landmarks(all.front()), all, by_order, notes);

@@ -15,6 +15,7 @@
 #include "pulson/core/errors.hpp"
 #include "register/report.hpp"
 #include "results.hpp"
+#include "shell/audit_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
 #include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
@@ -259,6 +260,7 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
     print_atlas(results);
     output.print_written();
   }
+  warn_of_cohort(shapes);
   warn(results);
   remove_saved(checkpoint);
   return results.converged() ? kDone : kNotConverged;

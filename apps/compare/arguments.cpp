@@ -100,6 +100,8 @@ compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) co
     cohort.source = read_landmarks(shapes.front(), nullptr, reading);
     all.erase(all.begin());
   }
+  if (cohort.source) require_digitised(*cohort.source);
+  leave_out_undigitised(all);
   cohort.targets = std::move(all);
   if (!cohort.targets.empty())
     put_in_order_of(cohort.source.value_or(cohort.targets.front()), cohort.targets, by_order, notes);

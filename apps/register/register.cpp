@@ -15,6 +15,8 @@
 #include "pulson/warp/sampled_map.hpp"
 #include "registration_warnings.hpp"
 #include "report.hpp"
+#include "shell/audit_warnings.hpp"
+#include "shell/cohort_shapes.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
@@ -147,6 +149,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   std::vector<std::string> notes;
   Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
   Landmarks target = read_landmarks(arguments.targets.front(), &notes, arguments.reading);
+  for (const Landmarks* shape : {&source, &target}) require_digitised(*shape);
   const Background background{arguments.source_image(source, target), surface_of(source, arguments.mesh, notes)};
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
@@ -185,6 +188,8 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   }
   if (registration.noise == "none" && options.noise.spec() != "none")
     print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
+  if (registration.data.kind == matching::DataKind::kLandmarks)
+    warn_of_pair(registration.original, registration.target);
   for (const std::string& text : registration_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }

@@ -11,6 +11,9 @@
 
 #include "core/landmark_pairs.hpp"
 #include "core/text.hpp"
+#include "messages.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson {
 
@@ -23,6 +26,24 @@ std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, co
     std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all));
   }
   return all;
+}
+
+void leave_out_undigitised(std::vector<Landmarks>& shapes) {
+  std::vector<std::string> names;
+  for (const Landmarks& shape : shapes)
+    if (is_undigitised(shape)) names.push_back(fmt::format("{} ({})", quoted_line(shape.name), shape.source));
+  if (names.empty()) return;
+  print_warning(
+      fmt::format("{} of {} shapes {} left out, whose landmarks are all at one point or missing, as where "
+                  "nothing was digitised: {}",
+                  names.size(), shapes.size(), names.size() == 1 ? "is" : "are", fmt::join(names, ", ")));
+  std::erase_if(shapes, is_undigitised);
+}
+
+void require_digitised(const Landmarks& shape) {
+  if (is_undigitised(shape))
+    throw InputError(fmt::format("{} ({}): all landmarks are at one point or missing, as where nothing was digitised",
+                                 shape.source, quoted_line(shape.name)));
 }
 
 void CohortNotes::add(std::vector<std::string> notes) {

@@ -205,6 +205,12 @@ std::string all_listed(const Landmarks& shape, const std::vector<int>& landmarks
   return text;
 }
 
+bool is_undigitised(const Landmarks& shape) {
+  const auto missing = std::ssize(incomplete_points(shape.points));
+  const bool has_one = shape.count() - missing == 1;
+  return shape.count() > 1 && !has_one && diameter(shape.points) == 0;
+}
+
 bool is_repeated(const Points& points, int a, int b) {
   if (points.col(a).hasNaN() || points.col(b).hasNaN()) return true;
   constexpr double kRounding = 1e-12;  // of the diameter, as in find_coincident()

@@ -63,6 +63,9 @@ std::string listed(const Landmarks& shape, const std::vector<int>& landmarks);
 /// All of them.
 std::string all_listed(const Landmarks& shape, const std::vector<int>& landmarks);
 
+/// Whether a shape of several landmarks was never digitised: they are all at one point, such as (0, 0), or all missing.
+bool is_undigitised(const Landmarks& shape);
+
 /// All pairs a < b at the same position, as find_coincident() defines it, in no particular order.
 std::vector<std::pair<int, int>> coincident_pairs(const Points& points, double tolerance = 1e-12);
 

@@ -30,6 +30,9 @@ LandmarkFormat tps_format();
 LandmarkFormat transformix_format();
 LandmarkFormat vtk_format();
 
+/// Whether a file that begins so is an image of the common kinds, by its mark.
+bool is_image(std::string_view contents);
+
 /// As the row `csv` reads tables, with what the options say of them.
 LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options);
 

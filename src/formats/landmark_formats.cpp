@@ -31,6 +31,13 @@ std::vector<std::string> landmark_format_names() {
   return names;
 }
 
+bool is_image(std::string_view contents) {
+  using namespace std::string_view_literals;
+  const std::array marks = {"\x89PNG"sv, "\xFF\xD8\xFF"sv, "GIF8"sv, "II*\0"sv, "MM\0*"sv, "BM"sv};
+  return contents.find('\0') != std::string_view::npos &&
+         std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return contents.starts_with(mark); });
+}
+
 namespace {
 
 std::string first_line(std::string_view contents) {
@@ -42,14 +49,6 @@ std::string first_line(std::string_view contents) {
 std::string extension_of(const std::filesystem::path& path) {
   const std::string dotted = io::to_lower(path.extension().string());
   return dotted.substr(std::min<std::size_t>(1, dotted.size()));
-}
-
-/// Images of the common kinds begin with a mark of their own.
-bool is_image(std::string_view contents) {
-  using namespace std::string_view_literals;
-  const std::array marks = {"\x89PNG"sv, "\xFF\xD8\xFF"sv, "GIF8"sv, "II*\0"sv, "MM\0*"sv, "BM"sv};
-  return contents.find('\0') != std::string_view::npos &&
-         std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return contents.starts_with(mark); });
 }
 
 /// How long the extension of `format` is that the file's name ends in; 0 where there is none.
@@ -99,7 +98,8 @@ const LandmarkFormat& find_format(const std::filesystem::path& path, std::string
     return format_named("csv");
   if (!is_unknown) return *by_content;
   if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
-  if (is_image(contents)) throw InputError(path.string() + " is an image; landmarks are needed");
+  if (is_image(contents))
+    throw InputError(path.string() + " is an image; landmarks are needed, which docs/photographs.md says how to place");
   throw InputError(fmt::format("{} is not in any of the landmark formats ({}); it begins with {}", path.string(),
                                fmt::join(landmark_format_names(), ", "), first_line(contents)));
 }

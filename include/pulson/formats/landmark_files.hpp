@@ -120,17 +120,21 @@ std::string landmarks_csv(const Landmarks& shape);
 /// Writes landmarks_csv(shape) by write_file_atomically. @throws InputError if the file cannot be written.
 void write_landmarks_csv(const std::filesystem::path& path, const Landmarks& shape);
 
-// Tables with a row per landmark, in the order of the shape. The first line may name the columns; blank lines and
-// comments ('#') are skipped. Fields are separated by the first of ; , tab that the first line has, else by blanks.
+// Tables with a row for each landmark of a shape. The first line may name the columns; blank lines and comments ('#')
+// are skipped. Fields are separated by the first of ; , tab that the first line has, else by blanks. A column `label`,
+// `landmark` and the like, or a first column of words, names the landmarks: rows then belong to them by names, in any
+// order, and those of no landmark are counted in `notes`. Rows belong by order where neither the table nor the shape
+// has names, or `by_order` says so. @throws InputError that names file and line, or the landmarks without a row
 
-/// The weights of `count` landmarks, one in each row: finite numbers, 0 or greater.
-/// @throws InputError that names file and line
-Eigen::VectorXd read_weights(const std::filesystem::path& path, int count);
+/// The weights of landmarks, one in each row: finite numbers, 0 or greater.
+Eigen::VectorXd read_weights(const std::filesystem::path& path, const Landmarks& shape,
+                             std::vector<std::string>* notes = nullptr, bool by_order = false);
 
-/// The covariances of `count` landmarks in d dimensions, d×d each, length units squared. A row holds 1 number (the
-/// variance of each coordinate), d (the variances of the axes), d(d+1)/2 (the upper triangle by rows) or d² (all by
-/// rows). @throws InputError that names file and line, also where one is not symmetric and positive definite
-std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, int count, int dimension);
+/// The covariances of landmarks in d dimensions, d×d each, length units squared. A row holds 1 number (the variance of
+/// each coordinate), d (the variances of the axes), d(d+1)/2 (the upper triangle by rows) or d² (all by rows).
+/// @throws InputError also where one is not symmetric and positive definite
+std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, const Landmarks& shape,
+                                              std::vector<std::string>* notes = nullptr, bool by_order = false);
 
 /// Numbers in numpy's format, version 1.0: doubles in C order, to be read by `numpy.load`. The product of `shape` is
 /// the count of the numbers.

@@ -49,6 +49,8 @@ struct LandmarkFormat {
   bool holds_bytes = false;
   /// Whether its points in the plane are places in an image, y downwards: Landmarks::y_down.
   bool y_down = false;
+  /// Whether its programs place points on pictures as they are displayed, turned by EXIF, or on their stored rows.
+  Orientation orientation = Orientation::kStored;
 };
 
 /// All formats, in the order in which they are tried.

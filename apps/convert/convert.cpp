@@ -16,12 +16,14 @@
 #include "core/atomic_file.hpp"
 #include "core/landmark_pairs.hpp"
 #include "core/paths.hpp"
+#include "core/shape_frames.hpp"
 #include "formats/shape_address.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
+#include "shell/picture_sizes.hpp"
 #include "shell/tables.hpp"
 #include "shell/verbs.hpp"
 
@@ -69,7 +71,11 @@ void flip_y(const ConvertArguments& arguments, const std::string& input, formats
     if (points.rows() < 2) throw InputError(input + ": --flip-y needs y; this is 1D");
     points.row(1) = height - points.row(1).array();
   });
-  for (Landmarks& shape : file.shapes) shape.frame.y_down = !shape.frame.y_down;
+  for (Landmarks& shape : file.shapes) {
+    shape.frame.y_down = !shape.frame.y_down;
+    shape.frame.says_y = true;
+    if (height >= 1 && height <= 1e9 && height == std::floor(height)) shape.frame.height = static_cast<int>(height);
+  }
 }
 
 /// One property of two files that are joined: what one of them says holds for both.
@@ -94,6 +100,9 @@ formats::LandmarkFile read_inputs(const ConvertArguments& arguments) {
     std::move(file.shapes.begin(), file.shapes.end(), std::back_inserter(all.shapes));
     std::move(file.warnings.begin(), file.warnings.end(), std::back_inserter(all.warnings));
   }
+  std::vector<Landmarks*> shapes;
+  for (Landmarks& shape : all.shapes) shapes.push_back(&shape);
+  find_picture_sizes(shapes);
   return all;
 }
 
@@ -134,6 +143,8 @@ void convert(ConvertArguments arguments) {
   check_output_file(arguments.output);
   formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
+  if (format.name == "csv")  // whose frame is that of all shapes
+    for (Landmarks& shape : file.shapes) shape = in_frame_of(file.shapes.front(), shape, notes);
   const Interrupt until_written;
   for (std::string& loss : write_landmarks(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   print_notes(notes);

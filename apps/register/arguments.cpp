@@ -7,6 +7,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
+#include "shell/picture_sizes.hpp"
 
 namespace pulson {
 namespace {
@@ -127,27 +128,21 @@ bool RegisterArguments::asks_for_cohort() const {
   return !from.empty() || targets.size() != 1 || read_addressed_shapes(targets.front(), reading).shapes.size() > 1;
 }
 
-SourceImage RegisterArguments::source_image(Landmarks& shape, Landmarks& other) const {
+SourceImage RegisterArguments::source_image(Landmarks& shape, std::vector<std::string>& notes) const {
   if (pixel_size) require_positive("--pixel-size", *pixel_size);
-  const auto place = parse_place("--origin", origin);
-  SourceImage known = named_image(shape, reading.applies_scale);
-  if (!image.empty()) {
-    if (shape.dimension() != 2)
-      throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
-    if (const std::string why = why_no_file(image); !why.empty() || !is_file(image))
-      throw InputError(
-          fmt::format("cannot read {}: {}", quoted_path(image), why.empty() ? "No such file or directory" : why));
-    known = {image, 1, {0, 0}};
-    // Of tps, y points up; other landmarks on images are in rows.
-    const bool is_of_tps =
-        io::to_lower(std::filesystem::path(shape.source.substr(0, shape.source.find('#'))).extension().string()) ==
-        ".tps";
-    if (!reading.y_down) shape.frame.y_down = other.frame.y_down = !is_of_tps;
+  const FrameOptions frame{pixel_size, parse_place("--origin", origin), std::nullopt};
+  if (frame.say_units() && shape.dimension() == 2) shape.frame = frame_on(shape, frame, shape.frame);
+  if (frame.say_units()) shape.frame.says_units = true;
+  if (image.empty()) {
+    const auto named = picture_beside(shape);
+    return named ? pulson::source_image(*named, frame, max_pixels, shape, notes) : SourceImage{};
   }
-  if (pixel_size) known.pixel_size = *pixel_size;
-  known.origin = place.value_or(known.origin);
-  known.max_pixels = max_pixels;
-  return known;
+  if (shape.dimension() != 2)
+    throw InputError(fmt::format("--image needs landmarks in 2D; {} is in {}D", source, shape.dimension()));
+  if (const std::string why = why_no_file(image); !why.empty() || !is_file(image))
+    throw InputError(
+        fmt::format("cannot read {}: {}", quoted_path(image), why.empty() ? "No such file or directory" : why));
+  return pulson::source_image(image, frame, max_pixels, shape, notes);
 }
 
 matching::RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {

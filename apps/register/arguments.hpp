@@ -48,8 +48,8 @@ struct RegisterArguments {
   /// @throws InputError
   bool asks_for_cohort() const;
 
-  /// The image of the source, which says that landmarks of both are in its rows. @throws InputError
-  SourceImage source_image(Landmarks& shape, Landmarks& other) const;
+  /// The image of the source, whose size and pixels its frame then has. @throws InputError
+  SourceImage source_image(Landmarks& shape, std::vector<std::string>& notes) const;
 
   /// What is asked for a source of `count` landmarks in R^d; reads the files of weights and covariances.
   /// @throws InputError

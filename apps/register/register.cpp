@@ -16,6 +16,7 @@
 #include "registration_warnings.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
+#include "shell/picture_sizes.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
@@ -147,7 +148,8 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   std::vector<std::string> notes;
   Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
   Landmarks target = read_landmarks(arguments.targets.front(), &notes, arguments.reading);
-  const Background background{arguments.source_image(source, target), surface_of(source, arguments.mesh, notes)};
+  find_picture_sizes({&source, &target});
+  const Background background{arguments.source_image(source, notes), surface_of(source, arguments.mesh, notes)};
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
   matching::RegistrationOptions options = arguments.registration_options(source);

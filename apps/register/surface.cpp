@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/landmark_pairs.hpp"
+#include "core/shape_frames.hpp"
 #include "formats/formats.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/warp/material_flow.hpp"

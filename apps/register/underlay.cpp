@@ -7,11 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "core/paths.hpp"
 #include "pulson/images/warp_image.hpp"
 #include "pulson/warp/material_flow.hpp"
-#include "shell/path_options.hpp"
-#include "warp/picture_files.hpp"
 
 namespace pulson {
 namespace {
@@ -63,35 +60,34 @@ images::Image moved(const images::Image& image, const images::ImageWarp& warp, c
 
 }  // namespace
 
-SourceImage named_image(const Landmarks& shape, bool scale_was_applied) {
-  if (shape.image.empty() || shape.dimension() != 2) return {};
-  std::string text = shape.image;
-  std::replace(text.begin(), text.end(), '\\', '/');
-  const fs::path name = text, folder = fs::path(shape.source.substr(0, shape.source.find('#'))).parent_path();
-  for (const fs::path& file : {folder / name.relative_path(), folder / name.filename()}) {
-    if (!is_file(file)) continue;
-    run_paths().reads(file, "the image of " + shape.source);
-    return {file, scale_was_applied ? shape.scale.value_or(1) : 1, {0, 0}};
+SourceImage source_image(const fs::path& file, const FrameOptions& options, std::int64_t max_pixels, Landmarks& shape,
+                         std::vector<std::string>& notes) try {
+  PlacedPicture placed = place_picture(read_picture(file, max_pixels), file.string(), shape, options);
+  for (const auto* texts : {&placed.notes, &placed.warnings}) notes.insert(notes.end(), texts->begin(), texts->end());
+  if (shape.frame.width == 0) {
+    shape.frame.width = placed.frame.width;
+    shape.frame.height = placed.frame.height;
   }
-  return {};
+  return {file, std::move(placed)};
+} catch (const std::exception& error) {  // whatever it is: numbers do not depend on a picture
+  notes.push_back(fmt::format("{}: it is not drawn below the landmarks: {}", file.string(), error.what()));
+  return {file, std::nullopt};
 }
 
 std::optional<PageImage> add_underlay(const SourceImage& image, const matching::Registration& registration,
                                       draw::RegistrationPicture& picture, std::vector<std::string>& notes) try {
-  if (image.file.empty() || picture.grid_after.empty()) return std::nullopt;
-  const bool y_down = picture.source.frame.y_down || picture.target.frame.y_down;
+  if (!image.placed || picture.grid_after.empty()) return std::nullopt;
+  const bool y_down = registration.original.frame.y_down;
   const auto [low, high] = drawn_box(registration);
   const PixelBox before(low, high);
   const auto [moved_low, moved_high] = bounding_box(joined_lines(picture.grid_after));
   const PixelBox after(low.cwiseMin(moved_low), high.cwiseMax(moved_high));
 
-  const Picture read = read_picture(image.file, image.max_pixels);
-  const Frame frame{image.origin, {image.pixel_size, image.pixel_size}, y_down, read.image.height()};
-  if (const auto outside = landmarks_outside(frame.to_pixels(registration.original.points), read.image, image.file))
-    notes.push_back(*outside);
+  Frame frame = image.placed->frame;
+  frame.y_down = registration.original.frame.y_down;
   const warp::MaterialFlow rest = at_rest(registration);
   const images::Image aligned =
-      for_show(moved(read.image, {rest, registration.alignment, frame, before.frame(y_down)}, before));
+      for_show(moved(image.placed->picture.image, {rest, registration.alignment, frame, before.frame(y_down)}, before));
   picture.image_before = {raster_of(aligned), before.low, before.high()};
 
   const warp::MaterialFlow flow(registration_system(registration), replay(registration));

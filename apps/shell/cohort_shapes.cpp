@@ -10,7 +10,9 @@
 #include <fmt/format.h>
 
 #include "core/landmark_pairs.hpp"
+#include "core/shape_frames.hpp"
 #include "core/text.hpp"
+#include "picture_sizes.hpp"
 
 namespace pulson {
 
@@ -39,6 +41,10 @@ std::vector<std::string> CohortNotes::lines() && {
 
 void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, std::vector<std::string>& notes) {
   CohortNotes of_shapes;
+  Landmarks reference = first;
+  std::vector<Landmarks*> all{&reference};
+  for (Landmarks& shape : shapes) all.push_back(&shape);
+  find_picture_sizes(all);
   for (Landmarks& shape : shapes) {
     std::vector<std::string> of_shape;
     shape = in_order_of(first, in_frame_of(first, shape, of_shape), of_shape);

@@ -111,7 +111,7 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kOptionOf{{
     {"align", "--align"},
     {"applies_scale", "--scale apply"},
     {"columns", "--columns x=NAME,y=NAME"},
@@ -124,10 +124,12 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kOptionO
     {"max_points", "--max-pixels"},
     {"merge_coincident", "--merge-coincident"},
     {"method", "--method"},
+    {"mirror_y", "pulson convert --flip-y HEIGHT"},
     {"negative_is_missing", "--missing negative"},
     {"noise", "--noise"},
     {"points.row(1) *= -1", "pulson convert --flip-y"},
     {"reflect", "--reflect"},
+    {"y_down", "--flip-y (up) or --no-flip-y (down)"},
 }};
 
 std::string_view option_of(std::string_view name) {
@@ -260,8 +262,10 @@ void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
 
 void add_flip_option(CLI::App& verb, formats::ReadOptions& options) {
   verb.add_flag_function(
-      "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count > 0; },
-      "draw y downwards, as in the rows of an image [if the landmarks are in rows of an image]");
+      "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count < 0; },
+      "y of the landmarks points up, in all files; --no-flip-y: down, as the rows of a picture [as each file says, "
+      "else "
+      "down]");
 }
 
 const std::vector<std::string>& known_values(const std::string& option) {

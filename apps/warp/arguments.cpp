@@ -124,9 +124,11 @@ void WarpArguments::add_to(CLI::App& verb) {
              "labels");
 
   constexpr const char* kCoordinates = "Coordinates";
-  reads_file(add(kCoordinates, "--like", like, "image of the target: the result has its size"));
-  add(kCoordinates, "--size", size, "size of the result, as in 640x480 [that of the image]", "WxH");
-  add(kCoordinates, "--pixel-size", pixel_size, "landmark units per pixel of the image [1; mha, nrrd: of the file]");
+  reads_file(add(kCoordinates, "--like", like, "image of the target: the result has its size and coordinates"));
+  add(kCoordinates, "--size", size,
+      "size of the result, as in 640x480 [holds the target's landmarks and all of the warped image]", "WxH");
+  add(kCoordinates, "--pixel-size", pixel_size,
+      "landmark units per pixel of the image [as the landmarks' or the image's file says, else 1]");
   add(kCoordinates, "--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]");
   add(kCoordinates, "--origin", origin,
       "x,y of the image's first pixel (where y points up, of its lower edge), landmark units [0,0]", "X,Y");
@@ -134,7 +136,8 @@ void WarpArguments::add_to(CLI::App& verb) {
   // Not bound to the variable: CLI11 would set an optional to false where the flag is not given.
   verb.add_flag_function(
           "--flip-y,!--no-flip-y", [this](std::int64_t count) { flip_y = count > 0; },
-          "y of the landmarks points up [if they come from a tps file]")
+          "y of the landmarks, or of the points of INPUT, points up; --no-flip-y: down, as rows of an image [as their "
+          "file says, else down]")
       ->group(kCoordinates);
 
   constexpr const char* kPicture = "Picture";
@@ -242,8 +245,7 @@ void WarpArguments::check_for_landmarks() const {
                                        {"--pixel-size", pixel_size.has_value()},
                                        {"--target-pixel-size", target_pixel_size.has_value()},
                                        {"--origin", !origin.empty()},
-                                       {"--target-origin", !target_origin.empty()},
-                                       {"--flip-y", flip_y.has_value()}})
+                                       {"--target-origin", !target_origin.empty()}})
     if (is_given) refuse(name);
   formats::landmark_format_to_write(out);
 }

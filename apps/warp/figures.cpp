@@ -1,70 +1,14 @@
 #include "figures.hpp"
 
-#include <filesystem>
-#include <tuple>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "formats/frame_text.hpp"
 #include "records/record_text.hpp"
-#include "register/picture.hpp"
 #include "shell/messages.hpp"
 
 namespace pulson {
-namespace {
-
-// The address of a shape may end in #3 or #id=NAME.
-bool is_of_tps(const Landmarks& shape) {
-  const std::string file = shape.source.substr(0, shape.source.find('#'));
-  const std::string extension = std::filesystem::path(file).extension().string();
-  return extension == ".tps" || extension == ".TPS";
-}
-
-Frame frame_of(const std::optional<Frame>& own, std::optional<double> pixel_size,
-               const std::optional<std::array<double, 2>>& origin, bool y_down, int height) {
-  Frame frame = own.value_or(Frame{});
-  if (pixel_size) frame.unit_per_pixel = {*pixel_size, *pixel_size};
-  if (origin) frame.origin = *origin;
-  frame.y_down = y_down;
-  frame.height = height;
-  return frame;
-}
-
-}  // namespace
-
-WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registration& registration,
-                       const Picture& input) {
-  WarpFrames frames;
-  frames.width = input.image.width();
-  frames.height = input.image.height();
-  std::optional<Frame> of_result = input.frame;
-  if (!arguments.like.empty()) {
-    frames.like = read_picture(arguments.like, arguments.max_pixels);
-    frames.width = frames.like->image.width();
-    frames.height = frames.like->image.height();
-    of_result = frames.like->frame;
-  }
-  if (const auto canvas = arguments.canvas()) std::tie(frames.width, frames.height) = *canvas;
-  images::check_pixel_count(frames.width, frames.height, arguments.max_pixels, "the result");
-  const Landmarks& from = arguments.inverse ? registration.target : registration.original;
-  const Landmarks& to = arguments.inverse ? registration.original : registration.target;
-  const auto of_target = arguments.target_pixel_size ? arguments.target_pixel_size : arguments.pixel_size;
-  frames.input = frame_of(input.frame, arguments.pixel_size, arguments.origin_of_image(),
-                          !arguments.flip_y.value_or(is_of_tps(from)), input.image.height());
-  frames.result = frame_of(of_result, of_target, arguments.origin_of_result(),
-                           !arguments.flip_y.value_or(is_of_tps(to)), frames.height);
-  frames.title = short_name(from) + " → " + short_name(to);
-  if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
-  for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
-  const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);
-  frames.label_ranks.resize(static_cast<std::size_t>(registration.original.count()));
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    for (const int a : groups[g])
-      frames.label_ranks[static_cast<std::size_t>(a)] = groups.size() > 1 ? static_cast<int>(g) : a;
-  return frames;
-}
-
 std::string percent_text(double part) { return fmt::format("{:.3g} %", 100 * part); }
 
 namespace {
@@ -84,6 +28,9 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
     print_text("result     {} x {} pixels, at most {} per pixel, {} uncovered, {} in holes\n", frames->width,
                frames->height, counted(figures.max_multiplicity, "sheet"), percent_text(figures.uncovered_fraction),
                percent_text(figures.hole_fraction));
+    if (frames->first_pixel != std::array{0, 0})
+      print_text("canvas     begins at pixel {}, {} of the target's picture, to hold all of the result\n",
+                 frames->first_pixel[0], frames->first_pixel[1]);
     print_text("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.unit_per_pixel[0],
                frames->input.unit_per_pixel[0] == 1 ? "unit" : "units", frames->input.y_down ? "down" : "up (flipped)");
   }
@@ -119,10 +66,13 @@ std::string figures_json(const WarpFigures& figures, const WarpArguments& argume
                                  {"seconds", figures.seconds}};
   if (frames != nullptr) {
     json["size"] = {frames->width, frames->height};
+    json["first_pixel"] = frames->first_pixel;
     json["pixel_size"] = frames->input.unit_per_pixel;
     json["target_pixel_size"] = frames->result.unit_per_pixel;
     json["flip_y"] = !frames->input.y_down;
     json["target_flip_y"] = !frames->result.y_down;
+    json["frame"] = formats::frame_json(frames->input);
+    json["target_frame"] = formats::frame_json(frames->result);
     json["over"] = arguments.over;
     json["interpolation"] = arguments.interpolation;
     json["border"] = arguments.border;

@@ -1,32 +1,11 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "arguments.hpp"
-#include "picture_files.hpp"
-#include "pulson/matching/registration.hpp"
+#include "frames.hpp"
 
 namespace pulson {
-
-/// The coordinates of the image that is warped and of the result, and the result's size.
-struct WarpFrames {
-  Frame input;
-  Frame result;
-  int width = 0;
-  int height = 0;
-  std::optional<Picture> like;
-  std::string title;             ///< of drawings: source → target
-  Points landmarks_there;        ///< of the shape whose image the result is like, in its pixels
-  std::vector<int> numbers;      ///< of the landmarks, as people count them
-  std::vector<int> label_ranks;  ///< of each landmark: its group's number, or where there is one group its own
-};
-
-/// Sizes and coordinates as asked for; else those of the image. y points up where the landmarks are of a tps file.
-/// @throws InputError
-WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registration& registration,
-                       const Picture& input);
 
 /// What the colours of a picture of numbers mean.
 struct ColourKey {

@@ -7,7 +7,9 @@
 
 #include "core/factorisations.hpp"
 #include "core/landmark_pairs.hpp"
+#include "core/shape_frames.hpp"
 #include "jobs.hpp"
+#include "points_frame.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/tables.hpp"
@@ -53,9 +55,17 @@ void put_known_points(const Points& points, const std::vector<Points*>& blocks) 
 
 WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registration& registration,
                          const WarpArguments& arguments) {
-  formats::LandmarkFile file = read_addressed_shapes(arguments.input, arguments.reading);
+  formats::ReadOptions reading = arguments.reading;
+  if (arguments.flip_y) reading.y_down = !*arguments.flip_y;
+  formats::LandmarkFile file = read_addressed_shapes(arguments.input, reading);
   std::vector<std::string> notes = std::move(file.warnings);
-  for (Landmarks& shape : file.shapes) shape = in_frame_of(registration.original, shape, notes);
+  const PointsFrame frame(arguments.inverse ? registration.target : registration.original,
+                          arguments.inverse ? registration.original : registration.target);
+  std::vector<Frame> own;
+  for (Landmarks& shape : file.shapes) {
+    own.push_back(shape.frame);
+    shape = frame.enter(std::move(shape), notes);
+  }
   if (!registration.original.axes.empty()) file.axes = registration.original.axes;
   if (!registration.original.units.empty()) file.units = registration.original.units;
   const Alignment& alignment = registration.alignment;
@@ -64,7 +74,7 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
     if (block->rows() != flow.dimension())
       throw InputError(
           fmt::format("{} is in {}D, the registration in {}D", arguments.input, block->rows(), flow.dimension()));
-  const Landmarks before = file.shapes.front();
+  const Landmarks before_map = file.shapes.front();
   const Points points = known_points(blocks);
   warp::MovedPoints moved;
   if (arguments.inverse) {
@@ -77,6 +87,8 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
     throw NumericalError(
         fmt::format("{}: a point is moved out of the range of numbers; nothing was written", arguments.input));
   put_known_points(moved.places, blocks);
+  const Landmarks after_map = file.shapes.front();
+  for (std::size_t s = 0; s < own.size(); ++s) frame.leave(file.shapes[s], own[s]);
   for (Landmarks& shape : file.shapes) {  // they lie on another image now
     shape.image.clear();
     shape.scale.reset();
@@ -97,7 +109,7 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
   }
   figures.landmark_error_max = flow.landmark_error();
   figures.ridge = flow.ridge();
-  return {before, file.shapes.front(), figures};
+  return {before_map, after_map, figures};
 }
 
 }  // namespace pulson

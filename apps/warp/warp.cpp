@@ -30,12 +30,19 @@ void run_points(const WarpArguments& arguments, const matching::Registration& re
   print_figures(warped.figures, arguments, nullptr);
 }
 
-void warn_of_landmarks_outside(const WarpArguments& arguments, const matching::Registration& registration,
-                               const WarpFrames& frames, const Picture& picture) {
-  const Points& landmarks = arguments.inverse ? registration.target.points : registration.original.points;
-  if (landmarks.rows() != 2) return;
-  if (const auto text = landmarks_outside(frames.input.to_pixels(landmarks), picture.image, arguments.input))
-    print_warning(*text);
+// A map that takes the image elsewhere is a frame that is wrong.
+void check_coverage(const WarpArguments& arguments, const images::WarpedImage& result) {
+  const double uncovered = result.figures.uncovered_fraction;
+  constexpr double kMostUncovered = 0.9;
+  if (uncovered <= kMostUncovered) return;
+  const std::string advice = arguments.like.empty() && arguments.size.empty()
+                                 ? "see --pixel-size, --origin and --flip-y"
+                                 : "see --target-pixel-size, --target-origin and --flip-y, or leave out --like and "
+                                   "--size, and the result holds all";
+  const std::string text =
+      fmt::format("{} of the result shows nothing of {}: {}", percent_text(uncovered), arguments.input, advice);
+  if (uncovered >= 1) throw InputError(text);
+  print_warning(text);
 }
 
 WarpFigures figures_of(const WarpResult& result, const warp::MaterialFlow& flow) {
@@ -46,12 +53,13 @@ WarpFigures figures_of(const WarpResult& result, const warp::MaterialFlow& flow)
 
 // The picture is the result, and numbers come next. All else may fail.
 void run_image(const WarpArguments& arguments, const matching::Registration& registration, double start) {
-  const Picture picture = read_picture(arguments.input, arguments.max_pixels);
-  const WarpFrames frames = warp_frames(arguments, registration, picture);
-  warn_of_landmarks_outside(arguments, registration, frames, picture);
+  Picture picture = read_picture(arguments.input, arguments.max_pixels);
   const warp::MaterialFlow flow(registration_system(registration), replay(registration),
                                 warp::parse_label_kernel(arguments.labels));
   if (!flow.is_diffeomorphic()) arguments.check_for_fold();
+  const WarpFrames frames = warp_frames(arguments, registration, flow, picture);
+  print_notes(frames.notes);
+  for (const std::string& text : frames.warnings) print_warning(text);
   const images::ImageWarp warp = arguments.inverse
                                      ? images::ImageWarp(flow, registration.alignment, frames.result, frames.input)
                                      : images::ImageWarp(flow, registration.alignment, frames.input, frames.result);
@@ -61,6 +69,7 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
           ? warp_samples(image, registration, frames, arguments)
           : WarpResult{warp_image(image, warp, warp_options(arguments, frames, image)), {}, {}, warp.landmark_error()};
   log_step("mapped the image");
+  check_coverage(arguments, result);
   const Interrupt until_written;
   write_picture(arguments.out, result.image, frames.result, picture.type);
   WarpFigures figures = figures_of(result, flow);

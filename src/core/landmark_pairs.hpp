@@ -31,14 +31,6 @@ Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks);
 /// errors as pair_landmarks().
 Landmarks in_order_of(const Landmarks& first, const Landmarks& other, std::vector<std::string>& notes);
 
-/// Calls change(points) for the landmarks of a shape, and for each of the curves and outlines beside them.
-template <class Change>
-void change_points(Landmarks& shape, const Change& change) {
-  change(shape.points);
-  for (Points& curve : shape.curves) change(curve);
-  for (Points& outline : shape.outlines) change(outline);
-}
-
 /// The first few of these landmarks, for a message: `'nose', 'chin', 7, …`.
 std::string listed(const Landmarks& shape, const std::vector<int>& landmarks);
 
@@ -59,11 +51,6 @@ std::string merged_note(const Landmarks& shape, int first, int second, const std
 
 /// The error where they differ in `other`, so that no flow maps `shape` to it.
 std::string coincident_error(const Landmarks& shape, int first, int second, const Landmarks& other);
-
-/// `shape` in the axes and the unit of length of `frame`, where both files say theirs: LPS and RAS differ by the signs
-/// of x and y, mm, um, cm and m by a factor. Adds a line to `notes` where that changes the coordinates.
-/// @throws InputError if the units are incompatible, such as voxels and mm
-Landmarks in_frame_of(const Landmarks& frame, const Landmarks& shape, std::vector<std::string>& notes);
 
 /// `weights`, or `count` ones where it is empty.
 /// @throws InputError where their number is another or one is negative or not finite

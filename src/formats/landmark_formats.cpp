@@ -7,6 +7,7 @@
 #include "core/atomic_file.hpp"
 #include "core/text.hpp"
 #include "formats.hpp"
+#include "frames_of_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -164,8 +165,8 @@ std::size_t count_missing_marks(const std::vector<Landmarks>& shapes) {
 }
 
 // A table that names images, or has pixels, is of places in images.
-bool counts_rows(const LandmarkFormat& format, const Landmarks& shape) {
-  return format.y_down || shape.frame.y_down || (is_table(format) && (!shape.image.empty() || shape.units == "px"));
+bool is_of_image(const LandmarkFormat& format, const Landmarks& shape) {
+  return is_table(format) && (!shape.image.empty() || shape.units == "px");
 }
 
 }  // namespace
@@ -187,9 +188,14 @@ const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path
 
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
                                              std::string_view format) {
-  const WrittenLandmarks written = landmark_format_to_write(path, format).write(path.string(), file);
+  const LandmarkFormat& row = landmark_format_to_write(path, format);
+  LandmarkFile turned = file;
+  std::vector<std::string> notes;
+  for (Landmarks& shape : turned.shapes) put_y_in_direction(path.string(), row, shape, notes);
+  WrittenLandmarks written = row.write(path.string(), turned);
   write_file_atomically(path, written.text);
-  return written.losses;
+  notes.insert(notes.end(), written.losses.begin(), written.losses.end());
+  return notes;
 }
 
 LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
@@ -206,7 +212,7 @@ LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptio
   for (Landmarks& shape : file.shapes) {
     shape.units = file.units;
     shape.axes = file.axes;
-    shape.frame.y_down = shape.dimension() == 2 && options.y_down.value_or(counts_rows(format, shape));
+    complete_frame(format, is_of_image(format, shape), options, shape);
   }
   if (!options.columns.empty() && format.name != "csv")
     file.warnings.push_back(

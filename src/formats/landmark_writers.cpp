@@ -50,6 +50,12 @@ std::vector<std::string> losses_of(const Target& target, const LandmarkFile& fil
   lose(held.groups, "groups", [](const Landmarks& shape) { return !shape.groups.empty(); });
   lose(held.images, "images", [](const Landmarks& shape) { return !shape.image.empty(); });
   lose(held.scales, "scales", [](const Landmarks& shape) { return shape.scale.has_value(); });
+  const auto is_in_plane = [](const Landmarks& shape) { return shape.dimension() == 2 && shape.count() > 0; };
+  lose(held.directions || held.frames, "that y points up",
+       [&](const Landmarks& shape) { return is_in_plane(shape) && shape.frame.says_y && !shape.frame.y_down; });
+  lose(held.frames, "units per pixel", [&](const Landmarks& shape) {
+    return is_in_plane(shape) && shape.frame.says_units && shape.frame.unit_per_pixel != std::array{1.0, 1.0};
+  });
   lose(held.properties, "properties", [](const Landmarks& shape) { return !shape.properties.empty(); });
   lose(held.lines, "curves", [](const Landmarks& shape) { return !shape.curves.empty(); });
   lose(held.lines, "outlines", [](const Landmarks& shape) { return !shape.outlines.empty(); });

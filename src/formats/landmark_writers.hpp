@@ -29,6 +29,8 @@ struct HeldParts {
   bool lines = false;  ///< curves and outlines
   bool units = false;
   bool axes = false;
+  bool directions = false;  ///< of y in the plane
+  bool frames = false;      ///< units per pixel, origins
 };
 
 // ---- notes

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "core/landmark_pairs.hpp"
+#include "core/shape_frames.hpp"
 #include "core/text.hpp"
 #include "formats/text/text_lines.hpp"
 #include "pulson/core/errors.hpp"
@@ -120,6 +121,9 @@ void apply_scale(Landmarks& shape) {
       throw InputError(fmt::format("{}: its coordinates are too large to be multiplied by its scale, {}", shape.source,
                                    *shape.scale));
   });
+  for (double& length : shape.frame.unit_per_pixel) length *= *shape.scale;
+  for (double& place : shape.frame.origin) place *= *shape.scale;
+  shape.frame.says_units = true;
   shape.units = unit_of_scale(shape);
   shape.scale.reset();
 }

@@ -6,6 +6,7 @@
 
 #include "core/landmark_pairs.hpp"
 #include "core/landmark_range.hpp"
+#include "core/shape_frames.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::matching {

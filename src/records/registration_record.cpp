@@ -6,6 +6,7 @@
 
 #include "core/text.hpp"
 #include "csv_rows.hpp"
+#include "formats/frame_text.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
@@ -49,7 +50,7 @@ Landmarks read_shape(const Reader& reader, Points points) {
   if (reader.has("numbers"))
     for (const Reader& number : reader.at("numbers").items()) shape.numbers.push_back(number.count());
   if (reader.has("axes")) shape.axes = reader.at("axes").text();
-  if (reader.has("y_down")) shape.frame.y_down = reader.at("y_down").boolean();
+  if (reader.has("frame")) shape.frame = formats::read_frame(reader.at("frame"));
   if (reader.has("units")) shape.units = reader.at("units").text();
   for (const auto& [key, size] :
        {std::pair("numbers", shape.numbers.size()), {"labels", shape.labels.size()}, {"groups", shape.groups.size()}})
@@ -195,7 +196,7 @@ formats::Json shape_json(const Landmarks& shape) {
   if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
   if (!shape.axes.empty()) json["axes"] = shape.axes;
   if (!shape.units.empty()) json["units"] = shape.units;
-  if (shape.frame.y_down) json["y_down"] = true;
+  if (shape.dimension() == 2) json["frame"] = formats::frame_json(shape.frame);
   return json;
 }
 
@@ -324,6 +325,7 @@ std::string registration_json(const matching::Registration& registration, const 
   json["order_inversions"] = optional_json(facts.counts.order_inversions);
   json["flipped_triangles"] = optional_json(facts.counts.flipped_triangles);
   json["alignment"] = alignment_json(registration.alignment);
+  if (registration.original.dimension() == 2) json["frame"] = formats::frame_json(registration.original.frame);
   json["source_shape"] = shape_json(registration.original);
   json["target_shape"] = shape_json(registration.target);
   json["original"] = formats::points_json(registration.original.points);

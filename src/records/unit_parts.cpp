@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "checked_cbor.hpp"
+#include "formats/frame_text.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/version.hpp"
@@ -59,10 +60,18 @@ Json shape_identity(const Landmarks& shape) {
             {"numbers", shape.numbers},
             {"units", shape.units},
             {"axes", shape.axes},
-            {"y_down", shape.frame.y_down},
+            {"frame", formats::frame_json(shape.frame)},
             {"source", shape.source}};
   if (shape.scale) json["scale"] = *shape.scale;
   return json;
+}
+
+Frame frame_from(const Json& json) try {
+  const nlohmann::json plain = json;
+  const std::string file;
+  return formats::read_frame(formats::JsonValue(plain, file));
+} catch (const InputError&) {
+  throw Damaged();
 }
 
 Landmarks shape_from(const Json& json) {
@@ -80,7 +89,7 @@ Landmarks shape_from(const Json& json) {
   json.at("numbers").get_to(shape.numbers);
   json.at("units").get_to(shape.units);
   json.at("axes").get_to(shape.axes);
-  json.at("y_down").get_to(shape.frame.y_down);
+  shape.frame = frame_from(json.at("frame"));
   json.at("source").get_to(shape.source);
   if (json.contains("scale")) shape.scale = json.at("scale").get<double>();
   const auto fits = [&](std::size_t size) { return size == 0 || size == static_cast<std::size_t>(shape.count()); };

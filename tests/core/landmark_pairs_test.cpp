@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/shape_frames.hpp"
 #include "error_of.hpp"
 
 namespace pulson {

@@ -47,8 +47,8 @@ struct LandmarkFormat {
   WrittenLandmarks (*write)(const std::string& path, const LandmarkFile& file) = nullptr;
   /// Whether files may hold numbers as bytes; all others are text in UTF-8 or, where it is not that, in Windows-1252.
   bool holds_bytes = false;
-  /// Whether its points in the plane are places in an image, y downwards: Landmarks::y_down.
-  bool y_down = false;
+  /// Whether y of its points in the plane counts rows of an image, downwards, or points up; none: files do not say.
+  std::optional<bool> y_down{};
   /// Whether its programs place points on pictures as they are displayed, turned by EXIF, or on their stored rows.
   Orientation orientation = Orientation::kStored;
 };
@@ -82,7 +82,7 @@ struct ReadOptions {
   int curve_points = 0;
   /// Coordinates are multiplied by the scale, which each shape must then have.
   bool applies_scale = false;
-  /// Landmarks::y_down, where the files' formats are not to decide.
+  /// Frame::y_down of shapes in the plane, in place of what files say.
   std::optional<bool> y_down{};
 };
 
@@ -97,7 +97,8 @@ LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOpt
 /// several shapes.
 LandmarkFile read_addressed_shapes(const std::string& address, const ReadOptions& options = {});
 
-/// Writes all shapes of `file` by write_file_atomically, in the format that landmark_format_to_write finds.
+/// Writes all shapes of `file` by write_file_atomically, in the format that landmark_format_to_write finds. Where that
+/// counts y in the other direction than a shape says, the shape is mirrored in its picture.
 /// @return what the format could not hold, one line each
 /// @throws InputError where there is no such format or it cannot hold the shapes, or if the file cannot be written
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
@@ -110,8 +111,9 @@ Landmarks read_landmarks(const std::string& address, std::vector<std::string>* w
                          const ReadOptions& options = {});
 
 /// The csv text of a shape: header and columns `[label,]x[,y[,z]][,group]`, numbers in the fewest digits that read back
-/// to the same bits, missing ones as NA. The row `csv` of landmark_formats() writes this for one shape and for several
-/// the columns `specimen,[landmark,]x[,y[,z]][,group]`.
+/// to the same bits, missing ones as NA; before them `# frame: …` where it is not that of rows of an image. The row
+/// `csv` of landmark_formats() writes this for one shape and for several the columns
+/// `specimen,[landmark,]x[,y[,z]][,group]`.
 std::string landmarks_csv(const Landmarks& shape);
 
 /// Writes landmarks_csv(shape) by write_file_atomically. @throws InputError if the file cannot be written.

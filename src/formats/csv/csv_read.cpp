@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "csv_columns.hpp"
 #include "formats/formats.hpp"
+#include "formats/frame_text.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::formats {
@@ -303,6 +304,8 @@ LandmarkFile read_table(const std::string& path, std::string_view text, const Re
   if (records.empty()) throw InputError(path + " holds only blank lines and comments; it needs lines x[,y[,z]]");
   std::vector<std::string> doubts = doubts_of_comments(path, records);
   LandmarkFile file = read_records(path, std::move(records), options);
+  if (const auto frame = frame_in_comments(path, text))
+    for (Landmarks& shape : file.shapes) shape.frame = *frame;
   file.warnings.insert(file.warnings.end(), doubts.begin(), doubts.end());
   return file;
 }

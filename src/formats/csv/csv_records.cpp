@@ -9,6 +9,7 @@
 
 #include "core/text.hpp"
 #include "csv_columns.hpp"
+#include "formats/frame_text.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::formats {
@@ -238,6 +239,7 @@ class RecordReader {
 
   void add_header_of_comment(const CsvRecord& first) {
     if (comment_.text.empty() || comment_.text.find('"') != std::string_view::npos || is_header(first)) return;
+    if (comment_.text.starts_with(kFrameComment)) return;
     CsvRecord header{comment_.number, {}};
     split_fields(path_, {&comment_, 1}, *delimiter_, header);
     if (header.fields.size() == first.fields.size() && is_header(header) && names_coordinates(header))

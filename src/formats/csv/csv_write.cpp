@@ -9,6 +9,7 @@
 #include "core/csv_table.hpp"
 #include "core/text.hpp"
 #include "formats/formats.hpp"
+#include "formats/frame_text.hpp"
 #include "formats/landmark_writers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
@@ -21,6 +22,11 @@ void end_header(io::CsvTable& table, int dimension, bool has_groups) {
   for (int axis = 0; axis < dimension; ++axis) table.word(io::kAxisLetters.substr(static_cast<std::size_t>(axis), 1));
   if (has_groups) table.word("group");
   table.end_row();
+}
+
+std::string comment_of_frame(const Landmarks& shape) {
+  const std::string frame = shape.dimension() == 2 ? frame_text(shape.frame) : "";
+  return frame.empty() ? "" : fmt::format("# {} {}\n", kFrameComment, frame);
 }
 
 }  // namespace
@@ -36,7 +42,7 @@ std::string landmarks_csv(const Landmarks& shape) {
     if (!shape.groups.empty()) table.word(shape.groups[place]);
     table.end_row();
   }
-  return std::move(table).take();
+  return comment_of_frame(shape) + std::move(table).take();
 }
 
 void write_landmarks_csv(const std::filesystem::path& path, const Landmarks& shape) {
@@ -56,6 +62,12 @@ class TableShapes {
     require_equal_dimensions();
     if (has_bytes_) losses_.push_back(cannot_hold(target_, "texts that are not UTF-8 or hold zero bytes"));
     if (empty_ > 0) losses_.push_back(cannot_hold(target_, "shapes without landmarks", empty_, count_));
+    keep_common_frame();
+    if (const std::string comment = comment_of_frame(shapes_.front()); !comment.empty())
+      losses_.push_back(
+          fmt::format("{}: its first line says how its points lie on their picture: {} (R's read.csv skips "
+                      "it with comment.char = \"#\")",
+                      target_.path, io::in_quotes(comment.substr(0, comment.size() - 1))));
     if (unlabelled_ > 0) losses_.push_back(cannot_hold(target_, "labels that repeat", unlabelled_, count_));
   }
 
@@ -80,7 +92,7 @@ class TableShapes {
 
  private:
   static HeldParts held_by(const LandmarkFile& file) {
-    return {.names = file.shapes.size() > 1, .labels = true, .groups = true};
+    return {.names = file.shapes.size() > 1, .labels = true, .groups = true, .frames = true};
   }
 
   void add(const Landmarks& shape) {
@@ -90,6 +102,7 @@ class TableShapes {
     }
     Landmarks& kept = shapes_.emplace_back();
     kept.points = shape.points;
+    kept.frame = shape.frame;
     kept.name = as_text(shape.name);
     for (const std::string& label : shape.labels) kept.labels.push_back(as_text(label));
     for (const std::string& group : shape.groups) kept.groups.push_back(as_text(group));
@@ -113,6 +126,23 @@ class TableShapes {
       if (!shape.labels[i].empty() && !seen.insert({group, shape.labels[i]}).second) return true;
     }
     return false;
+  }
+
+  /// A table has one frame: of shapes that differ in more than the direction of y it keeps that alone.
+  void keep_common_frame() {
+    const Frame first = shapes_.front().frame;
+    const auto is_same = [&](const Landmarks& shape) { return are_same_frames(shape.frame, first); };
+    if (std::all_of(shapes_.begin(), shapes_.end(), is_same)) return;
+    for (Landmarks& shape : shapes_) {
+      if (shape.frame.y_down != first.y_down)
+        throw InputError(
+            fmt::format("{}: a table counts y in one direction; y of {} points {} and of {} {}: convert one "
+                        "with `mirror_y`",
+                        target_.path, io::in_quotes(shapes_.front().name), first.y_down ? "down" : "up",
+                        io::in_quotes(shape.name), first.y_down ? "up" : "down"));
+      shape.frame = Frame{.y_down = first.y_down, .says_y = first.says_y};
+    }
+    losses_.push_back(cannot_hold(target_, "frames that differ between shapes: sizes of pictures, units per pixel"));
   }
 
   void require_equal_dimensions() const {
@@ -150,7 +180,7 @@ std::string long_table(const std::vector<Landmarks>& shapes) {
       table.end_row();
     }
   }
-  return std::move(table).take();
+  return comment_of_frame(shapes.front()) + std::move(table).take();
 }
 
 }  // namespace

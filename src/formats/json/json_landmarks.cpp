@@ -12,14 +12,15 @@
 
 #include "core/text.hpp"
 #include "formats/formats.hpp"
+#include "formats/frame_text.hpp"
 #include "formats/landmark_writers.hpp"
 #include "json_reader.hpp"
 
 namespace pulson::formats {
 namespace {
 
-constexpr std::array<std::string_view, 10> kShapeKeys = {"name",  "points",     "labels", "groups",   "image",
-                                                         "scale", "properties", "curves", "outlines", "y_down"};
+constexpr std::array<std::string_view, 11> kShapeKeys = {"name",       "points", "labels",   "groups", "image", "scale",
+                                                         "properties", "curves", "outlines", "y_down", "frame"};
 constexpr std::array<std::string_view, 3> kFileKeys = {"shapes", "units", "axes"};
 
 // ---- reading
@@ -73,7 +74,11 @@ Landmarks read_shape(const JsonValue& json, std::set<std::string>& unknown) {
   if (json.has("image")) shape.image = json.at("image").text();
   if (json.has("scale")) shape.scale = json.at("scale").number();
   if (json.has("properties")) shape.properties = read_properties(json.at("properties"));
-  if (json.has("y_down")) shape.frame.y_down = json.at("y_down").boolean();
+  if (json.has("y_down")) {
+    shape.frame.y_down = json.at("y_down").boolean();
+    shape.frame.says_y = true;
+  }
+  if (json.has("frame")) shape.frame = read_frame(json.at("frame"));
   shape.curves = read_lines(json, "curves");
   shape.outlines = read_lines(json, "outlines");
   return shape;
@@ -104,6 +109,7 @@ std::vector<Landmarks> registered_shapes(const JsonValue& json) {
     if (!json.has(from)) continue;
     shape.labels = read_names(json.at(from), "labels", shape.count());
     shape.groups = read_names(json.at(from), "groups", shape.count());
+    if (json.at(from).has("frame")) shape.frame = read_frame(json.at(from).at("frame"));
   }
   return shapes;
 }
@@ -143,7 +149,8 @@ Json shape_json(const Landmarks& shape) {
   if (!shape.name.empty()) json["name"] = shape.name;
   if (!shape.image.empty()) json["image"] = shape.image;
   if (shape.scale) json["scale"] = *shape.scale;
-  if (shape.frame.y_down) json["y_down"] = true;
+  if (const bool says = shape.frame.says_y || !frame_text(shape.frame).empty(); says && shape.dimension() == 2)
+    json["frame"] = frame_json(shape.frame);
   if (!shape.properties.empty()) json["properties"] = properties_json(shape.properties);
   json["points"] = points_json(shape.points);
   if (!shape.labels.empty()) json["labels"] = shape.labels;
@@ -211,7 +218,7 @@ LandmarkFormat json_format() {
       .extensions = {"json"},
       .help =
           R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
-          R"("image": "a.jpg", "scale": 0.1, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
+          R"("image": "a.jpg", "scale": 0.1, "frame": {"y_down": false, "unit_per_pixel": 0.02}, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
           R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
           R"(properties are [["COMMENT", "old"]] where their order matters; also a single shape, its points only, )"
           "a list of such lists, or registration.json as shapes source, target and result",

@@ -100,7 +100,8 @@ WrittenLandmarks write_ibug(const std::string& path, const LandmarkFile& file) {
   const Landmarks& shape = require_one_shape(target, file);
   require_landmarks(target, shape);
   require_plane_or_space(target, shape);
-  WrittenLandmarks written{fmt::format("version: 1\nn_points: {}\n{{\n", shape.count()), losses_of(target, file, {})};
+  WrittenLandmarks written{fmt::format("version: 1\nn_points: {}\n{{\n", shape.count()),
+                           losses_of(target, file, {.directions = true})};
   append_points(written.text, shape.points, "nan");
   written.text += "}\n";
   return written;
@@ -138,7 +139,7 @@ WrittenLandmarks write_elastix(const std::string& path, const LandmarkFile& file
   require_landmarks(target, shape);
   require_plane_or_space(target, shape);
   require_complete(target, shape);
-  WrittenLandmarks written{fmt::format("point\n{}\n", shape.count()), losses_of(target, file, {})};
+  WrittenLandmarks written{fmt::format("point\n{}\n", shape.count()), losses_of(target, file, {.directions = true})};
   append_points(written.text, shape.points, "");
   return written;
 }

@@ -247,8 +247,9 @@ class TpsWriter {
 
   WrittenLandmarks write() {
     require_shapes(target_, file_);
-    written_.losses =
-        losses_of(target_, file_, {.names = true, .images = true, .scales = true, .properties = true, .lines = true});
+    written_.losses = losses_of(
+        target_, file_,
+        {.names = true, .images = true, .scales = true, .properties = true, .lines = true, .directions = true});
     for (const Landmarks& shape : file_.shapes) write_shape(shape);
     if (has_broken_lines_) written_.losses.push_back(cannot_hold_breaks(target_));
     if (has_unreadable_names_)
@@ -324,7 +325,8 @@ LandmarkFormat tps_format() {
           .help = "tpsDig text: LM= or LM3=, coordinates, ID=, IMAGE=, SCALE=, CURVES=, OUTLINES=; several shapes",
           .sniff = sniff_tps,
           .read = read_tps,
-          .write = write_tps};
+          .write = write_tps,
+          .y_down = false};
 }
 
 }  // namespace pulson::formats

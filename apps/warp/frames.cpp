@@ -1,0 +1,182 @@
+#include "frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/factorisations.hpp"
+#include "pulson/core/errors.hpp"
+#include "register/picture.hpp"
+
+namespace pulson {
+namespace {
+
+using Eigen::Vector2d;
+
+void append(std::vector<std::string>& all, std::vector<std::string>& more) {
+  std::move(more.begin(), more.end(), std::back_inserter(all));
+}
+
+PlacedPicture placed(Picture picture, const std::string& file, const Landmarks& landmarks, const FrameOptions& options,
+                     WarpFrames& frames) {
+  PlacedPicture result = place_picture(std::move(picture), file, landmarks, options);
+  append(frames.notes, result.notes);
+  append(frames.warnings, result.warnings);
+  return result;
+}
+
+// ---- the canvas
+
+// Positions on the edge of a picture, corners included.
+Points edge_of(int width, int height) {
+  constexpr int kPerSide = 32;  // the flow of landmarks inside is smooth along the edge
+  Points edge(2, 4 * kPerSide);
+  for (int i = 0; i < kPerSide; ++i) {
+    const double x = width * static_cast<double>(i) / (kPerSide - 1) - 0.5;
+    const double y = height * static_cast<double>(i) / (kPerSide - 1) - 0.5;
+    edge.col(4 * i) << x, -0.5;
+    edge.col(4 * i + 1) << x, height - 0.5;
+    edge.col(4 * i + 2) << -0.5, y;
+    edge.col(4 * i + 3) << width - 0.5, y;
+  }
+  return edge;
+}
+
+// Pixels from low up to and with high.
+struct PixelBox {
+  Vector2d low = Vector2d::Constant(std::numeric_limits<double>::infinity());
+  Vector2d high = -low;
+
+  void hold(const Vector2d& lowest, const Vector2d& highest) {
+    if (!(lowest.allFinite() && highest.allFinite())) return;
+    low = low.cwiseMin(lowest);
+    high = high.cwiseMax(highest);
+  }
+  bool meets(const Vector2d& size) const {
+    return (high.array() >= 0).all() && (low.array() <= size.array() - 1).all();
+  }
+};
+
+// The edge of the image where the map takes it, in pixels of the result's first frame.
+Points moved_edge(const WarpArguments& arguments, const matching::Registration& registration,
+                  const warp::MaterialFlow& flow, const WarpFrames& frames) {
+  const Points edge = edge_of(frames.input.width, frames.input.height);
+  if (!arguments.inverse)
+    return images::ImageWarp(flow, registration.alignment, frames.input, frames.result).forward(edge).places;
+  if (flow.is_diffeomorphic())
+    return images::ImageWarp(flow, registration.alignment, frames.result, frames.input).backward(edge).places;
+  const Alignment& alignment = registration.alignment;
+  return frames.result.to_pixels((alignment.scale * alignment.linear).inverse() *
+                                 (frames.input.to_landmarks(edge).colwise() - alignment.translation));
+}
+
+// The result begins at pixel `first` of the frame that it had.
+void move_frame(Frame& frame, const Vector2d& first, int width, int height) {
+  frame.origin[0] += frame.unit_per_pixel[0] * first.x();
+  frame.origin[1] += frame.unit_per_pixel[1] * (frame.y_down ? first.y() : frame.height - first.y() - height);
+  frame.width = width;
+  frame.height = height;
+}
+
+void fit_canvas(const WarpArguments& arguments, const matching::Registration& registration,
+                const warp::MaterialFlow& flow, WarpFrames& frames) {
+  PixelBox box;
+  const auto [edge_low, edge_high] = bounding_box(moved_edge(arguments, registration, flow, frames));
+  box.hold(edge_low.array().ceil(), edge_high.array().floor());
+  if (frames.landmarks_there.cols() > 0) {
+    const auto [low, high] = bounding_box(frames.landmarks_there);
+    box.hold((low.array() + 0.5).floor(), (high.array() + 0.5).floor());
+  }
+  const Vector2d size(frames.width, frames.height);
+  if (!box.low.allFinite() || box.meets(size)) box.hold(Vector2d::Zero(), size.array() - 1);
+  const Vector2d extent = box.high - box.low + Vector2d::Ones();
+  constexpr double kLongest = 1 << 20;
+  if (!(extent.array() <= kLongest).all() || extent.prod() > static_cast<double>(arguments.max_pixels))
+    throw InputError(
+        fmt::format("the map takes the image to {:.0f} x {:.0f} pixels, more than --max-pixels {} allows: "
+                    "give the size of the result with --like or --size",
+                    extent.x(), extent.y(), arguments.max_pixels));
+  frames.width = static_cast<int>(extent.x());
+  frames.height = static_cast<int>(extent.y());
+  frames.first_pixel = {static_cast<int>(box.low.x()), static_cast<int>(box.low.y())};
+  move_frame(frames.result, box.low, frames.width, frames.height);
+}
+
+void check_canvas(const WarpArguments& arguments, const Landmarks& to, const WarpFrames& frames) {
+  const auto is_outside = [&](const Vector2d& pixel) {
+    return (pixel.array() < -1).any() || pixel.x() > frames.width || pixel.y() > frames.height;
+  };
+  int outside = 0;
+  for (const auto pixel : frames.landmarks_there.colwise()) outside += is_outside(pixel) ? 1 : 0;
+  if (outside > 0 && outside == frames.landmarks_there.cols())
+    throw InputError(fmt::format(
+        "none of the landmarks of {} lies on the result, {} x {} pixels: {}", to.source, frames.width, frames.height,
+        arguments.target_origin.empty() ? "--target-origin says where it begins; without --size it holds all"
+                                        : "check --target-origin"));
+}
+
+// ---- what else drawings need
+
+void add_landmarks(const matching::Registration& registration, const Landmarks& to, WarpFrames& frames) {
+  if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
+  for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
+  const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);
+  frames.label_ranks.resize(static_cast<std::size_t>(registration.original.count()));
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const int a : groups[g])
+      frames.label_ranks[static_cast<std::size_t>(a)] = groups.size() > 1 ? static_cast<int>(g) : a;
+}
+
+FrameOptions options_of_result(const WarpArguments& arguments) {
+  return {arguments.target_pixel_size ? arguments.target_pixel_size : arguments.pixel_size,
+          arguments.origin_of_result(), arguments.flip_y};
+}
+
+// The frame that the result has before it is fitted to what it holds.
+void begin_result(const WarpArguments& arguments, const Landmarks& to, WarpFrames& frames) {
+  const FrameOptions options = options_of_result(arguments);
+  if (!arguments.like.empty()) {
+    PlacedPicture like =
+        placed(read_picture(arguments.like, arguments.max_pixels), arguments.like, to, options, frames);
+    frames.result = like.frame;
+    frames.like = std::move(like.picture);
+  } else {
+    const Frame& input = frames.input;
+    frames.result = frame_on(to, options, input);
+    const bool knows_size = to.frame.width > 0 && to.frame.height > 0 && !options.say_units();
+    frames.result.width = knows_size ? to.frame.width : input.width;
+    frames.result.height = knows_size ? to.frame.height : input.height;
+    if (const auto canvas = arguments.canvas()) std::tie(frames.result.width, frames.result.height) = *canvas;
+  }
+  frames.width = frames.result.width;
+  frames.height = frames.result.height;
+}
+
+}  // namespace
+
+WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registration& registration,
+                       const warp::MaterialFlow& flow, Picture& picture) {
+  WarpFrames frames;
+  const Landmarks& from = arguments.inverse ? registration.target : registration.original;
+  const Landmarks& to = arguments.inverse ? registration.original : registration.target;
+  PlacedPicture input = placed(std::move(picture), arguments.input, from,
+                               {arguments.pixel_size, arguments.origin_of_image(), arguments.flip_y}, frames);
+  picture = std::move(input.picture);
+  frames.input = input.frame;
+  begin_result(arguments, to, frames);
+  frames.title = short_name(from) + " → " + short_name(to);
+  add_landmarks(registration, to, frames);
+  if (arguments.like.empty() && arguments.size.empty()) {
+    fit_canvas(arguments, registration, flow, frames);
+    if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
+  }
+  images::check_pixel_count(frames.width, frames.height, arguments.max_pixels, "the result");
+  check_canvas(arguments, to, frames);
+  return frames;
+}
+
+}  // namespace pulson

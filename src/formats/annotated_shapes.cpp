@@ -1,5 +1,6 @@
 #include "annotated_shapes.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
+#include "shape_options.hpp"
 
 namespace pulson::formats {
 
@@ -66,6 +68,19 @@ void drop_repeated_labels(const std::string& path, LandmarkFile& file) {
 Points without_closing_point(const Points& line) {
   const Eigen::Index count = line.cols();
   return count > 1 && line.col(0) == line.col(count - 1) ? Points(line.leftCols(count - 1)) : line;
+}
+
+void take_lines_where_alone(const std::string& path, LandmarkFile& file) {
+  const bool have_landmarks =
+      std::any_of(file.shapes.begin(), file.shapes.end(), [](const Landmarks& shape) { return shape.count() > 0; });
+  if (have_landmarks) {
+    if (const std::string note = note_of_curves(file.shapes); !note.empty())
+      file.warnings.push_back(fmt::format("{}: {}", path, note));
+    return;
+  }
+  std::size_t taken = 0;
+  for (Landmarks& shape : file.shapes) taken += take_lines_as_landmarks(shape) ? 1 : 0;
+  if (taken > 0) file.warnings.push_back(fmt::format("{}: {}", path, taken_as_landmarks(taken)));
 }
 
 }  // namespace pulson::formats

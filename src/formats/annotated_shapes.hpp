@@ -42,4 +42,7 @@ void drop_repeated_labels(const std::string& path, LandmarkFile& file);
 /// The points of a closed line without the last one where that repeats the first.
 Points without_closing_point(const Points& line);
 
+/// Takes lines as landmarks in all shapes where none has landmarks, with a warning.
+void take_lines_where_alone(const std::string& path, LandmarkFile& file);
+
 }  // namespace pulson::formats

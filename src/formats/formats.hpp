@@ -45,6 +45,9 @@ LandmarkFormat vtk_format();
 /// As the row `csv` reads tables, with what the options say of them.
 LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options);
 
+/// As the row `npy` reads an array.
+LandmarkFile read_npy(const std::string& path, std::string_view text);
+
 /// As the row `csv` writes.
 WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file);
 

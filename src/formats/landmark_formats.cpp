@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/file_kinds.hpp"
 #include "core/text.hpp"
 #include "formats.hpp"
 #include "frames_of_files.hpp"
@@ -18,10 +19,13 @@ namespace pulson::formats {
 const std::vector<LandmarkFormat>& landmark_formats() {
   using namespace io;
   static const std::vector<LandmarkFormat> formats = {
-      npy_format(),     vtk_format(),         fcsv_format(),       markups_format(), labelme_format(),
-      menpo_format(),   dlib_format(),        json_format(),       tps_format(),     ibug_format(),
-      elastix_format(), transformix_format(), idav_format(),       nts_format(),     morphologika_format(),
-      edma_format(),    stereomorph_format(), deeplabcut_format(), bigwarp_format(), csv_format()};
+      npy_format(),         npz_format(),     imagej_roi_format(), vtk_format(),          fcsv_format(),
+      markups_format(),     labelme_format(), menpo_format(),      coco_format(),         openpose_format(),
+      via_json_format(),    geojson_format(), dlib_format(),       cvat_format(),         fiji_format(),
+      meshlab_format(),     json_format(),    tps_format(),        ibug_format(),         elastix_format(),
+      transformix_format(), idav_format(),    nts_format(),        morphologika_format(), edma_format(),
+      stereomorph_format(), amira_format(),   via_csv_format(),    deeplabcut_format(),   bigwarp_format(),
+      cmtk_format(),        csv_format()};
   return formats;
 }
 
@@ -44,12 +48,10 @@ std::string extension_of(const std::filesystem::path& path) {
   return dotted.substr(std::min<std::size_t>(1, dotted.size()));
 }
 
-/// Images of the common kinds begin with a mark of their own.
-bool is_image(std::string_view contents) {
-  using namespace std::string_view_literals;
-  const std::array marks = {"\x89PNG"sv, "\xFF\xD8\xFF"sv, "GIF8"sv, "II*\0"sv, "MM\0*"sv, "BM"sv};
-  return contents.find('\0') != std::string_view::npos &&
-         std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return contents.starts_with(mark); });
+/// @throws InputError that names the kind of a file that is none of landmarks
+void require_no_other_kind(const std::filesystem::path& path, std::string_view contents) {
+  if (const std::optional<FileKind> kind = kind_of_bytes(contents))
+    throw InputError(fmt::format("{} is {}; {}", path.string(), kind->name, kind->remedy));
 }
 
 /// How long the extension of `format` is that the file's name ends in; 0 where there is none.
@@ -91,15 +93,18 @@ bool describes_table(const ReadOptions& options) { return !options.columns.empty
 const LandmarkFormat& find_format(const std::filesystem::path& path, std::string_view contents,
                                   const ReadOptions& options) {
   const auto& formats = landmark_formats();
-  if (!options.format.empty()) return format_named(options.format);
+  if (!options.format.empty()) {
+    const LandmarkFormat& named = format_named(options.format);
+    if (!named.holds_bytes) require_no_other_kind(path, contents);
+    return named;
+  }
   const auto by_content =
       std::find_if(formats.begin(), formats.end(), [&](const LandmarkFormat& f) { return f.sniff(contents); });
   const bool is_unknown = by_content == formats.end();
-  if (describes_table(options) && (is_unknown ? !is_image(contents) : is_table(*by_content)))
-    return format_named("csv");
+  if (is_unknown) require_no_other_kind(path, contents);
+  if (describes_table(options) && (is_unknown || is_table(*by_content))) return format_named("csv");
   if (!is_unknown) return *by_content;
   if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
-  if (is_image(contents)) throw InputError(path.string() + " is an image; landmarks are needed");
   throw InputError(fmt::format("{} is not in any of the landmark formats ({}); it begins with {}", path.string(),
                                fmt::join(landmark_format_names(), ", "), first_line(contents)));
 }

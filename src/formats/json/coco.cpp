@@ -1,5 +1,6 @@
-// Keypoints of COCO in JSON: `images`, `categories` with the names of keypoints and a `skeleton`, and `annotations`, each
-// with the keypoints [x1, y1, v1, x2, ...] of one shape, where v = 0 marks a missing one. Also its lists of results,
+// Keypoints of COCO in JSON: `images`, `categories` with the names of keypoints and a `skeleton`, and `annotations`,
+// each with the keypoints [x1, y1, v1, x2, ...] of one shape, where v = 0 marks a missing one. Also its lists of
+// results,
 // [{"image_id": 1, "keypoints": [...], "score": 0.9}, ...].
 // See https://cocodataset.org/#format-data.
 
@@ -43,17 +44,17 @@ class CocoReader {
     if (file_.shapes.empty()) annotations.fail("has no annotation with keypoints");
     name_by_images(file_.shapes);
     if (without_keypoints_ > 0)
-      file_.warnings.push_back(fmt::format("{}: {} without keypoints left out", path_,
-                                           io::counted(without_keypoints_, "annotation")));
+      file_.warnings.push_back(
+          fmt::format("{}: {} without keypoints left out", path_, io::counted(without_keypoints_, "annotation")));
     if (hidden_ > 0)
-      file_.warnings.push_back(fmt::format("{}: {} with a position and visibility 0, not labelled by COCO's rule, read "
-                                           "as missing",
-                                           path_, io::counted(hidden_, "keypoint")));
+      file_.warnings.push_back(
+          fmt::format("{}: {} with a position and visibility 0, not labelled by COCO's rule, read "
+                      "as missing",
+                      path_, io::counted(hidden_, "keypoint")));
     return std::move(file_);
   }
 
  private:
-
   void read_image(const JsonValue& image) {
     CocoImage& read = images_[text_of(image, "id")];
     if (image.has("file_name")) read.file = image.at("file_name").text();
@@ -64,7 +65,8 @@ class CocoReader {
   void read_category(const JsonValue& category) {
     CocoCategory& read = categories_[text_of(category, "id")];
     if (category.has("keypoints")) read.labels = category.at("keypoints").texts();
-    if (category.has("skeleton")) read.links = read_links(category.at("skeleton"), 1, static_cast<int>(read.labels.size()));
+    if (category.has("skeleton"))
+      read.links = read_links(category.at("skeleton"), 1, static_cast<int>(read.labels.size()));
   }
 
   void read_annotation(const JsonValue& annotation) {
@@ -77,9 +79,9 @@ class CocoReader {
     if (const auto category = categories_.find(text_of(annotation, "category_id")); category != categories_.end()) {
       const std::vector<std::string>& labels = category->second.labels;
       if (!labels.empty() && labels.size() != static_cast<std::size_t>(shape.count()))
-        annotation.at("keypoints").fail(fmt::format("has {}; its category names {}",
-                                                    io::counted(static_cast<std::size_t>(shape.count()), "keypoint"),
-                                                    labels.size()));
+        annotation.at("keypoints")
+            .fail(fmt::format("has {}; its category names {}",
+                              io::counted(static_cast<std::size_t>(shape.count()), "keypoint"), labels.size()));
       shape.labels = labels;
       shape.links = category->second.links;
     }
@@ -96,8 +98,8 @@ class CocoReader {
   void read_keypoints(const JsonValue& keypoints, Landmarks& shape) {
     const Eigen::VectorXd numbers = keypoints.numbers();
     if (numbers.size() % 3 != 0)
-      keypoints.fail(fmt::format("has {} numbers; three of each keypoint, x, y and visibility, are needed",
-                                 numbers.size()));
+      keypoints.fail(
+          fmt::format("has {} numbers; three of each keypoint, x, y and visibility, are needed", numbers.size()));
     const Eigen::Map<const Points> triples(numbers.data(), 3, numbers.size() / 3);
     shape.points = triples.topRows(2);
     // results leave the visibility at 0 for all, as it is not evaluated
@@ -137,8 +139,9 @@ LandmarkFile read_coco(const std::string& path, std::string_view text) {
 LandmarkFormat coco_format() {
   return {.name = "coco",
           .extensions = {},
-          .help = "keypoints of COCO: each annotation is a shape, named by its image; names of keypoints are labels, the "
-                  "skeleton links them, visibility 0 is missing",
+          .help =
+              "keypoints of COCO: each annotation is a shape, named by its image; names of keypoints are labels, the "
+              "skeleton links them, visibility 0 is missing",
           .sniff = sniff_coco,
           .read = read_coco,
           .y_down = true,

@@ -140,9 +140,7 @@ class DlibReader {
 /// XML with the elements dataset and image or images.
 bool sniff_dlib(std::string_view text) { return is_xml_of(text, "dataset") && text.find("<image") != text.npos; }
 
-LandmarkFile read_dlib(const std::string& path, std::string_view text) {
-  return DlibReader(path, text).read();
-}
+LandmarkFile read_dlib(const std::string& path, std::string_view text) { return DlibReader(path, text).read(); }
 
 }  // namespace
 

@@ -54,8 +54,7 @@ std::optional<Tag> Tags::take() {
   std::optional<Tag> tag = take_any();
   if (tag) match(*tag);
   if (!tag && !open_.empty())
-    io::fail(path_, open_.back().line,
-             fmt::format("<{}> has no end in this file", io::as_one_line(open_.back().name)));
+    io::fail(path_, open_.back().line, fmt::format("<{}> has no end in this file", io::as_one_line(open_.back().name)));
   return tag;
 }
 
@@ -150,8 +149,9 @@ void Tags::match(const Tag& tag) {
 void Tags::fail_attribute(const Tag& tag) const {
   if (left_.empty()) io::fail(path_, line_, fmt::format("the tag <{}> has no '>'", io::as_one_line(tag.name)));
   const std::string_view shown = left_.substr(0, std::min(left_.find_first_of("\r\n"), left_.size()));
-  io::fail(path_, line_,
-           fmt::format("{} in the tag <{}>; name='value' is expected", io::in_quotes(shown), io::as_one_line(tag.name)));
+  io::fail(
+      path_, line_,
+      fmt::format("{} in the tag <{}>; name='value' is expected", io::in_quotes(shown), io::as_one_line(tag.name)));
 }
 
 double coordinate_of(const Tag& tag, const io::CoordinatePlace& place) {

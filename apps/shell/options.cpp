@@ -112,7 +112,7 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kOptionOf{{
     {"align", "--align"},
     {"applies_scale", "--scale apply"},
     {"by_order", "--by-order"},
@@ -132,6 +132,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kOptionO
     {"points.row(1) *= -1", "pulson convert --flip-y"},
     {"reflect", "--reflect"},
     {"y_down", "--flip-y (up) or --no-flip-y (down)"},
+    {"zero_is_missing", "--missing zero"},
 }};
 
 std::string_view option_of(std::string_view name) {
@@ -218,10 +219,13 @@ void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
   add_text_option(
       verb, "--missing",
       [&options](const std::string& text) {
-        if (text != "negative") throw InputError("--missing is '" + text + "'; it must be negative, or left out");
-        options.negative_is_missing = true;
+        if (text != "negative" && text != "zero")
+          throw InputError("--missing is '" + text + "'; it must be negative or zero, or left out");
+        (text == "zero" ? options.zero_is_missing : options.negative_is_missing) = true;
       },
-      "NAME", "negative: each landmark with a negative coordinate is missing");
+      "NAME",
+      "negative: each landmark with a negative coordinate is missing; zero: each at 0 in all coordinates, as programs "
+      "write those that were not digitised");
   add_text_option(
       verb, "--format", [&options](const std::string& name) { set_format(name, options); }, "NAME",
       "format of landmark files, see pulson info formats [recognised by their content]");
@@ -234,7 +238,7 @@ void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
             if (d != 2 && d != 3) throw InputError(fmt::format("--dim is {}; it must be 2 or 3", d));
             options.dimension = d;
           },
-          "2 or 3: coordinates per landmark in a table of one column, one below the other")
+          "2 or 3: coordinates per landmark in a table of one column, one below the other, or with columns V1, V2, ...")
       ->group(kGroup);
   add_text_option(
       verb, "--landmarks",
@@ -283,7 +287,7 @@ const std::vector<std::string>& known_values(const std::string& option) {
       {"--curve-ends", {"auto", "closed", "open"}},
       {"--align", {"none", "translation", "rigid", "similarity", "affine"}},
       {"--solver", {"auto", "paths", "gauss-newton", "lbfgs"}},
-      {"--missing", {"negative"}},
+      {"--missing", {"negative", "zero"}},
       {"--format", formats::landmark_format_names()},
       {"--dim", {"2", "3"}},
       {"--scale", {"apply"}},

@@ -9,25 +9,37 @@
 namespace pulson::formats {
 
 // The rows of landmark_formats(), each defined behind its reader and writer.
+LandmarkFormat amira_format();
 LandmarkFormat bigwarp_format();
+LandmarkFormat cmtk_format();
+LandmarkFormat coco_format();
 LandmarkFormat csv_format();
+LandmarkFormat cvat_format();
 LandmarkFormat deeplabcut_format();
 LandmarkFormat dlib_format();
 LandmarkFormat edma_format();
 LandmarkFormat elastix_format();
 LandmarkFormat fcsv_format();
+LandmarkFormat fiji_format();
+LandmarkFormat geojson_format();
 LandmarkFormat ibug_format();
 LandmarkFormat idav_format();
+LandmarkFormat imagej_roi_format();
 LandmarkFormat json_format();
 LandmarkFormat labelme_format();
 LandmarkFormat markups_format();
 LandmarkFormat menpo_format();
+LandmarkFormat meshlab_format();
 LandmarkFormat morphologika_format();
 LandmarkFormat npy_format();
+LandmarkFormat npz_format();
 LandmarkFormat nts_format();
+LandmarkFormat openpose_format();
 LandmarkFormat stereomorph_format();
 LandmarkFormat tps_format();
 LandmarkFormat transformix_format();
+LandmarkFormat via_csv_format();
+LandmarkFormat via_json_format();
 LandmarkFormat vtk_format();
 
 /// Whether a file that begins so is an image of the common kinds, by its mark.
@@ -35,6 +47,9 @@ bool is_image(std::string_view contents);
 
 /// As the row `csv` reads tables, with what the options say of them.
 LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options);
+
+/// As the row `npy` reads an array.
+LandmarkFile read_npy(const std::string& path, std::string_view text);
 
 /// As the row `csv` writes.
 WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file);

@@ -8,14 +8,15 @@
 
 namespace pulson::formats {
 
-void complete_frame(std::optional<bool> format_y_down, bool is_of_image, const ReadOptions& options, Landmarks& shape) {
+void complete_frame(const LandmarkFormat& format, bool is_of_image, const ReadOptions& options, Landmarks& shape) {
   Frame& frame = shape.frame;
   if (shape.dimension() != 2) {
     frame = Frame{.y_down = false};
     return;
   }
+  if (format.orientation == Orientation::kDisplayed) frame.orientation = Orientation::kDisplayed;
   if (!options.y_down && frame.says_y) return;
-  const std::optional<bool> by_file = is_of_image ? std::optional(true) : format_y_down;
+  const std::optional<bool> by_file = is_of_image ? std::optional(true) : format.y_down;
   frame.y_down = options.y_down.value_or(by_file.value_or(true));
   frame.says_y = options.y_down || by_file;
 }

@@ -10,7 +10,7 @@ namespace pulson::formats {
 
 /// Sets what the reader of a file left open: y by the options, else the file, else its format. Where none says it,
 /// coordinates are of rows of a picture. @param is_of_image whether a table says that its points are places in one
-void complete_frame(std::optional<bool> format_y_down, bool is_of_image, const ReadOptions& options, Landmarks& shape);
+void complete_frame(const LandmarkFormat& format, bool is_of_image, const ReadOptions& options, Landmarks& shape);
 
 /// Mirrors a shape where the format counts y in the other direction than the shape says; adds to `notes` that it does,
 /// or that the shape does not say.

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "core/file_kinds.hpp"
 #include "core/text.hpp"
 #include "formats.hpp"
 #include "frames_of_files.hpp"
@@ -18,10 +19,13 @@ namespace pulson::formats {
 const std::vector<LandmarkFormat>& landmark_formats() {
   using namespace io;
   static const std::vector<LandmarkFormat> formats = {
-      npy_format(),     vtk_format(),         fcsv_format(),       markups_format(), labelme_format(),
-      menpo_format(),   dlib_format(),        json_format(),       tps_format(),     ibug_format(),
-      elastix_format(), transformix_format(), idav_format(),       nts_format(),     morphologika_format(),
-      edma_format(),    stereomorph_format(), deeplabcut_format(), bigwarp_format(), csv_format()};
+      npy_format(),         npz_format(),     imagej_roi_format(), vtk_format(),          fcsv_format(),
+      markups_format(),     labelme_format(), menpo_format(),      coco_format(),         openpose_format(),
+      via_json_format(),    geojson_format(), dlib_format(),       cvat_format(),         fiji_format(),
+      meshlab_format(),     json_format(),    tps_format(),        ibug_format(),         elastix_format(),
+      transformix_format(), idav_format(),    nts_format(),        morphologika_format(), edma_format(),
+      stereomorph_format(), amira_format(),   via_csv_format(),    deeplabcut_format(),   bigwarp_format(),
+      cmtk_format(),        csv_format()};
   return formats;
 }
 
@@ -49,6 +53,12 @@ std::string first_line(std::string_view contents) {
 std::string extension_of(const std::filesystem::path& path) {
   const std::string dotted = io::to_lower(path.extension().string());
   return dotted.substr(std::min<std::size_t>(1, dotted.size()));
+}
+
+/// @throws InputError that names the kind of a file that is none of landmarks
+void require_no_other_kind(const std::filesystem::path& path, std::string_view contents) {
+  if (const std::optional<FileKind> kind = kind_of_bytes(contents))
+    throw InputError(fmt::format("{} is {}; {}", path.string(), kind->name, kind->remedy));
 }
 
 /// How long the extension of `format` is that the file's name ends in; 0 where there is none.
@@ -90,16 +100,18 @@ bool describes_table(const ReadOptions& options) { return !options.columns.empty
 const LandmarkFormat& find_format(const std::filesystem::path& path, std::string_view contents,
                                   const ReadOptions& options) {
   const auto& formats = landmark_formats();
-  if (!options.format.empty()) return format_named(options.format);
+  if (!options.format.empty()) {
+    const LandmarkFormat& named = format_named(options.format);
+    if (!named.holds_bytes) require_no_other_kind(path, contents);
+    return named;
+  }
   const auto by_content =
       std::find_if(formats.begin(), formats.end(), [&](const LandmarkFormat& f) { return f.sniff(contents); });
   const bool is_unknown = by_content == formats.end();
-  if (describes_table(options) && (is_unknown ? !is_image(contents) : is_table(*by_content)))
-    return format_named("csv");
+  if (is_unknown) require_no_other_kind(path, contents);
+  if (describes_table(options) && (is_unknown || is_table(*by_content))) return format_named("csv");
   if (!is_unknown) return *by_content;
   if (const LandmarkFormat* by_extension = format_by_extension(path)) return *by_extension;
-  if (is_image(contents))
-    throw InputError(path.string() + " is an image; landmarks are needed, which docs/photographs.md says how to place");
   throw InputError(fmt::format("{} is not in any of the landmark formats ({}); it begins with {}", path.string(),
                                fmt::join(landmark_format_names(), ", "), first_line(contents)));
 }
@@ -147,9 +159,30 @@ void replace_zero_bytes(const std::string& path, LandmarkFile& file) {
   if (is_changed) file.warnings.push_back(path + ": zero bytes in names are read as U+FFFD");
 }
 
-void mark_negative_as_missing(Points& points) {
-  for (auto point : points.colwise())
-    if ((point.array() < 0).any()) point.setConstant(std::numeric_limits<double>::quiet_NaN());
+template <class IsMissing>
+void mark_as_missing(std::vector<Landmarks>& shapes, const IsMissing& is_missing) {
+  for (Landmarks& shape : shapes)
+    for (auto point : shape.points.colwise())
+      if (is_missing(point.array())) point.setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+/// That several landmarks of a shape are at 0, where they were perhaps not digitised; empty where none are.
+std::string note_of_zeros(const std::vector<Landmarks>& shapes) {
+  std::size_t zeros = 0;
+  const Landmarks* first = nullptr;
+  for (const Landmarks& shape : shapes) {
+    const auto is_zero = [](const auto& point) { return point.size() > 1 && (point.array() == 0).all(); };
+    const auto here = std::count_if(shape.points.colwise().begin(), shape.points.colwise().end(), is_zero);
+    if (here < 2) continue;  // one may be an origin
+    zeros += static_cast<std::size_t>(here);
+    if (first == nullptr) first = &shape;
+  }
+  if (first == nullptr) return {};
+  return fmt::format(
+      "{} at 0 in each coordinate, the first of them in {}, often those that were not digitised, read as points like "
+      "any "
+      "other: `zero_is_missing` distinguishes them",
+      io::counted(zeros, "landmark"), io::in_quotes(first->name));
 }
 
 /// Landmarks with −1 in all coordinates, in shapes that have no other negative coordinate.
@@ -215,7 +248,7 @@ LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptio
   for (Landmarks& shape : file.shapes) {
     shape.units = file.units;
     shape.axes = file.axes;
-    complete_frame(format.y_down, is_of_image(format, shape), options, shape);
+    complete_frame(format, is_of_image(format, shape), options, shape);
   }
   if (!options.columns.empty() && format.name != "csv")
     file.warnings.push_back(
@@ -223,8 +256,12 @@ LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptio
   if (is_recoded) file.warnings.push_back(path.string() + ": it is not in UTF-8, and read as Windows-1252");
   name_shapes(path, file.shapes);
   replace_zero_bytes(path.string(), file);
+  if (options.zero_is_missing)
+    mark_as_missing(file.shapes, [](const auto& point) { return (point == 0).all(); });
+  else if (const std::string note = note_of_zeros(file.shapes); !note.empty())
+    file.warnings.push_back(fmt::format("{}: {}", path.string(), note));
   if (options.negative_is_missing)
-    for (Landmarks& shape : file.shapes) mark_negative_as_missing(shape.points);
+    mark_as_missing(file.shapes, [](const auto& point) { return (point < 0).any(); });
   else if (const std::size_t marks = count_missing_marks(file.shapes); marks > 0)
     file.warnings.push_back(fmt::format(
         "{}: {} with -1 in each coordinate, often the mark of a missing one, read as a point like any other: "

@@ -49,6 +49,8 @@ struct LandmarkFormat {
   bool holds_bytes = false;
   /// Whether y of its points in the plane counts rows of an image, downwards, or points up; none: files do not say.
   std::optional<bool> y_down{};
+  /// Whether its programs place points on pictures as they are displayed, turned by EXIF, or on their stored rows.
+  Orientation orientation = Orientation::kStored;
 };
 
 /// All formats, in the order in which they are tried.
@@ -65,12 +67,15 @@ const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path
 struct ReadOptions {
   /// A landmark with a negative coordinate is a missing one: all its coordinates are NaN.
   bool negative_is_missing = false;
+  /// The same of a landmark at 0 in all coordinates, as some programs write those that were not digitised.
+  bool zero_is_missing = false;
   /// Name of the row of landmark_formats() that reads it; empty: recognised.
   std::string format{};
   /// The names of columns of a table: `x`, `y`, `z`, `name` (of landmarks), `specimen`, `group` → as the table has it;
   /// those left out are recognised. Files of other formats are read as without.
   std::map<std::string, std::string> columns{};
-  /// The number of coordinates per landmark in tables of one column; 0: each number is a landmark on the line.
+  /// The number of coordinates per landmark in tables of one column, or whose columns only count the coordinates of a
+  /// shape; 0: each number of one column is a landmark on the line.
   int dimension = 0;
   /// The landmarks that are wanted, in this order: numbers in the file (from 1), ranges of them, labels, with commas
   /// between: `1-20,25,tip`; empty: all.

@@ -263,6 +263,8 @@ double coordinate_at(const std::string& path, const NpyArray& array, std::size_t
 
 bool sniff_npy(std::string_view text) { return text.starts_with(kNpyMagic); }
 
+}  // namespace
+
 LandmarkFile read_npy(const std::string& path, std::string_view text) {
   LandmarkFile file;
   NpyArray array = NpyReader(path, text).read();
@@ -288,6 +290,8 @@ LandmarkFile read_npy(const std::string& path, std::string_view text) {
         fmt::format("{}: {} after the array are not used", path, io::counted(array.bytes.size() - used, "byte")));
   return file;
 }
+
+namespace {
 
 WrittenLandmarks write_npy_landmarks(const std::string& path, const LandmarkFile& file) {
   const Target target{path, "npy"};

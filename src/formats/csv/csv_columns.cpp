@@ -187,6 +187,22 @@ std::string units_of(const std::string& path, const CsvRecord& header, const std
   return unit;
 }
 
+/// Columns in one unit where those found are not, as ImageJ's cell counter has `X(micron)` beside `X`.
+void use_common_unit(const CsvRecord& header, CsvColumns& result) {
+  std::vector<std::size_t>& found = result.coordinates;
+  const auto unit_of = [&](std::size_t column) { return meaning_of(header.fields[column])->unit; };
+  const std::string unit = unit_of(found.back());
+  const auto has_unit = [&](std::size_t column) { return unit_of(column) == unit; };
+  if (std::all_of(found.begin(), found.end(), has_unit)) return;
+  std::vector<std::size_t> in_unit;
+  for (std::size_t axis = 0; axis < found.size(); ++axis)
+    for (const RankedColumn& candidate : find_columns(header, static_cast<ColumnRole>(axis)))
+      if (has_unit(candidate.column) && in_unit.size() == axis) in_unit.push_back(candidate.column);
+  if (in_unit.size() != found.size()) return;
+  found = in_unit;
+  result.notes.push_back(fmt::format("the coordinates are those in {}, which all axes have", unit));
+}
+
 bool is_worded(const CsvRecord& header, std::size_t column) { return meaning_of(header.fields[column])->rank > 1; }
 
 void find_coordinates(const std::string& path, const CsvRecord& header, CsvColumns& result) {
@@ -205,6 +221,7 @@ void find_coordinates(const std::string& path, const CsvRecord& header, CsvColum
     found.push_back(columns.front().column);
   }
   if (!found.empty()) {
+    use_common_unit(header, result);
     result.units = units_of(path, header, found);
     return;
   }

@@ -145,6 +145,23 @@ bool counts_lines(const std::vector<CsvRecord>& records, std::size_t column, std
 /// y, z for `V1,V2[,V3]`, or label and these where V1 holds text.
 void name_unnamed_columns(std::vector<CsvRecord>& records);
 
+/// Makes a first line that counts its columns, `ID 1 2 3 ...` or `,0,1`, name them V1, V2, ...
+void name_numeric_header(std::vector<CsvRecord>& records);
+
+/// Takes a first line off that holds the number of lines after the header alone, as in the tables of CelebA.
+void drop_count_line(std::vector<CsvRecord>& records);
+
+/// Takes last lines off that summarise the others: `Mean`, `SD`, `Min`, `Max`. @return the note
+std::vector<std::string> drop_summary_rows(const std::string& path, std::vector<CsvRecord>& records);
+
+/// Whether four columns or more count the coordinates of a shape: `ProcCoord1, ProcCoord2, ...`, `V1, V2, ...`
+bool numbers_coordinates(const CsvRecord& header);
+
+/// Names these columns x1, y1, x2, ... @param dimension of the landmarks; 0: found @return the note where two are
+/// possible @throws InputError where it cannot be found
+std::vector<std::string> name_numbered_coordinates(const std::string& path, std::vector<CsvRecord>& records,
+                                                   int dimension);
+
 /// The fields of these columns that are not empty, with `/` between.
 std::string joined_fields(const CsvRecord& record, const std::vector<std::size_t>& columns);
 
@@ -183,6 +200,13 @@ LandmarkFile read_named_axis_rows(const std::string& path, const std::vector<Csv
 /// Two or three lines of many numbers: all x, all y and perhaps all z.
 bool fits_axis_rows(const std::vector<CsvRecord>& records);
 LandmarkFile read_axis_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// A shape per line, without header, and its centroid size as the last number, as IMP writes them.
+bool fits_size_rows(const std::vector<CsvRecord>& records);
+LandmarkFile read_size_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// Whether lines of numbers, but for their last, are nearly the same: shapes rather than axes of one.
+bool are_alike(const std::vector<CsvRecord>& records);
 
 /// A shape per line, without header: a name and the coordinates of its landmarks, four numbers or more, x1, y1, x2, y2,
 /// ...

@@ -14,10 +14,11 @@
 namespace pulson::formats {
 
 const CsvLayout* find_layout(const std::vector<CsvRecord>& records) {
-  static constexpr std::array<CsvLayout, 5> kLayouts = {{
+  static constexpr std::array<CsvLayout, 6> kLayouts = {{
       {fits_coordinate_rows, read_coordinate_rows},
       {fits_shape_rows, read_shape_rows},
       {fits_named_axis_rows, read_named_axis_rows},
+      {fits_size_rows, read_size_rows},
       {fits_axis_rows, read_axis_rows},
       {fits_named_shape_rows, read_named_shape_rows},
   }};

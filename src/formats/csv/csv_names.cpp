@@ -38,6 +38,7 @@ class TableNames {
   void choose() {
     choose_specimens();
     choose_label();
+    take_slices_for_specimens();
     if (columns_.label && !columns_.group && columns_.specimen.empty()) take_label_for_specimen();
     drop_counters();
     if (columns_.specimen.empty() && !columns_.group && !columns_.label) require_no_other_names();
@@ -49,10 +50,34 @@ class TableNames {
 
   void choose_specimens() {
     for (const RankedColumn& candidate : find_columns(header(), ColumnRole::kSpecimen)) {
+      if (candidate.rank == kFrameRank && column_of_slices() && runs_of(candidate.column).count < 2) continue;
       if (candidate.rank == kImageRank && !columns_.image) columns_.image = candidate.column;
       if (columns_.specimen.empty() || !follows_from(columns_.specimen.front(), candidate.column))
         columns_.specimen.push_back(candidate.column);
     }
+  }
+
+  /// `Slice` of ImageJ, beside `Frame`.
+  std::optional<std::size_t> column_of_slices() const {
+    const auto& names = header().fields;
+    const auto found =
+        std::find_if(names.begin(), names.end(), [](const std::string& name) { return io::to_lower(name) == "slice"; });
+    return found == names.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - names.begin()));
+  }
+
+  /// Slices of a stack that have several points each, in the plane, are specimens; a label that goes with the slice is
+  /// its name.
+  void take_slices_for_specimens() {
+    const std::optional<std::size_t> slice = column_of_slices();
+    if (!slice || !columns_.specimen.empty() || columns_.coordinates.size() != 2) return;
+    const Runs runs = runs_of(*slice);
+    if (!runs.name_parts() || runs.count < 2) return;
+    const bool is_named =
+        columns_.label && follows_from(*slice, *columns_.label) && follows_from(*columns_.label, *slice);
+    columns_.specimen = {is_named ? *columns_.label : *slice};
+    if (columns_.label && follows_from(*slice, *columns_.label)) columns_.label.reset();
+    columns_.notes.push_back(
+        fmt::format("each of the {} slices in the column {} is read as a specimen", runs.count, quoted(*slice)));
   }
 
   /// Whether equal values of `first` go with equal values of `second`.
@@ -170,11 +195,12 @@ bool lacks_name_of_first(const std::vector<CsvRecord>& records) {
          holds_row_names(records);
 }
 
-/// Whether the columns from `begin` on are V1, V2, V3, ..., at most `most` of them.
+/// Whether the columns from `begin` on are V1, V2, V3, ..., or X1, X2, ..., at most `most` of them.
 bool are_numbered(const CsvRecord& header, std::size_t begin, std::size_t most) {
   const std::size_t count = header.fields.size() - begin;
+  const char prefix = count > 0 && header.fields[begin].starts_with('X') ? 'X' : 'V';
   for (std::size_t i = 0; i < count; ++i)
-    if (i >= most || header.fields[begin + i] != fmt::format("V{}", i + 1)) return false;
+    if (i >= most || header.fields[begin + i] != fmt::format("{}{}", prefix, i + 1)) return false;
   return count > 1;
 }
 

@@ -126,6 +126,11 @@ bool fits_axis_rows(const std::vector<CsvRecord>& records) {
 
 LandmarkFile read_axis_rows(const std::string& path, const std::vector<CsvRecord>& records) {
   require_equal_lengths(path, records);
+  if (are_alike(records))
+    io::fail(path, records.front().line,
+             fmt::format("{} lines of {} numbers that are nearly the same, as shapes are and not the axes of one; a "
+                         "header such as x1,y1,x2,y2,... says what they hold",
+                         records.size(), records.front().fields.size()));
   AxisRows rows{records.front().line, 0, {}};
   for (const CsvRecord& record : records) rows.add(path, record, 0, "");
   LandmarkFile file;

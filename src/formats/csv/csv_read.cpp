@@ -257,8 +257,11 @@ bool sniff_csv(std::string_view text) {
     if (first.empty()) return false;
     if (begins_with_points(first)) return true;
     std::vector<CsvRecord> several = csv_records("", text, kTelling);
+    name_numeric_header(several);
     name_unnamed_columns(several);
-    if (begins_with_points(several) || find_layout(several) != nullptr || holds_named_points(several)) return true;
+    if (begins_with_points(several) || numbers_coordinates(several.front()) || find_layout(several) != nullptr ||
+        holds_named_points(several))
+      return true;
     if (!holds_only_marks(first.front())) return false;
     const std::vector<CsvRecord> all = csv_records("", text);
     const auto telling = std::find_if_not(all.begin(), all.end(), holds_only_marks);
@@ -293,8 +296,11 @@ LandmarkFile read_records(const std::string& path, std::vector<CsvRecord> record
     name_columns(path, records.front(), options.columns);
     return read_table_with_header(path, std::move(records));
   }
+  std::vector<std::string> notes = name_numbered_coordinates(path, records, options.dimension);
   const CsvLayout* const layout = find_layout(records);
-  return layout != nullptr ? layout->read(path, records) : read_point_rows(path, std::move(records));
+  LandmarkFile file = layout != nullptr ? layout->read(path, records) : read_point_rows(path, std::move(records));
+  file.warnings.insert(file.warnings.begin(), notes.begin(), notes.end());
+  return file;
 }
 
 }  // namespace
@@ -302,7 +308,10 @@ LandmarkFile read_records(const std::string& path, std::vector<CsvRecord> record
 LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options) {
   std::vector<CsvRecord> records = csv_records(path, text);
   if (records.empty()) throw InputError(path + " holds only blank lines and comments; it needs lines x[,y[,z]]");
+  drop_count_line(records);
+  if (options.columns.empty()) name_numeric_header(records);
   std::vector<std::string> doubts = doubts_of_comments(path, records);
+  for (std::string& note : drop_summary_rows(path, records)) doubts.push_back(std::move(note));
   LandmarkFile file = read_records(path, std::move(records), options);
   if (const auto frame = frame_in_comments(path, text))
     for (Landmarks& shape : file.shapes) shape.frame = *frame;

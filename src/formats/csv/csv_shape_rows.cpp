@@ -207,7 +207,9 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, const Sha
                      const std::vector<std::string>& labels, std::size_t number) {
   Landmarks shape;
   shape.name = joined_fields(record, columns.names);
-  if (columns.image && names_image(record.fields[*columns.image])) shape.image = record.fields[*columns.image];
+  const std::optional<std::size_t> image =
+      columns.image || columns.names.size() != 1 ? columns.image : std::optional(columns.names.front());
+  if (image && names_image(record.fields[*image])) shape.image = record.fields[*image];
   std::vector<double> coordinates;
   for (const ShapeLandmark& landmark : columns.landmarks) {
     io::CoordinatePlace place{path, record.line, landmark.label, fmt::format("shape {}", number), 0};

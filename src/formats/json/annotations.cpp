@@ -21,13 +21,6 @@ namespace pulson::formats {
 
 namespace {
 
-/// Text, or a number as it is written; nothing where there is none.
-std::string text_of(const JsonValue& object, const std::string& key) {
-  if (!object.has(key)) return "";
-  const JsonValue json = object.at(key);
-  return json.value().is_number() ? json.value().dump() : json.text();
-}
-
 /// One pass over the annotations of a file.
 class LabelmeReader {
  public:
@@ -35,6 +28,8 @@ class LabelmeReader {
 
   LandmarkFile read() {
     shape_.image = text_of(json_, "imagePath");
+    if (json_.has("imageWidth")) shape_.frame.width = json_.at("imageWidth").count();
+    if (json_.has("imageHeight")) shape_.frame.height = json_.at("imageHeight").count();
     for (const JsonValue& annotation : json_.at("shapes").items()) read_annotation(annotation);
     shape_.points = io::points_from(coordinates_, 2);
     shape_.labels = io::unless_all_empty(std::move(labels_));
@@ -78,32 +73,10 @@ class LabelmeReader {
   std::vector<std::string> groups_;
 };
 
-/// Calls visit(key, level) for all keys of JSON, those of the outer object at level 1, until it returns true.
-/// @return whether it did
-template <class Visit>
-bool visit_keys(std::string_view text, const Visit& visit) {
-  int level = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '{' || text[i] == '[') ++level;
-    if (text[i] == '}' || text[i] == ']') --level;
-    if (text[i] != '"') continue;
-    const std::size_t begin = i + 1;
-    for (i = begin; i < text.size() && text[i] != '"'; ++i)
-      if (text[i] == '\\') ++i;
-    if (i >= text.size()) return false;
-    const std::size_t colon = text.find_first_not_of(" \t\r\n", i + 1);
-    const bool is_key = colon != std::string_view::npos && text[colon] == ':';
-    if (is_key && visit(text.substr(begin, i - begin), level)) return true;
-  }
-  return false;
-}
-
 /// The key imagePath, or shape_type in one of `shapes`.
 bool sniff_labelme(std::string_view text) {
-  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n\xEF\xBB\xBF"), text.size()));
-  return text.starts_with('{') && visit_keys(text, [](std::string_view key, int level) {
-           return (level == 1 && key == "imagePath") || (level == 3 && key == "shape_type");
-         });
+  const JsonKeys keys(text);
+  return !keys.is_list() && (keys.has(1, "imagePath") || keys.has(3, "shape_type"));
 }
 
 LandmarkFile read_labelme(const std::string& path, std::string_view text) {
@@ -136,6 +109,8 @@ Landmarks read_group(const JsonValue& group, const std::string& name) {
   shape.points = group.at("landmarks").at("points").points();
   if (shape.points.rows() >= 2) shape.points.row(0).swap(shape.points.row(1));
   shape.groups = read_parts(group, shape.count());
+  if (group.at("landmarks").has("connectivity"))
+    shape.links = read_links(group.at("landmarks").at("connectivity"), 0, shape.count());
   return shape;
 }
 
@@ -173,7 +148,8 @@ LandmarkFormat labelme_format() {
               "polygons as outlines",
           .sniff = sniff_labelme,
           .read = read_labelme,
-          .y_down = true};
+          .y_down = true,
+          .orientation = Orientation::kDisplayed};
 }
 
 LandmarkFormat menpo_format() {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "formats/frame_text.hpp"
 #include "formats/landmark_writers.hpp"
 #include "json_reader.hpp"
+#include "named_points.hpp"
 
 namespace pulson::formats {
 namespace {
@@ -171,21 +173,31 @@ bool sniff_json(std::string_view text) {
   return !begins_with_word || text.starts_with("null");
 }
 
+/// Points that name themselves, or by name.
+bool holds_objects(const nlohmann::json& points) {
+  return points.is_object() || (points.is_array() && !points.empty() && points.front().is_object());
+}
+
 LandmarkFile read_json(const std::string& path, std::string_view text) {
   const nlohmann::json value = parse_json(path, text);
   const JsonValue json(value, path);
   LandmarkFile file;
   std::set<std::string> unknown;
-  if (value.is_array())
+  if (value.is_array() && !holds_objects(value))
     file.shapes = listed_shapes(json);
   else if (json.has("shapes"))
     read_shapes(json, file, unknown);
-  else if (json.has("points"))
+  else if (json.has("points") && !holds_objects(json.at("points").value()))
     file.shapes.push_back(read_shape(json, unknown));
   else if (is_registration(json))
     file.shapes = registered_shapes(json);
+  else if (std::optional<std::vector<Landmarks>> named = named_points(json, text))
+    file.shapes = *std::move(named);
   else
-    json.fail("has none of the keys 'shapes', 'points', or 'source', 'target' and 'result'");
+    json.fail(
+        "holds no landmarks in a layout that is known: an object with the key 'shapes' or 'points', points by name "
+        "such "
+        "as {\"tip\": [1, 2]}, or a list of points");
   if (json.has("units")) file.units = json.at("units").text();
   if (json.has("axes")) file.axes = json.at("axes").text();
   unknown.erase("units");

@@ -86,18 +86,47 @@ bool is_coordinates(const nlohmann::json& value) {
                      [](const nlohmann::json& item) { return item.is_number() || item.is_null(); });
 }
 
-}  // namespace
-
-nlohmann::json parse_json(const std::string& path, std::string_view text) {
-  if (nlohmann::json json = nlohmann::json::parse(text, nullptr, false); !json.is_discarded()) return json;
+template <class Value>
+Value parse_as(const std::string& path, std::string_view text) {
+  if (Value json = Value::parse(text, nullptr, false); !json.is_discarded()) return json;
   const std::string valid = with_null_for_nan(text);
   try {
-    return nlohmann::json::parse(valid);
+    return Value::parse(valid);
   } catch (const nlohmann::json::parse_error& error) {
     const bool is_infinite = error.byte > 0 && valid.find("Infinity", error.byte - 1) == error.byte - 1;
     rethrow(path, error.what(), is_infinite);
   } catch (const nlohmann::json::exception& error) {
     rethrow(path, error.what(), false);
+  }
+}
+
+}  // namespace
+
+nlohmann::json parse_json(const std::string& path, std::string_view text) {
+  return parse_as<nlohmann::json>(path, text);
+}
+
+Json parse_ordered_json(const std::string& path, std::string_view text) { return parse_as<Json>(path, text); }
+
+JsonKeys::JsonKeys(std::string_view text) {
+  constexpr int kDeepest = 4;
+  constexpr std::string_view kBlanks = " \t\r\n";
+  const std::size_t begin_of_text = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (begin_of_text == std::string_view::npos) return;
+  first_ = text[begin_of_text];
+  if (!is_object() && !is_list()) return;
+  int level = 0;
+  for (std::size_t i = begin_of_text; i < text.size(); ++i) {
+    if (text[i] == '{' || text[i] == '[') ++level;
+    if (text[i] == '}' || text[i] == ']') --level;
+    if (text[i] != '"') continue;
+    const std::size_t begin = i + 1;
+    for (i = begin; i < text.size() && text[i] != '"'; ++i)
+      if (text[i] == '\\') ++i;
+    if (i >= text.size()) return;
+    const std::size_t colon = text.find_first_not_of(kBlanks, i + 1);
+    const bool is_key = colon != std::string_view::npos && text[colon] == ':';
+    if (is_key && level <= kDeepest) keys_.emplace(level, text.substr(begin, i - begin));
   }
 }
 
@@ -211,6 +240,25 @@ void JsonValue::read_point(std::size_t index, Points& points) const {
 void JsonValue::fail(std::string_view problem) const {
   if (place_.empty()) throw InputError(fmt::format("{}: the file {}", *file_, problem));
   throw InputError(fmt::format("{}: {} {}", *file_, io::in_quotes(place_), problem));
+}
+
+std::string text_of(const JsonValue& object, const std::string& key) {
+  if (!object.has(key)) return "";
+  const JsonValue json = object.at(key);
+  return json.value().is_number() ? json.value().dump() : json.text();
+}
+
+std::vector<std::pair<int, int>> read_links(const JsonValue& links, int first, int count) {
+  std::vector<std::pair<int, int>> read;
+  for (const JsonValue& link : links.items()) {
+    const std::vector<JsonValue> ends = link.items();
+    if (ends.size() != 2) link.fail("is not a pair of points");
+    const auto [a, b] = std::pair(ends[0].count() - first, ends[1].count() - first);
+    if (a < 0 || b < 0 || a >= count || b >= count)
+      link.fail(fmt::format("names no two of {}", io::counted(static_cast<std::size_t>(count), "point")));
+    read.emplace_back(a, b);
+  }
+  return read;
 }
 
 }  // namespace pulson::formats

@@ -3,8 +3,10 @@
 // What the readers and writers of JSON share. Every error names the file and the place in it: `shapes[2].points[0]`.
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -26,6 +28,24 @@ std::string one_key_a_line(const Json& json);
 
 /// The value of a whole file, where NaN is null. @throws InputError "path:line: column n: ..." if it is no JSON
 nlohmann::json parse_json(const std::string& path, std::string_view text);
+
+/// The same with its keys in their order.
+Json parse_ordered_json(const std::string& path, std::string_view text);
+
+/// The keys of JSON at the outer levels, found without parsing it: what tells formats apart.
+class JsonKeys {
+ public:
+  explicit JsonKeys(std::string_view text);
+
+  bool is_object() const { return first_ == '{'; }
+  bool is_list() const { return first_ == '['; }
+  /// @param level 1: of the outermost object or of none in the outermost list; 2: of objects in that; up to 4
+  bool has(int level, std::string_view key) const { return keys_.contains({level, key}); }
+
+ private:
+  char first_ = '\0';
+  std::set<std::pair<int, std::string_view>> keys_;
+};
 
 /// A value of a file and its place; both must outlive it.
 class JsonValue {
@@ -63,5 +83,11 @@ class JsonValue {
   const std::string* file_;
   std::string place_;
 };
+
+/// Text, or a number as it is written; nothing where there is none.
+std::string text_of(const JsonValue& object, const std::string& key);
+
+/// Pairs of points, counted from `first`, that lines join; of `count` points, counted from 0.
+std::vector<std::pair<int, int>> read_links(const JsonValue& links, int first, int count);
 
 }  // namespace pulson::formats

@@ -1,6 +1,7 @@
 // Point lists of 3D Slicer as tables: comments `# key = value`, then one line for each landmark.
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <limits>
 #include <string>
@@ -20,10 +21,16 @@ constexpr std::string_view kColumns = "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,d
 constexpr std::string_view kColumnsOfSlicer3 = "label,x,y,z,sel,vis";
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
-bool is_fcsv_comment(std::string_view line) { return io::trim(line).starts_with('#'); }
+/// What a line is but for the quotes that spreadsheets put around comments with commas.
+std::string_view without_quote(std::string_view line) {
+  line = io::trim(line);
+  return line.starts_with("\"#") ? line.substr(1) : line;
+}
+
+bool is_fcsv_comment(std::string_view line) { return without_quote(line).starts_with('#'); }
 
 /// The fields of a line, which may be in quotes; a quote in them is doubled.
-std::vector<std::string> split_fields(const std::string& path, const io::TextLine& line) {
+std::vector<std::string> split_fields(const std::string& path, const io::TextLine& line, char delimiter) {
   std::vector<std::string> fields(1);
   bool in_quote = false;
   for (std::size_t i = 0; i < line.text.size(); ++i) {
@@ -32,7 +39,7 @@ std::vector<std::string> split_fields(const std::string& path, const io::TextLin
       fields.back() += line.text[++i];
     else if (c == '"' && (in_quote || io::trim(fields.back()).empty()))
       in_quote = !in_quote;
-    else if (c == ',' && !in_quote)
+    else if (c == delimiter && !in_quote)
       fields.emplace_back();
     else
       fields.back() += c;
@@ -41,11 +48,33 @@ std::vector<std::string> split_fields(const std::string& path, const io::TextLin
   return fields;
 }
 
+/// What is between the columns: commas or, in copies of spreadsheets, semicolons or tabs.
+char find_fcsv_delimiter(const std::vector<io::TextLine>& lines) {
+  for (const io::TextLine& line : lines) {
+    if (is_fcsv_comment(line.text) || io::trim(line.text).empty()) continue;
+    for (const char delimiter : {';', '\t'})
+      if (std::count(line.text.begin(), line.text.end(), delimiter) >= 3) return delimiter;
+    return ',';
+  }
+  return ',';
+}
+
+/// `1. mai`, `may-01`, `01.05.2019`: what a spreadsheet makes of 1.5.
+bool looks_like_date(std::string_view field) {
+  constexpr std::array<std::string_view, 16> kMonths = {"jan", "feb", "mar", "m\xC3\xA4r", "mrz", "apr", "may", "mai",
+                                                        "jun", "jul", "aug", "sep",        "oct", "okt", "nov", "dez"};
+  if (field.find_first_of("0123456789") == std::string_view::npos || io::is_number(field)) return false;
+  const auto is_in = [&](std::string_view month) { return field.find(month) != std::string_view::npos; };
+  return std::any_of(kMonths.begin(), kMonths.end(), is_in) || is_in("dec") || is_in("/") ||
+         std::count(field.begin(), field.end(), '.') == 2 || std::count(field.begin(), field.end(), ':') > 0;
+}
+
 /// One pass over the lines of a file.
 class FcsvReader {
  public:
   FcsvReader(const std::string& path, std::string_view text) : path_(path), lines_(io::split_lines(path, text)) {
     file_.units = "mm";
+    delimiter_ = find_fcsv_delimiter(lines_);
   }
 
   LandmarkFile read() {
@@ -64,8 +93,9 @@ class FcsvReader {
 
  private:
   void read_comment(const io::TextLine& line) {
-    std::string_view comment = io::trim(line.text).substr(1);
-    comment = io::trim(comment.substr(0, comment.find_last_not_of(", \t") + 1));  // spreadsheets add commas
+    std::string_view comment = without_quote(line.text).substr(1);
+    // spreadsheets add separators, and quotes
+    comment = io::trim(comment.substr(0, comment.find_last_not_of(",;\" \t") + 1));
     const std::size_t equals = comment.find('=');
     if (equals == std::string_view::npos) return;
     const std::string key = io::to_lower(io::trim(comment.substr(0, equals)));
@@ -94,13 +124,16 @@ class FcsvReader {
   }
 
   void use_columns(const io::TextLine& line) {
-    std::vector<std::string> names = split_fields(path_, line);
+    // a spreadsheet may separate the columns otherwise than this line, which is one of its cells
+    const bool is_as_written = line.text.find(delimiter_) == std::string_view::npos;
+    std::vector<std::string> names = split_fields(path_, line, is_as_written ? ',' : delimiter_);
     for (std::string& name : names) name = io::to_lower(io::trim(name));
     const auto place_of = [&](std::string_view name) {
       const auto found = std::find(names.begin(), names.end(), name);
       return found == names.end() ? kNoColumn : static_cast<std::size_t>(found - names.begin());
     };
     axes_ = {place_of("x"), place_of("y"), place_of("z")};
+    columns_ = names.size();
     label_ = place_of("label");
     if (label_ == kNoColumn) label_ = place_of("name");
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -109,7 +142,7 @@ class FcsvReader {
   }
 
   void read_landmark(const io::TextLine& line) {
-    const std::vector<std::string> fields = split_fields(path_, line);
+    const std::vector<std::string> fields = split_fields(path_, line, delimiter_);
     if (axes_.empty()) use_columns({0, has_version_ || fields.size() > 6 ? kColumns : kColumnsOfSlicer3});
     const std::size_t needed = std::max({axes_[0], axes_[1], axes_[2]}) + 1;
     const std::size_t number = labels_.size() + 1;
@@ -118,8 +151,30 @@ class FcsvReader {
                fmt::format("landmark {} has {}; {} are needed", number, io::counted(fields.size(), "column"), needed));
     labels_.push_back(label_ < fields.size() ? std::string(io::trim(fields[label_])) : "");
     io::CoordinatePlace place{path_, line.number, std::to_string(number), "", 0};
-    for (; place.axis < 3; ++place.axis)
-      coordinates_.push_back(io::parse_coordinate(io::trim(fields[axes_[place.axis]]), place));
+    const bool is_placed = is_defined(fields);
+    for (; place.axis < 3; ++place.axis) {
+      const double value = parse_field(io::trim(fields[axes_[place.axis]]), place);
+      coordinates_.push_back(is_placed ? value : io::kMissing);
+    }
+  }
+
+  /// Slicer 5 writes two columns more than the header names, the first of which is the status of the position:
+  /// 0 undefined, 1 preview, 2 defined, 3 missing.
+  bool is_defined(const std::vector<std::string>& fields) const {
+    if (fields.size() != columns_ + 2) return true;
+    const std::string_view status = io::trim(fields[columns_]);
+    return status != "0" && status != "1" && status != "3";
+  }
+
+  /// With a decimal comma too, as spreadsheets write it. @throws InputError, which says so of what one made a date
+  static double parse_field(std::string_view field, const io::CoordinatePlace& place) {
+    const std::string number = io::with_decimal_point(field);
+    if (looks_like_date(io::to_lower(number)))
+      io::fail(place.path, place.line,
+               fmt::format("landmark {}: {} is {}, as a spreadsheet writes a number that it took for a date; use the "
+                           "file as Slicer wrote it",
+                           place.landmark, io::kAxisLetters[place.axis], io::in_quotes(field)));
+    return io::parse_coordinate(number, place);
   }
 
   const std::string& path_;
@@ -129,6 +184,8 @@ class FcsvReader {
   bool has_axes_ = false;
   std::vector<std::size_t> axes_;  // columns of x, y, z; none before they are known
   std::size_t label_ = kNoColumn;
+  std::size_t columns_ = kNoColumn;  // that the header names
+  char delimiter_ = ',';
   std::vector<double> coordinates_;
   std::vector<std::string> labels_;
 };
@@ -139,7 +196,7 @@ std::string quoted_where_needed(const std::string& label) {
 
 bool sniff_fcsv(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n\xEF\xBB\xBF"), text.size()));
-  while (text.starts_with('#')) {
+  while (text.starts_with('#') || text.starts_with("\"#")) {
     const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
     const std::string line = io::to_lower(text.substr(0, end));
     for (const std::string_view mark : {"markups fiducial file", "fiducial list file", "coordinatesystem ="})

@@ -94,9 +94,9 @@ Landmarks read_markup(const JsonValue& markup) {
 }
 
 /// `file` has one for all shapes.
-void require_same(const JsonValue& markup, std::string_view what, const std::string& first, const std::string& other) {
+void require_same_units(const JsonValue& markup, const std::string& first, const std::string& other) {
   if (first != other)
-    markup.fail(fmt::format("has the {} {}, the first has {}; one for all is needed", what, io::in_quotes(other),
+    markup.fail(fmt::format("has the units {}, the first has {}; one for all is needed", io::in_quotes(other),
                             io::in_quotes(first)));
 }
 
@@ -173,13 +173,18 @@ LandmarkFile read_markups(const std::string& path, std::string_view text) {
   if (markups.empty()) throw InputError(path + ": 'markups' is empty; a markup is needed");
   LandmarkFile file;
   for (const JsonValue& markup : markups) {
-    const Landmarks& shape = file.shapes.emplace_back(read_markup(markup));
+    Landmarks& shape = file.shapes.emplace_back(read_markup(markup));
+    const std::string axes = read_axes(markup);
     if (file.shapes.size() == 1) {
-      file.axes = read_axes(markup);
+      file.axes = axes;
       file.units = read_units(markup);
     }
-    require_same(markup, "axes", file.axes, read_axes(markup));
-    require_same(markup, "units", file.units, read_units(markup));
+    require_same_units(markup, file.units, read_units(markup));
+    if (axes != file.axes) {  // LPS and RAS
+      shape.points.topRows(2) *= -1;
+      file.warnings.push_back(fmt::format("{}: markup {} is in {}, and converted to {} as the first is", path,
+                                          file.shapes.size(), axes, file.axes));
+    }
     const std::string type = shape.properties.empty() ? "" : shape.properties[0].second;
     if (type == "ROI" || type == "Plane")
       file.warnings.push_back(fmt::format("{}: of markup {}, {} {}, only the control points are read", path,

@@ -73,7 +73,7 @@ bool keeps_format(const std::string& input, const std::string& out) {
   return to == ".csv" && from != ".tsv" && from != ".fcsv" && !formats::is_mesh_file(input);
 }
 
-PointsInput read_points(const WarpArguments& arguments, int dimension) {
+PointsInput read_points(const WarpArguments& arguments, int dimension, const Landmarks& frame) {
   const std::string path = formats::file_of_address(arguments.input);
   const bool is_whole = path == arguments.input || arguments.input == "-";
   const bool is_mesh = formats::is_mesh_file(path);
@@ -91,6 +91,11 @@ PointsInput read_points(const WarpArguments& arguments, int dimension) {
     if (makes_tables_safe() && !is_mesh)
       throw InputError("--spreadsheet-safe changes texts; those of a table that is warped stay as they are");
     input.file.warnings = input.carried->notes;
+    if (is_mesh && dimension == 3 && !frame.axes.empty() && input.file.axes.empty())
+      input.file.warnings.push_back(
+          fmt::format("{}: it does not say where its axes point; they are taken as {}, as of "
+                      "the registration's landmarks",
+                      path, frame.axes));
     return input;
   }
   input.carried.reset();
@@ -171,7 +176,7 @@ void check_points_output(const std::string& input, const std::string& out) {
 
 WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registration& registration,
                          const WarpArguments& arguments) {
-  PointsInput input = read_points(arguments, flow.dimension());
+  PointsInput input = read_points(arguments, flow.dimension(), registration.original);
   formats::LandmarkFile& file = input.file;
   std::vector<std::string> notes = std::move(file.warnings);
   for (Landmarks& shape : file.shapes) shape = in_frame_of(registration.original, shape, notes);

@@ -24,7 +24,7 @@ struct LandmarkPairs {
 /// @throws InputError if the shapes have different numbers of landmarks and neither labels nor numbers pair them
 LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std::vector<std::string>& notes);
 
-/// These landmarks of a shape, in this order; those of a part keep their numbers.
+/// These landmarks of a shape, in this order, and the links among them; those of a part keep their numbers.
 Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks);
 
 /// `other` with the landmarks of `first` in their order; those that it lacks are missing. Notes and
@@ -49,7 +49,7 @@ std::vector<std::pair<int, int>> coincident_pairs(const Points& points, double t
 /// missing coordinate.
 bool is_repeated(const Points& points, int a, int b);
 
-/// The shape without landmark `second`, and with `first` at the mean of both; where one has a missing coordinate, at
+/// The shape without landmark `second`, whose links `first` gets, and with `first` at the mean of both; where one has a missing coordinate, at
 /// the other. @param weights of both in the mean
 Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vector2d& weights);
 

@@ -159,21 +159,29 @@ const MeshKind* mesh_kind(const std::filesystem::path& path) {
 
 bool is_mesh_file(const std::filesystem::path& path) { return mesh_kind(path) != nullptr; }
 
-std::unique_ptr<CarriedFile> read_carried_file(const std::filesystem::path& path, const ReadOptions& options,
-                                               int dimension) {
-  const std::string name = path.string();
+std::unique_ptr<CarriedFile> carry(const std::string& path, std::string text, const ReadOptions& options,
+                                   int dimension) {
   if (!options.landmarks.empty() || options.curve_points > 0 || options.applies_scale) return nullptr;
-  if (const MeshKind* const kind = mesh_kind(path); kind != nullptr && options.format.empty()) {
-    std::unique_ptr<CarriedFile> file = kind->carry(name, read_file(path));
-    file->shape.source = name;
-    if (file->shape.count() == 0) throw InputError(name + " has no points");
+  if (const MeshKind* const kind = options.format.empty() ? mesh_kind(path) : nullptr) {
+    std::unique_ptr<CarriedFile> file = kind->carry(path, std::move(text));
+    file->shape.source = path;
+    if (file->shape.count() == 0) throw InputError(path + " has no points");
     if (dimension == 2) file->take_plane();
     return file;
   }
-  std::string text = name == io::kStandardInput ? io::read_standard_input() : io::read_text_file(path);
   const std::string format = landmark_format_of(path, text, options).name;
-  if (format == "fcsv") return carry_fcsv(name, std::move(text), options);
-  return format == "csv" ? carry_table(name, std::move(text), options) : nullptr;
+  if (format == "fcsv") return carry_fcsv(path, std::move(text), options);
+  return format == "csv" ? carry_table(path, std::move(text), options) : nullptr;
+}
+
+std::unique_ptr<CarriedFile> read_carried_file(const std::filesystem::path& path, const ReadOptions& options,
+                                               int dimension) {
+  const std::string name = path.string();
+  const auto contents = [&] {
+    if (is_mesh_file(path)) return read_file(path);
+    return name == io::kStandardInput ? io::read_standard_input() : io::read_text_file(path);
+  };
+  return carry(name, contents(), options, dimension);
 }
 
 }  // namespace pulson::formats

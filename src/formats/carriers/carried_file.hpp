@@ -91,6 +91,10 @@ class CarriedFile {
 std::unique_ptr<CarriedFile> read_carried_file(const std::filesystem::path& path, const ReadOptions& options,
                                                int dimension);
 
+/// The same where `text` is all that the file holds; `path` is what messages call it.
+std::unique_ptr<CarriedFile> carry(const std::string& path, std::string text, const ReadOptions& options,
+                                   int dimension);
+
 /// The number that these bytes are. @param coding none of text
 double number_of_bytes(const char* bytes, NumberCoding coding);
 

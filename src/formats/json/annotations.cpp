@@ -136,6 +136,8 @@ Landmarks read_group(const JsonValue& group, const std::string& name) {
   shape.points = group.at("landmarks").at("points").points();
   if (shape.points.rows() >= 2) shape.points.row(0).swap(shape.points.row(1));
   shape.groups = read_parts(group, shape.count());
+  if (group.at("landmarks").has("connectivity"))
+    shape.links = group.at("landmarks").at("connectivity").links(shape.count(), 0);
   return shape;
 }
 

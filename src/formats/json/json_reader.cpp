@@ -16,6 +16,12 @@ Json points_json(const Points& points) {
   return rows;
 }
 
+Json links_json(const std::vector<std::pair<int, int>>& links) {
+  Json json = Json::array();
+  for (const auto& [a, b] : links) json.push_back(Json::array({a + 1, b + 1}));
+  return json;
+}
+
 std::string json_line(const Json& json, bool& is_changed) {
   try {
     return json.dump();
@@ -135,6 +141,19 @@ std::vector<std::string> JsonValue::texts() const {
   for (const nlohmann::json& item : *value_) {
     if (!item.is_string()) fail(fmt::format("has no string as item {}", all.size() + 1));
     all.push_back(item.get<std::string>());
+  }
+  return all;
+}
+
+std::vector<std::pair<int, int>> JsonValue::links(int count, int first) const {
+  std::vector<std::pair<int, int>> all;
+  for (const JsonValue& link : items()) {
+    const std::vector<JsonValue> ends = link.items();
+    if (ends.size() != 2) link.fail("is not a pair of landmarks");
+    const int a = ends[0].count() - first, b = ends[1].count() - first;
+    if (std::min(a, b) < 0 || std::max(a, b) >= count)
+      link.fail(fmt::format("joins landmarks that are not there; they are {} to {}", first, count - 1 + first));
+    if (a != b) all.emplace_back(a, b);
   }
   return all;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -17,6 +18,9 @@ using Json = nlohmann::ordered_json;
 
 /// The columns of a matrix as a list of lists: [landmark][axis].
 Json points_json(const Points& points);
+
+/// Pairs of landmarks, counted from 1: what JsonValue::links(count, 1) reads.
+Json links_json(const std::vector<std::pair<int, int>>& links);
 
 /// JSON without line ends. Bytes of texts that are not UTF-8 are replaced, and then `is_changed` is set.
 std::string json_line(const Json& json, bool& is_changed);
@@ -45,6 +49,8 @@ class JsonValue {
   std::vector<std::string> texts() const;
   Eigen::VectorXd numbers() const;
   std::vector<JsonValue> items() const;
+  /// Pairs of two of `count` landmarks, which the file counts from `first`; here they are from 0.
+  std::vector<std::pair<int, int>> links(int count, int first) const;
 
   /// A list of lists of `size` numbers, as the columns of a matrix. @param may_lack null is NaN, else it is refused
   Eigen::MatrixXd columns(Eigen::Index size, bool may_lack = false) const;

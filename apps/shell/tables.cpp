@@ -16,6 +16,8 @@ void add_table_option(CLI::App& verb) {
       "put a ' before texts in csv files that a spreadsheet would run as formulas: those that begin with = + - @");
 }
 
+bool makes_tables_safe() { return for_spreadsheets; }
+
 std::string as_table(std::string csv) { return for_spreadsheets ? io::spreadsheet_safe(csv) : std::move(csv); }
 
 std::vector<std::string> write_landmarks(const std::filesystem::path& path, const formats::LandmarkFile& file,

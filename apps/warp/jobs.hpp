@@ -23,7 +23,11 @@ struct WarpedPoints {
   WarpFigures figures;
 };
 
-/// Writes the result. @throws InputError
+/// Refuses a result that points of this file cannot be written to. @throws InputError
+void check_points_output(const std::string& input, const std::string& out);
+
+/// Writes the result. Tables and meshes whose format the result has keep all that they hold besides the points; normals
+/// turn with the map. @throws InputError
 WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registration& registration,
                          const WarpArguments& arguments);
 

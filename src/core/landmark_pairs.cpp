@@ -164,12 +164,30 @@ std::vector<int> places_in_list(const Landmarks& shape, const NameList& list, st
   return match.partners;
 }
 
+namespace {
+
+// Those whose two landmarks are both chosen, between the places of these in the choice.
+std::vector<std::pair<int, int>> links_among(const std::vector<std::pair<int, int>>& links,
+                                             const std::vector<int>& chosen) {
+  std::map<int, int> places;
+  for (std::size_t i = 0; i < chosen.size() && !links.empty(); ++i) places.try_emplace(chosen[i], static_cast<int>(i));
+  std::vector<std::pair<int, int>> among;
+  for (const auto& [a, b] : links) {
+    const auto from = places.find(a), to = places.find(b);
+    if (from != places.end() && to != places.end()) among.emplace_back(from->second, to->second);
+  }
+  return among;
+}
+
+}  // namespace
+
 Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks) {
   Landmarks part = shape;
   part.points = shape.points(Eigen::all, landmarks);
   part.labels.clear();
   part.groups.clear();
   part.numbers.clear();
+  part.links = links_among(shape.links, landmarks);
   for (const int a : landmarks) {
     part.numbers.push_back(shape.number(a));
     const auto i = static_cast<std::size_t>(a);
@@ -190,6 +208,7 @@ Landmarks in_order_of(const Landmarks& first, const Landmarks& other, std::vecto
   }
   result.labels = first.labels;
   result.numbers = first.numbers;
+  result.links = first.links;
   return result;
 }
 
@@ -227,6 +246,11 @@ Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vec
     x.col(first) = Eigen::VectorXd(x.col(second));
   else if (!x.col(second).hasNaN() && weights.sum() > 0)
     x.col(first) = (weights[0] * x.col(first) + weights[1] * x.col(second)) / weights.sum();
+  for (auto& [a, b] : result.links) {
+    if (a == second) a = first;
+    if (b == second) b = first;
+  }
+  std::erase_if(result.links, [](const auto& link) { return link.first == link.second; });
   return selected(result, others);
 }
 

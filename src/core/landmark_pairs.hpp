@@ -41,7 +41,7 @@ std::vector<std::string> landmark_names(const Landmarks& shape);
 std::vector<int> places_in_list(const Landmarks& shape, const NameList& list, std::size_t count, std::string_view what,
                                 std::vector<std::string>& notes, PairBy by = PairBy::kNames);
 
-/// These landmarks of a shape, in this order; those of a part keep their numbers.
+/// These landmarks of a shape, in this order, and the links among them; those of a part keep their numbers.
 Landmarks selected(const Landmarks& shape, const std::vector<int>& landmarks);
 
 /// `other` with the landmarks of `first` in their order and with their names; those that it lacks are missing. Notes
@@ -65,7 +65,7 @@ std::vector<std::pair<int, int>> coincident_pairs(const Points& points, double t
 /// missing coordinate.
 bool is_repeated(const Points& points, int a, int b);
 
-/// The shape without landmark `second`, and with `first` at the mean of both; where one has a missing coordinate, at
+/// The shape without landmark `second`, whose links `first` gets, and with `first` at the mean of both; where one has a missing coordinate, at
 /// the other. @param weights of both in the mean
 Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vector2d& weights);
 

@@ -237,7 +237,15 @@ std::vector<std::string> write_landmark_file(const std::filesystem::path& path, 
 LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
   const bool is_standard_input = given == "-" || given == io::kStandardInput;
   const std::filesystem::path path = is_standard_input ? "standard input" : given;
-  std::string contents = is_standard_input ? io::read_standard_input() : io::read_text_file(path);
+  return shapes_of_text(path, is_standard_input ? io::read_standard_input() : io::read_text_file(path), options);
+}
+
+const LandmarkFormat& landmark_format_of(const std::filesystem::path& path, std::string_view text,
+                                         const ReadOptions& options) {
+  return find_format(path, text, options);
+}
+
+LandmarkFile shapes_of_text(const std::filesystem::path& path, std::string contents, const ReadOptions& options) {
   const LandmarkFormat& format = find_format(path, contents, options);
   const bool is_recoded = !format.holds_bytes && !is_utf8(contents);
   if (is_recoded) contents = utf8_of_windows_1252(contents);

@@ -66,7 +66,7 @@ class CocoReader {
     CocoCategory& read = categories_[text_of(category, "id")];
     if (category.has("keypoints")) read.labels = category.at("keypoints").texts();
     if (category.has("skeleton"))
-      read.links = read_links(category.at("skeleton"), 1, static_cast<int>(read.labels.size()));
+      read.links = category.at("skeleton").links(static_cast<int>(read.labels.size()), 1);
   }
 
   void read_annotation(const JsonValue& annotation) {

@@ -38,13 +38,13 @@ std::vector<double> background_numbers(const WarpArguments& arguments, double fu
 
 // Numbers that are not brightness: 0 is a better background than white.
 bool has_measurements(const WarpArguments& arguments, const images::Image& image) {
-  return image.depth() == images::PixelDepth::kFloat32 || is_grid_file(arguments.input) ||
+  return image.type() == images::PixelType::kFloat32 || is_grid_file(arguments.input) ||
          images::parse_interpolation(arguments.interpolation) == images::Interpolation::kLabel;
 }
 
 // In units and order of the image's channels, opaque.
 std::array<double, 4> fill_of(const WarpArguments& arguments, const images::Image& image) {
-  const double full = full_value(image.depth());
+  const double full = full_value(image.type());
   std::array<double, 4> fill{};
   if (!arguments.background.empty()) {
     const std::vector<double> numbers = background_numbers(arguments, full);

@@ -29,9 +29,9 @@ bool holds_floats(const std::filesystem::path& path) {
   return extension == ".tif" || extension == ".tiff";
 }
 
-fields::GridType grid_type_of(images::PixelDepth depth) {
-  if (depth == images::PixelDepth::kUint8) return fields::GridType::kUint8;
-  return depth == images::PixelDepth::kUint16 ? fields::GridType::kUint16 : fields::GridType::kFloat;
+fields::GridType grid_type_of(images::PixelType depth) {
+  if (depth == images::PixelType::kUint8) return fields::GridType::kUint8;
+  return depth == images::PixelType::kUint16 ? fields::GridType::kUint16 : fields::GridType::kFloat32;
 }
 
 /// Of the numbers' own depth where Image has it.
@@ -68,7 +68,7 @@ Frame frame_of(const std::filesystem::path& path, const fields::GridField& grid)
 template <class Value>
 void blend_on_white(const images::Image& image, images::Image& result) {
   const auto channels = static_cast<std::size_t>(image.channels());
-  const double full = full_value(image.depth());
+  const double full = full_value(image.type());
   const auto from = image.values<Value>();
   const auto to = result.values<Value>();
   for (std::size_t i = 0; i < image.pixel_count(); ++i)
@@ -80,10 +80,10 @@ void blend_on_white(const images::Image& image, images::Image& result) {
 }
 
 images::Image on_white(const images::Image& image) {
-  images::Image result(image.width(), image.height(), image.channels() - 1, image.depth());
-  if (image.depth() == images::PixelDepth::kUint8) blend_on_white<std::uint8_t>(image, result);
-  if (image.depth() == images::PixelDepth::kUint16) blend_on_white<std::uint16_t>(image, result);
-  if (image.depth() == images::PixelDepth::kFloat32) blend_on_white<float>(image, result);
+  images::Image result(image.width(), image.height(), image.channels() - 1, image.type());
+  if (image.type() == images::PixelType::kUint8) blend_on_white<std::uint8_t>(image, result);
+  if (image.type() == images::PixelType::kUint16) blend_on_white<std::uint16_t>(image, result);
+  if (image.type() == images::PixelType::kFloat32) blend_on_white<float>(image, result);
   return result;
 }
 
@@ -130,7 +130,7 @@ void check_picture_file(const std::filesystem::path& path) {
 }
 
 images::Image for_show(const images::Image& image) {
-  if (image.depth() != images::PixelDepth::kFloat32) return image;
+  if (image.type() != images::PixelType::kFloat32) return image;
   const auto values = image.values<float>();
   const auto channels = static_cast<std::size_t>(image.channels());
   const auto is_alpha = [&](std::size_t i) { return image.has_alpha() && i % channels == channels - 1; };
@@ -169,10 +169,10 @@ void write_picture(const std::filesystem::path& path, const images::Image& image
       values[i] = static_cast<float>(image.at(static_cast<int>(i % static_cast<std::size_t>(image.width())),
                                               static_cast<int>(i / static_cast<std::size_t>(image.width())), 0));
     fields::GridField grid = grid_of(std::move(values), 1, image.width(), image.height(), frame);
-    grid.type = type.value_or(grid_type_of(image.depth()));
+    grid.type = type.value_or(grid_type_of(image.type()));
     write_grid_field(path, grid);
   } else {
-    const bool is_whole = image.depth() != images::PixelDepth::kFloat32 || holds_floats(path);
+    const bool is_whole = image.type() != images::PixelType::kFloat32 || holds_floats(path);
     const images::Image scaled = is_whole ? images::Image() : for_show(image);
     const images::Image& shown = is_whole ? image : scaled;
     if (keeps_alpha(path) || !image.has_alpha())

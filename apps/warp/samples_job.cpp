@@ -20,19 +20,19 @@ class ImageMoments {
   explicit ImageMoments(const images::Image& like)
       : channels_(static_cast<std::size_t>(like.channels())),
         colours_(like.has_alpha() ? channels_ - 1 : channels_),
-        full_(full_value(like.depth())),
+        full_(full_value(like.type())),
         mean_(like.pixel_count() * channels_),
         squares_(mean_.size()) {}
 
   void add(const images::Image& image) {
-    if (image.depth() == images::PixelDepth::kUint8) return add(image.values<std::uint8_t>());
-    if (image.depth() == images::PixelDepth::kUint16) return add(image.values<std::uint16_t>());
+    if (image.type() == images::PixelType::kUint8) return add(image.values<std::uint8_t>());
+    if (image.type() == images::PixelType::kUint16) return add(image.values<std::uint16_t>());
     add(image.values<float>());
   }
 
   void mean_to(images::Image& image) const {
-    if (image.depth() == images::PixelDepth::kUint8) return mean_to(image.values<std::uint8_t>());
-    if (image.depth() == images::PixelDepth::kUint16) return mean_to(image.values<std::uint16_t>());
+    if (image.type() == images::PixelType::kUint8) return mean_to(image.values<std::uint8_t>());
+    if (image.type() == images::PixelType::kUint16) return mean_to(image.values<std::uint16_t>());
     mean_to(image.values<float>());
   }
 

@@ -44,8 +44,8 @@ class ImageFiles : public InTemporaryFolder {
 /// What comes back for two channels: four, the first three of them grey.
 Image as_read(const Image& image) {
   if (image.channels() != 2) return image;
-  Image wide(image.width(), image.height(), 4, image.depth());
-  const std::size_t size = byte_count(image.depth());
+  Image wide(image.width(), image.height(), 4, image.type());
+  const std::size_t size = byte_count(image.type());
   for (std::size_t i = 0; i < 4 * image.pixel_count(); ++i) {
     const auto from = image.bytes().subspan((i / 4 * 2 + (i % 4 == 3 ? 1 : 0)) * size, size);
     std::copy(from.begin(), from.end(), wide.bytes().subspan(i * size, size).begin());
@@ -56,16 +56,16 @@ Image as_read(const Image& image) {
 TEST_F(ImageFiles, PngAndTifBringBackEveryKind) {
   for_every_kind(7, 5, [](const Image& image) {
     EXPECT_EQ(rewritten("a.tif", image), as_read(image)) << name_of(image);
-    if (image.depth() != PixelDepth::kFloat32) {
+    if (image.type() != PixelType::kFloat32) {
       EXPECT_EQ(rewritten("a.PNG", image), as_read(image)) << name_of(image);
     }
   });
 }
 
 TEST_F(ImageFiles, UncompressedFormatsBringBackWhatTheyHold) {
-  const Image grey = uneven_image(7, 5, 1, PixelDepth::kUint8), colours = uneven_image(7, 5, 3, PixelDepth::kUint8);
-  const Image grey16 = uneven_image(7, 5, 1, PixelDepth::kUint16),
-              colours16 = uneven_image(7, 5, 3, PixelDepth::kUint16);
+  const Image grey = uneven_image(7, 5, 1, PixelType::kUint8), colours = uneven_image(7, 5, 3, PixelType::kUint8);
+  const Image grey16 = uneven_image(7, 5, 1, PixelType::kUint16),
+              colours16 = uneven_image(7, 5, 3, PixelType::kUint16);
   EXPECT_EQ(rewritten("a.bmp", grey), grey);
   EXPECT_EQ(rewritten("a.bmp", colours), colours);
   EXPECT_EQ(rewritten("a.pgm", grey), grey);
@@ -92,7 +92,7 @@ TEST_F(ImageFiles, ChannelsAreInTheOrderRedGreenBlue) {
 }
 
 TEST_F(ImageFiles, ContentsTellTheFormatNotTheName) {
-  const Image image = uneven_image(3, 4, 3, PixelDepth::kUint16);
+  const Image image = uneven_image(3, 4, 3, PixelType::kUint16);
   write_image("a.png", image);
   std::filesystem::rename("a.png", "a.of.nothing");
   EXPECT_EQ(read_image("a.of.nothing"), image);
@@ -110,7 +110,7 @@ std::string with_orientation(const std::string& jpg) {
 }
 
 TEST_F(ImageFiles, OrientationIsIgnored) {
-  write_image("a.jpg", uneven_image(24, 8, 3, PixelDepth::kUint8));
+  write_image("a.jpg", uneven_image(24, 8, 3, PixelType::kUint8));
   const Image plain = read_image("a.jpg");
   write("b.jpg", with_orientation(contents("a.jpg")));
   EXPECT_EQ(read_image("b.jpg"), plain);
@@ -269,7 +269,7 @@ TEST_F(ImageFiles, BmpIsReadInEveryForm) {
 TEST_F(ImageFiles, ChangedBytesDoNoHarm) {
   std::vector<std::string> files{bmp(4, 2, std::string("\x03\x22\0\0\x02\x12\0\x01", 8)), "P2\n3 2\n100\n1 2 3 4 5 6\n",
                                  tif(12, 3, "abcdefghi", 2, -1)};
-  const Image image = uneven_image(5, 4, 3, PixelDepth::kUint8);
+  const Image image = uneven_image(5, 4, 3, PixelType::kUint8);
   for (const char* name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
     write_image(name, image);
     files.push_back(contents(name));
@@ -303,7 +303,7 @@ TEST_F(ImageFiles, WhatCannotBeReadIsNamed) {
 }
 
 TEST_F(ImageFiles, AFileCutAnywhereIsRefused) {
-  const Image image = uneven_image(32, 32, 3, PixelDepth::kUint8);
+  const Image image = uneven_image(32, 32, 3, PixelType::kUint8);
   for (const std::string name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
     write_image(name, image);
     const std::string whole = contents(name);
@@ -322,7 +322,7 @@ TEST_F(ImageFiles, StderrStaysWhereTheHostHasIt) {
     return std::pair(facts.st_dev, facts.st_ino);
   };
   write("text.png", "hello");
-  const Image image = uneven_image(400, 400, 3, PixelDepth::kUint8);
+  const Image image = uneven_image(400, 400, 3, PixelType::kUint8);
   const auto before = leads_to();
   std::atomic<bool> done = false;
   std::atomic<int> moved = 0;
@@ -352,8 +352,8 @@ TEST_F(ImageFiles, PixelsOfOtherTypesAreRefused) {
 // ---- what cannot be written
 
 TEST_F(ImageFiles, FormatsThatHoldTheImageAreNamed) {
-  const auto image = [](int channels, PixelDepth depth) { return uneven_image(3, 2, channels, depth); };
-  using enum PixelDepth;
+  const auto image = [](int channels, PixelType depth) { return uneven_image(3, 2, channels, depth); };
+  using enum PixelType;
   EXPECT_EQ(write_error("a.jpg", image(3, kUint16)),
             "cannot write 'a.jpg': .jpg does not hold 16-bit pixels; what does for this image: .png, .tif, .ppm");
   EXPECT_EQ(write_error("a.JPEG", image(4, kUint8)),
@@ -367,7 +367,7 @@ TEST_F(ImageFiles, FormatsThatHoldTheImageAreNamed) {
 }
 
 TEST_F(ImageFiles, ExtensionsAndPlacesThatCannotBeWritten) {
-  const Image image = uneven_image(3, 2, 1, PixelDepth::kUint8);
+  const Image image = uneven_image(3, 2, 1, PixelType::kUint8);
   EXPECT_EQ(write_error("a.gif", image),
             "cannot write 'a.gif': no image format has the extension '.gif'; valid: .png, .tif, .tiff, .jpg, .jpeg, "
             ".bmp, .pgm, .ppm");
@@ -375,7 +375,7 @@ TEST_F(ImageFiles, ExtensionsAndPlacesThatCannotBeWritten) {
   EXPECT_THAT(error_of([] { check_image_extension("a.webp"); }), HasSubstr("'.webp'"));
   EXPECT_EQ(error_of([] { check_image_extension("a.tiff"); }), "no error");
   EXPECT_EQ(write_error("no/a.png", image), "cannot write 'no/a.png': there is no folder 'no'");
-  EXPECT_EQ(write_error("a.jpg", uneven_image(65501, 1, 1, PixelDepth::kUint8)),
+  EXPECT_EQ(write_error("a.jpg", uneven_image(65501, 1, 1, PixelType::kUint8)),
             "cannot write 'a.jpg': .jpg does not take 65501 x 1 pixels");
 }
 

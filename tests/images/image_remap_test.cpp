@@ -21,7 +21,7 @@ using Place = std::array<float, 2>;
 /// Equal, but for round-off of float32 where colours were multiplied by alpha and divided again.
 void expect_same_pixels(const Image& a, const Image& b, const std::string& what) {
   ASSERT_EQ(a.bytes().size(), b.bytes().size()) << what;
-  const bool is_rounded = a.has_alpha() && a.depth() == PixelDepth::kFloat32;
+  const bool is_rounded = a.has_alpha() && a.type() == PixelType::kFloat32;
   for (int y = 0; y < a.height(); ++y)
     for (int x = 0; x < a.width(); ++x)
       for (int c = 0; c < a.channels(); ++c)
@@ -93,7 +93,7 @@ TEST(Remap, NowhereIsTheFillOrTransparent) {
   for_every_kind(2, 1, [&](const Image& image) {
     for (const Border border : {Border::kConstant, Border::kReplicate, Border::kReflect}) {
       const Image result = remap(image, map, {Interpolation::kLinear, border, {1, 0.5, 1, 1}});
-      const std::vector<double> fill{1, image.depth() == PixelDepth::kFloat32 ? 0.5 : 0, 1, 1};
+      const std::vector<double> fill{1, image.type() == PixelType::kFloat32 ? 0.5 : 0, 1, 1};
       for (int c = 0; c < image.channels(); ++c) {
         EXPECT_EQ(result.at(0, 0, c), fill[static_cast<std::size_t>(c)]) << name_of(image);
         EXPECT_EQ(result.at(1, 0, c), fill[static_cast<std::size_t>(c)]) << name_of(image);
@@ -104,7 +104,7 @@ TEST(Remap, NowhereIsTheFillOrTransparent) {
     ASSERT_TRUE(clear.has_alpha());
     const int alpha = clear.channels() - 1;
     EXPECT_EQ(clear.at(0, 0, alpha), 0);
-    EXPECT_NEAR(clear.at(2, 0, alpha), image.has_alpha() ? image.at(1, 0, alpha) : full_value(image.depth()), 1e-6);
+    EXPECT_NEAR(clear.at(2, 0, alpha), image.has_alpha() ? image.at(1, 0, alpha) : full_value(image.type()), 1e-6);
   });
 }
 
@@ -122,7 +122,7 @@ TEST(Remap, TransparentPixelsDoNotBleed) {
 }
 
 TEST(Remap, LongSidesAndUnknownNamesAreRefused) {
-  const Image wide(32767, 1, 1, PixelDepth::kUint8), widest(32766, 1, 1, PixelDepth::kUint8);
+  const Image wide(32767, 1, 1, PixelType::kUint8), widest(32766, 1, 1, PixelType::kUint8);
   const PixelMap point{1, 1, {{32765, 0}}};
   EXPECT_EQ(error_of([&] { remap(wide, point); }),
             "the image has 32767 x 1 pixels; at most 32766 on a side can be warped: scale it down first");

@@ -47,7 +47,7 @@ PushedImage push_strip(warp::SheetOrder over, std::vector<float> priority = {}) 
 // But for round-off of float32 where colours were multiplied by alpha and divided again.
 void expect_same(const Image& found, const Image& right, const std::string& what) {
   ASSERT_EQ(found.channels(), right.channels()) << what;
-  const bool is_rounded = right.has_alpha() && right.depth() == PixelDepth::kFloat32;
+  const bool is_rounded = right.has_alpha() && right.type() == PixelType::kFloat32;
   for (int y = 0; y < right.height(); ++y)
     for (int x = 0; x < right.width(); ++x)
       for (int c = 0; c < right.channels(); ++c)
@@ -83,7 +83,7 @@ TEST(PushForward, ShiftsAndMirrorsWholePixels) {
                                                         return {8 - x, y};
                                                       }),
                                               {.width = 9, .height = 6});
-    const double tolerance = image.has_alpha() && image.depth() == PixelDepth::kFloat32 ? 1e-6 : 0;
+    const double tolerance = image.has_alpha() && image.type() == PixelType::kFloat32 ? 1e-6 : 0;
     for (int y = 0; y < 6; ++y)
       for (int x = 0; x < 9; ++x)
         for (int c = 0; c < image.channels(); ++c) {
@@ -210,7 +210,7 @@ TEST(PushForward, ALabelIsThatOfMostSamples) {
 }
 
 TEST(PushForward, IsTheSameForAnyNumberOfThreads) {
-  const Image image = uneven_image(60, 50, 3, PixelDepth::kUint16);
+  const Image image = uneven_image(60, 50, 3, PixelType::kUint16);
   const auto curl = [](float x, float y) -> Place {
     return {30 + 25 * std::sin(x / 7), y + 6 * std::cos(x / 5 + y / 9)};
   };
@@ -235,8 +235,8 @@ TEST(PushForward, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(PushForward, RefusesAMeshOfAnotherSize) {
-  const Image image = uneven_image(9, 6, 3, PixelDepth::kUint8);
-  const Image other = uneven_image(6, 9, 3, PixelDepth::kUint8);
+  const Image image = uneven_image(9, 6, 3, PixelType::kUint8);
+  const Image other = uneven_image(6, 9, 3, PixelType::kUint8);
   EXPECT_EQ(error_of([&] { push_forward(image, mesh_of(other, identity), {.width = 9, .height = 6}); }),
             "the mesh has 6 x 9 cells, and the image 9 x 6 pixels");
   EXPECT_THAT(error_of([&] { push_forward(image, mesh_of(image, identity), {.width = 0, .height = 6}); }),

@@ -292,7 +292,7 @@ TEST_F(WarpProgram, KeepsTheKindOfAnImage) {
         const images::Image result = images::read_image("out.png");
         EXPECT_EQ(result.type(), depth);
         EXPECT_EQ(result.channels(), channels);
-        EXPECT_EQ(pixel(result, 28, 18).back(), channels == 4 ? 0 : full_value(depth)) << "beyond the image";
+        EXPECT_EQ(pixel(result, 28, 18).back(), channels == 4 ? 0 : images::full_value(depth)) << "beyond the image";
       }
   fields::GridField grid{{17, 17}, {1, 1}, {0, 0}, 1, std::vector<float>(17 * 17, 100)};
   for (const fields::GridType type :

@@ -47,6 +47,7 @@ struct PageMetadata {
   std::string png_chunks = {};     ///< texts and colours of a png, as they are in the file
   std::vector<std::pair<int, std::string>> jpeg_segments{};  ///< of other programs: XMP, IPTC
   std::vector<std::pair<std::string, std::string>> lines{};  ///< keys and values of the header of mha or nrrd
+  std::string kind = {};                                     ///< of the channels, as nrrd names them
   friend bool operator==(const PageMetadata&, const PageMetadata&) = default;
 
   bool has_palette() const { return !palette.empty(); }

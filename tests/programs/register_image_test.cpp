@@ -23,7 +23,7 @@ class RegisterImage : public Program {
 
   // The upper half is red, the lower one blue.
   static void write_photo() {
-    images::Image image(kSide, kSide, 3, images::PixelDepth::kUint8);
+    images::Image image(kSide, kSide, 3, images::PixelType::kUint8);
     for (std::size_t i = 0; i < image.pixel_count(); ++i)
       image.values<std::uint8_t>()[3 * i + (i < image.pixel_count() / 2 ? 0 : 2)] = 250;
     write_image("photo.png", image);

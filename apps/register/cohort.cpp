@@ -16,6 +16,7 @@
 #include "shell/cohort_shapes.hpp"
 #include "shell/messages.hpp"
 #include "shell/path_options.hpp"
+#include "shell/picture_sizes.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
@@ -51,6 +52,7 @@ CohortInput read_input(const RegisterArguments& arguments, std::vector<std::stri
     input.source =
         read_landmarks(arguments.from.empty() ? arguments.source : arguments.from, &notes, arguments.reading);
     require_digitised(input.source);
+    find_picture_size(input.source);
     if (input.targets.empty()) throw InputError("no TARGET is left");
     return input;
   }

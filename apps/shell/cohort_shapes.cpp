@@ -13,9 +13,9 @@
 #include "core/shape_frames.hpp"
 #include "core/text.hpp"
 #include "messages.hpp"
+#include "picture_sizes.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "picture_sizes.hpp"
 
 namespace pulson {
 

@@ -45,11 +45,6 @@ bool keeps_alpha(const std::filesystem::path& path);
 /// than max_pixels
 Picture read_picture(const std::filesystem::path& path, std::int64_t max_pixels);
 
-/// "3 of 4 landmarks lie outside a.png: …", for they show that units, origin or y are not those of the image; none
-/// where all lie on it. @param pixels of the landmarks
-std::optional<std::string> landmarks_outside(const Points& pixels, const images::Image& image,
-                                             const std::filesystem::path& path);
-
 /// Whether a picture can be written there, as far as can be checked. @throws InputError if not
 void check_picture_file(const std::filesystem::path& path);
 

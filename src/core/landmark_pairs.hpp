@@ -65,8 +65,8 @@ std::vector<std::pair<int, int>> coincident_pairs(const Points& points, double t
 /// missing coordinate.
 bool is_repeated(const Points& points, int a, int b);
 
-/// The shape without landmark `second`, whose links `first` gets, and with `first` at the mean of both; where one has a missing coordinate, at
-/// the other. @param weights of both in the mean
+/// The shape without landmark `second`, whose links `first` gets, and with `first` at the mean of both; where one has a
+/// missing coordinate, at the other. @param weights of both in the mean
 Landmarks merged(const Landmarks& shape, int first, int second, const Eigen::Vector2d& weights);
 
 /// The note that both were merged: `a.csv: landmarks 1 and 13 are at the same position in both shapes and are merged`.

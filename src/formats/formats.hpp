@@ -42,6 +42,9 @@ LandmarkFormat via_csv_format();
 LandmarkFormat via_json_format();
 LandmarkFormat vtk_format();
 
+/// Whether a file that begins so is an image of the common kinds, by its mark.
+bool is_image(std::string_view contents);
+
 /// The format of a file that holds `text`: the one that the options name, else as read_landmark_file() finds it.
 /// @throws InputError where it is none
 const LandmarkFormat& landmark_format_of(const std::filesystem::path& path, std::string_view text,

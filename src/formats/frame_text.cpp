@@ -11,7 +11,7 @@
 namespace pulson::formats {
 namespace {
 
-constexpr std::string_view kFrameExample = "as in `# frame: y=up unit=0.02 origin=0,0 size=640x480`";
+constexpr std::string_view kFrameExample = "as in '# frame: y=up unit=0.02 origin=0,0 size=640x480'";
 
 /// Two numbers, or one for both.
 std::optional<std::array<double, 2>> pair_of(std::string_view text, char between) {

@@ -156,9 +156,9 @@ class Sampler {
   }
 
   const Value* pixel(int x, int y) const {
-    return from_ + (static_cast<std::size_t>(y) * static_cast<std::size_t>(source_.width()) +
-                    static_cast<std::size_t>(x)) *
-                       static_cast<std::size_t>(channels_);
+    return from_ +
+           (static_cast<std::size_t>(y) * static_cast<std::size_t>(source_.width()) + static_cast<std::size_t>(x)) *
+               static_cast<std::size_t>(channels_);
   }
 
   const Value* pixel_or_fill(int x, int y) const {
@@ -242,8 +242,8 @@ class Sampler {
       for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i) {
           const Value* const at = from + j * stride + i * channels_;
-          const Sum weight = down[static_cast<std::size_t>(j)] * across[static_cast<std::size_t>(i)] *
-                             static_cast<Sum>(at[alpha]);
+          const Sum weight =
+              down[static_cast<std::size_t>(j)] * across[static_cast<std::size_t>(i)] * static_cast<Sum>(at[alpha]);
           // What is clear has no colour to be mixed in, be it NaN.
           if (weight != 0) sum += c == alpha ? weight : weight * static_cast<Sum>(at[c]);
         }

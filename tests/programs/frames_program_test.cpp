@@ -22,7 +22,7 @@ class FramesProgram : public Program {
 
   // A black frame, its upper left quarter white.
   static images::Image photo(int width = kWide, int height = kHigh) {
-    images::Image image(width, height, 1, images::depth_of<std::uint8_t>());
+    images::Image image(width, height, 1, images::PixelType::kUint8);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
         image.values<std::uint8_t>()[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -165,7 +165,7 @@ TEST_F(FramesProgram, OfConvertedFilesAreThoseOfTheFormat) {
   write("face.json",
         R"({"version": "5", "shapes": [{"label": "a", "points": [[1, 2]], "shape_type": "point"}],
             "imagePath": "none.jpg", "imageData": null})");
-  expect_refused("convert face.json face.tps", "tps counts y upwards in the other direction");
+  expect_refused("convert face.json face.tps", "tps counts y upwards, face.json in the other direction");
   done("convert face.json face.tps --flip-y 60 -q");
   EXPECT_THAT(contents("face.tps"), HasSubstr("1 58\n"));
   EXPECT_THAT(done("convert a.csv a_again.tps").err, HasSubstr("does not say how it counts"));

@@ -151,7 +151,7 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   for (int y = 0; y < 17; ++y)
     for (int x = 0; x < 17; ++x) values.push_back(static_cast<float>(100 + 5 * x - 3 * y));
   write_image("ramp.tif", images::Image(17, 17, 1, std::span<const float>(values)));
-  ProgramRun done = warp("ramp.tif", "-o there.tif --border replicate --json -");
+  ProgramRun done = warp("ramp.tif", "-o there.tif --size 17x17 --border replicate --json -");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   nlohmann::json recorded = nlohmann::json::parse(done.out);
   EXPECT_EQ(recorded["method"], "pull");
@@ -160,7 +160,7 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   // The landmark (4, 12) is now at (3, 13), and (12, 12) at (13, 12).
   EXPECT_NEAR(images::read_image("there.tif").at(3, 13, 0), 100 + 5 * 4 - 3 * 12, 0.2);
   EXPECT_NEAR(images::read_image("there.tif").at(13, 12, 0), 100 + 5 * 12 - 3 * 12, 0.2);
-  done = warp("there.tif", "-o back.tif --border replicate --inverse -q --json w.json");
+  done = warp("there.tif", "-o back.tif --size 17x17 --border replicate --inverse -q --json w.json");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.out, "");
   EXPECT_EQ(read_json("w.json")["inverse"], true);
@@ -168,7 +168,7 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   for (int y = 5; y < 12; ++y)
     for (int x = 5; x < 12; ++x) EXPECT_NEAR(back.at(x, y, 0), 100 + 5 * x - 3 * y, 0.3);
   // Pushed, it is the same picture.
-  done = warp("ramp.tif", "-o pushed.tif --method push --border constant -q");
+  done = warp("ramp.tif", "-o pushed.tif --size 17x17 --method push --border constant -q");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const images::Image pulled = images::read_image("there.tif"), pushed = images::read_image("pushed.tif");
   for (int y = 4; y < 13; ++y)

@@ -141,9 +141,9 @@ Eigen::VectorXd read_weights(const std::filesystem::path& path, const Landmarks&
 std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, const Landmarks& shape,
                                               std::vector<std::string>* notes = nullptr, bool by_order = false);
 
-/// The links of a wireframe, in a table of two columns: the labels, else the numbers from 1, of the landmarks of `shape`
-/// that each line joins, counted from 0 here. The first row may name the columns, and a column before them that R writes
-/// the rows. @throws InputError that names file and line, also where a landmark is not there
+/// The links of a wireframe, in a table of two columns: the labels, else the numbers from 1, of the landmarks of
+/// `shape` that each line joins, counted from 0 here. The first row may name the columns, and a column before them that
+/// R writes the rows. @throws InputError that names file and line, also where a landmark is not there
 std::vector<std::pair<int, int>> read_links(const std::filesystem::path& path, const Landmarks& shape);
 
 /// Numbers in numpy's format, version 1.0: doubles in C order, to be read by `numpy.load`. The product of `shape` is

@@ -21,8 +21,9 @@
 namespace pulson::formats {
 namespace {
 
-constexpr std::array<std::string_view, 12> kShapeKeys = {"name",       "points", "labels",   "groups", "image", "scale",
-                                                         "properties", "curves", "outlines", "y_down", "frame", "links"};
+constexpr std::array<std::string_view, 12> kShapeKeys = {"name",     "points", "labels",     "groups",
+                                                         "image",    "scale",  "properties", "curves",
+                                                         "outlines", "y_down", "frame",      "links"};
 constexpr std::array<std::string_view, 3> kFileKeys = {"shapes", "units", "axes"};
 
 // ---- reading

@@ -17,11 +17,13 @@ using Rows = std::vector<CsvRecord>;
 /// The two columns: the last of three where the first counts the rows, as R writes row names.
 std::size_t first_column(const std::string& path, const Rows& rows) {
   const std::size_t width = rows.back().fields.size();
-  const bool has_header = rows.size() > 1 && (rows.front().fields.front().empty() || rows.front().fields.size() + 1 == width);
+  const bool has_header =
+      rows.size() > 1 && (rows.front().fields.front().empty() || rows.front().fields.size() + 1 == width);
   if (width == 3 && has_header) return 1;
   if (width != 2)
-    io::fail(path, rows.back().line,
-             fmt::format("{}; a table of links has two, the landmarks that each line joins", io::counted(width, "column")));
+    io::fail(
+        path, rows.back().line,
+        fmt::format("{}; a table of links has two, the landmarks that each line joins", io::counted(width, "column")));
   return 0;
 }
 
@@ -41,7 +43,8 @@ class LandmarkNames {
     if (const auto label = labels_.find(name); label != labels_.end()) return label->second;
     if (const auto number = numbers_.find(name); number != numbers_.end()) return number->second;
     if (name == "0")
-      io::fail(path, row.line, "the landmark 0; links count landmarks from 1, so add 1 to all of a table that is from 0");
+      io::fail(path, row.line,
+               "the landmark 0; links count landmarks from 1, so add 1 to all of a table that is from 0");
     const std::string near = shape_.labels.empty() ? "" : nearest_name(name, shape_.labels);
     io::fail(path, row.line,
              fmt::format("{} is no landmark of {}{}", io::in_quotes(name), shape_.source,

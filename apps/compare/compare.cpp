@@ -79,16 +79,17 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
   const double seconds = seconds_now() - start;
   notes.insert(notes.end(), comparison.notes.begin(), comparison.notes.end());
   RunResults results(arguments.output);
+  const std::string wrong = shapes.source && shapes.targets.size() == 1
+                                ? pair_warning(*shapes.source, shapes.targets.front(), notes)
+                                : std::string();
   write_comparison(comparison, shapes, notes, seconds, results);
   print_notes(notes);
   if (arguments.output.prints()) {
     print_comparison(comparison);
     results.print_written();
   }
-  if (shapes.source && shapes.targets.size() == 1)
-    warn_of_pair(*shapes.source, shapes.targets.front());
-  else
-    warn_of_cohort(shapes.targets);
+  if (!wrong.empty()) print_warning(wrong);
+  if (shapes.targets.size() > 1) warn_of_cohort(shapes.targets);
   const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
                                      [](const compare::ComparedModel& model) { return model.fit.converged; });
   return converged ? kDone : kNotConverged;

@@ -180,6 +180,9 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
     progress.clear();
   }
   notes.insert(notes.end(), registration.notes.begin(), registration.notes.end());
+  const std::string wrong = registration.data.kind == matching::DataKind::kLandmarks
+                                ? pair_warning(registration.original, registration.target, notes)
+                                : std::string();
   write_results(registration, facts, background, notes, results);
   log_step("wrote the results");
   print_notes(notes);
@@ -190,8 +193,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   }
   if (registration.noise == "none" && options.noise.spec() != "none")
     print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
-  if (registration.data.kind == matching::DataKind::kLandmarks)
-    warn_of_pair(registration.original, registration.target);
+  if (!wrong.empty()) print_warning(wrong);
   for (const std::string& text : registration_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }

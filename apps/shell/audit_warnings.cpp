@@ -11,10 +11,12 @@
 
 namespace pulson {
 
-void warn_of_pair(const Landmarks& reference, const Landmarks& shape) {
+std::string pair_warning(const Landmarks& reference, const Landmarks& shape, std::vector<std::string>& notes) {
   const std::optional<audit::Finding> found = audit::audit_pair(reference, shape);
-  if (found && found->problem != audit::Problem::kMirrored)
-    print_warning(fmt::format("{}: {}", shape.source, describe(*found, shape)));
+  if (!found || found->problem == audit::Problem::kMirrored) return {};
+  if (found->problem == audit::Problem::kReversed)
+    std::erase_if(notes, [](const std::string& note) { return note.starts_with("the shapes look mirrored"); });
+  return fmt::format("{}: {}", shape.source, describe(*found, shape));
 }
 
 void warn_of_cohort(std::vector<Landmarks> shapes) {

@@ -81,7 +81,9 @@ std::vector<std::string> models_in(std::string_view option, std::string_view spe
 void refuse_list(std::string_view option, std::string_view spec, bool may_repeat) {
   const std::vector<std::string> models = models_in(option, spec);
   if (models.size() < 2) return;
-  std::string remedy = fmt::format("this verb takes one; {} joins them into a sum", fmt::join(models, "+"));
+  const bool has_none = std::find(models.begin(), models.end(), "none") != models.end();
+  std::string remedy = has_none ? fmt::format("this verb takes one: {}", fmt::join(models, " or "))
+                                : fmt::format("this verb takes one; {} joins them into a sum", fmt::join(models, "+"));
   if (may_repeat) {
     remedy = fmt::format("repeat {}:", option);
     for (const std::string& model : models) remedy += fmt::format(" {} {}", option, model);

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include "core/landmark_pairs.hpp"
 #include "core/landmark_range.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -79,6 +80,7 @@ void StartOptions::add_to(CLI::App& verb) {
   CLI::Option* by_p = verb.add_option("--p", p, "momenta, in the format of --q [0]")->type_name("NUMBERS");
   reads_shape(verb.add_option("--momenta", momenta, "momenta from a landmark file [0]"))->excludes(by_p);
   add_read_options(verb, reading);
+  add_order_option(verb, by_order);
   verb.add_option("--kernel", kernel, "see pulson info kernels [gaussian:alpha=auto]")->type_name("SPEC");
   verb.add_option("--noise", noise, "see pulson info noises [none]")->type_name("SPEC");
 }
@@ -113,7 +115,9 @@ Start StartOptions::start() const {
   if (!from) start.state = {start.shape.points, Points::Zero(start.shape.points.rows(), start.shape.points.cols())};
   if (p) start.state.p = parse_points(*p, "--p");
   if (momenta) {
-    const Landmarks vectors = read_landmarks(*momenta, &start.notes, of_vectors(reading));
+    Landmarks vectors = read_landmarks(*momenta, &start.notes, of_vectors(reading));
+    if (vectors.count() == start.shape.count())
+      vectors = in_order_of(start.shape, vectors, start.notes, by_order ? PairBy::kOrder : PairBy::kNames);
     check_complete(vectors);
     start.state.p = vectors.points;
   }

@@ -30,6 +30,7 @@ struct StartOptions {
   std::optional<std::string> kernel;
   std::optional<std::string> noise;
   formats::ReadOptions reading;
+  bool by_order = false;
 
   void add_to(CLI::App& verb);
   /// @throws InputError

@@ -32,7 +32,8 @@ struct Finding {
 
 /// What is wrong with `shape`, the landmarks of which are to correspond with those of `reference` in their order; of
 /// several hypotheses the most probable one. None in one dimension, where order changes are no errors, for fewer than 8
-/// or more than 300 landmarks in both, or where nothing is found. Costs O(N³).
+/// or more than 300 landmarks in both, or where nothing is found; but that one is 20 times as large as the other is
+/// said of any. Costs O(N³).
 std::optional<Finding> audit_pair(const Landmarks& reference, const Landmarks& shape);
 
 /// The same of each shape of a cohort against a robust mean of all, and whether its size is in another unit. None for

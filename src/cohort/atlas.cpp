@@ -9,6 +9,7 @@
 
 #include "anderson.hpp"
 #include "core/determined.hpp"
+#include "core/landmark_pairs.hpp"
 #include "core/landmark_range.hpp"
 #include "core/text.hpp"
 #include "core/undefined.hpp"
@@ -372,6 +373,11 @@ Atlas make_atlas(const std::vector<Landmarks>& shapes, const AtlasOptions& optio
   atlas.steps = options.steps;
   atlas.mean = procrustes_mean(shapes, atlas.alignment);
   refuse_coincident(atlas.mean);
+  if (const std::vector<int> alone = placed_as_given(shapes, atlas.alignment); !alone.empty())
+    atlas.notes.push_back(fmt::format(
+        "no shapes that can be aligned with one another have both landmark {} and the others: where it lies "
+        "beside these is taken from one shape's coordinates as they are",
+        all_listed(shapes.front(), alone)));
   atlas.specimens = aligned_with(atlas.mean, shapes, atlas.alignment);
   fit_model(atlas, options);
   atlas.template_shape = atlas.mean;

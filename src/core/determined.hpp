@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string_view>
+#include <vector>
 
 #include "pulson/core/alignment.hpp"
 
@@ -21,6 +22,10 @@ bool is_determined(const Points& source, const Points& target, AlignmentKind kin
 /// @throws InputError where the map is undetermined; the message names its kind and the likeliest remedy
 void require_determined(const Points& source, const Points& target, AlignmentKind kind, std::string_view shape,
                         const Eigen::VectorXd& weights = {});
+
+/// Landmarks that procrustes_mean() places beside the others by the coordinates of one shape, since no shapes that can
+/// be aligned with one another have both; from 0.
+std::vector<int> placed_as_given(const std::vector<Landmarks>& shapes, AlignmentKind kind);
 
 /// Parameters that are fitted need more coordinates than there are of them; momenta and noise have priors, and need
 /// none.

@@ -60,11 +60,33 @@ Points of_size(const Points& points, double size) {
   return ((points.colwise() - middle) * (size / centroid_size(points))).colwise() + middle;
 }
 
-[[noreturn]] void fail_apart(const std::vector<Landmarks>& shapes, const Points& mean, AlignmentKind kind) {
-  for (const Landmarks& shape : shapes)
-    if (!may_align(shape.points, mean, kind))
-      throw InputError(fmt::format("{}: too few of its landmarks are in the other shapes to align it", shape.source));
-  throw InputError("the shapes have too few landmarks in common to be aligned");
+struct MeanStart {
+  Points points;
+  std::vector<int> as_given;  // landmarks whose place beside the others is that of one shape's coordinates
+};
+
+// The most complete shape; and where others have too few landmarks in common with those that can be aligned with it,
+// one after the other, the landmarks of the most complete one of them as its file has them.
+MeanStart start_of(const std::vector<Landmarks>& shapes, AlignmentKind kind) {
+  MeanStart start{most_complete(shapes).points, {}};
+  Points reached = start.points;  // finite where a landmark is in a shape that can be aligned
+  std::vector<Landmarks> waiting = shapes;
+  while (!waiting.empty()) {
+    const auto joined = std::partition(waiting.begin(), waiting.end(),
+                                       [&](const Landmarks& shape) { return !may_align(shape.points, reached, kind); });
+    const bool is_stuck = joined == waiting.end();
+    const Points& apart = most_complete(waiting).points;
+    for (Index a = 0; is_stuck && a < reached.cols(); ++a)
+      if (!reached.col(a).allFinite() && apart.col(a).allFinite()) {
+        start.points.col(a) = reached.col(a) = apart.col(a);
+        start.as_given.push_back(static_cast<int>(a));
+      }
+    for (auto shape = joined; shape != waiting.end(); ++shape)
+      for (Index a = 0; a < reached.cols(); ++a)
+        if (!reached.col(a).allFinite()) reached.col(a) = shape->points.col(a);
+    waiting.erase(joined, waiting.end());
+  }
+  return start;
 }
 
 }  // namespace
@@ -91,6 +113,10 @@ double centroid_size(const Points& points) {
   return std::sqrt(sum);
 }
 
+std::vector<int> placed_as_given(const std::vector<Landmarks>& shapes, AlignmentKind kind) {
+  return kind == AlignmentKind::kNone ? std::vector<int>{} : start_of(shapes, kind).as_given;
+}
+
 Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind kind) {
   const SerialBlas serial;
   if (shapes.empty()) throw InputError("there are no shapes to take the mean of");
@@ -113,14 +139,13 @@ Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind ki
   }
   for (const Landmarks& shape : shapes) require_determined(shape.points, shape.points, kind, shape.source);
   // A shape that has too few landmarks in common with those of the mean so far waits for others to add to these.
-  mean.points = most_complete(shapes).points;
+  mean.points = start_of(shapes, kind).points;
   std::size_t placed = 0;
   for (int round = 0; round < kMostRounds; ++round) {
     std::vector<Points> now;
     for (const Landmarks& shape : shapes)
       if (may_align(shape.points, mean.points, kind))
         now.push_back(align(shape.points, mean.points, kind).apply(shape.points));
-    if (now.size() <= placed && placed < shapes.size()) fail_apart(shapes, mean.points, kind);
     Points next = mean_of(now);
     if (kind == AlignmentKind::kSimilarity) next = of_size(next, size);
     const bool is_whole = placed == shapes.size();

@@ -49,7 +49,7 @@ TEST_P(AlikeNames, AreMatchedAndNoted) {
     const NameMatch match = swapped ? matched(backwards, first) : matched(first, backwards);
     EXPECT_EQ(match.problem, "");
     for (int i = 0; i < count; ++i) EXPECT_EQ(match.partners[static_cast<std::size_t>(i)], count - 1 - i);
-    EXPECT_THAT(match.note, AllOf(HasSubstr("names matched after ignoring " + ignored), HasSubstr("with '")));
+    EXPECT_THAT(match.note, AllOf(HasSubstr("names matched after ignoring "), HasSubstr(ignored), HasSubstr("with '")));
   }
 }
 
@@ -65,16 +65,13 @@ INSTANTIATE_TEST_SUITE_P(
         Alike{"Extensions", {"S1.jpg", "S2.JPG", "S3.tif"}, {"S1", "S2", "S3"}, "folders and extensions:"},
         Alike{"Folders", {"img/S1.png", "img\\S2.png"}, {"S1", "S2"}, "folders and extensions:"},
         Alike{"Doubled", {"S1.mrk.json", "S2.nii.gz"}, {"S1", "S2"}, "folders and extensions:"},
-        Alike{"Prefix", {"LM1", "LM2", "LM10"}, {"1", "2", "10"}, "'lm' at the beginning of all names of a.csv:"},
+        Alike{"Prefix", {"LM1", "LM2", "LM10"}, {"1", "2", "10"}, "'lm' at the beginning of all names of "},
+        Alike{"PrefixOfWords", {"lm_nose", "lm_tail"}, {"nose", "tail"}, "'lm' at the beginning of all names of "},
+        Alike{"Suffix", {"spec_a_1", "spec_b_1"}, {"spec_a", "spec_b"}, "'1' at the end of all names of "},
+        Alike{"NumberedSuffix", {"7_1", "8_1"}, {"7", "8"}, "'-1' at the end of all names of "},
         Alike{
-            "PrefixOfWords", {"lm_nose", "lm_tail"}, {"nose", "tail"}, "'lm' at the beginning of all names of a.csv:"},
-        Alike{"Suffix", {"spec_a_1", "spec_b_1"}, {"spec_a", "spec_b"}, "'1' at the end of all names of a.csv:"},
-        Alike{"NumberedSuffix", {"7_1", "8_1"}, {"7", "8"}, "'-1' at the end of all names of a.csv:"},
-        Alike{"BothNumbers",
-              {"F-1", "F-2", "F-3"},
-              {"F_1-1", "F_1-2", "F_1-3"},
-              "'f' at the beginning of all names of a"},
-        Alike{"Umlauts", {"ä_1", "ö_1"}, {"ä", "ö"}, "'1' at the end of all names of a.csv:"}),
+            "BothNumbers", {"F-1", "F-2", "F-3"}, {"F_1-1", "F_1-2", "F_1-3"}, "'f' at the beginning of all names of "},
+        Alike{"Umlauts", {"ä_1", "ö_1"}, {"ä", "ö"}, "'1' at the end of all names of "}),
     [](const auto& parameter) { return parameter.param.name; });
 
 TEST(NameMatching, KeepsWhatDistinguishesNamesOfOneFile) {

@@ -67,6 +67,40 @@ TEST_F(Weights, ErrorsNameFileAndLine) {
               AllOf(HasSubstr("none.csv"), HasSubstr("No such file")));
 }
 
+TEST_F(Weights, BelongToLandmarksByLabels) {
+  const Landmarks shape = labelled({"nose", "tail", "eye"});
+  std::vector<std::string> notes;
+  for (const char* text : {"label,w\ntail,2\neye,3\nnose,1\n", "tail 2\neye 3\nnose 1\n",
+                           "w;landmark\n2;Tail\n3;EYE\n1;nose\n", "\"\",\"w\"\n\"eye\",3\n\"tail\",2\n\"nose\",1\n"}) {
+    write("w.csv", text);
+    EXPECT_EQ(read_weights("w.csv", shape, &notes), Eigen::Vector3d(1, 2, 3)) << text;
+  }
+  EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("names matched after ignoring case")));
+  const auto error = [&](const std::string& text) {
+    write("w.csv", text);
+    return error_of([&] { read_weights("w.csv", shape); });
+  };
+  EXPECT_EQ(error("label,w\ntail,2\nears,3\nnose,1\n"),
+            "w.csv has no row for 1 of the 3 landmarks of a.csv, and each needs a weight: 'eye'");
+  EXPECT_THAT(error("1\n2\n3\n"), HasSubstr("a.csv names its landmarks ('nose', …), w.csv does not"));
+  EXPECT_THAT(error("label,w\ntail,2\ntail,3\nnose,1\n"), HasSubstr("'tail', 'tail' are alike"));
+  EXPECT_THAT(error("label,w\ntail,2\neye,x\nnose,1\n"), StartsWith("w.csv:3: 'x' is not a finite number"));
+  write("w.csv", "1\n2\n3\n");
+  EXPECT_EQ(read_weights("w.csv", shape, nullptr, true), Eigen::Vector3d(1, 2, 3));
+  write("w.csv", "landmark,w\n2,5\n1,4\n3,6\n");
+  EXPECT_EQ(read_weights("w.csv", unnamed(3, 2)), Eigen::Vector3d(4, 5, 6));
+}
+
+TEST_F(Covariances, BelongToLandmarksByLabels) {
+  write("r.csv", "landmark,xx,xy,yy\ntail,2,1,3\nnose,1,0,1\nspare,9,0,9\n");
+  std::vector<std::string> notes;
+  const std::vector<MatrixXd> found = read_covariances("r.csv", labelled({"nose", "tail"}), &notes);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0], MatrixXd::Identity(2, 2));
+  EXPECT_EQ(found[1], (MatrixXd{{2.0, 1.0}, {1.0, 3.0}}));
+  EXPECT_THAT(notes, testing::ElementsAre("r.csv: 1 row belongs to no landmark and is not used"));
+}
+
 TEST_F(Covariances, AreReadInEveryForm) {
   const MatrixXd full = (MatrixXd(3, 3) << 4, 1, 0.5, 1, 3, -1, 0.5, -1, 2).finished();
   const std::vector<MatrixXd> found = covariances("4,1,0.5,3,-1,2\n4,1,0.5,1,3,-1,0.5,-1,2\n0.25\n1,2,3\n", 4, 3);

@@ -44,8 +44,9 @@ TEST(RegistrationErrors, NameShapesThatDoNotFit) {
   Landmarks bad = square("b.csv");
   bad.points = Points::Random(2, 3);
   EXPECT_EQ(registration_error(good, bad),
-            "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; both need the same landmarks, "
-            "or labels or numbers that say which correspond (outlines without correspondence: `data.kind = varifold`)");
+            "the shapes have different numbers of landmarks: a.csv has 4, b.csv has 3; nothing says which of them "
+            "correspond: both need the same landmarks, or labels or numbers that say so (outlines without "
+            "correspondence: `data.kind = varifold`)");
   bad.points = Points::Random(3, 4);
   EXPECT_EQ(registration_error(good, bad), "the shapes have different dimensions: a.csv is 2D, b.csv is 3D");
   bad.points.resize(2, 0);

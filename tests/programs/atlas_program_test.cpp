@@ -120,13 +120,14 @@ TEST_F(AtlasProgram, PredictsWhatIsMissing) {
 
 TEST_F(AtlasProgram, WhatIsWrongIsToldInOneLineAndNothingIsWritten) {
   write_table();
-  std::ofstream("short.csv") << "size\n1\n2\n";
-  std::ofstream("words.csv") << "size\n1\n2\n3\n4\n5\n6\n7\nbig\n";
+  std::ofstream("short.csv") << "specimen,size\nleaf_1,1\nleaf_2,2\n";
+  std::ofstream("words.csv") << "specimen,size\n";
+  for (int i = 1; i <= 8; ++i) std::ofstream("words.csv", std::ios::app) << "leaf_" << i << (i < 8 ? ",1\n" : ",big\n");
   for (const auto& [options, message] : std::vector<std::pair<std::string, std::string>>{
            {"--covariate leaves.csv", "--covariate is 'leaves.csv'; it must be FILE.csv:COLUMN"},
            {"--covariate leaves.csv:width", "there is no column 'width'; there are specimen, kind, length"},
            {"--covariate leaves.csv:kind", "is not a number"},
-           {"--covariate short.csv:size", "there are 2 rows for 8 shapes"},
+           {"--covariate short.csv:size", "6 of 8 shapes have no row of their own in the column 'specimen': 'leaf_3'"},
            {"--covariate words.csv:size", "is not a number"},
            {"--groups species", "--groups is 'species'; it must be FILE.csv:COLUMN"},
            {"--sigma -1", "--sigma is -1; it must be 0 or greater"},

@@ -60,6 +60,21 @@ TEST_F(Simulate, WritesEveryNthStepAndTheLast) {
   EXPECT_EQ(count_lines(csv), 1 + 4 * 2U);
 }
 
+TEST_F(Simulate, TakesMomentaByTheNamesOfLandmarks) {
+  write("q.csv", "label,x,y\nnose,0,0\ntail,1,0\nfin,0,1\n");
+  write("p.csv", "label,x,y\nNose,0.1,0\nTail,0,0.2\nFin,0,0\n");
+  write("mixed.csv", "label,x,y\nFin,0,0\nNose,0.1,0\nTail,0,0.2\n");
+  write("plain.csv", "x,y\n0.1,0\n0,0.2\n0,0\n");
+  const std::string line = "simulate --shape q.csv --no-picture -o out --momenta ";
+  ASSERT_EQ(run(words(line + "p.csv")).exit_code, 0);
+  const std::string paths = contents("out/paths.csv");
+  ASSERT_EQ(run(words(line + "mixed.csv")).exit_code, 0);
+  EXPECT_EQ(contents("out/paths.csv"), paths);
+  EXPECT_THAT(run(words(line + "plain.csv")).err, HasSubstr("--by-order pairs them"));
+  ASSERT_EQ(run(words(line + "plain.csv --by-order")).exit_code, 0);
+  EXPECT_EQ(contents("out/paths.csv"), paths);
+}
+
 TEST_F(Simulate, TakesShapesAndMomentaFromFiles) {
   write("q.csv", "x,y\n0,0\n1,0\n0,1\n");
   write("p.csv", "x,y\n0.1,0\n0,0.2\n0,0\n");

@@ -1,0 +1,181 @@
+// Landmarks that are wrong as a whole are named: undigitised specimens, exchanged or reversed landmarks, mirror images,
+// other units; and slips on the command line that point at them.
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+
+#include "program.hpp"
+#include "pulson/formats/landmark_files.hpp"
+
+namespace pulson {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class WrongLandmarks : public Program {
+ protected:
+  static std::string leaves_file() {
+    return (std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes" / "leaves.tps").string();
+  }
+
+  /// The eight leaves, one of them changed, as leaves.csv.
+  template <class Change>
+  static void write_leaves(std::size_t which, const Change& change) {
+    formats::LandmarkFile file = formats::read_landmark_file(leaves_file());
+    change(file.shapes[which].points);
+    formats::write_landmark_file("leaves.csv", file);
+  }
+
+  static ProgramRun run_line(const std::string& line) { return run(words(line + " -o out --no-picture")); }
+};
+
+TEST_F(WrongLandmarks, OfUndigitisedSpecimensAreLeftOutOfCohorts) {
+  for (const double value : {0.0, -1.0, std::nan("")}) {
+    write_leaves(4, [value](Points& points) { points.setConstant(value); });
+    for (const std::string line : {"atlas leaves.csv", "register leaves.csv",
+                                   "compare leaves.csv --noise none --no-maps --importance 10 --sigma 5 --folds 0"}) {
+      const ProgramRun done = run_line(line);
+      EXPECT_THAT(done.exit_code, testing::AnyOf(0, 3)) << done.err;
+      EXPECT_THAT(done.err,
+                  AllOf(HasSubstr("warning: 1 of 8 shapes is left out"), HasSubstr("'leaf_5' (leaves.csv#5)")))
+          << line;
+      EXPECT_THAT(done.out, HasSubstr("7 shapes")) << line;
+    }
+    const ProgramRun pair = run_line("register leaves.csv#1 leaves.csv#5");
+    EXPECT_EQ(pair.exit_code, 2);
+    EXPECT_THAT(pair.err, HasSubstr("leaves.csv#5 ('leaf_5'): all landmarks are at one point or missing"));
+  }
+}
+
+TEST_F(WrongLandmarks, ThatAreExchangedAreNamed) {
+  write_leaves(4, [](Points& points) { points.col(9).swap(points.col(16)); });
+  for (const std::string line :
+       {"atlas leaves.csv", "register leaves.csv", "register leaves.csv --template leaves.csv#1"})
+    EXPECT_THAT(run_line(line).err,
+                HasSubstr("warning: specimen 'leaf_5' (leaves.csv#5): landmarks 10 and 17 look exchanged"))
+        << line;
+  EXPECT_THAT(run_line("register leaves.csv#1 leaves.csv#5").err,
+              HasSubstr("leaves.csv#5: landmarks 10 and 17 look exch"));
+  EXPECT_THAT(run_line("register leaves.csv#1 leaves.csv#2").err, Not(HasSubstr("look")));
+}
+
+TEST_F(WrongLandmarks, OfMirroredAndRescaledSpecimensAreNamed) {
+  write_leaves(2, [](Points& points) { points.row(0) *= -1; });
+  EXPECT_THAT(run_line("atlas leaves.csv").err, HasSubstr("specimen 'leaf_3' (leaves.csv#3): it looks mirrored"));
+  write_leaves(2, [](Points& points) { points *= 0.01; });
+  EXPECT_THAT(run_line("atlas leaves.csv").err,
+              AllOf(HasSubstr("specimen 'leaf_3' (leaves.csv#3): it is 0.0"), HasSubstr("another unit of length?")));
+  EXPECT_THAT(run_line("register leaves.csv#1 leaves.csv#3").err, HasSubstr("another unit of length?"));
+}
+
+TEST_F(WrongLandmarks, InReverseOrderAreNamed) {
+  std::ofstream forwards("a.csv"), backwards("b.csv");
+  const auto point = [](int k, double bump) {
+    const double t = 2 * M_PI * k / 30, r = 1 + bump * std::exp(-3 * (t - 1) * (t - 1));
+    return std::to_string(80 * r * std::cos(t)) + "," + std::to_string(50 * r * std::sin(t)) + "\n";
+  };
+  forwards << "x,y\n";
+  backwards << "x,y\n";
+  for (int k = 0; k < 30; ++k) forwards << point(k, 0.5);
+  for (int k = 29; k >= 0; --k) backwards << point(k, 0.4);
+  forwards.close();
+  backwards.close();
+  EXPECT_THAT(run_line("register a.csv b.csv").err, HasSubstr("b.csv: its landmarks look to be in reverse order"));
+}
+
+TEST_F(WrongLandmarks, AreMatchedInCount) {
+  const ProgramRun done = run_line("register " + leaves_file());
+  EXPECT_THAT(done.out, HasSubstr("matched    8 of 8"));
+}
+
+TEST_F(WrongLandmarks, OfTwoSpecimensMayBeMissing) {
+  const std::string first = "A,1,0,0\nA,2,10,0\nA,3,5,3\nA,4,1,1\nA,5,3,6\n";
+  const std::vector<std::string> second = {"B,1,0,0.2\n", "B,2,10.5,0\n", "B,3,5,3.3\n", "B,4,1,1.3\n", "B,5,3,6.2\n"};
+  for (std::size_t missing = 0; missing < 5; ++missing) {
+    std::string text = "specimen,landmark,x,y\n" + first;
+    for (std::size_t a = 0; a < 5; ++a) text += a == missing ? "B," + std::to_string(a + 1) + ",NA,NA\n" : second[a];
+    write("two.csv", text);
+    const ProgramRun done = run_line("atlas two.csv");
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_THAT(done.out, HasSubstr("predicted   1 missing landmark"));
+    const nlohmann::json predicted = read_json("out/atlas.json")["specimens"][1]["predicted"][0];
+    EXPECT_EQ(predicted["landmark"], missing + 1);
+    EXPECT_GT(predicted["half_width_90"][0].get<double>(), 0);
+  }
+}
+
+// Specimens without a landmark in common, and the first of them.
+TEST_F(WrongLandmarks, OfHalvesAreAlignedByTheOthers) {
+  formats::LandmarkFile file = formats::read_landmark_file(leaves_file());
+  file.shapes[0].points.leftCols(9).setConstant(std::nan(""));
+  file.shapes[1].points.rightCols(10).setConstant(std::nan(""));
+  formats::write_landmark_file("halves.csv", file);
+  const ProgramRun done = run_line("atlas halves.csv");
+  EXPECT_THAT(done.exit_code, testing::AnyOf(0, 3)) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("predicted   19 missing landmarks"));
+}
+
+struct Slip {
+  std::string line, message;
+};
+
+class SlipsOfWords : public Program, public testing::WithParamInterface<Slip> {};
+
+TEST_P(SlipsOfWords, AreAnswered) {
+  std::filesystem::copy(std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes" / "leaves.tps", "leaves.tps");
+  const ProgramRun done = run(words(GetParam().line + " -o out"));
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, HasSubstr(GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, SlipsOfWords,
+    testing::Values(Slip{"register leaves.tps#1 leaves.tps#2 --noise ch-sd", "as in ch-sd:beta=100%"},
+                    Slip{"register leaves.tps#1 leaves.tps#2 --noise ch-sd beta=1", "did you mean 'ch-sd:beta=1'?"},
+                    Slip{"register leaves.tps#1 leaves.tps#2 --noise=p-sd:beta=2 fields=grid",
+                         "did you mean 'p-sd:beta=2,fields=grid'?"},
+                    Slip{"register leaves.tps#1 leaves.tps#2 --kernel gaussian alpha=3",
+                         "did you mean 'gaussian:alpha=3'?"},
+                    Slip{"register leaves.tps#1 leaves.tps#2 --beta 1",
+                         "beta is a parameter of --noise, as in --noise ch-sd:beta=1"},
+                    Slip{"register leaves.tps#1 leaves.tps#2 --beta=3", "as in --noise ch-sd:beta=3"},
+                    Slip{"register leaves.tps#1 leaves.tps#2 --alpha 40",
+                         "alpha is a parameter of --kernel, as in --kernel gaussian:alpha=40"},
+                    Slip{"register leaves.tps#leaf_1 leaves.tps#2", "did you mean 'leaves.tps#id=leaf_1'?"},
+                    Slip{"info leaves.tps#Leaf_1 --json -", "did you mean 'leaves.tps#id=leaf_1'?"},
+                    Slip{"compare leaves.tps --noise none,ch-sd", "repeat --noise: --noise none --noise ch-sd"},
+                    Slip{"compare leaves.tps --noise ch-sd:beta=1,on=2,none",
+                         "repeat --noise: --noise ch-sd:beta=1,on=2 --noise none"},
+                    Slip{"register leaves.tps#1 leaves.tps#2 --noise ch-sd:beta=1,p-sd:beta=2",
+                         "ch-sd:beta=1+p-sd:beta=2 joins them"}),
+    [](const auto& slip) { return "Slip" + std::to_string(slip.index); });
+
+TEST_F(WrongLandmarks, OfAnAtlasNeedNoOptionThatItLacks) {
+  const ProgramRun done = run_line("atlas " + leaves_file() + " " + sample("fish_source"));
+  EXPECT_EQ(done.exit_code, 2);
+  EXPECT_THAT(done.err, AllOf(HasSubstr("has 19"), HasSubstr("has 68"), Not(HasSubstr("--data"))));
+  EXPECT_THAT(run_line("register " + leaves_file() + "#1 " + sample("fish_source")).err, HasSubstr("--data varifold"));
+}
+
+TEST_F(WrongLandmarks, AreNotPictures) {
+  const auto image = [](const std::string& name) {
+    return (std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes" / name).string();
+  };
+  const std::string one = image("leaf_1.png"), two = image("leaf_2.png");
+  const std::string second = std::filesystem::exists(two) ? two : one;
+  EXPECT_THAT(run_line("register " + one + " " + second).err,
+              AllOf(HasSubstr(one + ", " + second + " are images"), HasSubstr("docs/photographs.md")));
+}
+
+TEST_F(WrongLandmarks, OnALineOfAnotherUnitAreAligned) {
+  write("mm.csv", "x\n0\n1\n2.2\n3\n4.1\n5\n");
+  write("um.csv", "x\n0\n1010\n2190\n3010\n4090\n5005\n");
+  const ProgramRun done = run_line("register mm.csv um.csv");
+  EXPECT_THAT(done.err, AllOf(HasSubstr("--align similarity"), Not(HasSubstr("--noise"))));
+}
+
+}  // namespace
+}  // namespace pulson

@@ -39,6 +39,11 @@ class VtkReader {
     Landmarks& shape = file.shapes.emplace_back();
     shape.points = landmarks(file.warnings);
     shape.groups = groups(file.warnings);
+    for (const VtkCells& cells : sections_)
+      if (cells.are_lines())
+        cells.visit_edges([&](std::size_t a, std::size_t b) {
+          shape.links.emplace_back(static_cast<int>(a), static_cast<int>(b));
+        });
     return file;
   }
 

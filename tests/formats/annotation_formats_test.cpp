@@ -21,7 +21,7 @@ using OpenPoseFile = ReadingTexts;
 using ViaFile = ReadingTexts;
 using GeoJsonFile = ReadingTexts;
 using CvatFile = ReadingTexts;
-using NamedPoints = ReadingTexts;
+using PointsByName = ReadingTexts;
 
 // ---- COCO
 
@@ -250,7 +250,7 @@ TEST_F(CvatFile, RefusesWhatDoesNotFit) {
 
 // ---- points by name
 
-TEST_F(NamedPoints, MayStandInSeveralWays) {
+TEST_F(PointsByName, MayStandInSeveralWays) {
   for (const std::string text :
        {R"({"tip": [1, 2], "fin": [3, 4]})", R"({"tip": {"x": 1, "y": 2}, "fin": {"x": 3, "y": 4}})",
         R"([{"name": "tip", "x": 1, "y": 2}, {"name": "fin", "x": 3, "y": 4}])",
@@ -264,7 +264,7 @@ TEST_F(NamedPoints, MayStandInSeveralWays) {
   }
 }
 
-TEST_F(NamedPoints, MayBeOfSeveralShapes) {
+TEST_F(PointsByName, MayBeOfSeveralShapes) {
   for (
       const std::string text :
       {R"({"b": {"tip": [1, 2], "fin": [3, null]}, "a": {"tip": [4, 5], "fin": [6, 7]}})",
@@ -280,7 +280,7 @@ TEST_F(NamedPoints, MayBeOfSeveralShapes) {
   EXPECT_EQ(lists.shapes.at(1).points, points_2d({5, 6, 7, 8}));
 }
 
-TEST_F(NamedPoints, OfOtherKindsAreRefused) {
+TEST_F(PointsByName, OfOtherKindsAreRefused) {
   for (const std::string text :
        {R"({"a": [1, 2], "b": [1, 2, 3]})", R"({"a": 1})", R"({"a": {"b": {"c": [1, 2]}}})", "{}"})
     EXPECT_THAT(read_error(text), HasSubstr("t.txt: the file holds no landmarks in a layout that is known")) << text;

@@ -135,6 +135,8 @@ TEST_F(Undigitised, LandmarksAreAtZero) {
   EXPECT_EQ(incomplete_points(read.shapes[1].points).size(), 3U);
   write("b.csv", "x,y\n0,0\n1,0\n");
   EXPECT_THAT(read_landmark_file("b.csv").warnings, IsEmpty()) << "one landmark may be the origin";
+  write("d.csv", "x,y\n0,0\n1,-4\n0,0\n");
+  EXPECT_THAT(read_landmark_file("d.csv").warnings, IsEmpty()) << "among negative coordinates";
   write("c.csv", "x,y,z\n0,0,0\n1,0,0\n-1,0,5\n");
   const Landmarks both = read_landmarks("c.csv", nullptr, {.negative_is_missing = true, .zero_is_missing = true});
   EXPECT_EQ(incomplete_points(both.points), (std::vector<int>{0, 2}));

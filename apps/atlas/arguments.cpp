@@ -14,6 +14,7 @@ namespace pulson {
 void AtlasArguments::add_to(CLI::App& verb) {
   reads_shape(verb.add_option("COHORT", shapes, "a file with several shapes, or several files"))->required();
   add_read_options(verb, reading);
+  add_order_option(verb, by_order);
   output.add_to(verb, "the pictures");
   add_flip_option(verb, reading);
   verb.add_option("--kernel", kernel,
@@ -58,9 +59,10 @@ void AtlasArguments::add_to(CLI::App& verb) {
 
 std::vector<Landmarks> AtlasArguments::read(std::vector<std::string>& notes) const {
   std::vector<Landmarks> all = read_shapes(shapes, reading, notes);
+  leave_out_undigitised(all);
   if (all.size() < 2)
     throw InputError(fmt::format("there is one shape in '{}'; an atlas needs two or more", shapes.front()));
-  put_in_order_of(Landmarks(all.front()), all, notes);
+  put_in_order_of(Landmarks(all.front()), all, by_order, notes);
   return all;
 }
 

@@ -15,6 +15,7 @@ namespace pulson {
 struct AtlasArguments {
   std::vector<std::string> shapes;
   formats::ReadOptions reading;
+  bool by_order = false;
   OutputOptions output;
   std::string kernel = "auto";
   std::string lambda = "auto";

@@ -15,6 +15,7 @@
 #include "pulson/core/errors.hpp"
 #include "register/report.hpp"
 #include "results.hpp"
+#include "shell/audit_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
 #include "shell/path_options.hpp"
 #include "shell/ranks.hpp"
@@ -206,9 +207,11 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
   const std::vector<Landmarks> shapes = arguments.read(notes);
   cohort::AtlasOptions options = arguments.atlas_options();
   Eigen::VectorXd covariate;
-  if (!arguments.covariate.empty()) covariate = numbers_of_table(arguments.covariate, shapes, "--covariate");
+  if (!arguments.covariate.empty())
+    covariate = numbers_of_table({arguments.covariate, "--covariate", arguments.by_order}, shapes, notes);
   AtlasResults results;
-  if (!arguments.groups.empty()) results.groups = groups_of(arguments.groups, shapes);
+  if (!arguments.groups.empty())
+    results.groups = groups_of({arguments.groups, "--groups", arguments.by_order}, shapes, notes);
   const Files files(arguments, shapes);
   const std::vector<std::string> stems =
       picture_stems(shapes.front().dimension(), !arguments.covariate.empty(), !arguments.groups.empty());
@@ -257,6 +260,7 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
     print_atlas(results);
     output.print_written();
   }
+  warn_of_cohort(shapes);
   warn(results);
   remove_saved(checkpoint);
   return results.converged() ? kDone : kNotConverged;

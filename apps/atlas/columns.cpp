@@ -1,11 +1,16 @@
 #include "columns.hpp"
 
 #include <algorithm>
-#include <map>
+#include <numeric>
+#include <optional>
 #include <set>
+#include <string_view>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "core/name_matching.hpp"
 #include "core/text.hpp"
 #include "formats/csv/csv_columns.hpp"
 #include "pulson/core/errors.hpp"
@@ -46,68 +51,179 @@ const std::string& field(const std::string& file, const formats::CsvRecord& row,
   return row.name(column);
 }
 
-// The row of each specimen, by a column that holds all their names; none where there is no such column.
-std::vector<std::size_t> rows_by_name(const std::vector<formats::CsvRecord>& rows,
-                                      const std::vector<Landmarks>& shapes) {
-  std::set<std::string> names;
-  for (const Landmarks& shape : shapes) names.insert(shape.name);
-  if (names.size() < shapes.size() || names.contains("")) return {};
-  for (std::size_t column = 0; column < rows.front().fields.size(); ++column) {
-    std::map<std::string, std::size_t> places;
-    bool unique = true;
-    for (std::size_t r = 0; r < rows.size() && unique; ++r)
-      if (column < rows[r].fields.size()) unique = places.emplace(rows[r].name(column), r).second;
-    if (!unique || !std::all_of(names.begin(), names.end(), [&](const auto& name) { return places.contains(name); }))
-      continue;
-    std::vector<std::size_t> chosen;
-    for (const Landmarks& shape : shapes) chosen.push_back(places.at(shape.name));
-    return chosen;
-  }
-  return {};
+NameList names_in_column(const Address& address, const std::vector<CsvRecord>& rows, std::size_t column) {
+  NameList list{address.file, {}};
+  for (const CsvRecord& row : rows) list.names.push_back(column < row.fields.size() ? row.name(column) : "");
+  return list;
 }
+
+// Whether the header says that a column names specimens or their pictures.
+bool is_of_names(const std::string& name) {
+  const std::optional<formats::ColumnMeaning> meaning = formats::meaning_of(name);
+  if (name.empty()) return true;  // R's row names
+  return meaning && (meaning->role == formats::ColumnRole::kSpecimen ||
+                     (meaning->role == formats::ColumnRole::kLabel && meaning->rank != formats::kIndexRank));
+}
+
+// Whether it may name rows: texts, all different.
+bool are_names(const NameList& column) {
+  std::set<std::string_view> seen;
+  return std::all_of(column.names.begin(), column.names.end(), [&](const std::string& name) {
+    return !name.empty() && !io::is_number(name) && seen.insert(name).second;
+  });
+}
+
+// Whether a shape has a name of its own, and not the one that its place in a file gives it.
+bool is_named(const Landmarks& shape) {
+  const std::size_t hash = shape.source.rfind('#');
+  return !shape.name.empty() && (hash == std::string::npos || !shape.name.ends_with(shape.source.substr(hash)));
+}
+
+NameList names_of(const std::vector<Landmarks>& shapes, std::string Landmarks::*name) {
+  const std::string file = shapes.front().source.substr(0, shapes.front().source.rfind('#'));
+  const bool is_one_file = std::all_of(shapes.begin(), shapes.end(), [&](const Landmarks& shape) {
+    return shape.source.substr(0, shape.source.rfind('#')) == file;
+  });
+  NameList list{is_one_file ? file : "the shapes", {}};
+  for (const Landmarks& shape : shapes) list.names.push_back(shape.*name);
+  return list;
+}
+
+// By which column rows belong to specimens.
+struct RowNames {
+  NameMatch match{};  ///< specimens to rows
+  NameList specimens{}, rows{};
+  std::string column{};
+
+  // Names that are alike as they stand count for more.
+  auto score() const { return std::tuple(match.plain, match.exact, match.matched()); }
+};
+
+class SpecimenRows {
+ public:
+  SpecimenRows(const Address& address, const std::vector<CsvRecord>& header_and_rows, std::size_t asked,
+               const std::vector<Landmarks>& shapes)
+      : address_(address),
+        header_(header_and_rows.front()),
+        rows_(header_and_rows.begin() + 1, header_and_rows.end()),
+        asked_(asked),
+        shapes_(shapes) {}
+
+  std::vector<int> find(bool by_order, std::vector<std::string>& notes) const {
+    if (by_order) return in_order();
+    RowNames best = best_column(true);
+    if (best.match.matched() == 0 && best.match.problem.empty()) best = best_column(false);
+    if (best.match.matched() == 0 && best.match.problem.empty()) return without_names();
+    check(best);
+    if (!best.match.note.empty()) notes.push_back(best.match.note);
+    if (const std::size_t spare = rows_.size() - shapes_.size(); spare > 0)
+      notes.push_back(fmt::format("{}: {} {} to no shape and {} not used", address_.file, io::counted(spare, "row"),
+                                  spare == 1 ? "belongs" : "belong", spare == 1 ? "is" : "are"));
+    return best.match.partners;
+  }
+
+ private:
+  std::vector<int> in_order() const {
+    if (rows_.size() != shapes_.size())
+      throw InputError(fmt::format("{}: there are {} rows for {} shapes", address_.file, rows_.size(), shapes_.size()));
+    std::vector<int> all(rows_.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+  }
+
+  RowNames best_column(bool of_names) const {
+    RowNames best;
+    for (std::size_t column = 0; column < header_.fields.size(); ++column) {
+      if (column == asked_ || is_of_names(header_.fields[column]) != of_names) continue;
+      for (std::string Landmarks::*const name : {&Landmarks::name, &Landmarks::image}) {
+        RowNames found{{}, names_of(shapes_, name), names_in_column(address_, rows_, column), header_.fields[column]};
+        found.match = match_names(found.specimens, found.rows, NameKind::kSpecimens);
+        const bool is_better = found.score() > best.score();
+        if (is_better || (best.specimens.names.empty() && !found.match.problem.empty())) best = std::move(found);
+      }
+    }
+    return best;
+  }
+
+  // Where no name of a shape is in the table.
+  std::vector<int> without_names() const {
+    bool has_names = std::any_of(shapes_.begin(), shapes_.end(), is_named);
+    for (std::size_t column = 0; column < header_.fields.size(); ++column)
+      has_names = has_names || (column != asked_ && are_names(names_in_column(address_, rows_, column)));
+    if (!has_names) return in_order();
+    throw InputError(fmt::format("{}: no column holds the names of the shapes, {} to {}{}", address_.file,
+                                 quoted_line(shapes_.front().name), quoted_line(shapes_.back().name), or_by_order()));
+  }
+
+  void check(const RowNames& best) const {
+    const std::vector<int> lonely = best.match.unmatched();
+    if (lonely.empty() && best.match.problem.empty()) return;
+    const auto names = [](const NameList& list, const std::vector<int>& places) {
+      std::vector<std::string> chosen;
+      for (const int i : places) chosen.push_back(list.names[static_cast<std::size_t>(i)]);
+      return listed_names(chosen);
+    };
+    std::string text = best.match.problem;
+    if (!lonely.empty()) {
+      const std::vector<int> spare = best.match.spare(static_cast<int>(rows_.size()));
+      text += fmt::format(
+          "{}{}: {} of {} shapes {} no row of {} own in the column {}: {}{}", text.empty() ? "" : "; ", address_.file,
+          lonely.size(), shapes_.size(), lonely.size() == 1 ? "has" : "have", lonely.size() == 1 ? "its" : "their",
+          io::in_quotes(best.column), names(best.specimens, lonely),
+          spare.empty() || spare.size() > lonely.size() ? fmt::format(" ({} rows belong to no shape)", spare.size())
+                                                        : "; rows of no shape: " + names(best.rows, spare));
+    }
+    throw InputError(text + or_by_order());
+  }
+
+  std::string or_by_order() const {
+    return rows_.size() == shapes_.size() ? "; `by_order` takes the rows in the order of the shapes" : "";
+  }
+
+  const Address& address_;
+  const CsvRecord& header_;
+  std::vector<CsvRecord> rows_;
+  std::size_t asked_;
+  const std::vector<Landmarks>& shapes_;
+};
 
 }  // namespace
 
-std::vector<std::string> column_of_table(const std::string& text, const std::vector<Landmarks>& shapes,
-                                         const std::string& option) {
-  const Address address = parse_address(text, option);
+std::vector<std::string> column_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
+                                         std::vector<std::string>& notes) {
+  const Address address = parse_address(table.address, table.option);
   const std::string contents = io::read_text_file(address.file);
-  std::vector<formats::CsvRecord> rows = formats::csv_records(address.file, contents);
-  if (rows.size() < 2) throw InputError(fmt::format("{}: there are no rows below a header", address.file));
-  const std::size_t column = find_column(rows.front(), address);
-  rows.erase(rows.begin());
-  std::vector<std::size_t> chosen = rows_by_name(rows, shapes);
-  if (chosen.empty()) {
-    if (rows.size() != shapes.size())
-      throw InputError(fmt::format("{}: there are {} rows for {} shapes, and no column holds the names of all shapes",
-                                   address.file, rows.size(), shapes.size()));
-    for (std::size_t r = 0; r < rows.size(); ++r) chosen.push_back(r);
-  }
+  const std::vector<CsvRecord> records = formats::csv_records(address.file, contents);
+  if (records.size() < 2) throw InputError(fmt::format("{}: there are no rows below a header", address.file));
+  const std::size_t column = find_column(records.front(), address);
   std::vector<std::string> values;
-  for (const std::size_t r : chosen) values.push_back(field(address.file, rows[r], column));
+  for (const int row : SpecimenRows(address, records, column, shapes).find(table.by_order, notes))
+    values.push_back(field(address.file, records[static_cast<std::size_t>(row) + 1], column));
   return values;
 }
 
-Eigen::VectorXd numbers_of_table(const std::string& address, const std::vector<Landmarks>& shapes,
-                                 const std::string& option) {
-  const std::vector<std::string> texts = column_of_table(address, shapes, option);
+Eigen::VectorXd numbers_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
+                                 std::vector<std::string>& notes) {
+  const std::vector<std::string> texts = column_of_table(table, shapes, notes);
   Eigen::VectorXd numbers(std::ssize(texts));
   for (std::size_t i = 0; i < texts.size(); ++i) {
     const std::string_view text = io::trim(texts[i]);
     if (io::is_missing(text))
       numbers[static_cast<Eigen::Index>(i)] = io::kMissing;
     else if (io::is_number(text))
-      numbers[static_cast<Eigen::Index>(i)] = parse_number(std::string(text), option);
+      numbers[static_cast<Eigen::Index>(i)] = parse_number(std::string(text), table.option);
     else
-      throw InputError(fmt::format("{} {}: {} for specimen '{}' is not a number", option, address,
+      throw InputError(fmt::format("{} {}: {} for specimen '{}' is not a number", table.option, table.address,
                                    io::in_quotes(texts[i]), shapes[i].name));
   }
   return numbers;
 }
 
-std::vector<std::string> groups_of(const std::string& address, const std::vector<Landmarks>& shapes) {
+std::vector<std::string> groups_of(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
+                                   std::vector<std::string>& notes) {
+  const std::string& address = table.address;
   if (address.find(':') != std::string::npos) {
-    std::vector<std::string> groups = column_of_table(address, shapes, "--groups");
+    std::vector<std::string> groups = column_of_table(table, shapes, notes);
     for (std::string& name : groups)
       if (io::is_missing(io::trim(name))) name.clear();
     return groups;

@@ -9,19 +9,29 @@
 
 namespace pulson {
 
-/// What `--covariate` and `--groups` say of each specimen: the fields of column COLUMN of the table FILE. Rows belong
-/// to specimens by their names, where some column has all of them, else by their order. @param option is named in
-/// messages
-/// @throws InputError where there is no such file or column, or the rows do not fit
-std::vector<std::string> column_of_table(const std::string& address, const std::vector<Landmarks>& shapes,
-                                         const std::string& option);
+/// A table whose rows say more of the specimens, and how its rows belong to them.
+struct SpecimenTable {
+  std::string address;  ///< FILE:COLUMN
+  std::string option;   ///< that names it, for messages
+  bool by_order = false;
+};
+
+/// The fields of column COLUMN of the table FILE, one for each specimen. Rows belong to specimens by their names, or
+/// the names of their images, in the column that has most of them, as match_names() pairs names: `specimen`, `id` and
+/// the like, else any. Rows belong by order only where neither shapes nor rows have names, or `by_order` says so.
+/// `notes` get a line on names that are not equal, and on rows that are not used.
+/// @throws InputError where there is no such file or column, a specimen has no row, with all such, or the names do not
+/// say which it is
+std::vector<std::string> column_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
+                                         std::vector<std::string>& notes);
 
 /// The same as numbers, NaN for a missing one. @throws InputError
-Eigen::VectorXd numbers_of_table(const std::string& address, const std::vector<Landmarks>& shapes,
-                                 const std::string& option);
+Eigen::VectorXd numbers_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
+                                 std::vector<std::string>& notes);
 
 /// A column of a table or, where the address has no `:`, the comment of that name that the file has for each shape.
 /// @throws InputError
-std::vector<std::string> groups_of(const std::string& address, const std::vector<Landmarks>& shapes);
+std::vector<std::string> groups_of(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
+                                   std::vector<std::string>& notes);
 
 }  // namespace pulson

@@ -31,6 +31,7 @@ void CompareArguments::add_to(CLI::App& verb) {
   reads_shape(
       verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean"));
   add_read_options(verb, reading);
+  add_order_option(verb, by_order);
   verb.add_flag("--merge-coincident", merge_coincident,
                 "merge landmarks at the same position in the source, and take the mean of theirs in each target");
   output.add_to(verb, "comparison.png and .svg");
@@ -99,8 +100,11 @@ compare::CohortShapes CompareArguments::read(std::vector<std::string>& notes) co
     cohort.source = read_landmarks(shapes.front(), nullptr, reading);
     all.erase(all.begin());
   }
+  if (cohort.source) require_digitised(*cohort.source);
+  leave_out_undigitised(all);
   cohort.targets = std::move(all);
-  if (!cohort.targets.empty()) put_in_order_of(cohort.source.value_or(cohort.targets.front()), cohort.targets, notes);
+  if (!cohort.targets.empty())
+    put_in_order_of(cohort.source.value_or(cohort.targets.front()), cohort.targets, by_order, notes);
   if (!cohort.source && cohort.targets.size() == 1 && !simulate.empty() && true_lambda) {
     cohort.source = cohort.targets.front();  // nothing is fitted to it
     cohort.alignment = align == "auto" ? AlignmentKind::kNone : parse_alignment(align);

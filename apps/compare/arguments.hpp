@@ -19,6 +19,7 @@ struct CompareArguments {
   std::vector<std::string> noises;
   std::optional<std::string> source;
   formats::ReadOptions reading;
+  bool by_order = false;
   std::string kernel = "gaussian:alpha=fit";
   std::string align = "auto";
   std::string evidence = "importance";

@@ -12,6 +12,7 @@
 #include "pulson/formats/landmark_files.hpp"
 #include "record.hpp"
 #include "report.hpp"
+#include "shell/audit_warnings.hpp"
 #include "shell/messages.hpp"
 #include "shell/ranks.hpp"
 #include "shell/run_results.hpp"
@@ -84,6 +85,10 @@ int run_comparison(const CompareArguments& arguments, const compare::CohortShape
     print_comparison(comparison);
     results.print_written();
   }
+  if (shapes.source && shapes.targets.size() == 1)
+    warn_of_pair(*shapes.source, shapes.targets.front());
+  else
+    warn_of_cohort(shapes.targets);
   const bool converged = std::all_of(comparison.models.begin(), comparison.models.end(),
                                      [](const compare::ComparedModel& model) { return model.fit.converged; });
   return converged ? kDone : kNotConverged;

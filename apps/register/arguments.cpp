@@ -88,6 +88,7 @@ void RegisterArguments::add_to(CLI::App& verb) {
                               "shapes of SOURCE are registered to their mean"));
   reads_shape(verb.add_option("--template", from, "source of all shapes: a shape, or mean: their Procrustes mean"));
   add_read_options(verb, reading);
+  add_order_option(verb, options.data.by_order);
   output.add_to(verb, "registration.png and .svg");
   add_flip_option(verb, reading);
   reads_file(verb.add_option(
@@ -145,7 +146,8 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, std::vector<std::s
   return pulson::source_image(image, frame, max_pixels, shape, notes);
 }
 
-matching::RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape) const {
+matching::RegistrationOptions RegisterArguments::registration_options(const Landmarks& shape,
+                                                                      std::vector<std::string>& notes) const {
   matching::RegistrationOptions asked = options;
   asked.kernel = kernel;
   asked.noise = noise;
@@ -160,9 +162,9 @@ matching::RegistrationOptions RegisterArguments::registration_options(const Land
   asked.data.kind = matching::parse_data_kind(data);
   asked.data.ends = matching::parse_curve_ends(curve_ends);
   if (data_width != "auto") asked.data.width = parse_number(data_width, "--data-width");
-  if (!weights.empty()) asked.data.weights = formats::read_weights(weights, shape.count());
+  if (!weights.empty()) asked.data.weights = formats::read_weights(weights, shape, &notes, asked.data.by_order);
   if (!covariances.empty())
-    asked.data.covariances = formats::read_covariances(covariances, shape.count(), shape.dimension());
+    asked.data.covariances = formats::read_covariances(covariances, shape, &notes, asked.data.by_order);
   check_at_least(asked.samples, 1, "--samples");
   if (asked.minimise.max_iterations < 0)
     throw InputError(fmt::format("--max-iterations is {}; it must not be negative", asked.minimise.max_iterations));

@@ -53,7 +53,7 @@ struct RegisterArguments {
 
   /// What is asked for a source of `count` landmarks in R^d; reads the files of weights and covariances.
   /// @throws InputError
-  matching::RegistrationOptions registration_options(const Landmarks& source) const;
+  matching::RegistrationOptions registration_options(const Landmarks& source, std::vector<std::string>& notes) const;
 };
 
 }  // namespace pulson

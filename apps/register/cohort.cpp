@@ -12,9 +12,11 @@
 #include "pulson/compare/cohort_fit.hpp"
 #include "pulson/core/errors.hpp"
 #include "registration_warnings.hpp"
+#include "shell/audit_warnings.hpp"
 #include "shell/cohort_shapes.hpp"
 #include "shell/messages.hpp"
 #include "shell/path_options.hpp"
+#include "shell/picture_sizes.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 
@@ -45,15 +47,19 @@ CohortInput read_input(const RegisterArguments& arguments, std::vector<std::stri
   std::vector<std::string> addresses = arguments.targets;
   if (from_mean || !arguments.from.empty()) addresses.insert(addresses.begin(), arguments.source);
   CohortInput input{{}, read_shapes(addresses, arguments.reading, notes)};
+  leave_out_undigitised(input.targets);
   if (!from_mean) {
     input.source =
         read_landmarks(arguments.from.empty() ? arguments.source : arguments.from, &notes, arguments.reading);
+    require_digitised(input.source);
+    find_picture_size(input.source);
+    if (input.targets.empty()) throw InputError("no TARGET is left");
     return input;
   }
   if (input.targets.size() < 2)
     throw InputError(
         fmt::format("there is no TARGET besides '{}'; give one, or a file with several shapes", arguments.source));
-  put_in_order_of(Landmarks(input.targets.front()), input.targets, notes);
+  put_in_order_of(Landmarks(input.targets.front()), input.targets, arguments.options.data.by_order, notes);
   const AlignmentKind kind = arguments.align != "auto"                ? parse_alignment(arguments.align)
                              : input.targets.front().dimension() == 1 ? AlignmentKind::kNone
                                                                       : AlignmentKind::kSimilarity;
@@ -143,6 +149,7 @@ void print_cohort(const CohortMatches& cohort) {
   print_text("{} → {}: {} in {}D\n", cohort.source.source, counted(std::ssize(cohort.specimens), "shape"),
              counted(cohort.source.count(), "landmark"), cohort.source.dimension());
   print_text("rms        median {:.4g}, largest {:.4g}\n", rms[rms.size() / 2], rms.back());
+  print_text("matched    {} of {}\n", cohort.matched(), cohort.specimens.size());
   print_text("converged  {} of {}{} in {:.2f} s\n", rms.size() - static_cast<std::size_t>(cohort.unconverged()),
              cohort.specimens.size(), cohort.failed() > 0 ? fmt::format(", {} FAILED", cohort.failed()) : std::string(),
              cohort.seconds);
@@ -156,6 +163,17 @@ void print_failures(const CohortMatches& cohort) {
   }
 }
 
+// The targets as they were matched, where landmarks correspond.
+std::vector<Landmarks> alike_targets(const CohortMatches& cohort) {
+  std::vector<Landmarks> targets;
+  for (const SpecimenMatch& specimen : cohort.specimens)
+    if (specimen.registration && specimen.registration->data.kind == matching::DataKind::kLandmarks) {
+      targets.push_back(specimen.registration->target);
+      targets.back().name = specimen.name;
+    }
+  return targets;
+}
+
 int finish_cohort(const records::UnitRun& run, const OutputOptions& output) {
   RunResults results(output);
   const CohortMatches cohort = matches_in(run);
@@ -166,6 +184,7 @@ int finish_cohort(const records::UnitRun& run, const OutputOptions& output) {
     print_cohort(cohort);
     results.print_written();
   }
+  warn_of_cohort(alike_targets(cohort));
   print_failures(cohort);
   return cohort.failed() + cohort.unconverged() > 0 ? kNotConverged : kDone;
 }
@@ -197,6 +216,12 @@ int CohortMatches::failed() const {
                                         [](const SpecimenMatch& specimen) { return !specimen.registration; }));
 }
 
+int CohortMatches::matched() const {
+  return static_cast<int>(std::count_if(specimens.begin(), specimens.end(), [](const SpecimenMatch& specimen) {
+    return specimen.registration && specimen.registration->matched();
+  }));
+}
+
 int CohortMatches::unconverged() const {
   return static_cast<int>(std::count_if(specimens.begin(), specimens.end(), [](const SpecimenMatch& specimen) {
     return specimen.registration && !specimen.registration->converged;
@@ -207,7 +232,7 @@ int run_register_cohort(const RegisterArguments& arguments, const std::string& s
   refuse_options_of_pairs(arguments);
   records::UnitRun run;
   const CohortInput input = read_input(arguments, run.notes);
-  matching::RegistrationOptions options = arguments.registration_options(input.source);
+  matching::RegistrationOptions options = arguments.registration_options(input.source, run.notes);
   const OutputOptions output = without_pictures(arguments.output);
   UnitJob job("register", arguments.units, output, "cohort.json", [&] {
     output.check(kCohortFiles, {});

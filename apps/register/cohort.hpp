@@ -35,6 +35,7 @@ struct CohortMatches {
   double seconds = 0;
 
   int failed() const;
+  int matched() const;
   int unconverged() const;  ///< of those that did not fail
 };
 

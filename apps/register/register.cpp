@@ -15,6 +15,8 @@
 #include "pulson/warp/sampled_map.hpp"
 #include "registration_warnings.hpp"
 #include "report.hpp"
+#include "shell/audit_warnings.hpp"
+#include "shell/cohort_shapes.hpp"
 #include "shell/messages.hpp"
 #include "shell/picture_sizes.hpp"
 #include "shell/ranks.hpp"
@@ -148,11 +150,12 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   std::vector<std::string> notes;
   Landmarks source = read_landmarks(arguments.source, &notes, arguments.reading);
   Landmarks target = read_landmarks(arguments.targets.front(), &notes, arguments.reading);
+  for (const Landmarks* shape : {&source, &target}) require_digitised(*shape);
   find_picture_sizes({&source, &target});
   const Background background{arguments.source_image(source, notes), surface_of(source, arguments.mesh, notes)};
   log_step(fmt::format("read {} and {}: {} and {} landmarks in {}D", arguments.source, arguments.targets.front(),
                        source.count(), target.count(), source.dimension()));
-  matching::RegistrationOptions options = arguments.registration_options(source);
+  matching::RegistrationOptions options = arguments.registration_options(source, notes);
   Progress progress;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
@@ -187,6 +190,8 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   }
   if (registration.noise == "none" && options.noise.spec() != "none")
     print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
+  if (registration.data.kind == matching::DataKind::kLandmarks)
+    warn_of_pair(registration.original, registration.target);
   for (const std::string& text : registration_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }

@@ -38,8 +38,8 @@ double left_by_similarity(const matching::Registration& registration) {
 
 bool should_align(const matching::Registration& registration) {
   const AlignmentKind kind = registration.alignment.kind;
-  return registration.data.kind == matching::DataKind::kLandmarks && registration.source.dimension() > 1 &&
-         kind != AlignmentKind::kSimilarity && kind != AlignmentKind::kAffine &&
+  return registration.data.kind == matching::DataKind::kLandmarks && kind != AlignmentKind::kSimilarity &&
+         kind != AlignmentKind::kAffine &&
          is_determined(registration.original.points, registration.target.points, AlignmentKind::kSimilarity) &&
          left_by_similarity(registration) < kMostOfIt * registration.initial_rms() / registration.original_rms();
 }

@@ -33,6 +33,7 @@ void SampleArguments::add_to(CLI::App& verb) {
           "shapes, each an independent path from SOURCE; with --tree those of its nodes; a file may hold several"))
       ->required();
   add_read_options(verb, reading);
+  add_order_option(verb, by_order);
   add_flip_option(verb, reading);
   output.add_to(verb, "paths.png, chains.png and their .svg");
   verb.add_option("--kernel", kernel,
@@ -146,7 +147,9 @@ SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
   if (calibrate <= 0 && !units.shard.empty()) throw InputError("--shard is for the simulations of --calibrate");
   SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes), {}};
   if (!tree.empty()) shapes.tree = formats::parse_newick(tree, io::read_text_file(tree));
-  put_in_order_of(shapes.source, shapes.targets, notes);
+  require_digitised(shapes.source);
+  for (const Landmarks& target : shapes.targets) require_digitised(target);
+  put_in_order_of(shapes.source, shapes.targets, by_order, notes);
   return shapes;
 }
 

@@ -27,6 +27,7 @@ struct SampleArguments {
   std::string source;
   std::vector<std::string> targets;
   formats::ReadOptions reading;
+  bool by_order = false;
   OutputOptions output;
   TimeOptions time;
   std::string kernel = "auto";

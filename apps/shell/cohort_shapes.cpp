@@ -12,7 +12,10 @@
 #include "core/landmark_pairs.hpp"
 #include "core/shape_frames.hpp"
 #include "core/text.hpp"
+#include "messages.hpp"
 #include "picture_sizes.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson {
 
@@ -27,6 +30,24 @@ std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, co
   return all;
 }
 
+void leave_out_undigitised(std::vector<Landmarks>& shapes) {
+  std::vector<std::string> names;
+  for (const Landmarks& shape : shapes)
+    if (is_undigitised(shape)) names.push_back(fmt::format("{} ({})", quoted_line(shape.name), shape.source));
+  if (names.empty()) return;
+  print_warning(
+      fmt::format("{} of {} shapes {} left out, whose landmarks are all at one point or missing, as where "
+                  "nothing was digitised: {}",
+                  names.size(), shapes.size(), names.size() == 1 ? "is" : "are", fmt::join(names, ", ")));
+  std::erase_if(shapes, is_undigitised);
+}
+
+void require_digitised(const Landmarks& shape) {
+  if (is_undigitised(shape))
+    throw InputError(fmt::format("{} ({}): all landmarks are at one point or missing, as where nothing was digitised",
+                                 shape.source, quoted_line(shape.name)));
+}
+
 void CohortNotes::add(std::vector<std::string> notes) {
   if (first_.empty())
     first_ = std::move(notes);
@@ -39,7 +60,9 @@ std::vector<std::string> CohortNotes::lines() && {
   return std::move(first_);
 }
 
-void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, std::vector<std::string>& notes) {
+void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, bool by_order,
+                     std::vector<std::string>& notes) {
+  const PairBy by = by_order ? PairBy::kOrder : PairBy::kNames;
   CohortNotes of_shapes;
   Landmarks reference = first;
   std::vector<Landmarks*> all{&reference};
@@ -47,7 +70,7 @@ void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, std
   find_picture_sizes(all);
   for (Landmarks& shape : shapes) {
     std::vector<std::string> of_shape;
-    shape = in_order_of(first, in_frame_of(first, shape, of_shape), of_shape);
+    shape = in_order_of(first, in_frame_of(first, shape, of_shape), of_shape, by);
     of_shapes.add(std::move(of_shape));
   }
   const std::vector<std::string> lines = std::move(of_shapes).lines();

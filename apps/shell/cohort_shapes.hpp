@@ -11,9 +11,16 @@ namespace pulson {
 std::vector<Landmarks> read_shapes(const std::vector<std::string>& addresses, const formats::ReadOptions& options,
                                    std::vector<std::string>& notes);
 
+/// Takes out shapes that were never digitised, as is_undigitised() says, and prints a warning that names them all.
+void leave_out_undigitised(std::vector<Landmarks>& shapes);
+
+/// @throws InputError where the shape was never digitised
+void require_digitised(const Landmarks& shape);
+
 /// Puts the landmarks of each shape in the order of those of `first`, in its axes and unit of length: in_order_of() and
 /// in_frame_of(), with the notes of one shape and how many others have some. @throws InputError as these do
-void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, std::vector<std::string>& notes);
+void put_in_order_of(const Landmarks& first, std::vector<Landmarks>& shapes, bool by_order,
+                     std::vector<std::string>& notes);
 
 /// The notes of one shape of many, and how many others have some.
 class CohortNotes {

@@ -15,6 +15,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
 #include "ranks.hpp"
+#include "spec_slips.hpp"
 
 namespace pulson {
 
@@ -111,9 +112,10 @@ void add_threads_option(CLI::App& verb) {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kOptionOf{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kOptionOf{{
     {"align", "--align"},
     {"applies_scale", "--scale apply"},
+    {"by_order", "--by-order"},
     {"columns", "--columns x=NAME,y=NAME"},
     {"curve_points", "--curves"},
     {"data.kind", "--data"},
@@ -264,6 +266,12 @@ void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
       "NAME", "apply: multiply coordinates by the scale of their shape, such as SCALE= of tps");
 }
 
+void add_order_option(CLI::App& verb, bool& by_order) {
+  verb.add_flag("--by-order", by_order,
+                "landmarks, and rows of tables, correspond by their order [by their names, where a file has some]")
+      ->group(kGroup);
+}
+
 void add_flip_option(CLI::App& verb, formats::ReadOptions& options) {
   verb.add_flag_function(
       "--flip-y,!--no-flip-y", [&options](std::int64_t count) { options.y_down = count < 0; },
@@ -312,16 +320,22 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-[[noreturn]] void refuse(const std::string& word, const CLI::App& verb, const std::vector<std::string>& valid) {
+/// @param value of the option, where it is known
+[[noreturn]] void refuse(const std::string& word, const std::string& value, const CLI::App& verb,
+                         const std::vector<std::string>& valid) {
   const std::string text = word.substr(0, word.find('='));
-  const std::string near = nearest_name(text.substr(std::min(text.find_first_not_of('-'), text.size())), valid);
-  throw InputError(fmt::format("unknown option '{}'{} (see pulson {}--help)", text,
-                               near.empty() ? "" : "; did you mean '--" + near + "'",
+  const std::string name = text.substr(std::min(text.find_first_not_of('-'), text.size()));
+  std::string advice = parameter_advice(verb, name, value);
+  if (const std::string near = nearest_name(name, valid); advice.empty() && !near.empty())
+    advice = "; did you mean '--" + near + "'";
+  throw InputError(fmt::format("unknown option '{}'{} (see pulson {}--help)", text, advice,
                                verb.get_parent() == nullptr ? "" : verb.get_name() + " "));
 }
 
 /// The option that a word names, or null where it is none. @throws InputError where it only looks like one
-const CLI::Option* named_option(const std::string& word, const CLI::App& verb, const std::vector<std::string>& valid) {
+/// @param next the word behind it, or empty
+const CLI::Option* named_option(const std::string& word, const std::string& next, const CLI::App& verb,
+                                const std::vector<std::string>& valid) {
   if (word.size() < 2 || word[0] != '-' || std::isdigit(static_cast<unsigned char>(word[1])) != 0 || word[1] == '.')
     return nullptr;
   const bool is_long = word[1] == '-';
@@ -329,7 +343,9 @@ const CLI::Option* named_option(const std::string& word, const CLI::App& verb, c
   const CLI::Option* option = verb.get_option_no_throw(name);
   // -out is not -o with the value ut.
   const bool misses_a_dash = !is_long && word.size() > 3 && contains(valid, word.substr(1, word.find('=') - 1));
-  if (option == nullptr || misses_a_dash) refuse(word, verb, valid);
+  const std::size_t equals = word.find('=');
+  if (option == nullptr || misses_a_dash)
+    refuse(word, equals == std::string::npos ? next : word.substr(equals + 1), verb, valid);
   return option;
 }
 
@@ -362,7 +378,7 @@ void check_options(const CLI::App& verb, const std::vector<std::string>& argumen
   const std::vector<std::string> valid = long_names(verb);
   for (std::size_t i = 1; i < arguments.size() && arguments[i] != "--"; ++i) {
     const std::string& word = arguments[i];
-    const CLI::Option* option = named_option(word, verb, valid);
+    const CLI::Option* option = named_option(word, i + 1 < arguments.size() ? arguments[i + 1] : "", verb, valid);
     const bool holds_value = word.find('=') != std::string::npos || (word.size() > 2 && word[1] != '-');
     // The value may begin with a dash: --lambda -1.
     if (option != nullptr && !holds_value) i += static_cast<std::size_t>(std::max(0, option->get_items_expected_min()));
@@ -396,7 +412,7 @@ void check_names(const CLI::App& program, const std::vector<std::string>& argume
   const std::string& first = arguments.front();
   if (!first.empty() && first.front() == '-') {
     const std::vector<std::string> valid = long_names(program);
-    if (named_option(first, program, valid) == nullptr) refuse(first, program, valid);
+    if (named_option(first, "", program, valid) == nullptr) refuse(first, "", program, valid);
     return;
   }
   if (is_blank(first)) throw InputError(empty_value_text("the verb"));
@@ -406,6 +422,7 @@ void check_names(const CLI::App& program, const std::vector<std::string>& argume
   const CLI::App& verb = *program.get_subcommand(first);
   refuse_empty_values(verb, arguments);
   check_options(verb, arguments);
+  check_specs(verb, arguments);
 }
 
 }  // namespace pulson

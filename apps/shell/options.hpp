@@ -55,6 +55,9 @@ std::vector<std::string> in_option_words(std::vector<std::string> messages);
 /// landmarks.
 void add_read_options(CLI::App& verb, formats::ReadOptions& options);
 
+/// `--by-order`, of every verb that pairs landmarks of several files or rows of tables with them.
+void add_order_option(CLI::App& verb, bool& by_order);
+
 /// Adds --flip-y and --no-flip-y of verbs that draw landmarks.
 void add_flip_option(CLI::App& verb, formats::ReadOptions& options);
 

@@ -1,12 +1,14 @@
 #include "path_options.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
+#include "formats/formats.hpp"
 #include "formats/shape_address.hpp"
 #include "pulson/core/errors.hpp"
 
@@ -94,6 +96,34 @@ void RunPaths::writes(const std::filesystem::path& path, const std::string& what
       throw InputError(fmt::format("{} and {} would both write {}; give one of them another name", output.what, what,
                                    quoted_path(path)));
   outputs_.push_back({path, what, identity});
+}
+
+namespace {
+
+bool begins_as_image(const std::filesystem::path& path) {
+  if (!is_file(path)) return false;
+  std::string begin(512, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(begin.data(), std::ssize(begin));
+  begin.resize(static_cast<std::size_t>(file.gcount()));
+  return formats::is_image(begin);
+}
+
+}  // namespace
+
+void refuse_pictures(const CLI::App& verb) {
+  std::vector<std::string> pictures;
+  for (const CLI::Option* option : verb.get_options()) {
+    const auto found = uses().find(option);
+    if (found == uses().end() || found->second != PathUse::kShape) continue;
+    for (const std::string& value : option->results())
+      if (begins_as_image(read_path(PathUse::kShape, value))) pictures.push_back(value);
+  }
+  if (pictures.size() < 2) return;  // the reader of one names it
+  throw InputError(
+      fmt::format("{} are images; landmarks are needed, which docs/photographs.md says how to place; `warp` takes an "
+                  "image, with a registration of landmarks",
+                  fmt::join(pictures, ", ")));
 }
 
 RunPaths& run_paths() {

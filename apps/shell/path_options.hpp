@@ -37,6 +37,9 @@ bool declares_use(const CLI::Option* option);
 /// @throws std::logic_error that names an option of paths which declares no use, or of text which has no type
 void require_declared_paths(const CLI::App& program);
 
+/// Refuses images in place of landmarks, all together. @throws InputError where there are two or more
+void refuse_pictures(const CLI::App& verb);
+
 /// The files that a run reads and those that it writes. What is added later is compared with what was added before.
 class RunPaths {
  public:

@@ -24,23 +24,25 @@ std::optional<fs::path> picture_beside(const Landmarks& shape) {
   return std::nullopt;
 }
 
+void find_picture_size(Landmarks& shape) {
+  if (shape.frame.height > 0) return;
+  const std::optional<fs::path> file = picture_beside(shape);
+  if (!file) return;
+  try {
+    const Frame frame = place_picture(read_picture(*file, images::kMaxPixels), file->string(), shape, {}).frame;
+    shape.frame.width = frame.width;
+    shape.frame.height = frame.height;
+  } catch (const InputError&) {  // then it is not known, which a conversion says
+  }
+}
+
 void find_picture_sizes(const std::vector<Landmarks*>& shapes) {
   const auto has_direction = [&](bool y_down) {
     return std::any_of(shapes.begin(), shapes.end(),
                        [&](const Landmarks* s) { return s->dimension() == 2 && s->frame.y_down == y_down; });
   };
   if (!has_direction(true) || !has_direction(false)) return;
-  for (Landmarks* shape : shapes) {
-    if (shape->frame.height > 0) continue;
-    const std::optional<fs::path> file = picture_beside(*shape);
-    if (!file) continue;
-    try {
-      const Frame frame = place_picture(read_picture(*file, images::kMaxPixels), file->string(), *shape, {}).frame;
-      shape->frame.width = frame.width;
-      shape->frame.height = frame.height;
-    } catch (const InputError&) {  // then the height is not known, which the conversion says
-    }
-  }
+  for (Landmarks* shape : shapes) find_picture_size(*shape);
 }
 
 }  // namespace pulson

@@ -260,7 +260,10 @@ Ending run(int argc, char** argv, const AddVerbs& add_verbs) {
   require_declared_paths(program);
   program.parse_complete_callback([&program] {
     print_config(program);
-    for (const CLI::App* verb : program.get_subcommands()) run_paths().add_options_of(*verb);
+    for (const CLI::App* verb : program.get_subcommands()) {
+      refuse_pictures(*verb);
+      run_paths().add_options_of(*verb);
+    }
   });
   if (argc < 2) {
     print_welcome();

@@ -16,12 +16,14 @@ void add_table_option(CLI::App& verb) {
       "put a ' before texts in csv files that a spreadsheet would run as formulas: those that begin with = + - @");
 }
 
+bool makes_tables_safe() { return for_spreadsheets; }
+
 std::string as_table(std::string csv) { return for_spreadsheets ? io::spreadsheet_safe(csv) : std::move(csv); }
 
 std::vector<std::string> write_landmarks(const std::filesystem::path& path, const formats::LandmarkFile& file,
                                          std::string_view format) {
   const formats::LandmarkFormat& row = formats::landmark_format_to_write(path, format);
-  formats::WrittenLandmarks written = row.write(path.string(), file);
+  formats::WrittenLandmarks written = text_of_landmarks(path, file, row);
   write_file_atomically(path, row.name == "csv" ? as_table(std::move(written.text)) : written.text);
   return std::move(written.losses);
 }

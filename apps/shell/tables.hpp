@@ -14,6 +14,9 @@ namespace pulson {
 /// `--spreadsheet-safe`, which every verb that writes tables has.
 void add_table_option(CLI::App& verb);
 
+/// Whether --spreadsheet-safe was given.
+bool makes_tables_safe();
+
 /// The text of a table as it is to be written: with --spreadsheet-safe, io::spreadsheet_safe() of it.
 std::string as_table(std::string csv);
 

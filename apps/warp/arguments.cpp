@@ -10,10 +10,11 @@
 #include "core/text.hpp"
 #include "draw/animation.hpp"
 #include "drawings.hpp"
+#include "formats/shape_address.hpp"
+#include "jobs.hpp"
 #include "picture_files.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
-#include "pulson/formats/landmark_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/outputs.hpp"
 #include "shell/path_options.hpp"
@@ -247,7 +248,7 @@ void WarpArguments::check_for_landmarks() const {
                                        {"--origin", !origin.empty()},
                                        {"--target-origin", !target_origin.empty()}})
     if (is_given) refuse(name);
-  formats::landmark_format_to_write(out);
+  check_points_output(formats::file_of_address(input), out);
 }
 
 void WarpArguments::check_for_fold() const {

@@ -28,9 +28,6 @@ void print_summary(const WarpFigures& figures, const WarpArguments& arguments, c
     print_text("result     {} x {} pixels, at most {} per pixel, {} uncovered, {} in holes\n", frames->width,
                frames->height, counted(figures.max_multiplicity, "sheet"), percent_text(figures.uncovered_fraction),
                percent_text(figures.hole_fraction));
-    if (frames->first_pixel != std::array{0, 0})
-      print_text("canvas     begins at pixel {}, {} of the target's picture, to hold all of the result\n",
-                 frames->first_pixel[0], frames->first_pixel[1]);
     print_text("frame      {:.4g} landmark {} per pixel, y {}\n", frames->input.unit_per_pixel[0],
                frames->input.unit_per_pixel[0] == 1 ? "unit" : "units", frames->input.y_down ? "down" : "up (flipped)");
   }

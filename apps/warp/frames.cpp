@@ -83,7 +83,7 @@ void move_frame(Frame& frame, const Vector2d& first, int width, int height) {
 }
 
 void fit_canvas(const WarpArguments& arguments, const matching::Registration& registration,
-                const warp::MaterialFlow& flow, WarpFrames& frames) {
+                const warp::MaterialFlow& flow, const Landmarks& to, WarpFrames& frames) {
   PixelBox box;
   const auto [edge_low, edge_high] = bounding_box(moved_edge(arguments, registration, flow, frames));
   box.hold(edge_low.array().ceil(), edge_high.array().floor());
@@ -104,6 +104,13 @@ void fit_canvas(const WarpArguments& arguments, const matching::Registration& re
   frames.height = static_cast<int>(extent.y());
   frames.first_pixel = {static_cast<int>(box.low.x()), static_cast<int>(box.low.y())};
   move_frame(frames.result, box.low, frames.width, frames.height);
+  if (frames.first_pixel != std::array{0, 0})
+    frames.notes.push_back(
+        fmt::format("the result begins at pixel {}, {} of the picture of {}, to hold all of it, and is {} x {} pixels: "
+                    "as a picture "
+                    "of these landmarks it needs --origin={:.6g},{:.6g}; --like or --size keep their own frame",
+                    frames.first_pixel[0], frames.first_pixel[1], to.source, frames.width, frames.height,
+                    frames.result.origin[0], frames.result.origin[1]));
 }
 
 void check_canvas(const WarpArguments& arguments, const Landmarks& to, const WarpFrames& frames) {
@@ -171,7 +178,7 @@ WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registrat
   frames.title = short_name(from) + " → " + short_name(to);
   add_landmarks(registration, to, frames);
   if (arguments.like.empty() && arguments.size.empty()) {
-    fit_canvas(arguments, registration, flow, frames);
+    fit_canvas(arguments, registration, flow, to, frames);
     if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
   }
   images::check_pixel_count(frames.width, frames.height, arguments.max_pixels, "the result");

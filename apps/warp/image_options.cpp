@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -37,47 +39,82 @@ std::vector<double> background_numbers(const WarpArguments& arguments, double fu
 }
 
 // Numbers that are not brightness: 0 is a better background than white.
-bool has_measurements(const WarpArguments& arguments, const images::Image& image) {
-  return image.depth() == images::PixelDepth::kFloat32 || is_grid_file(arguments.input) ||
+bool has_measurements(const WarpArguments& arguments, const images::Page& page) {
+  const bool is_brightness =
+      page.image.type() == images::PixelType::kUint8 || page.image.type() == images::PixelType::kUint16;
+  return !is_brightness || page.about.has_palette() || is_grid_file(arguments.input) ||
          images::parse_interpolation(arguments.interpolation) == images::Interpolation::kLabel;
 }
 
-// In units and order of the image's channels, opaque.
-std::array<double, 4> fill_of(const WarpArguments& arguments, const images::Image& image) {
-  const double full = full_value(image.depth());
-  std::array<double, 4> fill{};
+// The number of the colour of a palette that is nearest; colours of 0 to 255.
+double nearest_colour(const images::PageMetadata& about, const std::vector<double>& colour) {
+  constexpr double kTo16Bits = 257;
+  double least = std::numeric_limits<double>::infinity();
+  std::size_t nearest = 0;
+  for (std::size_t i = 0; i < about.palette.size(); ++i) {
+    double squares = 0;
+    for (std::size_t c = 0; c < 3; ++c) squares += std::pow(about.palette[i][c] - kTo16Bits * colour[c], 2);
+    if (squares < least) least = squares, nearest = i;
+  }
+  return static_cast<double>(nearest);
+}
+
+// The number of the first transparent colour of a palette, or 0.
+double clear_colour(const images::PageMetadata& about) {
+  const auto clear =
+      std::find_if(about.palette.begin(), about.palette.end(), [](auto& colour) { return colour[3] == 0; });
+  return clear == about.palette.end() ? 0 : static_cast<double>(clear - about.palette.begin());
+}
+
+// In units and order of the page's channels, opaque.
+std::vector<double> fill_of(const WarpArguments& arguments, const images::Page& page) {
+  const images::PixelFormat& format = page.image.format();
+  const double full = format.full;
+  std::vector<double> fill(static_cast<std::size_t>(format.channels));
+  const auto colours = static_cast<std::size_t>(format.colours());
+  const bool is_dark = page.about.white_is_zero || page.about.is_cmyk;
   if (!arguments.background.empty()) {
     const std::vector<double> numbers = background_numbers(arguments, full);
-    for (std::size_t c = 0; c < 3; ++c) fill[c] = numbers.size() == 1 ? numbers[0] : numbers[c] * full / 255;
-  } else if (!has_measurements(arguments, image)) {
-    fill.fill(full);
+    for (std::size_t c = 0; c < colours; ++c)
+      fill[c] = numbers.size() == 1 ? numbers[0] : numbers[std::min<std::size_t>(c, 2)] * full / 255;
+    if (numbers.size() == 3 && page.about.has_palette()) fill[0] = nearest_colour(page.about, numbers);
+  } else if (page.about.has_palette()) {
+    fill[0] = clear_colour(page.about);
+  } else if (!has_measurements(arguments, page) && !is_dark) {
+    std::fill(fill.begin(), fill.end(), full);
   }
-  fill[image.channels() == 2 ? 1 : 3] = full;
+  if (format.has_alpha()) fill.back() = full;
   return fill;
 }
 
-bool is_transparent(const WarpArguments& arguments, const images::Image& image) {
-  const bool is_asked = arguments.border == "transparent" || (arguments.border == "auto" && image.has_alpha());
-  return is_asked && arguments.background.empty() && keeps_alpha(arguments.out);
+bool is_transparent(const WarpArguments& arguments, const images::Page& page) {
+  const bool is_asked = arguments.border == "transparent" || (arguments.border == "auto" && page.image.has_alpha());
+  return is_asked && arguments.background.empty() && keeps_alpha(arguments.out) && !page.about.has_palette();
 }
 
-images::Border border_of(const WarpArguments& arguments, const images::Image& image) {
-  if (is_transparent(arguments, image)) return images::Border::kTransparent;
+images::Border border_of(const WarpArguments& arguments, const images::Page& page) {
+  if (is_transparent(arguments, page)) return images::Border::kTransparent;
   if (arguments.border == "auto" || arguments.border == "transparent") return images::Border::kConstant;
   return images::parse_border(arguments.border);
+}
+
+// What has no means between its numbers is looked up as labels are.
+images::Interpolation interpolation_of(const WarpArguments& arguments, const images::Page& page) {
+  const images::Interpolation asked = images::parse_interpolation(arguments.interpolation);
+  return page.about.has_palette() && asked != images::Interpolation::kNearest ? images::Interpolation::kLabel : asked;
 }
 
 }  // namespace
 
 images::WarpImageOptions warp_options(const WarpArguments& arguments, const WarpFrames& frames,
-                                      const images::Image& image) {
+                                      const images::Page& page) {
   return {.width = frames.width,
           .height = frames.height,
           .method = arguments.warp_method(),
           .inverse = arguments.inverse,
-          .interpolation = images::parse_interpolation(arguments.interpolation),
-          .border = border_of(arguments, image),
-          .fill = fill_of(arguments, image),
+          .interpolation = interpolation_of(arguments, page),
+          .border = border_of(arguments, page),
+          .fill = fill_of(arguments, page),
           .over = warp::parse_over(arguments.over),
           .label_ranks = frames.label_ranks,
           .supersampling = arguments.supersampling,

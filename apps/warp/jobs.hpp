@@ -7,7 +7,7 @@ namespace pulson {
 
 /// How the image is to be carried. @throws InputError
 images::WarpImageOptions warp_options(const WarpArguments& arguments, const WarpFrames& frames,
-                                      const images::Image& image);
+                                      const images::Page& page);
 
 /// The result of one warp of an image; of samples, their mean.
 struct WarpResult : images::WarpedImage {
@@ -23,13 +23,17 @@ struct WarpedPoints {
   WarpFigures figures;
 };
 
-/// Writes the result. @throws InputError
+/// Refuses a result that points of this file cannot be written to. @throws InputError
+void check_points_output(const std::string& input, const std::string& out);
+
+/// Writes the result. Tables and meshes whose format the result has keep all that they hold besides the points; normals
+/// turn with the map. @throws InputError
 WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registration& registration,
                          const WarpArguments& arguments);
 
 /// The mean of the warped image over samples of the noise with the fitted momenta, the deviation from it and the
 /// probability of folds. @throws InputError where there is no noise or no sample has a path
-WarpResult warp_samples(const images::Image& image, const matching::Registration& registration,
-                        const WarpFrames& frames, const WarpArguments& arguments);
+WarpResult warp_samples(const Picture& picture, const matching::Registration& registration, const WarpFrames& frames,
+                        const WarpArguments& arguments);
 
 }  // namespace pulson

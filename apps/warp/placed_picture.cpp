@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/shape_frames.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson {
@@ -52,6 +53,64 @@ int count_outside(const Points& landmarks, const Frame& frame) {
   int count = 0;
   for (const auto pixel : pixels.colwise()) count += is_outside(pixel, {frame.width, frame.height}) ? 1 : 0;
   return count;
+}
+
+// ---- turned pictures
+
+struct Turn {
+  Orientation orientation;
+  std::string reason;
+};
+
+int count_outside(const Landmarks& landmarks, const FrameOptions& options, const Frame& header, const Size& size) {
+  Frame frame = frame_on(landmarks, options, header);
+  frame.width = size[0];
+  frame.height = size[1];
+  return count_outside(landmarks.points, frame);
+}
+
+Turn turn_of(const Picture& picture, const Landmarks& landmarks, const FrameOptions& options) {
+  using enum Orientation;
+  const Size stored = size_of(picture), displayed = picture.orientation() > 4 ? Size{stored[1], stored[0]} : stored;
+  const Size original{landmarks.frame.width, landmarks.frame.height};
+  const Orientation usual = landmarks.frame.orientation, other = usual == kStored ? kDisplayed : kStored;
+  if (original[0] > 0 && original[1] > 0) {
+    const bool fits_stored = is_copy(original, stored), fits_displayed = is_copy(original, displayed);
+    if (fits_stored != fits_displayed)
+      return {fits_stored ? kStored : kDisplayed, fmt::format("it was {} pixels", text_of(original))};
+  }
+  const auto outside = [&](Orientation orientation) {
+    return landmarks.dimension() != 2 ? 0
+                                      : count_outside(landmarks, options, picture.frame.value_or(Frame{}),
+                                                      orientation == kStored ? stored : displayed);
+  };
+  if (stored != displayed && outside(usual) > 0 && outside(other) == 0) return {other, "there they all lie on it"};
+  return {usual, usual == kStored ? "so its file, which does not say otherwise, is read" : "so its program shows it"};
+}
+
+// The picture that the landmarks were placed on.
+Picture as_placed(Picture picture, const std::string& file, const Landmarks& landmarks, const FrameOptions& options,
+                  std::vector<std::string>& notes) {
+  if (picture.orientation() == 1) return picture;
+  const Turn turn = turn_of(picture, landmarks, options);
+  const bool is_displayed = turn.orientation == Orientation::kDisplayed;
+  notes.push_back(fmt::format("{} is displayed turned (orientation {}); {} was placed on it as {}: {}", file,
+                              picture.orientation(), landmarks.source, is_displayed ? "displayed" : "stored",
+                              turn.reason));
+  return is_displayed ? oriented(picture) : std::move(picture);
+}
+
+// ---- resolutions
+
+// Units of the landmarks per pixel, by the resolution of the picture, where both name units of length.
+std::optional<std::array<double, 2>> unit_by_resolution(const Picture& picture, const std::string& unit) {
+  const auto& resolution = picture.pages.front().about.resolution;
+  if (!resolution || resolution->unit == images::Resolution::Unit::kNone) return std::nullopt;
+  if (!(resolution->x > 0 && resolution->y > 0)) return std::nullopt;
+  const std::optional<double> length = metres(unit);
+  if (!length) return std::nullopt;
+  const double metres_of_unit = resolution->unit == images::Resolution::Unit::kInch ? 0.0254 : 0.01;
+  return std::array{metres_of_unit / resolution->x / *length, metres_of_unit / resolution->y / *length};
 }
 
 // What a person may have meant, for the end of a message.
@@ -127,7 +186,8 @@ Frame frame_on(const Landmarks& landmarks, const FrameOptions& options, const Fr
 
 PlacedPicture place_picture(Picture picture, const std::string& file, const Landmarks& landmarks,
                             const FrameOptions& options) {
-  PlacedPicture placed{std::move(picture), {}, {}, {}};
+  PlacedPicture placed;
+  placed.picture = as_placed(std::move(picture), file, landmarks, options, placed.notes);
   const std::optional<Frame>& header = placed.picture.frame;
   if (header && landmarks.frame.says_units && header->says_units && !options.say_units() &&
       header->unit_per_pixel != landmarks.frame.unit_per_pixel)
@@ -135,6 +195,12 @@ PlacedPicture place_picture(Picture picture, const std::string& file, const Land
         fmt::format("{} has {:.4g} units per pixel by its header and {:.4g} by {}: --pixel-size says which", file,
                     header->unit_per_pixel[0], landmarks.frame.unit_per_pixel[0], landmarks.source));
   placed.frame = frame_on(landmarks, options, header.value_or(Frame{}));
+  if (!header && !placed.frame.says_units && !options.say_units())
+    if (const auto unit = unit_by_resolution(placed.picture, landmarks.units)) {
+      placed.frame.unit_per_pixel = *unit;
+      placed.notes.push_back(
+          fmt::format("{} has {:.4g} {} per pixel by its resolution", file, (*unit)[0], landmarks.units));
+    }
   const Size size = size_of(placed.picture), original{landmarks.frame.width, landmarks.frame.height};
   if (original[0] > 0 && original[1] > 0 && original != size && !options.say_units()) {
     if (!is_copy(original, size))

@@ -31,7 +31,9 @@ struct PlacedPicture {
 
 /// The pixels of a picture in the coordinates of landmarks that were placed on it: by the options, else by what the
 /// landmarks' file says, else by the picture's header; else coordinates are pixels. A reduced or enlarged copy of the
-/// picture that the landmarks were placed on is found by its size.
+/// picture that the landmarks were placed on is found by its size. A picture that is to be displayed turned is turned
+/// where the landmarks were placed on the displayed one: by the size of that where the file says it, else by the
+/// program that wrote the file, unless they lie on the picture the other way alone.
 /// @param file what messages call the picture
 /// @throws InputError where the picture is another one, or where landmarks lie outside it or within a few pixels of it,
 /// unless the options say their unit; it names the likeliest option

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "images/pushed_mesh.hpp"
+#include "images/rounding.hpp"
 #include "jobs.hpp"
 #include "pulson/random/brownian.hpp"
 #include "shell/messages.hpp"
@@ -19,21 +19,17 @@ class ImageMoments {
  public:
   explicit ImageMoments(const images::Image& like)
       : channels_(static_cast<std::size_t>(like.channels())),
-        colours_(like.has_alpha() ? channels_ - 1 : channels_),
-        full_(full_value(like.depth())),
+        colours_(like.format().alpha == images::Alpha::kStraight ? channels_ - 1 : channels_),
+        full_(like.full()),
         mean_(like.pixel_count() * channels_),
         squares_(mean_.size()) {}
 
   void add(const images::Image& image) {
-    if (image.depth() == images::PixelDepth::kUint8) return add(image.values<std::uint8_t>());
-    if (image.depth() == images::PixelDepth::kUint16) return add(image.values<std::uint16_t>());
-    add(image.values<float>());
+    with_number_type(image.type(), [&]<class Value>() { add(image.values<Value>()); });
   }
 
   void mean_to(images::Image& image) const {
-    if (image.depth() == images::PixelDepth::kUint8) return mean_to(image.values<std::uint8_t>());
-    if (image.depth() == images::PixelDepth::kUint16) return mean_to(image.values<std::uint16_t>());
-    mean_to(image.values<float>());
+    with_number_type(image.type(), [&]<class Value>() { mean_to(image.values<Value>()); });
   }
 
   // Of each pixel, the root mean variance of its colours.
@@ -71,10 +67,7 @@ class ImageMoments {
         const double opacity = mean_[i - channel + colours_] / full_;
         value = opacity > 0 ? value / opacity : 0;
       }
-      if constexpr (std::is_floating_point_v<Value>)
-        values[i] = static_cast<Value>(value);
-      else
-        values[i] = static_cast<Value>(std::lround(value));
+      values[i] = images::rounded<Value>(value, full_);
     }
   }
 
@@ -88,8 +81,8 @@ class ImageMoments {
 
 }  // namespace
 
-WarpResult warp_samples(const images::Image& image, const matching::Registration& registration,
-                        const WarpFrames& frames, const WarpArguments& arguments) {
+WarpResult warp_samples(const Picture& picture, const matching::Registration& registration, const WarpFrames& frames,
+                        const WarpArguments& arguments) {
   if (arguments.inverse)
     throw InputError("--samples maps the source to the target; it cannot be combined with --inverse");
   const StochasticSystem system = registration_system(registration);
@@ -100,9 +93,13 @@ WarpResult warp_samples(const images::Image& image, const matching::Registration
   const std::string name = registration.integrator == "variational-paper" ? "variational" : registration.integrator;
   const auto integrator = make_integrator(name);
 
-  const images::WarpImageOptions options = warp_options(arguments, frames, image);
+  if (picture.pages.front().about.has_palette())
+    throw InputError("--samples makes the mean of pictures, which the colours of a palette do not have");
+  const images::WarpImageOptions options = warp_options(arguments, frames, picture.pages.front());
+  const std::vector<const images::Image*> pages = pages_of(picture);
+  const images::Image& image = *pages.front();
   WarpResult result;
-  std::optional<ImageMoments> moments;
+  std::vector<ImageMoments> moments;
   std::vector<float> folded(image.pixel_count());
   int done = 0;
   Progress progress;
@@ -116,19 +113,21 @@ WarpResult warp_samples(const images::Image& image, const matching::Registration
           system, integrator->integrate(system, {q0, registration.momenta}, registration.grid, increments),
           warp::parse_label_kernel(arguments.labels));
       const images::ImageWarp warp(flow, registration.alignment, frames.input, frames.result);
-      pushed = push_image(image, warp, options);
+      pushed = push_image(pages, warp, options);
       result.landmark_error = std::max(result.landmark_error, warp.landmark_error());
     } catch (const StepError&) {
       continue;  // a path without a root, or space that it leaves without a place
     }
     ++done;
     const images::Image& one = pushed.pushed.image;
-    if (!moments) {
-      moments.emplace(one);
+    if (moments.empty()) {
       result.image = one;
+      result.more = pushed.pushed.more;
       result.multiplicity.resize(one.pixel_count());
+      for (std::size_t i = 0; i < pages.size(); ++i) moments.emplace_back(one);
     }
-    moments->add(one);
+    moments.front().add(one);
+    for (std::size_t i = 1; i < pages.size(); ++i) moments[i].add(pushed.pushed.more[i - 1]);
     for (std::size_t i = 0; i < folded.size(); ++i) folded[i] += pushed.folds.reversed_in_cell[i] > 0 ? 1.0F : 0.0F;
     for (std::size_t i = 0; i < result.multiplicity.size(); ++i)
       result.multiplicity[i] = std::max(result.multiplicity[i], pushed.pushed.multiplicity[i]);
@@ -139,15 +138,17 @@ WarpResult warp_samples(const images::Image& image, const matching::Registration
     figures.uncovered_fraction += pushed.pushed.coverage.uncovered_fraction();
     figures.map_error = std::max(figures.map_error, pushed.map_error);
   }
-  if (!moments) throw InputError("no sample could be computed; use more --steps when registering, or less noise");
-  moments->mean_to(result.image);
+  if (moments.empty())
+    throw InputError("no sample could be computed; use more --steps when registering, or less noise");
+  moments.front().mean_to(result.image);
+  for (std::size_t i = 1; i < pages.size(); ++i) moments[i].mean_to(result.more[i - 1]);
   result.holes.resize(result.multiplicity.size());
   result.figures.folded_fraction /= done;
   result.figures.uncovered_fraction /= done;
   result.reason = fmt::format(
       "mean over {} samples{}", done,
       done < arguments.samples ? fmt::format("; {} could not be computed", arguments.samples - done) : std::string());
-  result.deviations = moments->deviations();
+  result.deviations = moments.front().deviations();
   for (float& each : folded) each /= static_cast<float>(done);
   result.fold_probabilities = std::move(folded);
   return result;

@@ -1,6 +1,7 @@
 // `pulson warp`: the map of a registration applied to an image or to landmarks.
 
 #include <filesystem>
+#include <iterator>
 #include <memory>
 
 #include <fmt/core.h>
@@ -51,9 +52,38 @@ WarpFigures figures_of(const WarpResult& result, const warp::MaterialFlow& flow)
   return figures;
 }
 
+// Whether the result can be written, and what is not done as asked for.
+void check_result(const WarpArguments& arguments, const Picture& picture) {
+  const images::Interpolation asked = images::parse_interpolation(arguments.interpolation);
+  check_result_picture(arguments.out, picture, asked);
+  if (picture.pages.front().about.has_palette() && asked != images::Interpolation::kLabel &&
+      asked != images::Interpolation::kNearest)
+    print_note(fmt::format("{} has a palette, whose numbers have no means: it is warped with --interpolation label",
+                           arguments.input));
+}
+
+WarpResult warped(const Picture& picture, const images::ImageWarp& warp, const matching::Registration& registration,
+                  const WarpFrames& frames, const WarpArguments& arguments) {
+  if (arguments.samples > 0) return warp_samples(picture, registration, frames, arguments);
+  const images::WarpImageOptions options = warp_options(arguments, frames, picture.pages.front());
+  return {warp_image(pages_of(picture), warp, options), {}, {}, warp.landmark_error()};
+}
+
+// All pages; what is drawn shows the first.
+void write_result(const WarpArguments& arguments, const Picture& picture, const WarpFrames& frames,
+                  WarpResult& result) {
+  std::vector<images::Image> images{std::move(result.image)};
+  std::move(result.more.begin(), result.more.end(), std::back_inserter(images));
+  result.more.clear();
+  std::vector<images::Page> pages = pages_with(picture, std::move(images));
+  result.image = shown(pages.front());
+  write_picture(arguments.out, std::move(pages), frames.result);
+}
+
 // The picture is the result, and numbers come next. All else may fail.
 void run_image(const WarpArguments& arguments, const matching::Registration& registration, double start) {
   Picture picture = read_picture(arguments.input, arguments.max_pixels);
+  check_result(arguments, picture);
   const warp::MaterialFlow flow(registration_system(registration), replay(registration),
                                 warp::parse_label_kernel(arguments.labels));
   if (!flow.is_diffeomorphic()) arguments.check_for_fold();
@@ -63,15 +93,12 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
   const images::ImageWarp warp = arguments.inverse
                                      ? images::ImageWarp(flow, registration.alignment, frames.result, frames.input)
                                      : images::ImageWarp(flow, registration.alignment, frames.input, frames.result);
-  const images::Image& image = picture.image;
-  WarpResult result =
-      arguments.samples > 0
-          ? warp_samples(image, registration, frames, arguments)
-          : WarpResult{warp_image(image, warp, warp_options(arguments, frames, image)), {}, {}, warp.landmark_error()};
+  WarpResult result = warped(picture, warp, registration, frames, arguments);
   log_step("mapped the image");
   check_coverage(arguments, result);
   const Interrupt until_written;
-  write_picture(arguments.out, result.image, frames.result, picture.type);
+  write_result(arguments, picture, frames, result);
+  const images::Image& image = picture.image;
   WarpFigures figures = figures_of(result, flow);
   figures.seconds = seconds_now() - start;
   write_figures(figures, arguments, &frames);

@@ -105,15 +105,30 @@ std::vector<Points> completed(const std::vector<AtlasSpecimen>& specimens, const
   return complete;
 }
 
-// Of width, λσ² and λ, those that are fitted must be fewer than the coordinates beyond mean and alignment.
-void require_determined_model(const Atlas& atlas, const CohortFitOptions& fit) {
-  const Index open = (fit.kernel ? 0 : 1) + (fit.lambda ? 0 : 1) + (fit.sigma ? 0 : 1);
+// Coordinates beyond mean and alignment.
+Index free_coordinates(const Atlas& atlas) {
   const Index d = atlas.mean.points.rows(), parameters = alignment_parameters(atlas.alignment, d);
   Index coordinates = -d * atlas.mean.points.cols() + parameters;
   for (const AtlasSpecimen& specimen : atlas.specimens)
     coordinates += d * std::ssize(observed_landmarks(specimen.shape.points)) - parameters;
-  require_determined_parameters("kernel, lambda and sigma are", open, coordinates,
-                                "give them as numbers, or more shapes");
+  return coordinates;
+}
+
+// Of width, λσ² and λ, those that are fitted must be fewer than these coordinates: else width and σ have the values
+// that a registration without enough landmarks has by default.
+void require_determined_model(Atlas& atlas, CohortFitOptions& fit) {
+  const auto open = [&] { return (fit.kernel ? 0 : 1) + (fit.lambda ? 0 : 1) + (fit.sigma ? 0 : 1); };
+  const Index coordinates = free_coordinates(atlas);
+  if (open() > 0 && open() >= coordinates && !(fit.kernel && fit.sigma)) {
+    const matching::RegistrationOptions defaults;
+    if (!fit.kernel) fit.kernel = KernelChoice("matern32:alpha=100%").make(atlas.mean.points);
+    if (!fit.sigma) fit.sigma = defaults.sigma.in(diameter(atlas.mean.points));
+    atlas.notes.push_back(
+        fmt::format("so few coordinates ({}) determine neither kernel nor sigma: {}, sigma {:.3g}; give more shapes, "
+                    "or these as numbers",
+                    std::max<Index>(coordinates, 0), fit.kernel->spec(4), *fit.sigma));
+  }
+  require_determined_parameters("lambda is", open(), coordinates, "give it as a number, or more shapes");
 }
 
 // Kernel, λ and σ, where they are not given.

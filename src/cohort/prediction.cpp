@@ -42,6 +42,8 @@ double log_gamma(Index m, double x) {
 struct PriorFit {
   double weight, scale;
 
+  PriorFit(double given_weight, double given_scale) : weight(given_weight), scale(given_scale) {}
+
   PriorFit(const VectorXd& scatter, double n) {
     const Index m = scatter.size();
     const auto log_marginal = [&](double log_weight, double log_scale) {
@@ -137,7 +139,9 @@ void ShapePredictor::update(const MatrixXd& prior, const std::vector<Points>& co
   const MatrixXd half = factors.matrixL().solve(scatter);
   const MatrixXd whitened = factors.matrixL().solve(half.transpose());
   const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(whitened, Eigen::EigenvaluesOnly).eigenvalues();
-  const PriorFit fit(values.cwiseMax(0), n - 1);
+  // One shape alone has no scatter: the prior is that of the atlas, which as many coordinates determined as one
+  // displacement from its mean has.
+  const PriorFit fit = n > 1 ? PriorFit(values.cwiseMax(0), n - 1) : PriorFit{static_cast<double>(basis.cols()), 1};
   prior_weight_ = fit.weight;
   prior_scale_ = fit.scale;
   specimens_ = n;

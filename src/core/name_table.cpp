@@ -181,7 +181,7 @@ Parameters::Parameters(const Spec& spec, std::span<const ParameterInfo> info, st
     const std::string& value = given != spec.values.end() ? given->second : parameter.default_text;
     if (value.empty())
       throw InputError(what_ + " needs " + parameter.name + " (" + parameter.help + "), as in " + spec.name + ":" +
-                       parameter.name + "=1");
+                       parameter.name + (parameter.is_length ? "=100%" : "=1"));
     values_[parameter.name] = value.back() == '%' ? in_length_units(parameter, value, diameter) : value;
   }
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/core.h>
@@ -16,7 +17,28 @@ using Eigen::VectorXd;
 constexpr int kMostRounds = 100;
 constexpr double kRest = 1e-10;  // change of the mean, of its size
 
-Points mean_of(const std::vector<Points>& shapes, const Landmarks& first) {
+void require_observed(const std::vector<Landmarks>& shapes) {
+  for (int a = 0; a < shapes.front().count(); ++a)
+    if (std::none_of(shapes.begin(), shapes.end(),
+                     [a](const Landmarks& shape) { return shape.points.col(a).allFinite(); }))
+      throw InputError(fmt::format("landmark {} is missing in every shape", shapes.front().describe(a)));
+}
+
+// The first of those with the most landmarks.
+const Landmarks& most_complete(const std::vector<Landmarks>& shapes) {
+  return *std::min_element(shapes.begin(), shapes.end(), [](const Landmarks& a, const Landmarks& b) {
+    return incomplete_points(a.points).size() < incomplete_points(b.points).size();
+  });
+}
+
+// Whether enough landmarks are in both.
+bool may_align(const Points& shape, const Points& mean, AlignmentKind kind) {
+  const bool have_common = (shape.array().isFinite() && mean.array().isFinite()).colwise().all().any();
+  return have_common && is_determined(shape, mean, kind);
+}
+
+// NaN where a landmark is in no shape.
+Points mean_of(const std::vector<Points>& shapes) {
   Points sum = Points::Zero(shapes.front().rows(), shapes.front().cols());
   VectorXd counts = VectorXd::Zero(sum.cols());
   for (const Points& shape : shapes)
@@ -25,10 +47,24 @@ Points mean_of(const std::vector<Points>& shapes, const Landmarks& first) {
         sum.col(a) += shape.col(a);
         counts[a] += 1;
       }
-  for (Index a = 0; a < sum.cols(); ++a)
-    if (counts[a] == 0)
-      throw InputError(fmt::format("landmark {} is missing in every shape", first.describe(static_cast<int>(a))));
   return (sum.array().rowwise() / counts.transpose().array()).matrix();
+}
+
+// About its middle, without the landmarks that it lacks so far.
+Points of_size(const Points& points, double size) {
+  VectorXd middle = VectorXd::Zero(points.rows());
+  double count = 0;
+  for (const auto& point : points.colwise())
+    if (point.allFinite()) middle += point, count += 1;
+  middle /= count;
+  return ((points.colwise() - middle) * (size / centroid_size(points))).colwise() + middle;
+}
+
+[[noreturn]] void fail_apart(const std::vector<Landmarks>& shapes, const Points& mean, AlignmentKind kind) {
+  for (const Landmarks& shape : shapes)
+    if (!may_align(shape.points, mean, kind))
+      throw InputError(fmt::format("{}: too few of its landmarks are in the other shapes to align it", shape.source));
+  throw InputError("the shapes have too few landmarks in common to be aligned");
 }
 
 }  // namespace
@@ -70,21 +106,26 @@ Landmarks procrustes_mean(const std::vector<Landmarks>& shapes, AlignmentKind ki
     size += centroid_size(shape.points) / static_cast<double>(shapes.size());
     moved.push_back(shape.points);
   }
+  require_observed(shapes);
   if (kind == AlignmentKind::kNone) {
-    mean.points = mean_of(moved, mean);
+    mean.points = mean_of(moved);
     return mean;
   }
   for (const Landmarks& shape : shapes) require_determined(shape.points, shape.points, kind, shape.source);
-  // The first shape may miss landmarks, which the mean then takes from the others.
+  // A shape that has too few landmarks in common with those of the mean so far waits for others to add to these.
+  mean.points = most_complete(shapes).points;
+  std::size_t placed = 0;
   for (int round = 0; round < kMostRounds; ++round) {
-    for (std::size_t s = 0; s < shapes.size(); ++s)
-      moved[s] = align(shapes[s].points, mean.points, kind).apply(shapes[s].points);
-    Points next = mean_of(moved, mean);
-    if (kind == AlignmentKind::kSimilarity) {
-      const VectorXd middle = next.rowwise().mean();
-      next = ((next.colwise() - middle) * (size / centroid_size(next))).colwise() + middle;
-    }
-    const double change = round == 0 ? 1 : (next - mean.points).norm() / next.norm();
+    std::vector<Points> now;
+    for (const Landmarks& shape : shapes)
+      if (may_align(shape.points, mean.points, kind))
+        now.push_back(align(shape.points, mean.points, kind).apply(shape.points));
+    if (now.size() <= placed && placed < shapes.size()) fail_apart(shapes, mean.points, kind);
+    Points next = mean_of(now);
+    if (kind == AlignmentKind::kSimilarity) next = of_size(next, size);
+    const bool is_whole = placed == shapes.size();
+    placed = now.size();
+    const double change = is_whole ? (next - mean.points).norm() / next.norm() : 1;
     mean.points = std::move(next);
     if (change < kRest) break;
   }

@@ -11,8 +11,6 @@
 
 namespace pulson {
 
-namespace {
-
 std::optional<double> metres(std::string_view unit) {
   constexpr std::array<std::pair<std::string_view, double>, 5> kUnits = {
       {{"nm", 1e-9}, {"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}}};
@@ -20,6 +18,8 @@ std::optional<double> metres(std::string_view unit) {
     if (name == unit) return size;
   return std::nullopt;
 }
+
+namespace {
 
 bool differ(const std::string& a, const std::string& b) { return !a.empty() && !b.empty() && a != b; }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pulson/core/landmarks.hpp"
@@ -14,6 +16,9 @@ void change_points(Landmarks& shape, const Change& change) {
   for (Points& curve : shape.curves) change(curve);
   for (Points& outline : shape.outlines) change(outline);
 }
+
+/// How many metres a unit of length has, such as `mm`; none where it is not known.
+std::optional<double> metres(std::string_view unit);
 
 /// The same shape in its picture, with y counted in the other direction. @param shape in the plane, of a picture whose
 /// height is known

@@ -76,6 +76,8 @@ void Checks::shape(const Landmarks& shape, const std::string& what) const {
   if (shape.count() == 0) refuse("there are no landmarks");
   if (!shape.groups.empty() && shape.groups.size() != static_cast<std::size_t>(shape.count()))
     refuse(fmt::format("{} group names for {} landmarks", shape.groups.size(), shape.count()));
+  for (const auto& [a, b] : shape.links)
+    if (std::min(a, b) < 0 || std::max(a, b) >= shape.count()) refuse(fmt::format("a link joins {} and {}", a, b));
   points(shape.points, d, what);
 }
 

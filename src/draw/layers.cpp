@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -66,6 +68,27 @@ std::vector<std::vector<int>> complete_landmarks_by_group(const Landmarks& shape
   return groups;
 }
 
+/// The links of complete landmarks that no outline of the figure draws.
+std::vector<Link> links_beside_outlines(const Landmarks& shape, const Figure& figure,
+                                        const std::vector<std::vector<int>>& groups) {
+  std::vector<Link> links;
+  if (shape.links.empty() || shape.dimension() < 2) return links;
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> group_of(static_cast<std::size_t>(shape.count()), kNone);
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const int a : groups[g]) group_of[static_cast<std::size_t>(a)] = g;
+  std::set<std::pair<int, int>> drawn;
+  for (const Outline& outline : figure.outlines)
+    for (std::size_t i = 1; i < outline.members.size(); ++i)
+      drawn.insert(std::minmax({outline.members[i - 1], outline.members[i]}));
+  for (const auto& [a, b] : shape.links) {
+    const std::size_t group = group_of[static_cast<std::size_t>(a)];
+    if (group != kNone && group_of[static_cast<std::size_t>(b)] != kNone && drawn.insert(std::minmax({a, b})).second)
+      links.push_back({a, b, group});
+  }
+  return links;
+}
+
 constexpr std::size_t kFewestVertices = 24;  // of one path
 constexpr std::size_t kMostVertices = 3000;
 constexpr double kDenseOutline = 2.2, kNumberSize = 15;
@@ -105,7 +128,8 @@ OutlineKind outline_kind(const Points& points) {
 
 Figure plan_figure(const Landmarks& shape, double scale) {
   Figure figure{};
-  for (const std::vector<int>& members : complete_landmarks_by_group(shape)) {
+  const std::vector<std::vector<int>> groups = complete_landmarks_by_group(shape);
+  for (const std::vector<int>& members : groups) {
     const Points points = shape.points(Eigen::all, members);
     const OutlineKind kind = outline_kind(points);
     std::size_t stride = 1;
@@ -122,6 +146,7 @@ Figure plan_figure(const Landmarks& shape, double scale) {
     for (std::size_t i = 0; i < members.size(); i += stride) figure.with_path.push_back(members[i]);
   }
   if (figure.groups.size() < 2) figure.names.clear();
+  figure.links = links_beside_outlines(shape, figure, groups);
   figure.spacing = std::numeric_limits<double>::infinity();
   if (figure.marked.size() > 1)
     figure.spacing = scale * median_nearest_distance(shape.points(Eigen::all, figure.marked));
@@ -138,6 +163,10 @@ Figure without(Figure figure, const std::vector<int>& left_out) {
     if (closed && outline.members.size() > 1) outline.members.push_back(outline.members.front());
   }
   std::erase_if(figure.outlines, [](const Outline& outline) { return outline.members.size() < 2; });
+  std::erase_if(figure.links, [&](const Link& link) {
+    return std::binary_search(left_out.begin(), left_out.end(), link.from) ||
+           std::binary_search(left_out.begin(), left_out.end(), link.to);
+  });
   return figure;
 }
 
@@ -146,6 +175,9 @@ std::vector<Points> trace(const Figure& figure, bool dense, const Points& points
   for (const Outline& outline : figure.outlines)
     if (outline.dense == dense && outline.group == group.value_or(outline.group))
       lines.emplace_back(points(Eigen::all, outline.members));
+  for (const Link& link : figure.links)
+    if (!dense && link.group == group.value_or(link.group))
+      lines.emplace_back(points(Eigen::all, std::array{link.from, link.to}));
   return lines;
 }
 

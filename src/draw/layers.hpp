@@ -20,11 +20,18 @@ struct Outline {
   bool dense;                // so many that the line alone is drawn, without a mark at each landmark
 };
 
+/// Two landmarks that a wireframe joins.
+struct Link {
+  int from, to;
+  std::size_t group;  // of `from`: its place in Figure::groups
+};
+
 /// What is drawn of a shape at one scale.
 struct Figure {
   std::vector<std::vector<int>> groups;  // the marked landmarks of each group
   std::vector<std::string> names;        // of the groups, where there are several; else empty
   std::vector<Outline> outlines;         // of the groups that `outline_kind` calls curves
+  std::vector<Link> links;               // but for those that outlines draw; none on a line
   std::vector<int> marked;               // landmarks that have a mark: all but those of dense outlines
   std::vector<int> with_path;            // landmarks whose path is drawn: all but some of dense outlines
   double spacing;  // of the marked landmarks: median pixels to the nearest other, infinite for one alone
@@ -34,12 +41,12 @@ struct Figure {
 /// coordinate are left out.
 Figure plan_figure(const Landmarks& shape, double scale);
 
-/// The figure without marks at some of its landmarks; outlines pass from one of their neighbours to the other. Sizes of
-/// marks and the landmarks with paths stay the same.
+/// The figure without marks at some of its landmarks, nor links to them; outlines pass from one of their neighbours to
+/// the other. Sizes of marks and the landmarks with paths stay the same.
 Figure without(Figure figure, const std::vector<int>& left_out);
 
-/// The lines, 2×M or 3×M, of the dense or of the other outlines, of one group or of all, through a position d×N of the
-/// landmarks.
+/// The lines, 2×M or 3×M, of the dense outlines, or of the others and of links, of one group or of all, through a
+/// position d×N of the landmarks.
 std::vector<Points> trace(const Figure& figure, bool dense, const Points& points,
                           std::optional<std::size_t> group = {});
 

@@ -17,15 +17,25 @@
 
 namespace pulson::fields {
 
+/// What is asked of a file.
+struct GridLimits {
+  std::uint64_t max_points;
+  bool any_components;  ///< else as a GridField has them
+};
+
+/// The numbers of the field in its type, and those of the grid as floats.
+Grid grid_of(const GridField& field);
+GridField field_of(Grid grid);
+
 bool sniff_meta_image(std::string_view text);
 /// `path` is what messages call the file. @throws InputError
-GridField read_meta_image(const std::string& path, std::string_view text, std::uint64_t max_points);
-/// The whole file. The field's direction is filled.
-std::string meta_image_file(const GridField& field, bool compressed);
+Grid read_meta_image(const std::string& path, std::string_view text, const GridLimits& limits);
+/// The whole file. The grid's direction is filled.
+std::string meta_image_file(const Grid& grid, bool compressed);
 
 bool sniff_nrrd(std::string_view text);
-GridField read_nrrd(const std::string& path, std::string_view text, std::uint64_t max_points);
-std::string nrrd_file(const GridField& field, bool compressed);
+Grid read_nrrd(const std::string& path, std::string_view text, const GridLimits& limits);
+std::string nrrd_file(const Grid& grid, bool compressed);
 
 /// One line of a header.
 struct HeaderEntry {
@@ -57,6 +67,9 @@ class GridHeader {
   /// The same, whole and from 1 to the largest int. @throws InputError
   std::vector<int> counts(const HeaderEntry& entry, std::size_t count) const;
 
+  /// Those of other keys than these, in the order of the file.
+  std::vector<std::pair<std::string, std::string>> others(std::span<const std::string_view> keys) const;
+
   /// @throws InputError "path:line: key is 'value'; what"
   [[noreturn]] void refuse(const HeaderEntry& entry, const std::string& what) const;
 
@@ -70,14 +83,12 @@ std::string_view take_header_line(std::string_view& text);
 
 /// A type of numbers, by its names in files.
 struct GridNumberType {
-  std::string_view meta_image;
-  std::string_view nrrd;  ///< several, with commas between
+  std::string_view meta_image;  ///< several, with commas between
+  std::string_view nrrd;        ///< the same
   GridType type;
-  std::size_t size;  ///< in bytes
-  void (*decode)(const char* bytes, bool is_big_endian, std::span<float> values);
-  void (*encode)(std::span<const float> values, char* bytes);  ///< little-endian
 
-  /// The first of the names in NRRD.
+  /// The first of the names.
+  std::string_view meta_image_name() const { return meta_image.substr(0, meta_image.find(',')); }
   std::string_view nrrd_name() const { return nrrd.substr(0, nrrd.find(',')); }
 };
 
@@ -97,14 +108,14 @@ struct GridBytes {
   bool is_compressed;  ///< as a zlib or gzip stream, which one follows from the bytes
 };
 
-/// All numbers of a grid. @throws InputError that names `path`, before anything is allocated, if there are more than
-/// `max_points` points or the bytes cannot be of so many; and if they are damaged
-std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
-                               int components, std::uint64_t max_points);
+/// All numbers of a grid, as they are in memory. @throws InputError that names `path`, before anything is allocated, if
+/// there are more than `max_points` points or the bytes cannot be of so many; and if they are damaged
+std::vector<std::byte> grid_bytes(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
+                                  int components, std::uint64_t max_points);
 
 enum class GridEncoding { kRaw, kZlib, kGzip };
 
-/// The values as bytes, little-endian.
-std::string encoded(std::span<const float> values, GridType type, GridEncoding encoding);
+/// The numbers, little-endian.
+std::string encoded(std::span<const std::byte> bytes, GridEncoding encoding);
 
 }  // namespace pulson::fields

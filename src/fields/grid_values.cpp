@@ -145,6 +145,16 @@ std::vector<int> GridHeader::counts(const HeaderEntry& entry, std::size_t count)
   return values;
 }
 
+std::vector<std::pair<std::string, std::string>> GridHeader::others(std::span<const std::string_view> keys) const {
+  std::map<std::size_t, std::pair<std::string, std::string>> by_line;
+  for (const auto& [plain, entry] : entries_)
+    if (std::none_of(keys.begin(), keys.end(), [&name = plain](auto key) { return plain_key(key) == name; }))
+      by_line.emplace(entry.line, std::pair(entry.key, std::string(entry.value)));
+  std::vector<std::pair<std::string, std::string>> result;
+  for (auto& [line, entry] : by_line) result.push_back(std::move(entry));
+  return result;
+}
+
 void GridHeader::refuse(const HeaderEntry& entry, const std::string& what) const {
   io::fail(path_, entry.line, fmt::format("{} is {}; {}", entry.key, io::in_quotes(entry.value), what));
 }
@@ -159,60 +169,19 @@ std::string_view take_header_line(std::string_view& text) {
 
 namespace {
 
-template <class T>
-void decode(const char* bytes, bool is_big_endian, std::span<float> values) {
-  const bool is_other_order = is_big_endian != (std::endian::native == std::endian::big);
-  std::array<char, sizeof(T)> raw{};
-  for (float& value : values) {
-    std::memcpy(raw.data(), bytes, raw.size());
-    if (is_other_order) std::reverse(raw.begin(), raw.end());
-    value = static_cast<float>(std::bit_cast<T>(raw));
-    bytes += raw.size();
-  }
-}
-
-template <class T>
-T nearest(float value) {
-  if constexpr (std::is_floating_point_v<T>) {
-    return value;
-  } else {
-    using Limits = std::numeric_limits<T>;
-    if (std::isnan(value)) return 0;
-    const double whole = std::nearbyint(static_cast<double>(value));
-    if (whole <= static_cast<double>(Limits::lowest())) return Limits::lowest();
-    return whole >= static_cast<double>(Limits::max()) ? Limits::max() : static_cast<T>(whole);
-  }
-}
-
-template <class T>
-void encode(std::span<const float> values, char* bytes) {
-  static_assert(std::endian::native == std::endian::little);
-  for (const float value : values) {
-    const T number = nearest<T>(value);
-    std::memcpy(bytes, &number, sizeof(T));
-    bytes += sizeof(T);
-  }
-}
-
-template <class T>
-constexpr GridNumberType row(std::string_view meta_image, std::string_view nrrd, GridType type) {
-  return {meta_image, nrrd, type, sizeof(T), decode<T>, encode<T>};
-}
-
 constexpr std::array<GridNumberType, 10> kGridNumberTypes = {{
-    row<float>("MET_FLOAT", "float", GridType::kFloat),
-    row<double>("MET_DOUBLE", "double", GridType::kDouble),
-    row<std::int8_t>("MET_CHAR", "signed char,int8,int8_t", GridType::kInt8),
-    row<std::uint8_t>("MET_UCHAR", "uchar,unsigned char,uint8,uint8_t", GridType::kUint8),
-    row<std::int16_t>("MET_SHORT", "short,short int,signed short,signed short int,int16,int16_t", GridType::kInt16),
-    row<std::uint16_t>("MET_USHORT", "ushort,unsigned short,unsigned short int,uint16,uint16_t", GridType::kUint16),
-    row<std::int32_t>("MET_INT", "int,signed int,int32,int32_t", GridType::kInt32),
-    row<std::uint32_t>("MET_UINT", "uint,unsigned int,uint32,uint32_t", GridType::kUint32),
-    row<std::int64_t>("MET_LONG_LONG",
-                      "longlong,long long,long long int,signed long long,signed long long int,int64,int64_t",
-                      GridType::kInt64),
-    row<std::uint64_t>("MET_ULONG_LONG", "ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t",
-                       GridType::kUint64),
+    {"MET_FLOAT", "float", GridType::kFloat32},
+    {"MET_DOUBLE", "double", GridType::kFloat64},
+    {"MET_CHAR", "signed char,int8,int8_t", GridType::kInt8},
+    {"MET_UCHAR", "uchar,unsigned char,uint8,uint8_t", GridType::kUint8},
+    {"MET_SHORT", "short,short int,signed short,signed short int,int16,int16_t", GridType::kInt16},
+    {"MET_USHORT", "ushort,unsigned short,unsigned short int,uint16,uint16_t", GridType::kUint16},
+    // MetaIO's long ones have 32 bits on every machine.
+    {"MET_INT,MET_LONG", "int,signed int,int32,int32_t", GridType::kInt32},
+    {"MET_UINT,MET_ULONG", "uint,unsigned int,uint32,uint32_t", GridType::kUint32},
+    {"MET_LONG_LONG", "longlong,long long,long long int,signed long long,signed long long int,int64,int64_t",
+     GridType::kInt64},
+    {"MET_ULONG_LONG", "ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t", GridType::kUint64},
 }};
 
 bool holds_name(std::string_view list, std::string_view name) {
@@ -238,7 +207,7 @@ std::optional<std::size_t> product(std::size_t a, std::size_t b) {
 }  // namespace
 
 const GridNumberType* find_meta_image_type(std::string_view name) {
-  return find_type([name](const GridNumberType& type) { return type.meta_image == name; });
+  return find_type([name](const GridNumberType& type) { return holds_name(type.meta_image, name); });
 }
 
 const GridNumberType* find_nrrd_type(std::string_view name) {
@@ -256,16 +225,17 @@ std::optional<std::size_t> grid_count(const std::vector<int>& sizes, int compone
   return count;
 }
 
-std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
-                               int components, std::uint64_t max_points) {
+std::vector<std::byte> grid_bytes(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
+                                  int components, std::uint64_t max_points) {
   if (const auto points = grid_count(sizes, 1); !points || *points > max_points)
     throw InputError(fmt::format("{}: its grid has {} points, more than `max_points = {}` allows", path,
                                  fmt::join(sizes, " x "), max_points));
+  const std::size_t number_size = byte_count(bytes.type.type);
   const std::optional<std::size_t> count = grid_count(sizes, components);
-  const std::optional<std::size_t> size = count ? product(*count, bytes.type.size) : std::nullopt;
+  const std::optional<std::size_t> size = count ? product(*count, number_size) : std::nullopt;
   const std::string need =
       fmt::format("{}: sizes {} of {} of {} need", path, fmt::join(sizes, " × "),
-                  io::counted(static_cast<std::size_t>(components), "number"), io::counted(bytes.type.size, "byte"));
+                  io::counted(static_cast<std::size_t>(components), "number"), io::counted(number_size, "byte"));
   if (!size) throw InputError(need + " more bytes than any file has");
   std::string raw;
   if (bytes.is_compressed) {
@@ -273,16 +243,19 @@ std::vector<float> grid_values(const std::string& path, const GridBytes& bytes, 
   } else if (bytes.bytes.size() != *size) {
     throw InputError(fmt::format("{} {} bytes; after its header the file has {}", need, *size, bytes.bytes.size()));
   }
-  std::vector<float> values(*count);
-  bytes.type.decode(bytes.is_compressed ? raw.data() : bytes.bytes.data(), bytes.is_big_endian, values);
-  return values;
+  const char* const first = bytes.is_compressed ? raw.data() : bytes.bytes.data();
+  std::vector<std::byte> numbers(*size);
+  std::memcpy(numbers.data(), first, *size);
+  if (bytes.is_big_endian != (std::endian::native == std::endian::big) && number_size > 1)
+    for (auto at = numbers.begin(); at != numbers.end(); at += static_cast<std::ptrdiff_t>(number_size))
+      std::reverse(at, at + static_cast<std::ptrdiff_t>(number_size));
+  return numbers;
 }
 
-std::string encoded(std::span<const float> values, GridType type, GridEncoding encoding) {
-  const GridNumberType& row = grid_number_type(type);
-  std::string raw(values.size() * row.size, '\0');
-  row.encode(values, raw.data());
-  return encoding == GridEncoding::kRaw ? raw : deflated(raw, encoding == GridEncoding::kGzip);
+std::string encoded(std::span<const std::byte> bytes, GridEncoding encoding) {
+  static_assert(std::endian::native == std::endian::little);
+  const std::string_view raw(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return encoding == GridEncoding::kRaw ? std::string(raw) : deflated(raw, encoding == GridEncoding::kGzip);
 }
 
 }  // namespace pulson::fields

@@ -11,6 +11,31 @@ namespace {
 
 constexpr std::string_view kLocal = "LOCAL";
 
+/// What is written of every grid, and other names for it.
+constexpr std::string_view kWrittenKeys[] = {"ObjectType",
+                                             "NDims",
+                                             "BinaryData",
+                                             "BinaryDataByteOrderMSB",
+                                             "ElementByteOrderMSB",
+                                             "DimSize",
+                                             "CompressedData",
+                                             "CompressedDataSize",
+                                             "TransformMatrix",
+                                             "Rotation",
+                                             "Orientation",
+                                             "Offset",
+                                             "Origin",
+                                             "Position",
+                                             "CenterOfRotation",
+                                             "ElementType",
+                                             "ElementSpacing",
+                                             "ElementSize",
+                                             "ElementNumberOfChannels",
+                                             "HeaderSize",
+                                             "ElementMin",
+                                             "ElementMax",
+                                             "ElementDataFile"};
+
 /// Takes the header off `text`; ElementDataFile is its last line.
 GridHeader take_meta_header(const std::string& path, std::string_view& text) {
   GridHeader header(path);
@@ -64,12 +89,12 @@ bool sniff_meta_image(std::string_view text) {
   return key == "objecttype" || key == "ndims" || key == "comment";
 }
 
-GridField read_meta_image(const std::string& path, std::string_view text, std::uint64_t max_points) {
+Grid read_meta_image(const std::string& path, std::string_view text, const GridLimits& limits) {
   const GridHeader header = take_meta_header(path, text);
   const HeaderEntry& dimension = header.need({"NDims"});
   const int d = header.counts(dimension, 1).front();
   if (d != 2 && d != 3) header.refuse(dimension, "it must be 2 or 3");
-  GridField field;
+  Grid field;
   field.sizes = header.counts(header.need({"DimSize"}), d);
   field.spacing = numbers(header, {"ElementSpacing", "ElementSize"}, d, 1);
   field.origin = numbers(header, {"Offset", "Origin", "Position"}, d, 0);
@@ -79,26 +104,30 @@ GridField read_meta_image(const std::string& path, std::string_view text, std::u
     field.direction = Eigen::MatrixXd::Map(header.numbers(*axes, axes->value, d * d).data(), d, d);
   if (const HeaderEntry* const channels = header.find({"ElementNumberOfChannels"})) {
     field.components = header.counts(*channels, 1).front();
-    if (field.components != 1 && field.components != d) header.refuse(*channels, fmt::format("it must be 1 or {}", d));
+    if (!limits.any_components && field.components != 1 && field.components != d)
+      header.refuse(*channels, fmt::format("it must be 1 or {}", d));
   }
   const GridBytes bytes = bytes_of_meta_image(header, text);
   field.type = bytes.type.type;
-  field.values = grid_values(path, bytes, field.sizes, field.components, max_points);
+  field.bytes = grid_bytes(path, bytes, field.sizes, field.components, limits.max_points);
+  field.lines = header.others(kWrittenKeys);
   return field;
 }
 
-std::string meta_image_file(const GridField& field, bool compressed) {
-  const std::string bytes = encoded(field.values, field.type, compressed ? GridEncoding::kZlib : GridEncoding::kRaw);
+std::string meta_image_file(const Grid& field, bool compressed) {
+  std::string lines;
+  for (const auto& [key, value] : field.lines) lines += fmt::format("{} = {}\n", key, value);
+  const std::string bytes = encoded(field.bytes, compressed ? GridEncoding::kZlib : GridEncoding::kRaw);
   return fmt::format(
              "ObjectType = Image\nNDims = {}\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = {}\n"
-             "{}TransformMatrix = {}\nOffset = {}\nCenterOfRotation = {}\nElementSpacing = {}\nDimSize = {}\n"
+             "{}{}TransformMatrix = {}\nOffset = {}\nCenterOfRotation = {}\nElementSpacing = {}\nDimSize = {}\n"
              "ElementNumberOfChannels = {}\nElementType = {}\nElementDataFile = {}\n",
              field.sizes.size(), compressed ? "True" : "False",
-             compressed ? fmt::format("CompressedDataSize = {}\n", bytes.size()) : "",
+             compressed ? fmt::format("CompressedDataSize = {}\n", bytes.size()) : "", lines,
              fmt::join(field.direction.data(), field.direction.data() + field.direction.size(), " "),
              fmt::join(field.origin, " "), fmt::join(std::vector<int>(field.sizes.size()), " "),
              fmt::join(field.spacing, " "), fmt::join(field.sizes, " "), field.components,
-             grid_number_type(field.type).meta_image, kLocal) +
+             grid_number_type(field.type).meta_image_name(), kLocal) +
          bytes;
 }
 

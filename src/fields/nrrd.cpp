@@ -12,8 +12,10 @@ namespace {
 constexpr std::string_view kNrrdMagic = "NRRD000";
 constexpr std::string_view kLps = "left-posterior-superior";
 
-/// Takes the header off `text`, with the empty line that ends it.
-GridHeader take_nrrd_header(const std::string& path, std::string_view& text) {
+using Lines = std::vector<std::pair<std::string, std::string>>;
+
+/// Takes the header off `text`, with the empty line that ends it. @param lines of `key:=value`
+GridHeader take_nrrd_header(const std::string& path, std::string_view& text, Lines& lines) {
   GridHeader header(path);
   take_header_line(text);
   for (std::size_t line = 2;; ++line) {
@@ -21,7 +23,11 @@ GridHeader take_nrrd_header(const std::string& path, std::string_view& text) {
     const std::string_view entry = take_header_line(text);
     if (entry.empty()) return header;
     const std::size_t colon = entry.find(':');
-    if (entry.starts_with('#') || entry.substr(std::min(colon, entry.size())).starts_with(":=")) continue;
+    if (entry.starts_with('#')) continue;
+    if (entry.substr(std::min(colon, entry.size())).starts_with(":=")) {
+      lines.emplace_back(entry.substr(0, colon), entry.substr(colon + 2));
+      continue;
+    }
     if (colon == std::string_view::npos)
       io::fail(path, line, io::in_quotes(entry) + " is in the header; 'field: value' is needed");
     header.add(line, entry.substr(0, colon), entry.substr(colon + 1));
@@ -78,7 +84,7 @@ void check_space(const GridHeader& header, int d) {
 }
 
 /// `before` the axes of space there are so many others, 0 or 1.
-void read_directions(const GridHeader& header, std::size_t before, GridField& field) {
+void read_directions(const GridHeader& header, std::size_t before, Grid& field) {
   const auto d = static_cast<Eigen::Index>(field.sizes.size());
   field.direction = Eigen::MatrixXd::Identity(d, d);
   field.spacing.assign(d, 1);
@@ -122,7 +128,7 @@ GridBytes bytes_of_nrrd(const GridHeader& header, std::string_view text) {
   const bool is_compressed = how == "gzip" || how == "gz";
   if (!is_compressed && how != "raw") header.refuse(encoding, "it must be raw or gzip");
   bool is_big_endian = false;
-  if (type->size > 1) {
+  if (byte_count(type->type) > 1) {
     const HeaderEntry& endian = header.need({"endian"});
     is_big_endian = io::to_lower(endian.value) == "big";
     if (!is_big_endian && io::to_lower(endian.value) != "little") header.refuse(endian, "it must be little or big");
@@ -136,25 +142,26 @@ std::string in_brackets(const auto& numbers) { return fmt::format("({})", fmt::j
 
 bool sniff_nrrd(std::string_view text) { return text.starts_with(kNrrdMagic); }
 
-GridField read_nrrd(const std::string& path, std::string_view text, std::uint64_t max_points) {
-  const GridHeader header = take_nrrd_header(path, text);
+Grid read_nrrd(const std::string& path, std::string_view text, const GridLimits& limits) {
+  Grid field;
+  const GridHeader header = take_nrrd_header(path, text, field.lines);
   const HeaderEntry& dimension = header.need({"dimension"});
   const int axes = header.counts(dimension, 1).front();
   if (axes < 2 || axes > 4) header.refuse(dimension, "it must be 2 or 3, or with an axis of components 3 or 4");
-  GridField field;
   const HeaderEntry& sizes = header.need({"sizes"});
   field.sizes = header.counts(sizes, axes);
   if (has_components(header, axes)) {
     field.components = field.sizes.front();
     field.sizes.erase(field.sizes.begin());
+    if (const HeaderEntry* const kinds = header.find({"kinds"})) field.kind = io::split_words(kinds->value).front();
   }
   const auto d = static_cast<int>(field.sizes.size());
   if (d != 2 && d != 3) header.refuse(dimension, fmt::format("its axes of space are {}, and must be 2 or 3", d));
-  if (field.components != 1 && field.components != d)
+  if (!limits.any_components && field.components != 1 && field.components != d)
     header.refuse(sizes, fmt::format("the axis of components must have size 1 or {}", d));
   check_space(header, d);
   read_directions(header, axes - d, field);
-  if (field.components > 1) check_frame(header, d);
+  if (!limits.any_components && field.components > 1) check_frame(header, d);
   field.origin.assign(d, 0);
   if (const HeaderEntry* const origin = header.find({"space origin"})) {
     const auto places = vectors(header, *origin, d);
@@ -163,14 +170,17 @@ GridField read_nrrd(const std::string& path, std::string_view text, std::uint64_
   }
   const GridBytes bytes = bytes_of_nrrd(header, text);
   field.type = bytes.type.type;
-  field.values = grid_values(path, bytes, field.sizes, field.components, max_points);
+  field.bytes = grid_bytes(path, bytes, field.sizes, field.components, limits.max_points);
   return field;
 }
 
-std::string nrrd_file(const GridField& field, bool compressed) {
+std::string nrrd_file(const Grid& field, bool compressed) {
   const std::size_t d = field.sizes.size();
   const bool has_vectors = field.components > 1;
-  std::string directions = has_vectors ? " none" : "", kinds = has_vectors ? " vector" : "";
+  std::string directions = has_vectors ? " none" : "", kinds;
+  if (has_vectors) kinds = " " + (field.kind.empty() ? std::string("vector") : field.kind);
+  std::string lines;
+  for (const auto& [key, value] : field.lines) lines += fmt::format("{}:={}\n", key, value);
   for (std::size_t k = 0; k < d; ++k) {
     const Eigen::VectorXd axis = field.spacing[k] * field.direction.col(static_cast<Eigen::Index>(k));
     directions += fmt::format(" {}", in_brackets(axis));
@@ -178,12 +188,12 @@ std::string nrrd_file(const GridField& field, bool compressed) {
   }
   return fmt::format(
              "NRRD0004\ntype: {}\ndimension: {}\n{}\nsizes: {}{}\nspace directions:{}\nkinds:{}\nendian: little\n"
-             "encoding: {}\nspace origin: {}\n\n",
+             "encoding: {}\nspace origin: {}\n{}\n",
              grid_number_type(field.type).nrrd_name(), has_vectors ? d + 1 : d,
              d == 3 ? fmt::format("space: {}", kLps) : fmt::format("space dimension: {}", d),
              has_vectors ? fmt::format("{} ", field.components) : "", fmt::join(field.sizes, " "), directions, kinds,
-             compressed ? "gzip" : "raw", in_brackets(field.origin)) +
-         encoded(field.values, field.type, compressed ? GridEncoding::kGzip : GridEncoding::kRaw);
+             compressed ? "gzip" : "raw", in_brackets(field.origin), lines) +
+         encoded(field.bytes, compressed ? GridEncoding::kGzip : GridEncoding::kRaw);
 }
 
 }  // namespace pulson::fields

@@ -42,11 +42,24 @@ LandmarkFormat via_csv_format();
 LandmarkFormat via_json_format();
 LandmarkFormat vtk_format();
 
+/// Whether a file that begins so is an image of the common kinds, by its mark.
+bool is_image(std::string_view contents);
+
+/// The format of a file that holds `text`: the one that the options name, else as read_landmark_file() finds it.
+/// @throws InputError where it is none
+const LandmarkFormat& landmark_format_of(const std::filesystem::path& path, std::string_view text,
+                                         const ReadOptions& options);
+
+/// read_all_shapes() where `text` is all that the file holds.
+LandmarkFile shapes_of_text(const std::filesystem::path& path, std::string text, const ReadOptions& options);
+
 /// As the row `csv` reads tables, with what the options say of them.
 LandmarkFile read_table(const std::string& path, std::string_view text, const ReadOptions& options);
 
 /// As the row `npy` reads an array.
 LandmarkFile read_npy(const std::string& path, std::string_view text);
+/// The columns of x, y and z, counted from 0, of a file that the row `fcsv` reads. @throws InputError as it does
+std::vector<std::size_t> fcsv_coordinates(const std::string& path, std::string_view text);
 
 /// As the row `csv` writes.
 WrittenLandmarks write_csv(const std::string& path, const LandmarkFile& file);

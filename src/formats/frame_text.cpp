@@ -11,7 +11,7 @@
 namespace pulson::formats {
 namespace {
 
-constexpr std::string_view kFrameExample = "as in `# frame: y=up unit=0.02 origin=0,0 size=640x480`";
+constexpr std::string_view kFrameExample = "as in '# frame: y=up unit=0.02 origin=0,0 size=640x480'";
 
 /// Two numbers, or one for both.
 std::optional<std::array<double, 2>> pair_of(std::string_view text, char between) {
@@ -39,8 +39,9 @@ bool set_part(Frame& frame, std::string_view word) {
     frame.orientation = value == "displayed" ? Orientation::kDisplayed : Orientation::kStored;
     return value == "displayed" || value == "stored";
   }
-  const auto numbers = pair_of(value, key == "size" ? 'x' : ',');
-  if (!numbers) return false;
+  const char between = key == "size" ? 'x' : ',';
+  const auto numbers = pair_of(value, between);
+  if (!numbers || (key != "unit" && value.find(between) == std::string_view::npos)) return false;
   const auto [x, y] = *numbers;
   if (key == "size") {
     if (!is_size(x) || !is_size(y)) return false;
@@ -72,7 +73,7 @@ Frame frame_of_words(const std::string& path, std::size_t line, std::string_view
 std::string frame_text(const Frame& frame) {
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "" : " ") + part; };
-  if (!frame.y_down) add("y=up");
+  if (!frame.y_down && frame.says_y) add("y=up");
   const auto [unit_x, unit_y] = frame.unit_per_pixel;
   if (unit_x != unit_y)
     add(fmt::format("unit={},{}", unit_x, unit_y));

@@ -35,6 +35,13 @@ std::vector<std::string> landmark_format_names() {
   return names;
 }
 
+bool is_image(std::string_view contents) {
+  using namespace std::string_view_literals;
+  const std::array marks = {"\x89PNG"sv, "\xFF\xD8\xFF"sv, "GIF8"sv, "II*\0"sv, "MM\0*"sv, "BM"sv};
+  return contents.find('\0') != std::string_view::npos &&
+         std::any_of(marks.begin(), marks.end(), [&](std::string_view mark) { return contents.starts_with(mark); });
+}
+
 namespace {
 
 std::string first_line(std::string_view contents) {
@@ -213,22 +220,33 @@ const LandmarkFormat& landmark_format_to_write(const std::filesystem::path& path
                                advice_on_name(name, writable)));
 }
 
+WrittenLandmarks text_of_landmarks(const std::filesystem::path& path, LandmarkFile file, const LandmarkFormat& format) {
+  std::vector<std::string> notes;
+  for (Landmarks& shape : file.shapes) put_y_in_direction(path.string(), format, shape, notes);
+  WrittenLandmarks written = format.write(path.string(), file);
+  written.losses.insert(written.losses.begin(), notes.begin(), notes.end());
+  return written;
+}
+
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
                                              std::string_view format) {
-  const LandmarkFormat& row = landmark_format_to_write(path, format);
-  LandmarkFile turned = file;
-  std::vector<std::string> notes;
-  for (Landmarks& shape : turned.shapes) put_y_in_direction(path.string(), row, shape, notes);
-  WrittenLandmarks written = row.write(path.string(), turned);
+  WrittenLandmarks written = text_of_landmarks(path, file, landmark_format_to_write(path, format));
   write_file_atomically(path, written.text);
-  notes.insert(notes.end(), written.losses.begin(), written.losses.end());
-  return notes;
+  return std::move(written.losses);
 }
 
 LandmarkFile read_all_shapes(const std::filesystem::path& given, const ReadOptions& options) {
   const bool is_standard_input = given == "-" || given == io::kStandardInput;
   const std::filesystem::path path = is_standard_input ? "standard input" : given;
-  std::string contents = is_standard_input ? io::read_standard_input() : io::read_text_file(path);
+  return shapes_of_text(path, is_standard_input ? io::read_standard_input() : io::read_text_file(path), options);
+}
+
+const LandmarkFormat& landmark_format_of(const std::filesystem::path& path, std::string_view text,
+                                         const ReadOptions& options) {
+  return find_format(path, text, options);
+}
+
+LandmarkFile shapes_of_text(const std::filesystem::path& path, std::string contents, const ReadOptions& options) {
   const LandmarkFormat& format = find_format(path, contents, options);
   const bool is_recoded = !format.holds_bytes && !is_utf8(contents);
   if (is_recoded) contents = utf8_of_windows_1252(contents);

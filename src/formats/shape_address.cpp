@@ -55,22 +55,35 @@ std::size_t find_only(const Address& address, const LandmarkFile& file) {
                                address.path, file.shapes.front().name));
 }
 
+std::vector<std::string> names_in(const LandmarkFile& file) {
+  std::vector<std::string> names;
+  names.reserve(file.shapes.size());
+  for (const Landmarks& shape : file.shapes) names.push_back(shape.name);
+  return names;
+}
+
+/// "; did you mean a.tps#id=NAME?" where there is such a name, or one like it.
+std::string advice_on_id(const Address& address, const LandmarkFile& file) {
+  const std::vector<std::string> names = names_in(file);
+  const bool is_name = std::find(names.begin(), names.end(), address.selector) != names.end();
+  const std::string near = is_name ? address.selector : nearest_name(address.selector, names);
+  return near.empty() ? "" : fmt::format("; did you mean '{}#{}{}'?", address.path, kIdPrefix, near);
+}
+
 std::size_t find_number(const Address& address, const LandmarkFile& file) {
   std::size_t number = 0;
   const char* const end = address.selector.data() + address.selector.size();
   const auto [stop, error] = std::from_chars(address.selector.data(), end, number);
   if (stop != end || error == std::errc::invalid_argument)
     throw InputError(
-        fmt::format("'{}' follows '#' in the address of a shape in {}; a number from 1 or id=NAME is needed",
-                    address.selector, address.path));
+        fmt::format("'{}' follows '#' in the address of a shape in {}; a number from 1 or id=NAME is needed{}",
+                    address.selector, address.path, advice_on_id(address, file)));
   if (error == std::errc() && number >= 1 && number <= file.shapes.size()) return number - 1;
   throw InputError(fmt::format("{}, counted from 1; there is no #{}", describe_count(address, file), address.selector));
 }
 
 [[noreturn]] void fail_unknown_name(const Address& address, const LandmarkFile& file, const std::string& name) {
-  std::vector<std::string> names;
-  names.reserve(file.shapes.size());
-  for (const Landmarks& shape : file.shapes) names.push_back(shape.name);
+  const std::vector<std::string> names = names_in(file);
   const std::string near = nearest_name(name, names);
   const std::string advice = near.empty() ? "it has " + list_some(names) : "did you mean '" + near + "'?";
   throw InputError(fmt::format("{} has no shape named '{}'; {}", address.path, name, advice));

@@ -20,20 +20,31 @@
 
 namespace pulson::formats {
 
+namespace {
+
+/// Joins `count` landmarks from `first` on along a line.
+void link_neighbours(int first, int count, LineEnds ends, std::vector<std::pair<int, int>>& links) {
+  for (int a = 1; a < count; ++a) links.emplace_back(first + a - 1, first + a);
+  if (ends == LineEnds::kClosed && count > 2) links.emplace_back(first + count - 1, first);
+}
+
+}  // namespace
+
 bool take_lines_as_landmarks(Landmarks& shape) {
   if (shape.count() > 0 || (shape.curves.empty() && shape.outlines.empty())) return false;
   const Eigen::Index dimension = (shape.curves.empty() ? shape.outlines : shape.curves).front().rows();
   std::vector<double> coordinates;
-  const auto take = [&](std::vector<Points>& lines, const std::string& kind) {
+  const auto take = [&](std::vector<Points>& lines, const std::string& kind, LineEnds ends) {
     for (std::size_t i = 0; i < lines.size(); ++i) {
+      link_neighbours(static_cast<int>(shape.groups.size()), static_cast<int>(lines[i].cols()), ends, shape.links);
       coordinates.insert(coordinates.end(), lines[i].reshaped().begin(), lines[i].reshaped().end());
       shape.groups.insert(shape.groups.end(), static_cast<std::size_t>(lines[i].cols()),
                           fmt::format("{} {}", kind, i + 1));
     }
     lines.clear();
   };
-  take(shape.curves, "curve");
-  take(shape.outlines, "outline");
+  take(shape.curves, "curve", LineEnds::kOpen);
+  take(shape.outlines, "outline", LineEnds::kClosed);
   shape.points = Points::Map(coordinates.data(), dimension, static_cast<Eigen::Index>(shape.groups.size()));
   return true;
 }
@@ -51,6 +62,7 @@ bool give_lines_back(Landmarks& shape) {
   shape.groups.clear();
   shape.labels.clear();
   shape.numbers.clear();
+  shape.links.clear();
   return true;
 }
 

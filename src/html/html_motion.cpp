@@ -146,11 +146,14 @@ class Json {
     end_list();
   }
 
-  // Lines through landmarks: lists of their numbers from 0, the first again at the end of a closed one.
+  // Lines through landmarks and links between two: lists of their numbers from 0, the first again at the end of a
+  // closed one.
   void add_outlines(std::string_view name, const draw::Figure& figure) {
     fmt::format_to(std::back_inserter(text_), "\"{}\":[", name);
     for (const draw::Outline& outline : figure.outlines)
       fmt::format_to(std::back_inserter(text_), "[{}],", fmt::join(outline.members, ","));
+    for (const draw::Link& link : figure.links)
+      fmt::format_to(std::back_inserter(text_), "[{},{}],", link.from, link.to);
     end_list();
   }
 

@@ -55,7 +55,7 @@ class Place {
   double scale_ = 1;
 };
 
-// One path for all outlines, and a dot or ring for each landmark that is on none.
+// One path for all outlines and links, and a dot or ring for each landmark that is on none.
 void draw(std::string& svg, const Points& points, const Landmarks& source, const Place& place, std::string_view style,
           double row, double radius) {
   std::string lines, marks;
@@ -74,6 +74,11 @@ void draw(std::string& svg, const Points& points, const Landmarks& source, const
       }
     }
     if (begun && kind == draw::OutlineKind::kClosed) lines += "Z";
+  }
+  for (const auto& [a, b] : source.links) {
+    if (!points.col(a).allFinite() || !points.col(b).allFinite()) continue;
+    const Eigen::Vector2d from = place(points.col(a), row), to = place(points.col(b), row);
+    fmt::format_to(std::back_inserter(lines), "M{:.1f} {:.1f}L{:.1f} {:.1f}", from.x(), from.y(), to.x(), to.y());
   }
   if (const std::string path = lines + marks; !path.empty())
     fmt::format_to(std::back_inserter(svg), R"(<path class="{}" d="{}"/>)", style, path);

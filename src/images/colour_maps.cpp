@@ -29,7 +29,7 @@ constexpr Rgb kMark{0xF0, 0xE4, 0x42};
 
 template <class ColourOf>
 Image coloured(const std::vector<float>& values, int width, int height, const ColourOf& colour_of) {
-  Image image(width, height, 4, PixelDepth::kUint8);
+  Image image(width, height, 4, PixelType::kUint8);
   if (values.size() != image.pixel_count())
     throw InputError("image of " + std::to_string(width) + " x " + std::to_string(height) + " pixels: there are " +
                      std::to_string(values.size()) + " numbers");

@@ -20,18 +20,21 @@ namespace {
 using images::mat_of;
 
 Image resized(const Image& image, int width, int height, int interpolation) {
-  Image result(width, height, image.channels(), image.depth());
+  Image result(width, height, image.format());
   images::filter_pixels(mat_of(image), result, [&](const cv::Mat& from, cv::Mat& to) {
     cv::resize(from, to, cv::Size(width, height), 0, 0, interpolation);
   });
   return result;
 }
 
-void clear_nan_pixels(Image& image) {
-  const std::span<float> values = image.values<float>();
-  for (std::size_t i = 0; i < values.size(); i += 4)
-    if (std::any_of(&values[i], &values[i] + 4, [](float value) { return std::isnan(value); }))
-      std::fill_n(&values[i], 4, 0.0F);
+/// A pixel of four numbers in 8 bits.
+template <class Value>
+void set_rgba8(std::span<const Value> from, double full, std::uint8_t* to) {
+  if (std::any_of(from.begin(), from.end(), [](Value value) { return value != value; })) return;  // NaN
+  for (std::size_t c = 0; c < 4; ++c) {
+    const double part = std::clamp(static_cast<double>(from[c]) / full, 0.0, 1.0);
+    to[c] = static_cast<std::uint8_t>(std::lround(255 * part));
+  }
 }
 
 std::pair<Image, Image> of_one_size(const Image& a, const Image& b) {
@@ -52,7 +55,7 @@ auto* pixel_of(AnyImage& image, int x, int y) {
 template <class Combine>
 Image combined(const Image& a, const Image& b, const Combine& combine) {
   const auto [first, second] = of_one_size(a, b);
-  Image result(a.width(), a.height(), 4, PixelDepth::kUint8);
+  Image result(a.width(), a.height(), 4, PixelType::kUint8);
   for (int y = 0; y < a.height(); ++y)
     for (int x = 0; x < a.width(); ++x) combine(pixel_of(first, x, y), pixel_of(second, x, y), pixel_of(result, x, y));
   return result;
@@ -61,12 +64,15 @@ Image combined(const Image& a, const Image& b, const Combine& combine) {
 }  // namespace
 
 Image to_rgba8(const Image& image) {
-  Image colours = images::with_alpha(images::with_colours(image));
-  if (colours.depth() == PixelDepth::kUint8) return colours;
-  if (colours.depth() == PixelDepth::kFloat32) clear_nan_pixels(colours);
-  Image result(image.width(), image.height(), 4, PixelDepth::kUint8);
-  cv::Mat pixels = mat_of(result);
-  mat_of(colours).convertTo(pixels, CV_8U, 255 / full_value(image.depth()));
+  const Image colours = with_alpha(with_colours(first_channels(with_straight_alpha(image))));
+  if (colours.type() == PixelType::kUint8 && colours.full() == 255) return colours;
+  Image result(image.width(), image.height(), 4, PixelType::kUint8);
+  std::uint8_t* to = result.values<std::uint8_t>().data();
+  with_number_type(colours.type(), [&]<class Value>() {
+    const auto from = colours.values<Value>();
+    for (std::size_t i = 0; i < colours.pixel_count(); ++i)
+      set_rgba8(from.subspan(4 * i, 4), colours.full(), to + 4 * i);
+  });
   return result;
 }
 

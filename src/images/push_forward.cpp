@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <mutex>
+#include <span>
 #include <utility>
 
 #include "channels.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "rounding.hpp"
 
 namespace pulson::images {
 namespace {
@@ -77,23 +80,122 @@ Place single_place(const warp::RasterBand& band, int x, int y) {
   return {sum[0] / static_cast<float>(samples), sum[1] / static_cast<float>(samples)};
 }
 
+/// One page of the picture as it is pushed: its pixels, and the result's.
+class PushedPage {
+ public:
+  PushedPage(const Image& source, const warp::RasterOptions& raster, const PushOptions& options)
+      : opaque_(options.fill || source.has_alpha() ? Image() : with_alpha(source)),
+        source_(opaque_.empty() ? source : opaque_),
+        look_up_{options.interpolation, Border::kReplicate, options.fill.value_or(std::vector<double>())},
+        result_(raster.width, raster.height, source_.format()) {
+    look_up_.fill.resize(static_cast<std::size_t>(source_.channels()));
+  }
+  // It refers to itself.
+  PushedPage(const PushedPage&) = delete;
+  PushedPage& operator=(const PushedPage&) = delete;
+
+  /// The rows from pixel `first` on.
+  void show(const Places& places, std::size_t first) {
+    Image pixels = remap(source_, places.single, look_up_);
+    if (!places.mixed.empty()) mix(places, pixels);
+    std::copy(pixels.bytes().begin(), pixels.bytes().end(),
+              result_.bytes().begin() + static_cast<std::ptrdiff_t>(first * source_.pixel_size()));
+  }
+
+  Image result() && { return std::move(result_); }
+
+ private:
+  void mix(const Places& places, Image& pixels) const {
+    const auto rows = static_cast<int>((places.list.size() + kListWidth - 1) / kListWidth);
+    PixelMap map{kListWidth, rows, places.list};
+    map.places.resize(static_cast<std::size_t>(kListWidth) * static_cast<std::size_t>(rows), Place{kNowhere, kNowhere});
+    const Image looked_up = remap(source_, map, look_up_);
+    with_number_type(source_.type(), [&]<class Value>() {
+      if (look_up_.interpolation == Interpolation::kLabel)
+        elect<Value>(places, looked_up, pixels);
+      else
+        average<Value>(places, looked_up, pixels);
+    });
+  }
+
+  // The value of the largest part of the pixel; the first of equal ones.
+  template <class Value>
+  void elect(const Places& places, const Image& looked_up, Image& pixels) const {
+    const auto channels = static_cast<std::size_t>(source_.channels());
+    const auto from = looked_up.values<Value>();
+    const auto to = pixels.values<Value>();
+    std::vector<Value> fill;
+    for (const double value : look_up_.fill) fill.push_back(rounded<Value>(value, source_.full()));
+    std::vector<std::pair<std::span<const Value>, double>> parts;
+    const auto add = [&](double part, std::span<const Value> value) {
+      const auto same = std::find_if(parts.begin(), parts.end(), [&](const auto& known) {
+        return std::equal(value.begin(), value.end(), known.first.begin());
+      });
+      if (same == parts.end())
+        parts.emplace_back(value, part);
+      else
+        same->second += part;
+    };
+    for (const MixedPixel& mixed : places.mixed) {
+      parts.clear();
+      for (std::size_t i = mixed.first; i < mixed.first + mixed.count; ++i)
+        add(places.shares[i], from.subspan(i * channels, channels));
+      add(1 - mixed.covered, fill);
+      const auto most = std::max_element(parts.begin(), parts.end(),
+                                         [](const auto& a, const auto& b) { return a.second < b.second; });
+      std::copy_n(most->first.begin(), channels, to.begin() + static_cast<std::ptrdiff_t>(mixed.pixel * channels));
+    }
+  }
+
+  // With straight alpha the mean of colours is one in proportion to opacity.
+  template <class Value>
+  void average(const Places& places, const Image& looked_up, Image& pixels) const {
+    const auto channels = static_cast<std::size_t>(source_.channels());
+    const std::size_t colours = source_.format().alpha == Alpha::kStraight ? channels - 1 : channels;
+    const auto from = looked_up.values<Value>();
+    const auto to = pixels.values<Value>();
+    std::vector<double> sum(colours);
+    for (const MixedPixel& mixed : places.mixed) {
+      std::fill(sum.begin(), sum.end(), 0.0);
+      double opacity = 0;
+      const auto add = [&](double weight, const auto& value) {
+        const double alpha = weight * (colours < channels ? static_cast<double>(value[colours]) : 1);
+        if (alpha == 0) return;
+        opacity += alpha;
+        for (std::size_t c = 0; c < colours; ++c) sum[c] += alpha * static_cast<double>(value[c]);
+      };
+      for (std::size_t i = mixed.first; i < mixed.first + mixed.count; ++i)
+        add(places.shares[i], from.subspan(i * channels, channels));
+      add(1 - mixed.covered, look_up_.fill);
+      for (std::size_t c = 0; c < colours; ++c)
+        to[mixed.pixel * channels + c] = rounded<Value>(opacity > 0 ? sum[c] / opacity : 0.0, source_.full());
+      if (colours < channels) to[mixed.pixel * channels + colours] = rounded<Value>(opacity, source_.full());
+    }
+  }
+
+  Image opaque_;          // the source with an alpha channel, where it has none and what is not covered is transparent
+  const Image& source_;   // that or the source
+  RemapOptions look_up_;  // where nothing is, the fill
+  Image result_;
+};
+
 class Pusher {
  public:
-  Pusher(const Image& source, warp::DeformedMesh mesh, const warp::RasterOptions& raster, const PushOptions& options,
-         std::vector<float> priority)
-      : opaque_(options.fill || source.has_alpha() ? Image() : images::with_alpha(source)),
-        source_(opaque_.empty() ? source : opaque_),
-        over_(raster.over),
-        look_up_{options.interpolation, Border::kReplicate, options.fill.value_or(std::array<double, 4>{})},
+  Pusher(std::span<const Image* const> sources, warp::DeformedMesh mesh, const warp::RasterOptions& raster,
+         const PushOptions& options, std::vector<float> priority)
+      : over_(raster.over),
         raster_(std::move(mesh), raster, std::move(priority)),
-        result_{Image(raster.width, raster.height, source_.channels(), source_.depth()),
-                std::vector<std::uint8_t>(result_pixels(raster)),
-                std::vector<bool>(result_pixels(raster)),
-                {}} {}
+        multiplicity_(result_pixels(raster)),
+        uncovered_(result_pixels(raster)) {
+    for (const Image* source : sources) pages_.push_back(std::make_unique<PushedPage>(*source, raster, options));
+  }
 
   PushedImage run() {
     parallel_for(raster_.bands(), [&](int i) { push_band(i); });
-    return std::move(result_);
+    PushedImage result{
+        std::move(*pages_.front()).result(), {}, std::move(multiplicity_), std::move(uncovered_), coverage_};
+    for (std::size_t i = 1; i < pages_.size(); ++i) result.more.push_back(std::move(*pages_[i]).result());
+    return result;
   }
 
  private:
@@ -104,12 +206,8 @@ class Pusher {
   void push_band(int index) {
     const warp::RasterBand band = raster_.band(index);
     const std::size_t first = static_cast<std::size_t>(band.first_row) * static_cast<std::size_t>(band.width);
-    Places places = find_places(band, index);
-    Image pixels = remap(source_, places.single, look_up_);
-    if (!places.mixed.empty()) mix(places, pixels);
-    const std::size_t bytes = byte_count(source_.depth()) * static_cast<std::size_t>(source_.channels());
-    std::copy(pixels.bytes().begin(), pixels.bytes().end(),
-              result_.image.bytes().begin() + static_cast<std::ptrdiff_t>(first * bytes));
+    const Places places = find_places(band, index);
+    for (const auto& page : pages_) page->show(places, first);
     note_coverage(band, first);
   }
 
@@ -120,11 +218,11 @@ class Pusher {
       for (int x = 0; x < band.width; ++x) {
         std::uint8_t most = 0;
         PixelSamples(band).visit(x, y, [&](std::size_t sample) { most = std::max(most, band.counts[sample]); });
-        result_.multiplicity[first + static_cast<std::size_t>(y) * band.width + x] = most;
+        multiplicity_[first + static_cast<std::size_t>(y) * band.width + x] = most;
       }
     const std::lock_guard lock(mutex_);
-    result_.coverage += of_band;
-    std::copy(holes.begin(), holes.end(), result_.uncovered.begin() + static_cast<std::ptrdiff_t>(first));
+    coverage_ += of_band;
+    std::copy(holes.begin(), holes.end(), uncovered_.begin() + static_cast<std::ptrdiff_t>(first));
   }
 
   Places find_places(const warp::RasterBand& band, int index) const {
@@ -169,109 +267,31 @@ class Pusher {
     places.mixed.push_back(mixed);
   }
 
-  void mix(const Places& places, Image& pixels) const {
-    const auto rows = static_cast<int>((places.list.size() + kListWidth - 1) / kListWidth);
-    PixelMap map{kListWidth, rows, places.list};
-    map.places.resize(static_cast<std::size_t>(kListWidth) * static_cast<std::size_t>(rows), Place{kNowhere, kNowhere});
-    const Image looked_up = remap(source_, map, look_up_);
-    switch (source_.depth()) {
-      case PixelDepth::kUint8:
-        return mix<std::uint8_t>(places, looked_up, pixels);
-      case PixelDepth::kUint16:
-        return mix<std::uint16_t>(places, looked_up, pixels);
-      case PixelDepth::kFloat32:
-        return mix<float>(places, looked_up, pixels);
-    }
-  }
-
-  template <class Value>
-  void mix(const Places& places, const Image& looked_up, Image& pixels) const {
-    if (look_up_.interpolation == Interpolation::kLabel)
-      elect<Value>(places, looked_up, pixels);
-    else
-      average<Value>(places, looked_up, pixels);
-  }
-
-  // The value of the largest part of the pixel; the first of equal ones.
-  template <class Value>
-  void elect(const Places& places, const Image& looked_up, Image& pixels) const {
-    using Candidate = std::array<Value, 4>;
-    const auto channels = static_cast<std::size_t>(source_.channels());
-    const auto from = looked_up.values<Value>();
-    const auto to = pixels.values<Value>();
-    std::vector<std::pair<Candidate, double>> parts;
-    const auto add = [&](double part, const Candidate& candidate) {
-      const auto same =
-          std::find_if(parts.begin(), parts.end(), [&](const auto& known) { return known.first == candidate; });
-      if (same == parts.end())
-        parts.emplace_back(candidate, part);
-      else
-        same->second += part;
-    };
-    Candidate fill{};
-    for (std::size_t c = 0; c < channels; ++c) fill[c] = rounded<Value>(look_up_.fill[c]);
-    for (const MixedPixel& mixed : places.mixed) {
-      parts.clear();
-      for (std::size_t i = mixed.first; i < mixed.first + mixed.count; ++i) {
-        Candidate candidate{};
-        std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(i * channels), channels, candidate.begin());
-        add(places.shares[i], candidate);
-      }
-      add(1 - mixed.covered, fill);
-      const auto most = std::max_element(parts.begin(), parts.end(),
-                                         [](const auto& a, const auto& b) { return a.second < b.second; });
-      std::copy_n(most->first.begin(), channels, to.begin() + static_cast<std::ptrdiff_t>(mixed.pixel * channels));
-    }
-  }
-
-  // With alpha the mean of colours is one in proportion to opacity.
-  template <class Value>
-  void average(const Places& places, const Image& looked_up, Image& pixels) const {
-    const auto channels = static_cast<std::size_t>(source_.channels());
-    const std::size_t colours = source_.has_alpha() ? channels - 1 : channels;
-    const auto from = looked_up.values<Value>();
-    const auto to = pixels.values<Value>();
-    for (const MixedPixel& mixed : places.mixed) {
-      std::array<double, 4> sum{};
-      double opacity = 0;
-      const auto add = [&](double weight, const auto& value) {
-        const double alpha = weight * (colours < channels ? static_cast<double>(value[colours]) : 1);
-        opacity += alpha;
-        for (std::size_t c = 0; c < colours; ++c) sum[c] += alpha * static_cast<double>(value[c]);
-      };
-      for (std::size_t i = mixed.first; i < mixed.first + mixed.count; ++i)
-        add(places.shares[i], from.subspan(i * channels, channels));
-      add(1 - mixed.covered, look_up_.fill);
-      for (std::size_t c = 0; c < colours; ++c)
-        to[mixed.pixel * channels + c] = rounded<Value>(opacity > 0 ? sum[c] / opacity : 0);
-      if (colours < channels) to[mixed.pixel * channels + colours] = rounded<Value>(opacity);
-    }
-  }
-
-  template <class Value>
-  static Value rounded(double value) {
-    if constexpr (std::is_floating_point_v<Value>) return static_cast<Value>(value);
-    return static_cast<Value>(std::lround(value));
-  }
-
-  Image opaque_;         // the source with an alpha channel, where it has none and what is not covered is transparent
-  const Image& source_;  // that or the source
+  std::vector<std::unique_ptr<PushedPage>> pages_;
   warp::SheetOrder over_;
-  RemapOptions look_up_;  // where nothing is, the fill
   warp::MeshRaster raster_;
-  PushedImage result_;
+  std::vector<std::uint8_t> multiplicity_;
+  std::vector<bool> uncovered_;
+  warp::Coverage coverage_;
   std::mutex mutex_;
 };
 
 }  // namespace
 
+PushedImage push_forward(std::span<const Image* const> pages, warp::DeformedMesh mesh,
+                         const warp::RasterOptions& raster, const PushOptions& options, std::vector<float> priority) {
+  for (const Image* page : pages)
+    if (mesh.cell_columns() != page->width() || mesh.cell_rows() != page->height())
+      throw InputError("the mesh has " + std::to_string(mesh.cell_columns()) + " x " +
+                       std::to_string(mesh.cell_rows()) + " cells, and the image " + std::to_string(page->width()) +
+                       " x " + std::to_string(page->height()) + " pixels");
+  return Pusher(pages, std::move(mesh), raster, options, std::move(priority)).run();
+}
+
 PushedImage push_forward(const Image& source, warp::DeformedMesh mesh, const warp::RasterOptions& raster,
                          const PushOptions& options, std::vector<float> priority) {
-  if (mesh.cell_columns() != source.width() || mesh.cell_rows() != source.height())
-    throw InputError("the mesh has " + std::to_string(mesh.cell_columns()) + " x " + std::to_string(mesh.cell_rows()) +
-                     " cells, and the image " + std::to_string(source.width()) + " x " +
-                     std::to_string(source.height()) + " pixels");
-  return Pusher(source, std::move(mesh), raster, options, std::move(priority)).run();
+  const Image* const page = &source;
+  return push_forward({&page, 1}, std::move(mesh), raster, options, std::move(priority));
 }
 
 }  // namespace pulson::images

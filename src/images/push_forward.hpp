@@ -1,8 +1,8 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pulson/images/image_warp.hpp"
@@ -12,12 +12,14 @@ namespace pulson::images {
 
 struct PushOptions {
   Interpolation interpolation = Interpolation::kLinear;  ///< between pixels of the source
-  /// Of what is not covered, in units and order of the source's channels; none: transparent, and the result has alpha.
-  std::optional<std::array<double, 4>> fill = std::array<double, 4>{};
+  /// Of what is not covered, in units and order of the source's channels, 0 where it ends; none: transparent, and the
+  /// result has alpha.
+  std::optional<std::vector<double>> fill = std::vector<double>();
 };
 
 struct PushedImage {
   Image image;
+  std::vector<Image> more;                 ///< the other pages
   std::vector<std::uint8_t> multiplicity;  ///< most sheets over a sample of each pixel, row by row
   std::vector<bool> uncovered;             ///< pixels without any sheet
   warp::Coverage coverage;
@@ -29,7 +31,11 @@ struct PushedImage {
 /// of sheets, at holes, and where the map shrinks.
 /// @param mesh of the source's pixel corners, (width+1)×(height+1) vertices
 /// @param priority see MeshRaster
-/// @throws InputError where the mesh does not fit the source, and as MeshRaster
+/// @throws InputError where the mesh does not fit a page, and as MeshRaster
+PushedImage push_forward(std::span<const Image* const> pages, warp::DeformedMesh mesh,
+                         const warp::RasterOptions& raster, const PushOptions& options = {},
+                         std::vector<float> priority = {});
+/// The same of one page.
 PushedImage push_forward(const Image& source, warp::DeformedMesh mesh, const warp::RasterOptions& raster,
                          const PushOptions& options = {}, std::vector<float> priority = {});
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "images/push_forward.hpp"
@@ -12,13 +13,14 @@ namespace pulson::images {
 /// @param landmarks in pixels of the image @throws InputError unless each has a rank
 std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks);
 
-/// The image pushed forward, with the mesh's folds. `reversed_in_cell`: flipped triangles at each pixel of the image.
+/// Pages of one size pushed forward, with the mesh's folds. `reversed_in_cell`: flipped triangles at each pixel of the
+/// image.
 struct PushedMesh {
   PushedImage pushed;
   warp::MeshFolds folds;
   double min_jacobian = 1;
   double map_error = 0;
 };
-PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options);
+PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options);
 
 }  // namespace pulson::images

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <iterator>
 #include <limits>
 #include <utility>
 
+#include "channels.hpp"
 #include "images/pushed_mesh.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -38,9 +41,14 @@ void append_displacements(const warp::SampledMap& map, int first_row, const Fram
 // The result of a pull, some rows at a time.
 class PulledRows {
  public:
-  PulledRows(const Image& image, const ImageWarp& warp, const WarpImageOptions& options)
-      : image_(image), warp_(warp), options_(options) {
+  PulledRows(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options)
+      : first_(*pages.front()), warp_(warp), options_(options) {
     result_.pulled = true;
+    for (const Image* page : pages) {
+      const bool needs_alpha = options.border == Border::kTransparent && !page->has_alpha();
+      pages_.push_back(needs_alpha ? &opaque_.emplace_back(with_alpha(*page)) : page);
+      results_.emplace_back(options.width, options.height, pages_.back()->format());
+    }
   }
 
   void add(int first_row, warp::SampledMap&& rows) {
@@ -50,14 +58,15 @@ class PulledRows {
       append_displacements(rows, first_row, inverse ? warp_.source() : warp_.target(),
                            inverse ? warp_.target() : warp_.source(), result_.displacements);
     }
-    for (const auto& place : rows.places) result_.multiplicity.push_back(is_outside(place, image_) ? 0 : 1);
-    const Image pulled = remap(image_, {rows.columns, rows.rows, std::move(rows.places)},
-                               {options_.interpolation, options_.border, options_.fill});
-    Image& whole = result_.image;
-    if (whole.empty()) whole = Image(options_.width, options_.height, pulled.channels(), pulled.depth());
-    const std::size_t row_bytes = whole.bytes().size() / static_cast<std::size_t>(options_.height);
-    std::copy(pulled.bytes().begin(), pulled.bytes().end(),
-              whole.bytes().begin() + static_cast<std::ptrdiff_t>(row_bytes * static_cast<std::size_t>(first_row)));
+    for (const auto& place : rows.places) result_.multiplicity.push_back(is_outside(place, first_) ? 0 : 1);
+    const PixelMap map{rows.columns, rows.rows, std::move(rows.places)};
+    for (std::size_t i = 0; i < pages_.size(); ++i) {
+      const Image pulled = remap(*pages_[i], map, {options_.interpolation, options_.border, options_.fill});
+      Image& whole = results_[i];
+      const std::size_t row_bytes = whole.pixel_size() * static_cast<std::size_t>(options_.width);
+      std::copy(pulled.bytes().begin(), pulled.bytes().end(),
+                whole.bytes().begin() + static_cast<std::ptrdiff_t>(row_bytes * static_cast<std::size_t>(first_row)));
+    }
   }
 
   WarpedImage result() && {
@@ -70,6 +79,8 @@ class PulledRows {
     figures.uncovered_fraction = static_cast<double>(outside) / all;
     figures.max_multiplicity = outside < std::ssize(result_.multiplicity) ? 1 : 0;
     result_.holes.resize(result_.multiplicity.size());
+    result_.image = std::move(results_.front());
+    result_.more.assign(std::move_iterator(results_.begin() + 1), std::move_iterator(results_.end()));
     return std::move(result_);
   }
 
@@ -85,7 +96,10 @@ class PulledRows {
     result_.figures.map_error = std::max(result_.figures.map_error, rows.error);
   }
 
-  const Image& image_;
+  const Image& first_;
+  std::deque<Image> opaque_;         // pages with an alpha channel that they need
+  std::vector<const Image*> pages_;  // those, or as they were given
+  std::vector<Image> results_;
   const ImageWarp& warp_;
   const WarpImageOptions& options_;
   WarpedImage result_;
@@ -94,18 +108,19 @@ class PulledRows {
   std::int64_t folded_ = 0;
 };
 
-WarpedImage pull(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+WarpedImage pull(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options) {
   const warp::PlaneMap map = [&](const Points& pixels) {
     return options.inverse ? warp.forward(pixels) : warp.backward(pixels);
   };
-  PulledRows rows(image, warp, options);
+  PulledRows rows(pages, warp, options);
   sample_map_by_rows(map, {options.width, options.height, 0}, options.tolerance, true,
                      [&](int first_row, warp::SampledMap&& band) { rows.add(first_row, std::move(band)); });
   return std::move(rows).result();
 }
 
-WarpedImage push(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
-  PushedMesh mesh = push_image(image, warp, options);
+WarpedImage push(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options) {
+  PushedMesh mesh = push_image(pages, warp, options);
+  const Image& image = *pages.front();
   WarpedImage result;
   MapFigures& figures = result.figures;
   figures.map_error = mesh.map_error;
@@ -118,6 +133,7 @@ WarpedImage push(const Image& image, const ImageWarp& warp, const WarpImageOptio
                           static_cast<double>(result.holes.size());
   result.multiplicity = std::move(mesh.pushed.multiplicity);
   result.image = std::move(mesh.pushed.image);
+  result.more = std::move(mesh.pushed.more);
   if (options.with_displacements) {
     const auto forward = [&](const Points& pixels) { return warp.forward(pixels); };
     warp::sample_map_by_rows(forward, {image.width(), image.height(), 0}, options.tolerance, false,
@@ -148,7 +164,8 @@ std::vector<float> label_order(const Image& image, const Points& landmarks, cons
   return order;
 }
 
-PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options) {
+  const Image& image = *pages.front();
   const warp::PlaneMap map = [&](const Points& pixels) { return warp.forward(pixels); };
   PushedMesh result;
   const bool is_mirrored = warp.orientation() < 0;
@@ -174,7 +191,7 @@ PushedMesh push_image(const Image& image, const ImageWarp& warp, const WarpImage
   std::vector<float> priority;
   if (raster.over == warp::SheetOrder::kPriority)
     priority = label_order(image, warp.label_pixels(), options.label_ranks);
-  result.pushed = push_forward(image, std::move(mesh), raster, push, std::move(priority));
+  result.pushed = push_forward(pages, std::move(mesh), raster, push, std::move(priority));
   return result;
 }
 
@@ -210,11 +227,21 @@ std::vector<float> displacements_on_image(const Image& image, const ImageWarp& w
 }
 
 WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
+  const Image* const page = &image;
+  return warp_image({&page, 1}, warp, options);
+}
+
+WarpedImage warp_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options) {
+  for (const Image* page : pages)
+    if (page->width() != pages.front()->width() || page->height() != pages.front()->height())
+      throw InputError("pages of " + std::to_string(page->width()) + " x " + std::to_string(page->height()) + " and " +
+                       std::to_string(pages.front()->width()) + " x " + std::to_string(pages.front()->height()) +
+                       " pixels cannot be warped by one map");
   check_pixel_count(options.width, options.height, options.max_pixels, "the warped image");
   const bool may_push = options.method != WarpMethod::kPull, may_pull = options.method != WarpMethod::kPush;
   if (options.inverse) {
     if (!may_pull) throw InputError("`inverse` always pulls the image; it cannot be combined with `method = push`");
-    WarpedImage result = pull(image, warp, options);
+    WarpedImage result = pull(pages, warp, options);
     result.reason = "each pixel of the source looks up its image under the map";
     return result;
   }
@@ -222,7 +249,7 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpImag
   if (!may_push && !is_invertible)
     throw InputError("`method = pull` needs a map that has an inverse; here the noise moves landmarks individually");
   if (may_pull && is_invertible) {
-    WarpedImage result = pull(image, warp, options);
+    WarpedImage result = pull(pages, warp, options);
     if (result.figures.min_jacobian > 0) {
       result.reason = "the map is a diffeomorphism";
       return result;
@@ -230,7 +257,7 @@ WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpImag
     if (!may_push)
       throw InputError("`method = pull`: the time steps are too long for an inverse; register with more `grid.steps`");
   }
-  WarpedImage result = push(image, warp, options);
+  WarpedImage result = push(pages, warp, options);
   result.reason = !may_pull                            ? "as requested"
                   : is_invertible                      ? "the time steps are too long for an inverse"
                   : result.figures.folded_fraction > 0 ? "the map folds"

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
 #include "core/determined.hpp"
+#include "core/name_matching.hpp"
 #include "parameters.hpp"
 #include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
@@ -39,23 +41,29 @@ std::vector<bool> leaves_of(const std::vector<TreeNode>& tree) {
   return leaves;
 }
 
+// Of shapes without a node of their name.
+[[noreturn]] void fail_without_node(const std::vector<int>& lonely, const NameList& names, const NameList& nodes) {
+  std::vector<std::string> of_shapes;
+  for (const int s : lonely) of_shapes.push_back(names.names[static_cast<std::size_t>(s)]);
+  std::vector<std::string> valid;
+  std::copy_if(nodes.names.begin(), nodes.names.end(), std::back_inserter(valid),
+               [](const std::string& name) { return !name.empty(); });
+  throw InputError(
+      fmt::format("the tree has no node {}{}", listed_names(of_shapes), advice_on_name(of_shapes.front(), valid)));
+}
+
 // The shape of each node but the root, none where none is given.
-std::vector<const Landmarks*> shapes_by_node(const std::vector<TreeNode>& tree, const std::vector<Landmarks>& shapes) {
+std::vector<const Landmarks*> shapes_by_node(const std::vector<TreeNode>& tree, const std::vector<Landmarks>& shapes,
+                                             std::vector<std::string>& notes) {
+  NameList names{"the shapes", {}}, nodes{"the tree", {}};
+  for (const Landmarks& shape : shapes) names.names.push_back(shape.name);
+  for (std::size_t i = 1; i < tree.size(); ++i) nodes.names.push_back(tree[i].name);
+  const NameMatch match = match_names(names, nodes, NameKind::kSpecimens);
+  if (!match.problem.empty()) throw InputError(match.problem);
+  if (const std::vector<int> lonely = match.unmatched(); !lonely.empty()) fail_without_node(lonely, names, nodes);
+  if (!match.note.empty()) notes.push_back(match.note);
   std::vector<const Landmarks*> of_node(tree.size(), nullptr);
-  std::vector<std::string> names;
-  for (std::size_t i = 1; i < tree.size(); ++i)
-    if (!tree[i].name.empty()) names.push_back(tree[i].name);
-  for (const Landmarks& shape : shapes) {
-    const auto found = std::find_if(tree.begin() + 1, tree.end(), [&](const TreeNode& node) {
-      return !node.name.empty() && node.name == shape.name;
-    });
-    if (found == tree.end())
-      throw InputError(fmt::format("{}: the tree has no node {}{}", shape.source, quoted_line(shape.name),
-                                   advice_on_name(shape.name, names)));
-    const Landmarks*& place = of_node[static_cast<std::size_t>(found - tree.begin())];
-    if (place != nullptr) throw InputError(fmt::format("two shapes are called {}", quoted_line(shape.name)));
-    place = &shape;
-  }
+  for (std::size_t s = 0; s < shapes.size(); ++s) of_node[index_of(match.partners[s] + 1)] = &shapes[s];
   const std::vector<bool> leaves = leaves_of(tree);
   for (std::size_t i = 1; i < tree.size(); ++i)
     if (leaves[i] && of_node[i] == nullptr)
@@ -100,7 +108,8 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
                                    const std::vector<std::string>& parameters) {
   if (tree.size() < 2) throw InputError("the tree has no branch");
   const std::vector<double> depths = depths_of(tree);
-  const std::vector<const Landmarks*> of_node = shapes_by_node(tree, shapes);
+  std::vector<std::string> notes;
+  const std::vector<const Landmarks*> of_node = shapes_by_node(tree, shapes, notes);
   std::vector<Landmarks> observed;
   for (const Landmarks* shape : of_node)
     if (shape != nullptr) observed.push_back(*shape);
@@ -111,6 +120,7 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
   const double steps = options.grid.steps / options.grid.time;
   AllParameters all;
   PosteriorProblem problem = make_specimens(source, observed, std::move(options), all);
+  problem.notes.insert(problem.notes.begin(), notes.begin(), notes.end());
   const NoiseTraits traits = problem.specimens.front().system.noise->traits();
   if (problem.specimens.front().system.noise->channels(source.dimension(), source.count()) == 0)
     throw InputError("a tree needs noise: nothing else moves the shapes along it");

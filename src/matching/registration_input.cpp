@@ -47,8 +47,18 @@ void select_data(DataOptions& data, const std::vector<int>& landmarks) {
   data.covariances = std::move(covariances);
 }
 
+LandmarkPairs pairs_of(MatchingShapes& shapes) {
+  try {
+    return pair_landmarks(shapes.source, shapes.target, shapes.notes,
+                          shapes.data.by_order ? PairBy::kOrder : PairBy::kNames);
+  } catch (const InputError& error) {
+    if (shapes.source.dimension() == 1) throw;
+    throw InputError(fmt::format("{} (outlines without correspondence: `data.kind = varifold`)", error.what()));
+  }
+}
+
 void select_pairs(MatchingShapes& shapes) {
-  const LandmarkPairs pairs = pair_landmarks(shapes.source, shapes.target, shapes.notes);
+  const LandmarkPairs pairs = pairs_of(shapes);
   if (std::ssize(pairs.first) < shapes.source.count()) {
     shapes.source = selected(shapes.source, pairs.first);
     select_data(shapes.data, pairs.first);

@@ -52,6 +52,7 @@ Landmarks read_shape(const Reader& reader, Points points) {
   if (reader.has("axes")) shape.axes = reader.at("axes").text();
   if (reader.has("frame")) shape.frame = formats::read_frame(reader.at("frame"));
   if (reader.has("units")) shape.units = reader.at("units").text();
+  if (reader.has("links")) shape.links = reader.at("links").links(shape.count(), 1);
   for (const auto& [key, size] :
        {std::pair("numbers", shape.numbers.size()), {"labels", shape.labels.size()}, {"groups", shape.groups.size()}})
     if (size > 0 && size != static_cast<std::size_t>(shape.count()))
@@ -194,6 +195,7 @@ formats::Json shape_json(const Landmarks& shape) {
   formats::Json json = {
       {"file", shape.source}, {"name", shape.name}, {"labels", shape.labels}, {"groups", shape.groups}};
   if (!shape.numbers.empty()) json["numbers"] = shape.numbers;
+  if (!shape.links.empty()) json["links"] = formats::links_json(shape.links);
   if (!shape.axes.empty()) json["axes"] = shape.axes;
   if (!shape.units.empty()) json["units"] = shape.units;
   if (shape.dimension() == 2) json["frame"] = formats::frame_json(shape.frame);

@@ -21,10 +21,13 @@ double round_off(const Points& x) { return kRoundOff * std::max(x.cwiseAbs().max
 
 MatrixXd square(const MatrixXd& columns, Index m, Index d) { return columns.col(m).reshaped(d, d); }
 
-// Column by column the product of d×d matrices.
+// Column by column the product of d×d matrices, in place: millions of points have one each.
 MatrixXd products(const MatrixXd& a, const MatrixXd& b, Index d) {
   MatrixXd product(a.rows(), a.cols());
-  for (Index m = 0; m < a.cols(); ++m) product.col(m) = (square(a, m, d) * square(b, m, d)).reshaped();
+  for (Index m = 0; m < a.cols(); ++m) {
+    const Eigen::Map<const MatrixXd> left(a.col(m).data(), d, d), right(b.col(m).data(), d, d);
+    Eigen::Map<MatrixXd>(product.col(m).data(), d, d) = left.lazyProduct(right);
+  }
   return product;
 }
 

@@ -14,6 +14,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 using Names = std::vector<std::string>;
 
@@ -83,32 +84,94 @@ TEST(LandmarkPairs, FollowTheNumbersOfFiles) {
               ElementsAre(1, 0));
 }
 
-TEST(LandmarkPairs, FollowTheOrderWhereNothingElsePairs) {
+TEST(LandmarkPairs, FollowTheOrderWhereNeitherHasNamesOrTheUserSaysSo) {
   const Landmarks first = labelled("a.csv", {"nose", "chin", "ear"});
-  for (const Names& labels :
-       {Names{"nose", "chin", "ear"}, {"F-1", "F-2", "F-3"}, {"ear", "ear", "nose"}, {"ear", "", "nose"}}) {
+  for (const auto& [one, two] :
+       {std::pair{counted_points("a.csv", 3), counted_points("b.csv", 3)},
+        {first, labelled("b.csv", {"nose", "chin", "ear"})},
+        {labelled("a.csv", {"leaf", "leaf", "leaf"}), labelled("b.csv", {"tip", "tip", "tip"})},
+        {labelled("a.csv", {"ear", "ear", "nose"}), labelled("b.csv", {"ear", "ear", "nose"})}}) {
     Names notes;
-    EXPECT_THAT(pair_landmarks(first, labelled("b.csv", labels), notes).other, ElementsAre(0, 1, 2));
+    EXPECT_THAT(pair_landmarks(one, two, notes).other, ElementsAre(0, 1, 2));
     EXPECT_THAT(notes, IsEmpty());
   }
   Names notes;
-  EXPECT_THAT(pair_landmarks(first, labelled("b.csv", {"left", "nose", "right"}), notes).other, ElementsAre(0, 1, 2));
-  EXPECT_THAT(notes, ElementsAre("a.csv and b.csv: the landmark 'nose' is in different positions and most other labels "
-                                 "differ; landmarks are paired by their order"));
+  const Landmarks other = labelled("b.csv", {"left", "nose", "right"});
+  EXPECT_THAT(pair_landmarks(first, other, notes, PairBy::kOrder).other, ElementsAre(0, 1, 2));
+  EXPECT_EQ(in_order_of(first, other, notes, PairBy::kOrder).labels, first.labels);
+  EXPECT_THAT(error_of([&] { pair_landmarks(first, counted_points("b.csv", 4), notes, PairBy::kOrder); }),
+              HasSubstr("a.csv has 3, b.csv has 4; pairs by order need as many"));
 }
 
-TEST(LandmarkPairs, NeedAsManyWhereNothingPairsThem) {
+TEST(LandmarkPairs, ByNumbersCountThoseWithoutNames) {
   Names notes;
+  EXPECT_THAT(pair_landmarks(labelled("a.csv", {"LM3", "LM1", "LM2"}), counted_points("b.tps", 3), notes).other,
+              ElementsAre(2, 0, 1));
+  EXPECT_THAT(pair_landmarks(counted_points("a.tps", 3), labelled("b.csv", {"2", "0", "1"}), notes).other,
+              ElementsAre(1, 2, 0));
+  EXPECT_THAT(pair_landmarks(numbered("a.csv", {1, 2, 4, 5}), counted_points("b.csv", 5), notes).other,
+              ElementsAre(0, 1, 3, 4));
+}
+
+TEST(LandmarkPairs, OfSeveralOutlinesHaveTheNamesOfBoth) {
+  Landmarks first = labelled("a.csv", {"nose", "tail", "nose", "tail"}), other = first;
+  first.groups = {"mouse", "mouse", "rat", "rat"};
+  other.groups = {"rat", "rat", "mouse", "mouse"};
+  Names notes;
+  EXPECT_THAT(pair_landmarks(first, other, notes).other, ElementsAre(2, 3, 0, 1));
+}
+
+TEST(LandmarkPairs, AreRefusedWhereNamesDoNotSayWhichCorrespond) {
+  Names notes;
+  const Landmarks first = labelled("a.csv", {"nose", "chin", "ear", "eye"});
   const auto error_with = [&](const Landmarks& other) {
-    return error_of([&] { pair_landmarks(labelled("a.csv", {"x", "y", "z"}), other, notes); });
+    return error_of([&] { pair_landmarks(first, other, notes); });
   };
-  EXPECT_THAT(error_with(counted_points("b.csv", 4)),
-              HasSubstr("a.csv has 3, b.csv has 4; both need the same landmarks, or labels or numbers"));
-  EXPECT_THAT(
-      error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})),
-      HasSubstr("none of their labels are in both, and landmarks are paired by these only where half of the smaller"));
-  EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "y"})),
-              HasSubstr("only 1 of their labels are in both"));
+  EXPECT_EQ(error_with(counted_points("b.csv", 4)),
+            "a.csv names its landmarks ('nose', …), b.csv does not, so that nothing says which correspond; name them "
+            "alike in both; `by_order` pairs them in the order of the files");
+  EXPECT_THAT(error_with(counted_points("b.csv", 5)), Not(HasSubstr("by_order")));
+  EXPECT_EQ(error_with(labelled("b.csv", {"brow", "Nose", "lip", "jaw"})),
+            "a.csv and b.csv: only 1 of the smaller shape's 4 landmarks has a partner of the same name, and at least "
+            "half need one; without: 'chin', 'ear', 'eye' of a.csv; 'brow', 'lip', 'jaw' of b.csv; `by_order` pairs "
+            "them in the order of the files");
+  EXPECT_THAT(error_with(labelled("b.csv", {"F-1", "F-2", "F-3", "F-4"})), HasSubstr("none of the smaller shape's 4"));
+  EXPECT_THAT(error_with(labelled("b.csv", {"NOSE", "Nose", "ear", "eye"})), HasSubstr("are alike"));
+  EXPECT_THAT(error_of([&] {
+                pair_landmarks(labelled("a.csv", {"0", "1", "2"}), numbered("b.csv", {1, 2, 3}), notes);
+              }),
+              HasSubstr("from 0 to 2, b.csv from 1 to 3"));
+  EXPECT_THAT(error_of([&] { pair_landmarks(counted_points("a.csv", 3), counted_points("b.csv", 4), notes); }),
+              HasSubstr("a.csv has 3, b.csv has 4; nothing says which of them correspond"));
+}
+
+TEST(LandmarkPairs, ListAllThatLackAPartner) {
+  Names first_names, other_names;
+  for (int i = 0; i < 20; ++i) {
+    first_names.push_back("mark" + std::string(1, static_cast<char>('a' + i)));
+    other_names.push_back(i < 12 ? first_names.back() : "other" + std::string(1, static_cast<char>('a' + i)));
+  }
+  Names notes;
+  pair_landmarks(labelled("a.csv", first_names), labelled("b.csv", other_names), notes);
+  ASSERT_EQ(notes.size(), 2U);
+  for (int i = 12; i < 20; ++i) {
+    EXPECT_THAT(notes[0], HasSubstr(first_names[static_cast<std::size_t>(i)]));
+    EXPECT_THAT(notes[1], HasSubstr(other_names[static_cast<std::size_t>(i)]));
+  }
+}
+
+TEST(UndigitisedShapes, HaveAllLandmarksAtOnePoint) {
+  Landmarks shape = counted_points("a.csv", 4);
+  EXPECT_FALSE(is_undigitised(shape));
+  shape.points.setZero();
+  EXPECT_TRUE(is_undigitised(shape));
+  shape.points.setConstant(-1);
+  EXPECT_TRUE(is_undigitised(shape));
+  shape.points.setConstant(std::nan(""));
+  EXPECT_TRUE(is_undigitised(shape));
+  shape.points.col(2).setZero();
+  EXPECT_FALSE(is_undigitised(shape));
+  EXPECT_FALSE(is_undigitised(counted_points("a.csv", 1)));
 }
 
 Landmarks in_frame(const std::string& source, const std::string& axes, const std::string& units) {

@@ -135,7 +135,7 @@ TEST_F(GridFields, KeepTheTypeOfTheirNumbers) {
       {GridType::kUint32, {3, 0, 4294967296.0F, 0}, "MET_UINT", "uint"},
       {GridType::kInt64, {3, -9223372036854775808.0F, 9223372036854775808.0F, 0}, "MET_LONG_LONG", "longlong"},
       {GridType::kUint64, {3, 0, 18446744073709551616.0F, 0}, "MET_ULONG_LONG", "ulonglong"},
-      {GridType::kDouble, field.values, "MET_DOUBLE", "double"}};
+      {GridType::kFloat64, field.values, "MET_DOUBLE", "double"}};
   for (const Example& example : examples)
     for (const std::string name : {"field.mha", "field.nrrd"}) {
       field.type = example.type;

@@ -18,13 +18,24 @@ using testing::StartsWith;
 
 class ObservationFile : public InTemporaryFolder {
  protected:
+  static Landmarks unnamed(int count, int d) {
+    Landmarks shape;
+    shape.points.setZero(d, count);
+    shape.source = "a.csv";
+    return shape;
+  }
+  static Landmarks labelled(std::vector<std::string> labels) {
+    Landmarks shape = unnamed(static_cast<int>(labels.size()), 2);
+    shape.labels = std::move(labels);
+    return shape;
+  }
   static VectorXd weights(const std::string& text, int count) {
     write("w.csv", text);
-    return read_weights("w.csv", count);
+    return read_weights("w.csv", unnamed(count, 2));
   }
   static std::vector<MatrixXd> covariances(const std::string& text, int count, int d) {
     write("r.csv", text);
-    return read_covariances("r.csv", count, d);
+    return read_covariances("r.csv", unnamed(count, d));
   }
   static std::string weights_error(const std::string& text, int count = 2) {
     return error_of([&] { weights(text, count); });
@@ -52,7 +63,8 @@ TEST_F(Weights, ErrorsNameFileAndLine) {
   EXPECT_EQ(weights_error("1\n2\n3\n"), "w.csv has 3 rows of numbers; each of the 2 landmarks needs one");
   EXPECT_EQ(weights_error("weight\n1\n"), "w.csv has 1 row of numbers; each of the 2 landmarks needs one");
   EXPECT_THAT(weights_error(" \n"), HasSubstr("w.csv is empty"));
-  EXPECT_THAT(error_of([] { read_weights("none.csv", 2); }), AllOf(HasSubstr("none.csv"), HasSubstr("No such file")));
+  EXPECT_THAT(error_of([] { read_weights("none.csv", unnamed(2, 2)); }),
+              AllOf(HasSubstr("none.csv"), HasSubstr("No such file")));
 }
 
 TEST_F(Covariances, AreReadInEveryForm) {

@@ -52,9 +52,9 @@ TEST_F(OtherKinds, AreNamedWithTheWayOut) {
                    "ftypheic\0\0",
                    14),
        "an image (heic)", "landmarks are needed"},
-      {"a.png", std::string("\x89PNG\r\n\x1A\n\0", 9), "an image (png)", "place them with"},
-      {"a.jpg", std::string("\xFF\xD8\xFF\xE0\0", 5), "an image (jpg)", "place them with"},
-      {"a.tif", std::string("II*\0\0", 5), "an image (tif)", "place them with"},
+      {"a.png", std::string("\x89PNG\r\n\x1A\n\0", 9), "an image (png)", "docs/photographs.md"},
+      {"a.jpg", std::string("\xFF\xD8\xFF\xE0\0", 5), "an image (jpg)", "docs/photographs.md"},
+      {"a.tif", std::string("II*\0\0", 5), "an image (tif)", "docs/photographs.md"},
   };
   for (const auto& [name, bytes, kind, remedy] : kinds) {
     const std::string message = read_error(name, bytes);

@@ -35,7 +35,7 @@ bool grid_fields(std::string_view input) {
   check_field(*field);
   for (const auto write : {fields::meta_image_file, fields::nrrd_file})
     for (const bool is_compressed : {false, true}) {
-      const MemoryFile copy(write(*field, is_compressed));
+      const MemoryFile copy(write(fields::grid_of(*field), is_compressed));
       const fields::GridField back =
           demand("a field that is written is not read", [&] { return fields::read_grid_field(copy.path()); });
       require(has_same_bits(back, *field), "a field changes when it is written and read");

@@ -41,9 +41,15 @@ constexpr std::string_view kWeights = "weights\n";
 constexpr std::string_view kCovariances = "covariances\n";
 constexpr int kRows = 3;
 
+Landmarks shape_in(int dimension) {
+  Landmarks shape;
+  shape.points.setZero(dimension, kRows);
+  return shape;
+}
+
 bool weights(std::string_view text) {
   const MemoryFile file(text);
-  const auto numbers = attempt([&] { return formats::read_weights(file.path(), kRows); });
+  const auto numbers = attempt([&] { return formats::read_weights(file.path(), shape_in(2)); });
   if (!numbers) return true;
   require(numbers->size() == kRows && numbers->allFinite() && (numbers->array() >= 0).all(), "weights");
   return true;
@@ -52,7 +58,7 @@ bool weights(std::string_view text) {
 bool covariances(std::string_view text) {
   const MemoryFile file(text);
   for (int d = 1; d <= 3; ++d) {
-    const auto matrices = attempt([&] { return formats::read_covariances(file.path(), kRows, d); });
+    const auto matrices = attempt([&] { return formats::read_covariances(file.path(), shape_in(d)); });
     if (!matrices) continue;
     require(matrices->size() == kRows, "covariances are not as many as landmarks");
     for (const Eigen::MatrixXd& matrix : *matrices)

@@ -17,13 +17,10 @@ namespace pulson {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-constexpr images::PixelDepth kDepths[] = {images::PixelDepth::kUint8, images::PixelDepth::kUint16,
-                                          images::PixelDepth::kFloat32};
-
-/// An image without symmetry, its numbers over the whole range of the depth (floats beyond [0, 1] too); alpha at least
+/// An image without symmetry, its numbers over the whole range of the type (floats beyond [0, 1] too); alpha at least
 /// 1 of 255.
-inline images::Image uneven_image(int width, int height, int channels, images::PixelDepth depth) {
-  images::Image image(width, height, channels, depth);
+inline images::Image uneven_image(int width, int height, int channels, images::PixelType type) {
+  images::Image image(width, height, channels, type);
   std::uint32_t state = 7;
   std::size_t i = 0;
   const auto fill = [&](auto values) {
@@ -32,15 +29,12 @@ inline images::Image uneven_image(int width, int height, int channels, images::P
       const double share = (state >> 8) / 16777216.0;
       const bool is_alpha =
           image.has_alpha() && i++ % static_cast<std::size_t>(channels) + 1 == static_cast<std::size_t>(channels);
-      const double scaled =
-          depth == images::PixelDepth::kFloat32 && !is_alpha ? 4 * share - 2 : full_value(depth) * share;
-      const double shown = is_alpha ? std::max(scaled, full_value(depth) / 255) : scaled;
+      const double scaled = is_floating_point(type) && !is_alpha ? 4 * share - 2 : images::full_value(type) * share;
+      const double shown = is_alpha ? std::max(scaled, images::full_value(type) / 255) : scaled;
       value = static_cast<std::remove_reference_t<decltype(value)>>(shown);
     }
   };
-  if (depth == images::PixelDepth::kUint8) fill(image.values<std::uint8_t>());
-  if (depth == images::PixelDepth::kUint16) fill(image.values<std::uint16_t>());
-  if (depth == images::PixelDepth::kFloat32) fill(image.values<float>());
+  with_number_type(type, [&]<class Value>() { fill(image.values<Value>()); });
   return image;
 }
 
@@ -55,13 +49,13 @@ inline std::vector<double> pixel(const images::Image& image, int x, int y) {
 }
 
 inline std::string name_of(const images::Image& image) {
-  return std::to_string(image.channels()) + " channels, " + describe(image.depth());
+  return std::to_string(image.channels()) + " channels, " + describe(image.type());
 }
 
-/// Calls `action` with an image of every depth and number of channels.
+/// Calls `action` with an image of every type and 1 to 4 channels.
 inline void for_every_kind(int width, int height, const std::function<void(const images::Image&)>& action) {
-  for (const images::PixelDepth depth : kDepths)
-    for (int channels = 1; channels <= 4; ++channels) action(uneven_image(width, height, channels, depth));
+  for (const images::PixelType type : kNumberTypes)
+    for (int channels = 1; channels <= 4; ++channels) action(uneven_image(width, height, channels, type));
 }
 
 /// The map in which every pixel (x, y) shows place(x, y).

@@ -96,7 +96,7 @@ TEST_F(ImageLimits, AreCheckedByTheHeaderOfEveryFormat) {
   expect_too_large(bmp, "30000 x 30000");
   expect_too_large(tif_of({{256, 60'000}, {257, 60'000}, {258, 8}, {262, 1}, {273, 8}, {278, 60'000}, {279, 6}}),
                    "60000 x 60000");
-  write_image("a.jpg", uneven_image(8, 8, 3, PixelDepth::kUint8));
+  write_image("a.jpg", uneven_image(8, 8, 3, PixelType::kUint8));
   std::string jpg = contents("a.jpg");
   const std::size_t frame = jpg.find(std::string("\xFF\xC0", 2));
   ASSERT_NE(frame, std::string::npos);
@@ -105,7 +105,7 @@ TEST_F(ImageLimits, AreCheckedByTheHeaderOfEveryFormat) {
 }
 
 TEST_F(ImageLimits, AreAsGiven) {
-  write_image("a.png", uneven_image(8, 5, 3, PixelDepth::kUint8));
+  write_image("a.png", uneven_image(8, 5, 3, PixelType::kUint8));
   EXPECT_EQ(read_image("a.png", 40).pixel_count(), 40U);
   EXPECT_EQ(error_of([] { read_image("a.png", 39); }),
             "cannot read 'a.png': the image has 8 x 5 pixels, more than `max_pixels = 39` allows");

@@ -18,23 +18,11 @@ namespace {
 using testing::HasSubstr;
 using Place = std::array<float, 2>;
 
-/// Equal, but for round-off of float32 where colours were multiplied by alpha and divided again.
-void expect_same_pixels(const Image& a, const Image& b, const std::string& what) {
-  ASSERT_EQ(a.bytes().size(), b.bytes().size()) << what;
-  const bool is_rounded = a.has_alpha() && a.depth() == PixelDepth::kFloat32;
-  for (int y = 0; y < a.height(); ++y)
-    for (int x = 0; x < a.width(); ++x)
-      for (int c = 0; c < a.channels(); ++c)
-        ASSERT_NEAR(a.at(x, y, c), b.at(x, y, c), is_rounded ? 1e-6 : 0)
-            << what << " at " << x << ", " << y << ", " << c;
-}
-
 TEST(Remap, IdentityIsExactForEveryKindAndInterpolation) {
   const PixelMap identity = map_of(9, 6, [](float x, float y) { return Place{x, y}; });
   for_every_kind(9, 6, [&](const Image& image) {
     for (const auto& row : interpolation_table().rows())
-      expect_same_pixels(remap(image, identity, {row.make, Border::kConstant, {}}), image,
-                         name_of(image) + ", " + row.name);
+      EXPECT_EQ(remap(image, identity, {row.make, Border::kConstant, {}}), image) << name_of(image) << row.name;
   });
 }
 
@@ -93,7 +81,7 @@ TEST(Remap, NowhereIsTheFillOrTransparent) {
   for_every_kind(2, 1, [&](const Image& image) {
     for (const Border border : {Border::kConstant, Border::kReplicate, Border::kReflect}) {
       const Image result = remap(image, map, {Interpolation::kLinear, border, {1, 0.5, 1, 1}});
-      const std::vector<double> fill{1, image.depth() == PixelDepth::kFloat32 ? 0.5 : 0, 1, 1};
+      const std::vector<double> fill{1, is_floating_point(image.type()) ? 0.5 : 1, 1, 1};
       for (int c = 0; c < image.channels(); ++c) {
         EXPECT_EQ(result.at(0, 0, c), fill[static_cast<std::size_t>(c)]) << name_of(image);
         EXPECT_EQ(result.at(1, 0, c), fill[static_cast<std::size_t>(c)]) << name_of(image);
@@ -104,7 +92,7 @@ TEST(Remap, NowhereIsTheFillOrTransparent) {
     ASSERT_TRUE(clear.has_alpha());
     const int alpha = clear.channels() - 1;
     EXPECT_EQ(clear.at(0, 0, alpha), 0);
-    EXPECT_NEAR(clear.at(2, 0, alpha), image.has_alpha() ? image.at(1, 0, alpha) : full_value(image.depth()), 1e-6);
+    EXPECT_NEAR(clear.at(2, 0, alpha), image.has_alpha() ? image.at(1, 0, alpha) : full_value(image.type()), 1e-6);
   });
 }
 
@@ -121,14 +109,12 @@ TEST(Remap, TransparentPixelsDoNotBleed) {
   EXPECT_THAT(edge, testing::ElementsAre(200, 0, 0, testing::DoubleNear(127.5, 0.5)));
 }
 
-TEST(Remap, LongSidesAndUnknownNamesAreRefused) {
-  const Image wide(32767, 1, 1, PixelDepth::kUint8), widest(32766, 1, 1, PixelDepth::kUint8);
-  const PixelMap point{1, 1, {{32765, 0}}};
-  EXPECT_EQ(error_of([&] { remap(wide, point); }),
-            "the image has 32767 x 1 pixels; at most 32766 on a side can be warped: scale it down first");
-  EXPECT_EQ(error_of([&] { remap(widest, point); }), "no error");
-  const PixelMap tall = map_of(1, 40000, [](float, float) { return Place{0, 0}; });
-  EXPECT_THAT(error_of([&] { remap(widest, tall); }), HasSubstr("the warped image has 1 x 40000 pixels"));
+TEST(Remap, LongSidesAreWarpedAndUnknownNamesRefused) {
+  Image wide(70000, 1, 1, PixelType::kUint8);
+  wide.values<std::uint8_t>()[65000] = 9;
+  EXPECT_EQ(remap(wide, {1, 1, {{65000, 0}}}).at(0, 0, 0), 9);
+  const PixelMap tall = map_of(1, 40000, [](float, float) { return Place{65000, 0}; });
+  EXPECT_EQ(remap(wide, tall).at(0, 39999, 0), 9);
   EXPECT_EQ(error_of([] { parse_interpolation("linnear"); }),
             "unknown interpolation 'linnear'; did you mean 'linear'; valid: nearest, linear, cubic, lanczos, label");
   EXPECT_THAT(error_of([] { parse_border("wrap"); }), HasSubstr("valid: constant, replicate, reflect, transparent"));

@@ -159,7 +159,7 @@ TEST(ImageWarp, OfShapesThatAreTheSameIsTheSamePicture) {
   const Frame frame;
   const ImageWarp warp(flow, kNoAlignment, frame, frame);
   for (const int channels : {1, 3, 4}) {
-    const Image image = uneven_image(kWidth, kHeight, channels, PixelDepth::kUint8);
+    const Image image = uneven_image(kWidth, kHeight, channels, PixelType::kUint8);
     EXPECT_TRUE(pulled(image, warp) == image) << channels;
     EXPECT_TRUE(pushed(image, warp) == image) << channels;
   }

@@ -100,7 +100,7 @@ TEST(Drawing, LinesGoThroughPixelCentres) {
 }
 
 TEST(Drawing, FractionsOfPixelsShiftTheWeight) {
-  const Image black(20, 20, 1, PixelDepth::kUint8);
+  const Image black(20, 20, 1, PixelType::kUint8);
   // The mean row of what a horizontal line at y brightened.
   const auto mean_row = [&](double y) {
     const Image drawn = blend_lines(black, {columns({2, y, 17, y})}, {{255, 255, 255}, 1, true});
@@ -122,7 +122,7 @@ TEST(Drawing, LinesBlendWithColoursAndAlpha) {
 }
 
 TEST(Drawing, WhatIsNotFiniteInterruptsALine) {
-  const Image black(9, 1, 1, PixelDepth::kUint8);
+  const Image black(9, 1, 1, PixelType::kUint8);
   const double nan = kNan;
   const Image drawn = blend_lines(
       black, {columns({0, 0, 2, 0, nan, 0, 5, 0, 7, 0}), columns({nan, nan}), columns({1e9, 0}), Points(2, 0)},
@@ -134,7 +134,7 @@ TEST(Drawing, WhatIsNotFiniteInterruptsALine) {
 }
 
 TEST(Drawing, RingsAreOpenAndAroundTheirCentres) {
-  const Image black(41, 31, 1, PixelDepth::kUint8);
+  const Image black(41, 31, 1, PixelType::kUint8);
   const Image drawn = blend_rings(black, columns({20.5, 12.25, kNan, 3}), 8, {{255, 255, 255}, 2});
   double area = 0, x_sum = 0, y_sum = 0;
   for (int y = 0; y < 31; ++y)

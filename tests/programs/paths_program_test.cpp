@@ -303,7 +303,7 @@ TEST_F(PathsOfProgram, OfLinksKeepTheLinks) {
   fs::create_symlink("folder/real.png", "link.png");
   fs::create_symlink("link.png", "second.png");
   fs::create_symlink("real.json", "link.json");
-  EXPECT_EQ(run(words("warp fit image.png -o second.png --json link.json")).exit_code, 0);
+  EXPECT_EQ(run(words("warp fit image.png -o second.png --pixel-size 1 --json link.json")).exit_code, 0);
   EXPECT_TRUE(fs::is_symlink("second.png") && fs::is_symlink("link.png") && fs::is_symlink("link.json"));
   EXPECT_EQ(contents("folder/real.png").substr(1, 3), "PNG");
   EXPECT_FALSE(read_json("real.json").is_discarded());

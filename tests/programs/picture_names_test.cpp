@@ -46,7 +46,7 @@ TEST_F(PictureNames, FoldersOfResults) {
 
 TEST_F(PictureNames, FilesOfCaptionedImages) {
   register_squares();
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   for (const std::string& name : kHostileNames) {
     std::filesystem::create_directory(name);
     for (const std::string extension : {".png", ".svg", ".pdf"}) {
@@ -80,7 +80,7 @@ TEST_F(PictureNames, NamesInTheData) {
 // The picture and its numbers are there, whatever becomes of the animation.
 TEST_F(PictureNames, AnAnimationThatFailsIsAWarning) {
   register_squares();
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   std::filesystem::create_directory("bin");
   write("bin/ffmpeg", "#!/bin/sh\necho 'no such codec' >&2\nexit 1\n");
   std::filesystem::permissions("bin/ffmpeg", std::filesystem::perms::owner_all);

@@ -74,7 +74,9 @@ TEST_F(ReadingProgram, TakesColumnsAndTurns) {
 
 TEST_F(ReadingProgram, TakesACurveAndAScale) {
   done("convert a.tps out.csv --landmarks 3,1 --curves 2 --scale apply");
-  EXPECT_EQ(contents("out.csv"), "x,y,group\n0,2,landmarks\n0,0,landmarks\n0.5,0.5,\"curve 1\"\n2,0.5,\"curve 1\"\n");
+  EXPECT_EQ(
+      contents("out.csv"),
+      "# frame: y=up unit=0.5\nx,y,group\n0,2,landmarks\n0,0,landmarks\n0.5,0.5,\"curve 1\"\n2,0.5,\"curve 1\"\n");
   expect_refused("info a.tps --curves 1", "--curves is 1; it must be from 2 to 100000");
   expect_refused("info a.tps --scale 2", "--scale is '2'; it must be apply, or left out");
   expect_refused("info a.tps --landmarks 7", "a.tps has no landmark 7; they are numbered from 1 to 3");

@@ -70,7 +70,7 @@ TEST_F(RegisterCohort, ATemplateOfOnesOwn) {
 
 TEST_F(RegisterCohort, AShapeThatFailsIsReportedAndTheOthersAreKept) {
   write_triangle_pair();
-  const ProgramRun done = register_shapes({leaves() + "#1", "two.csv", leaves() + "#2"});
+  const ProgramRun done = register_shapes({leaves() + "#1", "two.csv", leaves() + "#2"}, "--flip-y");
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_THAT(done.err, HasSubstr("warning: two: the shapes have different numbers of landmarks"));
   EXPECT_THAT(done.out, HasSubstr("1 of 2, 1 FAILED"));

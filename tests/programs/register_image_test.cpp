@@ -23,7 +23,7 @@ class RegisterImage : public Program {
 
   // The upper half is red, the lower one blue.
   static void write_photo() {
-    images::Image image(kSide, kSide, 3, images::PixelDepth::kUint8);
+    images::Image image(kSide, kSide, 3, images::PixelType::kUint8);
     for (std::size_t i = 0; i < image.pixel_count(); ++i)
       image.values<std::uint8_t>()[3 * i + (i < image.pixel_count() / 2 ? 0 : 2)] = 250;
     write_image("photo.png", image);
@@ -85,8 +85,8 @@ TEST_F(RegisterImage, MakesRowsOfLandmarksThatAreNotOfTps) {
   expect_done("register a.csv a.csv -o out --image photo.png");
   expect_red_above_blue();
   EXPECT_THAT(contents("out/report.html"), HasSubstr("\"down\":true"));
-  EXPECT_TRUE(read_json("out/registration.json")["source_shape"]["y_down"]);
-  expect_done("register a.csv a.csv -o out --image photo.png --no-flip-y");
+  EXPECT_TRUE(read_json("out/registration.json")["frame"]["y_down"]);
+  expect_done("register a.csv a.csv -o out --image photo.png --flip-y");
   expect_red_above_blue();
   EXPECT_THAT(contents("out/report.html"), HasSubstr("\"down\":false"));
 }
@@ -97,7 +97,8 @@ TEST_F(RegisterImage, IsOfTheSizeThatIsGiven) {
   expect_red_above_blue();
   const ProgramRun small = run(words("register large.csv large.csv -o out --image photo.png"));
   EXPECT_EQ(small.exit_code, 0);
-  EXPECT_THAT(small.err, HasSubstr("note: 3 of 4 landmarks lie outside photo.png"));
+  EXPECT_THAT(small.err,
+              HasSubstr("it is not drawn below the landmarks: 3 of 4 landmarks of large.csv lie outside photo.png"));
 }
 
 TEST_F(RegisterImage, LiesWhereItsOriginIs) {

@@ -32,8 +32,8 @@ class WarpRefuses : public WarpProgram {
 TEST_F(WarpRefuses, WrongFilesAndOptions) {
   register_squares();
   write("word.png", "hello");
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
-  write_image("colour.png", uneven_image(17, 17, 3, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
+  write_image("colour.png", uneven_image(17, 17, 3, images::PixelType::kUint8));
   std::filesystem::create_directory("folder");
   const std::string registration = "out/registration.json";
   const auto refuse = [&](const std::string& line, const std::string& message) {
@@ -91,8 +91,8 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
 TEST_F(WarpRefuses, MorePixelsThanAllowed) {
   register_squares();
   const std::string registration = "out/registration.json", too_many = " pixels, more than --max-pixels ";
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
-  write_image("small.png", uneven_image(8, 8, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
+  write_image("small.png", uneven_image(8, 8, 1, images::PixelType::kUint8));
   write("large.pgm", "P5\n40000 30000\n255\nabc");
   write("large.mha",
         "NDims = 2\nDimSize = 40000 30000\nElementType = MET_UCHAR\nBinaryData = True\nElementDataFile = LOCAL\n");
@@ -109,7 +109,7 @@ TEST_F(WarpRefuses, MorePixelsThanAllowed) {
 
 TEST_F(WarpRefuses, FilesWithoutAnEnd) {
   register_squares();
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   ASSERT_EQ(::mkfifo("pipe.png", 0600), 0);
   std::filesystem::create_symlink("/dev/zero", "zero.png");
   std::filesystem::create_symlink("/dev/zero", "zero.mha");
@@ -124,7 +124,7 @@ TEST_F(WarpRefuses, FilesWithoutAnEnd) {
 TEST_F(WarpRefuses, ImagesThatAreCutOffInOneLine) {
   register_squares();
   for (const std::string name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
-    write_image(name, uneven_image(32, 32, 3, images::PixelDepth::kUint8));
+    write_image(name, uneven_image(32, 32, 3, images::PixelType::kUint8));
     const std::string whole = contents(name);
     for (const double share : {0.3, 0.9}) {
       write(name, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
@@ -136,8 +136,8 @@ TEST_F(WarpRefuses, ImagesThatAreCutOffInOneLine) {
 
 TEST_F(WarpRefuses, WhatAFoldingMapCannotTell) {
   register_squares("ch-sd:beta=1");
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
-  write_image("colour.png", uneven_image(17, 17, 3, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
+  write_image("colour.png", uneven_image(17, 17, 3, images::PixelType::kUint8));
   const auto refuse = [&](const std::string& line, const std::string& message) {
     expect_refused(joined({"out/registration.json"}, words(line)), message);
   };
@@ -162,7 +162,7 @@ TEST_F(WarpRefuses, ToPullByStepsThatAreTooLong) {
               "--no-picture -q"))
           .exit_code,
       0);
-  write_image("grey.png", uneven_image(120, 160, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(120, 160, 1, images::PixelType::kUint8));
   expect_refused(words("out/registration.json grey.png -o w.png --pixel-size 0.05 --origin -2,-1.5 --method pull"),
                  "the time steps are too long for an inverse");
 }
@@ -171,7 +171,7 @@ TEST_F(WarpRefuses, ImagesInThreeDimensions) {
   write("a.csv", "x,y,z\n0,0,0\n1,0,1\n0,1,2\n3,1,1\n");
   write("b.csv", "x,y,z\n0,0,0\n1.1,0,1\n0,1.1,2\n3,1.1,1\n");
   ASSERT_EQ(run(words("register a.csv b.csv -o out --no-picture -q")).exit_code, 0);
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   expect_refused(words("out/registration.json grey.png -o w.png"), "the landmarks are in 3D");
   write("flat.csv", "x,y\n0,0\n1,1\n");
   expect_refused(words("out/registration.json flat.csv -o w.csv"), "flat.csv is in 2D, the registration in 3D");

@@ -63,7 +63,7 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
   const double folded =
       static_cast<double>(std::count(mask.begin(), mask.end(), 255)) / static_cast<double>(mask.size());
   EXPECT_NEAR(folded, recorded["folded_fraction"], 0.01);
-  EXPECT_EQ(images::read_image("l.tif").depth(), images::PixelDepth::kFloat32);
+  EXPECT_EQ(images::read_image("l.tif").type(), images::PixelType::kFloat32);
   for (const char* picture : {"holes.png", "g.png"}) EXPECT_EQ(images::read_image(picture).width(), 600) << picture;
   for (const char* drawing : {"j.png", "s.png"}) EXPECT_GT(images::read_image(drawing).width(), 1200) << drawing;
 }
@@ -79,7 +79,7 @@ TEST_F(WarpProgram, MarksFoldsInTheLogarithmOfTheJacobian) {
 
 TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
   register_squares("none --align none");
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   const ProgramRun done =
       warp("grey.png",
            "-o w.png --like grey.png --side-by-side s.svg --numbers --overlay o.svg --jacobian j.svg "
@@ -100,7 +100,7 @@ TEST_F(WarpProgram, DrawsWithCaptionsAndColourBars) {
 
 TEST_F(WarpProgram, ReportsOnImagesAndPoints) {
   register_squares();
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   ProgramRun done = warp("grey.png", "-o w.png --like grey.png --report page.html");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   std::string page = contents("page.html");
@@ -119,14 +119,15 @@ TEST_F(WarpProgram, ReportsOnImagesAndPoints) {
 // A picture beside the result that fails is a warning: the result and its numbers are there.
 TEST_F(WarpProgram, WritesItsResultAndNumbersBeforeAllElse) {
   register_squares();
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   std::filesystem::create_directory("bin");
   write("bin/ffmpeg", "#!/bin/sh\nexit 1\n");
   std::filesystem::permissions("bin/ffmpeg", std::filesystem::perms::owner_all);
   const std::string path = std::filesystem::absolute("bin").string();
   const auto warp_with = [&](const std::string& options) {
     const ProgramRun done =
-        run(words("warp out/registration.json grey.png -o w.png --json w.json " + options), {.search_path = path});
+        run(words("warp out/registration.json grey.png -o w.png --json w.json --size 17x17 " + options),
+            {.search_path = path});
     EXPECT_EQ(done.exit_code, 0) << done.err;
     EXPECT_EQ(images::read_image("w.png").width(), 17);
     EXPECT_EQ(read_json("w.json")["method"], "pull");
@@ -150,7 +151,7 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   for (int y = 0; y < 17; ++y)
     for (int x = 0; x < 17; ++x) values.push_back(static_cast<float>(100 + 5 * x - 3 * y));
   write_image("ramp.tif", images::Image(17, 17, 1, std::span<const float>(values)));
-  ProgramRun done = warp("ramp.tif", "-o there.tif --border replicate --json -");
+  ProgramRun done = warp("ramp.tif", "-o there.tif --size 17x17 --border replicate --json -");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   nlohmann::json recorded = nlohmann::json::parse(done.out);
   EXPECT_EQ(recorded["method"], "pull");
@@ -159,7 +160,7 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   // The landmark (4, 12) is now at (3, 13), and (12, 12) at (13, 12).
   EXPECT_NEAR(images::read_image("there.tif").at(3, 13, 0), 100 + 5 * 4 - 3 * 12, 0.2);
   EXPECT_NEAR(images::read_image("there.tif").at(13, 12, 0), 100 + 5 * 12 - 3 * 12, 0.2);
-  done = warp("there.tif", "-o back.tif --border replicate --inverse -q --json w.json");
+  done = warp("there.tif", "-o back.tif --size 17x17 --border replicate --inverse -q --json w.json");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.out, "");
   EXPECT_EQ(read_json("w.json")["inverse"], true);
@@ -167,7 +168,7 @@ TEST_F(WarpProgram, PullsWhereTheMapHasAnInverseAndBackAgain) {
   for (int y = 5; y < 12; ++y)
     for (int x = 5; x < 12; ++x) EXPECT_NEAR(back.at(x, y, 0), 100 + 5 * x - 3 * y, 0.3);
   // Pushed, it is the same picture.
-  done = warp("ramp.tif", "-o pushed.tif --method push --border constant -q");
+  done = warp("ramp.tif", "-o pushed.tif --size 17x17 --method push --border constant -q");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const images::Image pulled = images::read_image("there.tif"), pushed = images::read_image("pushed.tif");
   for (int y = 4; y < 13; ++y)
@@ -223,7 +224,7 @@ TEST_F(WarpProgram, CarriesAllPointsOfAFile) {
 
 TEST_F(WarpProgram, FlipsYForTpsFiles) {
   write("two.tps", "LM=4\n4 4\n12 4\n12 12\n4 12\nID=a\nLM=4\n4 3\n13 5\n13 12\n3 13\nID=b\n");
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   ASSERT_EQ(run(words("register two.tps#1 two.tps#2 -o out --no-picture -q")).exit_code, 0);
   ASSERT_EQ(warp("grey.png", "-o w.png -q --json w.json").exit_code, 0);
   EXPECT_EQ(read_json("w.json")["flip_y"], true);
@@ -240,7 +241,7 @@ TEST_F(WarpProgram, MirrorsByTheAlignment) {
   write("a.csv", "x,y\n4,4\n12,4\n12,12\n4,8\n");
   write("b.csv", "x,y\n12,4\n4,4\n4,12\n12,8\n");
   ASSERT_EQ(run(words("register a.csv b.csv -o out --align rigid --reflect --no-picture -q")).exit_code, 0);
-  const images::Image image = uneven_image(17, 17, 3, images::PixelDepth::kUint8);
+  const images::Image image = uneven_image(17, 17, 3, images::PixelType::kUint8);
   write_image("a.png", image);
   for (const std::string method : {"pull", "push"}) {
     const ProgramRun done = warp("a.png", "-o w.png -q --json w.json --folds f.png --method " + method);
@@ -258,8 +259,8 @@ TEST_F(WarpProgram, MirrorsByTheAlignment) {
 // Formats without alpha show what is not covered, and what was transparent, in white.
 TEST_F(WarpProgram, PutsTheResultOnWhiteWhereTheFormatHasNoAlpha) {
   register_squares();
-  const images::Image clear(40, 40, 4, images::PixelDepth::kUint8), red = [] {
-    images::Image image(40, 40, 3, images::PixelDepth::kUint8);
+  const images::Image clear(40, 40, 4, images::PixelType::kUint8), red = [] {
+    images::Image image(40, 40, 3, images::PixelType::kUint8);
     for (std::size_t i = 0; i < image.pixel_count(); ++i) image.values<std::uint8_t>()[3 * i] = 200;
     return image;
   }();
@@ -284,19 +285,19 @@ TEST_F(WarpProgram, PutsTheResultOnWhiteWhereTheFormatHasNoAlpha) {
 TEST_F(WarpProgram, KeepsTheKindOfAnImage) {
   register_squares();
   for (const std::string method : {"pull", "push"})
-    for (const images::PixelDepth depth : {images::PixelDepth::kUint8, images::PixelDepth::kUint16})
+    for (const images::PixelType depth : {images::PixelType::kUint8, images::PixelType::kUint16})
       for (const int channels : {1, 3, 4}) {
         SCOPED_TRACE(method + " " + describe(depth) + " " + std::to_string(channels));
         write_image("in.png", uneven_image(17, 17, channels, depth));
         ASSERT_EQ(warp("in.png", "-q --size 30x20 -o out.png --method " + method).exit_code, 0);
         const images::Image result = images::read_image("out.png");
-        EXPECT_EQ(result.depth(), depth);
+        EXPECT_EQ(result.type(), depth);
         EXPECT_EQ(result.channels(), channels);
-        EXPECT_EQ(pixel(result, 28, 18).back(), channels == 4 ? 0 : full_value(depth)) << "beyond the image";
+        EXPECT_EQ(pixel(result, 28, 18).back(), channels == 4 ? 0 : images::full_value(depth)) << "beyond the image";
       }
   fields::GridField grid{{17, 17}, {1, 1}, {0, 0}, 1, std::vector<float>(17 * 17, 100)};
   for (const fields::GridType type :
-       {fields::GridType::kUint8, fields::GridType::kInt16, fields::GridType::kUint16, fields::GridType::kFloat}) {
+       {fields::GridType::kUint8, fields::GridType::kInt16, fields::GridType::kUint16, fields::GridType::kFloat32}) {
     grid.type = type;
     write_grid_field("in.mha", grid);
     for (const std::string name : {"out.mha", "out.nrrd"}) {
@@ -311,7 +312,7 @@ TEST_F(WarpProgram, KeepsTheKindOfAnImage) {
 
 TEST_F(WarpProgram, KeepsLabels) {
   register_discs();
-  images::Image labels(600, 360, 1, images::PixelDepth::kUint8);
+  images::Image labels(600, 360, 1, images::PixelType::kUint8);
   constexpr std::array<std::uint8_t, 3> kLabels = {0, 5, 200};
   for (std::size_t i = 0; i < labels.pixel_count(); ++i)
     labels.values<std::uint8_t>()[i] = kLabels[(i % 600 / 23 + i / 600 / 17) % 3];
@@ -351,7 +352,7 @@ TEST_F(WarpProgram, PutsNothingAroundGridsOfNumbers) {
 
 TEST_F(WarpProgram, SamplesTellMeanDeviationAndProbabilityOfFolds) {
   register_squares("ch-sd:beta=1");
-  write_image("grey.png", uneven_image(17, 17, 1, images::PixelDepth::kUint8));
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
   const std::string options =
       "-o w.png --border transparent --samples 5 --deviation d.tif --fold-probability p.tif -q --threads ";
   ASSERT_EQ(warp("grey.png", options + "1").exit_code, 0);

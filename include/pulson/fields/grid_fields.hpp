@@ -1,26 +1,19 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "pulson/core/number_type.hpp"
+
 namespace pulson::fields {
 
-/// The type of the numbers in a file. All are floats in memory: whole numbers beyond 2^24 are rounded to one.
-enum class GridType : std::uint8_t {
-  kFloat,
-  kDouble,
-  kInt8,
-  kUint8,
-  kInt16,
-  kUint16,
-  kInt32,
-  kUint32,
-  kInt64,
-  kUint64
-};
+using GridType = NumberType;
 
 /// Numbers on a regular grid, an image or a field of displacements. Grid point (i, j[, k]) lies at
 ///   x = origin + direction · diag(spacing) · (i, j[, k]),
@@ -28,13 +21,30 @@ enum class GridType : std::uint8_t {
 /// ITK and what is built on it (3D Slicer, SimpleITK, ANTs) apply them as out(x) = image(x + field(x)): a field that
 /// carries an image from source to target holds source_from_target(x) − x at each x of the target.
 struct GridField {
-  std::vector<int> sizes;            ///< along each axis; d = 2 or 3 of them
-  std::vector<double> spacing;       ///< d, length units, > 0
-  std::vector<double> origin;        ///< d, length units: the place of the first grid point
-  int components = 1;                ///< of the value at a point: 1, a scalar, or d, a displacement
-  std::vector<float> values;         ///< the component runs fastest, then x, y, z
-  Eigen::MatrixXd direction = {};    ///< d×d, column k is the unit vector of grid axis k; empty: the identity
-  GridType type = GridType::kFloat;  ///< in the file; whole types take the nearest number that they have, and 0 for NaN
+  std::vector<int> sizes;       ///< along each axis; d = 2 or 3 of them
+  std::vector<double> spacing;  ///< d, length units, > 0
+  std::vector<double> origin;   ///< d, length units: the place of the first grid point
+  int components = 1;           ///< of the value at a point: 1, a scalar, or d, a displacement
+  std::vector<float>
+      values;  ///< of whatever type in the file, so rounded to float; the component runs fastest, then x, y, z
+  Eigen::MatrixXd direction = {};  ///< d×d, column k is the unit vector of grid axis k; empty: the identity
+  GridType type =
+      GridType::kFloat32;  ///< in the file; whole types take the nearest number that they have, and 0 for NaN
+};
+
+/// A grid with its numbers as its file has them: what GridField is of, with numbers of any type and any number of
+/// components, as an image of channels.
+struct Grid {
+  std::vector<int> sizes;          ///< as of GridField
+  std::vector<double> spacing;     ///< the same
+  std::vector<double> origin;      ///< the same
+  int components = 1;              ///< of the value at a point
+  Eigen::MatrixXd direction = {};  ///< as of GridField
+  GridType type = GridType::kFloat32;
+  std::vector<std::byte> bytes = {};  ///< the numbers in memory; the component runs fastest, then x, y, z
+  std::string kind = {};              ///< of the components, as NRRD names them: vector, RGB-color; or empty
+  /// Keys and values that say nothing of the numbers' places: comments, names; of NRRD those of `key:=value`.
+  std::vector<std::pair<std::string, std::string>> lines = {};
 };
 
 /// The most points of a grid unless more are asked for: volumes of 1024³ pass, and take 4 GB.
@@ -53,5 +63,9 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
 /// the file and what is wrong, also where it is no regular file or its grid has more than `max_points`; nothing of the
 /// size that a header claims is allocated unless the file can hold it
 GridField read_grid_field(const std::filesystem::path& path, std::uint64_t max_points = kMaxGridPoints);
+
+// The same with numbers and lines as they are. @throws InputError as those above, but for the number of components
+void write_grid(const std::filesystem::path& path, const Grid& grid, bool compressed = true);
+Grid read_grid(const std::filesystem::path& path, std::uint64_t max_points = kMaxGridPoints);
 
 }  // namespace pulson::fields

@@ -100,8 +100,11 @@ LandmarkFile read_landmark_file(const std::filesystem::path& path, const ReadOpt
 /// several shapes.
 LandmarkFile read_addressed_shapes(const std::string& address, const ReadOptions& options = {});
 
-/// Writes all shapes of `file` by write_file_atomically, in the format that landmark_format_to_write finds. Where that
-/// counts y in the other direction than a shape says, the shape is mirrored in its picture.
+/// The text of all shapes in a format. Where that counts y in the other direction than a shape says, the shape is
+/// mirrored in its picture. @throws InputError where the format cannot hold the shapes
+WrittenLandmarks text_of_landmarks(const std::filesystem::path& path, LandmarkFile file, const LandmarkFormat& format);
+
+/// Writes text_of_landmarks() by write_file_atomically, in the format that landmark_format_to_write finds.
 /// @return what the format could not hold, one line each
 /// @throws InputError where there is no such format or it cannot hold the shapes, or if the file cannot be written
 std::vector<std::string> write_landmark_file(const std::filesystem::path& path, const LandmarkFile& file,
@@ -122,17 +125,26 @@ std::string landmarks_csv(const Landmarks& shape);
 /// Writes landmarks_csv(shape) by write_file_atomically. @throws InputError if the file cannot be written.
 void write_landmarks_csv(const std::filesystem::path& path, const Landmarks& shape);
 
-// Tables with a row per landmark, in the order of the shape. The first line may name the columns; blank lines and
-// comments ('#') are skipped. Fields are separated by the first of ; , tab that the first line has, else by blanks.
+// Tables with a row for each landmark of a shape. The first line may name the columns; blank lines and comments ('#')
+// are skipped. Fields are separated by the first of ; , tab that the first line has, else by blanks. A column `label`,
+// `landmark` and the like, or a first column of words, names the landmarks: rows then belong to them by names, in any
+// order, and those of no landmark are counted in `notes`. Rows belong by order where neither the table nor the shape
+// has names, or `by_order` says so. @throws InputError that names file and line, or the landmarks without a row
 
-/// The weights of `count` landmarks, one in each row: finite numbers, 0 or greater.
-/// @throws InputError that names file and line
-Eigen::VectorXd read_weights(const std::filesystem::path& path, int count);
+/// The weights of landmarks, one in each row: finite numbers, 0 or greater.
+Eigen::VectorXd read_weights(const std::filesystem::path& path, const Landmarks& shape,
+                             std::vector<std::string>* notes = nullptr, bool by_order = false);
 
-/// The covariances of `count` landmarks in d dimensions, d×d each, length units squared. A row holds 1 number (the
-/// variance of each coordinate), d (the variances of the axes), d(d+1)/2 (the upper triangle by rows) or d² (all by
-/// rows). @throws InputError that names file and line, also where one is not symmetric and positive definite
-std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, int count, int dimension);
+/// The covariances of landmarks in d dimensions, d×d each, length units squared. A row holds 1 number (the variance of
+/// each coordinate), d (the variances of the axes), d(d+1)/2 (the upper triangle by rows) or d² (all by rows).
+/// @throws InputError also where one is not symmetric and positive definite
+std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, const Landmarks& shape,
+                                              std::vector<std::string>* notes = nullptr, bool by_order = false);
+
+/// The links of a wireframe, in a table of two columns: the labels, else the numbers from 1, of the landmarks of
+/// `shape` that each line joins, counted from 0 here. The first row may name the columns, and a column before them that
+/// R writes the rows. @throws InputError that names file and line, also where a landmark is not there
+std::vector<std::pair<int, int>> read_links(const std::filesystem::path& path, const Landmarks& shape);
 
 /// Numbers in numpy's format, version 1.0: doubles in C order, to be read by `numpy.load`. The product of `shape` is
 /// the count of the numbers.

@@ -43,17 +43,17 @@ struct PixelMap {
 struct RemapOptions {
   Interpolation interpolation = Interpolation::kLinear;
   Border border = Border::kConstant;
-  /// In units and order of the source's channels, for nowhere and beyond a constant border. For images with alpha the
-  /// default is transparent.
-  std::array<double, 4> fill{};
+  /// In units and order of the source's channels, for nowhere and beyond a constant border; what is not there is 0. For
+  /// images with alpha the default is transparent.
+  std::vector<double> fill{};
 };
 
-/// result(i) = source(map.places[i]), with the source's depth and channels (but see Border::kTransparent), by
-/// cv::remap. It rounds places to 1/32 pixel, so shifts below that are lost; whole pixels are exact. With alpha,
-/// colours are mixed in proportion to their opacity; the colour of a fully transparent pixel becomes 0, but for
-/// nearest and label. Nothing is averaged where the map shrinks: see scaled_down. Memory: 9 bytes a pixel of the
-/// result, and with alpha 16 a pixel of it and of the rows of the source that it shows. @throws InputError where a side
-/// of source or result is longer than 32766 pixels, the limit of cv::remap
+/// result(i) = source(map.places[i]), with the source's format (but see Border::kTransparent). A place that is a whole
+/// pixel, up to rounding of float32, takes that pixel as it is, whatever its type; elsewhere means are computed in
+/// float32 for numbers of up to 16 bits and float32, in float64 for others, and rounded to the type. A NaN is in a mean
+/// only where it has a weight. With straight alpha, colours are mixed in proportion to their opacity; the colour of
+/// what is fully transparent becomes 0, but for nearest and label. Nothing is averaged where the map shrinks: see
+/// scaled_down. Runs on all threads.
 Image remap(const Image& source, const PixelMap& map, const RemapOptions& options = {});
 
 /// The whole map from pixels of a source image to pixels of a target image, by the source's frame, the alignment, the

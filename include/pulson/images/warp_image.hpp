@@ -1,7 +1,7 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,7 +22,7 @@ struct WarpImageOptions {
   bool inverse = false;  ///< from target to source: the image is of the target
   Interpolation interpolation = Interpolation::kLinear;
   Border border = Border::kTransparent;  ///< beyond the image; where it is pushed, all but transparent are the fill
-  std::array<double, 4> fill{};          ///< in units and order of the image's channels
+  std::vector<double> fill{};            ///< in units and order of the image's channels; 0 where it ends
   warp::SheetOrder over = warp::SheetOrder::kLeastStretched;  ///< where the map folds
   std::vector<int> label_ranks{};                             ///< for SheetOrder::kPriority: of each landmark
   int supersampling = 2;                                      ///< samples of a push per pixel and axis, 1 to 8
@@ -43,6 +43,7 @@ struct MapFigures {
 
 struct WarpedImage {
   Image image;                             ///< width × height
+  std::vector<Image> more = {};            ///< the other pages
   bool pulled = false;                     ///< else pushed
   std::string reason;                      ///< of that, as in "the map folds"
   std::vector<std::uint8_t> multiplicity;  ///< points of the image that land on each pixel of the result
@@ -57,10 +58,11 @@ struct WarpedImage {
 /// diffeomorphism whose steps have an inverse, so that no pixel is blurred, and else pushed, which shows folds and
 /// holes as they are. With `inverse` image'(x) = image(φ(x)), which is always pulled.
 /// @param warp from pixels of the source to pixels of the target: with `inverse` those of the result come first
-/// @throws InputError where `method` cannot be had, where the result has more than max_pixels, as remap where a side is
-/// too long to be pulled, and as MeshRaster for `supersampling`; StepError where a step of the flow is too long
-/// Runs on all threads; memory: see remap and push_forward.
+/// @throws InputError where `method` cannot be had, where the result has more than max_pixels, and as MeshRaster for
+/// `supersampling`; StepError where a step of the flow is too long Runs on all threads; memory: see push_forward.
 WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options);
+/// All pages of a picture by one map. @throws InputError also unless all are of one size
+WarpedImage warp_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options);
 
 /// The Jacobian determinant of φ, or with `inverse` of its inverse, at the pixels of the image, positive where the map
 /// is no more than mirrored. @return width·height numbers, row by row @throws InputError with `inverse` where the map

@@ -89,6 +89,7 @@ struct DataOptions {
   /// of theirs; else they are refused. Those at one place in both shapes always become one, and so do points of curves
   /// at one place in the source.
   bool merge_coincident = false;
+  bool by_order = false;  ///< whether landmarks correspond by their order in the files, whatever their names
 };
 
 /// Everything that defines a registration. No default depends on the unit of length.

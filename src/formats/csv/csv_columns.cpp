@@ -311,10 +311,15 @@ bool names_plain_coordinates(const CsvRecord& header) {
   });
 }
 
-CsvColumns columns_of_header(const std::string& path, const std::vector<CsvRecord>& records) {
-  const CsvRecord& header = records.front();
+CsvColumns coordinates_of_header(const std::string& path, const CsvRecord& header) {
   CsvColumns result;
   find_coordinates(path, header, result);
+  return result;
+}
+
+CsvColumns columns_of_header(const std::string& path, const std::vector<CsvRecord>& records) {
+  const CsvRecord& header = records.front();
+  CsvColumns result = coordinates_of_header(path, header);
   for (const ColumnRole role : {ColumnRole::kGroup, ColumnRole::kDefined})
     require_one(path, header, find_columns(header, role));
   result.group = find_column(header, ColumnRole::kGroup);

@@ -43,6 +43,30 @@ std::vector<CsvRecord> csv_records(const std::string& path, std::string_view tex
 /// Whether each comma stands between two digits, as in `1,5`.
 bool commas_may_be_decimal(std::string_view text);
 
+/// What is between the fields of a table; a blank stands for any number of blanks and tabs. Nothing where it has no
+/// lines. @throws InputError as csv_records() does
+std::optional<char> csv_delimiter(const std::string& path, std::string_view text);
+
+/// Whether a line, trimmed, is a comment: it begins with `#` or `//`; `#N/A` is a cell of Excel.
+bool is_csv_comment(std::string_view content);
+
+/// Whether a line, trimmed, is Excel's first line `sep=;`.
+bool names_csv_delimiter(std::string_view content);
+
+/// A place of a file, from the byte `begin` to `end`.
+struct CsvSpan {
+  std::size_t begin;
+  std::size_t end;
+};
+
+/// The fields of the record that begins at the byte `at` of `text`, without the quotes and the blanks around them.
+/// @return where its last line ends
+std::size_t csv_spans(std::string_view text, std::size_t at, char delimiter, char line_end,
+                      std::vector<CsvSpan>& fields);
+
+/// Whether a number with the comma `1,234` may be one of thousands.
+bool may_have_thousands(std::string_view number);
+
 /// Makes the decimal commas of numbers points, if some number has one and none says that commas or points are anything
 /// else. Columns that hold names stay as they are; between commas, numbers such as 1,234 alone say nothing.
 void use_decimal_points(std::vector<CsvRecord>& records, char delimiter);
@@ -133,6 +157,9 @@ bool names_plain_coordinates(const CsvRecord& header);
 /// two columns have the same meaning, or lines have other numbers of fields.
 CsvColumns columns_of_header(const std::string& path, const std::vector<CsvRecord>& records);
 
+/// Its columns of coordinates, units, axes and notes alone. @throws InputError if coordinates are absent or incomplete
+CsvColumns coordinates_of_header(const std::string& path, const CsvRecord& header);
+
 /// Chooses the columns that name landmarks and specimens: by their names and, where those may mean either, by whether
 /// their values repeat in runs. @throws InputError if two mean the same, or if a column that is not used looks as if it
 /// distinguished shapes.
@@ -193,6 +220,9 @@ LandmarkFile read_coordinate_rows(const std::string& path, const std::vector<Csv
 bool fits_shape_rows(const std::vector<CsvRecord>& records);
 LandmarkFile read_shape_rows(const std::string& path, const std::vector<CsvRecord>& records);
 
+/// The columns of x, y and perhaps z of each landmark of such a table. @throws InputError if one is not there
+std::vector<std::vector<std::size_t>> columns_of_shape_rows(const std::string& path, const CsvRecord& header);
+
 /// An axis per line, without header: [name,]x-coordinates,1,2,3,... then y and perhaps z, and so on for each shape.
 bool fits_named_axis_rows(const std::vector<CsvRecord>& records);
 LandmarkFile read_named_axis_rows(const std::string& path, const std::vector<CsvRecord>& records);
@@ -212,6 +242,9 @@ bool are_alike(const std::vector<CsvRecord>& records);
 /// ...
 bool fits_named_shape_rows(const std::vector<CsvRecord>& records);
 LandmarkFile read_named_shape_rows(const std::string& path, const std::vector<CsvRecord>& records);
+
+/// How many coordinates each landmark of such a line has. @throws InputError where that is not certain
+std::size_t dimension_of_named_shape(const std::string& path, const CsvRecord& first);
 
 /// @throws InputError if a line has more or fewer fields than the first.
 void require_equal_lengths(const std::string& path, const std::vector<CsvRecord>& records);

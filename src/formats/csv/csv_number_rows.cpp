@@ -151,19 +151,6 @@ bool is_named_shape(const CsvRecord& record) {
          std::all_of(fields.begin() + 1, fields.end(), is_number_or_missing);
 }
 
-/// 2 or 3, whichever parts the numbers of a line. @throws InputError if both do or neither
-std::size_t find_dimension(const std::string& path, const CsvRecord& first) {
-  const std::size_t count = first.fields.size() - 1;
-  if (count % 6 == 0)
-    io::fail(path, first.line,
-             fmt::format("a name and {} numbers may be {} landmarks in 2D or {} in 3D; a header id,x1,y1,... or "
-                         "id,x1,y1,z1,... says which",
-                         count, count / 2, count / 3));
-  if (count % 2 != 0 && count % 3 != 0)
-    io::fail(path, first.line, fmt::format("a name and {} numbers, which landmarks in 2D or 3D cannot have", count));
-  return count % 2 == 0 ? 2 : 3;
-}
-
 Landmarks read_shape(const std::string& path, const CsvRecord& record, std::size_t dimension) {
   Landmarks shape;
   shape.name = record.name(0);
@@ -179,6 +166,19 @@ Landmarks read_shape(const std::string& path, const CsvRecord& record, std::size
 
 }  // namespace
 
+// 2 or 3, whichever parts the numbers of a line.
+std::size_t dimension_of_named_shape(const std::string& path, const CsvRecord& first) {
+  const std::size_t count = first.fields.size() - 1;
+  if (count % 6 == 0)
+    io::fail(path, first.line,
+             fmt::format("a name and {} numbers may be {} landmarks in 2D or {} in 3D; a header id,x1,y1,... or "
+                         "id,x1,y1,z1,... says which",
+                         count, count / 2, count / 3));
+  if (count % 2 != 0 && count % 3 != 0)
+    io::fail(path, first.line, fmt::format("a name and {} numbers, which landmarks in 2D or 3D cannot have", count));
+  return count % 2 == 0 ? 2 : 3;
+}
+
 bool fits_named_shape_rows(const std::vector<CsvRecord>& records) {
   std::set<std::string_view> seen;
   return std::all_of(records.begin(), records.end(), [&](const CsvRecord& record) {
@@ -188,7 +188,7 @@ bool fits_named_shape_rows(const std::vector<CsvRecord>& records) {
 
 LandmarkFile read_named_shape_rows(const std::string& path, const std::vector<CsvRecord>& records) {
   require_equal_lengths(path, records);
-  const std::size_t dimension = find_dimension(path, records.front());
+  const std::size_t dimension = dimension_of_named_shape(path, records.front());
   LandmarkFile file;
   for (const CsvRecord& record : records) file.shapes.push_back(read_shape(path, record, dimension));
   file.warnings = {fmt::format("{}: a name and {} numbers per line without a header, read as shapes of {} in {}D", path,

@@ -141,14 +141,6 @@ std::string_view with_closed_quotes(std::span<const io::TextLine> lines) {
   return lines.front().text;
 }
 
-/// `#N/A` at the beginning of a line is a cell of Excel; CloudCompare writes `//`.
-bool is_csv_comment(std::string_view content) {
-  if (content.starts_with("//")) return true;
-  if (!content.starts_with('#')) return false;
-  const std::string_view word = content.substr(0, content.find_first_of(",;\t"));
-  return word.size() < 2 || !io::is_missing(io::trim(word));
-}
-
 /// What Excel's first line `sep=;` names.
 std::optional<char> named_delimiter(std::string_view content) {
   if (content.starts_with('"')) content.remove_prefix(1);
@@ -180,6 +172,20 @@ void drop_empty_last_columns(std::vector<CsvRecord>& records) {
   }
 }
 
+}  // namespace
+
+// CloudCompare writes `//`.
+bool is_csv_comment(std::string_view content) {
+  if (content.starts_with("//")) return true;
+  if (!content.starts_with('#')) return false;
+  const std::string_view word = content.substr(0, content.find_first_of(",;\t"));
+  return word.size() < 2 || !io::is_missing(io::trim(word));
+}
+
+bool names_csv_delimiter(std::string_view content) { return named_delimiter(content).has_value(); }
+
+namespace {
+
 /// Gathers the records of a table.
 class RecordReader {
  public:
@@ -206,6 +212,7 @@ class RecordReader {
   }
 
   std::size_t count() const { return records_.size(); }
+  std::optional<char> delimiter() const { return delimiter_; }
 
   std::vector<CsvRecord> finish() {
     drop_empty_last_columns(records_);
@@ -263,10 +270,24 @@ std::vector<CsvRecord> csv_records(const std::string& path, std::string_view tex
   return reader.finish();
 }
 
+std::optional<char> csv_delimiter(const std::string& path, std::string_view text) {
+  RecordReader reader(path);
+  const std::vector<io::TextLine> lines = io::split_lines(path, text);
+  for (std::span<const io::TextLine> rest = lines; !rest.empty() && reader.count() == 0;)
+    rest = rest.subspan(reader.add(rest));
+  return reader.count() > 0 ? reader.delimiter() : std::nullopt;
+}
+
 const std::string& CsvRecord::name(std::size_t column) const {
   for (const auto& [place, field] : padded)
     if (place == column) return field;
   return fields[column];
+}
+
+bool may_have_thousands(std::string_view number) {
+  const std::size_t begin = number.find_first_of("0123456789");
+  const std::size_t comma = number.find(',');
+  return number.size() == comma + 4 && comma - begin <= 3 && number[begin] != '0';
 }
 
 namespace {
@@ -296,12 +317,6 @@ std::set<std::size_t> columns_of_names(const CsvRecord& header) {
   return columns;
 }
 
-/// `1,234`, which is a number without decimals elsewhere
-bool may_have_thousands(std::string_view field, std::size_t comma) {
-  const std::size_t begin = field.find_first_of("0123456789");
-  return field.size() == comma + 4 && comma - begin <= 3 && field[begin] != '0';
-}
-
 /// Whether some number has a decimal comma and none says that commas or points are anything else.
 bool has_decimal_commas(const std::vector<CsvRecord>& records, char delimiter, const std::set<std::size_t>& names) {
   bool has_any = false;
@@ -311,7 +326,7 @@ bool has_decimal_commas(const std::vector<CsvRecord>& records, char delimiter, c
       if (names.contains(i) || !looks_like_number(field) || is_all_of(field, "+-0123456789eE")) continue;
       const std::size_t comma = find_decimal_comma(field);
       if (comma == std::string::npos) return false;
-      if (delimiter != ',' || !may_have_thousands(field, comma)) has_any = true;
+      if (delimiter != ',' || !may_have_thousands(field)) has_any = true;
     }
   return has_any;
 }

@@ -230,6 +230,16 @@ bool fits_shape_rows(const std::vector<CsvRecord>& records) {
   return !names_coordinates(header) && finds_named_landmarks(header);
 }
 
+std::vector<std::vector<std::size_t>> columns_of_shape_rows(const std::string& path, const CsvRecord& header) {
+  const ShapeColumns columns = ShapeColumnFinder(path, header).find({});
+  std::vector<std::vector<std::size_t>> landmarks;
+  for (const ShapeLandmark& landmark : columns.landmarks) {
+    landmarks.emplace_back();
+    for (std::size_t axis = 0; axis < columns.dimension; ++axis) landmarks.back().push_back(*landmark.columns[axis]);
+  }
+  return landmarks;
+}
+
 LandmarkFile read_shape_rows(const std::string& path, const std::vector<CsvRecord>& records) {
   require_equal_lengths(path, records);
   const ShapeColumns columns = ShapeColumnFinder(path, records.front()).find(find_name_columns(records));

@@ -110,7 +110,7 @@ Landmarks read_group(const JsonValue& group, const std::string& name) {
   if (shape.points.rows() >= 2) shape.points.row(0).swap(shape.points.row(1));
   shape.groups = read_parts(group, shape.count());
   if (group.at("landmarks").has("connectivity"))
-    shape.links = read_links(group.at("landmarks").at("connectivity"), 0, shape.count());
+    shape.links = group.at("landmarks").at("connectivity").links(shape.count(), 0);
   return shape;
 }
 

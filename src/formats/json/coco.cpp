@@ -65,8 +65,7 @@ class CocoReader {
   void read_category(const JsonValue& category) {
     CocoCategory& read = categories_[text_of(category, "id")];
     if (category.has("keypoints")) read.labels = category.at("keypoints").texts();
-    if (category.has("skeleton"))
-      read.links = read_links(category.at("skeleton"), 1, static_cast<int>(read.labels.size()));
+    if (category.has("skeleton")) read.links = category.at("skeleton").links(static_cast<int>(read.labels.size()), 1);
   }
 
   void read_annotation(const JsonValue& annotation) {

@@ -21,8 +21,9 @@
 namespace pulson::formats {
 namespace {
 
-constexpr std::array<std::string_view, 11> kShapeKeys = {"name",       "points", "labels",   "groups", "image", "scale",
-                                                         "properties", "curves", "outlines", "y_down", "frame"};
+constexpr std::array<std::string_view, 12> kShapeKeys = {"name",     "points", "labels",     "groups",
+                                                         "image",    "scale",  "properties", "curves",
+                                                         "outlines", "y_down", "frame",      "links"};
 constexpr std::array<std::string_view, 3> kFileKeys = {"shapes", "units", "axes"};
 
 // ---- reading
@@ -83,6 +84,7 @@ Landmarks read_shape(const JsonValue& json, std::set<std::string>& unknown) {
   if (json.has("frame")) shape.frame = read_frame(json.at("frame"));
   shape.curves = read_lines(json, "curves");
   shape.outlines = read_lines(json, "outlines");
+  if (json.has("links")) shape.links = json.at("links").links(shape.count(), 1);
   return shape;
 }
 
@@ -157,6 +159,7 @@ Json shape_json(const Landmarks& shape) {
   json["points"] = points_json(shape.points);
   if (!shape.labels.empty()) json["labels"] = shape.labels;
   if (!shape.groups.empty()) json["groups"] = shape.groups;
+  if (!shape.links.empty()) json["links"] = links_json(shape.links);
   if (!shape.curves.empty()) json["curves"] = lines_json(shape.curves);
   if (!shape.outlines.empty()) json["outlines"] = lines_json(shape.outlines);
   return json;
@@ -230,8 +233,9 @@ LandmarkFormat json_format() {
       .extensions = {"json"},
       .help =
           R"({"shapes": [{"name": "a", "points": [[0, 1], [2, null]], "labels": ["tip", "fin"], "groups": ["1", "1"], )"
-          R"("image": "a.jpg", "scale": 0.1, "frame": {"y_down": false, "unit_per_pixel": 0.02}, "properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
-          R"("outlines": []}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
+          R"("image": "a.jpg", "scale": 0.1, "frame": {"y_down": false, "unit_per_pixel": 0.02}, )"
+          R"("properties": {"COMMENT": "old"}, "curves": [[[0, 1], [2, 3]]], )"
+          R"("outlines": [], "links": [[1, 2]]}], "units": "mm", "axes": "RAS"}; only points are needed and null is missing; )"
           R"(properties are [["COMMENT", "old"]] where their order matters; also a single shape, its points only, )"
           "a list of such lists, or registration.json as shapes source, target and result",
       .sniff = sniff_json,

@@ -16,6 +16,12 @@ Json points_json(const Points& points) {
   return rows;
 }
 
+Json links_json(const std::vector<std::pair<int, int>>& links) {
+  Json json = Json::array();
+  for (const auto& [a, b] : links) json.push_back(Json::array({a + 1, b + 1}));
+  return json;
+}
+
 std::string json_line(const Json& json, bool& is_changed) {
   try {
     return json.dump();
@@ -168,6 +174,19 @@ std::vector<std::string> JsonValue::texts() const {
   return all;
 }
 
+std::vector<std::pair<int, int>> JsonValue::links(int count, int first) const {
+  std::vector<std::pair<int, int>> all;
+  for (const JsonValue& link : items()) {
+    const std::vector<JsonValue> ends = link.items();
+    if (ends.size() != 2) link.fail("is not a pair of landmarks");
+    const int a = ends[0].count() - first, b = ends[1].count() - first;
+    if (std::min(a, b) < 0 || std::max(a, b) >= count)
+      link.fail(fmt::format("joins landmarks that are not there; they are {} to {}", first, count - 1 + first));
+    if (a != b) all.emplace_back(a, b);
+  }
+  return all;
+}
+
 int JsonValue::count() const {
   if (!value_->is_number_integer()) fail("is not a whole number");
   const auto number = value_->get<std::int64_t>();
@@ -246,19 +265,6 @@ std::string text_of(const JsonValue& object, const std::string& key) {
   if (!object.has(key)) return "";
   const JsonValue json = object.at(key);
   return json.value().is_number() ? json.value().dump() : json.text();
-}
-
-std::vector<std::pair<int, int>> read_links(const JsonValue& links, int first, int count) {
-  std::vector<std::pair<int, int>> read;
-  for (const JsonValue& link : links.items()) {
-    const std::vector<JsonValue> ends = link.items();
-    if (ends.size() != 2) link.fail("is not a pair of points");
-    const auto [a, b] = std::pair(ends[0].count() - first, ends[1].count() - first);
-    if (a < 0 || b < 0 || a >= count || b >= count)
-      link.fail(fmt::format("names no two of {}", io::counted(static_cast<std::size_t>(count), "point")));
-    read.emplace_back(a, b);
-  }
-  return read;
 }
 
 }  // namespace pulson::formats

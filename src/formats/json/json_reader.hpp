@@ -20,6 +20,9 @@ using Json = nlohmann::ordered_json;
 /// The columns of a matrix as a list of lists: [landmark][axis].
 Json points_json(const Points& points);
 
+/// Pairs of landmarks, counted from 1: what JsonValue::links(count, 1) reads.
+Json links_json(const std::vector<std::pair<int, int>>& links);
+
 /// JSON without line ends. Bytes of texts that are not UTF-8 are replaced, and then `is_changed` is set.
 std::string json_line(const Json& json, bool& is_changed);
 
@@ -65,6 +68,8 @@ class JsonValue {
   std::vector<std::string> texts() const;
   Eigen::VectorXd numbers() const;
   std::vector<JsonValue> items() const;
+  /// Pairs of two of `count` landmarks, which the file counts from `first`; here they are from 0.
+  std::vector<std::pair<int, int>> links(int count, int first) const;
 
   /// A list of lists of `size` numbers, as the columns of a matrix. @param may_lack null is NaN, else it is refused
   Eigen::MatrixXd columns(Eigen::Index size, bool may_lack = false) const;
@@ -86,8 +91,5 @@ class JsonValue {
 
 /// Text, or a number as it is written; nothing where there is none.
 std::string text_of(const JsonValue& object, const std::string& key);
-
-/// Pairs of points, counted from `first`, that lines join; of `count` points, counted from 0.
-std::vector<std::pair<int, int>> read_links(const JsonValue& links, int first, int count);
 
 }  // namespace pulson::formats

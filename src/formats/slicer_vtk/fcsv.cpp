@@ -91,6 +91,8 @@ class FcsvReader {
     return std::move(file_);
   }
 
+  const std::vector<std::size_t>& coordinates() const { return axes_; }
+
  private:
   void read_comment(const io::TextLine& line) {
     std::string_view comment = without_quote(line.text).substr(1);
@@ -234,6 +236,12 @@ WrittenLandmarks write_fcsv(const std::string& path, const LandmarkFile& file) {
 }
 
 }  // namespace
+
+std::vector<std::size_t> fcsv_coordinates(const std::string& path, std::string_view text) {
+  FcsvReader reader(path, text);
+  reader.read();
+  return reader.coordinates().empty() ? std::vector<std::size_t>{1, 2, 3} : reader.coordinates();
+}
 
 LandmarkFormat fcsv_format() {
   return {.name = "fcsv",

@@ -21,15 +21,13 @@ namespace pulson::formats {
 
 namespace {
 
-constexpr std::string_view kVtkMagic = "# vtk DataFile Version";
-
 /// One pass over the sections of a file.
 class VtkReader {
  public:
   VtkReader(const std::string& path, std::string_view text) : cursor_(path, text) {}
 
   LandmarkFile read() {
-    read_header();
+    axes_ = take_vtk_header(cursor_);
     while (!at_attributes_ && read_section()) {
     }
     if (!has_points_) throw InputError(cursor_.path() + " has no section POINTS");
@@ -42,40 +40,13 @@ class VtkReader {
     for (const VtkCells& cells : sections_)
       if (cells.are_lines())
         cells.visit_edges([&](std::size_t a, std::size_t b) {
-          shape.links.emplace_back(static_cast<int>(a), static_cast<int>(b));
+          if (a != b) shape.links.emplace_back(static_cast<int>(a), static_cast<int>(b));
         });
     return file;
   }
 
  private:
   std::size_t count() const { return static_cast<std::size_t>(points_.cols()); }
-
-  void read_header() {
-    const std::string_view first = cursor_.take_line();
-    if (!first.starts_with(kVtkMagic))
-      cursor_.fail_here(
-          fmt::format("the file begins with {}; {} is expected", io::in_quotes(first), io::in_quotes(kVtkMagic)));
-    const std::string_view version = io::trim(first.substr(kVtkMagic.size()));
-    const double number = io::is_number(version) ? parse_number(version, "") : 0;
-    if (!(number >= 1 && number < 5.2))
-      cursor_.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", io::in_quotes(version)));
-    read_title(cursor_.take_line());
-    const std::string_view encoding = io::trim(cursor_.take_line());
-    const bool is_binary = io::to_lower(encoding) == "binary";
-    if (!is_binary && io::to_lower(encoding) != "ascii")
-      cursor_.fail_here(io::in_quotes(encoding) + " where ASCII or BINARY is expected");
-    if (io::to_lower(cursor_.take_word()) != "dataset") cursor_.fail_here("a line DATASET POLYDATA is needed here");
-    const std::string_view kind = cursor_.take_word();
-    if (io::to_lower(kind) != "polydata")
-      cursor_.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", io::in_quotes(kind)));
-    cursor_.is_binary = is_binary;
-  }
-
-  /// As 3D Slicer does.
-  void read_title(std::string_view title) {
-    for (const std::string axes : {"RAS", "LPS"})
-      if (axes_.empty() && title.find("SPACE=" + axes) != std::string_view::npos) axes_ = axes;
-  }
 
   /// @return false at the end
   bool read_section() {
@@ -87,9 +58,9 @@ class VtkReader {
     else if (keyword == "vertices" || keyword == "lines" || keyword == "polygons" || keyword == "triangle_strips")
       sections_.push_back(take_vtk_cells(cursor_, word));
     else if (keyword == "field")
-      skip_field();
+      skip_vtk_field(cursor_);
     else if (keyword == "metadata")
-      skip_metadata();
+      skip_vtk_metadata(cursor_);
     else if (keyword == "point_data" || keyword == "cell_data")
       at_attributes_ = true;  // they end the file
     else
@@ -130,45 +101,6 @@ class VtkReader {
       cursor_.fail_at(here, fmt::format("landmark {} of {}: {} is '{}'; a coordinate must be finite", place.landmark,
                                         place.shape, "xyz"[place.axis], value));
     return value;
-  }
-
-  /// `FIELD name count`, and as many arrays.
-  void skip_field() {
-    cursor_.take_word();
-    const std::size_t arrays = take_vtk_count(cursor_, "FIELD");
-    for (std::size_t skipped = 0; skipped < arrays;) {
-      const std::string_view name = cursor_.take_word();
-      if (name.empty()) cursor_.fail_here("the file ends within FIELD");
-      if (io::to_lower(name) == "metadata") {
-        skip_metadata();
-      } else {
-        if (name != "NULL_ARRAY") skip_array(name);
-        ++skipped;
-      }
-    }
-  }
-
-  /// `name components tuples type` and the numbers, or lines of text.
-  void skip_array(std::string_view name) {
-    VtkBlock block{cursor_.place(), ""};
-    const std::size_t components = take_vtk_count(cursor_, name);
-    const std::size_t tuples = take_vtk_count(cursor_, name);
-    if (components == 0)
-      cursor_.fail_at(block.place, fmt::format("the field {} has no components", io::in_quotes(name)));
-    if (cursor_.is_next("string")) return skip_vtk_strings(cursor_, name, tuples, components);
-    const VtkType& type = take_vtk_type(cursor_, name);
-    block.text = fmt::format("{} {} {} {}", name, components, tuples, type.name);
-    begin_vtk_numbers(cursor_, block, type, tuples, components);
-    const std::size_t count = components * tuples;
-    if (cursor_.is_binary) cursor_.take_bytes(count * type.size);
-    for (std::size_t i = 0; i < count && !cursor_.is_binary; ++i) take_vtk_number(cursor_, block, count, i);
-  }
-
-  /// Lines to an empty one.
-  void skip_metadata() {
-    cursor_.take_line();
-    while (cursor_.left() > 0 && !io::trim(cursor_.take_line()).empty()) {
-    }
   }
 
   /// In the plane where all z are equal.

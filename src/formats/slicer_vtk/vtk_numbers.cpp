@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "pulson/core/errors.hpp"
+#include "pulson/core/name_table.hpp"
 
 namespace pulson::formats {
 
@@ -90,6 +91,8 @@ void skip_binary_string(VtkCursor& cursor, std::string_view name) {
 }  // namespace
 
 const VtkType& vtk_int() { return kInt; }
+
+const VtkType& vtk_byte() { return kVtkTypes.back(); }
 
 std::string_view VtkCursor::take_line() {
   place_ = here();
@@ -186,6 +189,70 @@ std::vector<VtkId> take_vtk_ids(VtkCursor& cursor, const VtkBlock& block, const 
     ids[i] = cursor.is_binary ? type.id(cursor.take_bytes(type.size))
                               : parse_id(cursor, take_vtk_number(cursor, block, count, i), block);
   return ids;
+}
+
+std::string take_vtk_header(VtkCursor& cursor) {
+  const std::string_view first = cursor.take_line();
+  if (!first.starts_with(kVtkMagic))
+    cursor.fail_here(
+        fmt::format("the file begins with {}; {} is expected", io::in_quotes(first), io::in_quotes(kVtkMagic)));
+  const std::string_view version = io::trim(first.substr(kVtkMagic.size()));
+  const double number = io::is_number(version) ? parse_number(version, "") : 0;
+  if (!(number >= 1 && number < 5.2))
+    cursor.fail_here(fmt::format("version {} of the format; 1.0 to 5.1 are read", io::in_quotes(version)));
+  const std::string_view title = cursor.take_line();
+  const std::string_view encoding = io::trim(cursor.take_line());
+  const bool is_binary = io::to_lower(encoding) == "binary";
+  if (!is_binary && io::to_lower(encoding) != "ascii")
+    cursor.fail_here(io::in_quotes(encoding) + " where ASCII or BINARY is expected");
+  if (io::to_lower(cursor.take_word()) != "dataset") cursor.fail_here("a line DATASET POLYDATA is needed here");
+  const std::string_view kind = cursor.take_word();
+  if (io::to_lower(kind) != "polydata")
+    cursor.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", io::in_quotes(kind)));
+  cursor.is_binary = is_binary;
+  for (const std::string axes : {"RAS", "LPS"})
+    if (title.find("SPACE=" + axes) != std::string_view::npos) return axes;
+  return {};
+}
+
+void skip_vtk_metadata(VtkCursor& cursor) {
+  cursor.take_line();
+  while (cursor.left() > 0 && !io::trim(cursor.take_line()).empty()) {
+  }
+}
+
+namespace {
+
+/// `name components tuples type` and the numbers, or lines of text.
+void skip_vtk_array(VtkCursor& cursor, std::string_view name) {
+  VtkBlock block{cursor.place(), ""};
+  const std::size_t components = take_vtk_count(cursor, name);
+  const std::size_t tuples = take_vtk_count(cursor, name);
+  if (components == 0) cursor.fail_at(block.place, fmt::format("the field {} has no components", io::in_quotes(name)));
+  if (cursor.is_next("string")) return skip_vtk_strings(cursor, name, tuples, components);
+  const VtkType& type = take_vtk_type(cursor, name);
+  block.text = fmt::format("{} {} {} {}", name, components, tuples, type.name);
+  begin_vtk_numbers(cursor, block, type, tuples, components);
+  const std::size_t count = components * tuples;
+  if (cursor.is_binary) cursor.take_bytes(count * type.size);
+  for (std::size_t i = 0; i < count && !cursor.is_binary; ++i) take_vtk_number(cursor, block, count, i);
+}
+
+}  // namespace
+
+void skip_vtk_field(VtkCursor& cursor) {
+  cursor.take_word();
+  const std::size_t arrays = take_vtk_count(cursor, "FIELD");
+  for (std::size_t skipped = 0; skipped < arrays;) {
+    const std::string_view name = cursor.take_word();
+    if (name.empty()) cursor.fail_here("the file ends within FIELD");
+    if (io::to_lower(name) == "metadata") {
+      skip_vtk_metadata(cursor);
+    } else {
+      if (name != "NULL_ARRAY") skip_vtk_array(cursor, name);
+      ++skipped;
+    }
+  }
 }
 
 namespace {

@@ -26,6 +26,9 @@ struct VtkType {
 /// The type of numbers in cells that have none of their own.
 const VtkType& vtk_int();
 
+/// That of colours in binary files.
+const VtkType& vtk_byte();
+
 /// Where a message points to: the line from 1, in a binary file the byte from 0.
 struct VtkPlace {
   std::size_t line = 1;
@@ -69,6 +72,20 @@ class VtkCursor {
   std::size_t line_ = 1;
   VtkPlace place_;
 };
+
+/// What the first line of a file begins with.
+inline constexpr std::string_view kVtkMagic = "# vtk DataFile Version";
+
+/// The lines before the sections, which say whether the file is binary.
+/// @return `RAS` or `LPS` where the title says so as 3D Slicer does
+/// @throws InputError unless the file is polydata of a version up to 5.1
+std::string take_vtk_header(VtkCursor& cursor);
+
+/// Goes past what follows FIELD: its name, a count and as many arrays. @throws InputError
+void skip_vtk_field(VtkCursor& cursor);
+
+/// Goes past what follows METADATA: lines to an empty one.
+void skip_vtk_metadata(VtkCursor& cursor);
 
 /// What announces a block of numbers.
 struct VtkBlock {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
+#include "formats/carriers/carried_file.hpp"
 #include "pulson/core/errors.hpp"
 #include "surface_files.hpp"
 
@@ -72,10 +73,19 @@ double as_number(const char* bytes) {
 // Values one after the other.
 class PlyValues {
  public:
-  PlyValues(const std::string& path, std::string_view text, const std::string& format)
-      : path_(path), rest_(text), is_text_(format == "ascii"), swaps_(swaps_bytes(format)) {}
+  /// @param begin of the values in the text
+  PlyValues(const std::string& path, std::string_view text, std::size_t begin, const std::string& format)
+      : path_(path),
+        size_(text.size()),
+        rest_(text.substr(begin)),
+        is_text_(format == "ascii"),
+        swaps_(swaps_bytes(format)) {}
 
   double take(const std::string& type) { return is_text_ ? take_word() : take_bytes(type); }
+
+  /// Where the value that was taken last stands.
+  std::size_t begin() const { return size_ - rest_.size() - length_; }
+  std::size_t length() const { return length_; }
 
  private:
   bool swaps_bytes(const std::string& format) const {
@@ -91,6 +101,7 @@ class PlyValues {
     rest_.remove_prefix(std::min(rest_.find_first_not_of(kBlanks), rest_.size()));
     const std::string_view word = rest_.substr(0, rest_.find_first_of(kBlanks));
     rest_.remove_prefix(word.size());
+    length_ = word.size();
     if (word.empty()) refuse(path_, "it ends before its last element");
     if (!io::is_number(word)) refuse(path_, fmt::format("{} is not a number", io::in_quotes(word)));
     return std::strtod(std::string(word).c_str(), nullptr);
@@ -115,13 +126,16 @@ class PlyValues {
       std::copy_n(rest_.begin(), kind.size, bytes);
       if (swaps_) std::reverse(bytes, bytes + kind.size);
       rest_.remove_prefix(kind.size);
+      length_ = kind.size;
       return kind.convert(bytes);
     }
     refuse(path_, fmt::format("a property is of the unknown type {}", io::in_quotes(type)));
   }
 
   const std::string& path_;
+  std::size_t size_;
   std::string_view rest_;
+  std::size_t length_ = 0;
   bool is_text_;
   bool swaps_;
 };
@@ -162,7 +176,7 @@ void read_others(const PlyElement& element, PlyValues& values, Surface& surface)
 
 Surface read_ply(const std::string& path, std::string_view text) {
   const PlyHead head = read_head(path, text);
-  PlyValues values(path, text.substr(head.end), head.format);
+  PlyValues values(path, text, head.end, head.format);
   Surface surface;
   for (const PlyElement& element : head.elements) {
     if (element.properties.empty()) continue;
@@ -172,6 +186,103 @@ Surface read_ply(const std::string& path, std::string_view text) {
       read_others(element, values, surface);
   }
   return surface;
+}
+
+namespace {
+
+NumberCoding coding_of(const std::string& path, const PlyHead& head, const std::string& type) {
+  const bool is_float = type == "float" || type == "float32";
+  if (!is_float && type != "double" && type != "float64")
+    refuse(path, fmt::format("its coordinates are of the type {}, which holds no place between whole numbers; save it "
+                             "with coordinates of the type float",
+                             io::in_quotes(type)));
+  if (head.format == "ascii") return is_float ? NumberCoding::kTextOfFloat : NumberCoding::kText;
+  if (head.format == "binary_big_endian") return is_float ? NumberCoding::kBigFloat : NumberCoding::kBigDouble;
+  return is_float ? NumberCoding::kFloat : NumberCoding::kDouble;
+}
+
+// 0, 1, 2 of x, y, z and of nx, ny, nz.
+struct PlyAxis {
+  Eigen::Index axis;
+  bool is_normal;
+};
+
+std::optional<PlyAxis> axis_of(const PlyProperty& property) {
+  const bool is_normal = property.name.size() == 2 && property.name.front() == 'n';
+  if (!property.length.empty() || (property.name.size() != 1 && !is_normal)) return std::nullopt;
+  const std::size_t axis = io::kAxisLetters.find(property.name.back());
+  return axis == std::string_view::npos ? std::nullopt
+                                        : std::optional(PlyAxis{static_cast<Eigen::Index>(axis), is_normal});
+}
+
+// The coordinates and, where all three are there, the normals of all vertices.
+class PlyPlaces {
+ public:
+  PlyPlaces(const std::string& path, const PlyHead& head, const PlyElement& element, CarriedFile& file)
+      : element_(element), file_(file) {
+    int coordinates = 0, normals = 0;
+    for (const PlyProperty& property : element.properties) {
+      axes_.push_back(axis_of(property));
+      codings_.push_back(axes_.back() ? coding_of(path, head, property.type) : NumberCoding::kText);
+      if (!axes_.back()) continue;
+      (axes_.back()->is_normal ? normals : coordinates) += 1;
+    }
+    if (coordinates != 3) refuse(path, "its vertices need the properties x, y and z, each once");
+    has_normals_ = normals == 3;
+  }
+
+  void read(PlyValues& values) {
+    const auto count = static_cast<Eigen::Index>(element_.count);
+    file_.shape.points.setConstant(3, count, io::kMissing);
+    file_.normals.setConstant(3, has_normals_ ? count : 0, io::kMissing);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      if (has_normals_) file_.normal_points.push_back(static_cast<int>(i));
+      for (std::size_t k = 0; k < axes_.size(); ++k) read_property(k, i, values);
+    }
+  }
+
+ private:
+  void read_property(std::size_t number, Eigen::Index vertex, PlyValues& values) {
+    const PlyProperty& property = element_.properties[number];
+    const std::optional<PlyAxis>& axis = axes_[number];
+    const double length = property.length.empty() ? 1 : values.take(property.length);
+    for (int k = 0; k < length; ++k) {
+      const double value = values.take(property.type);
+      if (!axis || (axis->is_normal && !has_normals_)) continue;
+      (axis->is_normal ? file_.normals : file_.shape.points)(axis->axis, vertex) = value;
+      const auto place = static_cast<std::uint32_t>(3 * vertex + axis->axis);
+      file_.add_place(values.begin(), values.length(), axis->is_normal ? place | NumberPlace::kNormal : place,
+                      codings_[number]);
+    }
+  }
+
+  const PlyElement& element_;
+  CarriedFile& file_;
+  std::vector<std::optional<PlyAxis>> axes_;
+  std::vector<NumberCoding> codings_;
+  bool has_normals_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<CarriedFile> carry_ply(const std::string& path, std::string text) {
+  auto file = std::make_unique<CarriedFile>(std::move(text));
+  const PlyHead head = read_head(path, file->text());
+  PlyValues values(path, file->text(), head.end, head.format);
+  Surface passed_over;
+  for (const PlyElement& element : head.elements) {
+    if (element.properties.empty()) continue;
+    if (element.name != "vertex") {
+      read_others(element, values, passed_over);
+      continue;
+    }
+    if (element.count > file->text().size()) refuse(path, "it ends before its last vertex");
+    PlyPlaces(path, head, element, *file).read(values);
+    break;
+  }
+  file->set_missing_mark("nan");
+  file->shape.axes = stated_axes(file->text());
+  return file;
 }
 
 }  // namespace pulson::formats

@@ -15,56 +15,8 @@
 namespace pulson::formats {
 namespace {
 
-// Corners at the same position are one vertex.
-class SharedCorners {
- public:
-  void add(const std::array<double, 3>& place) {
-    int number = static_cast<int>(coordinates_.size() / 3);
-    bool is_new = true;
-    if (std::none_of(place.begin(), place.end(), [](double x) { return std::isnan(x); })) {
-      const auto [found, inserted] = numbers_.try_emplace(place, number);
-      number = found->second;
-      is_new = inserted;
-    }
-    if (is_new) coordinates_.insert(coordinates_.end(), place.begin(), place.end());
-    corners_.push_back(number);
-  }
-
-  Surface surface() const {
-    Surface surface;
-    surface.vertices.points = io::points_from(coordinates_, 3);
-    for (std::size_t i = 0; i + 2 < corners_.size(); i += 3)
-      surface.triangles.push_back({corners_[i], corners_[i + 1], corners_[i + 2]});
-    return surface;
-  }
-
- private:
-  std::map<std::array<double, 3>, int> numbers_;
-  std::vector<double> coordinates_;
-  std::vector<int> corners_;
-};
-
-// Three numbers behind the first word.
-std::array<double, 3> place_of(const std::string& path, const io::TextLine& line,
-                               const std::vector<std::string_view>& words) {
-  if (words.size() < 4) io::fail(path, line.number, "a vertex has three coordinates");
-  std::array<double, 3> place{};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    place.at(axis) = io::parse_coordinate(words[axis + 1], {path, line.number, "a vertex", "", axis});
-  return place;
-}
-
-constexpr std::size_t kStlHead = 80, kStlTriangle = 50;
-
-std::size_t number_of_triangles(std::string_view text) {
-  std::uint32_t count = 0;
-  if (text.size() >= kStlHead + 4) std::memcpy(&count, text.data() + kStlHead, sizeof count);
-  return count;
-}
-
-Surface read_binary_stl(std::string_view text) {
+Surface read_binary_stl(std::string_view text, std::size_t count) {
   SharedCorners corners;
-  const std::size_t count = number_of_triangles(text);
   for (std::size_t i = 0; i < count; ++i) {
     std::array<float, 12> numbers{};  // the normal, three corners
     std::memcpy(numbers.data(), text.data() + kStlHead + 4 + kStlTriangle * i, sizeof numbers);
@@ -75,17 +27,53 @@ Surface read_binary_stl(std::string_view text) {
 
 }  // namespace
 
+std::array<double, 3> numbers_behind_word(const std::string& path, const io::TextLine& line,
+                                          const std::vector<std::string_view>& words) {
+  if (words.size() < 4) io::fail(path, line.number, "a vertex has three coordinates");
+  std::array<double, 3> place{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    place.at(axis) = io::parse_coordinate(words[axis + 1], {path, line.number, "a vertex", "", axis});
+  return place;
+}
+
+void SharedCorners::add(const std::array<double, 3>& place) {
+  int number = static_cast<int>(coordinates_.size() / 3);
+  bool is_new = true;
+  if (std::none_of(place.begin(), place.end(), [](double x) { return std::isnan(x); })) {
+    const auto [found, inserted] = numbers_.try_emplace(place, number);
+    number = found->second;
+    is_new = inserted;
+  }
+  if (is_new) coordinates_.insert(coordinates_.end(), place.begin(), place.end());
+  corners_.push_back(number);
+}
+
+Points SharedCorners::vertices() const { return io::points_from(coordinates_, 3); }
+
+Surface SharedCorners::surface() const {
+  Surface surface;
+  surface.vertices.points = vertices();
+  for (std::size_t i = 0; i + 2 < corners_.size(); i += 3)
+    surface.triangles.push_back({corners_[i], corners_[i + 1], corners_[i + 2]});
+  return surface;
+}
+
+std::optional<std::size_t> binary_stl_triangles(std::string_view text) {
+  std::uint32_t count = 0;
+  if (text.size() < kStlHead + 4) return std::nullopt;
+  std::memcpy(&count, text.data() + kStlHead, sizeof count);
+  return text.size() == kStlHead + 4 + kStlTriangle * count ? std::optional<std::size_t>(count) : std::nullopt;
+}
+
 Surface read_stl(const std::string& path, std::string_view text) {
-  // Binary files may begin with "solid", too.
-  if (text.size() >= kStlHead + 4 && text.size() == kStlHead + 4 + kStlTriangle * number_of_triangles(text))
-    return read_binary_stl(text);
+  if (const std::optional<std::size_t> count = binary_stl_triangles(text)) return read_binary_stl(text, *count);
   if (!text.starts_with("solid"))
     throw InputError(path + ": it is neither text that begins with 'solid' nor of the length that its number of " +
                      "triangles asks for");
   SharedCorners corners;
   for (const io::TextLine& line : io::split_lines(path, text))
     if (const auto words = io::split_words(line.text); !words.empty() && words[0] == "vertex")
-      corners.add(place_of(path, line, words));
+      corners.add(numbers_behind_word(path, line, words));
   return corners.surface();
 }
 
@@ -96,7 +84,7 @@ Surface read_obj(const std::string& path, std::string_view text) {
     const std::vector<std::string_view> words = io::split_words(line.text);
     if (words.empty()) continue;
     if (words[0] == "v") {
-      const auto place = place_of(path, line, words);
+      const auto place = numbers_behind_word(path, line, words);
       coordinates.insert(coordinates.end(), place.begin(), place.end());
     }
     if (words[0] != "f") continue;

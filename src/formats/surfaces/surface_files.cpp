@@ -19,15 +19,6 @@ const std::map<std::string, Reader, std::less<>> kSurfaceReaders = {
 
 std::string surface_extension(const std::filesystem::path& file) { return io::to_lower(file.extension().string()); }
 
-// 3D Slicer says so in a comment or, in a binary stl, in the head.
-std::string stated_axes(std::string_view text) {
-  constexpr std::size_t kHead = 4096;
-  const std::string_view head = text.substr(0, kHead);
-  for (const char* axes : {"LPS", "RAS"})
-    if (head.find(std::string("SPACE=") + axes) != std::string_view::npos) return axes;
-  return "";
-}
-
 void check_surface(const std::string& path, const Surface& surface) {
   const Points& vertices = surface.vertices.points;
   if (surface.triangles.empty()) throw InputError(path + ": it has no triangles; a surface has some");
@@ -101,6 +92,15 @@ Surface coarsened(const Surface& surface, int most) {
       coarse.triangles.push_back(triangle);
   }
   return coarse;
+}
+
+// 3D Slicer says so in a comment or, in a binary stl, in the head.
+std::string stated_axes(std::string_view text) {
+  constexpr std::size_t kHead = 4096;
+  const std::string_view head = text.substr(0, kHead);
+  for (const char* axes : {"LPS", "RAS"})
+    if (head.find(std::string("SPACE=") + axes) != std::string_view::npos) return axes;
+  return "";
 }
 
 void add_polygon(Surface& surface, const std::vector<int>& corners) {

@@ -2,10 +2,13 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/text.hpp"
 #include "pulson/core/landmarks.hpp"
 
 namespace pulson::formats {
@@ -34,6 +37,36 @@ Surface coarsened(const Surface& surface, int most);
 Surface read_ply(const std::string& path, std::string_view text);
 Surface read_stl(const std::string& path, std::string_view text);
 Surface read_obj(const std::string& path, std::string_view text);
+
+/// `LPS` or `RAS` where the head of a file has `SPACE=LPS` or `SPACE=RAS`; else nothing.
+std::string stated_axes(std::string_view text);
+
+/// Three numbers behind the first of the words of a line. @throws InputError
+std::array<double, 3> numbers_behind_word(const std::string& path, const io::TextLine& line,
+                                          const std::vector<std::string_view>& words);
+
+/// Bytes of a binary stl file: before its count of triangles, and of each of these.
+inline constexpr std::size_t kStlHead = 80, kStlTriangle = 50;
+
+/// The number of triangles of a binary stl file, which may begin with "solid" as text does; none where it is text.
+std::optional<std::size_t> binary_stl_triangles(std::string_view text);
+
+/// The corners of triangles in their order: those at the same position are one vertex.
+class SharedCorners {
+ public:
+  void add(const std::array<double, 3>& place);
+
+  /// The vertex of each corner, and all vertices.
+  const std::vector<int>& corners() const { return corners_; }
+  Points vertices() const;
+
+  Surface surface() const;
+
+ private:
+  std::map<std::array<double, 3>, int> numbers_;
+  std::vector<double> coordinates_;
+  std::vector<int> corners_;
+};
 
 /// Adds the triangles of a polygon: a fan from its first corner.
 void add_polygon(Surface& surface, const std::vector<int>& corners);

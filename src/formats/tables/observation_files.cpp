@@ -1,8 +1,12 @@
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 
+#include "core/landmark_pairs.hpp"
 #include "core/text.hpp"
 #include "formats/csv/csv_columns.hpp"
 #include "pulson/core/errors.hpp"
@@ -12,14 +16,49 @@
 namespace pulson::formats {
 namespace {
 
-// The rows of a table but its header, one for each landmark.
-std::vector<CsvRecord> read_rows(const std::string& path, int count) {
-  std::vector<CsvRecord> rows = csv_records(path, io::read_text_file(path));
-  if (!rows.empty() && is_header(rows.front())) rows.erase(rows.begin());
-  if (std::ssize(rows) != count)
-    throw InputError(fmt::format("{} has {} of numbers; each of the {} landmarks needs one", path,
-                                 io::counted(rows.size(), "row"), count));
-  return rows;
+bool are_words(const std::vector<CsvRecord>& rows) {
+  return !rows.empty() && std::none_of(rows.begin(), rows.end(),
+                                       [](const CsvRecord& row) { return is_number_or_missing(row.fields.front()); });
+}
+
+// The column that names the landmarks: as its header says, or the first where it holds words.
+std::optional<std::size_t> column_of_labels(const std::vector<CsvRecord>& header, const std::vector<CsvRecord>& rows) {
+  if (rows.empty() || rows.front().fields.size() < 2) return std::nullopt;
+  if (!header.empty())
+    if (const std::optional<std::size_t> named = find_column(header.front(), ColumnRole::kLabel)) return named;
+  const bool is_unnamed = !header.empty() && header.front().fields.front().empty();  // R's row names
+  return is_unnamed || are_words(rows) ? std::optional<std::size_t>(0) : std::nullopt;
+}
+
+// Takes the labels out of the rows; none where the table has no such column.
+NameList take_labels(const std::string& path, const std::vector<CsvRecord>& header, std::vector<CsvRecord>& rows) {
+  NameList labels{path, {}};
+  const std::optional<std::size_t> column = column_of_labels(header, rows);
+  if (!column) return labels;
+  for (CsvRecord& row : rows) {
+    if (*column >= row.fields.size()) io::fail(path, row.line, "the row has no label; each needs one");
+    labels.names.push_back(row.name(*column));
+    row.fields.erase(row.fields.begin() + static_cast<std::ptrdiff_t>(*column));
+  }
+  return labels;
+}
+
+// The rows of a table but its header, without labels, one for each landmark and in their order.
+std::vector<CsvRecord> read_rows(const std::string& path, const Landmarks& shape, std::string_view what,
+                                 std::vector<std::string>* notes, bool by_order) {
+  std::vector<CsvRecord> rows = csv_records(path, io::read_text_file(path)), header;
+  if (!rows.empty() && is_header(rows.front())) {
+    header.push_back(rows.front());
+    rows.erase(rows.begin());
+  }
+  const NameList labels = take_labels(path, header, rows);
+  std::vector<std::string> found;
+  std::vector<CsvRecord> ordered;
+  for (const int place :
+       places_in_list(shape, labels, rows.size(), what, found, by_order ? PairBy::kOrder : PairBy::kNames))
+    ordered.push_back(rows[static_cast<std::size_t>(place)]);
+  if (notes != nullptr) notes->insert(notes->end(), found.begin(), found.end());
+  return ordered;
 }
 
 Eigen::VectorXd numbers_of(const std::string& path, const CsvRecord& row) {
@@ -55,24 +94,26 @@ Eigen::MatrixXd covariance_of(const std::string& path, const CsvRecord& row, Eig
 
 }  // namespace
 
-Eigen::VectorXd read_weights(const std::filesystem::path& path, int count) {
+Eigen::VectorXd read_weights(const std::filesystem::path& path, const Landmarks& shape, std::vector<std::string>* notes,
+                             bool by_order) {
   const std::string name = path.string();
   std::vector<double> weights;
-  for (const CsvRecord& row : read_rows(name, count)) {
+  for (const CsvRecord& row : read_rows(name, shape, "a weight", notes, by_order)) {
     const Eigen::VectorXd numbers = numbers_of(name, row);
     if (numbers.size() != 1)
       io::fail(name, row.line, io::counted(row.fields.size(), "number") + "; a row holds one weight");
     if (numbers[0] < 0) io::fail(name, row.line, fmt::format("the weight is {}; it must be 0 or greater", numbers[0]));
     weights.push_back(numbers[0]);
   }
-  return Eigen::VectorXd::Map(weights.data(), count);
+  return Eigen::VectorXd::Map(weights.data(), std::ssize(weights));
 }
 
-std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, int count, int dimension) {
+std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, const Landmarks& shape,
+                                              std::vector<std::string>* notes, bool by_order) {
   const std::string name = path.string();
   std::vector<Eigen::MatrixXd> covariances;
-  for (const CsvRecord& row : read_rows(name, count)) {
-    covariances.push_back(covariance_of(name, row, dimension));
+  for (const CsvRecord& row : read_rows(name, shape, "a covariance", notes, by_order)) {
+    covariances.push_back(covariance_of(name, row, shape.dimension()));
     if (!is_covariance(covariances.back()))
       io::fail(name, row.line, "the covariance is not symmetric and positive definite");
   }

@@ -1,15 +1,18 @@
 // By libjpeg, which leaves a function on errors by longjmp here: those that call setjmp have no objects with
 // destructors.
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>  // jpeglib.h needs it
 #include <cstdlib>
+#include <optional>
 
 #include <jerror.h>
 #include <jpeglib.h>
 
 #include "codecs.hpp"
+#include "exif.hpp"
 
 namespace pulson::images {
 namespace {
@@ -73,8 +76,13 @@ struct JpegWriter {
   JpegWriter& operator=(const JpegWriter&) = delete;
 };
 
+constexpr int kApplication = JPEG_APP0;
+constexpr unsigned kLongestSegment = 0xFFFF;
+
 bool read_header(JpegReader& reader, std::string_view bytes) {
   if (setjmp(reader.errors.place) != 0) return false;
+  jpeg_save_markers(&reader.jpeg, JPEG_COM, kLongestSegment);
+  for (const int i : {1, 2, 13}) jpeg_save_markers(&reader.jpeg, kApplication + i, kLongestSegment);
   jpeg_mem_src(&reader.jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_read_header(&reader.jpeg, TRUE);
   const int components = reader.jpeg.num_components;
@@ -96,7 +104,52 @@ bool read_pixels(JpegReader& reader, Image& image) {
   return true;
 }
 
-bool write_all(JpegWriter& writer, const Image& image) {
+constexpr std::string_view kExif("Exif\0\0", 6), kProfile("ICC_PROFILE\0", 12), kPreviews("MPF\0", 4);
+
+std::optional<Resolution> resolution_of(const jpeg_decompress_struct& jpeg) {
+  if (jpeg.saw_JFIF_marker == FALSE || jpeg.X_density == 0 || jpeg.Y_density == 0) return std::nullopt;
+  using enum Resolution::Unit;
+  if (jpeg.density_unit == 0 && jpeg.X_density == jpeg.Y_density) return std::nullopt;  // it says nothing
+  return Resolution{static_cast<double>(jpeg.X_density), static_cast<double>(jpeg.Y_density),
+                    jpeg.density_unit == 1 ? kInch : (jpeg.density_unit == 2 ? kCentimetre : kNone)};
+}
+
+/// Parts of the profile are in the order of the file, as every program writes them.
+void read_metadata(const jpeg_decompress_struct& jpeg, PageMetadata& about) {
+  constexpr std::size_t kPartNumbers = 2;
+  about.resolution = resolution_of(jpeg);
+  for (const jpeg_marker_struct* marker = jpeg.marker_list; marker != nullptr; marker = marker->next) {
+    const std::string_view data(reinterpret_cast<const char*>(marker->data), marker->data_length);
+    if (marker->marker == JPEG_COM)
+      about.description += data;
+    else if (data.starts_with(kExif))
+      about.exif = data.substr(kExif.size());
+    else if (data.starts_with(kProfile))
+      about.profile += data.substr(std::min(data.size(), kProfile.size() + kPartNumbers));
+    else if (!data.starts_with(kPreviews))
+      about.jpeg_segments.emplace_back(static_cast<int>(marker->marker), data);
+  }
+  about.orientation = exif_orientation(about.exif);
+}
+
+void write_segment(jpeg_compress_struct& jpeg, int marker, const char* data, std::size_t size) {
+  if (size > 0 && size <= kLongestSegment - 2)
+    jpeg_write_marker(&jpeg, marker, reinterpret_cast<const JOCTET*>(data), static_cast<unsigned>(size));
+}
+
+void set_density(jpeg_compress_struct& jpeg, const std::optional<Resolution>& resolution) {
+  constexpr double kHighest = 0xFFFF;
+  if (!resolution || !(resolution->x >= 1 && resolution->x <= kHighest) ||
+      !(resolution->y >= 1 && resolution->y <= kHighest))
+    return;
+  using enum Resolution::Unit;
+  jpeg.density_unit = resolution->unit == kInch ? 1 : (resolution->unit == kCentimetre ? 2 : 0);
+  jpeg.X_density = static_cast<UINT16>(resolution->x + 0.5);
+  jpeg.Y_density = static_cast<UINT16>(resolution->y + 0.5);
+}
+
+/// `exif` with its head.
+bool write_all(JpegWriter& writer, const Image& image, const PageMetadata& about, const std::string& exif) {
   constexpr int kQuality = 95;
   if (setjmp(writer.errors.place) != 0) return false;
   jpeg_compress_struct& jpeg = writer.jpeg;
@@ -107,7 +160,14 @@ bool write_all(JpegWriter& writer, const Image& image) {
   jpeg.in_color_space = image.channels() == 1 ? JCS_GRAYSCALE : JCS_RGB;
   jpeg_set_defaults(&jpeg);
   jpeg_set_quality(&jpeg, kQuality, TRUE);
+  set_density(jpeg, about.resolution);
   jpeg_start_compress(&jpeg, TRUE);
+  write_segment(jpeg, kApplication + 1, exif.data(), exif.size());
+  for (const auto& [marker, data] : about.jpeg_segments) write_segment(jpeg, marker, data.data(), data.size());
+  if (!about.profile.empty())
+    jpeg_write_icc_profile(&jpeg, reinterpret_cast<const JOCTET*>(about.profile.data()),
+                           static_cast<unsigned>(about.profile.size()));
+  write_segment(jpeg, JPEG_COM, about.description.data(), about.description.size());
   while (jpeg.next_scanline < jpeg.image_height) {
     auto* place = const_cast<unsigned char*>(row(image, static_cast<int>(jpeg.next_scanline)));  // it reads them alone
     jpeg_write_scanlines(&jpeg, &place, 1);
@@ -118,7 +178,7 @@ bool write_all(JpegWriter& writer, const Image& image) {
 
 /// As Adobe's programs write it: 255 is no ink.
 Image from_cmyk(const Image& inks) {
-  Image image(inks.width(), inks.height(), 3, PixelDepth::kUint8);
+  Image image(inks.width(), inks.height(), 3, PixelType::kUint8);
   const auto from = inks.values<std::uint8_t>();
   const auto to = image.values<std::uint8_t>();
   for (std::size_t i = 0; i < image.pixel_count(); ++i)
@@ -131,19 +191,29 @@ Image from_cmyk(const Image& inks) {
 
 }  // namespace
 
-Image decode_jpeg(std::string_view bytes, std::int64_t max_pixels) {
+PictureFile decode_jpeg(std::string_view bytes, std::int64_t max_pixels) {
   JpegReader reader;
   if (!read_header(reader, bytes)) fail_as_damaged();
-  const int components = reader.jpeg.num_components;
-  Image image = new_image(reader.jpeg.image_width, reader.jpeg.image_height,
-                          components == 4 ? 4 : (components == 1 ? 1 : 3), PixelDepth::kUint8, max_pixels);
-  if (!read_pixels(reader, image)) fail_as_damaged();
-  return components == 4 ? from_cmyk(image) : image;
+  const int components = reader.jpeg.num_components, channels = components == 4 ? 4 : (components == 1 ? 1 : 3);
+  PictureFile file;
+  Page& page = file.pages.emplace_back();
+  page.image = new_image(reader.jpeg.image_width, reader.jpeg.image_height, {.channels = channels}, max_pixels);
+  if (!read_pixels(reader, page.image)) fail_as_damaged();
+  read_metadata(reader.jpeg, page.about);
+  if (components == 4) {
+    page.image = from_cmyk(page.image);
+    page.about.profile.clear();  // it is of inks
+    file.notes.emplace_back("its inks (CMYK) were converted to red, green and blue");
+  }
+  return file;
 }
 
-std::string encode_jpeg(const Image& image) {
+std::string encode_jpeg(std::span<const Page> pages) {
+  const PageMetadata& about = pages.front().about;
+  std::string exif = exif_of(about.exif, about.orientation);
+  if (!exif.empty()) exif.insert(0, kExif);
   JpegWriter writer;
-  if (!write_all(writer, image)) return "";
+  if (!write_all(writer, pages.front().image, about, exif)) return "";
   return {reinterpret_cast<const char*>(writer.bytes), writer.size};
 }
 

@@ -8,9 +8,11 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <vector>
 
 #include "codecs.hpp"
+#include "pulson/core/errors.hpp"
 
 namespace pulson::images {
 
@@ -20,25 +22,31 @@ class PnmReader {
  public:
   explicit PnmReader(std::string_view bytes) : rest_(bytes) {}
 
-  Image read(std::int64_t max_pixels) {
+  PictureFile read(std::int64_t max_pixels) {
     const char kind = rest_[1];
     rest_.remove_prefix(2);
     const bool is_text = kind <= '3', is_bitmap = kind == '1' || kind == '4', has_colour = kind == '3' || kind == '6';
     const unsigned width = number(), height = number();
     highest_ = is_bitmap ? 1 : number();
     if (highest_ < 1 || highest_ > 65535) fail_as_damaged();
-    Image image = new_image(width, height, has_colour ? 3 : 1,
-                            highest_ > 255 ? PixelDepth::kUint16 : PixelDepth::kUint8, max_pixels);
+    PictureFile file;
+    Image& image = file.pages.emplace_back().image;
+    image = new_image(width, height,
+                      {has_colour ? 3 : 1, highest_ > 255 ? PixelType::kUint16 : PixelType::kUint8, Alpha::kNone,
+                       static_cast<double>(highest_)},
+                      max_pixels);
     if (!is_text) byte();  // one white character
     if (kind == '4')
       read_bits(image);
     else if (highest_ > 255)
       for (std::uint16_t& value : image.values<std::uint16_t>())
-        value = scaled<std::uint16_t>(is_text ? number() : 256U * byte() + byte());
+        value = limited<std::uint16_t>(is_text ? number() : 256U * byte() + byte());
     else
       for (std::uint8_t& value : image.values<std::uint8_t>())
-        value = scaled<std::uint8_t>(kind == '1' ? 1U - bit() : (is_text ? number() : byte()));
-    return image;
+        value = limited<std::uint8_t>(kind == '1' ? 1U - bit() : (is_text ? number() : byte()));
+    if (!is_text && rest_.size() > 2 && rest_[0] == 'P' && rest_[1] >= '1' && rest_[1] <= '6')
+      throw InputError("it holds several pictures; save each in a file of its own, or all as pages of a tif");
+    return file;
   }
 
  private:
@@ -78,14 +86,13 @@ class PnmReader {
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0, bits = 0; x < image.width(); ++x, bits *= 2) {
         if (x % 8 == 0) bits = static_cast<int>(byte());
-        row(image, y)[x] = (bits & 128) != 0 ? 0 : 255;
+        row(image, y)[x] = (bits & 128) != 0 ? 0 : 1;
       }
   }
 
   template <class Value>
-  Value scaled(unsigned value) const {
-    constexpr unsigned kFull = static_cast<Value>(-1);
-    return static_cast<Value>((std::min(value, highest_) * kFull + highest_ / 2) / highest_);
+  Value limited(unsigned value) const {
+    return static_cast<Value>(std::min(value, highest_));
   }
 
   std::string_view rest_;
@@ -94,15 +101,15 @@ class PnmReader {
 
 }  // namespace
 
-Image decode_pnm(std::string_view bytes, std::int64_t max_pixels) { return PnmReader(bytes).read(max_pixels); }
+PictureFile decode_pnm(std::string_view bytes, std::int64_t max_pixels) { return PnmReader(bytes).read(max_pixels); }
 
-std::string encode_pnm(const Image& image) {
+std::string encode_pnm(std::span<const Page> pages) {
+  const Image& image = pages.front().image;
   std::string bytes = std::string(image.channels() == 1 ? "P5" : "P6") + "\n" + std::to_string(image.width()) + " " +
-                      std::to_string(image.height()) + "\n" + (image.depth() == PixelDepth::kUint8 ? "255" : "65535") +
-                      "\n";
+                      std::to_string(image.height()) + "\n" + std::to_string(static_cast<int>(image.full())) + "\n";
   const std::size_t start = bytes.size();
   bytes.append(reinterpret_cast<const char*>(image.bytes().data()), image.bytes().size());
-  if (image.depth() == PixelDepth::kUint16 && std::endian::native == std::endian::little)
+  if (image.type() == PixelType::kUint16 && std::endian::native == std::endian::little)
     for (std::size_t i = start; i < bytes.size(); i += 2) std::swap(bytes[i], bytes[i + 1]);
   return bytes;
 }
@@ -137,28 +144,32 @@ class BmpReader {
       if (header < 40) fail_as_damaged();
       width_ = static_cast<std::int32_t>(number(18, 4)), height_ = static_cast<std::int32_t>(number(22, 4));
       bits_ = number(28, 2), compression_ = number(30, 4);
+      read_resolution();
     }
     read_bit_fields(header);
     if (bits_ <= 8) read_palette(header);
   }
 
-  Image read(std::int64_t max_pixels) {
+  PictureFile read(std::int64_t max_pixels) {
     const bool is_packed = compression_ == kRle8 || compression_ == kRle4;
     const bool is_known = bits_ == 1 || bits_ == 4 || bits_ == 8 || bits_ == 16 || bits_ == 24 || bits_ == 32;
     const bool is_fit = is_packed
                             ? bits_ == (compression_ == kRle8 ? 8U : 4U)
                             : compression_ == kNone || compression_ == kBitFields || compression_ == kAlphaBitFields;
     if (!is_known || !is_fit) fail_as_damaged();
-    const bool is_grey = bits_ <= 8 && std::all_of(palette_.begin(), palette_.end(), [](const PaletteColour& colour) {
-                           return colour[0] == colour[1] && colour[1] == colour[2];
-                         });
-    Image image = new_image(width_, std::abs(std::int64_t{height_}), is_grey ? 1 : (fields_[3].mask != 0 ? 4 : 3),
-                            PixelDepth::kUint8, max_pixels);
+    PictureFile file;
+    Page& page = file.pages.emplace_back();
+    page.about.resolution = resolution_;
+    if (bits_ <= 8 && !is_grey()) set_palette(page.about);
+    PixelFormat format = PixelFormat::usual(bits_ <= 8 ? 1 : (fields_[3].mask != 0 ? 4 : 3), PixelType::kUint8);
+    if (bits_ <= 8) format.full = (1 << bits_) - 1;
+    Image& image = page.image;
+    image = new_image(width_, std::abs(std::int64_t{height_}), format, max_pixels);
     if (is_packed)
       read_packed(image);
     else
       for (int y = 0; y < image.height(); ++y) read_row(image, y);
-    return image;
+    return file;
   }
 
  private:
@@ -185,6 +196,28 @@ class BmpReader {
         palette_[i][2 - c] = static_cast<std::uint8_t>(number(kFileHeader + header + width * i + c, 1));
   }
 
+  /// Whether the number of each colour says how bright it is.
+  bool is_grey() const {
+    const std::size_t most = palette_.size() - 1;
+    for (std::size_t i = 0; i < palette_.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        if (palette_[i][c] != (i * 255 + most / 2) / most) return false;
+    return true;
+  }
+
+  void set_palette(PageMetadata& about) const {
+    constexpr unsigned kTo16Bits = 257;
+    const auto wide = [](unsigned value) { return static_cast<std::uint16_t>(kTo16Bits * value); };
+    for (const PaletteColour& colour : palette_)
+      about.palette.push_back({wide(colour[0]), wide(colour[1]), wide(colour[2]), 0xFFFF});
+  }
+
+  void read_resolution() {
+    const std::uint32_t x = number(38, 4), y = number(42, 4);
+    constexpr double kPerMetre = 100;
+    if (x > 0 && y > 0) resolution_ = Resolution{x / kPerMetre, y / kPerMetre, Resolution::Unit::kCentimetre};
+  }
+
   /// The image's row that is row y of the file.
   unsigned char* place(Image& image, int x, int y) const {
     const int line = height_ > 0 ? image.height() - 1 - y : y;
@@ -196,7 +229,7 @@ class BmpReader {
   }
 
   PaletteColour colour_of(std::uint32_t pixel) const {
-    if (bits_ <= 8) return palette_[pixel];
+    if (bits_ <= 8) return {static_cast<std::uint8_t>(pixel)};
     return {fields_[0].value(pixel), fields_[1].value(pixel), fields_[2].value(pixel), fields_[3].value(pixel)};
   }
 
@@ -215,13 +248,13 @@ class BmpReader {
   /// out is of the first colour.
   void read_packed(Image& image) const {
     for (int y = 0; y < image.height(); ++y)
-      for (int x = 0; x < width_; ++x) put(image, x, y, palette_[0]);
+      for (int x = 0; x < width_; ++x) put(image, x, y, {});
     std::size_t at = pixels_at_;
     const auto byte = [&] { return number(at++, 1); };
     int x = 0, y = 0;
     const auto put_next = [&](std::uint32_t pair, std::uint32_t i) {
       const std::uint32_t pixel = bits_ == 8 ? pair : (i % 2 == 0 ? pair >> 4U : pair & 15U);
-      if (x < width_ && y < image.height()) put(image, x, y, palette_[pixel]);
+      if (x < width_ && y < image.height()) put(image, x, y, colour_of(pixel));
       if (x < width_) ++x;
     };
     constexpr std::uint32_t kEndOfRow = 0, kEndOfImage = 1, kMove = 2;
@@ -249,36 +282,77 @@ class BmpReader {
   std::uint32_t bits_ = 0, compression_ = kNone;
   std::array<BitField, 4> fields_{{{0xFF0000}, {0xFF00}, {0xFF}, {0}}};
   std::vector<PaletteColour> palette_;
+  std::optional<Resolution> resolution_;
 };
 
 void append_number(std::string& bytes, std::size_t value, int width) {
   for (int i = 0; i < width; ++i) bytes += static_cast<char>(value >> (8 * i) & 255U);
 }
 
+/// The colours of an image of one channel; greys where it has no palette.
+std::string palette_of(const Page& page, int bits) {
+  std::string bytes;
+  constexpr unsigned kTo16Bits = 257;
+  const std::size_t all = std::size_t{1} << static_cast<unsigned>(bits), most = all - 1;
+  for (std::size_t i = 0; i < all; ++i)
+    for (std::size_t c = 3; c-- > 0;) {
+      std::size_t value = page.about.has_palette() ? 0 : (i * 255 + most / 2) / most;
+      if (i < page.about.palette.size()) value = (page.about.palette[i][c] + kTo16Bits / 2) / kTo16Bits;
+      append_number(bytes, value, c == 0 ? 2 : 1);  // and a zero
+    }
+  return bytes;
+}
+
+/// Row y, the leftmost pixel in the highest bits, or blue first.
+std::string row_of(const Image& image, int y, int bits) {
+  const unsigned char* const from = row(image, y);
+  std::string bytes(reinterpret_cast<const char*>(from), row_size(image));
+  for (std::size_t i = 0; image.channels() == 3 && i < bytes.size(); i += 3) std::swap(bytes[i], bytes[i + 2]);
+  if (bits >= 8) return bytes;
+  const std::size_t in_byte = static_cast<std::size_t>(8 / bits);
+  std::string packed((bytes.size() + in_byte - 1) / in_byte, '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    packed[i / in_byte] = static_cast<char>(static_cast<unsigned char>(packed[i / in_byte]) |
+                                            from[i] << (8 - static_cast<std::size_t>(bits) * (i % in_byte + 1)));
+  return packed;
+}
+
+std::size_t pixels_per_metre(double x, Resolution::Unit unit) {
+  constexpr double kPerMetre = 100, kInch = 0.0254, kHighest = 0x7FFFFFFF;
+  const double value = unit == Resolution::Unit::kInch ? x / kInch : x * kPerMetre;
+  return unit == Resolution::Unit::kNone ? 0 : static_cast<std::size_t>(std::clamp(std::round(value), 0.0, kHighest));
+}
+
 }  // namespace
 
-Image decode_bmp(std::string_view bytes, std::int64_t max_pixels) { return BmpReader(bytes).read(max_pixels); }
+PictureFile decode_bmp(std::string_view bytes, std::int64_t max_pixels) { return BmpReader(bytes).read(max_pixels); }
 
-std::string encode_bmp(const Image& image) {
-  const bool is_grey = image.channels() == 1;
-  const std::size_t padding = (4 - row_size(image) % 4) % 4;
-  const std::size_t pixels_at = kFileHeader + 40 + (is_grey ? 4 * 256 : 0);
+std::string encode_bmp(std::span<const Page> pages) {
+  const Page& page = pages.front();
+  const Image& image = page.image;
+  const int bits = image.channels() == 1 ? bits_of(image.format()) : 24;
+  const std::string palette = bits <= 8 ? palette_of(page, bits) : "";
+  const std::size_t stride = (static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(bits) + 31) / 32 * 4;
+  const std::size_t pixels_at = kFileHeader + 40 + palette.size();
+  const Resolution resolution = page.about.resolution.value_or(Resolution{0, 0, Resolution::Unit::kNone});
   std::string bytes = "BM";
-  append_number(bytes, pixels_at + (row_size(image) + padding) * static_cast<std::size_t>(image.height()), 4);
+  append_number(bytes, pixels_at + stride * static_cast<std::size_t>(image.height()), 4);
   append_number(bytes, 0, 4);
   append_number(bytes, pixels_at, 4);
   append_number(bytes, 40, 4);
   append_number(bytes, static_cast<std::size_t>(image.width()), 4);
   append_number(bytes, static_cast<std::size_t>(image.height()), 4);
   append_number(bytes, 1, 2);  // planes
-  append_number(bytes, is_grey ? 8 : 24, 2);
-  bytes.append(24, '\0');
-  for (std::size_t grey = 0; is_grey && grey < 256; ++grey) append_number(bytes, grey * 0x10101U, 4);
+  append_number(bytes, static_cast<std::size_t>(bits), 2);
+  bytes.append(8, '\0');
+  append_number(bytes, pixels_per_metre(resolution.x, resolution.unit), 4);
+  append_number(bytes, pixels_per_metre(resolution.y, resolution.unit), 4);
+  bytes.append(8, '\0');
+  bytes += palette;
   for (int y = image.height(); y-- > 0;) {
-    const std::size_t start = bytes.size();
-    bytes.append(reinterpret_cast<const char*>(row(image, y)), row_size(image));
-    for (std::size_t i = start; !is_grey && i < bytes.size(); i += 3) std::swap(bytes[i], bytes[i + 2]);
-    bytes.append(padding, '\0');
+    const std::string line = row_of(image, y, bits);
+    bytes += line;
+    bytes.append(stride - line.size(), '\0');
   }
   return bytes;
 }

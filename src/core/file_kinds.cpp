@@ -17,7 +17,7 @@ struct KnownKind {
   const char* remedy;
 };
 
-constexpr const char* kPicture = "landmarks are needed; place them with tpsDig, ImageJ or LabelMe";
+constexpr const char* kPicture = "landmarks are needed, which docs/photographs.md says how to place";
 constexpr const char* kFromR = "write the landmarks in R: write.csv(two.d.array(A), \"landmarks.csv\") of geomorph";
 constexpr const char* kVolume = "landmarks are needed; place them with 3D Slicer and save them as mrk.json";
 constexpr const char* kExcel = "save the sheet as csv";

@@ -173,7 +173,8 @@ std::string note_of_zeros(const std::vector<Landmarks>& shapes) {
   for (const Landmarks& shape : shapes) {
     const auto is_zero = [](const auto& point) { return point.size() > 1 && (point.array() == 0).all(); };
     const auto here = std::count_if(shape.points.colwise().begin(), shape.points.colwise().end(), is_zero);
-    if (here < 2) continue;  // one may be an origin
+    // one may be an origin, and so may those among negative coordinates
+    if (here < 2 || (shape.points.array() < 0).any()) continue;
     zeros += static_cast<std::size_t>(here);
     if (first == nullptr) first = &shape;
   }

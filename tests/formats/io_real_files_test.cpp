@@ -1,4 +1,6 @@
+#include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -6,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/paths.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "real_landmark_files.hpp"
@@ -145,6 +148,25 @@ TEST(RealFilesOfOtherKinds, AreRefusedWithAReason) {
     }
   }
   if (seen == 0) GTEST_SKIP() << "no data in " << data_folder() << "; PULSON_DATA may name the folder";
+}
+
+// None of these files is of a program that annotates pictures, nor of those with a format of their own below.
+TEST(RealFilesOfOtherFormats, AreNotTaken) {
+  const std::set<std::string> others = {"npz",  "roi",  "coco",    "openpose", "via",  "geojson",
+                                        "cvat", "fiji", "meshlab", "amira",    "cmtk", "via.csv"};
+  if (!fs::exists(data_folder())) GTEST_SKIP() << "no data in " << data_folder() << "; PULSON_DATA may name the folder";
+  constexpr std::uintmax_t kLargest = 4U << 20U;
+  int seen = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(data_folder())) {
+    if (!entry.is_regular_file() || entry.file_size() > kLargest) continue;
+    const std::string text = read_file(entry.path());
+    ++seen;
+    for (const LandmarkFormat& format : landmark_formats())
+      if (others.contains(format.name)) {
+        EXPECT_FALSE(format.sniff(text)) << entry.path() << " by " << format.name;
+      }
+  }
+  EXPECT_GT(seen, 100);
 }
 
 TEST(SampleShapes, ComeInPairsThatMatch) {

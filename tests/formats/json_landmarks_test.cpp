@@ -118,8 +118,10 @@ TEST_F(JsonFile, IsRefusedByPlace) {
   EXPECT_EQ(read_error("{\"points\": [[1, 2]], \"labels\": [\"a\", \"b\"]}"),
             "t.txt: 'labels' has 2 items for 1 point");
   EXPECT_EQ(read_error("{\"points\": [[1, 2]], \"labels\": [1]}"), "t.txt: 'labels' has no string as item 1");
-  EXPECT_EQ(read_error("{\"a\": 1}"),
-            "t.txt: the file has none of the keys 'shapes', 'points', or 'source', 'target' and 'result'");
+  EXPECT_EQ(
+      read_error("{\"a\": 1}"),
+      "t.txt: the file holds no landmarks in a layout that is known: an object with the key 'shapes' or 'points', "
+      "points by name such as {\"tip\": [1, 2]}, or a list of points");
 }
 
 TEST_F(JsonFile, SaysWhereItIsNoJson) {

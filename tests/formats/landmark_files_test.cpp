@@ -123,9 +123,10 @@ TEST_F(Unreadable, IsRefused) {
             "utf16.csv is not a text file (it holds a zero byte); text must be in UTF-8");
   EXPECT_EQ(
       read_error("notes.txt", "Landmark 1 is the tip\n"),
-      "notes.txt is not in any of the landmark formats (npy, vtk, fcsv, mrk.json, labelme, menpo, dlib, json, tps, "
-      "ibug, elastix, "
-      "transformix, idav, nts, morphologika, edma, stereomorph, deeplabcut, bigwarp, csv); it begins with "
+      "notes.txt is not in any of the landmark formats (npy, npz, roi, vtk, fcsv, mrk.json, labelme, menpo, coco, "
+      "openpose, via, geojson, dlib, cvat, fiji, meshlab, json, tps, ibug, elastix, transformix, idav, nts, "
+      "morphologika, "
+      "edma, stereomorph, amira, via.csv, deeplabcut, bigwarp, cmtk, csv); it begins with "
       "'Landmark 1 is the tip'");
 }
 

@@ -231,8 +231,8 @@ TEST_F(Markups, AreRefusedByPlace) {
             "t.txt: 'markups[0].controlPoints[0].position' is not a list of 3 numbers");
   EXPECT_EQ(read_error(markups(markup("\"coordinateSystem\": \"XYZ\"", ""))),
             "t.txt: 'markups[0].coordinateSystem' is 'XYZ'; LPS or RAS is expected");
-  EXPECT_EQ(read_error(markups(markup("", "") + "," + markup("\"coordinateSystem\": \"RAS\"", ""))),
-            "t.txt: 'markups[1]' has the axes 'RAS', the first has 'LPS'; one for all is needed");
+  EXPECT_EQ(read_error(markups(markup("", "") + "," + markup("\"coordinateUnits\": \"um\"", ""))),
+            "t.txt: 'markups[1]' has the units 'um', the first has 'mm'; one for all is needed");
   EXPECT_THAT(read_error(markups(kPoint) + "]"), StartsWith("t.txt:2: column "));
 }
 

@@ -14,8 +14,8 @@ using Target = bool (*)(std::string_view input);
 bool landmark_files(std::string_view input);        ///< a file whose format is recognised by its content
 bool point_lists(std::string_view input);           ///< `ROW\n` and a text for the reader of that row of formats
 bool tables(std::string_view input);                ///< the same, or `weights`, or `covariances`
-bool arrays(std::string_view input);                ///< `vtk` or `npy`
-bool json_landmarks(std::string_view input);        ///< `json`, `mrk.json`, `labelme` or `menpo`
+bool arrays(std::string_view input);                ///< `vtk`, `npy`, `npz` or `roi`
+bool json_landmarks(std::string_view input);        ///< the same of the rows in JSON
 bool shapes(std::string_view input);                ///< for all writers, made from bytes
 bool grid_fields(std::string_view input);           ///< MetaImage and NRRD
 bool surfaces(std::string_view input);              ///< `ply`, `stl` or `obj`, and a file of that kind

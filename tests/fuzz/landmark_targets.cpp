@@ -12,6 +12,7 @@ bool landmark_files(std::string_view input) {
   check_landmark_file(*file);
   check_writers(*file);
   const auto negative_is_missing = formats::ReadOptions{.negative_is_missing = true};
+  demand("coordinates at zero", [&] { return read_landmark_file(bytes.path(), {.zero_is_missing = true}); });
   demand("negative coordinates", [&] { return read_landmark_file(bytes.path(), negative_is_missing); });
   attempt([&] { return formats::read_landmarks(bytes.path() + "#1"); });
   for (const formats::ReadOptions& options :
@@ -25,12 +26,14 @@ bool landmark_files(std::string_view input) {
 
 bool point_lists(std::string_view input) {
   return read_as_row(input, {"tps", "ibug", "elastix", "transformix", "dlib", "idav", "nts", "morphologika", "edma",
-                             "stereomorph", "fcsv"});
+                             "stereomorph", "fcsv", "cvat", "fiji", "meshlab", "amira", "cmtk"});
 }
 
-bool arrays(std::string_view input) { return read_as_row(input, {"vtk", "npy"}); }
+bool arrays(std::string_view input) { return read_as_row(input, {"vtk", "npy", "npz", "roi"}); }
 
-bool json_landmarks(std::string_view input) { return read_as_row(input, {"json", "mrk.json", "labelme", "menpo"}); }
+bool json_landmarks(std::string_view input) {
+  return read_as_row(input, {"json", "mrk.json", "labelme", "menpo", "coco", "openpose", "via", "geojson"});
+}
 
 namespace {
 
@@ -70,7 +73,7 @@ bool covariances(std::string_view text) {
 bool tables(std::string_view input) {
   if (input.starts_with(kWeights)) return weights(input.substr(kWeights.size()));
   if (input.starts_with(kCovariances)) return covariances(input.substr(kCovariances.size()));
-  return read_as_row(input, {"csv", "deeplabcut", "bigwarp"});
+  return read_as_row(input, {"csv", "deeplabcut", "bigwarp", "via.csv"});
 }
 
 }  // namespace pulson::fuzz

@@ -122,7 +122,8 @@ TEST_F(ConvertProgram, TurnsRowsOfAnImage) {
 TEST_F(ConvertProgram, TakesNegativesForMissingOnes) {
   converted("pair.json marked.json --missing negative");
   EXPECT_THAT(incomplete_points(formats::read_landmarks("marked.json#2").points), ElementsAre(0, 1));
-  expect_refused("convert pair.json a.json --missing zero", "--missing is 'zero'");
+  expect_refused("convert pair.json a.json --missing none",
+                 "--missing is 'none'; it must be negative or zero, or left out");
 }
 
 TEST_F(ConvertProgram, TakesARegistration) {

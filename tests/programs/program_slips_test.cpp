@@ -154,8 +154,9 @@ TEST_F(Slips, JacobiansCountTheAlignment) {
 
 TEST_F(Slips, ImagesAreNoLandmarksAndNoRegistrations) {
   const std::string image = sample_file("leaf_1.png");
-  EXPECT_EQ(run({"info", image}).err,
-            "pulson: " + image + " is an image; landmarks are needed, which docs/photographs.md says how to place\n");
+  EXPECT_EQ(
+      run({"info", image}).err,
+      "pulson: " + image + " is an image (png); landmarks are needed, which docs/photographs.md says how to place\n");
   const ProgramRun swapped = run({"warp", image, "leaf/registration.json", "-o", "out.csv"});
   EXPECT_EQ(swapped.exit_code, 2);
   EXPECT_THAT(swapped.err, HasSubstr("is an image; the registration comes first"));

@@ -82,9 +82,9 @@ TEST_F(ReadingProgram, TakesACurveAndAScale) {
   expect_refused("info a.tps --landmarks 7", "a.tps has no landmark 7; they are numbered from 1 to 3");
   expect_refused(
       "info a.tps --format tsp",
-      "--format: 'tsp' is not a landmark format; did you mean 'tps'; valid: npy, vtk, fcsv, mrk.json, labelme, "
-      "menpo, dlib, json, tps, ibug, elastix, transformix, idav, nts, morphologika, edma, stereomorph, "
-      "deeplabcut, bigwarp, csv");
+      "--format: 'tsp' is not a landmark format; did you mean 'tps'; valid: npy, npz, roi, vtk, fcsv, mrk.json, "
+      "labelme, menpo, coco, openpose, via, geojson, dlib, cvat, fiji, meshlab, json, tps, ibug, elastix, transformix, "
+      "idav, nts, morphologika, edma, stereomorph, amira, via.csv, deeplabcut, bigwarp, cmtk, csv");
 }
 
 TEST_F(ReadingProgram, HasTheSameOptionsInEveryVerbThatReads) {

@@ -107,11 +107,21 @@ std::vector<std::string> name_numbered_coordinates(const std::string& path, std:
                       io::counted(columns.count / d, "landmark"), d)};
 }
 
+namespace {
+
+/// `ID`, `specimen` and their like.
+bool names_things(const std::string& name) {
+  const std::optional<ColumnMeaning> meaning = meaning_of(name);
+  return meaning && (meaning->role == ColumnRole::kLabel || meaning->role == ColumnRole::kSpecimen);
+}
+
+}  // namespace
+
 void name_numeric_header(std::vector<CsvRecord>& records) {
   if (records.size() < 2) return;
   std::vector<std::string>& names = records.front().fields;
   const std::size_t fewest = names.front().empty() ? 2 : kFewestCoordinates;
-  if (names.size() < fewest + 1 || io::is_number(names.front())) return;
+  if (names.size() < fewest + 1 || (!names.front().empty() && !names_things(names.front()))) return;
   const std::optional<std::size_t> first = parse_count(names[1]);
   if (!first || *first > 1) return;
   for (std::size_t i = 1; i < names.size(); ++i)

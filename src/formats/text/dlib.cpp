@@ -60,6 +60,8 @@ class DlibReader {
   void begin(const Tag& tag) {
     if (tag.name == "image") {
       image_ = tag.attribute("file");
+      frame_.width = static_cast<int>(parse_count(tag.attribute("width")).value_or(0));
+      frame_.height = static_cast<int>(parse_count(tag.attribute("height")).value_or(0));
       first_of_image_ = file_.shapes.size();
     } else if (tag.name == "box") {
       if (box_) io::fail(path_, tag.line, "a <box> within another; </box> is expected before it");
@@ -114,6 +116,7 @@ class DlibReader {
     }
     shape.labels = io::unless_all_empty(std::move(shape.labels));
     shape.image = image_;
+    shape.frame = frame_;
     shape.properties = std::exchange(properties_, {});
   }
 
@@ -130,6 +133,7 @@ class DlibReader {
   Tags tags_;
   LandmarkFile file_;
   std::string image_;
+  Frame frame_;
   std::size_t first_of_image_ = 0;
   std::optional<Box> box_;
   std::vector<std::pair<std::string, std::string>> properties_;  // of the box

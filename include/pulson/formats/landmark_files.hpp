@@ -80,6 +80,10 @@ struct ReadOptions {
   int curve_points = 0;
   /// Coordinates are multiplied by the scale, which each shape must then have.
   bool applies_scale = false;
+  /// A table of the links of all shapes, which those of their files give way to; empty: none. It has two columns: the
+  /// labels, else the numbers in the file from 1, of the two landmarks that each row joins. The first row may name the
+  /// columns, and a column before them the rows, as R writes them.
+  std::string links{};
   /// Landmarks::y_down, where the files' formats are not to decide.
   std::optional<bool> y_down{};
 };
@@ -126,11 +130,6 @@ Eigen::VectorXd read_weights(const std::filesystem::path& path, int count);
 /// variance of each coordinate), d (the variances of the axes), d(d+1)/2 (the upper triangle by rows) or d² (all by
 /// rows). @throws InputError that names file and line, also where one is not symmetric and positive definite
 std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, int count, int dimension);
-
-/// The links of a wireframe, in a table of two columns: the labels, else the numbers from 1, of the landmarks of `shape`
-/// that each line joins, counted from 0 here. The first row may name the columns, and a column before them that R writes
-/// the rows. @throws InputError that names file and line, also where a landmark is not there
-std::vector<std::pair<int, int>> read_links(const std::filesystem::path& path, const Landmarks& shape);
 
 /// Numbers in numpy's format, version 1.0: doubles in C order, to be read by `numpy.load`. The product of `shape` is
 /// the count of the numbers.

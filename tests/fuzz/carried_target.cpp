@@ -25,8 +25,9 @@ bool carried_files(std::string_view input) {
   const auto again = carried(*text);
   require(again && *again != nullptr && (*again)->shape.points.cols() == points.cols(),
           "a mesh that is written has other points");
-  if ((*file)->normals.allFinite())
-    require((*again)->with((*again)->shape.points, (*again)->normals) == *text, "a mesh that is written again changes");
+  const auto third = carried((*again)->with((*again)->shape.points, (*again)->normals));
+  require(third && *third != nullptr && (*third)->shape.points == (*again)->shape.points,
+          "the points of a mesh change when they are written again");
   return true;
 }
 

@@ -145,12 +145,12 @@ TEST_F(WarpPoints, LinksAreRecordedAndDrawn) {
   write("links.csv", "from,to\nnose,ear\neye,chin\n");
   const ProgramRun without = run(words("register a.csv b.csv -o plain -q"));
   ASSERT_EQ(without.exit_code, 0) << without.err;
-  const ProgramRun with = run(words("register a.csv b.csv -o out -q --links links.csv --report out.html"));
+  const ProgramRun with = run(words("register a.csv b.csv -o out -q --links links.csv"));
   ASSERT_EQ(with.exit_code, 0) << with.err;
   EXPECT_EQ(read_json("out/registration.json")["source_shape"]["links"].dump(), "[[1,3],[2,4]]");
   EXPECT_FALSE(read_json("plain/registration.json")["source_shape"].contains("links"));
   EXPECT_NE(contents("out/registration.svg"), contents("plain/registration.svg"));
-  EXPECT_THAT(contents("out.html"), HasSubstr("\"outlines\":[[0,2],[1,3]]"));
+  EXPECT_THAT(contents("out/report.html"), HasSubstr("\"outlines\":[[0,2],[1,3]]"));
   write("links.csv", "nose,lip\n");
   EXPECT_EQ(run(words("register a.csv b.csv -o out -q --links links.csv")).err,
             "pulson: links.csv:1: 'lip' is no landmark of a.csv; the columns need labels of the landmarks, or their "

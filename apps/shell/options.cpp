@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/text.hpp"
+#include "path_options.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
@@ -264,6 +265,10 @@ void add_read_options(CLI::App& verb, formats::ReadOptions& options) {
         options.applies_scale = true;
       },
       "NAME", "apply: multiply coordinates by the scale of their shape, such as SCALE= of tps");
+  reads_file(verb.add_option("--links", options.links,
+                             "lines between landmarks for pictures: a table of two columns, labels or numbers from 1")
+                 ->type_name("FILE")
+                 ->group(kGroup));
 }
 
 void add_order_option(CLI::App& verb, bool& by_order) {

@@ -59,6 +59,7 @@ std::vector<std::string> losses_of(const Target& target, const LandmarkFile& fil
   lose(held.properties, "properties", [](const Landmarks& shape) { return !shape.properties.empty(); });
   lose(held.lines, "curves", [](const Landmarks& shape) { return !shape.curves.empty(); });
   lose(held.lines, "outlines", [](const Landmarks& shape) { return !shape.outlines.empty(); });
+  lose(held.links, "links", [](const Landmarks& shape) { return !shape.links.empty(); });
   if (!held.units && !file.units.empty())
     losses.push_back(cannot_hold(target, "the units " + io::in_quotes(file.units)));
   if (!held.axes && !file.axes.empty()) losses.push_back(cannot_hold(target, "the axes " + io::in_quotes(file.axes)));

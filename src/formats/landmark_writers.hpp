@@ -27,6 +27,7 @@ struct HeldParts {
   bool scales = false;
   bool properties = false;
   bool lines = false;  ///< curves and outlines
+  bool links = false;
   bool units = false;
   bool axes = false;
   bool directions = false;  ///< of y in the plane

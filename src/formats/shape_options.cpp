@@ -20,31 +20,20 @@
 
 namespace pulson::formats {
 
-namespace {
-
-/// Joins `count` landmarks from `first` on along a line.
-void link_neighbours(int first, int count, LineEnds ends, std::vector<std::pair<int, int>>& links) {
-  for (int a = 1; a < count; ++a) links.emplace_back(first + a - 1, first + a);
-  if (ends == LineEnds::kClosed && count > 2) links.emplace_back(first + count - 1, first);
-}
-
-}  // namespace
-
 bool take_lines_as_landmarks(Landmarks& shape) {
   if (shape.count() > 0 || (shape.curves.empty() && shape.outlines.empty())) return false;
   const Eigen::Index dimension = (shape.curves.empty() ? shape.outlines : shape.curves).front().rows();
   std::vector<double> coordinates;
-  const auto take = [&](std::vector<Points>& lines, const std::string& kind, LineEnds ends) {
+  const auto take = [&](std::vector<Points>& lines, const std::string& kind) {
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      link_neighbours(static_cast<int>(shape.groups.size()), static_cast<int>(lines[i].cols()), ends, shape.links);
       coordinates.insert(coordinates.end(), lines[i].reshaped().begin(), lines[i].reshaped().end());
       shape.groups.insert(shape.groups.end(), static_cast<std::size_t>(lines[i].cols()),
                           fmt::format("{} {}", kind, i + 1));
     }
     lines.clear();
   };
-  take(shape.curves, "curve", LineEnds::kOpen);
-  take(shape.outlines, "outline", LineEnds::kClosed);
+  take(shape.curves, "curve");
+  take(shape.outlines, "outline");
   shape.points = Points::Map(coordinates.data(), dimension, static_cast<Eigen::Index>(shape.groups.size()));
   return true;
 }
@@ -289,6 +278,7 @@ void prepare_shapes(const ReadOptions& options, const std::string& path, Landmar
 
 void apply_to_shapes(const ReadOptions& options, LandmarkFile& file) {
   if (options.applies_scale) apply_scales(file);
+  if (!options.links.empty()) apply_links(options.links, file);
   if (!options.landmarks.empty())
     for (Landmarks& shape : file.shapes)
       if (shape.count() > 0) shape = selected(shape, LandmarkList(shape).find(options.landmarks));

@@ -36,7 +36,11 @@ Points evenly_spaced(const Points& line, LineEnds ends, int count);
 /// All shapes of a file, before apply_to_shapes.
 LandmarkFile read_all_shapes(const std::filesystem::path& path, const ReadOptions& options);
 
-/// Applies scales, chooses landmarks and adds points of curves, in this order, in the shapes that are wanted.
+/// Gives all shapes the links that the table at `path` lists, see ReadOptions::links. Notes rows with landmarks that a
+/// shape lacks. @throws InputError that names file and line, also where no shape has a landmark of the table
+void apply_links(const std::string& path, LandmarkFile& file);
+
+/// Applies scales and links, chooses landmarks and adds points of curves, in this order, in the shapes that are wanted.
 /// @throws InputError that begins with a shape's `source`
 void apply_to_shapes(const ReadOptions& options, LandmarkFile& file);
 

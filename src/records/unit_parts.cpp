@@ -58,6 +58,7 @@ Json shape_identity(const Landmarks& shape) {
             {"curves", matrices_json(shape.curves)},
             {"outlines", matrices_json(shape.outlines)},
             {"numbers", shape.numbers},
+            {"links", shape.links},
             {"units", shape.units},
             {"axes", shape.axes},
             {"frame", formats::frame_json(shape.frame)},
@@ -87,6 +88,9 @@ Landmarks shape_from(const Json& json) {
   shape.curves = matrices_from(json.at("curves"), dimension);
   shape.outlines = matrices_from(json.at("outlines"), dimension);
   json.at("numbers").get_to(shape.numbers);
+  json.at("links").get_to(shape.links);
+  for (const auto& [a, b] : shape.links)
+    if (std::min(a, b) < 0 || std::max(a, b) >= shape.count()) throw Damaged();
   json.at("units").get_to(shape.units);
   json.at("axes").get_to(shape.axes);
   shape.frame = frame_from(json.at("frame"));

@@ -230,5 +230,15 @@ TEST(CoincidentLandmarks, AreListedAndMerged) {
   EXPECT_TRUE(merged(shape, 1, 3, {1, 1}).points.col(1).hasNaN());
 }
 
+TEST(LandmarkPairs, KeepLinksBetweenTheLandmarksThatStay) {
+  Landmarks shape = labelled("a.csv", {"nose", "chin", "ear", "eye"});
+  shape.links = {{0, 1}, {1, 2}, {2, 3}};
+  using testing::Pair;
+  EXPECT_THAT(selected(shape, {3, 2, 0}).links, ElementsAre(Pair(1, 0)));
+  EXPECT_THAT(merged(shape, 0, 1, {1, 1}).links, ElementsAre(Pair(0, 1), Pair(1, 2))) << "those of the second landmark";
+  Names notes;
+  EXPECT_EQ(in_order_of(shape, labelled("b.csv", {"eye", "ear", "chin"}), notes).links, shape.links);
+}
+
 }  // namespace
 }  // namespace pulson

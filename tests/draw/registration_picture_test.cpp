@@ -197,5 +197,30 @@ TEST_F(RegistrationPictureTest, SaysWhatIsWrongWithTheTarget) {
   EXPECT_TRUE(files().empty());
 }
 
+TEST_F(RegistrationPictureTest, JoinsLandmarksThatAreLinked) {
+  for (const int d : {2, 3}) {
+    SCOPED_TRACE(testing::Message() << "d = " << d);
+    RegistrationPicture picture = example(d, 4, loop(d, 4, 1.3));
+    const std::size_t before = draw(picture).segments.size();
+    picture.source.links = {{0, 2}, {1, 3}, {3, 1}};
+    EXPECT_EQ(draw(picture).segments.size(), before + 2 * panels(d)) << "each once";
+    picture.target.points.col(2).setConstant(kMissing);
+    EXPECT_EQ(draw(picture).segments.size(), before - joined_panels(d) + panels(d)) << "none to what is missing";
+    picture.source.links = {{0, 4}};
+    EXPECT_EQ(refusal(picture), "registration picture: a link joins 0 and 4");
+  }
+  RegistrationPicture line = example(1, 4, loop(1, 4, 1.3));
+  const std::size_t before = draw(line).segments.size();
+  line.source.links = {{0, 2}};
+  EXPECT_EQ(draw(line).segments.size(), before);
+}
+
+TEST_F(RegistrationPictureTest, DrawsALinkAlongAnOutlineOnce) {
+  RegistrationPicture picture = example(2, 40, loop(2, 40, 1.3));
+  const std::size_t before = draw(picture).segments.size();
+  picture.source.links = {{0, 1}, {39, 0}};
+  EXPECT_EQ(draw(picture).segments.size(), before);
+}
+
 }  // namespace
 }  // namespace pulson::draw

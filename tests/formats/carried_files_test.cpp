@@ -101,6 +101,13 @@ TEST(CarriedTables, NameTheLineOfAnError) {
   EXPECT_THAT(error("x;y\n1,5;2.5\n"), HasSubstr("t.csv:2: a coordinate has a comma"));
 }
 
+TEST(CarriedTables, AreThoseOfDeepLabCut) {
+  const std::string head =
+      "scorer,dlc,dlc,dlc,dlc,dlc,dlc\nbodyparts,nose,nose,nose,tail,tail,tail\ncoords,x,y,likelihood,x,y,likelihood\n";
+  EXPECT_EQ(shifted("t.csv", head + "0,1,2,0.90,3,4,0.5\n1,5,6,0.1,,,\n", 2),
+            head + "0,2,4,0.90,4,6,0.5\n1,6,8,0.1,,,\n");
+}
+
 TEST(CarriedTables, AreThoseOfSlicer) {
   const std::string head =
       "# Markups fiducial file version = 4.13\n# CoordinateSystem = LPS\n"

@@ -70,6 +70,24 @@ TEST(FuzzCorpora, OfRandomShapesHaveNoFindings) {
   }
 }
 
+// Bytes that are changed, left out and doubled: whatever sizes a file claims.
+TEST(FuzzCorpora, OfDamagedCarriedFilesHaveNoFindings) {
+  constexpr int kDamages = 400;
+  std::mt19937_64 random(2);
+  for (const fs::path& file : files_of("carried_files"))
+    for (int i = 0; i < kDamages; ++i) {
+      std::string input = contents(file);
+      for (std::size_t change = random() % 4; change < 4; ++change) {
+        const std::size_t at = random() % input.size(), length = std::min(input.size() - at, 1 + random() % 16);
+        if (change == 1) input.erase(at, length);
+        if (change == 2) input.insert(at, input.substr(at, length));
+        if (change != 1 && change != 2) input[at] = static_cast<char>(random() % 256);
+        if (input.empty()) break;
+      }
+      ASSERT_NO_THROW(carried_files(input)) << file << ", damage " << i;
+    }
+}
+
 /// Whether a seed of the targets that take `ROW\n` and a text is read by this row.
 bool has_seed(const formats::LandmarkFormat& format) {
   for (const char* const target : {"point_lists", "tables", "arrays", "json_landmarks"})

@@ -19,6 +19,7 @@ bool json_landmarks(std::string_view input);        ///< the same of the rows in
 bool shapes(std::string_view input);                ///< for all writers, made from bytes
 bool grid_fields(std::string_view input);           ///< MetaImage and NRRD
 bool surfaces(std::string_view input);              ///< `ply`, `stl` or `obj`, and a file of that kind
+bool carried_files(std::string_view input);         ///< `ply`, `stl`, `obj`, `vtk`, `vtp`, `csv` or `fcsv`, and such a file
 bool specs(std::string_view input);                 ///< of kernels, noises, integrators
 bool registration_records(std::string_view input);  ///< registration.json, replayed where that is short
 bool ensemble_checkpoints(std::string_view input);  ///< of one small ensemble, which goes on from it
@@ -28,7 +29,7 @@ struct NamedTarget {
   Target run;
 };
 
-inline constexpr std::array<NamedTarget, 11> kTargets = {{{"landmark_files", landmark_files},
+inline constexpr std::array<NamedTarget, 12> kTargets = {{{"landmark_files", landmark_files},
                                                           {"point_lists", point_lists},
                                                           {"tables", tables},
                                                           {"arrays", arrays},
@@ -36,6 +37,7 @@ inline constexpr std::array<NamedTarget, 11> kTargets = {{{"landmark_files", lan
                                                           {"shapes", shapes},
                                                           {"grid_fields", grid_fields},
                                                           {"surfaces", surfaces},
+                                                          {"carried_files", carried_files},
                                                           {"specs", specs},
                                                           {"registration_records", registration_records},
                                                           {"ensemble_checkpoints", ensemble_checkpoints}}};

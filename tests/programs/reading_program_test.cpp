@@ -91,7 +91,7 @@ TEST_F(ReadingProgram, HasTheSameOptionsInEveryVerbThatReads) {
   for (const char* verb : {"register", "compare", "warp", "simulate", "ensemble", "convert", "info"}) {
     const std::string help = done(std::string(verb) + " --help").out;
     for (const char* option :
-         {"--missing", "--format", "--columns", "--dim", "--landmarks", "--curves", "--scale", "-q,--quiet"})
+         {"--missing", "--format", "--columns", "--dim", "--landmarks", "--curves", "--scale", "--links", "-q,--quiet"})
       EXPECT_THAT(help, HasSubstr(option)) << verb;
   }
   for (const char* verb : {"fokker-planck", "reproduce"})

@@ -85,6 +85,10 @@ struct ReadOptions {
   int curve_points = 0;
   /// Coordinates are multiplied by the scale, which each shape must then have.
   bool applies_scale = false;
+  /// A table of the links of all shapes, which those of their files give way to; empty: none. It has two columns: the
+  /// labels, else the numbers in the file from 1, of the two landmarks that each row joins. The first row may name the
+  /// columns, and a column before them the rows, as R writes them.
+  std::string links{};
   /// Frame::y_down of shapes in the plane, in place of what files say.
   std::optional<bool> y_down{};
 };
@@ -140,11 +144,6 @@ Eigen::VectorXd read_weights(const std::filesystem::path& path, const Landmarks&
 /// @throws InputError also where one is not symmetric and positive definite
 std::vector<Eigen::MatrixXd> read_covariances(const std::filesystem::path& path, const Landmarks& shape,
                                               std::vector<std::string>* notes = nullptr, bool by_order = false);
-
-/// The links of a wireframe, in a table of two columns: the labels, else the numbers from 1, of the landmarks of
-/// `shape` that each line joins, counted from 0 here. The first row may name the columns, and a column before them that
-/// R writes the rows. @throws InputError that names file and line, also where a landmark is not there
-std::vector<std::pair<int, int>> read_links(const std::filesystem::path& path, const Landmarks& shape);
 
 /// Numbers in numpy's format, version 1.0: doubles in C order, to be read by `numpy.load`. The product of `shape` is
 /// the count of the numbers.

@@ -171,6 +171,7 @@ std::unique_ptr<CarriedFile> carry(const std::string& path, std::string text, co
   }
   const std::string format = landmark_format_of(path, text, options).name;
   if (format == "fcsv") return carry_fcsv(path, std::move(text), options);
+  if (format == "deeplabcut") return carry_deeplabcut(path, std::move(text), options);
   return format == "csv" ? carry_table(path, std::move(text), options) : nullptr;
 }
 

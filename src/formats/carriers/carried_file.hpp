@@ -112,6 +112,9 @@ std::unique_ptr<CarriedFile> carry_vtp(const std::string& path, std::string text
 /// Null where the rows do not hold points: lines of all x and all y, a coordinate per line.
 std::unique_ptr<CarriedFile> carry_table(const std::string& path, std::string text, const ReadOptions& options);
 
+/// Of DeepLabCut's tables.
+std::unique_ptr<CarriedFile> carry_deeplabcut(const std::string& path, std::string text, const ReadOptions& options);
+
 /// Of 3D Slicer's point lists.
 std::unique_ptr<CarriedFile> carry_fcsv(const std::string& path, std::string text, const ReadOptions& options);
 

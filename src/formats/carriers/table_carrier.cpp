@@ -202,7 +202,30 @@ std::unique_ptr<CarriedFile> carry_rows(const std::string& path, std::string tex
   return file;
 }
 
+/// The columns of x, y and perhaps z that the row `coords` of DeepLabCut names, beside those of the likelihood.
+std::optional<RowLayout> deeplabcut_layout(const std::string& path, std::string_view text) {
+  constexpr std::size_t kHead = 5;  // scorer, perhaps individuals, bodyparts, coords, and a row
+  const std::vector<CsvRecord> records = csv_records(path, text, kHead);
+  const auto coords = std::find_if(records.begin(), records.end(),
+                                   [](const CsvRecord& record) { return record.fields.front() == "coords"; });
+  const std::optional<char> delimiter = csv_delimiter(path, text);
+  if (coords == records.end() || !delimiter) return std::nullopt;
+  const std::vector<std::string>& names = coords->fields;
+  RowLayout layout{.points = {}, .header_line = coords->line, .columns = names.size(), .delimiter = *delimiter};
+  for (std::size_t i = 0; i + 1 < names.size(); ++i) {
+    if (names[i] != "x" || names[i + 1] != "y") continue;
+    layout.points.push_back({i, i + 1});
+    if (i + 2 < names.size() && names[i + 2] == "z") layout.points.back().push_back(i + 2);
+  }
+  return layout.points.empty() ? std::nullopt : std::optional(std::move(layout));
+}
+
 }  // namespace
+
+std::unique_ptr<CarriedFile> carry_deeplabcut(const std::string& path, std::string text, const ReadOptions& options) {
+  const std::optional<RowLayout> layout = deeplabcut_layout(path, text);
+  return layout ? carry_rows(path, std::move(text), *layout, options, "deeplabcut") : nullptr;
+}
 
 std::unique_ptr<CarriedFile> carry_table(const std::string& path, std::string text, const ReadOptions& options) {
   const std::optional<RowLayout> layout = layout_of(path, text, options);

@@ -37,12 +37,24 @@ class LabelmeReader {
     const bool some_have_groups = !io::unless_all_empty(groups_).empty();
     if (some_have_groups && !all_have_groups) warn("a group_id that not all points have is not used");
     if (all_have_groups) shape_.groups = std::move(groups_);
-    if (take_lines_as_landmarks(shape_)) warn(taken_as_landmarks(1));
+    if (take_lines_as_landmarks(shape_)) {
+      warn(taken_as_landmarks(1));
+      link_neighbours();
+    }
     file_.shapes.push_back(std::move(shape_));
     return std::move(file_);
   }
 
  private:
+  /// Joins landmarks along the lines that they are from.
+  void link_neighbours() {
+    for (const std::vector<int>& line : landmarks_by_group(shape_)) {
+      for (std::size_t i = 1; i < line.size(); ++i) shape_.links.emplace_back(line[i - 1], line[i]);
+      const bool is_closed = shape_.groups[static_cast<std::size_t>(line.front())].starts_with("outline ");
+      if (is_closed && line.size() > 2) shape_.links.emplace_back(line.back(), line.front());
+    }
+  }
+
   void warn(const std::string& text) { file_.warnings.push_back(fmt::format("{}: {}", path_, text)); }
 
   void read_annotation(const JsonValue& annotation) {

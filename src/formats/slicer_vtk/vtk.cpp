@@ -5,7 +5,9 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -166,6 +168,16 @@ Joined join_groups(const Landmarks& shape) {
   return joined;
 }
 
+/// Whether the lines pass along all links of the shape.
+bool draws_links(const Joined& joined, const Landmarks& shape) {
+  std::set<std::pair<int, int>> drawn;
+  for (const std::vector<int>& line : joined.lines)
+    for (std::size_t i = 1; i < line.size(); ++i) drawn.insert(std::minmax({line[i - 1], line[i]}));
+  return std::all_of(shape.links.begin(), shape.links.end(), [&](const auto& link) {
+    return drawn.contains(std::minmax({link.first, link.second}));
+  });
+}
+
 void append_cells(std::string& text, std::string_view keyword, const Cells& cells) {
   std::size_t size = cells.size();
   for (const auto& cell : cells) size += cell.size();
@@ -202,7 +214,7 @@ WrittenLandmarks write_vtk(const std::string& path, const LandmarkFile& file) {
   const Points points = points_in_space(target, shape, plane_losses);
   const Joined joined = join_groups(shape);
   const bool knows_axes = file.axes == "LPS" || file.axes == "RAS";
-  written.losses = losses_of(target, file, {.groups = true, .axes = knows_axes});
+  written.losses = losses_of(target, file, {.groups = true, .links = draws_links(joined, shape), .axes = knows_axes});
   if (!joined.lost.empty()) written.losses.push_back(cannot_hold(target, joined.lost));
   const auto [low, high] = bounding_box(points);
   if (shape.dimension() == 3 && low[2] == high[2])

@@ -1,13 +1,16 @@
 // Tables of the lines of a wireframe: two landmarks in each row.
 
+#include <algorithm>
+#include <array>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "core/text.hpp"
 #include "formats/csv/csv_columns.hpp"
+#include "formats/shape_options.hpp"
 #include "pulson/core/errors.hpp"
-#include "pulson/core/name_table.hpp"
 
 namespace pulson::formats {
 namespace {
@@ -27,55 +30,76 @@ std::size_t first_column(const std::string& path, const Rows& rows) {
   return 0;
 }
 
-/// Landmarks by their labels or, where the table has numbers that are no labels, by these.
+/// Landmarks by their labels, or by their numbers where they have other labels.
 class LandmarkNames {
  public:
-  explicit LandmarkNames(const Landmarks& shape) : shape_(shape) {
+  explicit LandmarkNames(const Landmarks& shape) {
     for (int a = 0; a < shape.count(); ++a) {
       numbers_.try_emplace(std::to_string(shape.number(a)), a);
       if (!shape.labels.empty()) labels_.try_emplace(shape.labels[static_cast<std::size_t>(a)], a);
     }
   }
 
-  bool has(const std::string& name) const { return labels_.contains(name) || numbers_.contains(name); }
-
-  int find(const std::string& path, const CsvRecord& row, const std::string& name) const {
+  std::optional<int> find(const std::string& name) const {
     if (const auto label = labels_.find(name); label != labels_.end()) return label->second;
-    if (const auto number = numbers_.find(name); number != numbers_.end()) return number->second;
-    if (name == "0")
-      io::fail(path, row.line,
-               "the landmark 0; links count landmarks from 1, so add 1 to all of a table that is from 0");
-    const std::string near = shape_.labels.empty() ? "" : nearest_name(name, shape_.labels);
-    io::fail(path, row.line,
-             fmt::format("{} is no landmark of {}{}", io::in_quotes(name), shape_.source,
-                         near.empty() ? fmt::format(", which has {}", shape_.count())
-                                      : fmt::format("; did you mean {}?", io::in_quotes(near))));
+    const auto number = numbers_.find(name);
+    return number == numbers_.end() ? std::nullopt : std::optional(number->second);
   }
 
  private:
-  const Landmarks& shape_;
   std::map<std::string, int> labels_, numbers_;
 };
 
-}  // namespace
+/// What a row names.
+struct LinkNames {
+  std::size_t line;
+  std::array<std::string, 2> ends;
+};
 
-std::vector<std::pair<int, int>> read_links(const std::filesystem::path& path, const Landmarks& shape) {
-  const std::string name = path.string();
-  const Rows rows = csv_records(name, io::read_text_file(path));
-  if (rows.empty()) throw InputError(name + " holds no links");
-  const std::size_t column = first_column(name, rows);
-  const LandmarkNames names(shape);
-  std::vector<std::pair<int, int>> links;
+std::vector<LinkNames> read_names(const std::string& path) {
+  const Rows rows = csv_records(path, io::read_text_file(path));
+  if (rows.empty()) throw InputError(path + " holds no links");
+  const std::size_t column = first_column(path, rows);
+  std::vector<LinkNames> links;
   for (const CsvRecord& row : rows) {
-    const bool is_first = &row == &rows.front();
-    if (is_first && (row.fields.size() < column + 2 || (!names.has(row.fields[column]) && is_header(row)))) continue;
+    const bool names_columns = &row == &rows.front() && row.fields.size() < column + 2;
+    if (names_columns) continue;
     if (row.fields.size() != column + 2)
-      io::fail(name, row.line, fmt::format("{}; {} are needed", io::counted(row.fields.size(), "column"), column + 2));
-    const int a = names.find(name, row, row.name(column)), b = names.find(name, row, row.name(column + 1));
-    if (a == b) io::fail(name, row.line, fmt::format("the landmark {} is joined to itself", shape.describe(a)));
-    links.emplace_back(a, b);
+      io::fail(path, row.line, fmt::format("{}; {} are needed", io::counted(row.fields.size(), "column"), column + 2));
+    links.push_back({row.line, {row.name(column), row.name(column + 1)}});
+    const auto& [from, to] = links.back().ends;
+    if (from == to) io::fail(path, row.line, fmt::format("the landmark {} is joined to itself", io::in_quotes(from)));
+    if (from == "0" || to == "0")
+      io::fail(path, row.line, "there is no landmark 0: links count from 1; add 1 to all numbers of a table from 0");
   }
   return links;
+}
+
+}  // namespace
+
+void apply_links(const std::string& path, LandmarkFile& file) {
+  const std::vector<LinkNames> rows = read_names(path);
+  std::vector<std::string> lacking(rows.size());  // what the first shape without both ends lacks
+  for (Landmarks& shape : file.shapes) {
+    const LandmarkNames names(shape);
+    shape.links.clear();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const std::optional<int> from = names.find(rows[i].ends[0]), to = names.find(rows[i].ends[1]);
+      if (from && to)
+        shape.links.emplace_back(*from, *to);
+      else if (lacking[i].empty())
+        lacking[i] = fmt::format("{} is no landmark of {}", io::in_quotes(rows[i].ends[from ? 1 : 0]), shape.source);
+    }
+  }
+  const auto has_links = [](const Landmarks& shape) { return !shape.links.empty() || shape.count() == 0; };
+  if (std::none_of(file.shapes.begin(), file.shapes.end(), has_links))
+    io::fail(path, rows.back().line,
+             fmt::format("{}; the columns need labels of the landmarks, or their numbers from 1", lacking.back()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const bool names_columns = i == 0 && !lacking[0].empty() && !io::is_number(rows[0].ends[0]);
+    if (!lacking[i].empty() && !names_columns)
+      file.warnings.push_back(fmt::format("{}:{}: {}; the link is left out there", path, rows[i].line, lacking[i]));
+  }
 }
 
 }  // namespace pulson::formats

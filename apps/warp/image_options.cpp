@@ -61,7 +61,8 @@ double nearest_colour(const images::PageMetadata& about, const std::vector<doubl
 
 // The number of the first transparent colour of a palette, or 0.
 double clear_colour(const images::PageMetadata& about) {
-  const auto clear = std::find_if(about.palette.begin(), about.palette.end(), [](auto& colour) { return colour[3] == 0; });
+  const auto clear =
+      std::find_if(about.palette.begin(), about.palette.end(), [](auto& colour) { return colour[3] == 0; });
   return clear == about.palette.end() ? 0 : static_cast<double>(clear - about.palette.begin());
 }
 

@@ -29,7 +29,7 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
 
 /// The mean of the warped image over samples of the noise with the fitted momenta, the deviation from it and the
 /// probability of folds. @throws InputError where there is no noise or no sample has a path
-WarpResult warp_samples(const Picture& picture, const matching::Registration& registration,
-                        const WarpFrames& frames, const WarpArguments& arguments);
+WarpResult warp_samples(const Picture& picture, const matching::Registration& registration, const WarpFrames& frames,
+                        const WarpArguments& arguments);
 
 }  // namespace pulson

@@ -53,8 +53,8 @@ void place(AnyGrid& grid, const Frame& frame) {
 
 void write_as_grid(const std::filesystem::path& path, std::vector<images::Page> pages, const Frame& frame) {
   if (pages.size() > 1 || pages.front().about.has_palette())
-    throw InputError(fmt::format("cannot write '{}': {} does not hold {}; what does for this image: .tif", path.string(),
-                                 extension_of(path),
+    throw InputError(fmt::format("cannot write '{}': {} does not hold {}; what does for this image: .tif",
+                                 path.string(), extension_of(path),
                                  pages.size() > 1 ? fmt::format("{} pages", pages.size()) : "a palette"));
   images::Page& page = pages.front();
   fields::Grid grid;
@@ -117,14 +117,16 @@ void check_alike(const Picture& picture) {
   for (std::size_t i = 1; i < picture.pages.size(); ++i) {
     const images::Image& page = picture.pages[i].image;
     if (page.width() != first.width() || page.height() != first.height())
-      throw InputError(fmt::format("page 1 of the picture has {} x {} pixels and page {} has {} x {}: one map cannot "
-                                   "warp both; save pages of one size in a file",
-                                   first.width(), first.height(), i + 1, page.width(), page.height()));
+      throw InputError(
+          fmt::format("page 1 of the picture has {} x {} pixels and page {} has {} x {}: one map cannot "
+                      "warp both; save pages of one size in a file",
+                      first.width(), first.height(), i + 1, page.width(), page.height()));
     if (page.format() != first.format() ||
         picture.pages[i].about.has_palette() != picture.pages.front().about.has_palette())
-      throw InputError(fmt::format("pages 1 and {} of the picture differ in the type or the channels of their pixels; "
-                                   "save pages of one kind in a file",
-                                   i + 1));
+      throw InputError(
+          fmt::format("pages 1 and {} of the picture differ in the type or the channels of their pixels; "
+                      "save pages of one kind in a file",
+                      i + 1));
     if (picture.pages[i].about.orientation != picture.orientation())
       throw InputError(fmt::format("pages 1 and {} of the picture say other orientations; save them alike", i + 1));
   }
@@ -210,9 +212,10 @@ void check_result_picture(const std::filesystem::path& path, const Picture& pict
   check_alike(picture);
   const std::string extension = extension_of(path);
   if (has_labels(picture, interpolation) && (extension == ".jpg" || extension == ".jpeg"))
-    throw InputError(fmt::format("cannot write '{}': {} changes numbers, and those of labels have to stay; .png, .tif, "
-                                 ".mha and .nrrd keep them",
-                                 path.string(), extension));
+    throw InputError(
+        fmt::format("cannot write '{}': {} changes numbers, and those of labels have to stay; .png, .tif, "
+                    ".mha and .nrrd keep them",
+                    path.string(), extension));
   const bool fits_grid = picture.pages.size() == 1 && !picture.pages.front().about.has_palette();
   if (is_grid_file(path) && fits_grid) return;
   try {

@@ -81,8 +81,8 @@ class ImageMoments {
 
 }  // namespace
 
-WarpResult warp_samples(const Picture& picture, const matching::Registration& registration,
-                        const WarpFrames& frames, const WarpArguments& arguments) {
+WarpResult warp_samples(const Picture& picture, const matching::Registration& registration, const WarpFrames& frames,
+                        const WarpArguments& arguments) {
   if (arguments.inverse)
     throw InputError("--samples maps the source to the target; it cannot be combined with --inverse");
   const StochasticSystem system = registration_system(registration);
@@ -138,7 +138,8 @@ WarpResult warp_samples(const Picture& picture, const matching::Registration& re
     figures.uncovered_fraction += pushed.pushed.coverage.uncovered_fraction();
     figures.map_error = std::max(figures.map_error, pushed.map_error);
   }
-  if (moments.empty()) throw InputError("no sample could be computed; use more --steps when registering, or less noise");
+  if (moments.empty())
+    throw InputError("no sample could be computed; use more --steps when registering, or less noise");
   moments.front().mean_to(result.image);
   for (std::size_t i = 1; i < pages.size(); ++i) moments[i].mean_to(result.more[i - 1]);
   result.holes.resize(result.multiplicity.size());

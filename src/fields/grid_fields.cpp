@@ -86,9 +86,9 @@ void write(const std::filesystem::path& path, Grid grid, bool compressed, bool a
   check(path.string(), grid, any_components);
   const std::size_t values = grid.bytes.size() / byte_count(grid.type);
   if (const auto count = grid_count(grid.sizes, grid.components); count != values)
-    refuse(path.string(), fmt::format("it has {}; sizes {} of {} need {}", io::counted(values, "value"),
-                                      fmt::join(grid.sizes, " × "), io::counted(grid.components, "number"),
-                                      count ? std::to_string(*count) : "too many"));
+    refuse(path.string(),
+           fmt::format("it has {}; sizes {} of {} need {}", io::counted(values, "value"), fmt::join(grid.sizes, " × "),
+                       io::counted(grid.components, "number"), count ? std::to_string(*count) : "too many"));
   write_file_atomically(path, format->file(grid, compressed));
 }
 
@@ -136,8 +136,13 @@ Grid grid_of(const GridField& field) {
 }
 
 GridField field_of(Grid grid) {
-  GridField field{std::move(grid.sizes), std::move(grid.spacing), std::move(grid.origin), grid.components, {},
-                  std::move(grid.direction), grid.type};
+  GridField field{std::move(grid.sizes),
+                  std::move(grid.spacing),
+                  std::move(grid.origin),
+                  grid.components,
+                  {},
+                  std::move(grid.direction),
+                  grid.type};
   field.values.resize(grid.bytes.size() / byte_count(grid.type));
   with_number_type(grid.type, [&]<class T>() {
     const std::byte* from = grid.bytes.data();

@@ -108,8 +108,8 @@ struct GridBytes {
   bool is_compressed;  ///< as a zlib or gzip stream, which one follows from the bytes
 };
 
-/// All numbers of a grid, as they are in memory. @throws InputError that names `path`, before anything is allocated, if there are more than
-/// `max_points` points or the bytes cannot be of so many; and if they are damaged
+/// All numbers of a grid, as they are in memory. @throws InputError that names `path`, before anything is allocated, if
+/// there are more than `max_points` points or the bytes cannot be of so many; and if they are damaged
 std::vector<std::byte> grid_bytes(const std::string& path, const GridBytes& bytes, const std::vector<int>& sizes,
                                   int components, std::uint64_t max_points);
 

@@ -179,8 +179,8 @@ constexpr std::array<GridNumberType, 10> kGridNumberTypes = {{
     // MetaIO's long ones have 32 bits on every machine.
     {"MET_INT,MET_LONG", "int,signed int,int32,int32_t", GridType::kInt32},
     {"MET_UINT,MET_ULONG", "uint,unsigned int,uint32,uint32_t", GridType::kUint32},
-    {"MET_LONG_LONG",
-     "longlong,long long,long long int,signed long long,signed long long int,int64,int64_t", GridType::kInt64},
+    {"MET_LONG_LONG", "longlong,long long,long long int,signed long long,signed long long int,int64,int64_t",
+     GridType::kInt64},
     {"MET_ULONG_LONG", "ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t", GridType::kUint64},
 }};
 

@@ -12,12 +12,29 @@ namespace {
 constexpr std::string_view kLocal = "LOCAL";
 
 /// What is written of every grid, and other names for it.
-constexpr std::string_view kWrittenKeys[] = {
-    "ObjectType",  "NDims",           "BinaryData",         "BinaryDataByteOrderMSB", "ElementByteOrderMSB",
-    "DimSize",     "CompressedData",  "CompressedDataSize", "TransformMatrix",        "Rotation",
-    "Orientation", "Offset",          "Origin",             "Position",               "CenterOfRotation",
-    "ElementType", "ElementSpacing",  "ElementSize",        "ElementNumberOfChannels", "HeaderSize",
-    "ElementMin",  "ElementMax",      "ElementDataFile"};
+constexpr std::string_view kWrittenKeys[] = {"ObjectType",
+                                             "NDims",
+                                             "BinaryData",
+                                             "BinaryDataByteOrderMSB",
+                                             "ElementByteOrderMSB",
+                                             "DimSize",
+                                             "CompressedData",
+                                             "CompressedDataSize",
+                                             "TransformMatrix",
+                                             "Rotation",
+                                             "Orientation",
+                                             "Offset",
+                                             "Origin",
+                                             "Position",
+                                             "CenterOfRotation",
+                                             "ElementType",
+                                             "ElementSpacing",
+                                             "ElementSize",
+                                             "ElementNumberOfChannels",
+                                             "HeaderSize",
+                                             "ElementMin",
+                                             "ElementMax",
+                                             "ElementDataFile"};
 
 /// Takes the header off `text`; ElementDataFile is its last line.
 GridHeader take_meta_header(const std::string& path, std::string_view& text) {
@@ -106,8 +123,7 @@ std::string meta_image_file(const Grid& field, bool compressed) {
              "{}{}TransformMatrix = {}\nOffset = {}\nCenterOfRotation = {}\nElementSpacing = {}\nDimSize = {}\n"
              "ElementNumberOfChannels = {}\nElementType = {}\nElementDataFile = {}\n",
              field.sizes.size(), compressed ? "True" : "False",
-             compressed ? fmt::format("CompressedDataSize = {}\n", bytes.size()) : "",
-             lines,
+             compressed ? fmt::format("CompressedDataSize = {}\n", bytes.size()) : "", lines,
              fmt::join(field.direction.data(), field.direction.data() + field.direction.size(), " "),
              fmt::join(field.origin, " "), fmt::join(std::vector<int>(field.sizes.size()), " "),
              fmt::join(field.spacing, " "), fmt::join(field.sizes, " "), field.components,

@@ -8,9 +8,9 @@
 
 namespace pulson::images {
 
-/// The image in red, green, blue and alpha of 8 bits, for show: the highest value becomes 255, rounded; of floating-point
-/// numbers 1 does, and they are limited to [0, 1]. Of channels that are no colours it is the first. A pixel with a colour
-/// that is NaN is transparent.
+/// The image in red, green, blue and alpha of 8 bits, for show: the highest value becomes 255, rounded; of
+/// floating-point numbers 1 does, and they are limited to [0, 1]. Of channels that are no colours it is the first. A
+/// pixel with a colour that is NaN is transparent.
 Image to_rgba8(const Image& image);
 
 // Two images of one size, as of to_rgba8. @throws InputError where the sizes differ

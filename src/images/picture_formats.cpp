@@ -21,8 +21,8 @@ using namespace std::string_view_literals;
 /// Which pictures a format holds.
 struct Capacity {
   bool grey, colour, alpha;
-  bool any;  ///< all types and numbers of channels, and many pages
-  bool wide;  ///< 16 bits
+  bool any;               ///< all types and numbers of channels, and many pages
+  bool wide;              ///< 16 bits
   std::vector<int> bits;  ///< of grey and of palettes; empty: any highest value
   bool palette, transparent_palette;
 };
@@ -42,11 +42,7 @@ struct Format {
 
 const std::vector<Format>& formats() {
   static const std::vector<Format> kFormats{
-      {{".png"},
-       {"\x89PNG"sv},
-       {true, true, true, false, true, {1, 2, 4, 8, 16}, true, true},
-       decode_png,
-       encode_png},
+      {{".png"}, {"\x89PNG"sv}, {true, true, true, false, true, {1, 2, 4, 8, 16}, true, true}, decode_png, encode_png},
       {{".tif", ".tiff"},
        {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv},
        {true, true, true, true, true, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}, true, false},
@@ -63,11 +59,7 @@ const std::vector<Format>& formats() {
        {true, false, false, false, true, {}, false, false},
        decode_pnm,
        encode_pnm},
-      {{".ppm"},
-       {"P3"sv, "P6"sv},
-       {false, true, false, false, true, {}, false, false},
-       decode_pnm,
-       encode_pnm}};
+      {{".ppm"}, {"P3"sv, "P6"sv}, {false, true, false, false, true, {}, false, false}, decode_pnm, encode_pnm}};
   return kFormats;
 }
 
@@ -205,8 +197,8 @@ Image new_image(std::int64_t width, std::int64_t height, const PixelFormat& form
   const auto size = format.channels * static_cast<std::int64_t>(byte_count(format.type));
   if (size > kMostBytes && width * height > max_pixels / size * kMostBytes)
     throw InputError("the image has " + std::to_string(width) + " x " + std::to_string(height) + " pixels of " +
-                     std::to_string(size) + " bytes, more than 16 for each of `max_pixels = " +
-                     std::to_string(max_pixels) + "`");
+                     std::to_string(size) +
+                     " bytes, more than 16 for each of `max_pixels = " + std::to_string(max_pixels) + "`");
   return {static_cast<int>(width), static_cast<int>(height), format};
 }
 

@@ -192,8 +192,8 @@ class Pusher {
 
   PushedImage run() {
     parallel_for(raster_.bands(), [&](int i) { push_band(i); });
-    PushedImage result{std::move(*pages_.front()).result(), {}, std::move(multiplicity_), std::move(uncovered_),
-                       coverage_};
+    PushedImage result{
+        std::move(*pages_.front()).result(), {}, std::move(multiplicity_), std::move(uncovered_), coverage_};
     for (std::size_t i = 1; i < pages_.size(); ++i) result.more.push_back(std::move(*pages_[i]).result());
     return result;
   }

@@ -13,7 +13,8 @@ namespace pulson::images {
 /// @param landmarks in pixels of the image @throws InputError unless each has a rank
 std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks);
 
-/// Pages of one size pushed forward, with the mesh's folds. `reversed_in_cell`: flipped triangles at each pixel of the image.
+/// Pages of one size pushed forward, with the mesh's folds. `reversed_in_cell`: flipped triangles at each pixel of the
+/// image.
 struct PushedMesh {
   PushedImage pushed;
   warp::MeshFolds folds;

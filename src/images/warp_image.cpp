@@ -97,8 +97,8 @@ class PulledRows {
   }
 
   const Image& first_;
-  std::deque<Image> opaque_;          // pages with an alpha channel that they need
-  std::vector<const Image*> pages_;   // those, or as they were given
+  std::deque<Image> opaque_;         // pages with an alpha channel that they need
+  std::vector<const Image*> pages_;  // those, or as they were given
   std::vector<Image> results_;
   const ImageWarp& warp_;
   const WarpImageOptions& options_;

@@ -29,8 +29,7 @@ inline images::Image uneven_image(int width, int height, int channels, images::P
       const double share = (state >> 8) / 16777216.0;
       const bool is_alpha =
           image.has_alpha() && i++ % static_cast<std::size_t>(channels) + 1 == static_cast<std::size_t>(channels);
-      const double scaled =
-          is_floating_point(type) && !is_alpha ? 4 * share - 2 : images::full_value(type) * share;
+      const double scaled = is_floating_point(type) && !is_alpha ? 4 * share - 2 : images::full_value(type) * share;
       const double shown = is_alpha ? std::max(scaled, images::full_value(type) / 255) : scaled;
       value = static_cast<std::remove_reference_t<decltype(value)>>(shown);
     }

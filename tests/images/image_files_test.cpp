@@ -54,8 +54,7 @@ TEST_F(ImageFiles, PngAndTifBringBackEveryKind) {
 
 TEST_F(ImageFiles, UncompressedFormatsBringBackWhatTheyHold) {
   const Image grey = uneven_image(7, 5, 1, PixelType::kUint8), colours = uneven_image(7, 5, 3, PixelType::kUint8);
-  const Image grey16 = uneven_image(7, 5, 1, PixelType::kUint16),
-              colours16 = uneven_image(7, 5, 3, PixelType::kUint16);
+  const Image grey16 = uneven_image(7, 5, 1, PixelType::kUint16), colours16 = uneven_image(7, 5, 3, PixelType::kUint16);
   EXPECT_EQ(rewritten("a.bmp", grey), grey);
   EXPECT_EQ(rewritten("a.bmp", colours), colours);
   EXPECT_EQ(rewritten("a.pgm", grey), grey);
@@ -350,7 +349,8 @@ TEST_F(ImageFiles, AJpgMayBeFollowedByOtherBytes) {
 
 TEST_F(ImageFiles, PixelsOfOtherTypesAreRefused) {
   write("a.tif", tif(24, 1, std::string(16, '\0'), 1, -1));
-  EXPECT_THAT(read_error("a.tif"), StartsWith("cannot read 'a.tif': it is a tif of 24-bit whole numbers, which are not read"));
+  EXPECT_THAT(read_error("a.tif"),
+              StartsWith("cannot read 'a.tif': it is a tif of 24-bit whole numbers, which are not read"));
 }
 
 // ---- what cannot be written

@@ -38,8 +38,7 @@ Image hard_image(int width, int height, const PixelFormat& format) {
       } else {
         value = static_cast<Value>(state >> 7);
         if (format.full < full_value(format.type))
-          value = static_cast<Value>(static_cast<std::uint64_t>(value) %
-                                     (static_cast<std::uint64_t>(format.full) + 1));
+          value = static_cast<Value>(static_cast<std::uint64_t>(value) % (static_cast<std::uint64_t>(format.full) + 1));
       }
     }
     if (format.full < full_value(format.type)) return;
@@ -177,10 +176,12 @@ TEST_F(PictureIdentity, IdentityIsExactForEveryKindInterpolationAndMethod) {
       for (const WarpMethod method : {WarpMethod::kPull, WarpMethod::kPush})
         for (const Border border : {Border::kConstant, Border::kReplicate, Border::kReflect}) {
           if (method == WarpMethod::kPush && border != Border::kConstant) continue;
-          const WarpedImage result =
-              warp_image(kind.page.image, identity,
-                         {.width = kWidth, .height = kHeight, .method = method, .interpolation = interpolation.make,
-                          .border = border});
+          const WarpedImage result = warp_image(kind.page.image, identity,
+                                                {.width = kWidth,
+                                                 .height = kHeight,
+                                                 .method = method,
+                                                 .interpolation = interpolation.make,
+                                                 .border = border});
           ASSERT_TRUE(has_same_bits(result.image, kind.page.image))
               << name_of_kind(kind.page) << ", " << interpolation.name << (result.pulled ? ", pulled" : ", pushed");
         }
@@ -194,9 +195,12 @@ TEST_F(PictureIdentity, IdentityIsExactInEveryFrame) {
     const ImageWarp identity(flow_, shift(0, 0), frame, frame);
     for (const auto& interpolation : interpolation_table().rows())
       for (const WarpMethod method : {WarpMethod::kPull, WarpMethod::kPush}) {
-        const WarpedImage result = warp_image(
-            image, identity, {.width = 301, .height = 97, .method = method, .interpolation = interpolation.make,
-                              .border = Border::kConstant});
+        const WarpedImage result = warp_image(image, identity,
+                                              {.width = 301,
+                                               .height = 97,
+                                               .method = method,
+                                               .interpolation = interpolation.make,
+                                               .border = Border::kConstant});
         ASSERT_TRUE(has_same_bits(result.image, image)) << unit << ' ' << interpolation.name;
       }
   }
@@ -211,8 +215,12 @@ TEST_F(PictureIdentity, ShiftsByWholePixelsAreExact) {
         const Image& image = kind.page.image;
         const std::vector<double> fill(static_cast<std::size_t>(image.channels()), 1);
         const Image result = warp_image(image, shifted,
-                                        {.width = kWidth, .height = kHeight, .method = method,
-                                         .interpolation = interpolation.make, .border = Border::kConstant, .fill = fill})
+                                        {.width = kWidth,
+                                         .height = kHeight,
+                                         .method = method,
+                                         .interpolation = interpolation.make,
+                                         .border = Border::kConstant,
+                                         .fill = fill})
                                  .image;
         ASSERT_EQ(result.format(), image.format());
         const std::size_t size = image.pixel_size();
@@ -226,7 +234,8 @@ TEST_F(PictureIdentity, ShiftsByWholePixelsAreExact) {
             const std::byte* const from =
                 is_there ? image.bytes().data() + static_cast<std::size_t>((y + kUp) * kWidth + x - kRight) * size
                          : filled.bytes().data();
-            ASSERT_EQ(std::memcmp(result.bytes().data() + static_cast<std::size_t>(y * kWidth + x) * size, from, size), 0)
+            ASSERT_EQ(std::memcmp(result.bytes().data() + static_cast<std::size_t>(y * kWidth + x) * size, from, size),
+                      0)
                 << name_of_kind(kind.page) << ", " << interpolation.name << " at " << x << ", " << y;
           }
       }
@@ -239,9 +248,9 @@ TEST_F(PictureIdentity, NanStaysWhereItIsAndHasAWeight) {
   image.values<double>()[4 * 9 + 4] = std::nan("");
   const auto count = [&](double x, double y, Interpolation interpolation) {
     const ImageWarp warp(flow_, shift(x, y), {}, {});
-    const Image result = warp_image(image, warp, {.width = 9, .height = 9, .interpolation = interpolation,
-                                                  .border = Border::kReplicate})
-                             .image;
+    const Image result =
+        warp_image(image, warp, {.width = 9, .height = 9, .interpolation = interpolation, .border = Border::kReplicate})
+            .image;
     int nan = 0;
     for (const double value : result.values<double>()) nan += std::isnan(value) ? 1 : 0;
     return nan;
@@ -266,9 +275,11 @@ TEST_F(PictureIdentity, MeansHaveTheDigitsOfTheType) {
 
 // An overshoot stops at the ends of the type, or at the highest value of the picture.
 TEST_F(PictureIdentity, OvershootsStopAtTheHighestValue) {
-  for (const PixelFormat& format :
-       {PixelFormat{1, kUint16, Alpha::kNone, 1023}, {1, kUint8, Alpha::kNone, 1}, {1, kInt8, Alpha::kNone, 127},
-        {1, kUint64, Alpha::kNone, full_value(kUint64)}, {1, kInt64, Alpha::kNone, full_value(kInt64)}}) {
+  for (const PixelFormat& format : {PixelFormat{1, kUint16, Alpha::kNone, 1023},
+                                    {1, kUint8, Alpha::kNone, 1},
+                                    {1, kInt8, Alpha::kNone, 127},
+                                    {1, kUint64, Alpha::kNone, full_value(kUint64)},
+                                    {1, kInt64, Alpha::kNone, full_value(kInt64)}}) {
     Image image(8, 1, format);
     with_number_type(format.type, [&]<class Value>() {
       if constexpr (!std::is_integral_v<Value>) return;
@@ -277,7 +288,8 @@ TEST_F(PictureIdentity, OvershootsStopAtTheHighestValue) {
       const bool is_whole = format.full < full_value(format.type);
       std::fill(values.begin() + 4, values.end(),
                 is_whole ? static_cast<Value>(format.full) : std::numeric_limits<Value>::max());
-      const Image result = remap(image, {2, 1, {{2.5F, 0}, {4.5F, 0}}}, {Interpolation::kLanczos, Border::kReplicate, {}});
+      const Image result =
+          remap(image, {2, 1, {{2.5F, 0}, {4.5F, 0}}}, {Interpolation::kLanczos, Border::kReplicate, {}});
       EXPECT_EQ(result.values<Value>()[0], values[0]) << describe(format.type);
       EXPECT_EQ(result.values<Value>()[1], values[7]) << describe(format.type);
     });

@@ -104,8 +104,8 @@ TEST_F(PictureKinds, IdentityKeepsPalettesAndFewBits) {
   for (std::size_t i = 0; i < numbers.bytes().size(); ++i) numbers.bytes()[i] = static_cast<std::byte>(i * 7 % 16);
   images::PageMetadata about;
   for (int i = 0; i < 16; ++i)
-    about.palette.push_back({static_cast<std::uint16_t>(257 * i * 16), 0, static_cast<std::uint16_t>(65535 - 257 * i),
-                             0xFFFF});
+    about.palette.push_back(
+        {static_cast<std::uint16_t>(257 * i * 16), 0, static_cast<std::uint16_t>(65535 - 257 * i), 0xFFFF});
   for (const std::string file : {"p.png", "p.tif", "p.bmp"}) {
     expect_identity(file, {{numbers, about}});
     expect_identity("grey" + file, {{numbers}});
@@ -172,16 +172,17 @@ TEST_F(PictureKinds, LabelsBeyondWhatFloatsHoldStay) {
   for (const std::string method : {"pull", "push"}) {
     expect_warped("allen.mha", "-q -o w.tif --interpolation label --method " + method);
     const images::Image warped = images::read_image("w.tif");
-    for (const std::uint32_t value : warped.values<std::uint32_t>())
-      EXPECT_THAT(labels, testing::Contains(value));
+    for (const std::uint32_t value : warped.values<std::uint32_t>()) EXPECT_THAT(labels, testing::Contains(value));
   }
-  expect_refused("allen.mha", "-o w.png", ".png does not hold 32-bit pixels; what does for this image: .tif, .mha, .nrrd");
+  expect_refused("allen.mha", "-o w.png",
+                 ".png does not hold 32-bit pixels; what does for this image: .tif, .mha, .nrrd");
   expect_refused("allen.mha", "-o w.jpg --interpolation label", ".jpg changes numbers");
 }
 
 TEST_F(PictureKinds, WhatAFormatCannotHoldIsRefusedBeforeTheWork) {
   write_pages("f.tif", pages_of_type(PixelType::kFloat32, 1));
-  expect_refused("f.tif", "-o w.png", ".png does not hold 32-bit floating-point pixels; what does for this image: .tif");
+  expect_refused("f.tif", "-o w.png",
+                 ".png does not hold 32-bit floating-point pixels; what does for this image: .tif");
   write_pages("s.tif", pages_of_type(PixelType::kInt16, 1));
   expect_refused("s.tif", "-o w.pgm", ".pgm does not hold signed 16-bit pixels");
   write_pages("z.tif", pages_of_type(PixelType::kUint8, 3));
@@ -204,8 +205,14 @@ TEST_F(PictureKinds, OtherKindsOfPicturesAreNamed) {
       {std::string("RIFF\x10\0\0\0WEBPVP8 ", 16), "a webp picture"},
       {"GIF89a....", "a gif picture"},
       {std::string("\0\0\0\x0CjP  \r\n", 10), "a JPEG 2000 picture"},
-      {std::string("\0\0\0\x18" "ftypheic", 12), "a heic picture"},
-      {std::string("\0\0\0\x18" "ftypavif", 12), "an avif picture"},
+      {std::string("\0\0\0\x18"
+                   "ftypheic",
+                   12),
+       "a heic picture"},
+      {std::string("\0\0\0\x18"
+                   "ftypavif",
+                   12),
+       "an avif picture"},
       {std::string(128, '\0') + "DICM", "a DICOM file"},
       {"<?xml version=\"1.0\"?>\n<svg width=\"3\"/>", "a drawing (svg)"},
       {"%PDF-1.7\n", "a pdf"},

@@ -21,10 +21,9 @@ enum class NumberType : std::uint8_t {
   kFloat64
 };
 
-inline constexpr NumberType kNumberTypes[] = {NumberType::kUint8,   NumberType::kInt8,   NumberType::kUint16,
-                                              NumberType::kInt16,   NumberType::kUint32, NumberType::kInt32,
-                                              NumberType::kUint64,  NumberType::kInt64,  NumberType::kFloat32,
-                                              NumberType::kFloat64};
+inline constexpr NumberType kNumberTypes[] = {
+    NumberType::kUint8, NumberType::kInt8,   NumberType::kUint16, NumberType::kInt16,   NumberType::kUint32,
+    NumberType::kInt32, NumberType::kUint64, NumberType::kInt64,  NumberType::kFloat32, NumberType::kFloat64};
 
 /// The type that holds numbers of type Value.
 template <class Value>

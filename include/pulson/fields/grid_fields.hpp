@@ -21,22 +21,24 @@ using GridType = NumberType;
 /// ITK and what is built on it (3D Slicer, SimpleITK, ANTs) apply them as out(x) = image(x + field(x)): a field that
 /// carries an image from source to target holds source_from_target(x) − x at each x of the target.
 struct GridField {
-  std::vector<int> sizes;            ///< along each axis; d = 2 or 3 of them
-  std::vector<double> spacing;       ///< d, length units, > 0
-  std::vector<double> origin;        ///< d, length units: the place of the first grid point
-  int components = 1;                ///< of the value at a point: 1, a scalar, or d, a displacement
-  std::vector<float> values;         ///< of whatever type in the file, so rounded to float; the component runs fastest, then x, y, z
-  Eigen::MatrixXd direction = {};    ///< d×d, column k is the unit vector of grid axis k; empty: the identity
-  GridType type = GridType::kFloat32;  ///< in the file; whole types take the nearest number that they have, and 0 for NaN
+  std::vector<int> sizes;       ///< along each axis; d = 2 or 3 of them
+  std::vector<double> spacing;  ///< d, length units, > 0
+  std::vector<double> origin;   ///< d, length units: the place of the first grid point
+  int components = 1;           ///< of the value at a point: 1, a scalar, or d, a displacement
+  std::vector<float>
+      values;  ///< of whatever type in the file, so rounded to float; the component runs fastest, then x, y, z
+  Eigen::MatrixXd direction = {};  ///< d×d, column k is the unit vector of grid axis k; empty: the identity
+  GridType type =
+      GridType::kFloat32;  ///< in the file; whole types take the nearest number that they have, and 0 for NaN
 };
 
 /// A grid with its numbers as its file has them: what GridField is of, with numbers of any type and any number of
 /// components, as an image of channels.
 struct Grid {
-  std::vector<int> sizes;         ///< as of GridField
-  std::vector<double> spacing;    ///< the same
-  std::vector<double> origin;     ///< the same
-  int components = 1;             ///< of the value at a point
+  std::vector<int> sizes;          ///< as of GridField
+  std::vector<double> spacing;     ///< the same
+  std::vector<double> origin;      ///< the same
+  int components = 1;              ///< of the value at a point
   Eigen::MatrixXd direction = {};  ///< as of GridField
   GridType type = GridType::kFloat32;
   std::vector<std::byte> bytes = {};  ///< the numbers in memory; the component runs fastest, then x, y, z

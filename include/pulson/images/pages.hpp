@@ -44,7 +44,7 @@ struct PageMetadata {
   std::string exif = {};         ///< a TIFF file without a picture, of a jpg
   std::vector<std::uint16_t> extra_samples = {};  ///< TIFF's kinds of the channels beside the colours
   std::vector<TiffTag> tiff_tags = {};
-  std::string png_chunks = {};     ///< texts and colours of a png, as they are in the file
+  std::string png_chunks = {};                               ///< texts and colours of a png, as they are in the file
   std::vector<std::pair<int, std::string>> jpeg_segments{};  ///< of other programs: XMP, IPTC
   std::vector<std::pair<std::string, std::string>> lines{};  ///< keys and values of the header of mha or nrrd
   std::string kind = {};                                     ///< of the channels, as nrrd names them

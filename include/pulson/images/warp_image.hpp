@@ -58,8 +58,8 @@ struct WarpedImage {
 /// diffeomorphism whose steps have an inverse, so that no pixel is blurred, and else pushed, which shows folds and
 /// holes as they are. With `inverse` image'(x) = image(φ(x)), which is always pulled.
 /// @param warp from pixels of the source to pixels of the target: with `inverse` those of the result come first
-/// @throws InputError where `method` cannot be had, where the result has more than max_pixels, and as MeshRaster for `supersampling`; StepError where a step of the flow is too long
-/// Runs on all threads; memory: see push_forward.
+/// @throws InputError where `method` cannot be had, where the result has more than max_pixels, and as MeshRaster for
+/// `supersampling`; StepError where a step of the flow is too long Runs on all threads; memory: see push_forward.
 WarpedImage warp_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options);
 /// All pages of a picture by one map. @throws InputError also unless all are of one size
 WarpedImage warp_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options);

@@ -26,8 +26,9 @@ PictureFile decode_jpeg(std::string_view bytes, std::int64_t max_pixels);
 /// Quality 95.
 std::string encode_jpeg(std::span<const Page> pages);
 
-/// All pages, numbers as they are: whole ones of 1 to 16, 32 and 64 bits, signed from 8 bits on, and floating-point ones
-/// of 32 and 64. Colours other than grey, palette, red, green and blue, and inks become red, green and blue of 8 bits.
+/// All pages, numbers as they are: whole ones of 1 to 16, 32 and 64 bits, signed from 8 bits on, and floating-point
+/// ones of 32 and 64. Colours other than grey, palette, red, green and blue, and inks become red, green and blue of 8
+/// bits.
 PictureFile decode_tiff(std::string_view bytes, std::int64_t max_pixels);
 /// By LZW.
 std::string encode_tiff(std::span<const Page> pages);
@@ -52,8 +53,8 @@ void check_size(std::int64_t width, std::int64_t height, std::int64_t max_pixels
 /// max_pixels
 Image new_image(std::int64_t width, std::int64_t height, const PixelFormat& format, std::int64_t max_pixels);
 
-/// Bits of the numbers of an image of whole numbers whose highest is 2^bits − 1; 0 where there is no such number, or the
-/// numbers are not of the type for it.
+/// Bits of the numbers of an image of whole numbers whose highest is 2^bits − 1; 0 where there is no such number, or
+/// the numbers are not of the type for it.
 int bits_of(const PixelFormat& format);
 
 /// Row y, of row_size() bytes.

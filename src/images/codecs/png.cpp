@@ -119,8 +119,7 @@ struct PngPalette {
     constexpr unsigned kTo16Bits = 257;
     for (const auto& colour : about.palette) {
       png_byte bytes[4];
-      for (std::size_t c = 0; c < 4; ++c)
-        bytes[c] = static_cast<png_byte>((colour[c] + kTo16Bits / 2) / kTo16Bits);
+      for (std::size_t c = 0; c < 4; ++c) bytes[c] = static_cast<png_byte>((colour[c] + kTo16Bits / 2) / kTo16Bits);
       colours[count] = {bytes[0], bytes[1], bytes[2]};
       opacities[count++] = bytes[3];
       if (bytes[3] < 255) transparent = count;

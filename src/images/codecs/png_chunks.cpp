@@ -45,12 +45,13 @@ std::string chunk(std::string_view name, std::string_view data) {
 /// Whether a chunk stays true where pixels change: what is said of colours, scales and in words, and of unknown ones
 /// those that say so, by a small fourth letter.
 bool is_kept(std::string_view name) {
-  static constexpr std::string_view kKnown[] = {"gAMA", "cHRM", "sRGB", "cICP", "mDCV", "cLLI", "sBIT", "tEXt", "zTXt",
-                                                "iTXt", "oFFs", "pCAL", "sCAL", "sTER"};
+  static constexpr std::string_view kKnown[] = {"gAMA", "cHRM", "sRGB", "cICP", "mDCV", "cLLI", "sBIT",
+                                                "tEXt", "zTXt", "iTXt", "oFFs", "pCAL", "sCAL", "sTER"};
   static constexpr std::string_view kOurs[] = {"pHYs", "iCCP", "eXIf", "tRNS", "bKGD", "hIST", "sPLT", "tIME"};
   if (std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown)) return true;
   if (std::find(std::begin(kOurs), std::end(kOurs), name) != std::end(kOurs)) return false;
-  return std::islower(static_cast<unsigned char>(name[0])) != 0 && std::islower(static_cast<unsigned char>(name[3])) != 0;
+  return std::islower(static_cast<unsigned char>(name[0])) != 0 &&
+         std::islower(static_cast<unsigned char>(name[3])) != 0;
 }
 
 /// The profile of ICC, of no more bytes than any has; none where it is damaged.

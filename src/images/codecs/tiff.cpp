@@ -79,10 +79,10 @@ void check_layout(const Layout& layout) {
     throw InputError("it is a tif in LogLuv colours, which is not read; save it with floating-point numbers");
   if (!layout.type())
     throw InputError("it is a tif of " + std::to_string(layout.bits) + "-bit " +
-                     (layout.format == SAMPLEFORMAT_IEEEFP                                                ? "floating-point"
-                      : layout.format == SAMPLEFORMAT_UINT || layout.format == SAMPLEFORMAT_VOID          ? "whole"
-                      : layout.format == SAMPLEFORMAT_INT                                                 ? "signed"
-                                                                                                          : "complex") +
+                     (layout.format == SAMPLEFORMAT_IEEEFP                                       ? "floating-point"
+                      : layout.format == SAMPLEFORMAT_UINT || layout.format == SAMPLEFORMAT_VOID ? "whole"
+                      : layout.format == SAMPLEFORMAT_INT                                        ? "signed"
+                                                                                                 : "complex") +
                      " numbers, which are not read; it must be of whole numbers of 1 to 16, 32 or 64 bits, of signed "
                      "ones of 8, 16, 32 or 64, or of floating-point ones of 32 or 64");
 }
@@ -239,15 +239,16 @@ PictureFile decode_tiff(std::string_view bytes, std::int64_t max_pixels) {
     const std::int64_t pixels = std::int64_t{layout.width} * layout.height;
     if (pixels > left)
       throw InputError("its first " + io::counted(result.pages.size() + 1, "page") + " have " +
-                       std::to_string(max_pixels - left + pixels) + " pixels, more than `max_pixels = " +
-                       std::to_string(max_pixels) + "` allows");
+                       std::to_string(max_pixels - left + pixels) +
+                       " pixels, more than `max_pixels = " + std::to_string(max_pixels) + "` allows");
     converted += layout.is_direct() ? 0 : 1;
     result.pages.push_back(read_page(tif.get(), layout, left));
     left -= pixels;
   } while (TIFFReadDirectory(tif.get()) == 1);
   check_imagej_stack(result);
   if (smaller > 0)
-    result.notes.push_back("of pages that are smaller copies of others (" + std::to_string(smaller) + "), none was taken");
+    result.notes.push_back("of pages that are smaller copies of others (" + std::to_string(smaller) +
+                           "), none was taken");
   if (converted > 0) result.notes.emplace_back("its colours were converted to red, green and blue of 8 bits");
   return result;
 }

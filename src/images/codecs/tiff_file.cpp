@@ -89,9 +89,9 @@ std::size_t size_of(TIFFDataType type) {
 /// Tags of which a page has members of its own, and those that are of the file's pixels as they were packed or of
 /// places in it.
 bool is_of_file(std::uint32_t tag) {
-  static constexpr std::uint32_t kOfFile[] = {TIFFTAG_IMAGEDESCRIPTION, TIFFTAG_ICCPROFILE, TIFFTAG_JPEGTABLES,
-                                              TIFFTAG_SUBIFD,           TIFFTAG_EXIFIFD,    TIFFTAG_GPSIFD,
-                                              TIFFTAG_INTEROPERABILITYIFD};
+  static constexpr std::uint32_t kOfFile[] = {
+      TIFFTAG_IMAGEDESCRIPTION, TIFFTAG_ICCPROFILE, TIFFTAG_JPEGTABLES,         TIFFTAG_SUBIFD,
+      TIFFTAG_EXIFIFD,          TIFFTAG_GPSIFD,     TIFFTAG_INTEROPERABILITYIFD};
   return std::find(std::begin(kOfFile), std::end(kOfFile), tag) != std::end(kOfFile);
 }
 

@@ -95,7 +95,6 @@ class Sampler {
       : source_(source),
         map_(map),
         border_(options.border == Border::kTransparent ? Border::kConstant : options.border),
-        result_(result),
         from_(source.values<Value>().data()),
         to_(result.values<Value>().data()),
         channels_(kChannels > 0 ? kChannels : source.channels()),
@@ -187,7 +186,7 @@ class Sampler {
         for (int i = 0; i < kWidth; ++i)
           std::copy_n(pixel_or_fill(x + i, y + j), channels_, patch + j * stride + i * channels_);
     }
-    std::array<Sum, kWidth> across, down;
+    std::array<Sum, kWidth> across{}, down{};
     // Along an axis on which the place is whole one pixel has all the weight, and others may be NaN.
     const auto along = [&](const Position<Sum>& position, std::array<Sum, kWidth>& weights, std::ptrdiff_t step) {
       if (position.over != 0) return set_weights<kWidth, Sum>(position.over, weights), kWidth;
@@ -211,7 +210,7 @@ class Sampler {
   void mean(const Value* from, std::ptrdiff_t stride, const Sum* across, const Sum* down, Value* to) const {
     if constexpr (kChannels > 0) {
       constexpr int kRun = kColumns * kChannels;
-      std::array<Sum, kRun> sums;
+      std::array<Sum, kRun> sums{};
       for (int i = 0; i < kRun; ++i) sums[i] = down[0] * static_cast<Sum>(from[i]);
       for (int j = 1; j < kRows; ++j) {
         const Value* const line = from + j * stride;
@@ -259,7 +258,6 @@ class Sampler {
   const Image& source_;
   const PixelMap& map_;
   Border border_;
-  Image& result_;
   const Value* from_;
   Value* to_;
   int channels_;

@@ -31,6 +31,7 @@ void CompareArguments::add_to(CLI::App& verb) {
   reads_shape(
       verb.add_option("--source", source, "shape that the others are compared with, or mean: their Procrustes mean"));
   add_read_options(verb, reading);
+  add_flip_option(verb, reading);
   add_order_option(verb, by_order);
   verb.add_flag("--merge-coincident", merge_coincident,
                 "merge landmarks at the same position in the source, and take the mean of theirs in each target");

@@ -51,8 +51,8 @@ CLI::Option* add_max_pixels_option(CLI::App& verb, std::int64_t& max_pixels);
 std::string in_option_words(std::string_view message);
 std::vector<std::string> in_option_words(std::vector<std::string> messages);
 
-/// `--missing`, `--format`, `--columns`, `--dim`, `--landmarks`, `--curves`, `--scale` and `--links`, of every verb that
-/// reads landmarks.
+/// `--missing`, `--format`, `--columns`, `--dim`, `--landmarks`, `--curves`, `--scale` and `--links`, of every verb
+/// that reads landmarks.
 void add_read_options(CLI::App& verb, formats::ReadOptions& options);
 
 /// `--by-order`, of every verb that pairs landmarks of several files or rows of tables with them.

@@ -253,6 +253,8 @@ TEST_F(FramesProgram, OfCopiesOfAnotherSizeAreFoundByTheSize) {
   done("register tenth_a.csv tenth_b.csv -o tenth --no-picture -q");
   done("warp tenth photo.png -o tenth.png --size 90x60 -q");
   expect_same_picture("copy.png", "tenth.png");
+  done("warp out photo.png -o alone.png -q");
+  expect_same_picture("copy.png", "alone.png");
   write_image("square.png", photo(70, 70));
   expect_refused("warp out square.png -o w.png", "it is another picture");
 }

@@ -104,7 +104,8 @@ TEST_F(WarpRefuses, MorePixelsThanAllowed) {
   refuse("grey.png -o w.png --like large.pgm", "40000 x 30000" + too_many + "200000000 allows");
   refuse("grey.png -o w.png --size 40000x30000", "the result has 40000 x 30000" + too_many + "200000000 allows");
   refuse("grey.png -o w.png --max-pixels 288", "17 x 17" + too_many + "288 allows");
-  refuse("small.png -o w.png --max-pixels 288 --size 17x17 --pixel-size 2", "the result has 17 x 17" + too_many + "288 allows");
+  refuse("small.png -o w.png --max-pixels 288 --size 17x17 --pixel-size 2",
+         "the result has 17 x 17" + too_many + "288 allows");
 }
 
 TEST_F(WarpRefuses, FilesWithoutAnEnd) {

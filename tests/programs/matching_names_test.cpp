@@ -39,7 +39,8 @@ class MatchingNames : public Program {
 
   static std::vector<double> covariates() {
     std::vector<double> values;
-    for (const auto& specimen : read_json("out/atlas.json")["specimens"]) values.push_back(specimen["size"]);
+    const nlohmann::json record = read_json("out/atlas.json");
+    for (const auto& specimen : record["specimens"]) values.push_back(specimen["size"]);
     return values;
   }
 

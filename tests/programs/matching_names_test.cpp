@@ -39,7 +39,8 @@ class MatchingNames : public Program {
 
   static std::vector<double> covariates() {
     std::vector<double> values;
-    for (const auto& specimen : read_json("out/atlas.json")["specimens"]) values.push_back(specimen["size"]);
+    const nlohmann::json record = read_json("out/atlas.json");
+    for (const auto& specimen : record["specimens"]) values.push_back(specimen["size"]);
     return values;
   }
 
@@ -114,7 +115,7 @@ TEST_F(MatchingNames, OfNumbersKnowsWaysToWriteThem) {
   write_pair("id,x,y\n1,0,0\n2,100,3\n3,50,20\n4,10,8\n", "id,x,y\n01,1,0\n02,103,5\n04,11,9\n03,52,22\n");
   ASSERT_EQ(register_pair().exit_code, 0);
   const double rms = read_json("out/registration.json")["rms"];
-  for (const std::string& other :
+  for (const char* const other :
        {"id,x,y\nLM1,1,0\nLM2,103,5\nLM4,11,9\nLM3,52,22\n", "id,x,y\n1_b,1,0\n2_b,103,5\n4_b,11,9\n3_b,52,22\n",
         "x,y\n1,0\n103,5\n52,22\n11,9\n"}) {
     write("b.csv", other);

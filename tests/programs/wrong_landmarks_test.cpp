@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Slip{"register leaves.tps#1 leaves.tps#2 --alpha 40",
                          "alpha is a parameter of --kernel, as in --kernel gaussian:alpha=40"},
                     Slip{"register leaves.tps#leaf_1 leaves.tps#2", "did you mean 'leaves.tps#id=leaf_1'?"},
-                    Slip{"info leaves.tps#Leaf_1 --json -", "did you mean 'leaves.tps#id=leaf_1'?"},
+                    Slip{"register leaves.tps#1 leaves.tps#Leaf_2", "did you mean 'leaves.tps#id=leaf_2'?"},
                     Slip{"compare leaves.tps --noise none,ch-sd", "repeat --noise: --noise none --noise ch-sd"},
                     Slip{"compare leaves.tps --noise ch-sd:beta=1,on=2,none",
                          "repeat --noise: --noise ch-sd:beta=1,on=2 --noise none"},

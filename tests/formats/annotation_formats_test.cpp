@@ -72,7 +72,7 @@ TEST_F(CocoFile, RefusesWhatDoesNotFit) {
   EXPECT_EQ(read_error(kCocoHead + R"({"image_id": 7, "category_id": 1, "keypoints": [1, 2, 2]}]})"),
             "t.txt: 'annotations[0].keypoints' has 1 keypoint; its category names 3");
   EXPECT_EQ(read_error(R"({"categories": [{"id": 1, "keypoints": ["a"], "skeleton": [[1, 2]]}], "annotations": []})"),
-            "t.txt: 'categories[0].skeleton[0]' names no two of 1 point");
+            "t.txt: 'categories[0].skeleton[0]' joins landmarks that are not there; they are 1 to 1");
 }
 
 // ---- OpenPose

@@ -15,12 +15,12 @@ namespace pulson::formats {
 namespace {
 
 // The parts of an archive by PKWARE's APPNOTE: a local header before each file, a directory, and an end of it.
-constexpr std::string_view kLocalMark("PK\x03\x04", 4);
-constexpr std::string_view kDirectoryMark("PK\x01\x02", 4);
-constexpr std::string_view kEndMark("PK\x05\x06", 4);
-constexpr std::size_t kLocalHeader = 30;
-constexpr std::size_t kDirectoryHeader = 46;
-constexpr std::size_t kEnd = 22;
+constexpr std::string_view kZipLocalMark("PK\x03\x04", 4);
+constexpr std::string_view kZipDirectoryMark("PK\x01\x02", 4);
+constexpr std::string_view kZipEndMark("PK\x05\x06", 4);
+constexpr std::size_t kZipLocalHeader = 30;
+constexpr std::size_t kZipDirectoryHeader = 46;
+constexpr std::size_t kZipEnd = 22;
 
 std::size_t number_in(std::string_view bytes, std::size_t at, std::size_t length) {
   std::size_t value = 0;
@@ -30,31 +30,31 @@ std::size_t number_in(std::string_view bytes, std::size_t at, std::size_t length
 
 /// The packed bytes behind the local header at `offset`; nothing where they are not in the archive.
 std::string_view packed_at(std::string_view bytes, std::size_t offset, std::size_t size) {
-  if (offset > bytes.size() || bytes.size() - offset < kLocalHeader) return {};
+  if (offset > bytes.size() || bytes.size() - offset < kZipLocalHeader) return {};
   const std::string_view local = bytes.substr(offset);
-  if (!local.starts_with(kLocalMark)) return {};
-  const std::size_t begin = kLocalHeader + number_in(local, 26, 2) + number_in(local, 28, 2);
+  if (!local.starts_with(kZipLocalMark)) return {};
+  const std::size_t begin = kZipLocalHeader + number_in(local, 26, 2) + number_in(local, 28, 2);
   return begin <= local.size() && size <= local.size() - begin ? local.substr(begin, size) : std::string_view();
 }
 
 }  // namespace
 
-bool is_zip(std::string_view bytes) { return bytes.starts_with(kLocalMark) || bytes.starts_with(kEndMark); }
+bool is_zip(std::string_view bytes) { return bytes.starts_with(kZipLocalMark) || bytes.starts_with(kZipEndMark); }
 
 std::vector<ZipEntry> zip_entries(std::string_view bytes) {
-  const std::size_t end = bytes.rfind(kEndMark);
-  if (!is_zip(bytes) || end == std::string_view::npos || bytes.size() - end < kEnd) return {};
+  const std::size_t end = bytes.rfind(kZipEndMark);
+  if (!is_zip(bytes) || end == std::string_view::npos || bytes.size() - end < kZipEnd) return {};
   std::size_t left = number_in(bytes, end + 10, 2);
   std::size_t at = number_in(bytes, end + 16, 4);
   std::vector<ZipEntry> entries;
   for (; left > 0; --left) {
-    if (at > end || end - at < kDirectoryHeader || !bytes.substr(at).starts_with(kDirectoryMark)) return {};
+    if (at > end || end - at < kZipDirectoryHeader || !bytes.substr(at).starts_with(kZipDirectoryMark)) return {};
     const std::size_t name_length = number_in(bytes, at + 28, 2);
     const std::size_t length =
-        kDirectoryHeader + name_length + number_in(bytes, at + 30, 2) + number_in(bytes, at + 32, 2);
+        kZipDirectoryHeader + name_length + number_in(bytes, at + 30, 2) + number_in(bytes, at + 32, 2);
     if (end - at < length) return {};
     ZipEntry entry;
-    entry.name = bytes.substr(at + kDirectoryHeader, name_length);
+    entry.name = bytes.substr(at + kZipDirectoryHeader, name_length);
     entry.method = static_cast<std::uint16_t>(number_in(bytes, at + 10, 2));
     entry.crc = static_cast<std::uint32_t>(number_in(bytes, at + 16, 4));
     entry.size = number_in(bytes, at + 24, 4);

@@ -283,9 +283,9 @@ TEST_F(PathsOfProgram, AreEitherReadOrWritten) {
                                                        {"convert", "convert a.csv"},
                                                        {"info", "info a.csv"},
                                                        {"completion", "completion bash"}};
-  const std::set<std::string> inputs = {"--config", "--weights", "--covariances", "--image",
-                                        "--mesh",   "--tree",    "--from",        "--like",
-                                        "--shape",  "--source",  "--template",    "--momenta"};
+  const std::set<std::string> inputs = {"--config", "--weights",  "--covariances", "--image", "--mesh",
+                                        "--tree",   "--from",     "--like",        "--links", "--shape",
+                                        "--source", "--template", "--momenta"};
   for (const std::string& verb : verbs()) {
     ASSERT_TRUE(smallest.contains(verb)) << verb;
     for (const HelpOption& option : options_of(verb)) {

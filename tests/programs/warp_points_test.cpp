@@ -153,18 +153,14 @@ TEST_F(WarpPoints, LinksAreRecordedAndDrawn) {
   EXPECT_THAT(contents("out/report.html"), HasSubstr("\"outlines\":[[0,2],[1,3]]"));
   write("links.csv", "nose,lip\n");
   EXPECT_EQ(run(words("register a.csv b.csv -o out -q --links links.csv")).err,
-            "pulson: links.csv:1: 'lip' is no landmark of a.csv; the columns need labels of the landmarks, or their "
+            "pulson: links.csv:1: 'lip' is no landmark of b.csv; the columns need labels of the landmarks, or their "
             "numbers from 1\n");
 }
 
 TEST_F(WarpPoints, LinksAreDrawnOfCohorts) {
-  std::string cohort = "specimen,landmark,x,y\n";
-  for (int i = 0; i < 5; ++i)
-    cohort += "s" + std::to_string(i) + ",a,0,0\ns" + std::to_string(i) + ",b,4,0." + std::to_string(i) + "\ns" +
-              std::to_string(i) + ",c,4,3." + std::to_string(9 - i) + "\ns" + std::to_string(i) + ",d,0.1,4\n";
-  write("cohort.csv", cohort);
-  write("links.csv", "a,c\nb,d\n");
-  for (const std::string line : {"atlas cohort.csv -q -o ", "compare cohort.csv#1 cohort.csv#2 -q -o "}) {
+  std::filesystem::copy_file(std::filesystem::path(PULSON_SOURCE_DIR) / "sample_shapes/leaves.tps", "leaves.tps");
+  write("links.csv", "1,3\n3,4\n");
+  for (const std::string line : {"atlas leaves.tps -q -o ", "compare leaves.tps#1 leaves.tps#2 -q -o "}) {
     const ProgramRun plain = run(words(line + "plain")), linked = run(words(line + "linked --links links.csv"));
     ASSERT_EQ(plain.exit_code, 0) << plain.err;
     ASSERT_EQ(linked.exit_code, 0) << linked.err;

@@ -1,10 +1,10 @@
 #include "picture_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -150,9 +150,16 @@ bool is_grid_file(const std::filesystem::path& path) {
 }
 
 bool is_picture_file(const std::filesystem::path& path) {
-  static constexpr std::array kExtensions = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm", ".ppm"};
-  return is_grid_file(path) ||
-         std::find(kExtensions.begin(), kExtensions.end(), extension_of(path)) != kExtensions.end();
+  static constexpr std::string_view kExtensions[] = {
+      ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm", ".ppm",
+      // of other kinds
+      ".webp", ".gif", ".jp2", ".j2k", ".jxl", ".heic", ".heif", ".avif", ".svg", ".pdf", ".psd", ".xcf", ".dcm",
+      ".nii", ".pbm", ".pam", ".pfm", ".exr", ".hdr", ".ico", ".cr2", ".cr3", ".nef", ".arw", ".dng", ".raf", ".orf",
+      ".rw2", ".czi", ".lif", ".nd2", ".oib", ".ims", ".svs", ".ndpi", ".fits", ".mp4", ".mov"};
+  const std::string extension = extension_of(path);
+  const bool is_packed_volume = extension == ".gz" && extension_of(path.stem()) == ".nii";
+  return is_grid_file(path) || is_packed_volume ||
+         std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
 bool holds_numbers(const std::filesystem::path& path) { return is_grid_file(path) || holds_floats(path); }

@@ -35,7 +35,7 @@ std::string extension_of(const std::filesystem::path& path);
 
 /// Whether the extension is that of a grid of numbers: mha, nrrd.
 bool is_grid_file(const std::filesystem::path& path);
-/// Whether it is that of a picture or grid.
+/// Whether it is that of a picture or grid, or of a picture of another kind, which reading names.
 bool is_picture_file(const std::filesystem::path& path);
 
 /// Whether the format holds an alpha channel: png, tif.

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "image_examples.hpp"
+#include "pulson/core/errors.hpp"
 #include "pulson/images/image.hpp"
 #include "pulson/images/pages.hpp"
 #include "temporary_folder.hpp"
@@ -284,6 +285,34 @@ TEST_F(ImageFiles, ChangedBytesDoNoHarm) {
         changed[i] = static_cast<char>(static_cast<unsigned char>(changed[i]) ^ change);
         write("changed", changed);
         EXPECT_THAT(read_error("changed"), testing::AnyOf("no error", StartsWith("cannot read 'changed': ")));
+      }
+}
+
+// The same of what files say beside their pixels: pages, palettes, tags, EXIF.
+TEST_F(ImageFiles, ChangedBytesOfPagesAndTheirTagsDoNoHarm) {
+  Page page{uneven_image(5, 4, 1, PixelType::kUint8)};
+  page.about.resolution = {300, 300, Resolution::Unit::kInch};
+  page.about.profile = "a profile of colours";
+  page.about.orientation = 3;
+  std::vector<std::string> files{encode_pages({&page, 1}, ".jpg")};
+  for (std::uint16_t i = 0; i < 256; ++i) page.about.palette.push_back({i, 257, 0, 0xFFFF});
+  files.push_back(encode_pages({&page, 1}, ".png"));
+  page.about.description = "ImageJ=1.54f\nimages=2\n";
+  page.about.tiff_tags = {{50838, 4, std::string(8, '\1')}, {50839, 1, "IJIJ"}};
+  files.push_back(encode_pages(std::vector{page, page}, ".tif"));
+  for (const std::string& file : files)
+    for (std::size_t i = 2; i < file.size(); ++i)
+      for (const unsigned change : {1U, 128U, 255U}) {
+        std::string changed = file;
+        changed[i] = static_cast<char>(static_cast<unsigned char>(changed[i]) ^ change);
+        try {
+          for (const Page& read : decode_pages(changed, 1000).pages) {
+            EXPECT_LE(read.image.pixel_count(), 1000U);
+            shown(read);
+            encode_pages({&read, 1}, ".tif");
+          }
+        } catch (const InputError&) {  // one line
+        }
       }
 }
 

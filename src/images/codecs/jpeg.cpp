@@ -198,8 +198,8 @@ PictureFile decode_jpeg(std::string_view bytes, std::int64_t max_pixels) {
   PictureFile file;
   Page& page = file.pages.emplace_back();
   page.image = new_image(reader.jpeg.image_width, reader.jpeg.image_height, {.channels = channels}, max_pixels);
+  read_metadata(reader.jpeg, page.about);  // libjpeg forgets it with the last row
   if (!read_pixels(reader, page.image)) fail_as_damaged();
-  read_metadata(reader.jpeg, page.about);
   if (components == 4) {
     page.image = from_cmyk(page.image);
     page.about.profile.clear();  // it is of inks

@@ -76,7 +76,8 @@ bool prepare_rows(PngReader& reader) {
   const int type = png_get_color_type(png, reader.info);
   if (std::endian::native == std::endian::little) png_set_swap(png);
   png_set_packing(png);  // out of bytes: each number has its own
-  if (type == PNG_COLOR_TYPE_RGB || type == PNG_COLOR_TYPE_GRAY) png_set_tRNS_to_alpha(png);
+  // It also spreads few bits over eight.
+  if (type != PNG_COLOR_TYPE_PALETTE && png_get_valid(png, reader.info, PNG_INFO_tRNS) != 0) png_set_tRNS_to_alpha(png);
   png_set_interlace_handling(png);
   png_read_update_info(png, reader.info);
   return true;
@@ -137,6 +138,7 @@ bool write_all(PngWriter& writer, const Page& page, const PngPalette& palette, p
                PNG_FILTER_TYPE_DEFAULT);
   if (palette.count > 0) png_set_PLTE(png, writer.info, palette.colours, palette.count);
   if (palette.transparent > 0) png_set_tRNS(png, writer.info, palette.opacities, palette.transparent, nullptr);
+  png_set_check_for_invalid_index(png, 0);  // numbers without a colour are kept
   png_set_filter(png, PNG_FILTER_TYPE_BASE, palette.count > 0 ? PNG_FILTER_NONE : PNG_FILTER_SUB);
   png_set_compression_level(png, Z_BEST_SPEED);
   png_set_compression_strategy(png, Z_RLE);

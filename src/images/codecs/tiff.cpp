@@ -220,9 +220,11 @@ void check_imagej_stack(const PictureFile& file) {
 
 PictureFile decode_tiff(std::string_view bytes, std::int64_t max_pixels) {
   constexpr std::int64_t kMostBytesOfPixel = 16, kMostPixels = 1LL << 30;
+  constexpr tmsize_t kTables = tmsize_t{1} << 20;  // LZW's take 0.1 MB
+  const tmsize_t most =
+      std::max<tmsize_t>({std::ssize(bytes), kTables, kMostBytesOfPixel * std::min(max_pixels, kMostPixels)});
   MemoryFile file{bytes, {}};
-  const Tiff tif = open_tiff(
-      file, "rm", std::max<tmsize_t>(std::ssize(bytes), kMostBytesOfPixel * std::min(max_pixels, kMostPixels)));
+  const Tiff tif = open_tiff(file, "rm", most);
   if (!tif) fail_as_damaged();
   PictureFile result;
   std::int64_t left = max_pixels;

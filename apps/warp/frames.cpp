@@ -157,8 +157,8 @@ void begin_result(const WarpArguments& arguments, const Landmarks& to, WarpFrame
     frames.result = frame_on(to, options, input);
     const bool knows_size = to.frame.width > 0 && to.frame.height > 0 && !options.say_units();
     const auto pixels = [&](int size, std::size_t axis) {  // of the result, whose may be larger than the target's
-      return std::max(1, static_cast<int>(std::lround(size * to.frame.unit_per_pixel[axis] /
-                                                      frames.result.unit_per_pixel[axis])));
+      return std::max(
+          1, static_cast<int>(std::lround(size * to.frame.unit_per_pixel[axis] / frames.result.unit_per_pixel[axis])));
     };
     frames.result.width = knows_size ? pixels(to.frame.width, 0) : input.width;
     frames.result.height = knows_size ? pixels(to.frame.height, 1) : input.height;

@@ -31,12 +31,16 @@ bool holds_floats(const std::filesystem::path& path) {
   return extension == ".tif" || extension == ".tiff";
 }
 
+// As TIFF numbers them.
+constexpr int kNotCompressed = 1, kDeflate = 8;
+
 images::Page page_of(fields::Grid grid) {
   images::Page page;
   page.image = images::Image(grid.sizes[0], grid.sizes[1],
                              {grid.components, grid.type, images::Alpha::kNone, images::full_value(grid.type)});
   std::copy(grid.bytes.begin(), grid.bytes.end(), page.image.bytes().begin());
   page.about.lines = std::move(grid.lines);
+  page.about.compression = grid.is_compressed ? kDeflate : kNotCompressed;
   page.about.kind = std::move(grid.kind);
   return page;
 }
@@ -63,6 +67,7 @@ void write_as_grid(const std::filesystem::path& path, std::vector<images::Page> 
   grid.type = page.image.type();
   grid.bytes.assign(page.image.bytes().begin(), page.image.bytes().end());
   grid.lines = std::move(page.about.lines);
+  grid.is_compressed = page.about.compression != kNotCompressed;
   grid.kind = std::move(page.about.kind);
   place(grid, frame);
   write_grid(path, grid);

@@ -87,6 +87,11 @@ BothNames both_names(const NameList& first, int count, const NameList& other, in
       or_by_order(static_cast<std::size_t>(count), static_cast<std::size_t>(other_count))));
 }
 
+// Whether a list without names cannot be counted as the names of the other are.
+bool lacks_names(const NameList& list, const NameList& other, int count) {
+  return list.names.empty() && numbers_for(other, count).empty();
+}
+
 NameMatch matched(const BothNames& both, std::vector<std::string>& notes) {
   NameMatch match = match_names(both.first, both.other, NameKind::kLandmarks);
   if (!match.problem.empty())
@@ -122,6 +127,13 @@ LandmarkPairs pair_landmarks(const Landmarks& first, const Landmarks& other, std
                              PairBy by) {
   const NameList mine{first.source, landmark_names(first)}, theirs{other.source, landmark_names(other)};
   if (by == PairBy::kOrder || mine.names == theirs.names) return pairs_by_order(first, other, by);
+  if (const bool lacks = lacks_names(mine, theirs, first.count()) || lacks_names(theirs, mine, other.count());
+      lacks && first.count() == other.count()) {
+    notes.push_back(fmt::format("{} does not name its landmarks; they are paired with those of {} by their order",
+                                (mine.names.empty() ? first : other).source,
+                                (mine.names.empty() ? other : first).source));
+    return pairs_by_order(first, other, by);
+  }
   const BothNames both = both_names(mine, first.count(), theirs, other.count());
   const NameMatch match = matched(both, notes);
   const int smaller = std::min(first.count(), other.count());

@@ -156,9 +156,7 @@ GridField field_of(Grid grid) {
   return field;
 }
 
-void write_grid(const std::filesystem::path& path, const Grid& grid, bool compressed) {
-  write(path, grid, compressed, true);
-}
+void write_grid(const std::filesystem::path& path, const Grid& grid) { write(path, grid, grid.is_compressed, true); }
 
 void write_grid_field(const std::filesystem::path& path, const GridField& field, bool compressed) {
   write(path, grid_of(field), compressed, false);

@@ -109,24 +109,40 @@ Grid read_meta_image(const std::string& path, std::string_view text, const GridL
   }
   const GridBytes bytes = bytes_of_meta_image(header, text);
   field.type = bytes.type.type;
+  field.is_compressed = bytes.is_compressed;
   field.bytes = grid_bytes(path, bytes, field.sizes, field.components, limits.max_points);
   field.lines = header.others(kWrittenKeys);
   return field;
 }
 
+namespace {
+
+/// Whether points are where MetaImage puts them unless it is told: one unit apart from 0.
+bool has_usual_places(const Grid& field) {
+  const auto are_all = [](const std::vector<double>& values, double value) {
+    return std::all_of(values.begin(), values.end(), [value](double each) { return each == value; });
+  };
+  return are_all(field.spacing, 1) && are_all(field.origin, 0) && field.direction.isIdentity(0);
+}
+
+}  // namespace
+
 std::string meta_image_file(const Grid& field, bool compressed) {
   std::string lines;
   for (const auto& [key, value] : field.lines) lines += fmt::format("{} = {}\n", key, value);
+  if (!has_usual_places(field))
+    lines += fmt::format("TransformMatrix = {}\nOffset = {}\nCenterOfRotation = {}\nElementSpacing = {}\n",
+                         fmt::join(field.direction.data(), field.direction.data() + field.direction.size(), " "),
+                         fmt::join(field.origin, " "), fmt::join(std::vector<int>(field.sizes.size()), " "),
+                         fmt::join(field.spacing, " "));
   const std::string bytes = encoded(field.bytes, compressed ? GridEncoding::kZlib : GridEncoding::kRaw);
   return fmt::format(
              "ObjectType = Image\nNDims = {}\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = {}\n"
-             "{}{}TransformMatrix = {}\nOffset = {}\nCenterOfRotation = {}\nElementSpacing = {}\nDimSize = {}\n"
-             "ElementNumberOfChannels = {}\nElementType = {}\nElementDataFile = {}\n",
+             "{}{}DimSize = {}\n{}ElementType = {}\nElementDataFile = {}\n",
              field.sizes.size(), compressed ? "True" : "False",
              compressed ? fmt::format("CompressedDataSize = {}\n", bytes.size()) : "", lines,
-             fmt::join(field.direction.data(), field.direction.data() + field.direction.size(), " "),
-             fmt::join(field.origin, " "), fmt::join(std::vector<int>(field.sizes.size()), " "),
-             fmt::join(field.spacing, " "), fmt::join(field.sizes, " "), field.components,
+             fmt::join(field.sizes, " "),
+             field.components > 1 ? fmt::format("ElementNumberOfChannels = {}\n", field.components) : "",
              grid_number_type(field.type).meta_image_name(), kLocal) +
          bytes;
 }

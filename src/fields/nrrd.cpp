@@ -170,6 +170,7 @@ Grid read_nrrd(const std::string& path, std::string_view text, const GridLimits&
   }
   const GridBytes bytes = bytes_of_nrrd(header, text);
   field.type = bytes.type.type;
+  field.is_compressed = bytes.is_compressed;
   field.bytes = grid_bytes(path, bytes, field.sizes, field.components, limits.max_points);
   return field;
 }

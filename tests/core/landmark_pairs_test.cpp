@@ -121,16 +121,27 @@ TEST(LandmarkPairs, OfSeveralOutlinesHaveTheNamesOfBoth) {
   EXPECT_THAT(pair_landmarks(first, other, notes).other, ElementsAre(2, 3, 0, 1));
 }
 
+// Names of one side alone contradict nothing, and are said.
+TEST(LandmarkPairs, AreInOrderWhereOneSideHasNoNames) {
+  Names notes;
+  const Landmarks first = labelled("a.csv", {"nose", "chin", "ear"}), other = counted_points("b.csv", 3);
+  EXPECT_THAT(pair_landmarks(first, other, notes).other, ElementsAre(0, 1, 2));
+  EXPECT_THAT(notes, ElementsAre("b.csv does not name its landmarks; they are paired with those of a.csv by their "
+                                 "order"));
+  notes.clear();
+  EXPECT_THAT(pair_landmarks(other, first, notes).other, ElementsAre(0, 1, 2));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("b.csv does not name its landmarks")));
+}
+
 TEST(LandmarkPairs, AreRefusedWhereNamesDoNotSayWhichCorrespond) {
   Names notes;
   const Landmarks first = labelled("a.csv", {"nose", "chin", "ear", "eye"});
   const auto error_with = [&](const Landmarks& other) {
     return error_of([&] { pair_landmarks(first, other, notes); });
   };
-  EXPECT_EQ(error_with(counted_points("b.csv", 4)),
+  EXPECT_EQ(error_with(counted_points("b.csv", 5)),
             "a.csv names its landmarks ('nose', …), b.csv does not, so that nothing says which correspond; name them "
-            "alike in both; `by_order` pairs them in the order of the files");
-  EXPECT_THAT(error_with(counted_points("b.csv", 5)), Not(HasSubstr("by_order")));
+            "alike in both");
   EXPECT_EQ(error_with(labelled("b.csv", {"brow", "Nose", "lip", "jaw"})),
             "a.csv and b.csv: only 1 of the smaller shape's 4 landmarks has a partner of the same name, and at least "
             "half need one; without: 'chin', 'ear', 'eye' of a.csv; 'brow', 'lip', 'jaw' of b.csv; `by_order` pairs "

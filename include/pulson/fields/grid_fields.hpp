@@ -42,6 +42,7 @@ struct Grid {
   Eigen::MatrixXd direction = {};  ///< as of GridField
   GridType type = GridType::kFloat32;
   std::vector<std::byte> bytes = {};  ///< the numbers in memory; the component runs fastest, then x, y, z
+  bool is_compressed = true;          ///< in the file
   std::string kind = {};              ///< of the components, as NRRD names them: vector, RGB-color; or empty
   /// Keys and values that say nothing of the numbers' places: comments, names; of NRRD those of `key:=value`.
   std::vector<std::pair<std::string, std::string>> lines = {};
@@ -65,7 +66,7 @@ void write_grid_field(const std::filesystem::path& path, const GridField& field,
 GridField read_grid_field(const std::filesystem::path& path, std::uint64_t max_points = kMaxGridPoints);
 
 // The same with numbers and lines as they are. @throws InputError as those above, but for the number of components
-void write_grid(const std::filesystem::path& path, const Grid& grid, bool compressed = true);
+void write_grid(const std::filesystem::path& path, const Grid& grid);
 Grid read_grid(const std::filesystem::path& path, std::uint64_t max_points = kMaxGridPoints);
 
 }  // namespace pulson::fields

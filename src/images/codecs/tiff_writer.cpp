@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <vector>
 
 #include "codecs.hpp"
@@ -33,6 +34,14 @@ std::uint16_t photometric(const Page& page, std::size_t colours) {
   return page.about.white_is_zero ? PHOTOMETRIC_MINISWHITE : PHOTOMETRIC_MINISBLACK;
 }
 
+/// That of the file, where it loses nothing and libtiff always has it.
+int lossless_compression(const PageMetadata& about) {
+  constexpr int kKept[] = {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_DEFLATE,
+                           COMPRESSION_PACKBITS};
+  const bool is_kept = std::find(std::begin(kKept), std::end(kKept), about.compression) != std::end(kKept);
+  return is_kept ? about.compression : COMPRESSION_LZW;
+}
+
 void set_palette(TIFF* tif, const Page& page, int bits) {
   std::vector<std::uint16_t> parts[3];
   for (std::size_t c = 0; c < 3; ++c) {
@@ -55,8 +64,11 @@ void set_layout(TIFF* tif, const Page& page, int bits) {
   TIFFSetField(tif, TIFFTAG_PHOTOMETRIC, photometric(page, static_cast<std::size_t>(image.channels()) - extra.size()));
   if (page.about.has_palette()) set_palette(tif, page, bits);
   TIFFSetField(tif, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-  TIFFSetField(tif, TIFFTAG_COMPRESSION, COMPRESSION_LZW);
-  if (!is_float && (bits == 8 || bits == 16)) TIFFSetField(tif, TIFFTAG_PREDICTOR, PREDICTOR_HORIZONTAL);
+  const int compression = lossless_compression(page.about);
+  TIFFSetField(tif, TIFFTAG_COMPRESSION, compression);
+  const bool is_predicted = compression != COMPRESSION_NONE && compression != COMPRESSION_PACKBITS;
+  if (is_predicted && !is_float && (bits == 8 || bits == 16))
+    TIFFSetField(tif, TIFFTAG_PREDICTOR, PREDICTOR_HORIZONTAL);
   TIFFSetField(tif, TIFFTAG_ROWSPERSTRIP, TIFFDefaultStripSize(tif, 0));
   if (!extra.empty()) TIFFSetField(tif, TIFFTAG_EXTRASAMPLES, static_cast<int>(extra.size()), extra.data());
 }

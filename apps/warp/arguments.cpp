@@ -127,7 +127,7 @@ void WarpArguments::add_to(CLI::App& verb) {
   constexpr const char* kCoordinates = "Coordinates";
   reads_file(add(kCoordinates, "--like", like, "image of the target: the result has its size and coordinates"));
   add(kCoordinates, "--size", size,
-      "size of the result, as in 640x480 [holds the target's landmarks and all of the warped image]", "WxH");
+      "size of the result, as in 640x480 [holds the target's landmarks and the warped image's corners]", "WxH");
   add(kCoordinates, "--pixel-size", pixel_size,
       "landmark units per pixel of the image [as the landmarks' or the image's file says, else 1]");
   add(kCoordinates, "--target-pixel-size", target_pixel_size, "landmark units per pixel of the result [--pixel-size]");

@@ -32,19 +32,11 @@ PlacedPicture placed(Picture picture, const std::string& file, const Landmarks& 
 
 // ---- the canvas
 
-// Positions on the edge of a picture, corners included.
-Points edge_of(int width, int height) {
-  constexpr int kPerSide = 32;  // the flow of landmarks inside is smooth along the edge
-  Points edge(2, 4 * kPerSide);
-  for (int i = 0; i < kPerSide; ++i) {
-    const double x = width * static_cast<double>(i) / (kPerSide - 1) - 0.5;
-    const double y = height * static_cast<double>(i) / (kPerSide - 1) - 0.5;
-    edge.col(4 * i) << x, -0.5;
-    edge.col(4 * i + 1) << x, height - 0.5;
-    edge.col(4 * i + 2) << -0.5, y;
-    edge.col(4 * i + 3) << width - 0.5, y;
-  }
-  return edge;
+Points corners_of(int width, int height) {
+  Points corners(2, 4);
+  corners.row(0) << -0.5, width - 0.5, -0.5, width - 0.5;
+  corners.row(1) << -0.5, -0.5, height - 0.5, height - 0.5;
+  return corners;
 }
 
 // Pixels from low up to and with high.
@@ -62,17 +54,17 @@ struct PixelBox {
   }
 };
 
-// The edge of the image where the map takes it, in pixels of the result's first frame.
-Points moved_edge(const WarpArguments& arguments, const matching::Registration& registration,
-                  const warp::MaterialFlow& flow, const WarpFrames& frames) {
-  const Points edge = edge_of(frames.input.width, frames.input.height);
+// The corners of the image where the map takes them, in pixels of the result's first frame.
+Points moved_corners(const WarpArguments& arguments, const matching::Registration& registration,
+                     const warp::MaterialFlow& flow, const WarpFrames& frames) {
+  const Points corners = corners_of(frames.input.width, frames.input.height);
   if (!arguments.inverse)
-    return images::ImageWarp(flow, registration.alignment, frames.input, frames.result).forward(edge).places;
+    return images::ImageWarp(flow, registration.alignment, frames.input, frames.result).forward(corners).places;
   if (flow.is_diffeomorphic())
-    return images::ImageWarp(flow, registration.alignment, frames.result, frames.input).backward(edge).places;
+    return images::ImageWarp(flow, registration.alignment, frames.result, frames.input).backward(corners).places;
   const Alignment& alignment = registration.alignment;
   return frames.result.to_pixels((alignment.scale * alignment.linear).inverse() *
-                                 (frames.input.to_landmarks(edge).colwise() - alignment.translation));
+                                 (frames.input.to_landmarks(corners).colwise() - alignment.translation));
 }
 
 // The result begins at pixel `first` of the frame that it had.
@@ -86,8 +78,8 @@ void move_frame(Frame& frame, const Vector2d& first, int width, int height) {
 void fit_canvas(const WarpArguments& arguments, const matching::Registration& registration,
                 const warp::MaterialFlow& flow, const Landmarks& to, WarpFrames& frames) {
   PixelBox box;
-  const auto [edge_low, edge_high] = bounding_box(moved_edge(arguments, registration, flow, frames));
-  box.hold(edge_low.array().ceil(), edge_high.array().floor());
+  const auto [lowest, highest] = bounding_box(moved_corners(arguments, registration, flow, frames));
+  box.hold(lowest.array().ceil(), highest.array().floor());
   if (frames.landmarks_there.cols() > 0) {
     const auto [low, high] = bounding_box(frames.landmarks_there);
     box.hold((low.array() + 0.5).floor(), (high.array() + 0.5).floor());

@@ -27,7 +27,7 @@ struct WarpFrames {
 };
 
 /// Sizes and coordinates as asked for, else as the files say. Without --like and --size the result has the frame of the
-/// image, grown so that it holds the landmarks of the target and the edge of the warped image, to half a pixel.
+/// image, grown so that it holds the landmarks of the target and the corners of the warped image, to half a pixel.
 /// @param picture that is warped; turned as the landmarks were placed on it
 /// @throws InputError as place_picture; where the result would hold none of the target's landmarks
 WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registration& registration,

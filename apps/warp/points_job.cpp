@@ -214,7 +214,10 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
         fmt::format("{}: a point is moved out of the range of numbers; nothing was written", arguments.input));
   put_known_points(moved.places, blocks);
   const Landmarks after_map = file.shapes.front();
-  for (std::size_t s = 0; s < own.size(); ++s) frame.leave(file.shapes[s], own[s]);
+  for (std::size_t s = 0; s < own.size(); ++s) {
+    frame.leave(file.shapes[s], own[s]);
+    if (arguments.flip_y) file.shapes[s].frame = Frame{.y_down = false};  // not what the format says of itself
+  }
   for (Landmarks& shape : file.shapes) {  // they lie on another image now
     shape.image.clear();
     shape.scale.reset();

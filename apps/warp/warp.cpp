@@ -88,14 +88,14 @@ void run_image(const WarpArguments& arguments, const matching::Registration& reg
                                 warp::parse_label_kernel(arguments.labels));
   if (!flow.is_diffeomorphic()) arguments.check_for_fold();
   const WarpFrames frames = warp_frames(arguments, registration, flow, picture);
-  print_notes(frames.notes);
-  for (const std::string& text : frames.warnings) print_warning(text);
   const images::ImageWarp warp = arguments.inverse
                                      ? images::ImageWarp(flow, registration.alignment, frames.result, frames.input)
                                      : images::ImageWarp(flow, registration.alignment, frames.input, frames.result);
   WarpResult result = warped(picture, warp, registration, frames, arguments);
   log_step("mapped the image");
   check_coverage(arguments, result);
+  print_notes(frames.notes);
+  for (const std::string& text : frames.warnings) print_warning(text);
   const Interrupt until_written;
   write_result(arguments, picture, frames, result);
   const images::Image& image = picture.image;

@@ -151,13 +151,16 @@ bool may_be_judged(const Points& reference, const Points& shape) {
          diameter(reference) > 0 && diameter(shape) > 0;
 }
 
+// Landmarks of several groups, as of two objects, are not in one order around an outline.
+bool may_be_reordered(const Landmarks& shape) { return landmarks_by_group(shape).size() == 1; }
+
 // @param observed the landmarks of the complete shapes among all
 std::optional<Finding> judged(const DisplacementLaw& law, const Points& shape, const std::vector<int>& observed,
-                              bool are_all) {
+                              bool are_in_order) {
   Hypotheses hypotheses(law, shape);
   hypotheses.consider_exchange();
   hypotheses.consider_mirror();
-  if (are_all) {
+  if (are_in_order) {
     hypotheses.consider_order(true);
     hypotheses.consider_order(false);
   }
@@ -220,7 +223,10 @@ std::optional<Finding> audit_pair(const Landmarks& reference, const Landmarks& s
   const std::vector<int> observed = observed_in_both(reference.points, shape.points);
   const Points x = reference.points(Eigen::all, observed), t = shape.points(Eigen::all, observed);
   std::optional<Finding> found;
-  if (may_be_judged(x, t)) found = judged(DisplacementLaw(x), t, observed, std::ssize(observed) == shape.count());
+  if (may_be_judged(x, t)) {
+    const bool are_all = std::ssize(observed) == shape.count();
+    found = judged(DisplacementLaw(x), t, observed, are_all && may_be_reordered(shape));
+  }
   return found ? found : other_unit(x, t);
 }
 
@@ -236,8 +242,8 @@ std::vector<Finding> audit_cohort(const std::vector<Landmarks>& shapes) {
     if (!may_be_judged(x, t)) continue;
     const bool are_all = x.cols() == mean.cols();
     if (are_all && !of_all) of_all = std::make_unique<DisplacementLaw>(mean);
-    std::optional<Finding> finding =
-        are_all ? judged(*of_all, t, observed, true) : judged(DisplacementLaw(x), t, observed, false);
+    std::optional<Finding> finding = are_all ? judged(*of_all, t, observed, may_be_reordered(shapes[i]))
+                                             : judged(DisplacementLaw(x), t, observed, false);
     if (!finding) continue;
     finding->specimen = static_cast<int>(i);
     found.push_back(*finding);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <map>
 #include <optional>
 #include <set>
@@ -255,13 +256,21 @@ class Matcher {
     return trial.pair_by(keys, other_keys);
   }
 
+  // Numbers that all names share may be what tells these apart from others: `1-11` is not `11-1`.
+  static bool has_word(const Affixes& shared) {
+    const std::string text = shared.prefix + shared.suffix;
+    return std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::isalpha(c) != 0 || c >= 0x80U; });
+  }
+
   void pair_without_affixes(const Keys& keys, const Affixes& mine, const Keys& other_keys, const Affixes& theirs) {
     int best = 0;
     Keys best_keys, best_others;
     const auto try_pair = [&](unsigned left, unsigned left_other) {
       Keys rest = stripped(keys, mine, left), other_rest = stripped(other_keys, theirs, left_other);
       const bool in_both = left != kNothing && left_other != kNothing;
-      if (in_both && !(kind_ == NameKind::kLandmarks && are_numbers(rest) && are_numbers(other_rest))) return;
+      if (in_both && !(kind_ == NameKind::kLandmarks && has_word(mine) && has_word(theirs) && are_numbers(rest) &&
+                       are_numbers(other_rest)))
+        return;
       const int pairs = gain(rest, other_rest);
       if (pairs <= best) return;
       best = pairs;
@@ -361,7 +370,7 @@ class Matcher {
     std::vector<std::string> ignored = ignored_words(pairs);
     for (std::string words : {affix_words(first_, shared_, left_), affix_words(other_, shared_other_, left_other_)})
       if (!words.empty()) ignored.push_back(std::move(words));
-    constexpr std::size_t kShown = 5;
+    constexpr std::size_t kShown = 20;
     std::vector<std::string> shown;
     for (std::size_t i = 0; i < pairs.size() && i < kShown; ++i)
       shown.push_back(fmt::format("{} with {}", quoted_line(first_.names[pairs[i]]),

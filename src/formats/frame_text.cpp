@@ -154,6 +154,12 @@ Frame read_frame(const JsonValue& json) {
   return frame;
 }
 
+Frame frame_of_json(const Json& json) {
+  const nlohmann::json plain = json;
+  const std::string file;
+  return read_frame(JsonValue(plain, file));
+}
+
 bool are_same_frames(const Frame& a, const Frame& b) { return frame_text(a) == frame_text(b); }
 
 }  // namespace pulson::formats

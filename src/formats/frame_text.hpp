@@ -25,6 +25,8 @@ std::optional<Frame> frame_in_comments(const std::string& path, std::string_view
 /// {unit_per_pixel, origin, y_down, orientation, width, height}; sizes that are not known are null.
 Json frame_json(const Frame& frame);
 Frame read_frame(const JsonValue& json);
+/// The same of what frame_json wrote. @throws InputError where it is wrong
+Frame frame_of_json(const Json& json);
 
 /// Whether two shapes say the same.
 bool are_same_frames(const Frame& a, const Frame& b);

@@ -28,6 +28,7 @@ void put_y_in_direction(const std::string& path, const LandmarkFormat& format, L
   const std::string of_format =
       fmt::format("{}: {} counts y {}", path, format.name, *format.y_down ? "downwards" : "upwards");
   if (!frame.says_y) {
+    if (!frame.y_down) return;  // of no file
     add_once(notes, of_format +
                         ", and what was read does not say how it counts; where that is downwards, as the rows "
                         "of a picture, convert it with `mirror_y`");

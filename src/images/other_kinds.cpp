@@ -77,7 +77,7 @@ std::string kind_of_text(std::string_view bytes) {
   if (start.find("<html") != std::string::npos || start.find("<!doctype html") != std::string::npos)
     return "a web page (html), as servers send it in place of a picture; download the picture itself";
   if (start.starts_with("version https://git-lfs"))
-    return "a pointer of Git LFS and not the picture; fetch that by `git lfs pull`";
+    return "a pointer of Git LFS and not the picture; fetch that by git lfs pull";
   return "";
 }
 

@@ -10,6 +10,7 @@
 
 #include "checked_cbor.hpp"
 #include "formats/formats.hpp"
+#include "formats/frame_text.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
@@ -203,6 +204,7 @@ std::string ensemble_checkpoint(const EnsembleRun& run) {
   json["identity"] = identity_json(run);
   json["shard"] = run.options.shard.index;
   json["shape"] = shape_text(run.shape);
+  json["frame"] = formats::frame_json(run.shape.frame);
   json["source"] = run.shape.source;
   json["numbers"] = run.shape.numbers;
   json["densities"] = run.densities;
@@ -263,6 +265,7 @@ int int_of(const formats::Json& json) {
 EnsembleRun run_of(const formats::Json& json, std::string_view name) {
   const formats::Json& identity = json.at("identity");
   Landmarks shape = formats::json_format().read(std::string(name), json.at("shape").get<std::string>()).shapes.at(0);
+  shape.frame = formats::frame_of_json(json.at("frame"));
   json.at("source").get_to(shape.source);
   json.at("numbers").get_to(shape.numbers);
   const PhaseState start{points_of(identity.at("q")), points_of(identity.at("p"))};

@@ -67,11 +67,7 @@ Json shape_identity(const Landmarks& shape) {
   return json;
 }
 
-Frame frame_from(const Json& json) try {
-  const nlohmann::json plain = json;
-  const std::string file;
-  return formats::read_frame(formats::JsonValue(plain, file));
-} catch (const InputError&) {
+Frame frame_from(const Json& json) try { return formats::frame_of_json(json); } catch (const InputError&) {
   throw Damaged();
 }
 

@@ -147,7 +147,8 @@ TEST(NameMatching, FindsEveryChangedName) {
       std::string& name = table[static_cast<std::size_t>(100 * k) + random() % 100];
       changed.push_back(name);
       name[random() % name.size()] = "0123456789xyz"[random() % 13];
-      if (name == changed.back()) changed.pop_back();
+      // `wing013589` is `wing_13589` without its `_` and with a leading zero, and matches by rule.
+      if (name == changed.back() || name[4] == '0') changed.pop_back();
     }
     const NameMatch match = matched(names, table, NameKind::kSpecimens);
     Texts lonely;
@@ -155,7 +156,8 @@ TEST(NameMatching, FindsEveryChangedName) {
     for (const std::string& name : changed) EXPECT_THAT(lonely, testing::Contains(name));
     for (std::size_t i = 0; i < names.size(); ++i)
       if (match.partners[i] >= 0) {
-        EXPECT_EQ(table[static_cast<std::size_t>(match.partners[i])], names[i]);
+        const std::string& partner = table[static_cast<std::size_t>(match.partners[i])];
+        EXPECT_TRUE(partner == names[i] || partner == "wing0" + names[i].substr(5)) << partner << ' ' << names[i];
       }
   }
 }

@@ -62,6 +62,7 @@ TEST_F(ImageRows, AreKeptByJson) {
   shape.points = points_2d({1, 2});
   for (const bool y_down : {true, false}) {
     shape.frame.y_down = y_down;
+    shape.frame.says_y = true;
     write_landmark_file("kept.json", file);
     EXPECT_EQ(read_landmarks("kept.json").frame.y_down, y_down);
   }

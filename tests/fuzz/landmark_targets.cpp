@@ -12,7 +12,7 @@ bool landmark_files(std::string_view input) {
   check_landmark_file(*file);
   check_writers(*file);
   const auto negative_is_missing = formats::ReadOptions{.negative_is_missing = true};
-  demand("coordinates at zero", [&] { return read_landmark_file(bytes.path(), {.zero_is_missing = true}); });
+  demand("coordinates at zero", [&] { return formats::read_landmark_file(bytes.path(), {.zero_is_missing = true}); });
   demand("negative coordinates", [&] { return read_landmark_file(bytes.path(), negative_is_missing); });
   attempt([&] { return formats::read_landmarks(bytes.path() + "#1"); });
   for (const formats::ReadOptions& options :
@@ -41,7 +41,7 @@ constexpr std::string_view kWeights = "weights\n";
 constexpr std::string_view kCovariances = "covariances\n";
 constexpr int kRows = 3;
 
-Landmarks shape_in(int dimension) {
+Landmarks rows_in(int dimension) {
   Landmarks shape;
   shape.points.setZero(dimension, kRows);
   return shape;
@@ -49,7 +49,7 @@ Landmarks shape_in(int dimension) {
 
 bool weights(std::string_view text) {
   const MemoryFile file(text);
-  const auto numbers = attempt([&] { return formats::read_weights(file.path(), shape_in(2)); });
+  const auto numbers = attempt([&] { return formats::read_weights(file.path(), rows_in(2)); });
   if (!numbers) return true;
   require(numbers->size() == kRows && numbers->allFinite() && (numbers->array() >= 0).all(), "weights");
   return true;
@@ -58,7 +58,7 @@ bool weights(std::string_view text) {
 bool covariances(std::string_view text) {
   const MemoryFile file(text);
   for (int d = 1; d <= 3; ++d) {
-    const auto matrices = attempt([&] { return formats::read_covariances(file.path(), shape_in(d)); });
+    const auto matrices = attempt([&] { return formats::read_covariances(file.path(), rows_in(d)); });
     if (!matrices) continue;
     require(matrices->size() == kRows, "covariances are not as many as landmarks");
     for (const Eigen::MatrixXd& matrix : *matrices)

@@ -297,7 +297,7 @@ void expect_refused(const std::vector<Wrong>& all, const Landmarks& shape) {
 TEST(WrongNoise, Numbers) {
   expect_refused({{"ch-sd",
                    "noise 'ch-sd' needs beta (amplitude, length per square root of time; 50%: of the diameter), as in "
-                   "ch-sd:beta=1"},
+                   "ch-sd:beta=100%"},
                   {"ch-sd:beta=0", "noise 'ch-sd': beta is 0; it must be greater than 0"},
                   {"ch-sd:beta=-1", "noise 'ch-sd': beta is -1; it must be greater than 0"},
                   {"ch-sd:beta=nan", "noise 'ch-sd': beta is 'nan'; it must be finite"},

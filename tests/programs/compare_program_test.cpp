@@ -172,7 +172,8 @@ TEST_F(CompareProgram, Refuses) {
   expect_refused(pair + "--align round", "unknown alignment 'round'");
   expect_refused(pair + "--kernel gaussina", "gaussina");
   expect_refused(pair + "--simulate ch-ds", "ch-ds");
-  expect_refused(pair + "--simulate none --true-lambda 1 --noise none,ch-sd", "unknown noise 'none,ch-sd'");
+  expect_refused(pair + "--simulate none --true-lambda 1 --noise none,ch-sd",
+                 "'none,ch-sd' lists 2 models; repeat --noise");
   expect_refused(sample("ellipse_source") + ' ' + sample("cs_target") + " -o out --no-picture",
                  "ellipse_source.csv has 40, ");
   expect_refused("shapes.csv -o out --no-picture", "a single shape cannot be compared with its mean");

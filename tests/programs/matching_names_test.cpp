@@ -79,6 +79,14 @@ TEST_F(MatchingNames, PairsLandmarksThatDifferInHowTheyAreWritten) {
   EXPECT_THAT(register_pair().err, HasSubstr("note: "));
 }
 
+// Names of one side contradict nothing; that the order decides is said.
+TEST_F(MatchingNames, NotesThatOneSideHasNone) {
+  write_pair(kFish, "x,y\n1,0\n103,5\n52,22\n11,9\n61,-13\n");
+  const ProgramRun done = register_pair();
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("note: b.csv does not name its landmarks; they are paired with those of a.csv by "));
+}
+
 TEST_F(MatchingNames, RefusesLandmarksThatDoNotCorrespond) {
   const auto error_with = [&](const std::string& first, const std::string& second) {
     write_pair(first, second);
@@ -91,7 +99,7 @@ TEST_F(MatchingNames, RefusesLandmarksThatDoNotCorrespond) {
               AllOf(HasSubstr("only 2 of the smaller shape's 5 landmarks have a partner"),
                     HasSubstr("'tail', 'eye', 'vent' of a.csv"), HasSubstr("'vents', 'tails', 'eyes' of b.csv"),
                     HasSubstr("--by-order pairs them")));
-  EXPECT_THAT(error_with(kFish, "x,y\n1,0\n103,5\n52,22\n11,9\n61,-13\n"), HasSubstr("a.csv names its landmarks"));
+  EXPECT_THAT(error_with(kFish, "x,y\n1,0\n103,5\n52,22\n11,9\n"), HasSubstr("a.csv names its landmarks"));
   EXPECT_THAT(error_with("id,x,y\n0,0,0\n1,100,3\n2,50,20\n", "id,x,y\n1,1,0\n3,52,22\n2,103,5\n"),
               HasSubstr("either 0 of the one is 1 of the other, or equal numbers are the same"));
   EXPECT_THAT(error_with("x,y\n0,0\n1,0\n1,1\n0,1\n", "x,y\n0,0\n1,0\n1,1\n"),

@@ -78,13 +78,29 @@ TEST_F(PictureKinds, IdentityKeepsPagesAndWhatTheySay) {
   pages[0].about.description = "ImageJ=1.54f\nimages=6\nslices=3\nframes=2\nhyperstack=true\nunit=micron\n";
   for (Page& page : pages) page.about.resolution = {15.5, 15.5, images::Resolution::Unit::kNone};
   pages[0].about.tiff_tags = {{50838, 4, std::string("\x0c\0\0\0\x04\0\0\0", 8)}, {50839, 1, "IJIJ and more"}};
+  for (Page& page : pages) page.about.compression = 5;  // LZW
   expect_identity("stack.tif", pages);
+  EXPECT_EQ(images::read_pages("w.tif").pages, pages);
+  for (Page& page : pages) page.about.compression = 1;  // none
+  expect_identity("plain.tif", pages);
   EXPECT_EQ(images::read_pages("w.tif").pages, pages);
 
   pages = pages_of_type(PixelType::kFloat32, 2);
   pages[0].about.description = "<?xml version=\"1.0\"?><OME><Image><Pixels SizeX=\"15\" SizeY=\"11\"/></Image></OME>";
+  for (Page& page : pages) page.about.compression = 8;  // zlib
   expect_identity("o.ome.tif", pages);
   EXPECT_EQ(images::read_pages("w.tif").pages, pages);
+
+  pages = pages_of_type(PixelType::kInt16, 1, 5);
+  pages[0].about.has_planes = true;
+  pages[0].about.extra_samples = {0, 0, 0, 0};
+  pages[0].about.compression = 1;
+  expect_identity("planes.tif", pages);
+  EXPECT_EQ(images::read_pages("w.tif").pages, pages);
+
+  pages = pages_of_type(PixelType::kFloat32, 2);
+  pages[0].about.description = "<?xml version=\"1.0\"?><OME><Image><Pixels SizeX=\"15\" SizeY=\"11\"/></Image></OME>";
+  write_pages("o.ome.tif", pages);
   expect_warped("o.ome.tif", "-q -o w.ome.tif --size 20x11");
   EXPECT_THAT(images::read_pages("w.ome.tif").pages[0].about.description, HasSubstr("SizeX=\"20\" SizeY=\"11\""));
 }

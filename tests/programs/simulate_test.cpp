@@ -70,7 +70,7 @@ TEST_F(Simulate, TakesMomentaByTheNamesOfLandmarks) {
   const std::string paths = contents("out/paths.csv");
   ASSERT_EQ(run(words(line + "mixed.csv")).exit_code, 0);
   EXPECT_EQ(contents("out/paths.csv"), paths);
-  EXPECT_THAT(run(words(line + "plain.csv")).err, HasSubstr("--by-order pairs them"));
+  EXPECT_THAT(run(words(line + "plain.csv")).err, HasSubstr("plain.csv does not name its landmarks"));
   ASSERT_EQ(run(words(line + "plain.csv --by-order")).exit_code, 0);
   EXPECT_EQ(contents("out/paths.csv"), paths);
 }

@@ -154,10 +154,11 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& slip) { return "Slip" + std::to_string(slip.index); });
 
 TEST_F(WrongLandmarks, OfAnAtlasNeedNoOptionThatItLacks) {
-  const ProgramRun done = run_line("atlas " + leaves_file() + " " + sample("fish_source"));
+  const ProgramRun done = run_line("atlas " + leaves_file() + " " + sample("fish_source") + " --flip-y");
   EXPECT_EQ(done.exit_code, 2);
   EXPECT_THAT(done.err, AllOf(HasSubstr("has 19"), HasSubstr("has 68"), Not(HasSubstr("--data"))));
-  EXPECT_THAT(run_line("register " + leaves_file() + "#1 " + sample("fish_source")).err, HasSubstr("--data varifold"));
+  EXPECT_THAT(run_line("register " + leaves_file() + "#1 " + sample("fish_source") + " --flip-y").err,
+              HasSubstr("--data varifold"));
 }
 
 TEST_F(WrongLandmarks, AreNotPictures) {

@@ -36,6 +36,7 @@ struct PageMetadata {
   /// Of pictures whose numbers name colours: red, green, blue and opacity of each, 0 to 65535.
   std::vector<std::array<std::uint16_t, 4>> palette = {};
   int compression = 0;         ///< of tif, mha and nrrd, as TIFF numbers it; 0: the file does not say
+  bool has_planes = false;     ///< of tif: one channel after the other
   bool white_is_zero = false;  ///< of grey ones in tif
   bool is_cmyk = false;        ///< the channels are inks, the highest value all of one
   std::optional<Resolution> resolution = std::nullopt;

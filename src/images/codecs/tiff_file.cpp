@@ -129,7 +129,8 @@ std::optional<Resolution> resolution_of(TIFF* tif) {
 
 void read_tags(TIFF* tif, PageMetadata& about) {
   about.resolution = resolution_of(tif);
-  std::uint16_t compression = 0;
+  std::uint16_t planar = PLANARCONFIG_CONTIG, compression = 0;
+  about.has_planes = TIFFGetField(tif, TIFFTAG_PLANARCONFIG, &planar) == 1 && planar == PLANARCONFIG_SEPARATE;
   if (TIFFGetField(tif, TIFFTAG_COMPRESSION, &compression) == 1) about.compression = compression;
   const auto orientation = field<std::uint16_t>(tif, TIFFTAG_ORIENTATION);
   about.orientation = orientation >= 1 && orientation <= 8 ? orientation : 1;

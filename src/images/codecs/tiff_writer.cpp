@@ -51,6 +51,8 @@ void set_palette(TIFF* tif, const Page& page, int bits) {
   TIFFSetField(tif, TIFFTAG_COLORMAP, parts[0].data(), parts[1].data(), parts[2].data());
 }
 
+bool has_planes(const Page& page) { return page.about.has_planes && page.image.channels() > 1; }
+
 void set_layout(TIFF* tif, const Page& page, int bits) {
   const Image& image = page.image;
   const bool is_float = is_floating_point(image.type());
@@ -63,7 +65,7 @@ void set_layout(TIFF* tif, const Page& page, int bits) {
                is_float ? SAMPLEFORMAT_IEEEFP : (is_signed(image.type()) ? SAMPLEFORMAT_INT : SAMPLEFORMAT_UINT));
   TIFFSetField(tif, TIFFTAG_PHOTOMETRIC, photometric(page, static_cast<std::size_t>(image.channels()) - extra.size()));
   if (page.about.has_palette()) set_palette(tif, page, bits);
-  TIFFSetField(tif, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(tif, TIFFTAG_PLANARCONFIG, has_planes(page) ? PLANARCONFIG_SEPARATE : PLANARCONFIG_CONTIG);
   const int compression = lossless_compression(page.about);
   TIFFSetField(tif, TIFFTAG_COMPRESSION, compression);
   const bool is_predicted = compression != COMPRESSION_NONE && compression != COMPRESSION_PACKBITS;
@@ -85,6 +87,15 @@ void pack(const Value* from, std::size_t count, unsigned bits, std::vector<unsig
   if (filled > 0) to.push_back(static_cast<unsigned char>(buffer << (8 - filled)));
 }
 
+/// Of the numbers of a row those of one channel.
+void keep_channel(const Image& image, int channel, std::vector<unsigned char>& numbers) {
+  const std::size_t size = byte_count(image.type()), stride = image.pixel_size();
+  const std::size_t first = static_cast<std::size_t>(channel) * size;
+  const auto width = static_cast<std::size_t>(image.width());
+  for (std::size_t x = 0; x < width; ++x) std::memmove(&numbers[x * size], &numbers[x * stride + first], size);
+  numbers.resize(width * size);
+}
+
 bool write_page(TIFF* tif, const Page& page) {
   const Image& image = page.image;
   const int own = static_cast<int>(8 * byte_count(image.type()));
@@ -92,18 +103,23 @@ bool write_page(TIFF* tif, const Page& page) {
   const int bits = fewer > 0 ? fewer : own;
   set_layout(tif, page, bits);
   write_tags(tif, page.about);
-  std::vector<unsigned char> line;
-  for (int y = 0; y < image.height(); ++y) {
-    const std::size_t count = static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.channels());
-    line.clear();  // libtiff changes it
-    if (bits == own)
-      line.assign(row(image, y), row(image, y) + row_size(image));
-    else if (own == 8)
-      pack(row(image, y), count, static_cast<unsigned>(bits), line);
-    else
-      pack(reinterpret_cast<const std::uint16_t*>(row(image, y)), count, static_cast<unsigned>(bits), line);
-    if (TIFFWriteScanline(tif, line.data(), static_cast<std::uint32_t>(y), 0) != 1) return false;
-  }
+  const int planes = has_planes(page) ? image.channels() : 1;
+  std::vector<unsigned char> numbers, line;
+  for (int plane = 0; plane < planes; ++plane)
+    for (int y = 0; y < image.height(); ++y) {
+      numbers.assign(row(image, y), row(image, y) + row_size(image));
+      if (planes > 1) keep_channel(image, plane, numbers);
+      line.clear();  // libtiff changes it
+      const std::size_t count = numbers.size() / byte_count(image.type());
+      if (bits == own)
+        line = numbers;
+      else if (own == 8)
+        pack(numbers.data(), count, static_cast<unsigned>(bits), line);
+      else
+        pack(reinterpret_cast<const std::uint16_t*>(numbers.data()), count, static_cast<unsigned>(bits), line);
+      if (TIFFWriteScanline(tif, line.data(), static_cast<std::uint32_t>(y), static_cast<std::uint16_t>(plane)) != 1)
+        return false;
+    }
   return TIFFWriteDirectory(tif) == 1;
 }
 

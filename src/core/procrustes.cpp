@@ -52,11 +52,10 @@ Points mean_of(const std::vector<Points>& shapes) {
 
 // About its middle, without the landmarks that it lacks so far.
 Points of_size(const Points& points, double size) {
-  VectorXd middle = VectorXd::Zero(points.rows());
-  double count = 0;
-  for (const auto& point : points.colwise())
-    if (point.allFinite()) middle += point, count += 1;
-  middle /= count;
+  std::vector<int> known;
+  for (Index a = 0; a < points.cols(); ++a)
+    if (points.col(a).allFinite()) known.push_back(static_cast<int>(a));
+  const VectorXd middle = points(Eigen::all, known).rowwise().mean();
   return ((points.colwise() - middle) * (size / centroid_size(points))).colwise() + middle;
 }
 

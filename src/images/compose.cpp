@@ -64,7 +64,7 @@ Image combined(const Image& a, const Image& b, const Combine& combine) {
 }  // namespace
 
 Image to_rgba8(const Image& image) {
-  const Image colours = with_alpha(with_colours(first_channels(with_straight_alpha(image))));
+  Image colours = with_alpha(with_colours(first_channels(with_straight_alpha(image))));
   if (colours.type() == PixelType::kUint8 && colours.full() == 255) return colours;
   Image result(image.width(), image.height(), 4, PixelType::kUint8);
   std::uint8_t* to = result.values<std::uint8_t>().data();

@@ -18,10 +18,10 @@ void set_colours(const Page& page, unsigned divisor, Image& result) {
   with_number_type(page.image.type(), [&]<class Number>() {
     const auto numbers = page.image.values<Number>();
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-      const auto number = static_cast<std::size_t>(numbers[i]);
-      if (number >= page.about.palette.size()) continue;  // of no colour: black
+      const auto number = static_cast<double>(numbers[i]);
+      if (!(number >= 0 && number < static_cast<double>(page.about.palette.size()))) continue;  // no colour: black
       for (std::size_t c = 0; c < channels; ++c)
-        to[i * channels + c] = static_cast<Value>(page.about.palette[number][c] / divisor);
+        to[i * channels + c] = static_cast<Value>(page.about.palette[static_cast<std::size_t>(number)][c] / divisor);
     }
   });
 }

@@ -138,10 +138,13 @@ class Sampler {
       }
       const Position<Sum> column = position(x, source_.width(), kWidth == 1);
       const Position<Sum> row = position(y, source_.height(), kWidth == 1);
-      if (kWidth == 1 || (column.over == 0 && row.over == 0))
-        copy(column.first, row.first, to);
-      else
-        mix<kWidth>(column, row, patch.data(), to);
+      if constexpr (kWidth > 1) {
+        if (column.over != 0 || row.over != 0) {
+          mix<kWidth>(column, row, patch.data(), to);
+          continue;
+        }
+      }
+      copy(column.first, row.first, to);
     }
   }
 

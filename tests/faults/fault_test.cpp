@@ -271,9 +271,10 @@ std::vector<Verb> verbs() {
          "fokker-planck --q 0,2 --p 1,0.5 --time 0.5 --grids 2 --samples 0 -o out --threads 1 " + kLine, "",
          "fokker_planck.json"),
       of("warp_image", {registration},
-         "warp registered discs.png -o out/w.tif --json out/w.json --report out/w.html --pixel-size 0.01", "", "w.json",
-         false),
-      of("warp_points", {registration}, "warp registered a.csv -o out/w.csv --json out/w.json", "", "w.json", false),
+         "warp registered discs.png -o out/w.tif --json out/w.json --report out/w.html --pixel-size 0.01 --threads 1",
+         "", "w.json", false),
+      of("warp_points", {registration}, "warp registered a.csv -o out/w.csv --json out/w.json --threads 1", "",
+         "w.json", false),
       of("convert", {}, "convert three.tps out/three.csv", "", "three.csv")};
 }
 

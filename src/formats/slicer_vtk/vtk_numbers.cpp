@@ -210,8 +210,8 @@ std::string take_vtk_header(VtkCursor& cursor) {
   if (io::to_lower(kind) != "polydata")
     cursor.fail_here(fmt::format("the dataset is {}; only POLYDATA is read", io::in_quotes(kind)));
   cursor.is_binary = is_binary;
-  for (const std::string axes : {"RAS", "LPS"})
-    if (title.find("SPACE=" + axes) != std::string_view::npos) return axes;
+  for (const char* const axes : {"RAS", "LPS"})
+    if (title.find(std::string("SPACE=") + axes) != std::string_view::npos) return axes;
   return {};
 }
 

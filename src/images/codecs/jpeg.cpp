@@ -2,6 +2,7 @@
 // destructors.
 
 #include <algorithm>
+#include <cmath>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>  // jpeglib.h needs it
@@ -144,8 +145,8 @@ void set_density(jpeg_compress_struct& jpeg, const std::optional<Resolution>& re
     return;
   using enum Resolution::Unit;
   jpeg.density_unit = resolution->unit == kInch ? 1 : (resolution->unit == kCentimetre ? 2 : 0);
-  jpeg.X_density = static_cast<UINT16>(resolution->x + 0.5);
-  jpeg.Y_density = static_cast<UINT16>(resolution->y + 0.5);
+  jpeg.X_density = static_cast<UINT16>(std::lround(resolution->x));
+  jpeg.Y_density = static_cast<UINT16>(std::lround(resolution->y));
 }
 
 /// `exif` with its head.

@@ -309,7 +309,7 @@ std::string row_of(const Image& image, int y, int bits) {
   std::string bytes(reinterpret_cast<const char*>(from), row_size(image));
   for (std::size_t i = 0; image.channels() == 3 && i < bytes.size(); i += 3) std::swap(bytes[i], bytes[i + 2]);
   if (bits >= 8) return bytes;
-  const std::size_t in_byte = static_cast<std::size_t>(8 / bits);
+  const auto in_byte = static_cast<std::size_t>(8 / bits);
   std::string packed((bytes.size() + in_byte - 1) / in_byte, '\0');
   for (std::size_t i = 0; i < bytes.size(); ++i)
     packed[i / in_byte] = static_cast<char>(static_cast<unsigned char>(packed[i / in_byte]) |

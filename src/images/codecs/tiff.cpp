@@ -221,7 +221,7 @@ void check_imagej_stack(const PictureFile& file) {
 PictureFile decode_tiff(std::string_view bytes, std::int64_t max_pixels) {
   constexpr std::int64_t kMostBytesOfPixel = 16, kMostPixels = 1LL << 30;
   constexpr tmsize_t kTables = tmsize_t{1} << 20;  // LZW's take 0.1 MB
-  const tmsize_t most =
+  const auto most =
       std::max<tmsize_t>({std::ssize(bytes), kTables, kMostBytesOfPixel * std::min(max_pixels, kMostPixels)});
   MemoryFile file{bytes, {}};
   const Tiff tif = open_tiff(file, "rm", most);

@@ -55,7 +55,8 @@ Points of_size(const Points& points, double size) {
   std::vector<int> known;
   for (Index a = 0; a < points.cols(); ++a)
     if (points.col(a).allFinite()) known.push_back(static_cast<int>(a));
-  const VectorXd middle = points(Eigen::all, known).rowwise().mean();
+  const Points all = points(Eigen::all, known);
+  const VectorXd middle = all.rowwise().mean();
   return ((points.colwise() - middle) * (size / centroid_size(points))).colwise() + middle;
 }
 

@@ -69,7 +69,7 @@ Image to_rgba8(const Image& image) {
   Image result(image.width(), image.height(), 4, PixelType::kUint8);
   std::uint8_t* to = result.values<std::uint8_t>().data();
   with_number_type(colours.type(), [&]<class Value>() {
-    const auto from = colours.values<Value>();
+    const auto from = std::as_const(colours).values<Value>();
     for (std::size_t i = 0; i < colours.pixel_count(); ++i)
       set_rgba8(from.subspan(4 * i, 4), colours.full(), to + 4 * i);
   });

@@ -185,11 +185,12 @@ int error_for(const std::string& call) {
   return errors.at(call.substr(0, call.find(' ')));
 }
 
-/// The number of the call by which the last of the numbers came into its place.
-int place_of_commit(const std::vector<std::string>& calls, const std::string& last) {
-  for (std::size_t i = calls.size(); i-- > 0;)
-    if (calls[i].starts_with("rename ") && calls[i].ends_with(last)) return static_cast<int>(i) + 1;
-  return static_cast<int>(calls.size());
+/// Whether the last file had its name before the call at `place`, counted from 1; calls for memory differ by a few from
+/// run to run.
+bool was_committed(const std::vector<std::string>& calls, int place, const std::string& last) {
+  const auto end = calls.begin() + std::min<std::ptrdiff_t>(place - 1, std::ssize(calls));
+  return std::any_of(calls.begin(), end,
+                     [&](const std::string& call) { return call.starts_with("rename ") && call.ends_with(last); });
 }
 
 bool are_old_or_new(const Ending& ending, const Ending& whole, const std::map<std::string, std::string>& old) {
@@ -226,7 +227,6 @@ TEST_P(Faults, LeaveOldFilesOrNewOnes) {
   const Ending whole = run_with("0:0");
   ASSERT_THAT(whole.status, testing::AnyOf(0, 3)) << whole.printed;
   const std::vector<std::string> made = calls();
-  const int commit = place_of_commit(made, GetParam().last);
   ASSERT_EQ(run_with("0:0").numbers, whole.numbers) << "two runs differ";
   restore();
   const std::map<std::string, std::string> old = numbers();
@@ -236,7 +236,7 @@ TEST_P(Faults, LeaveOldFilesOrNewOnes) {
       SCOPED_TRACE("call " + std::to_string(place) + " of " + std::to_string(made.size()) + ": " + call + ", " + what);
       const Ending ending = run_with(std::to_string(place) + ":" + what);
       SCOPED_TRACE(ending.printed);
-      check(ending, whole, old, place > commit, what == "SIGINT", GetParam().together);
+      check(ending, whole, old, was_committed(calls(), place, GetParam().last), what == "SIGINT", GetParam().together);
     }
   }
 }
@@ -252,7 +252,7 @@ std::vector<Verb> verbs() {
   return {
       of("register", {}, "register a.csv b.csv -o out --threads 1", "--sigma 5%", "registration.json"),
       of("register_cohort", {}, "register three.tps -o out --threads 1", "--sigma 5%", "cohort.json"),
-      of("atlas", {}, "atlas three.tps -o out --threads 1 --max-iterations 3", "--sigma 5%", "atlas.json"),
+      of("atlas", {}, "atlas three.tps -o out --threads 1", "--sigma 5%", "atlas.json"),
       of("simulate", {}, "simulate --q 0,1 --p 1,0 --steps 5 -o out --threads 1 " + kLine, "--seed 2",
          "simulation.json"),
       of("ensemble", {}, "ensemble --q 0,1 --p 1,0 --steps 5 --time 1 --samples 128 -o out --threads 1 " + kLine,

@@ -135,6 +135,18 @@ void find_output(ConvertArguments& arguments) {
                                  arguments.output));
 }
 
+/// All but json count y of all shapes in one direction: that of the format, else that of the first shape.
+void put_in_one_direction(const formats::LandmarkFormat& format, formats::LandmarkFile& file,
+                          std::vector<std::string>& notes) {
+  const bool y_down = format.y_down.value_or(file.shapes.empty() || file.shapes.front().frame.y_down);
+  const auto reference = std::find_if(file.shapes.begin(), file.shapes.end(), [&](const Landmarks& shape) {
+    return shape.dimension() == 2 && shape.frame.y_down == y_down;
+  });
+  if (reference == file.shapes.end()) return;  // the writer converts all alike
+  const Landmarks first = *reference;
+  for (Landmarks& shape : file.shapes) shape = in_frame_of(first, shape, notes);
+}
+
 void convert(ConvertArguments arguments) {
   find_output(arguments);
   check_axes("--axes", arguments.axes);
@@ -143,8 +155,7 @@ void convert(ConvertArguments arguments) {
   check_output_file(arguments.output);
   formats::LandmarkFile file = read_inputs(arguments);
   std::vector<std::string> notes = std::move(file.warnings);
-  if (format.name == "csv")  // whose frame is that of all shapes
-    for (Landmarks& shape : file.shapes) shape = in_frame_of(file.shapes.front(), shape, notes);
+  if (format.name != "json") put_in_one_direction(format, file, notes);
   const Interrupt until_written;
   for (std::string& loss : write_landmarks(arguments.output, file, format.name)) notes.push_back(std::move(loss));
   print_notes(notes);

@@ -133,7 +133,6 @@ SourceImage RegisterArguments::source_image(Landmarks& shape, std::vector<std::s
   if (pixel_size) require_positive("--pixel-size", *pixel_size);
   const FrameOptions frame{pixel_size, parse_place("--origin", origin), std::nullopt};
   if (frame.say_units() && shape.dimension() == 2) shape.frame = frame_on(shape, frame, shape.frame);
-  if (frame.say_units()) shape.frame.says_units = true;
   if (image.empty()) {
     const auto named = picture_beside(shape);
     return named ? pulson::source_image(*named, frame, max_pixels, shape, notes) : SourceImage{};

@@ -137,17 +137,21 @@ FrameOptions options_of_result(const WarpArguments& arguments) {
 }
 
 // The frame that the result has before it is fitted to what it holds.
-void begin_result(const WarpArguments& arguments, const Landmarks& to, WarpFrames& frames) {
+void begin_result(const WarpArguments& arguments, const Landmarks& from, const Landmarks& to, WarpFrames& frames) {
   const FrameOptions options = options_of_result(arguments);
   if (!arguments.like.empty()) {
     PlacedPicture like =
         placed(read_picture(arguments.like, arguments.max_pixels), arguments.like, to, options, frames);
     frames.result = like.frame;
+    frames.orientation = like.picture.orientation();
     frames.like = std::move(like.picture);
   } else {
+    if (to.frame.orientation == Orientation::kDisplayed) frames.orientation = 1;
     const Frame& input = frames.input;
-    frames.result = frame_on(to, options, input);
     const bool knows_size = to.frame.width > 0 && to.frame.height > 0 && !options.say_units();
+    const bool is_of_one_size = from.frame.width == to.frame.width && from.frame.height == to.frame.height;
+    // On pictures of one size the result is a copy as the image is one.
+    frames.result = frame_on(to, options, knows_size && !is_of_one_size ? Frame{} : input);
     const auto pixels = [&](int size, std::size_t axis) {  // of the result, whose may be larger than the target's
       return std::max(
           1, static_cast<int>(std::lround(size * to.frame.unit_per_pixel[axis] / frames.result.unit_per_pixel[axis])));
@@ -171,7 +175,7 @@ WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registrat
                                {arguments.pixel_size, arguments.origin_of_image(), arguments.flip_y}, frames);
   picture = std::move(input.picture);
   frames.input = input.frame;
-  begin_result(arguments, to, frames);
+  begin_result(arguments, from, to, frames);
   frames.title = short_name(from) + " → " + short_name(to);
   add_landmarks(registration, to, frames);
   if (arguments.like.empty() && arguments.size.empty()) {

@@ -17,6 +17,7 @@ struct WarpFrames {
   int width = 0;
   int height = 0;
   std::optional<Picture> like;
+  std::optional<int> orientation;  ///< of the result's pixels, as EXIF and TIFF number it; none: that of the image
   std::array<int, 2> first_pixel{0, 0};  ///< of the result, in pixels of the image that the target was placed on
   std::string title;                     ///< of drawings: source → target
   Points landmarks_there;                ///< of the shape whose image the result is like, in its pixels

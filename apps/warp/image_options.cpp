@@ -18,8 +18,14 @@ namespace {
                   arguments.background, full > 1 ? fmt::format(", 0 to {}", full) : std::string()));
 }
 
-// The numbers of --background, one or three.
-std::vector<double> background_numbers(const WarpArguments& arguments, double full) {
+double least_value(images::PixelType type) {
+  double least = 0;
+  with_number_type(type, [&]<class Value>() { least = static_cast<double>(std::numeric_limits<Value>::lowest()); });
+  return least;
+}
+
+// The numbers of --background, one or three. @param least that a pixel may have
+std::vector<double> background_numbers(const WarpArguments& arguments, double least, double full) {
   std::vector<double> numbers;
   const char* at = arguments.background.data();
   const char* const end = at + arguments.background.size();
@@ -33,7 +39,8 @@ std::vector<double> background_numbers(const WarpArguments& arguments, double fu
   const double most = numbers.size() > 1 ? 255 : full;
   const bool is_brightness = numbers.size() > 1 || full > 1;
   for (const double number : numbers)
-    if (is_brightness && !(number >= 0 && number <= most)) refuse_background(arguments, full);
+    if (is_brightness && !(number >= (numbers.size() > 1 ? 0 : least) && number <= most))
+      refuse_background(arguments, full);
   if (numbers.size() != 1 && numbers.size() != 3) refuse_background(arguments, full);
   return numbers;
 }
@@ -74,7 +81,7 @@ std::vector<double> fill_of(const WarpArguments& arguments, const images::Page& 
   const auto colours = static_cast<std::size_t>(format.colours());
   const bool is_dark = page.about.white_is_zero || page.about.is_cmyk;
   if (!arguments.background.empty()) {
-    const std::vector<double> numbers = background_numbers(arguments, full);
+    const std::vector<double> numbers = background_numbers(arguments, least_value(format.type), full);
     for (std::size_t c = 0; c < colours; ++c)
       fill[c] = numbers.size() == 1 ? numbers[0] : numbers[std::min<std::size_t>(c, 2)] * full / 255;
     if (numbers.size() == 3 && page.about.has_palette()) fill[0] = nearest_colour(page.about, numbers);

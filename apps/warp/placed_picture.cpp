@@ -172,7 +172,8 @@ void check_places(const Landmarks& landmarks, const FrameOptions& options, const
 
 Frame frame_on(const Landmarks& landmarks, const FrameOptions& options, const Frame& otherwise) {
   Frame frame = otherwise;
-  if (landmarks.frame.says_units) {
+  const Frame& own = landmarks.frame;  // `register --pixel-size` sets units that the file does not say
+  if (own.says_units || own.unit_per_pixel != std::array{1.0, 1.0} || own.origin != std::array{0.0, 0.0}) {
     frame.unit_per_pixel = landmarks.frame.unit_per_pixel;
     frame.origin = landmarks.frame.origin;
     frame.says_units = true;

@@ -13,6 +13,7 @@
 #include "core/shape_frames.hpp"
 #include "core/text.hpp"
 #include "formats/carriers/carried_file.hpp"
+#include "formats/frame_text.hpp"
 #include "formats/shape_address.hpp"
 #include "jobs.hpp"
 #include "points_frame.hpp"
@@ -163,7 +164,7 @@ void write_carried(const formats::CarriedFile& carried, const Landmarks& moved, 
                    const std::string& out) {
   std::vector<std::string> said_before;
   const Points points = in_frame_of(carried.shape, moved, said_before).points;
-  write_file_atomically(out, carried.with(points, normals));
+  write_file_atomically(out, formats::with_frame_comment(carried.with(points, normals), moved.frame));
 }
 
 }  // namespace
@@ -216,7 +217,7 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
   const Landmarks after_map = file.shapes.front();
   for (std::size_t s = 0; s < own.size(); ++s) {
     frame.leave(file.shapes[s], own[s]);
-    if (arguments.flip_y) file.shapes[s].frame = Frame{.y_down = false};  // not what the format says of itself
+    if (arguments.flip_y && !input.carried) file.shapes[s].frame = Frame{.y_down = false};  // not as the format has it
   }
   for (Landmarks& shape : file.shapes) {  // they lie on another image now
     shape.image.clear();

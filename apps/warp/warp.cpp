@@ -1,5 +1,6 @@
 // `pulson warp`: the map of a registration applied to an image or to landmarks.
 
+#include <algorithm>
 #include <filesystem>
 #include <iterator>
 #include <memory>
@@ -69,6 +70,19 @@ WarpResult warped(const Picture& picture, const images::ImageWarp& warp, const m
   return {warp_image(pages_of(picture), warp, options), {}, {}, warp.landmark_error()};
 }
 
+// What the file said of its pixels' places is of the result's only where these have not moved.
+void describe_result(const WarpArguments& arguments, const WarpFrames& frames, images::PageMetadata& about) {
+  if (frames.orientation) about.orientation = *frames.orientation;
+  if (frames.first_pixel == std::array{0, 0} && arguments.like.empty()) return;
+  constexpr std::uint32_t kOfMaps[] = {33550, 33922, 34264, 34735, 34736, 34737};  // GeoTIFF
+  const auto dropped = std::erase_if(about.tiff_tags, [&](const images::TiffTag& tag) {
+    return std::find(std::begin(kOfMaps), std::end(kOfMaps), tag.tag) != std::end(kOfMaps);
+  });
+  if (dropped > 0)
+    print_note(fmt::format("{}: the place on the map that {} says is left out, for the result begins elsewhere",
+                           arguments.out, arguments.input));
+}
+
 // All pages; what is drawn shows the first.
 void write_result(const WarpArguments& arguments, const Picture& picture, const WarpFrames& frames,
                   WarpResult& result) {
@@ -76,6 +90,7 @@ void write_result(const WarpArguments& arguments, const Picture& picture, const 
   std::move(result.more.begin(), result.more.end(), std::back_inserter(images));
   result.more.clear();
   std::vector<images::Page> pages = pages_with(picture, std::move(images));
+  for (images::Page& page : pages) describe_result(arguments, frames, page.about);
   result.image = shown(pages.front());
   write_picture(arguments.out, std::move(pages), frames.result);
 }

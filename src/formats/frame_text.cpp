@@ -86,19 +86,43 @@ std::string frame_text(const Frame& frame) {
   return text;
 }
 
-std::optional<Frame> frame_in_comments(const std::string& path, std::string_view text) {
-  std::size_t number = 0;
+namespace {
+
+// A line that is a comment `# frame: …` among the comments that a table begins with.
+struct FrameLine {
+  std::size_t number = 0;       // from 1
+  std::string_view line, text;  // all of it, and what follows `frame:`
+};
+
+std::optional<FrameLine> find_frame_line(std::string_view text) {
   const char end = io::line_end_of(text);
   text = io::without_byte_order_mark(text);
-  while (!text.empty()) {
-    ++number;
-    std::string_view line = io::trim(io::take_line(text, end));
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::string_view whole = io::take_line(text, end);
+    std::string_view line = io::trim(whole);
     if (line.empty()) continue;
     if (!line.starts_with('#')) return std::nullopt;
     line = io::trim(line.substr(1));
-    if (line.starts_with(kFrameComment)) return frame_of_words(path, number, line.substr(kFrameComment.size()));
+    if (line.starts_with(kFrameComment)) return FrameLine{number, whole, line.substr(kFrameComment.size())};
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Frame> frame_in_comments(const std::string& path, std::string_view text) {
+  const std::optional<FrameLine> found = find_frame_line(text);
+  if (!found) return std::nullopt;
+  return frame_of_words(path, found->number, found->text);
+}
+
+std::string with_frame_comment(std::string text, const Frame& frame) {
+  const std::optional<FrameLine> found = find_frame_line(text);
+  if (!found) return text;
+  const auto begin = static_cast<std::size_t>(found->line.data() - text.data());
+  const std::string said = frame_text(frame);
+  return text.replace(begin, found->line.size(),
+                      fmt::format("# {}{}{}", kFrameComment, said.empty() ? " y=down" : " ", said));
 }
 
 Json frame_json(const Frame& frame) {

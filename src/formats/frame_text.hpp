@@ -22,6 +22,9 @@ std::string frame_text(const Frame& frame);
 /// The frame that the first comment `# frame: …` of a table says. @throws InputError "path:line: ..." where it is wrong
 std::optional<Frame> frame_in_comments(const std::string& path, std::string_view text);
 
+/// The text of a table with this frame in place of what its comment `# frame: …` says; as it is where it has none.
+std::string with_frame_comment(std::string text, const Frame& frame);
+
 /// {unit_per_pixel, origin, y_down, orientation, width, height}; sizes that are not known are null.
 Json frame_json(const Frame& frame);
 Frame read_frame(const JsonValue& json);

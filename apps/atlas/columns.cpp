@@ -57,12 +57,17 @@ NameList names_in_column(const Address& address, const std::vector<CsvRecord>& r
   return list;
 }
 
-// Whether the header says that a column names specimens or their pictures.
-bool is_of_names(const std::string& name) {
+// What the header says of a column, the most telling first.
+enum class Telling : unsigned char { kNames, kRowNames, kNothing };
+
+// Of names of specimens or their pictures; without a name, as R and pandas number or name the rows.
+Telling telling_of(const std::string& name) {
+  if (name.empty()) return Telling::kRowNames;
   const std::optional<formats::ColumnMeaning> meaning = formats::meaning_of(name);
-  if (name.empty()) return true;  // R's row names
-  return meaning && (meaning->role == formats::ColumnRole::kSpecimen ||
-                     (meaning->role == formats::ColumnRole::kLabel && meaning->rank != formats::kIndexRank));
+  const bool names =
+      meaning && (meaning->role == formats::ColumnRole::kSpecimen ||
+                  (meaning->role == formats::ColumnRole::kLabel && meaning->rank != formats::kIndexRank));
+  return names ? Telling::kNames : Telling::kNothing;
 }
 
 // Whether it may name rows: texts, all different.
@@ -111,10 +116,18 @@ class SpecimenRows {
 
   std::vector<int> find(bool by_order, std::vector<std::string>& notes) const {
     if (by_order) return in_order();
-    RowNames best = best_column(true);
-    if (best.match.matched() == 0 && best.match.problem.empty()) best = best_column(false);
-    if (best.match.matched() == 0 && best.match.problem.empty()) return without_names();
-    check(best);
+    RowNames best;
+    for (const Telling telling : {Telling::kNames, Telling::kRowNames, Telling::kNothing}) {
+      best = best_column(telling);
+      if (best.match.matched() == 0 && best.match.problem.empty()) continue;
+      check(best);
+      if (telling != Telling::kNames)
+        notes.push_back(fmt::format(
+            "{}: rows belong to shapes by {}", address_.file,
+            best.column.empty() ? "the first column, which has no name" : "the column " + io::in_quotes(best.column)));
+      break;
+    }
+    if (best.match.matched() == 0) return without_names();
     if (!best.match.note.empty()) notes.push_back(best.match.note);
     if (const std::size_t spare = rows_.size() - shapes_.size(); spare > 0)
       notes.push_back(fmt::format("{}: {} {} to no shape and {} not used", address_.file, io::counted(spare, "row"),
@@ -131,14 +144,23 @@ class SpecimenRows {
     return all;
   }
 
-  RowNames best_column(bool of_names) const {
+  // Of columns that say nothing those of words: numbers may be ages.
+  bool may_name_rows(std::size_t column, Telling telling) const {
+    if (column == asked_ || telling_of(header_.fields[column]) != telling) return false;
+    return telling != Telling::kNothing || are_names(names_in_column(address_, rows_, column));
+  }
+
+  RowNames best_column(Telling telling) const {
     RowNames best;
     for (std::size_t column = 0; column < header_.fields.size(); ++column) {
-      if (column == asked_ || is_of_names(header_.fields[column]) != of_names) continue;
+      if (!may_name_rows(column, telling)) continue;
       for (std::string Landmarks::*const name : {&Landmarks::name, &Landmarks::image}) {
         RowNames found{{}, names_of(shapes_, name), names_in_column(address_, rows_, column), header_.fields[column]};
         found.match = match_names(found.specimens, found.rows, NameKind::kSpecimens);
         const bool is_better = found.score() > best.score();
+        if (found.score() == best.score() && found.match.matched() > 0 && found.match.partners != best.match.partners)
+          best.match.problem = fmt::format("{}: the columns {} and {} both hold names of the shapes, in other rows",
+                                           address_.file, io::in_quotes(best.column), io::in_quotes(found.column));
         if (is_better || (best.specimens.names.empty() && !found.match.problem.empty())) best = std::move(found);
       }
     }
@@ -187,14 +209,30 @@ class SpecimenRows {
   const std::vector<Landmarks>& shapes_;
 };
 
+// R names the rows in a column for which its header has no field.
+void name_rows(const std::string& file, std::vector<CsvRecord>& records) {
+  CsvRecord& header = records.front();
+  const auto is_longer = [&](const CsvRecord& row) { return row.fields.size() == header.fields.size() + 1; };
+  if (std::all_of(records.begin() + 1, records.end(), is_longer)) {
+    header.fields.insert(header.fields.begin(), "");
+    for (auto& [column, text] : header.padded) ++column;
+    return;
+  }
+  for (const CsvRecord& row : records)
+    if (row.fields.size() > header.fields.size())
+      io::fail(file, row.line,
+               fmt::format("has {} fields, more than the {} of the header", row.fields.size(), header.fields.size()));
+}
+
 }  // namespace
 
 std::vector<std::string> column_of_table(const SpecimenTable& table, const std::vector<Landmarks>& shapes,
                                          std::vector<std::string>& notes) {
   const Address address = parse_address(table.address, table.option);
   const std::string contents = io::read_text_file(address.file);
-  const std::vector<CsvRecord> records = formats::csv_records(address.file, contents);
+  std::vector<CsvRecord> records = formats::csv_records(address.file, contents);
   if (records.size() < 2) throw InputError(fmt::format("{}: there are no rows below a header", address.file));
+  name_rows(address.file, records);
   const std::size_t column = find_column(records.front(), address);
   std::vector<std::string> values;
   for (const int row : SpecimenRows(address, records, column, shapes).find(table.by_order, notes))

@@ -8,6 +8,7 @@
 #include "program.hpp"
 #include "pulson/formats/landmark_files.hpp"
 #include "pulson/images/image.hpp"
+#include "pulson/images/pages.hpp"
 
 namespace pulson {
 namespace {
@@ -175,6 +176,55 @@ TEST_F(FramesProgram, OfConvertedFilesAreThoseOfTheFormat) {
   expect_refused("convert a.tps a.csv -o both.csv", "and the height of the picture of a.csv is not known");
 }
 
+// Points in pixels through a registration in centimetres, and back.
+TEST_F(FramesProgram, OfPointsInOtherUnitsAreConverted) {
+  write_image("other.png", photo());
+  done("register a.tps b.tps -o scaled --scale apply --no-picture -q");
+  write("points.json",
+        R"({"version": "5", "shapes": [{"label": "a", "points": [[80, 10]], "shape_type": "point"}],
+            "imagePath": "other.png", "imageData": null, "imageWidth": 90, "imageHeight": 60})");
+  EXPECT_THAT(done("warp scaled points.json -o moved.csv").err, HasSubstr("converted"));
+  const Landmarks moved = formats::read_landmarks("moved.csv");
+  EXPECT_NEAR(moved.points(0, 0), 78, 0.2);
+  EXPECT_NEAR(moved.points(1, 0), 8, 0.2);
+  done("warp scaled a.tps -o moved.tps -q");
+  EXPECT_NEAR(formats::read_landmarks("moved.tps").points(0, 1), 78, 0.2);
+  done("register a.tps b.tps -o pixels --no-picture -q");
+  write("cm.csv", "# frame: y=up unit=0.05\nx,y\n4,2.5\n");
+  done("warp pixels cm.csv -o cm_moved.csv -q");
+  EXPECT_NEAR(formats::read_landmarks("cm_moved.csv").points(0, 0), 0.05 * 78, 0.01);
+  // What an option said of the picture is no unit of the landmarks' file.
+  done("register a.csv b.csv -o option --image photo.png --pixel-size 1 --no-picture -q");
+  done("warp option a.csv -o again.csv -q");
+  EXPECT_NEAR(formats::read_landmarks("again.csv").points(0, 1), 78, 0.2);
+}
+
+TEST_F(FramesProgram, OfMovedPointsAreOfTheTargetsPicture) {
+  write("s.csv", "# frame: y=down size=90x60\nx,y\n10,8\n80,10\n75,50\n12,52\n40,30\n");
+  write("t.csv", "# frame: y=down size=180x120\nx,y\n20,16\n160,20\n150,100\n24,104\n80,60\n");
+  done("register s.csv t.csv -o out --no-picture -q");
+  done("warp out s.csv -o m.csv -q");
+  EXPECT_THAT(contents("m.csv"), HasSubstr("# frame: y=down size=180x120\n"));
+  done("warp out m.csv --inverse -o back.csv -q");
+  EXPECT_THAT(contents("back.csv"), HasSubstr("# frame: y=down size=90x60\n"));
+  write("up.csv", "# frame: y=up size=90x60\nx,y\n10,52\n");
+  done("warp out up.csv -o up_moved.csv -q");
+  EXPECT_THAT(contents("up_moved.csv"), HasSubstr("# frame: y=up size=180x120\n"));
+  EXPECT_NEAR(formats::read_landmarks("up_moved.csv").points(1, 0), 120 - 16, 0.5);
+  write("turned.csv", "# frame: y=down size=60x90\nx,y\n10,52\n");
+  expect_refused("warp out turned.csv -o m.csv", "the one is turned against the other");
+}
+
+TEST_F(FramesProgram, OfJoinedFilesAreOfOneDirection) {
+  write("s.csv", "# frame: y=down size=90x60\nx,y\n10,8\n80,10\n");
+  write("u.csv", "# frame: y=up size=90x60\nx,y\n10,52\n80,50\n");
+  done("convert s.csv u.csv -o both.npy -q");
+  const formats::LandmarkFile both = formats::read_landmark_file("both.npy");
+  ASSERT_EQ(both.shapes.size(), 2U);
+  EXPECT_LE((both.shapes[0].points - both.shapes[1].points).norm(), 1e-12);
+  expect_refused("convert a.csv b.tps -o mixed.tps", "and the height of the picture of a.csv is not known");
+}
+
 // ---- the canvas
 
 TEST_F(FramesProgram, OfTheResultHoldTheTargetAndTheWarpedImage) {
@@ -257,6 +307,34 @@ TEST_F(FramesProgram, OfCopiesOfAnotherSizeAreFoundByTheSize) {
   expect_same_picture("copy.png", "alone.png");
   write_image("square.png", photo(70, 70));
   expect_refused("warp out square.png -o w.png", "it is another picture");
+}
+
+// A target on another picture has its own size, however the image was reduced.
+TEST_F(FramesProgram, OfResultsAreThoseOfTheTargetsPicture) {
+  write("large.csv", "# frame: y=down size=900x600\nx,y\n100,80\n800,100\n750,500\n120,520\n400,300\n");
+  write("small.csv", "# frame: y=down size=90x60\nx,y\n10,8\n80,10\n75,50\n12,52\n40,30\n");
+  done("register large.csv small.csv -o out --no-picture -q");
+  done("warp out photo.png -o w.png -q");
+  EXPECT_NEAR(images::read_image("w.png").width(), kWide, 1);
+  EXPECT_NEAR(images::read_image("w.png").height(), kHigh, 1);
+}
+
+TEST_F(FramesProgram, OfTurnedPicturesGoWithThePixels) {
+  images::Page page{photo(), {}};
+  page.about.orientation = 6;
+  write_pages("turned.tif", std::vector{page});
+  done("register a.csv b.csv -o rows --no-picture -q");
+  done("warp rows turned.tif -o stored.tif --size 90x60 -q");
+  EXPECT_EQ(images::read_pages("stored.tif").pages.front().about.orientation, 6);
+  done("warp rows turned.tif --like photo.png -o like.tif -q");
+  EXPECT_EQ(images::read_pages("like.tif").pages.front().about.orientation, 1) << "its pixels are those of photo.png";
+  write("shown.csv", "# frame: y=down size=60x90 orientation=displayed\nx,y\n10,8\n50,10\n45,80\n12,70\n30,40\n");
+  done("register shown.csv shown.csv -o shown --no-picture -q");
+  done("warp shown turned.tif -o shown.tif -q");
+  const images::PictureFile shown = images::read_pages("shown.tif");
+  EXPECT_EQ(shown.pages.front().about.orientation, 1);
+  EXPECT_EQ(shown.pages.front().image.width(), kHigh);
+  EXPECT_EQ(shown.pages.front().image.height(), kWide);
 }
 
 // What is drawn is what is warped.

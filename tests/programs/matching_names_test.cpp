@@ -153,6 +153,35 @@ TEST_F(MatchingNames, GivesSpecimensTheirRows) {
   }
 }
 
+// As R and pandas write tables: with the number of each row, or its name, before the columns.
+TEST_F(MatchingNames, TakesAColumnOfNamesBeforeNumbersOfRows) {
+  write_cohort({"1", "2", "3", "4", "5"});
+  write("sizes.csv", R"("","id","size"
+"1","4",4
+"2","1",1
+"3","5",5
+"4","2",2
+"5","3",3
+)");
+  ASSERT_THAT(atlas().exit_code, testing::AnyOf(0, 3));
+  EXPECT_EQ(covariates(), (std::vector<double>{1, 2, 3, 4, 5}));
+  write_cohort({"A", "B", "C", "D", "E"});
+  write("sizes.csv", "age size\nC 7 3\nA 9 1\nB 5 2\nE 6 5\nD 8 4\n");
+  EXPECT_THAT(atlas().err, HasSubstr("rows belong to shapes by the first column, which has no name"));
+  EXPECT_EQ(covariates(), (std::vector<double>{1, 2, 3, 4, 5}));
+}
+
+TEST_F(MatchingNames, RefusesTablesWhoseKeyOrWidthIsInDoubt) {
+  write_cohort({"A", "B", "C", "D", "E"});
+  write("sizes.csv", "one,two,size\nA,B,1\nB,C,2\nC,D,3\nD,E,4\nE,A,5\n");
+  EXPECT_THAT(atlas().err, HasSubstr("the columns 'one' and 'two' both hold names of the shapes"));
+  write("sizes.csv", "id,age,size\nA,7,1\nB,6,2,9\nC,5,3\nD,4,4\nE,3,5\n");
+  EXPECT_THAT(atlas().err, HasSubstr("sizes.csv:3: has 4 fields, more than the 3 of the header"));
+  write_cohort({"1", "2", "3", "4", "5"});
+  write("sizes.csv", "age,size\n1,4\n2,5\n3,6\n4,7\n5,8\n");
+  EXPECT_THAT(atlas().err, HasSubstr("no column holds the names of the shapes"));
+}
+
 // A covariate that looks like the numbers in the names is no key.
 TEST_F(MatchingNames, RefusesATableWithAMisspeltName) {
   write_cohort({"S1", "S2", "S3", "S4", "S5"});

@@ -256,7 +256,7 @@ class Matcher {
     return trial.pair_by(keys, other_keys);
   }
 
-  // Numbers that all names share may be what tells these apart from others: `1-11` is not `11-1`.
+  // Numbers that all names share may be what distinguishes these from others: `1-11` is not `11-1`.
   static bool has_word(const Affixes& shared) {
     const std::string text = shared.prefix + shared.suffix;
     return std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::isalpha(c) != 0 || c >= 0x80U; });

@@ -117,7 +117,7 @@ Grid read_meta_image(const std::string& path, std::string_view text, const GridL
 
 namespace {
 
-/// Whether points are where MetaImage puts them unless it is told: one unit apart from 0.
+/// Whether points are where MetaImage puts them unless the header says otherwise: one unit apart, from 0.
 bool has_usual_places(const Grid& field) {
   const auto are_all = [](const std::vector<double>& values, double value) {
     return std::all_of(values.begin(), values.end(), [value](double each) { return each == value; });

@@ -35,7 +35,7 @@ nlohmann::json parse_json(const std::string& path, std::string_view text);
 /// The same with its keys in their order.
 Json parse_ordered_json(const std::string& path, std::string_view text);
 
-/// The keys of JSON at the outer levels, found without parsing it: what tells formats apart.
+/// The keys of JSON at the outer levels, found without parsing it, by which formats are distinguished.
 class JsonKeys {
  public:
   explicit JsonKeys(std::string_view text);

@@ -24,8 +24,9 @@ enum class PairBy : unsigned char { kNames, kOrder };
 /// Pairs by names, as match_names() does: by labels, or by the numbers of a file that numbers its landmarks. Where
 /// neither shape has names, or both have the same in the same order, by order, which requires equal numbers of
 /// landmarks. The names of one shape alone pair where they are numbers, which those of the other then have by their
-/// order; else as many landmarks pair by order, with a note. Labels that repeat within an outline name nothing. Landmarks of one side only are left out. Adds to `notes`,
-/// one line each, how names were matched, that the order differs, and that landmarks are left out, which.
+/// order; else as many landmarks pair by order, with a note. Labels that repeat within an outline name nothing.
+/// Landmarks of one side only are left out. Adds to `notes`, one line each, how names were matched, that the order
+/// differs, and that landmarks are left out, which.
 /// @throws InputError where fewer than half of the smaller shape's landmarks, or fewer than two, have a partner, one
 /// shape of another number of landmarks has no names, or names do not say which correspond; where pairs by order have
 /// different numbers

@@ -11,22 +11,6 @@
 namespace pulson::matching {
 namespace {
 
-// Cubic interpolation between the nodes, which are four or more.
-std::vector<Points> with_halves(const std::vector<Points>& nodes) {
-  std::vector<Points> finer{nodes.front()};
-  const auto last = nodes.size() - 1;
-  for (std::size_t k = 0; k < last; ++k) {
-    if (k == 0)
-      finer.emplace_back((5 * nodes[0] + 15 * nodes[1] - 5 * nodes[2] + nodes[3]) / 16);
-    else if (k + 1 == last)
-      finer.emplace_back((5 * nodes[last] + 15 * nodes[last - 1] - 5 * nodes[last - 2] + nodes[last - 3]) / 16);
-    else
-      finer.emplace_back((9 * (nodes[k] + nodes[k + 1]) - nodes[k - 1] - nodes[k + 2]) / 16);
-    finer.push_back(nodes[k + 1]);
-  }
-  return finer;
-}
-
 // At the middles of half steps, from those of whole ones.
 std::vector<Points> momenta_of_halves(const DiscretePath& path) {
   std::vector<Points> halves;
@@ -48,7 +32,7 @@ bool is_accurate(const MatchingProblem& problem, const PathSolution& solution) {
   const DiscretePath& path = solution.path;
   if (path.grid.steps < 3) return true;
   const EffectiveHamiltonian system(problem.system, problem.lambda);
-  const std::vector<Points> nodes = with_halves(path.nodes);
+  const std::vector<Points> nodes = resampled(path.nodes, 2 * path.grid.steps);
   const std::vector<Points> momenta = momenta_of_halves(path);
   std::vector<double> energies(momenta.size());
   parallel_for(2 * path.grid.steps, [&](int step) {

@@ -83,6 +83,26 @@ std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const Time
   return path;
 }
 
+// By the polynomial through the four nodes nearest, or as many as there are.
+std::vector<Points> resampled(const std::vector<Points>& nodes, int steps) {
+  const int last = static_cast<int>(nodes.size()) - 1;
+  const int degree = std::min(3, last);
+  std::vector<Points> samples;
+  for (int k = 0; k <= steps; ++k) {
+    const double time = static_cast<double>(k) * last / steps;
+    const int first = std::clamp(static_cast<int>(time) - 1, 0, last - degree);
+    Points sample = Points::Zero(nodes.front().rows(), nodes.front().cols());
+    for (int i = 0; i <= degree; ++i) {
+      double part = 1;
+      for (int j = 0; j <= degree; ++j)
+        if (j != i) part *= (time - first - j) / (i - j);
+      if (part != 0) sample += part * nodes[static_cast<std::size_t>(first + i)];
+    }
+    samples.push_back(std::move(sample));
+  }
+  return samples;
+}
+
 Points own_velocities(const EffectiveHamiltonian& system, const PhaseState& at) {
   const StochasticSystem& parts = system.system();
   Points v = regularisation(parts.kernel) * at.p;

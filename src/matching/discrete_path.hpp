@@ -43,6 +43,9 @@ std::optional<DiscretePath> along(const EffectiveHamiltonian& system, const Time
 /// where others are, so that it has no field over space, what the controls λh(q, p) make it do.
 Points own_velocities(const EffectiveHamiltonian& system, const PhaseState& at);
 
+/// The nodes of the same path in `steps` steps, by cubic interpolation in time.
+std::vector<Points> resampled(const std::vector<Points>& nodes, int steps);
+
 /// The fields of a path.
 StepFields fields_of(const EffectiveHamiltonian& system, const DiscretePath& path);
 

@@ -14,16 +14,36 @@ LandmarkBlock symmetric_root(const MatrixXd& m) {
          eigen.eigenvectors().transpose();
 }
 
-Points by_blocks(const MatrixXd& blocks, const Points& v, bool transposed) {
-  const Index d = v.rows();
-  Points moved(d, v.cols());
+namespace {
+
+template <int D>
+Points by_blocks_of(const MatrixXd& blocks, const Points& v, bool transposed) {
+  using Fixed = Eigen::Matrix<double, D, D>;
+  using Vector = Eigen::Matrix<double, D, 1>;
+  Points moved(D, v.cols());
   for (Index a = 0; a < v.cols(); ++a) {
+    const Eigen::Map<const Fixed> matrix(blocks.col(a).data());
+    const Eigen::Map<const Vector> from(v.col(a).data());
+    Eigen::Map<Vector> to(moved.col(a).data());
     if (transposed)
-      moved.col(a) = block(blocks, a, d).transpose() * v.col(a);
+      to.noalias() = matrix.transpose() * from;
     else
-      moved.col(a) = block(blocks, a, d) * v.col(a);
+      to.noalias() = matrix * from;
   }
   return moved;
+}
+
+}  // namespace
+
+Points by_blocks(const MatrixXd& blocks, const Points& v, bool transposed) {
+  switch (v.rows()) {
+    case 1:
+      return by_blocks_of<1>(blocks, v, transposed);
+    case 2:
+      return by_blocks_of<2>(blocks, v, transposed);
+    default:
+      return by_blocks_of<3>(blocks, v, transposed);
+  }
 }
 
 Points half_step(const MatrixXd& gradients, double dt, const Points& v, bool transposed) {

@@ -65,8 +65,7 @@ class PathSearch {
   PathSolution run(const StepFields* start, Finish finish) {
     finish_ = finish;
     at_rest_ = problem_.data->value(problem_.source);
-    first_inflation_ =
-        std::max(1.0, kFirstPart * std::sqrt(2 * at_rest_ / static_cast<double>(problem_.source.cols())));
+    first_inflation_ = softest();
     if (start == nullptr || !begin_in(*start)) {
       begin_at_rest();
       if (at_rest_ < kNoCost) return equal_shapes();
@@ -78,13 +77,19 @@ class PathSearch {
     return search();
   }
 
-  PathSolution run(DiscretePath path) {
-    finish_ = Finish::kShootable;
+  PathSolution run(DiscretePath path, Finish finish) {
+    finish_ = finish;
+    at_rest_ = problem_.data->value(problem_.source);
+    first_inflation_ = softest();
     path_ = std::move(path);
     return search();
   }
 
  private:
+  double softest() const {
+    return std::max(1.0, kFirstPart * std::sqrt(2 * at_rest_ / static_cast<double>(problem_.source.cols())));
+  }
+
   PathSolution equal_shapes() {
     relative_ = 0;
     stop(true, reason_at_rest(problem_));
@@ -377,8 +382,9 @@ std::string reason_at_rest(const MatchingProblem& problem) {
   return is_equal ? "the shapes are equal" : "the shapes do not differ beyond sigma";
 }
 
-PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path) {
-  return PathSearch(problem, options).run(std::move(path));
+PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path,
+                           Finish finish) {
+  return PathSearch(problem, options).run(std::move(path), finish);
 }
 
 namespace {

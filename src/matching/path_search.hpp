@@ -12,6 +12,12 @@ enum class Finish {
   kRoundOff    ///< and the gradient vanishes as far as round-off lets it
 };
 
+/// A minimum that some of several searches ended at.
+struct Minimum {
+  double total = 0;  ///< J
+  int found = 0;     ///< by so many searches
+};
+
 /// What a search over paths found.
 struct PathSolution {
   DiscretePath path;
@@ -25,6 +31,7 @@ struct PathSolution {
   int iterations = 0;
   int evaluations = 0;
   double relative_gradient = 0;
+  std::vector<Minimum> minima;  ///< of search_globally()
 };
 
 /// Fills in what follows from the path of a solution, its grid, nodes, middles and energy: p0, increments, states, cost
@@ -41,7 +48,8 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
 /// large beside their differences.
 std::string reason_at_rest(const MatchingProblem& problem);
 
-/// The same, to Finish::kShootable, from a path that is the minimum of a problem that differs in the data alone.
-PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path);
+/// The same from a path, such as the minimum of a problem that differs in the data alone.
+PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path,
+                           Finish finish = Finish::kShootable);
 
 }  // namespace pulson::matching

@@ -89,7 +89,7 @@ void print_summary(const records::EnsembleRun& run) {
              sums.paths.no_root, sums.paths.momentum_bound, short_number(run.options.momentum_bound), sums.paths.tie);
   if (run.shape.dimension() == 1 && run.shape.count() > 1 && sums.paths.clean > 0) {
     const Estimate crossing = sums.crossing_probability();
-    print_text("crossing   {} of the clean paths end in a different order; {:.4f} were in one at some step\n",
+    print_text("crossing   {} of the clean paths end in a different order; {:.4g} were in one at some step\n",
                probability_text(crossing, sums.paths.clean),
                static_cast<double>(sums.crossing.ever) / static_cast<double>(sums.paths.clean));
   }

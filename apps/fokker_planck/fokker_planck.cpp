@@ -16,6 +16,7 @@
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
+#include "shell/probability_text.hpp"
 #include "shell/run_results.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
@@ -181,7 +182,7 @@ charts::Chart chart_of(const Problem& problem, const fokker_planck::PairCrossing
     panel.log_x = true;
     for (charts::Series& series : panel.series) series = on_log_axis(series);
   }
-  return {.title = fmt::format("The pair crosses with probability {:.3f}", crossing.probability),
+  return {.title = fmt::format("The pair crosses with probability {:.3g}", crossing.probability),
           .subtitle = fmt::format("{}  ·  {}  ·  q = {:g}, {:g}, p = {:g}, {:g}", problem.start.system.noise->spec(),
                                   problem.equation.kernel.spec(3), problem.equation.q1, problem.equation.q2,
                                   problem.equation.p1, problem.equation.p2),
@@ -223,8 +224,10 @@ std::vector<std::string> warnings_of(const fokker_planck::PairCrossing& crossing
                                      const FokkerPlanckArguments& arguments) {
   std::vector<std::string> warnings;
   if (!crossing.converged)
-    warnings.push_back(fmt::format("the stated error {:.1e} is above the tolerance {:.1e}; more --grids may help",
-                                   crossing.error, arguments.options.tolerance));
+    warnings.push_back(
+        fmt::format("the stated error {:.1e} is above --tolerance {:g} times the probability {:.3g}; more "
+                    "--grids may help",
+                    crossing.error, arguments.options.tolerance, crossing.probability));
   if (!sampled.empty() && sampled.back().paths < arguments.samples)
     warnings.push_back(fmt::format("{} of {} sample paths are not clean and do not count; a smaller --dt may help",
                                    arguments.samples - sampled.back().paths, arguments.samples));
@@ -258,9 +261,9 @@ int run_fokker_planck(const FokkerPlanckArguments& arguments) {
   results.finish();
   print_notes(problem.start.notes);
   if (arguments.output.prints()) {
-    print_text("crossing   {:.5f} ± {:.1e} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
-               crossing.probability, crossing.error, arguments.time, crossing.gap_points, crossing.momentum_lines,
-               crossing.steps, crossing.seconds);
+    print_text("crossing   {} at t = {:.4g}, on a grid of {} gaps and {} momenta, {} steps, {:.2f} s\n",
+               value_with_error(crossing.probability, crossing.error), arguments.time, crossing.gap_points,
+               crossing.momentum_lines, crossing.steps, crossing.seconds);
     if (!sampled.empty())
       print_text("sampled    {}, {} paths, dt = {:.4g}\n", sampled.back().text(), arguments.samples, grid.dt());
     results.print_written();
@@ -277,7 +280,8 @@ void add_fokker_planck_verb(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<FokkerPlanckArguments>();
   arguments->start.add_to(*verb);
   verb->add_option("--time", arguments->time, "length T of the time interval")->capture_default_str();
-  verb->add_option("--tolerance", arguments->options.tolerance, "grids are refined until the stated error is below it")
+  verb->add_option("--tolerance", arguments->options.tolerance,
+                   "grids are refined until the stated error is below this part of the probability")
       ->capture_default_str();
   verb->add_option("--grids", arguments->options.most_grids, "refine no further than this, at least 2")
       ->capture_default_str();

@@ -16,9 +16,9 @@ constexpr std::size_t kMostTimes = 51;  // of the table
 std::string lead(const PairFacts& facts) {
   const fokker_planck::PairCrossing& crossing = facts.crossing;
   std::string text = fmt::format(
-      "By t = {:.4g} the pair has changed its order with probability {:.5f}, by the pair equation on a grid; "
-      "the stated error is {:.1e}.",
-      facts.equation.time, crossing.probability, crossing.error);
+      "By t = {:.4g} the pair has changed its order with probability {}, by the pair equation on a grid, with "
+      "the stated error.",
+      facts.equation.time, value_with_error(crossing.probability, crossing.error));
   if (!facts.sampled.empty()) {
     text += fmt::format(" {} sample paths: {}.", facts.samples, facts.sampled.back().text());
   }
@@ -48,7 +48,7 @@ html::ReportTable grids(const fokker_planck::PairCrossing& crossing) {
       {"grid", "probability", "change"}, {}, "Each grid has half the spacing and time step of the one before."};
   for (std::size_t i = 0; i < crossing.grids.size(); ++i)
     table.rows.push_back({{fmt::to_string(i + 1)},
-                          {fmt::format("{:.6f}", crossing.grids[i])},
+                          {report_number(crossing.grids[i], 6)},
                           {i > 0 ? fmt::format("{:.1e}", crossing.grids[i] - crossing.grids[i - 1]) : ""}});
   return table;
 }
@@ -59,12 +59,11 @@ html::ReportTable over_time(const PairFacts& facts) {
   if (!facts.sampled.empty()) table.header.insert(table.header.end(), {"sampled", "standard error"});
   const std::size_t step = (crossing.times.size() + kMostTimes - 2) / (kMostTimes - 1);
   for (std::size_t i = 0; i < crossing.times.size(); i += step) {
-    std::vector<html::ReportCell> row = {{report_number(crossing.times[i])},
-                                         {fmt::format("{:.5f}", crossing.curve[i])}};
+    std::vector<html::ReportCell> row = {{report_number(crossing.times[i])}, {report_number(crossing.curve[i], 5)}};
     if (!facts.sampled.empty()) {
       const double error = facts.sampled[i].known_error();
-      row.push_back({fmt::format("{:.4f}", facts.sampled[i].value)});
-      row.push_back({std::isnan(error) ? "–" : fmt::format("{:.4f}", error)});
+      row.push_back({report_number(facts.sampled[i].value)});
+      row.push_back({report_number(error, 2)});
     }
     table.rows.push_back(std::move(row));
   }

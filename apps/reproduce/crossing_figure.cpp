@@ -9,6 +9,7 @@
 #include "core/csv_table.hpp"
 #include "laboratory.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
+#include "shell/probability_text.hpp"
 
 namespace pulson {
 namespace {
@@ -31,8 +32,8 @@ fokker_planck::PairEquation pair_equation(const Laboratory& laboratory, const Po
 }
 
 fokker_planck::PairEquationOptions grid_options(const Laboratory& laboratory) {
-  return laboratory.options().quick ? fokker_planck::PairEquationOptions{0.01, 2}
-                                    : fokker_planck::PairEquationOptions{};
+  return laboratory.options().quick ? fokker_planck::PairEquationOptions{.most_grids = 2}
+                                    : fokker_planck::PairEquationOptions{.most_grids = 3};
 }
 
 std::vector<Point> sample_points(const Laboratory& laboratory) {
@@ -142,7 +143,7 @@ BeyondTheRange beyond_the_range(const Laboratory& laboratory) {
       beyond.table.rows.push_back({{kernel.name}, {fmt::format("{:g}", p1)}});
       double last = 0;
       for (const fokker_planck::PairCrossing& crossing : crossing_probabilities(pairs, grid_options(laboratory))) {
-        beyond.table.rows.back().push_back({fmt::format("{:.4f} ± {:.1e}", crossing.probability, crossing.error)});
+        beyond.table.rows.back().push_back({value_with_error(crossing.probability, crossing.error)});
         last = crossing.probability;
         if (p1 > 1) beyond.most_of_unequal = std::max(beyond.most_of_unequal, last);
       }
@@ -201,8 +202,8 @@ void add_grid_comparison(html::ReportSection& section, const std::vector<Point>&
                           {fmt::format("{:g}", point.p1)},
                           {fmt::format("{:g}", point.beta)},
                           {text_of(sampled)},
-                          {fmt::format("{:.4f} ± {:.4f}", point.grid.probability, point.grid.error)},
-                          {fmt::format("{:.4f}", difference)}});
+                          {value_with_error(point.grid.probability, point.grid.error)},
+                          {fmt::format("{:.2g}", difference)}});
   }
   section.blocks.emplace_back(html::ReportParagraph{
       fmt::format("The grid solves the equation itself, without a time step of paths. The largest "

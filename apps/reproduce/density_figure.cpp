@@ -147,14 +147,14 @@ html::ReportSection fokker_planck_equation(const Laboratory& laboratory) {
       laboratory.show(fmt::format("fokker-planck, grid for {}, beta = {}", kernel.name, beta));
       const fokker_planck::PairCrossing c = crossing_probability(
           {make_kernel(kernel.spec, {}), beta, laboratory.options().grid.time, 0, 10, kFreeMomentum, 1},
-          laboratory.options().quick ? fokker_planck::PairEquationOptions{0.01, 2}
+          laboratory.options().quick ? fokker_planck::PairEquationOptions{.most_grids = 2}
                                      : fokker_planck::PairEquationOptions{});
       std::string grids;
-      for (const double p : c.grids) grids += fmt::format("{}{:.5f}", grids.empty() ? "" : ", ", p);
+      for (const double p : c.grids) grids += fmt::format("{}{:.5g}", grids.empty() ? "" : ", ", p);
       table.rows.push_back({{kernel.name},
                             {fmt::format("{:g}", beta)},
                             {grids},
-                            {fmt::format("{:.5f}", c.probability)},
+                            {fmt::format("{:.5g}", c.probability)},
                             {fmt::format("{:.1e}", c.error)},
                             {fmt::format("{:.2f}", c.seconds)}});
     }

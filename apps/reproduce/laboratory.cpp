@@ -11,6 +11,7 @@
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "shell/outputs.hpp"
+#include "shell/probability_text.hpp"
 #include "shell/tables.hpp"
 
 namespace pulson {
@@ -97,9 +98,7 @@ void Laboratory::add_chart(html::ReportSection& section, const std::string& name
   }
 }
 
-std::string text_of(const Estimate& estimate) {
-  return fmt::format("{:.4f} ± {:.4f}", estimate.value, estimate.standard_error);
-}
+std::string text_of(const Estimate& estimate) { return value_with_error(estimate.value, estimate.standard_error); }
 
 void show_early_times(charts::ChartPanel& panel, const TimeGrid& grid) {
   constexpr double kFirst = 1, kLong = 20;

@@ -59,6 +59,10 @@ int count_of(const PhaseState& state) { return static_cast<int>(state.q.cols());
 
 }  // namespace
 
+std::vector<NoiseChannel> NoiseModel::describe_channels(int dimension, int count) const {
+  return {static_cast<std::size_t>(channels(dimension, count)), NoiseChannel{.noise = spec()}};
+}
+
 VectorXd NoiseModel::potentials(const PhaseState& state) const {
   return potentials_of<double>(*this, {.at = {state.q, state.p}, .theta = parameters(), .count = count_of(state)});
 }

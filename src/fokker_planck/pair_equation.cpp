@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <fmt/core.h>
@@ -95,7 +96,9 @@ void state_error(PairCrossing& crossing, double tolerance) {
     if (!shrinks) crossing.error = std::max(change, std::abs(before));
     if (same_sign) crossing.order = std::max(0.0, std::log2(std::abs(before) / change));
   }
-  crossing.converged = crossing.error <= tolerance;
+  // A number between 0 and 1 that each step rounds.
+  const double rounding = crossing.steps * std::numeric_limits<double>::epsilon();
+  crossing.converged = crossing.error <= std::max(tolerance * crossing.grids.back(), rounding);
 }
 
 void add_grid(PairCrossing& crossing, const PairMesh& mesh, std::vector<double> curve) {

@@ -185,6 +185,7 @@ class Pusher {
          const PushOptions& options, std::vector<float> priority)
       : over_(raster.over),
         raster_(std::move(mesh), raster, std::move(priority)),
+        counting_(raster_.for_counts()),
         multiplicity_(result_pixels(raster)),
         uncovered_(result_pixels(raster)) {
     for (const Image* source : sources) pages_.push_back(std::make_unique<PushedPage>(*source, raster, options));
@@ -208,18 +209,22 @@ class Pusher {
     const std::size_t first = static_cast<std::size_t>(band.first_row) * static_cast<std::size_t>(band.width);
     const Places places = find_places(band, index);
     for (const auto& page : pages_) page->show(places, first);
-    note_coverage(band, first);
+    if (raster_.options().supersampling == counting_.options().supersampling)
+      note_coverage(band, band, first);
+    else
+      note_coverage(band, counting_.band(index), first);
   }
 
-  void note_coverage(const warp::RasterBand& band, std::size_t first) {
-    const warp::Coverage of_band = coverage(band);
+  // Samples give the part of the area that is covered. The most sheets over a pixel would grow with their number, so
+  // these are counted at the same points for any supersampling.
+  void note_coverage(const warp::RasterBand& band, const warp::RasterBand& counted, std::size_t first) {
+    warp::Coverage of_band = coverage(band);
+    of_band.max_multiplicity = coverage(counted).max_multiplicity;
     const std::vector<bool> holes = uncovered_pixels(band);
     for (int y = 0; y < band.rows; ++y)
-      for (int x = 0; x < band.width; ++x) {
-        std::uint8_t most = 0;
-        PixelSamples(band).visit(x, y, [&](std::size_t sample) { most = std::max(most, band.counts[sample]); });
-        multiplicity_[first + static_cast<std::size_t>(y) * band.width + x] = most;
-      }
+      for (int x = 0; x < band.width; ++x)
+        multiplicity_[first + static_cast<std::size_t>(y) * band.width + x] =
+            static_cast<std::uint8_t>(most_sheets(counted, x, y));
     const std::lock_guard lock(mutex_);
     coverage_ += of_band;
     std::copy(holes.begin(), holes.end(), uncovered_.begin() + static_cast<std::ptrdiff_t>(first));
@@ -270,6 +275,7 @@ class Pusher {
   std::vector<std::unique_ptr<PushedPage>> pages_;
   warp::SheetOrder over_;
   warp::MeshRaster raster_;
+  warp::MeshRaster counting_;
   std::vector<std::uint8_t> multiplicity_;
   std::vector<bool> uncovered_;
   warp::Coverage coverage_;

@@ -20,9 +20,9 @@ struct PushOptions {
 struct PushedImage {
   Image image;
   std::vector<Image> more;                 ///< the other pages
-  std::vector<std::uint8_t> multiplicity;  ///< most sheets over a sample of each pixel, row by row
+  std::vector<std::uint8_t> multiplicity;  ///< most sheets over MeshRaster::for_counts(), row by row
   std::vector<bool> uncovered;             ///< pixels without any sheet
-  warp::Coverage coverage;
+  warp::Coverage coverage;                 ///< its sheets are those of `multiplicity`
 };
 
 /// The picture carried along by a map that may fold: the deformed mesh of its pixels, in the order of sheets that the

@@ -14,6 +14,9 @@ struct ChSd : NoiseFormula {
   std::vector<std::string> parameter_names() const { return {"beta"}; }
   std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("ch-sd:beta={}{}", theta[0], on.spec()); }
   int channels(int dimension, int count) const { return dimension * on.count(count); }
+  void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
+    on.describe(dimension, channels);
+  }
   NoiseTraits traits() const { return {.moves_positions = true, .diffeomorphic = false, .linear = true}; }
   void check(int /*dimension*/, int count, const std::string& spec) const { on.check(count, spec); }
 

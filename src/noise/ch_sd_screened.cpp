@@ -19,6 +19,9 @@ struct ChSdScreened : NoiseFormula {
     return fmt::format("ch-sd-screened:beta={},gamma={}{}", theta[0], theta[1], on.spec());
   }
   int channels(int dimension, int count) const { return dimension * on.count(count); }
+  void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
+    on.describe(dimension, channels);
+  }
   NoiseTraits traits() const {
     return {.moves_positions = true,
             .moves_momenta = true,

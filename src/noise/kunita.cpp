@@ -22,6 +22,9 @@ struct Kunita : NoiseFormula {
     return fmt::format("kunita:beta={},width={}", theta[0], theta[1]);
   }
   int channels(int dimension, int count) const { return dimension * count; }
+  void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
+    LandmarkChoice().describe(dimension, channels);
+  }
   NoiseTraits traits() const {
     return {.moves_positions = true,
             .moves_momenta = true,

@@ -16,6 +16,9 @@ struct Langevin : NoiseFormula {
     return fmt::format("langevin:sigma={},friction={}", theta[0], theta[1]);
   }
   int channels(int dimension, int count) const { return dimension * count; }
+  void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
+    LandmarkChoice().describe(dimension, channels);
+  }
   NoiseTraits traits() const { return {.moves_momenta = true, .hamiltonian = false, .translation_invariant = false}; }
 
   template <class T>

@@ -32,8 +32,13 @@ class LandmarkChoice {
   explicit LandmarkChoice(const Parameters& parameters) : on_(parameters.indices("on")) {}
 
   int count(int landmarks) const { return on_.empty() ? landmarks : static_cast<int>(on_.size()); }
+  /// Those that are named, from 0; none where all are meant.
+  const std::vector<int>& listed() const { return on_; }
   /// The index of the i-th chosen landmark, from 0.
   int operator[](int i) const { return on_.empty() ? i : on_[static_cast<std::size_t>(i)]; }
+
+  /// The channels are one for each chosen landmark and axis, axis fastest.
+  void describe(int dimension, std::vector<NoiseChannel>& channels) const;
 
   /// `,on=1/3/5`, or nothing for all.
   std::string spec() const;

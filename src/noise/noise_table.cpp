@@ -47,6 +47,14 @@ NoiseChoice NoiseChoice::of(std::shared_ptr<const NoiseModel> model) const {
 
 ParameterInfo LandmarkChoice::info() { return {"on", "all", "landmarks that it acts on, counted from 1, as in 1/3/5"}; }
 
+void LandmarkChoice::describe(int dimension, std::vector<NoiseChannel>& channels) const {
+  for (int i = 0; i < static_cast<int>(channels.size()); ++i) {
+    NoiseChannel& channel = channels[static_cast<std::size_t>(i)];
+    channel.landmarks = {(*this)[i / dimension]};
+    channel.axis = i % dimension;
+  }
+}
+
 std::string LandmarkChoice::spec() const {
   std::string text;
   for (const int landmark : on_) text += fmt::format("{}{}", text.empty() ? ",on=" : "/", landmark + 1);

@@ -125,6 +125,16 @@ struct PSd : NoiseFormula {
     return fmt::format("p-sd:beta={},fields=bump,center={},width={}", theta[0], centre, theta[1]);
   }
   int channels(int dimension, int /*count*/) const { return dimension * fields.count(dimension); }
+  void describe(int dimension, const Eigen::VectorXd& theta, std::vector<NoiseChannel>& channels) const {
+    for (int i = 0; i < static_cast<int>(channels.size()); ++i) {
+      NoiseChannel& channel = channels[static_cast<std::size_t>(i)];
+      channel.axis = i % dimension;
+      const int f = i / dimension;
+      if (fields.has_centres()) channel.center = fields.centres().col(f);
+      if (fields.kind() == ScalarFields::Kind::kCosine)
+        channel.wavevector = theta[1] * Eigen::VectorXd::Unit(dimension, f);
+    }
+  }
   NoiseTraits traits() const {
     return {.moves_positions = true,
             .moves_momenta = !is_constant(),

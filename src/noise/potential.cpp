@@ -15,6 +15,17 @@ struct Potential : NoiseFormula {
     return fmt::format("potential:beta={},gamma={}{}", theta[0], theta[1], common ? ",common=1" : "");
   }
   int channels(int /*dimension*/, int count) const { return common ? 1 : count * (count - 1) / 2; }
+  void describe(int /*dimension*/, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
+    if (common) return;
+    int a = 0, b = 1;
+    for (NoiseChannel& channel : channels) {
+      channel.landmarks = {a, b};
+      if (++a == b) {
+        a = 0;
+        ++b;
+      }
+    }
+  }
   NoiseTraits traits() const { return {.moves_momenta = true, .additive = false, .local = false}; }
 
   template <class T>

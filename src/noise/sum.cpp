@@ -36,6 +36,12 @@ class SumOfNoises final : public NoiseModel {
     for (const auto& term : terms_) sum += term->channels(dimension, count);
     return sum;
   }
+  std::vector<NoiseChannel> describe_channels(int dimension, int count) const override {
+    std::vector<NoiseChannel> all;
+    for (const auto& term : terms_)
+      for (NoiseChannel& channel : term->describe_channels(dimension, count)) all.push_back(std::move(channel));
+    return all;
+  }
   NoiseTraits traits() const override {
     NoiseTraits all{.linear = true};
     for (const auto& term : terms_) {

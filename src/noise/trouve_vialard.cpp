@@ -17,6 +17,11 @@ struct TrouveVialard : NoiseFormula {
     return fmt::format("trouve-vialard:sigma={}{}{}", theta[0], common ? ",common=1" : "", on.spec());
   }
   int channels(int dimension, int count) const { return common ? dimension : dimension * on.count(count); }
+  void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
+    on.describe(dimension, channels);
+    if (!common) return;
+    for (NoiseChannel& channel : channels) channel.landmarks = on.listed();
+  }
   NoiseTraits traits() const { return {.moves_momenta = true, .translation_invariant = false}; }
   void check(int /*dimension*/, int count, const std::string& spec) const { on.check(count, spec); }
 

@@ -8,6 +8,7 @@
 #include "csv_rows.hpp"
 #include "formats/frame_text.hpp"
 #include "formats/json/json_reader.hpp"
+#include "noise_channels.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/version.hpp"
@@ -339,6 +340,7 @@ std::string registration_json(const matching::Registration& registration, const 
   if (facts.fitted) json["fitted"] = fitted_json(*facts.fitted);
   if (registration.spread.size() > 0) json["spread"] = formats::points_json(registration.spread);
   json["momenta"] = formats::points_json(registration.momenta);
+  json["channels"] = channels_json(registration);
   json["increments"] = formats::points_json(registration.increments);
   if (!registration.states.empty()) json["states"] = states_json(registration.states);
   return formats::one_key_a_line(require_finite(json));

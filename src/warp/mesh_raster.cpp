@@ -138,14 +138,26 @@ int rows_per_band(const RasterOptions& options) {
 }  // namespace
 
 MeshRaster::MeshRaster(DeformedMesh mesh, const RasterOptions& options, std::vector<float> priority)
+    : MeshRaster(std::make_shared<const DeformedMesh>(std::move(mesh)), options, std::move(priority)) {}
+
+MeshRaster MeshRaster::for_counts() const {
+  constexpr int kCounted = 2;
+  RasterOptions options = options_;
+  options.supersampling = std::min(kCounted, kMaxSamples / std::max(options.width, options.height));
+  options.over = SheetOrder::kFirst;
+  return {mesh_, options, {}};
+}
+
+MeshRaster::MeshRaster(std::shared_ptr<const DeformedMesh> mesh, const RasterOptions& options,
+                       std::vector<float> priority)
     : mesh_(std::move(mesh)), options_(options), priority_(std::move(priority)) {
-  mesh_.check();
+  mesh_->check();
   check_output(options_);
-  check_priority(priority_, options_.over, as_index(mesh_.cell_columns()) * as_index(mesh_.cell_rows()));
+  check_priority(priority_, options_.over, as_index(mesh_->cell_columns()) * as_index(mesh_->cell_rows()));
   options_.rows_per_band = rows_per_band(options_);
-  blocks_per_row_ = (mesh_.cell_columns() + kCellsPerBlock - 1) / kCellsPerBlock;
-  block_rows_.resize(as_index(blocks_per_row_) * as_index(mesh_.cell_rows()));
-  parallel_for(mesh_.cell_rows(), [&](int row) {
+  blocks_per_row_ = (mesh_->cell_columns() + kCellsPerBlock - 1) / kCellsPerBlock;
+  block_rows_.resize(as_index(blocks_per_row_) * as_index(mesh_->cell_rows()));
+  parallel_for(mesh_->cell_rows(), [&](int row) {
     for (int block = 0; block < blocks_per_row_; ++block)
       block_rows_[as_index(row) * as_index(blocks_per_row_) + as_index(block)] = rows_of_block(block, row);
   });
@@ -190,10 +202,10 @@ MeshRaster::SampleRows MeshRaster::rows_of_block(int block, int row) const {
   constexpr std::int32_t kLargest = std::numeric_limits<std::int32_t>::max() / 2;
   FixedPoint low = {kLargest, kLargest};
   FixedPoint high = {-kLargest, -kLargest};
-  const int end = std::min((block + 1) * kCellsPerBlock, mesh_.cell_columns());
+  const int end = std::min((block + 1) * kCellsPerBlock, mesh_->cell_columns());
   for (int r = row; r <= row + 1; ++r)
     for (int column = block * kCellsPerBlock; column <= end; ++column) {
-      const FixedPoint vertex = snapped(mesh_.at(column, r), options_.supersampling);
+      const FixedPoint vertex = snapped(mesh_->at(column, r), options_.supersampling);
       if (!vertex.is_valid()) continue;
       low = {std::min(low.x, vertex.x), std::min(low.y, vertex.y)};
       high = {std::max(high.x, vertex.x), std::max(high.y, vertex.y)};
@@ -206,7 +218,7 @@ template <class Writer>
 void MeshRaster::write_cells(Writer& writer) const {
   const SampleBox window = writer.window();
   const SampleRows* rows = block_rows_.data();
-  for (int row = 0; row < mesh_.cell_rows(); ++row)
+  for (int row = 0; row < mesh_->cell_rows(); ++row)
     for (int block = 0; block < blocks_per_row_; ++block, ++rows)
       if (rows->first <= window.bottom && rows->last >= window.top && rows->first <= rows->last)
         write_block(writer, block, row);
@@ -215,11 +227,11 @@ void MeshRaster::write_cells(Writer& writer) const {
 template <class Writer>
 void MeshRaster::write_block(Writer& writer, int block, int row) const {
   const int begin = block * kCellsPerBlock;
-  const int end = std::min(begin + kCellsPerBlock, mesh_.cell_columns());
+  const int end = std::min(begin + kCellsPerBlock, mesh_->cell_columns());
   std::array<std::array<FixedPoint, kCellsPerBlock + 1>, 2> vertices;
   for (int r = 0; r < 2; ++r)
     for (int column = begin; column <= end; ++column)
-      vertices[as_index(r)][as_index(column - begin)] = snapped(mesh_.at(column, row + r), options_.supersampling);
+      vertices[as_index(r)][as_index(column - begin)] = snapped(mesh_->at(column, row + r), options_.supersampling);
   for (int column = begin; column < end; ++column) {
     const std::size_t left = as_index(column - begin);
     const auto corner = [&](const std::array<int, 2>& offset) -> const FixedPoint& {
@@ -229,7 +241,7 @@ void MeshRaster::write_block(Writer& writer, int block, int row) const {
           corner({1, 1}).is_valid()))
       continue;
     const float priority =
-        priority_.empty() ? 0 : priority_[as_index(row) * as_index(mesh_.cell_columns()) + as_index(column)];
+        priority_.empty() ? 0 : priority_[as_index(row) * as_index(mesh_->cell_columns()) + as_index(column)];
     for (std::size_t triangle = 0; triangle < 2; ++triangle) {
       const auto& [a, b, c] = kCellTriangles[triangle];
       const TriangleSamples samples({corner(a), corner(b), corner(c)}, writer.window());

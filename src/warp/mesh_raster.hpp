@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "pulson/warp/sheet_order.hpp"
@@ -80,9 +81,9 @@ struct RasterBand {
 /// Triangles without area cover nothing. Cells with a vertex further than 2^19 samples from the origin, where the
 /// arithmetic would overflow, are left out as if it were NaN.
 ///
-/// The mesh is not copied where it is moved in; the rest takes a quarter of a byte per cell, and a band about 18 bytes
-/// per sample. All members are thread-safe; bands do not depend on each other, on their size or on the number of
-/// threads.
+/// The mesh is not copied where it is moved in, nor by for_counts(); the rest takes a quarter of a byte per cell, and a
+/// band about 18 bytes per sample. All members are thread-safe; bands do not depend on each other, on their size or on
+/// the number of threads.
 class MeshRaster {
  public:
   /// @param priority one per cell, row by row, for SheetOrder::kPriority only
@@ -90,7 +91,14 @@ class MeshRaster {
   /// column is), for a mesh as DeformedMesh::check, for priorities that are missing, superfluous or NaN
   MeshRaster(DeformedMesh mesh, const RasterOptions& options, std::vector<float> priority = {});
 
-  const DeformedMesh& mesh() const { return mesh_; }
+  /// The same mesh and bands with the samples by which sheets are counted, whatever the supersampling: 2×2 per pixel.
+  /// (One, at the centre, lies on the axis of symmetric shapes, where many cells are squeezed together: two discs that
+  /// pass each other were counted 13 times there, five times beside it.) Of an output whose sides would be too long
+  /// one. Of several sheets the first is on top.
+  MeshRaster for_counts() const;
+
+  const RasterOptions& options() const { return options_; }
+  const DeformedMesh& mesh() const { return *mesh_; }
   int bands() const;
 
   /// The sheets on top; for SheetOrder::kAverage, which is made of sheet(), the least stretched.
@@ -107,6 +115,8 @@ class MeshRaster {
     std::int32_t first, last;
   };
 
+  MeshRaster(std::shared_ptr<const DeformedMesh> mesh, const RasterOptions& options, std::vector<float> priority);
+
   RasterBand empty_band(int index) const;
   SampleRows rows_of_block(int block, int row) const;
   template <class Writer>
@@ -114,7 +124,7 @@ class MeshRaster {
   template <class Writer>
   void write_block(Writer& writer, int block, int row) const;
 
-  DeformedMesh mesh_;
+  std::shared_ptr<const DeformedMesh> mesh_;
   RasterOptions options_;
   std::vector<float> priority_;
   int blocks_per_row_ = 0;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -35,9 +36,14 @@ struct PageImage {
 /// A comment after a block names pictures of docs/images that its commands write:
 ///
 ///     <!-- images: fish.png = fish/registration.png, hand.png = hand/registration.png -->
+///
+/// A comment before another block names a file of that content, which the commands use:
+///
+///     <!-- file: replay.py -->
 struct Page {
   std::vector<PageCommand> commands;
   std::vector<PageImage> images{};
+  std::map<std::string, std::string> files{};  ///< contents by name
   std::vector<std::size_t> strays;  ///< lines with a command of ours in another block, which no test would run
 };
 
@@ -187,6 +193,7 @@ inline Page read_page(const std::string& text, bool in_full = false) {
   Page page;
   Setting setting;
   bool in_console = false, in_other = false, continues = false;
+  std::string file;  // that the next block is
   std::size_t number = 0;
   std::size_t first = 0;           // of the commands in this block
   std::vector<std::string> whole;  // these commands, as they stand
@@ -204,11 +211,14 @@ inline Page read_page(const std::string& text, bool in_full = false) {
       if (in_console || in_other) {
         in_console = in_other = false;
         setting = {};
+        file.clear();
       } else {
         in_console = line == "```console";
         in_other = !in_console;
         if (in_console) first = page.commands.size();
       }
+    } else if (in_other && !file.empty()) {
+      page.files[file] += line + "\n";
     } else if (in_console && continues) {
       page.commands.back().command += "\n" + line;
     } else if (in_console && line.rfind("$ ", 0) == 0) {
@@ -217,6 +227,8 @@ inline Page read_page(const std::string& text, bool in_full = false) {
       if (!trimmed(line).empty()) page.commands.back().shown.push_back(line);
     } else if (line.rfind("<!-- in tests: ", 0) == 0) {
       setting = setting_of(line.substr(15, line.rfind("-->") - 15));
+    } else if (line.rfind("<!-- file: ", 0) == 0) {
+      file = trimmed(line.substr(11, line.rfind("-->") - 11));
     } else if (line.rfind("<!-- images: ", 0) == 0) {
       add_images(line.substr(13, line.rfind("-->") - 13), page);
       for (std::size_t i = 0; in_full && i < whole.size(); ++i) {

@@ -49,6 +49,14 @@ TEST(DocsPage, NamesThePicturesThatItsCommandsWrite) {
       << "which no picture needs";
 }
 
+TEST(DocsPage, HasTheFilesThatItsCommandsUse) {
+  const Page page = read_page(
+      "<!-- file: a.py -->\n```python\nx = 1\n    pulson = x\n```\n```python\ny\n```\n```console\n$ python3 "
+      "a.py\n```\n");
+  EXPECT_THAT(page.files, ElementsAre(std::pair("a.py", "x = 1\n    pulson = x\n")));
+  EXPECT_EQ(page.commands.size(), 1U);
+}
+
 TEST(DocsPage, AnErrorThatIsShownMeansExitCodeTwo) {
   EXPECT_EQ(read_page("```console\n$ pulson x\npulson: unknown verb\n```\n").commands.at(0).exit_code, 2);
 }
@@ -75,8 +83,8 @@ TEST(DocsPage, LinesAgreeUpToTwoPercent) {
 // Commands that are not run: they set up the machine, build, or measure for minutes. What they call is tested
 // elsewhere.
 const std::vector<std::string> kNotRun = {
-    "scripts/", "cmake ", "git ",     "benchmarks/", "build/release/benchmarks/", "build/dev/benchmarks/", "cd ",
-    "sudo ",    "ctest ", "doxygen ", "python3 "};
+    "scripts/", "cmake ", "git ",   "benchmarks/", "build/release/benchmarks/", "build/dev/benchmarks/",
+    "cd ",      "sudo ",  "ctest ", "doxygen "};
 
 std::vector<std::string> pages() {
   const std::filesystem::path root = PULSON_SOURCE_DIR;
@@ -133,8 +141,9 @@ TEST_P(Docs, CommandsDoWhatThePageShows) {
                                       << " with a command in another block than ```console";
   std::filesystem::create_symlink(root / "sample_shapes", "sample_shapes");
   const std::string bin = std::filesystem::path(PULSON_PROGRAM).parent_path().string();
+  for (const auto& [name, text] : page.files) std::ofstream(name) << text;
   std::ofstream script(".script");
-  script << "PATH=" << bin << ":$PATH\n";
+  script << "PATH=" << bin << ":$PATH\npython3() { " PULSON_PYTHON " \"$@\"; }\n";
   for (const PageCommand& command : page.commands)
     if (is_run(command))
       script << "{ " << command.command << "\n} >.out_" << command.line << " 2>&1\necho $? >.code_" << command.line

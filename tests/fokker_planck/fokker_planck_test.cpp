@@ -109,6 +109,20 @@ TEST(PairCrossing, WithoutKernelIsTheNormalLaw) {
   }
 }
 
+// Of a small probability, too, the tolerance is a part: of one in a million, where the first three grids are not
+// enough.
+TEST(PairCrossing, HasARelativeTolerance) {
+  const PairEquation pair = near_pair("gaussian:alpha=1,weight=1e-12", 0.243);
+  const double exact = NormalLaw{2, pair.beta * pair.beta * pair.time}.cdf(0);
+  EXPECT_LT(exact, 2e-6);
+  for (const double tolerance : {0.5, 0.05}) {
+    const PairCrossing crossing = crossing_probability(pair, {.tolerance = tolerance, .most_grids = 6});
+    EXPECT_TRUE(crossing.converged);
+    EXPECT_LE(crossing.error, tolerance * crossing.probability);
+    EXPECT_NEAR(crossing.probability, exact, tolerance * exact);
+  }
+}
+
 // A narrow one: the pulsons hardly meet, and keep their momenta. What remains of meeting is proportional to α, and
 // extrapolation removes it.
 TEST(PairCrossing, WithANarrowKernelIsThatOfFreePulsons) {
@@ -171,7 +185,7 @@ TEST(PairCrossing, HasTheRightLimits) {
     EXPECT_EQ(crossing_probability(near_pair(kernel, 0)).probability, 0);
     double before = 0;
     for (const double beta : {0.05, 0.4, 0.8, 1.6, 3.0}) {
-      const PairCrossing crossing = crossing_probability(near_pair(kernel, beta));
+      const PairCrossing crossing = crossing_probability(near_pair(kernel, beta), {.most_grids = 3});
       EXPECT_GE(crossing.probability, before - crossing.error);
       before = crossing.probability;
     }

@@ -39,6 +39,9 @@ Place identity(float x, float y) { return {x, y}; }
 const Image kStrip = image_u8(4, 1, 3, {200, 0, 0, 200, 0, 0, 0, 100, 0, 0, 100, 0});
 Place folded(float x, float y) { return {x <= 1.5F ? x : 3 - x, y}; }
 
+// Of an image of 60 × 50: it folds again and again.
+Place curl(float x, float y) { return {30 + 25 * std::sin(x / 7), y + 6 * std::cos(x / 5 + y / 9)}; }
+
 PushedImage push_strip(warp::SheetOrder over, std::vector<float> priority = {}) {
   return push_forward(kStrip, mesh_of(kStrip, folded), {.width = 4, .height = 1, .over = over}, {},
                       std::move(priority));
@@ -94,6 +97,24 @@ TEST(PushForward, LaysTheSheetOnTopThatIsAskedFor) {
   const PushedImage mean = push_strip(warp::SheetOrder::kAverage);
   for (int x = 0; x < 2; ++x) EXPECT_THAT(pixel(mean.image, x, 0), ElementsAre(100, 50, 0));
   EXPECT_EQ(mean.coverage.max_multiplicity, 2);
+}
+
+// A strip that turns back at 0.8: two sheets up to there, of which pixel 1 holds the last 0.3, and not its centre.
+TEST(PushForward, MultiplicityIsTheSameForAnySupersampling) {
+  const auto turned = [](float x, float y) -> Place { return {x < 1 ? x : x > 2 ? 3 - x : 0.8F, y}; };
+  const Image image = uneven_image(60, 50, 3, PixelType::kUint8);
+  const auto multiplicity = [&](int supersampling) {
+    return push_forward(image, mesh_of(image, curl), {.width = 60, .height = 50, .supersampling = supersampling})
+        .multiplicity;
+  };
+  const std::vector<std::uint8_t> usual = multiplicity(2);
+  for (const int supersampling : {1, 2, 3, 8}) {
+    const PushedImage pushed =
+        push_forward(kStrip, mesh_of(kStrip, turned), {.width = 4, .height = 1, .supersampling = supersampling});
+    EXPECT_THAT(pushed.multiplicity, ElementsAre(2, 2, 0, 0)) << supersampling;
+    EXPECT_EQ(pushed.coverage.max_multiplicity, 2);
+    EXPECT_EQ(multiplicity(supersampling), usual) << supersampling;
+  }
 }
 
 // A pixel half of whose width is covered twice: the mean over its area of what is there.
@@ -199,9 +220,6 @@ TEST(PushForward, ALabelIsThatOfMostSamples) {
 
 TEST(PushForward, IsTheSameForAnyNumberOfThreads) {
   const Image image = uneven_image(60, 50, 3, PixelType::kUint16);
-  const auto curl = [](float x, float y) -> Place {
-    return {30 + 25 * std::sin(x / 7), y + 6 * std::cos(x / 5 + y / 9)};
-  };
   for (const warp::SheetOrder over :
        {warp::SheetOrder::kLeastStretched, warp::SheetOrder::kAverage, warp::SheetOrder::kFirst}) {
     std::vector<PushedImage> results;

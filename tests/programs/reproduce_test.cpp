@@ -112,6 +112,18 @@ TEST_F(Reproduce, SaysSoWhereTheGridIsTooCoarse) {
   EXPECT_EQ(read_json("out/fokker_planck.json")["converged"], false);
 }
 
+TEST_F(Reproduce, PrintsTheDigitsOfASmallProbability) {
+  const ProgramRun done =
+      run(words("fokker-planck --q 0,2 --p 1,0.5 --time 0.5 --kernel gaussian:alpha=1 "
+                "--noise ch-sd:beta=0.6,on=2 --grids 2 --no-picture -o out"));
+  const double probability = read_json("out/fokker_planck.json")["probability"];
+  EXPECT_LT(probability, 1e-4);
+  double printed = 0, error = 0;
+  ASSERT_EQ(std::sscanf(done.out.c_str(), "crossing %lf ± %lf", &printed, &error), 2) << done.out;
+  EXPECT_NEAR(printed, probability, error / 10);
+  EXPECT_NEAR(error, read_json("out/fokker_planck.json")["error"], error / 10);
+}
+
 TEST_F(Reproduce, RefusesPairsThatTheGridDoesNotKnow) {
   const std::string kernel = " --kernel gaussian:alpha=1 -o out";
   expect_refused("fokker-planck --q 0,10 --p 4,-1 --noise ch-sd:beta=1" + kernel, "both positive or both negative");

@@ -113,14 +113,26 @@ TEST_F(Record, KeepsTheStatesOfAPathThatAShotLeaves) {
   EXPECT_THAT(error_of([] { read_registration("cut.json"); }), HasSubstr("states"));
 }
 
+TEST_F(Record, NamesChannelsByTheNumbersOfTheirLandmarksAndByTheirFields) {
+  matching::Registration fit =
+      example(2, "potential:beta=1,gamma=2+p-sd:beta=3,fields=bump,center=0.5/0.25,width=4+p-sd:beta=1,fields=cos");
+  fit.source.numbers = {2, 3, 5, 7};
+  const Json channels = Json::parse(registration_json(fit, {}))["channels"];
+  ASSERT_EQ(channels.size(), 6U + 2 + 4);
+  EXPECT_EQ(channels[2].dump(), R"({"noise":"potential:beta=1,gamma=2","landmark":[3,5]})");
+  EXPECT_EQ(channels[7].dump(),
+            R"({"noise":"p-sd:beta=3,fields=bump,center=0.5/0.25,width=4","axis":2,"center":[0.5,0.25]})");
+  EXPECT_EQ(channels[10].dump(), R"({"noise":"p-sd:beta=1,fields=cos,wavenumber=1","axis":1,"wavevector":[0.0,1.0]})");
+}
+
 TEST_F(Record, HasEveryKeyOfTheInterface) {
   const matching::Registration fit = example(2);
   const Json json = Json::parse(registration_json(fit, {std::nullopt, 2}));
-  for (const char* key : {"kernel",     "noise",        "mode",         "integrator",       "steps",
-                          "time",       "sigma",        "lambda",       "converged",        "iterations",
-                          "seconds",    "rms",          "max_residual", "source",           "target",
-                          "result",     "momenta",      "increments",   "order_inversions", "flipped_triangles",
-                          "step_error", "amplification"})
+  for (const char* key : {"kernel",   "noise",      "mode",         "integrator",       "steps",
+                          "time",     "sigma",      "lambda",       "converged",        "iterations",
+                          "seconds",  "rms",        "max_residual", "source",           "target",
+                          "result",   "momenta",    "increments",   "order_inversions", "flipped_triangles",
+                          "channels", "step_error", "amplification"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_EQ(json["kernel"], fit.kernel);
   EXPECT_EQ(json["noise"], "ch-sd:beta=0.5,on=1/3");
@@ -143,27 +155,20 @@ TEST_F(Record, HasEveryKeyOfTheInterface) {
   EXPECT_EQ(json["increments"].size(), 6U);     // steps
   EXPECT_EQ(json["increments"][5].size(), 4U);  // channels: two landmarks, two axes
   EXPECT_EQ(json["increments"][5][2], fit.increments(2, 5));
+  EXPECT_EQ(json["channels"].dump(), R"([{"noise":"ch-sd:beta=0.5,on=1/3","landmark":1,"axis":1},)"
+                                     R"({"noise":"ch-sd:beta=0.5,on=1/3","landmark":1,"axis":2},)"
+                                     R"({"noise":"ch-sd:beta=0.5,on=1/3","landmark":3,"axis":1},)"
+                                     R"({"noise":"ch-sd:beta=0.5,on=1/3","landmark":3,"axis":2}])");
 }
 
 TEST_F(Record, EveryMissingKeyIsNamed) {
   const Json whole = Json::parse(registration_json(example(2), {}));
   // What can be computed again from the rest is not needed for reading.
   // Old records have no "data" and end before "unknowns".
-  const std::vector<std::string> derived = {"format",
-                                            "version",
-                                            "matched",
-                                            "rms",
-                                            "initial_rms",
-                                            "original_rms",
-                                            "max_residual",
-                                            "order_inversions",
-                                            "flipped_triangles",
-                                            "shares",
-                                            "data",
-                                            "unknowns",
-                                            "step_error",
-                                            "amplification",
-                                            "frame"};
+  const std::vector<std::string> derived = {
+      "format",       "version",          "matched",           "rms",    "initial_rms", "original_rms",
+      "max_residual", "order_inversions", "flipped_triangles", "shares", "data",        "unknowns",
+      "step_error",   "amplification",    "channels",          "frame"};
   for (const auto& [key, value] : whole.items()) {
     const std::string error = error_after([&key = key](Json& json) { json.erase(key); });
     if (std::find(derived.begin(), derived.end(), key) != derived.end())

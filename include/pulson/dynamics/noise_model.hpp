@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,16 @@ struct NoiseTraits {
   bool linear = false;  ///< every h_i is linear in p: h_i(q, 0) = 0
 };
 
+/// What tells a channel of noise apart from the others of its model: with the numbers of `noise`, enough to write its
+/// potential down. What does not apply is empty.
+struct NoiseChannel {
+  std::string noise;             ///< specification of the model; in a sum, of the term
+  std::vector<int> landmarks{};  ///< from 0: the landmark or pair that it is about; empty for all alike
+  std::optional<int> axis{};     ///< from 0
+  Eigen::VectorXd center{};      ///< d, of its field over space
+  Eigen::VectorXd wavevector{};  ///< d, of its field over space
+};
+
 template <class T>
 using MatrixOf = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
 template <class T>
@@ -147,6 +158,9 @@ class NoiseModel {
 
   /// C, for shapes of `count` landmarks in R^d.
   virtual int channels(int dimension, int count) const = 0;
+
+  /// The channels in their order: here the specification alone.
+  virtual std::vector<NoiseChannel> describe_channels(int dimension, int count) const;
 
   virtual NoiseTraits traits() const = 0;
 

@@ -17,6 +17,8 @@ namespace pulson {
 struct NoiseFormula {
   /// @throws InputError if it cannot act on `count` landmarks in R^d; `spec` names the model
   void check(int /*dimension*/, int /*count*/, const std::string& /*spec*/) const {}
+  /// Completes descriptions that hold the specification.
+  void describe(int /*dimension*/, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& /*channels*/) const {}
   /// Adds ∇G; needed where some h_i,q·h_i,p ≠ 0, and G must be affine in p too.
   template <class T>
   void add_compensation_gradient(const StateOf<T>& /*state*/, const VectorOf<T>& /*theta*/,
@@ -61,6 +63,11 @@ class DifferentiatedNoise final : public NoiseModel {
 
   std::string spec() const override { return formula_.spec(theta_); }
   int channels(int dimension, int count) const override { return formula_.channels(dimension, count); }
+  std::vector<NoiseChannel> describe_channels(int dimension, int count) const override {
+    std::vector<NoiseChannel> all = NoiseModel::describe_channels(dimension, count);
+    formula_.describe(dimension, theta_, all);
+    return all;
+  }
   NoiseTraits traits() const override { return formula_.traits(); }
   void check(int dimension, int count) const override { formula_.check(dimension, count, spec()); }
 

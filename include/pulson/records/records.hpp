@@ -26,9 +26,9 @@ struct RegistrationFacts {
   std::vector<matching::HomotopyStep> homotopy{};       ///< where it was followed
 };
 
-/// `registration.json`: the record of a registration, arrays as [landmark][axis] and increments as [step][channel],
-/// numbers in the fewest digits that read back to the same bits. `source` is q0, where the flow begins: the original
-/// after alignment.
+/// `registration.json`: the record of a registration, arrays as [landmark][axis] and increments as [step][channel] with
+/// a description of each channel, numbers in the fewest digits that read back to the same bits. `source` is q0, where
+/// the flow begins: the original after alignment.
 std::string registration_json(const matching::Registration& registration, const RegistrationFacts& facts);
 
 /// Reads what registration_json wrote. @param own the noise models, where the record's is one of your own

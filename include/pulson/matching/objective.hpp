@@ -126,6 +126,9 @@ class MatchingObjective {
   std::shared_ptr<const MomentumBasis> basis_;
 };
 
+/// Why a search ended that was interrupted.
+constexpr const char* kInterrupted = "interrupted";
+
 /// How the objective is minimised.
 enum class Solver {
   kAuto,         ///< paths where the problem is one of paths in midpoint steps, else shooting by its size
@@ -148,6 +151,10 @@ struct MinimiseOptions {
   std::uint64_t seed = 1;  ///< of the disturbance of a start
   /// Called after each iteration, for progress.
   std::function<void(int iteration, double cost, double relative_gradient)> on_iteration{};
+  /// Asked after each iteration: whether to end, with the best that was found. The answer must stay yes.
+  std::function<bool()> interrupted{};
+
+  bool is_interrupted() const { return interrupted && interrupted(); }
 };
 
 struct MinimiseSummary {

@@ -189,7 +189,8 @@ double cost(const Shot& shot, const matching::Registration& registration) {
   const double energy = registration.lambda * (along_path ? shot.energy : shot.initial_energy);
   const Eigen::ArrayXXd misses = (shot.end - registration.target.points).array();
   const auto missing = registration.target.points.array().isNaN();
-  return energy + shot.action + 0.5 * missing.select(0, misses).square().sum() / (registration.sigma * registration.sigma);
+  return energy + shot.action +
+         0.5 * missing.select(0, misses).square().sum() / (registration.sigma * registration.sigma);
 }
 
 }  // namespace

@@ -70,12 +70,11 @@ class GeodesicSearch {
     const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
     PathSolution path = search(subsampled(problem_, few), nullptr);
     path.fields.own.clear();  // of those few
-    Points p = Points::Zero(problem_.source.rows(), problem_.source.cols());
-    p(Eigen::all, few) = path.momenta;
-    const Points end = shot(p, grid_).value_or(problem_.source);
+    const Points end = end_of(path, "midpoint").value_or(problem_.source);
     return search(carriers_->problem(carriers_->of(end), end), &path.fields);
   }
 
+  // By `rk4`.
   std::optional<Points> shot(const Points& p, const TimeGrid& grid) const {
     const Eigen::MatrixXd none(0, grid.steps);
     try {
@@ -86,10 +85,10 @@ class GeodesicSearch {
     }
   }
 
-  // Nodes of all landmarks in the fields of the carriers' path.
+  // Nodes of all landmarks in the fields of a path of few: unlike a shot they amplify nothing.
   std::optional<std::vector<Points>> carried_along(const PathSolution& path) const {
     StepFields fields = path.fields;
-    fields.own.clear();  // of the carriers
+    fields.own.clear();  // of those few
     const std::vector<Points> rest(path.path.nodes.size(), problem_.source);
     return carried(problem_.system, path.path.grid, problem_.source, fields, rest);
   }

@@ -11,7 +11,7 @@ namespace pulson::matching {
 struct GeodesicSolution {
   Points momenta;  ///< p0, d×N
   std::string integrator;
-  TimeGrid grid;  ///< of the shot
+  TimeGrid grid;                   ///< of the shot
   std::vector<PhaseState> states;  ///< of the path, K + 1, where it is one of `midpoint`
   bool converged = false;
   std::string reason;

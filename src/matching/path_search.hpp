@@ -5,8 +5,8 @@
 
 namespace pulson::matching {
 
-/// Of the tolerance, the relative gradient at which a shot of p0 follows the path well: a shot amplifies what is left of
-/// it by up to the ratio of the distances to σ.
+/// Of the tolerance, the relative gradient at which a shot of p0 follows the path well: a shot amplifies what is left
+/// of it by up to the ratio of the distances to σ.
 constexpr double kShootableGradient = 1e-2;
 
 /// Where a search ends.

@@ -102,8 +102,7 @@ bool by_paths(const Registration& registration, const MinimiseOptions& how) {
 LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Registration& registration) {
   const MatchingObjective objective(problem);
   const Points& p0 = registration.states.empty() ? registration.momenta : registration.states.front().p;
-  if (const auto at = objective.evaluate(objective.white(p0, registration.increments)))
-    return laplace(objective, *at);
+  if (const auto at = objective.evaluate(objective.white(p0, registration.increments))) return laplace(objective, *at);
   throw NumericalError("the uncertainty needs smaller time steps; use more `grid.steps`");
 }
 

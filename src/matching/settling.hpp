@@ -3,8 +3,6 @@
 #include <array>
 #include <limits>
 
-#include "pulson/core/landmarks.hpp"
-
 namespace pulson::matching {
 
 /// Costs of a path and of a shot of its p0 that differ by less than this part of J are the same.
@@ -12,14 +10,11 @@ constexpr double kSettled = 1e-3;
 
 /// Diameters, rms: a shot that ends further from the end of its path has left it. Of the problems of
 /// benchmarks/matching_problems.cpp those that rounds correct end up to 0.010 away at first, the others from 0.020 on.
-constexpr double kLost = 0.015;
+constexpr double kLost = 0.03;
 
 /// Iterations of a round that begins at the last one's path. Where rounds succeed they take up to 5, where the shot
 /// amplifies errors too much 8 to hundreds (the same problems).
 constexpr int kMostRoundIterations = 10;
-
-/// The root mean square distance of two sets of points.
-double rms_distance(const Points& a, const Points& b);
 
 /// Whether rounds come closer: by half in every three.
 class Settling {

@@ -148,8 +148,8 @@ struct Registration {
   Landmarks source;                                ///< q0: the source after alignment, where the flow begins
   Landmarks original;  ///< the source as it was given, but for landmarks that have a missing coordinate
   Landmarks target;
-  Points result;               ///< q(T), d×N; in mode `expected` its mean
-  Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one
+  Points result;  ///< q(T), d×N; in mode `expected` its mean
+  Points spread;  ///< d×N, standard deviation of q(T) over the realisations; empty for one
   /// p0, d×N. Where there are `states`, the momenta whose accurate shot ends where they do, if such can be had
   /// (step_error); else those of the first of them.
   Points momenta;

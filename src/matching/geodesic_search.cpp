@@ -43,7 +43,7 @@ class GeodesicSearch {
     if (const auto converged = alternate(first, "midpoint")) return solution(*converged, "midpoint");
     PathSolution unsettled = first;
     unsettled.converged = false;
-    if (first.converged) unsettled.reason = "momenta shoot their landmarks elsewhere than the path leads";
+    if (first.converged) unsettled.reason = "landmarks between those searched for are not carried to their targets";
     return solution(unsettled, "midpoint");
   }
 

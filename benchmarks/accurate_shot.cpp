@@ -51,6 +51,7 @@ Radial radial(const KernelTerm& term, double squared) {
 struct Rate {
   Points q, p;
   double energy = 0;  // H
+  double action = 0;  // ½|u|²
 };
 
 template <int d>
@@ -78,14 +79,15 @@ Rate hamiltonian_rate(const std::vector<KernelTerm>& terms, const PhaseState& st
     }
   }
   const double energy = 0.5 * p.cwiseProduct(velocity).sum();
-  return {velocity, force, energy};
+  return {velocity, force, energy, 0};
 }
 
 // The right-hand side.
 class ControlledFlow {
  public:
   explicit ControlledFlow(const matching::Registration& registration)
-      : terms_(make_kernel(registration.kernel, registration.source.points).terms()),
+      : lambda_(registration.lambda),
+        terms_(make_kernel(registration.kernel, registration.source.points).terms()),
         noise_(make_noise(registration.noise, registration.source)),
         is_plain_(registration.noise.starts_with("ch-sd:") && registration.noise.find("on=") == std::string::npos &&
                   registration.noise.find('+') == std::string::npos) {}
@@ -106,7 +108,14 @@ class ControlledFlow {
     return rate;
   }
 
+  // Those of metamorphosis: u_i = λh_i.
+  VectorXd best_controls(const PhaseState& state) const {
+    if (!is_plain_) return lambda_ * noise_->potentials(state);
+    return lambda_ * noise_->parameters()[0] * state.p.reshaped();
+  }
+
  private:
+  double lambda_;
   std::vector<KernelTerm> terms_;
   std::shared_ptr<const NoiseModel> noise_;
   bool is_plain_;  // ch-sd on all landmarks
@@ -116,17 +125,45 @@ struct Shot {
   Points end;
   double initial_energy = 0;  // H at t = 0
   double energy = 0;          // ∫H dt
+  double action = 0;          // ½∫|u|² dt
 };
 
 PhaseState moved(const PhaseState& state, const Rate& rate, double dt) {
   return {state.q + dt * rate.q, state.p + dt * rate.p};
 }
 
-Shot shoot(const ControlledFlow& flow, const matching::Registration& registration, const Points& momenta, int steps) {
+// Of mode metamorphosis, whose controls follow from the state.
+Shot shoot_metamorphosis(const ControlledFlow& flow, const matching::Registration& registration, int steps) {
+  const double h = registration.grid.time / steps;
+  PhaseState state{registration.source.points, registration.momenta};
+  Shot shot;
+  const auto rate = [&](const PhaseState& at) {
+    const VectorXd u = flow.best_controls(at);
+    Rate r = flow(at, u);
+    r.action = 0.5 * u.squaredNorm();
+    return r;
+  };
+  for (int k = 0; k < steps; ++k) {
+    const Rate a = rate(state), b = rate(moved(state, a, h / 2)), c = rate(moved(state, b, h / 2)),
+               e = rate(moved(state, c, h));
+    state.q += h / 6 * (a.q + 2 * b.q + 2 * c.q + e.q);
+    state.p += h / 6 * (a.p + 2 * b.p + 2 * c.p + e.p);
+    shot.energy += h / 6 * (a.energy + 2 * b.energy + 2 * c.energy + e.energy);
+    shot.action += h / 6 * (a.action + 2 * b.action + 2 * c.action + e.action);
+  }
+  shot.end = state.q;
+  return shot;
+}
+
+// The controls are those of the record, constant in each of its steps.
+Shot shoot(const ControlledFlow& flow, const matching::Registration& registration, int steps) {
+  if (registration.mode == matching::MatchingMode::kMetamorphosis)
+    return shoot_metamorphosis(flow, registration, steps);
   const int substeps = (steps + registration.grid.steps - 1) / registration.grid.steps;
   const double h = registration.grid.dt() / substeps;
-  PhaseState state{registration.source.points, momenta};
+  PhaseState state{registration.source.points, registration.momenta};
   Shot shot;
+  shot.action = 0.5 * registration.increments.squaredNorm() / registration.grid.dt();
   for (int k = 0; k < registration.grid.steps; ++k) {
     VectorXd controls;
     if (registration.increments.rows() > 0) controls = registration.increments.col(k) / registration.grid.dt();
@@ -150,10 +187,10 @@ double root_mean_square(const Points& differences) {
 double cost(const Shot& shot, const matching::Registration& registration) {
   const bool along_path = mode_name(registration.mode) == "metamorphosis";
   const double energy = registration.lambda * (along_path ? shot.energy : shot.initial_energy);
-  const double action = 0.5 * registration.increments.squaredNorm() / registration.grid.dt();
   const Eigen::ArrayXXd misses = (shot.end - registration.target.points).array();
   const auto missing = registration.target.points.array().isNaN();
-  return energy + action + 0.5 * missing.select(0, misses).square().sum() / (registration.sigma * registration.sigma);
+  return energy + shot.action +
+         0.5 * missing.select(0, misses).square().sum() / (registration.sigma * registration.sigma);
 }
 
 }  // namespace
@@ -162,11 +199,11 @@ AccurateShot shoot_accurately(const matching::Registration& registration) {
   const Points& source = registration.source.points;
   const double size = diameter(source);
   const ControlledFlow flow(registration);
-  Shot best = shoot(flow, registration, registration.momenta, kFewestSteps);
+  Shot best = shoot(flow, registration, kFewestSteps);
   AccurateShot result;
   result.step_error = std::numeric_limits<double>::quiet_NaN();
   for (int steps = 2 * kFewestSteps; steps <= kMostSteps && source.cols() <= kManyLandmarks; steps *= 2) {
-    Shot finer = shoot(flow, registration, registration.momenta, steps);
+    Shot finer = shoot(flow, registration, steps);
     result.step_error = root_mean_square(finer.end - best.end) / size;
     best = std::move(finer);
     if (result.step_error < kStepTolerance) break;

@@ -15,9 +15,10 @@ struct AccurateShot {
 ///
 ///     dq = K(q)p dt + Σ_i h_i,p u_i dt,   dp = −H_q dt − Σ_i h_i,q u_i dt,   u_i = ΔW_i,k/Δt in step k,
 ///
-/// by the classical Runge–Kutta method with at least 400 steps, doubled until the end moves by less than 1e-6 diameters
-/// or there are 3200. It shares no kernel sum and no integrator with the library; nor the noise where that is `ch-sd`
-/// on all landmarks. J has the energy λ∫H dt in mode `metamorphosis`, else (λ/2) p0ᵀK(q0)p0.
+/// or, in mode `metamorphosis`, u_i = λh_i(q, p), as p0 alone determines them, by the classical Runge–Kutta method with
+/// at least 400 steps, doubled until the end moves by less than 1e-6 diameters or there are 3200. It shares no kernel
+/// sum and no integrator with the library; nor the noise where that is `ch-sd` on all landmarks. J has the energy λ∫H
+/// dt in mode `metamorphosis`, else (λ/2) p0ᵀK(q0)p0.
 /// @param registration one whose data are landmarks, each with the standard deviation σ
 AccurateShot shoot_accurately(const matching::Registration& registration);
 

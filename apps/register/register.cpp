@@ -121,6 +121,11 @@ std::vector<matching::HomotopyStep> followed(const Landmarks& source, const Land
                                              matching::RegistrationOptions options,
                                              const matching::Registration& registration) {
   struct Stopped {};
+  const std::string_view left_out = "interrupted: J(beta) was not followed to its end, and is left out";
+  if (registration.stop_reason == matching::kInterrupted) {
+    print_warning(left_out);
+    return {};
+  }
   options.minimise.on_iteration = [show = options.minimise.on_iteration](int iteration, double cost, double gradient) {
     if (Interrupt::came()) throw Stopped();
     show(iteration, cost, gradient);
@@ -130,7 +135,7 @@ std::vector<matching::HomotopyStep> followed(const Landmarks& source, const Land
     log_step("followed J(beta)");
     return steps;
   } catch (const Stopped&) {
-    print_warning("interrupted: J(beta) was not followed to its end, and is left out");
+    print_warning(left_out);
     return {};
   }
 }
@@ -157,21 +162,23 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
                        source.count(), target.count(), source.dimension()));
   matching::RegistrationOptions options = arguments.registration_options(source, notes);
   Progress progress;
+  options.minimise.interrupted = Interrupt::came;
   options.minimise.on_iteration = [&](int iteration, double cost, double gradient) {
     progress.show(fmt::format("iteration {}: cost {:.6g}, relative gradient {:.1e}", iteration, cost, gradient));
   };
   const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
   const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy");
   arguments.output.check(files, pictures);
-  std::optional<LossNotice> lost(
-      std::in_place,
-      fmt::format("interrupted: the search is lost, and nothing was written to '{}'", arguments.output.out));
   if (arguments.homotopy) require_homotopy(source, target, options);
-  const std::optional<inference::FittedParameters> fitted =
-      fit_first(source, {target}, arguments.fit, options, progress);
+  std::optional<inference::FittedParameters> fitted;
+  {
+    const LossNotice lost(
+        fmt::format("interrupted: the fit is lost, and nothing was written to '{}'", arguments.output.out));
+    fitted = fit_first(source, {target}, arguments.fit, options, progress);
+  }
+  const Interrupt keep_what_is_found;
   const matching::Registration registration = register_or_tell(source, target, options, notes);
   RunResults results(arguments.output);
-  lost.reset();
   progress.clear();
   log_step(fmt::format("fitted: kernel {}", registration_system(registration).kernel.spec(4)));
   records::RegistrationFacts facts = registration_facts(registration, fitted);
@@ -194,7 +201,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   if (registration.noise == "none" && options.noise.spec() != "none")
     print_note(fmt::format("mode deterministic does not use the noise '{}'", options.noise.spec()));
   if (!wrong.empty()) print_warning(wrong);
-  for (const std::string& text : registration_warnings(registration)) print_warning(text);
+  for (const std::string& text : result_warnings(registration)) print_warning(text);
   return registration.converged ? kDone : kNotConverged;
 }
 

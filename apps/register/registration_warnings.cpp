@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -73,8 +74,13 @@ bool neighbours_part(const matching::Registration& registration) {
   return fitted && fitted->prediction_error > fitted->alignment_error;
 }
 
+bool is_interrupted(const matching::Registration& registration) {
+  return registration.stop_reason == matching::kInterrupted;
+}
+
 // The likeliest remedy.
 std::string remedy(const matching::Registration& registration) {
+  if (is_interrupted(registration)) return "the search was interrupted";
   if (may_have_no_minimum(registration))
     return registration.uncertainty
                ? "mode map may have no minimum here: try a larger --lambda, or --mode metamorphosis without "
@@ -101,17 +107,40 @@ std::string remedy(const matching::Registration& registration) {
   return "try a smaller --sigma or --lambda" + (may_pass ? "" : "; for shapes that no flow can match " + noise);
 }
 
-}  // namespace
-
-std::string accuracy_text(const matching::Registration& registration) {
+// "0.017 away, cost +3.1 %"
+std::string end_of_shot(const matching::Registration& registration) {
   const double change = change_of_cost(registration);
-  const double size = std::max(diameter(registration.source.points), registration.sigma);
-  const double distance = registration.step_error ? registration.step_error->rms : 0;
-  if (std::abs(change) <= kSmallChange && distance <= kSmallDistance * size) return {};
   const std::string cost = change < 0.1 ? fmt::format("{:+.2g} %", 100 * change)
                            : change < 1 ? fmt::format("{:+.0f} %", 100 * change)
                                         : fmt::format("{:.{}f} times as large", 1 + change, change < 9 ? 1 : 0);
-  return fmt::format("ends {:.3g} away, cost {}", distance, cost);
+  return fmt::format("ends {:.3g} away, cost {}", registration.step_error->rms, cost);
+}
+
+bool follows_closely(const matching::Registration& registration) {
+  const double size = std::max(diameter(registration.source.points), registration.sigma);
+  return registration.step_error && registration.step_error->rms <= kSmallDistance * size &&
+         std::abs(change_of_cost(registration)) <= kSmallChange;
+}
+
+// Of momenta whose shot is not the result, where it ends elsewhere.
+std::string lone_momenta_text(const matching::Registration& registration) {
+  if (follows_closely(registration)) return {};
+  const double growth = registration.amplification.value_or(0);
+  return fmt::format(
+      "p0 alone does not reproduce the path: shot by an accurate integrator, it {}{}. The path is the result: "
+      "trajectory.csv, the pictures and warp follow it",
+      registration.step_error ? fmt::format("ends {:.3g} away", registration.step_error->rms) : "leaves the path",
+      growth > kLargeAmplification ? fmt::format(", as errors grow {}-fold", rounded(growth)) : "");
+}
+
+bool is_shot(const matching::Registration& registration) { return registration.states.empty(); }
+
+}  // namespace
+
+std::string accuracy_text(const matching::Registration& registration) {
+  if (!is_shot(registration)) return lone_momenta_text(registration);
+  if (!registration.step_error || follows_closely(registration)) return {};
+  return "an accurate integrator " + end_of_shot(registration);
 }
 
 std::vector<std::string> path_warnings(const matching::Registration& registration) {
@@ -121,18 +150,25 @@ std::vector<std::string> path_warnings(const matching::Registration& registratio
                                 registration.rms(), rounded(registration.rms() / registration.sigma),
                                 rounded(100 * registration.rms() / registration.initial_rms()), remedy(registration)));
   if (!registration.converged)
-    texts.push_back(fmt::format("not converged: {} after {}{}", registration.stop_reason,
-                                counted(registration.iterations, "iteration"),
-                                registration.matched() ? "; " + remedy(registration) : std::string()));
+    texts.push_back(fmt::format(
+        "not converged: {} after {}{}", registration.stop_reason, counted(registration.iterations, "iteration"),
+        registration.matched() && !is_interrupted(registration) ? "; " + remedy(registration) : std::string()));
   return texts;
 }
 
-std::vector<std::string> registration_warnings(const matching::Registration& registration) {
+std::vector<std::string> momenta_warnings(const matching::Registration& registration) {
   std::vector<std::string> texts = path_warnings(registration);
-  if (std::abs(change_of_cost(registration)) > kSmallChange)
-    texts.push_back(fmt::format("shot by an accurate integrator, p0 {}{}", accuracy_text(registration),
+  if (!is_shot(registration)) {
+    if (std::string text = lone_momenta_text(registration); !text.empty()) texts.push_back(std::move(text));
+  } else if (std::abs(change_of_cost(registration)) > kSmallChange) {
+    texts.push_back(fmt::format("shot by an accurate integrator, p0 {}{}", end_of_shot(registration),
                                 accuracy_remedy(registration)));
+  }
   return texts;
+}
+
+std::vector<std::string> result_warnings(const matching::Registration& registration) {
+  return is_shot(registration) ? momenta_warnings(registration) : path_warnings(registration);
 }
 
 }  // namespace pulson

@@ -168,7 +168,7 @@ html::HtmlReport registration_report(const matching::Registration& registration,
   const std::vector<int> outliers = outlying_landmarks(registration.distances(), registration.sigma);
   html::HtmlReport report =
       new_report(short_name(registration.original) + " → " + short_name(registration.target),
-                 lead(registration, facts, outliers.size()), registration_warnings(registration), notes);
+                 lead(registration, facts, outliers.size()), result_warnings(registration), notes);
   if (std::optional<html::ReportMotion> motion = registration_motion(registration, path, outliers, below.image)) {
     add_surface(below.still, registration, path, *motion);
     report.sections.push_back({"Motion", {std::move(*motion)}});

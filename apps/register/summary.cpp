@@ -80,8 +80,7 @@ void print_distances(const matching::Registration& registration) {
 void print_costs(const matching::Registration& registration, const records::RegistrationFacts& facts) {
   print_text("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
              registration.cost.energy, registration.cost.action, registration.cost.data);
-  if (const std::string text = accuracy_text(registration); !text.empty())
-    print_text("accuracy   an accurate integrator {}\n", text);
+  if (const std::string text = accuracy_text(registration); !text.empty()) print_text("accuracy   {}\n", text);
   const auto part = noise_fraction(registration, facts.shares);
   if (registration.noise != "none" && part) {
     const double by_noise = std::round(100 * *part) + 0.0;  // which makes −0 a 0

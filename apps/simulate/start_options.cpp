@@ -91,7 +91,7 @@ Start StartOptions::start() const {
   std::string noise_spec = "none";
   if (from) {
     const matching::Registration registration = records::read_registration(*from);
-    for (const std::string& text : registration_warnings(registration))
+    for (const std::string& text : momenta_warnings(registration))
       start.notes.push_back("of the registration: " + text);
     start.shape = registration.source;
     start.shape.source = *from;

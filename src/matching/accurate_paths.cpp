@@ -68,7 +68,7 @@ PathSolution search_accurate_paths(const MatchingProblem& problem, const Minimis
     finer.grid.steps *= 2;
     const StepFields fields = in_halves(found.fields);
     PathSolution next = search_paths(finer, options, &fields);
-    if (!next.converged) break;
+    if (!next.converged) break;  // or interrupted
     next.iterations += found.iterations;
     next.evaluations += found.evaluations;
     const double change = std::abs(next.cost.total() - found.cost.total());

@@ -90,6 +90,7 @@ class NewtonSearch {
     if (summary_.converged) summary_.reason = is_flat ? "the gradient vanishes" : "the cost vanishes";
     if (!summary_.converged && summary_.iterations >= options_.max_iterations)
       summary_.reason = "the limit of iterations was reached";
+    if (!summary_.converged && options_.is_interrupted()) summary_.reason = kInterrupted;
     return !summary_.reason.empty();
   }
 

@@ -1,12 +1,12 @@
 // A path in midpoint steps is next to a geodesic, and where few landmarks carry the others (Carriers) so is theirs to
 // that of all. Each round shoots the momenta of the path accurately, all landmarks being carried along; the data of the
 // next are held against the ends of the shot rather than of the path; until both cost the same (defect correction).
+// Where that amplifies errors too much, nothing is shot: the others move in the fields of the carriers' path.
 
 #include "geodesic_search.hpp"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "accurate_paths.hpp"
@@ -14,14 +14,13 @@
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "representatives.hpp"
+#include "settling.hpp"
 
 namespace pulson::matching {
 namespace {
 
 using Eigen::Index;
 
-// Costs of a path and of the geodesic that differ by less than this part.
-constexpr double kSettled = 1e-3;
 // The first path is that of so many landmarks.
 constexpr Index kFirstLandmarks = 150;
 
@@ -32,7 +31,9 @@ class GeodesicSearch {
         options_(options),
         more_steps_(more_steps),
         grid_(problem.grid),
-        carriers_(find_carriers(problem)) {}
+        carriers_(find_carriers(problem)) {
+    rounds_.max_iterations = std::min(options.max_iterations, kMostRoundIterations);
+  }
 
   GeodesicSolution run() {
     const PathSolution first = first_path();
@@ -42,7 +43,7 @@ class GeodesicSearch {
     if (const auto converged = alternate(first, "midpoint")) return solution(*converged, "midpoint");
     PathSolution unsettled = first;
     unsettled.converged = false;
-    if (first.converged) unsettled.reason = "momenta shoot their landmarks elsewhere than the path leads";
+    if (first.converged) unsettled.reason = "landmarks between those searched for are not carried to their targets";
     return solution(unsettled, "midpoint");
   }
 
@@ -69,21 +70,41 @@ class GeodesicSearch {
     const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
     PathSolution path = search(subsampled(problem_, few), nullptr);
     path.fields.own.clear();  // of those few
-    Points p = Points::Zero(problem_.source.rows(), problem_.source.cols());
-    p(Eigen::all, few) = path.momenta;
-    const Points end = shot(p, "rk4", grid_).value_or(problem_.source);
+    const Points end = end_of(path, "midpoint").value_or(problem_.source);
     return search(carriers_->problem(carriers_->of(end), end), &path.fields);
   }
 
-  std::optional<Points> shot(const Points& p, const std::string& integrator, const TimeGrid& grid) const {
+  // By `rk4`.
+  std::optional<Points> shot(const Points& p, const TimeGrid& grid) const {
     const Eigen::MatrixXd none(0, grid.steps);
     try {
       const PhaseState start{problem_.source, p};
-      return make_integrator(integrator)->integrate(problem_.system, start, grid, none).final().q;
+      return make_integrator("rk4")->integrate(problem_.system, start, grid, none).final().q;
     } catch (const StepError&) {
       return std::nullopt;
     }
   }
+
+  // Nodes of all landmarks in the fields of a path of few: unlike a shot they amplify nothing.
+  std::optional<std::vector<Points>> carried_along(const PathSolution& path) const {
+    StepFields fields = path.fields;
+    fields.own.clear();  // of those few
+    const std::vector<Points> rest(path.path.nodes.size(), problem_.source);
+    return carried(problem_.system, path.path.grid, problem_.source, fields, rest);
+  }
+
+  // Where all landmarks end by the momenta of a path; empty where they leave it.
+  std::optional<Points> end_of(const PathSolution& path, const std::string& name) const {
+    if (name == "midpoint") {
+      const auto nodes = carried_along(path);
+      return nodes ? std::optional(nodes->back()) : std::nullopt;
+    }
+    std::optional<Points> end = shot(momenta(path), grid_);
+    if (end && !(rms_distance(carriers_ ? carriers_->of(*end) : *end, path.path.end()) <= furthest())) end.reset();
+    return end;
+  }
+
+  double furthest() const { return kLost * std::max(diameter(problem_.source), problem_.sigma); }
 
   // The data, held against the end of the shot, `all`, where the path of the carriers leads to `ends`.
   MatchingProblem corrected(const Points& ends, const Points& all) const {
@@ -95,10 +116,9 @@ class GeodesicSearch {
 
   // Empty where the shot amplifies errors so much that rounds do not come closer.
   std::optional<PathSolution> alternate(PathSolution path, const std::string& name) {
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    std::array before{kFar, kFar, kFar};  // the last rounds
+    Settling settling;
     while (path.converged) {
-      std::optional<Points> end = shot(momenta(path), name, grid_);
+      std::optional<Points> end = end_of(path, name);
       if (!end) break;
       const double cost = path.cost.total();
       if (std::abs(problem_.data->value(*end) - path.cost.data) <= kSettled * cost) {
@@ -106,13 +126,11 @@ class GeodesicSearch {
         if (!better) return path;
         end = better;
         grid_.steps *= 2;
-        before.fill(kFar);
+        settling.restart();
       }
-      const double apart = std::abs(problem_.data->value(*end) - path.cost.data);
-      if (!(apart < 0.5 * before[2])) break;
-      before = before[0] == kFar ? std::array{apart, apart, apart} : std::array{apart, before[0], before[1]};
+      if (!settling.continues_at(std::abs(problem_.data->value(*end) - path.cost.data))) break;
       const MatchingProblem next = corrected(path.path.end(), *end);
-      path = counted(continue_path(next, options_, std::move(path.path)));
+      path = counted(continue_path(next, rounds_, std::move(path.path)));
     }
     return std::nullopt;
   }
@@ -120,18 +138,29 @@ class GeodesicSearch {
   // The end of a shot in twice as many steps, where that costs another.
   std::optional<Points> more_accurate(const PathSolution& path, const std::string& name, const Points& end) const {
     if (!more_steps_ || name != "rk4" || grid_.steps >= kMostSteps * problem_.grid.steps) return std::nullopt;
-    const std::optional<Points> finer = shot(momenta(path), name, {grid_.time, 2 * grid_.steps});
+    const std::optional<Points> finer = shot(momenta(path), {grid_.time, 2 * grid_.steps});
     const double change = finer ? std::abs(problem_.data->value(*finer) - problem_.data->value(end)) : 0;
     return change > kAccurate * path.cost.total() ? finer : std::nullopt;
   }
 
   Points momenta(const PathSolution& path) const { return carriers_ ? carriers_->momenta(path.momenta) : path.momenta; }
 
+  // The others have no momenta, and so feel no force.
+  std::vector<PhaseState> states_of_all(const PathSolution& path) const {
+    if (!carriers_) return path.states;
+    const auto nodes = carried_along(path);
+    if (!nodes) throw NumericalError("landmarks leave the flow of others; use more `grid.steps`");
+    std::vector<PhaseState> states;
+    for (std::size_t k = 0; k < nodes->size(); ++k)
+      states.push_back({(*nodes)[k], carriers_->momenta(path.states[k].p)});
+    return states;
+  }
+
   GeodesicSolution solution(const PathSolution& path, const std::string& integrator) const {
     return {momenta(path),
             integrator,
             grid_,
-            integrator == "midpoint" && !carriers_ ? path.states : std::vector<PhaseState>(),
+            integrator == "midpoint" ? states_of_all(path) : std::vector<PhaseState>(),
             path.converged,
             path.reason,
             iterations_,
@@ -141,6 +170,7 @@ class GeodesicSearch {
 
   const MatchingProblem& problem_;
   const MinimiseOptions& options_;
+  MinimiseOptions rounds_ = options_;
   bool more_steps_;
   TimeGrid grid_;  ///< of shots
   std::optional<Carriers> carriers_;

@@ -11,9 +11,8 @@ namespace pulson::matching {
 struct GeodesicSolution {
   Points momenta;  ///< p0, d×N
   std::string integrator;
-  TimeGrid grid;  ///< of the shot
-  std::vector<PhaseState>
-      states;  ///< of the path, K + 1, where it is one of `midpoint` that all landmarks were searched for
+  TimeGrid grid;                   ///< of the shot
+  std::vector<PhaseState> states;  ///< of the path, K + 1, where it is one of `midpoint`
   bool converged = false;
   std::string reason;
   int iterations = 0;

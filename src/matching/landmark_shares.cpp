@@ -72,10 +72,17 @@ LandmarkShares landmark_shares(const Registration& registration) {
   shares.energy = energy_by_landmark(registration, system);
   shares.action = action_by_landmark(registration, system);
   shares.data = data_by_landmark(registration);
+  if (registration.increments.rows() == 0) {
+    shares.flow = registration.result - q0;
+    shares.noise = Points::Zero(q0.rows(), q0.cols());
+    return shares;
+  }
   try {
+    // Of a path with states p0 is that of an accurate shot.
+    const std::string integrator = registration.states.empty() ? registration.integrator : "rk4";
     const Eigen::MatrixXd still(0, registration.grid.steps);
-    const Trajectory flow = make_integrator(registration.integrator)
-                                ->integrate({system.kernel, make_noise("none")}, {q0, p0}, registration.grid, still);
+    const Trajectory flow =
+        make_integrator(integrator)->integrate({system.kernel, make_noise("none")}, {q0, p0}, registration.grid, still);
     shares.flow = flow.final().q - q0;
     shares.noise = registration.result - flow.final().q;
   } catch (const StepError&) {

@@ -39,6 +39,10 @@ struct LbfgsSearch {
       ++summary.iterations;
       if (options.on_iteration) options.on_iteration(summary.iterations, cost, summary.relative_gradient);
       if (summary.relative_gradient <= options.gradient_tolerance) throw nlopt::forced_stop();
+      if (options.is_interrupted()) {
+        summary.reason = kInterrupted;
+        throw nlopt::forced_stop();
+      }
     }
     return cost;
   }
@@ -79,7 +83,7 @@ MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const Minimis
   try {
     if (minimiser.optimize(z, cost) == nlopt::MAXEVAL_REACHED) summary.reason = "the limit of iterations was reached";
   } catch (const nlopt::forced_stop&) {
-    // stopped by the gradient test, or by an error
+    // stopped by the gradient test, by a user, or by an error
   } catch (const nlopt::roundoff_limited&) {
     // the reason above
   } catch (const std::runtime_error&) {

@@ -56,17 +56,29 @@ class PathEquations {
 
   std::optional<PathSolution> run(const StepFields& start) {
     if (!begin_in(start)) return std::nullopt;
+    return search(kSolved);
+  }
+
+  std::optional<PathSolution> run(const DiscretePath& path) {
+    path_ = {path.grid, path.nodes, {}};
+    for (const PhaseState& middle : path.middles) path_.momenta.push_back(middle.p);
+    linearise();
+    return search(std::max(kSolved, kShootableGradient * options_.gradient_tolerance));
+  }
+
+ private:
+  std::optional<PathSolution> search(double tolerance) {
     while (true) {
       const double total = cost();
       relative_ = std::sqrt(size_ / (2 * total));
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
-      if (relative_ <= kSolved) return solution();
+      if (relative_ <= tolerance) return solution();
+      if (options_.is_interrupted()) return std::nullopt;
       if (iterations_ == std::min(kMostNewtonSteps, options_.max_iterations) || !advance()) return std::nullopt;
       ++iterations_;
     }
   }
 
- private:
   std::vector<Index> find_carriers() const {
     const double known = problem_.sigma * problem_.sigma + variance_;
     return pivoted_landmarks(problem_.system.kernel, problem_.source,
@@ -280,6 +292,14 @@ std::optional<PathSolution> solve_path_equations(const MatchingProblem& problem,
                                                  const StepFields& start) {
   if (own_variance(problem) == 0) return std::nullopt;
   return PathEquations(problem, options).run(start);
+}
+
+PathSolution continue_path_equations(const MatchingProblem& problem, const MinimiseOptions& options,
+                                     DiscretePath path) {
+  if (std::optional<PathSolution> found = PathEquations(problem, options).run(path)) return std::move(*found);
+  PathSolution none;
+  none.path = std::move(path);
+  return none;
 }
 
 MatchingProblem without_own_noise(const MatchingProblem& problem) {

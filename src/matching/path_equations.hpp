@@ -14,6 +14,9 @@ namespace pulson::matching {
 std::optional<PathSolution> solve_path_equations(const MatchingProblem& problem, const MinimiseOptions& options,
                                                  const StepFields& start);
 
+/// The same from a path that it found for other data, to Finish::kShootable; not converged where there is none.
+PathSolution continue_path_equations(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path);
+
 /// The problem without noise that moves each landmark by itself, the data being less firm by what it does, so that its
 /// fields are nearly those with the noise.
 MatchingProblem without_own_noise(const MatchingProblem& problem);

@@ -43,9 +43,6 @@ constexpr int kMostProducts = 40;
 // Iterations below the tolerance: Newton's squares the gradient, so that round-off comes first; where the data have but
 // a Gauss–Newton model, these.
 constexpr int kMostPolish = 10;
-// Of the tolerance, the relative gradient at which a shot of p0 follows the path well: a shot amplifies what is left of
-// it by up to the ratio of the distances to σ.
-constexpr double kShootableGradient = 1e-2;
 constexpr const char* kFlat = "the gradient vanishes";
 // Twice as many landmarks begin at what is found for these.
 constexpr Index kFewLandmarks = 150;
@@ -179,6 +176,10 @@ class PathSearch {
       // By round-off the model is not positive, or numbers have left their range.
       if (!(slope >= 0) || !std::isfinite(slope) || !std::isfinite(total)) relative_ = 1;
       if (options_.on_iteration) options_.on_iteration(iterations_, problem_.lambda * total, relative_);
+      if (options_.is_interrupted()) {
+        stop(false, kInterrupted);
+        return true;
+      }
       if (sigma_inflation_ > 1 && relative_ < kStageGradient) {
         sigma_inflation_ = std::max(1.0, sigma_inflation_ / kInflationRatio);
         radius_ = -1;
@@ -384,6 +385,7 @@ std::string reason_at_rest(const MatchingProblem& problem) {
 
 PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path,
                            Finish finish) {
+  if (path.cometrics.empty()) return continue_path_equations(problem, options, std::move(path));
   return PathSearch(problem, options).run(std::move(path), finish);
 }
 

@@ -5,6 +5,10 @@
 
 namespace pulson::matching {
 
+/// Of the tolerance, the relative gradient at which a shot of p0 follows the path well: a shot amplifies what is left
+/// of it by up to the ratio of the distances to σ.
+constexpr double kShootableGradient = 1e-2;
+
 /// Where a search ends.
 enum class Finish {
   kShootable,  ///< where a shot of p0 follows the path, within much less than σ
@@ -48,7 +52,7 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
 /// large beside their differences.
 std::string reason_at_rest(const MatchingProblem& problem);
 
-/// The same from a path, such as the minimum of a problem that differs in the data alone.
+/// The same from a path, such as one that search_paths() found for a problem that differs in the data alone.
 PathSolution continue_path(const MatchingProblem& problem, const MinimiseOptions& options, DiscretePath path,
                            Finish finish = Finish::kShootable);
 

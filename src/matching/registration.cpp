@@ -16,12 +16,10 @@
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
+#include "shootable_momenta.hpp"
 
 namespace pulson::matching {
 namespace {
-
-// A shot whose data cost no more than this part of J less or more follows the path.
-constexpr double kFollows = 1e-3;
 
 constexpr EnumNames<MatchingMode, 5> kModes = {"mode",
                                                {{{"deterministic", MatchingMode::kDeterministic},
@@ -103,8 +101,8 @@ bool by_paths(const Registration& registration, const MinimiseOptions& how) {
 
 LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Registration& registration) {
   const MatchingObjective objective(problem);
-  if (const auto at = objective.evaluate(objective.white(registration.momenta, registration.increments)))
-    return laplace(objective, *at);
+  const Points& p0 = registration.states.empty() ? registration.momenta : registration.states.front().p;
+  if (const auto at = objective.evaluate(objective.white(p0, registration.increments))) return laplace(objective, *at);
   throw NumericalError("the uncertainty needs smaller time steps; use more `grid.steps`");
 }
 
@@ -125,35 +123,6 @@ MatchingCost cost_along(const MatchingProblem& problem, const Trajectory& path) 
           problem.data->value(path.final().q)};
 }
 
-// The path of a record: a shot of its momenta, or, where that leaves the states found, these. A search that did not
-// converge may end at momenta that have no path: then less of them, or none.
-Trajectory path_of_record(const MatchingProblem& problem, std::vector<PhaseState> states, Registration& registration) {
-  constexpr int kMostHalvings = 60;
-  for (int halvings = 1;; ++halvings) {
-    try {
-      Trajectory path = replay(registration);
-      if (states.empty()) return path;
-      const double found = problem.data->value(states.back().q);
-      const double apart = std::abs(problem.data->value(path.final().q) - found);
-      if (apart <= kFollows * (energy_along(problem, path) + found)) return path;
-    } catch (const StepError&) {
-      if (states.empty()) {
-        registration.converged = false;
-        registration.stop_reason = "the path found cannot be shot in these time steps";
-        registration.momenta /= 2;
-        registration.increments /= 2;
-        if (halvings == kMostHalvings || !registration.momenta.allFinite()) {
-          registration.momenta.setZero();
-          registration.increments.setZero();
-        }
-        continue;
-      }
-    }
-    registration.states = std::move(states);
-    return replay(registration);
-  }
-}
-
 template <class Solution>
 void record_search(const Solution& found, Registration& registration) {
   registration.momenta = found.momenta;
@@ -166,27 +135,38 @@ void record_search(const Solution& found, Registration& registration) {
   registration.relative_gradient = found.relative_gradient;
 }
 
-void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
-                  Registration& registration) {
-  std::vector<PhaseState> states;
-  if (registration.integrator == "rk4") {
-    const GeodesicSolution found = search_geodesic(problem, how, more_steps);
-    record_search(found, registration);
-    registration.integrator = found.integrator;
-    registration.grid = found.grid;
-    registration.increments = Eigen::MatrixXd::Zero(0, registration.grid.steps);
-    states = found.states;
-  } else {
-    const PathSolution found = more_steps ? search_accurate_paths(problem, how) : search_paths(problem, how);
-    record_search(found, registration);
-    registration.grid = found.path.grid;
-    registration.increments = found.increments;
-    states = found.states;
-  }
-  const Trajectory path = path_of_record(problem, std::move(states), registration);
+// Along the recorded states, or by `rk4` along a shot of the momenta.
+void record_path(const MatchingProblem& problem, Registration& registration) {
+  const Trajectory path = replay(registration);
   registration.result = path.final().q;
   registration.cost = cost_along(problem, path);
-  record_accuracy(problem, path, registration);
+  registration.amplification = amplification(problem.system, path);
+}
+
+void record_geodesic(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
+                     Registration& registration) {
+  const GeodesicSolution found = search_geodesic(problem, how, more_steps);
+  record_search(found, registration);
+  registration.integrator = found.integrator;
+  registration.grid = found.grid;
+  registration.increments = Eigen::MatrixXd::Zero(0, registration.grid.steps);
+  registration.states = found.states;
+  record_path(problem, registration);
+  registration.step_error = step_error(problem, registration);
+}
+
+void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
+                  Registration& registration) {
+  if (registration.integrator == "rk4") return record_geodesic(problem, how, more_steps, registration);
+  const PathSolution found = more_steps ? search_accurate_paths(problem, how) : search_paths(problem, how);
+  record_search(found, registration);
+  registration.grid = found.path.grid;
+  registration.increments = found.increments;
+  registration.states = found.states;
+  record_path(problem, registration);
+  ShootableMomenta shot = shootable_momenta(problem, how, found);
+  registration.momenta = std::move(shot.momenta);
+  registration.step_error = shot.error;
 }
 
 // From each point to the nearest one on an edge.
@@ -296,6 +276,10 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
     const MinimiseSummary summary = minimise(objective, how);
     record_solution(objective, summary, registration);
     if (options.uncertainty) registration.uncertainty = laplace(objective, summary.solution);
+  }
+  if (how.is_interrupted()) {
+    registration.converged = false;
+    registration.stop_reason = kInterrupted;
   }
   require_finite_result(registration);
   registration.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -105,5 +105,15 @@ TEST(AccurateShot, TakesTheRecordedIncrementsAsControls) {
   }
 }
 
+// p0 of metamorphosis alone, with a kernel, noise and integrator of the check's own, also where errors grow fifty-fold.
+TEST(AccurateShot, ReproducesMetamorphosisByItsMomentaAlone) {
+  for (const char* name : {"swap_beta0.5", "permutation_11", "p_sd", "ch_sd_screened", "crescent_beta0.1"}) {
+    const Registration registration = solved(name, "metamorphosis", "auto");
+    const AccurateShot check = shoot_accurately(registration);
+    EXPECT_LT(check.end_error * diameter(registration.source.points), 0.1 * registration.sigma) << name;
+    EXPECT_NEAR(check.cost, registration.cost.total(), 5e-3 * check.cost) << name;
+  }
+}
+
 }  // namespace
 }  // namespace pulson::matching

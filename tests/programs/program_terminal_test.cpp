@@ -110,7 +110,7 @@ TEST_F(TerminalProgram, ShowsABarWhereTheEndIsKnown) {
   EXPECT_EQ(shown.text.substr(bar_end).find(" left"), std::string::npos) << "the bar goes away";
 }
 
-TEST_F(TerminalProgram, RegisterSaysWhatCtrlCLoses) {
+TEST_F(TerminalProgram, RegisterWritesWhatItFoundBeforeCtrlC) {
   std::string source = "x,y\n", target = source;
   for (int i = 0; i < 400; ++i) {
     source += fmt::format("{},{}\n", std::cos(0.0157 * i), std::sin(0.0157 * i));
@@ -119,11 +119,13 @@ TEST_F(TerminalProgram, RegisterSaysWhatCtrlCLoses) {
   write("large_a.csv", source);
   write("large_b.csv", target);
   const Shown shown =
-      on_terminal(words("register large_a.csv large_b.csv -o lost --tolerance 1e-12 --steps 200"), {}, "iteration ");
-  EXPECT_EQ(WTERMSIG(shown.status), SIGINT);
-  EXPECT_THAT(shown.text, EndsWith(std::string(kErase) +
-                                   "pulson: interrupted: the search is lost, and nothing was written to 'lost'\r\n"));
-  EXPECT_FALSE(std::filesystem::exists("lost/registration.json"));
+      on_terminal(words("register large_a.csv large_b.csv -o kept --tolerance 1e-12 --steps 60"), {}, "iteration ");
+  EXPECT_EQ(WEXITSTATUS(shown.status), 3) << shown.text;
+  EXPECT_THAT(shown.text, HasSubstr("not converged: interrupted after "));
+  for (const char* file : {"registration.json", "residuals.csv", "trajectory.csv", "registration.png", "report.html"})
+    EXPECT_TRUE(std::filesystem::exists(std::string("kept/") + file)) << file;
+  EXPECT_EQ(read_json("kept/registration.json")["converged"], false);
+  EXPECT_EQ(read_json("kept/registration.json")["stop_reason"], "interrupted");
 }
 
 TEST_F(TerminalProgram, TakesTheBarAwayWhereCtrlCStopsIt) {

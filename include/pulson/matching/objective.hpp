@@ -126,6 +126,9 @@ class MatchingObjective {
   std::shared_ptr<const MomentumBasis> basis_;
 };
 
+/// Why a search ended that was interrupted.
+constexpr const char* kInterrupted = "interrupted";
+
 /// How the objective is minimised.
 enum class Solver {
   kAuto,         ///< paths where the problem is one of paths in midpoint steps, else shooting by its size

@@ -120,8 +120,9 @@ struct RegistrationOptions {
   MinimiseOptions minimise{};
 };
 
-/// What an accurate integrator makes of the same momenta and increments: Runge–Kutta of order 4 in at least twice the
-/// steps, with controls that are constant in each step of the record.
+/// What an accurate integrator makes of the momenta: Runge–Kutta of order 4 in at least twice the steps. Of a path in
+/// midpoint steps it solves the flow of EffectiveHamiltonian, whose controls λh(q, p) follow from p0; else the controls
+/// are those of the record, constant in each of its steps.
 struct DiscretisationError {
   double rms = 0;   ///< root mean square distance of its end points to those recorded, length units
   double cost = 0;  ///< J of its path less J
@@ -147,12 +148,14 @@ struct Registration {
   Landmarks source;                                ///< q0: the source after alignment, where the flow begins
   Landmarks original;  ///< the source as it was given, but for landmarks that have a missing coordinate
   Landmarks target;
-  Points result;               ///< q(T), d×N; in mode `expected` its mean
-  Points spread;               ///< d×N, standard deviation of q(T) over the realisations; empty for one
-  Points momenta;              ///< p0, d×N
+  Points result;  ///< q(T), d×N; in mode `expected` its mean
+  Points spread;  ///< d×N, standard deviation of q(T) over the realisations; empty for one
+  /// p0, d×N. Where there are `states`, the momenta whose accurate shot ends where they do, if such can be had
+  /// (step_error); else those of the first of them.
+  Points momenta;
   Eigen::MatrixXd increments;  ///< ΔW, C×K; 0 in mode `expected`, which has many
-  /// The K + 1 states of a path in midpoint steps that a shot of the momenta leaves, since it amplifies errors; else
-  /// none.
+  /// The K + 1 states of a path in midpoint steps that was searched for as such: the result. Else none, and the result
+  /// is a shot of the momenta.
   std::vector<PhaseState> states;
   MatchingCost cost;
   Solver solver = Solver::kAuto;
@@ -162,7 +165,8 @@ struct Registration {
   int evaluations = 0;
   Eigen::Index unknowns = 0;
   double relative_gradient = 0;
-  std::optional<DiscretisationError> step_error;  ///< none in mode `expected`
+  /// None in mode `expected`, and where a shot leaves the path.
+  std::optional<DiscretisationError> step_error;
   /// By how much shooting the momenta amplifies errors: the largest singular value of ∂q(T)/∂q0, where p0 and the
   /// increments are kept (an estimate). None in mode `expected`.
   std::optional<double> amplification;

@@ -51,6 +51,16 @@ void print_search(const matching::Registration& registration) {
              registration.relative_gradient);
 }
 
+// Nothing where all searches agree.
+void print_minima(const matching::Registration& registration) {
+  const auto& minima = registration.minima;
+  if (minima.size() < 2) return;
+  int searches = 0;
+  for (const matching::Minimum& minimum : minima) searches += minimum.found;
+  print_text("minima     {} were found, J = {:.4g} by {} of {} searches; the next best, J = {:.4g}, by {}\n",
+             minima.size(), minima[0].total, minima[0].found, searches, minima[1].total, minima[1].found);
+}
+
 void print_fitted(const inference::FittedParameters& fitted) {
   print_text("fitted    ");
   for (std::size_t i = 0; i < fitted.names.size(); ++i) {
@@ -104,6 +114,7 @@ void print_registration(const matching::Registration& registration, const record
   print_model(registration);
   if (facts.fitted) print_fitted(*facts.fitted);
   print_search(registration);
+  print_minima(registration);
   print_costs(registration, facts);
   if (registration.uncertainty) print_uncertainty(*registration.uncertainty);
 }

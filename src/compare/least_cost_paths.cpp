@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "matching/path_search.hpp"
+#include "matching/global_search.hpp"
 #include "posterior.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
@@ -45,7 +45,7 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
     problem.lambda /= problem.grid.time;  // the energy is λH there, λ∫H dt here
     if (noise_vanishes(fit)) problem.system.noise = make_noise("none");
     try {
-      const matching::PathSolution found = search_paths(problem, {});
+      const matching::PathSolution found = search_globally(problem, {});
       const Points& end = found.path.end();
       const Observation observation = observe(cohort, s, problem.sigma);
       const Landmarks& shape = cohort.targets[static_cast<std::size_t>(s)];

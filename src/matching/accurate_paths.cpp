@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dynamics/effective_hamiltonian.hpp"
+#include "global_search.hpp"
 #include "pulson/core/parallel.hpp"
 
 namespace pulson::matching {
@@ -62,7 +63,7 @@ StepFields in_halves(const StepFields& fields) {
 
 PathSolution search_accurate_paths(const MatchingProblem& problem, const MinimiseOptions& options,
                                    const StepFields* start) {
-  PathSolution found = search_paths(problem, options, start);
+  PathSolution found = start == nullptr ? search_globally(problem, options) : search_paths(problem, options, start);
   MatchingProblem finer = problem;
   while (found.converged && finer.grid.steps < kMostSteps * problem.grid.steps && !is_accurate(problem, found)) {
     finer.grid.steps *= 2;
@@ -71,6 +72,7 @@ PathSolution search_accurate_paths(const MatchingProblem& problem, const Minimis
     if (!next.converged) break;  // or interrupted
     next.iterations += found.iterations;
     next.evaluations += found.evaluations;
+    next.minima = std::move(found.minima);
     const double change = std::abs(next.cost.total() - found.cost.total());
     found = std::move(next);
     if (change <= 3 * kAccurate * found.cost.total()) break;  // the error is of second order: a third of it is left

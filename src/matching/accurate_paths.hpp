@@ -9,7 +9,8 @@ namespace pulson::matching {
 constexpr double kAccurate = 3e-3;
 constexpr int kMostSteps = 8;
 
-/// search_paths(), and on from what it finds in twice as many steps until the cost is accurate.
+/// search_paths(), or without a start search_globally(), and on from what it finds in twice as many steps until the
+/// cost is accurate.
 PathSolution search_accurate_paths(const MatchingProblem& problem, const MinimiseOptions& options,
                                    const StepFields* start = nullptr);
 

@@ -11,6 +11,7 @@
 
 #include "accurate_paths.hpp"
 #include "carriers.hpp"
+#include "global_search.hpp"
 #include "pulson/integrators/integrator.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "representatives.hpp"
@@ -54,24 +55,30 @@ class GeodesicSearch {
     return found;
   }
 
-  PathSolution search(const MatchingProblem& problem, const StepFields* start, Finish finish = Finish::kNoSaddle) {
-    return counted(search_paths(problem, options_, start, finish));
+  PathSolution search(const MatchingProblem& problem, const StepFields& start, Finish finish = Finish::kNoSaddle) {
+    return counted(search_paths(problem, options_, &start, finish));
+  }
+
+  PathSolution search_from_rest(const MatchingProblem& problem) {
+    PathSolution found = counted(search_globally(problem, options_, Finish::kNoSaddle));
+    minima_ = found.minima;
+    return found;
   }
 
   PathSolution path_alone(const PathSolution& first) {
-    if (!more_steps_) return search(problem_, &first.fields, Finish::kRoundOff);
+    if (!more_steps_) return search(problem_, first.fields, Finish::kRoundOff);
     PathSolution found = counted(search_accurate_paths(problem_, options_, &first.fields));
     grid_ = found.path.grid;
     return found;
   }
 
   PathSolution first_path() {
-    if (!carriers_) return search(problem_, nullptr);
+    if (!carriers_) return search_from_rest(problem_);
     const std::vector<Index> few = representatives(problem_, kFirstLandmarks);
-    PathSolution path = search(subsampled(problem_, few), nullptr);
+    PathSolution path = search_from_rest(subsampled(problem_, few));
     path.fields.own.clear();  // of those few
     const Points end = end_of(path, "midpoint").value_or(problem_.source);
-    return search(carriers_->problem(carriers_->of(end), end), &path.fields);
+    return search(carriers_->problem(carriers_->of(end), end), path.fields);
   }
 
   // By `rk4`.
@@ -165,7 +172,8 @@ class GeodesicSearch {
             path.reason,
             iterations_,
             evaluations_,
-            path.relative_gradient};
+            path.relative_gradient,
+            minima_};
   }
 
   const MatchingProblem& problem_;
@@ -174,6 +182,7 @@ class GeodesicSearch {
   bool more_steps_;
   TimeGrid grid_;  ///< of shots
   std::optional<Carriers> carriers_;
+  std::vector<Minimum> minima_;
   int iterations_ = 0;
   int evaluations_ = 0;
 };

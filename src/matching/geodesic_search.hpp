@@ -18,6 +18,7 @@ struct GeodesicSolution {
   int iterations = 0;
   int evaluations = 0;
   double relative_gradient = 0;
+  std::vector<Minimum> minima;  ///< of search_globally()
 };
 
 /// Minimises λ∫H dt + D(q(T)), D that of landmarks, over geodesics as `rk4` shoots them, or, where that amplifies

@@ -117,7 +117,7 @@ class GlobalSearch {
       look();
       refine(best);
     } else {
-      best.minima = {{best.cost.total(), 1}};
+      best.minima = {{best.cost.total(), 1, 0}};
     }
     return best;
   }
@@ -297,10 +297,12 @@ class GlobalSearch {
 
   // Of minima that are known in few steps only, in proportion.
   void record(const Found& recorded, PathSolution& best) {
-    best.minima = {{recorded.refined, recorded.searches}};
-    for (const Found& m : minima_)
-      if (&m != &recorded)
-        best.minima.push_back({m.refined > 0 ? m.refined : recorded.refined * m.cost / recorded.cost, m.searches});
+    best.minima = {{recorded.refined, recorded.searches, 0}};
+    for (const Found& m : minima_) {
+      if (&m == &recorded) continue;
+      const double total = m.refined > 0 ? m.refined : recorded.refined * m.cost / recorded.cost;
+      best.minima.push_back({total, m.searches, recorded.refined - total});
+    }
     std::sort(best.minima.begin() + 1, best.minima.end(),
               [](const Minimum& a, const Minimum& b) { return a.total < b.total; });
   }

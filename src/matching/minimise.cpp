@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "geodesic_search.hpp"
+#include "global_search.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
@@ -58,12 +59,12 @@ VectorXd path_start(const MatchingObjective& objective, const MinimiseOptions& o
     return objective.white(found.momenta, increments);
   };
   if (fits_noise(objective) && problem.system.noise->traits().linear) {
-    const PathSolution found = search_paths(problem, options);
+    const PathSolution found = search_globally(problem, options);
     return unknowns(found, found.increments);
   }
   problem.system.noise = make_noise("none");
   problem.realisations.clear();
-  if (problem.data->landmarks() == nullptr) return unknowns(search_paths(problem, options), still);
+  if (problem.data->landmarks() == nullptr) return unknowns(search_globally(problem, options), still);
   return unknowns(search_geodesic(problem, options), still);
 }
 

@@ -16,12 +16,6 @@ enum class Finish {
   kRoundOff    ///< and the gradient vanishes as far as round-off lets it
 };
 
-/// A minimum that some of several searches ended at.
-struct Minimum {
-  double total = 0;  ///< J
-  int found = 0;     ///< by so many searches
-};
-
 /// What a search over paths found.
 struct PathSolution {
   DiscretePath path;

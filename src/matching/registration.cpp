@@ -10,6 +10,7 @@
 #include "accurate_paths.hpp"
 #include "core/text.hpp"
 #include "geodesic_search.hpp"
+#include "global_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
@@ -133,6 +134,7 @@ void record_search(const Solution& found, Registration& registration) {
   registration.evaluations = found.evaluations;
   registration.unknowns = found.momenta.size();
   registration.relative_gradient = found.relative_gradient;
+  registration.minima = found.minima;
 }
 
 // Along the recorded states, or by `rk4` along a shot of the momenta.
@@ -158,7 +160,7 @@ void record_geodesic(const MatchingProblem& problem, const MinimiseOptions& how,
 void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
                   Registration& registration) {
   if (registration.integrator == "rk4") return record_geodesic(problem, how, more_steps, registration);
-  const PathSolution found = more_steps ? search_accurate_paths(problem, how) : search_paths(problem, how);
+  const PathSolution found = more_steps ? search_accurate_paths(problem, how) : search_globally(problem, how);
   record_search(found, registration);
   registration.grid = found.path.grid;
   registration.increments = found.increments;

@@ -131,6 +131,10 @@ void read_outcome(const Reader& reader, matching::Registration& registration) {
   if (reader.has("step_error"))
     registration.step_error = {reader.at("step_error").at("rms").number(), reader.at("step_error").at("cost").number()};
   if (reader.has("amplification")) registration.amplification = reader.at("amplification").number();
+  if (reader.has("minima"))
+    for (const Reader& minimum : reader.at("minima").items())
+      registration.minima.push_back(
+          {minimum.at("total").number(), minimum.at("found").count(), minimum.at("log_weight").number()});
   registration.stop_reason = reader.at("stop_reason").text();
   registration.iterations = reader.at("iterations").count();
   registration.evaluations = reader.at("evaluations").count();
@@ -263,7 +267,6 @@ formats::Json fitted_json(const inference::FittedParameters& fitted) {
           {"note", fitted.note}};
 }
 
-// The least β that matches is null where the first does not.
 formats::Json states_json(const std::vector<PhaseState>& states) {
   formats::Json positions = formats::Json::array(), momenta = formats::Json::array();
   for (const PhaseState& state : states) {
@@ -273,6 +276,14 @@ formats::Json states_json(const std::vector<PhaseState>& states) {
   return {{"positions", positions}, {"momenta", momenta}};
 }
 
+formats::Json minima_json(const std::vector<matching::Minimum>& minima) {
+  formats::Json list = formats::Json::array();
+  for (const matching::Minimum& m : minima)
+    list.push_back({{"total", m.total}, {"found", m.found}, {"log_weight", m.log_weight}});
+  return list;
+}
+
+// The least β that matches is null where the first does not.
 formats::Json homotopy_json(const std::vector<matching::HomotopyStep>& steps) {
   formats::Json values = formats::Json::array();
   for (const matching::HomotopyStep& step : steps)
@@ -320,6 +331,7 @@ std::string registration_json(const matching::Registration& registration, const 
   json["notes"] = registration.notes;
   json["data"] = data_json(registration.data);
   json["cost"] = cost_json(registration.cost);
+  if (!registration.minima.empty()) json["minima"] = minima_json(registration.minima);
   json["shares"] = shares_json(registration, facts.shares);
   json["rms"] = registration.rms();
   json["initial_rms"] = registration.initial_rms();
@@ -344,77 +356,6 @@ std::string registration_json(const matching::Registration& registration, const 
   json["increments"] = formats::points_json(registration.increments);
   if (!registration.states.empty()) json["states"] = states_json(registration.states);
   return formats::one_key_a_line(require_finite(json));
-}
-
-namespace {
-
-// One column, or one for each axis: rows are landmarks.
-struct Column {
-  std::string name;
-  bool of_axes;
-  Eigen::MatrixXd values;
-};
-
-std::vector<Column> residual_columns(const matching::Registration& registration,
-                                     const matching::LandmarkShares& shares) {
-  const bool landmarks = registration.data.kind == matching::DataKind::kLandmarks;
-  std::vector<Column> columns;
-  const auto vectors = [&](const char* name, const Points& values) {
-    if (values.size() > 0) columns.push_back({name, true, values.transpose()});
-  };
-  const auto numbers = [&](const char* name, const Eigen::VectorXd& values) {
-    if (values.size() > 0) columns.push_back({name, false, values});
-  };
-  if (landmarks) vectors("target", registration.target.points);
-  vectors("result", registration.result);
-  if (landmarks) vectors("residual", registration.result - registration.target.points);
-  numbers("distance", registration.distances());
-  vectors("spread", registration.spread);
-  vectors("flow", shares.flow);
-  if (registration.noise != "none") vectors("noise", shares.noise);
-  numbers("energy", shares.energy);
-  numbers("action", shares.action);
-  numbers("data", shares.data);
-  if (registration.uncertainty) {
-    vectors("result_deviation", registration.uncertainty->end_deviation);
-    vectors("momentum_deviation", registration.uncertainty->momentum_deviation);
-    vectors("velocity_deviation", registration.uncertainty->velocity_deviation);
-  }
-  return columns;
-}
-
-}  // namespace
-
-std::string residuals_csv(const matching::Registration& registration, const matching::LandmarkShares& shares) {
-  const std::vector<Column> columns = residual_columns(registration, shares);
-  const std::vector<std::string>& labels = registration.source.labels;
-  io::CsvTable table;
-  table.words({"landmark", "label"});
-  for (const Column& column : columns)
-    if (column.of_axes)
-      add_axis_names(table, column.name, registration.result.rows());
-    else
-      table.word(column.name);
-  table.end_row();
-  for (int a = 0; a < registration.source.count(); ++a) {
-    table.number(registration.source.number(a));
-    if (labels.empty())
-      table.empty();
-    else
-      table.text(labels[static_cast<std::size_t>(a)]);
-    for (const Column& column : columns) table.numbers(column.values.row(a));
-    table.end_row();
-  }
-  return std::move(table).take();
-}
-
-std::string trajectory_csv(const matching::Registration& registration, const Trajectory& path) {
-  io::CsvTable table;
-  table.words({"step", "time", "landmark"});
-  add_state_names(table, registration.result.rows());
-  table.end_row();
-  add_states(table, path, "", 1, registration.source.numbers);
-  return std::move(table).take();
 }
 
 }  // namespace pulson::records

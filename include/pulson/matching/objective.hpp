@@ -157,6 +157,13 @@ struct MinimiseOptions {
   bool is_interrupted() const { return interrupted && interrupted(); }
 };
 
+/// A minimum of J that some of several searches ended at.
+struct Minimum {
+  double total = 0;       ///< J
+  int found = 0;          ///< by so many searches
+  double log_weight = 0;  ///< −(J − J of the first in a list): log of its density over that of the first
+};
+
 struct MinimiseSummary {
   Solver solver = Solver::kAuto;  ///< the one that was used
   bool converged = false;

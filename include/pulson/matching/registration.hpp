@@ -165,6 +165,9 @@ struct Registration {
   int evaluations = 0;
   Eigen::Index unknowns = 0;
   double relative_gradient = 0;
+  /// Of searches over paths from several starts, see global_search.hpp: the recorded one first, then by their cost. J
+  /// of the others is as known in the few steps that these searches take, in proportion. Empty for other searches.
+  std::vector<Minimum> minima;
   /// None in mode `expected`, and where a shot leaves the path.
   std::optional<DiscretisationError> step_error;
   /// By how much shooting the momenta amplifies errors: the largest singular value of ∂q(T)/∂q0, where p0 and the

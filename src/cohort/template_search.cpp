@@ -73,9 +73,12 @@ class TemplateSearch {
         size_(diameter(atlas.mean.points)),
         geodesics_(atlas.kernel, options.steps, atlas.lambda, atlas.beta),
         held_(all_directions(atlas.mean.points)),
-        poses_(atlas.specimens.size()) {
-    for (const AtlasSpecimen& specimen : atlas.specimens)
+        poses_(MatrixXd::Zero(held_.cols(), std::ssize(atlas.specimens))),
+        found_poses_(atlas.specimens.size()) {
+    for (const AtlasSpecimen& specimen : atlas.specimens) {
       observed_.push_back(observed_landmarks(specimen.shape.points));
+      given_.push_back(specimen.shape.points);
+    }
   }
 
   void run() {
@@ -88,15 +91,22 @@ class TemplateSearch {
       const Points mean = mean_momenta();
       const VectorXd full = metric.displacement(mean).reshaped();
       const VectorXd step = full - held_ * (held_.transpose() * full);  // pose and size of the template are held
-      atlas_.movement = std::max(step.norm(), largest_pose()) / std::sqrt(static_cast<double>(q0.cols())) / size_;
+      const MatrixXd poses = pose_steps(q0);
+      const double root = std::sqrt(static_cast<double>(q0.cols()));
+      atlas_.movement = std::max(step.norm(), poses.colwise().norm().maxCoeff()) / root / size_;
       if (options_.on_iteration) options_.on_iteration(atlas_.iterations, atlas_.movement);
       atlas_.converged = atlas_.movement <= options_.tolerance;
       if (atlas_.converged && tolerance <= options_.tolerance) break;
       if (atlas_.iterations >= options_.max_iterations || search.is_lost()) break;
       tolerance = atlas_.converged ? options_.tolerance : atlas_.movement;
-      if (atlas_.converged) continue;  // once more, with matches as accurate
-      change_poses(q0);
-      q0 = search.next(q0.reshaped(), -step).reshaped(q0.rows(), q0.cols());
+      if (atlas_.converged) continue;                                  // once more, with matches as accurate
+      VectorXd place(q0.size() + poses.size()), change(place.size());  // root mean squares of like size
+      place << q0.reshaped(), poses_.reshaped() / root;
+      change << step, poses.reshaped() / root;
+      const VectorXd next = search.next(place, -change);
+      q0 = next.head(q0.size()).reshaped(q0.rows(), q0.cols());
+      poses_ = root * next.tail(poses.size()).reshaped(poses.rows(), poses.cols());
+      place_specimens();
       for (AtlasSpecimen& specimen : atlas_.specimens) specimen.momenta -= mean;
     }
     finish();
@@ -113,21 +123,22 @@ class TemplateSearch {
     return specimen.defect <= std::max(kUnmatched, 0.1 * atlas_.sigma / size_) * size_;
   }
 
-  double largest_pose() const {
-    double largest = 0;
-    for (std::size_t s = 0; s < poses_.size(); ++s)
-      if (is_matched(atlas_.specimens[s])) largest = std::max(largest, poses_[s].norm());
-    return largest;
+  // The poses that the momenta of each specimen contain, as displacements of the mean; 0 where it is not matched.
+  MatrixXd pose_steps(const Points& q0) const {
+    const MatrixXd change = held_.transpose() * all_directions(q0);
+    MatrixXd steps = MatrixXd::Zero(held_.cols(), poses_.cols());
+    for (Index s = 0; s < steps.cols() && held_.cols() > 0; ++s)
+      if (is_matched(atlas_.specimens[static_cast<std::size_t>(s)]))
+        steps.col(s) = change * found_poses_[static_cast<std::size_t>(s)];
+    return steps;
   }
 
-  // Each specimen is moved by what its momenta contain of a pose.
-  void change_poses(const Points& q0) {
-    const MatrixXd directions = all_directions(q0);
-    for (std::size_t s = 0; s < poses_.size() && directions.cols() > 0; ++s) {
-      AtlasSpecimen& specimen = atlas_.specimens[s];
-      if (!is_matched(specimen)) continue;
-      const Points moved = q0 + (directions * poses_[s]).reshaped(q0.rows(), q0.cols());
-      specimen.shape.points = align(moved, q0, atlas_.alignment).apply(specimen.shape.points);
+  void place_specimens() {
+    const Points& mean = atlas_.mean.points;
+    for (std::size_t s = 0; s < given_.size() && held_.cols() > 0; ++s) {
+      const VectorXd displacement = held_ * poses_.col(static_cast<Index>(s));
+      const Points moved = mean + displacement.reshaped(mean.rows(), mean.cols());
+      atlas_.specimens[s].shape.points = align(moved, mean, atlas_.alignment).apply(given_[s]);
     }
   }
 
@@ -155,7 +166,7 @@ class TemplateSearch {
           const Points& q0 = metric.shape();
           specimen.momenta = made.head(q0.size()).reshaped(q0.rows(), q0.cols());
           specimen.result = made.segment(q0.size(), q0.size()).reshaped(q0.rows(), q0.cols());
-          poses_[static_cast<std::size_t>(i)] = made.segment(2 * q0.size(), directions.cols());
+          found_poses_[static_cast<std::size_t>(i)] = made.segment(2 * q0.size(), directions.cols());
           specimen.defect = made[made.size() - 3];
           specimen.converged = made[made.size() - 2] != 0;
           shots[static_cast<std::size_t>(i)] = made[made.size() - 1];
@@ -257,9 +268,11 @@ class TemplateSearch {
   const AtlasOptions& options_;
   double size_;
   Geodesics geodesics_;
-  MatrixXd held_;  // directions at the mean in which the template does not move
+  MatrixXd held_;                      // directions at the mean in which the template does not move
+  MatrixXd poses_;                     // displacements of the mean in these, a column for each specimen, that place it
+  std::vector<VectorXd> found_poses_;  // in the momenta
   std::vector<std::vector<Index>> observed_;
-  std::vector<VectorXd> poses_;  // of the specimens, in their momenta
+  std::vector<Points> given_;  // where poses_ are 0
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ using Eigen::VectorXd;
 constexpr Index kMostLandmarks = 128;
 constexpr double kNarrowest = 0.1, kWidest = 0.4;  // widths, in diameters
 constexpr double kLeastTau = 1e-6, kMostTau = 10;  // λσ², over K(0)
+constexpr double kLeastNoise = 1e-12;              // σ² over K(0)/λ, for a regular matrix
 constexpr double kSmallestVariance = 1e-300;
 
 std::vector<Index> used_landmarks(Index count) {
@@ -29,20 +30,31 @@ std::vector<Index> used_landmarks(Index count) {
 // The mean, and the displacements from it, a column for each specimen (index a·d + axis).
 struct Displacements {
   Points mean;
+  Index specimens;
   MatrixXd columns;
   MatrixXd directions;  // of the alignment
 };
 
-Displacements displacements_of(const std::vector<Points>& shapes, AlignmentKind alignment) {
+// Columns whose outer products sum to a covariance.
+MatrixXd factor_of(const MatrixXd& covariance) {
+  if (covariance.size() == 0) return MatrixXd(covariance.rows(), 0);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> factors(covariance);
+  return factors.eigenvectors() * factors.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+Displacements displacements_of(const std::vector<Points>& shapes, const MatrixXd& uncertain, AlignmentKind alignment) {
   const std::vector<Index> used = used_landmarks(shapes.front().cols());
-  const Index size = shapes.front().rows() * static_cast<Index>(used.size());
-  Displacements all{{}, MatrixXd(size, static_cast<Index>(shapes.size())), {}};
-  for (std::size_t i = 0; i < shapes.size(); ++i)
-    all.columns.col(static_cast<Index>(i)) = shapes[i](Eigen::all, used).reshaped();
-  const VectorXd mean = all.columns.rowwise().mean();
-  all.columns.colwise() -= mean;
-  all.mean = mean.reshaped(shapes.front().rows(), static_cast<Index>(used.size()));
-  std::vector<Index> places(static_cast<std::size_t>(size));
+  const Index d = shapes.front().rows(), size = d * static_cast<Index>(used.size()), n = std::ssize(shapes);
+  std::vector<Index> places;  // of the coordinates used
+  for (const Index a : used)
+    for (Index axis = 0; axis < d; ++axis) places.push_back(a * d + axis);
+  const MatrixXd more = uncertain.size() > 0 ? factor_of(uncertain(places, places)) : MatrixXd(size, 0);
+  Displacements all{{}, n, MatrixXd(size, n + more.cols()), {}};
+  for (Index i = 0; i < n; ++i) all.columns.col(i) = shapes[static_cast<std::size_t>(i)].reshaped()(places);
+  const VectorXd mean = all.columns.leftCols(n).rowwise().mean();
+  all.columns.leftCols(n).colwise() -= mean;
+  all.columns.rightCols(more.cols()) = more;
+  all.mean = mean.reshaped(d, std::ssize(used));
   std::iota(places.begin(), places.end(), 0);
   all.directions = motion_directions(all.mean, alignment, places);
   return all;
@@ -52,7 +64,7 @@ Displacements displacements_of(const std::vector<Points>& shapes, AlignmentKind 
 class KernelLikelihood {
  public:
   KernelLikelihood(const KernelOperator& kernel, const Displacements& data)
-      : dimension_(data.mean.rows()), specimens_(data.columns.cols()), size_(data.columns.rows()) {
+      : dimension_(data.mean.rows()), specimens_(data.specimens), size_(data.columns.rows()) {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> factors(kernel.gram(data.mean, data.mean));
     values_ = factors.eigenvalues().cwiseMax(0);
     columns_ = rotated(data.columns, factors.eigenvectors());
@@ -118,9 +130,10 @@ std::optional<double> given_tau(const CohortFitOptions& options) {
 
 }  // namespace
 
-CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, const CohortFitOptions& options) {
+CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, const MatrixXd& uncertain,
+                                             const CohortFitOptions& options) {
   const SerialBlas serial;
-  const Displacements data = displacements_of(shapes, options.alignment);
+  const Displacements data = displacements_of(shapes, uncertain, options.alignment);
   const double size = diameter(data.mean);
   const auto kernel_at = [&](double log_width) {
     return options.kernel ? *options.kernel
@@ -173,6 +186,16 @@ CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, 
   const double t = tau.value_or(std::exp(log_tau));
   const double variance = variance_at(KernelLikelihood(kernel, data), t, options);
   return {kernel, 1 / variance, options.sigma.value_or(std::sqrt(t * variance)), best};
+}
+
+MatrixXd displacement_covariance(const KernelOperator& kernel, double lambda, double sigma, const Points& mean) {
+  MatrixXd each = kernel.gram(mean, mean) / lambda;
+  each.diagonal().array() += std::max(sigma * sigma, kLeastNoise * each(0, 0));
+  const Index d = mean.rows(), n = mean.cols();
+  MatrixXd all = MatrixXd::Zero(d * n, d * n);
+  for (Index b = 0; b < n; ++b)
+    for (Index a = 0; a < n; ++a) all.block(a * d, b * d, d, d).diagonal().setConstant(each(a, b));
+  return all;
 }
 
 }  // namespace pulson::cohort

@@ -32,8 +32,13 @@ struct CohortDisplacements {
 ///
 /// Widths are 0.1 to 0.4 diameters, as in fit_displacements(), and λσ² at least 1e-6: less is no noise. Of more than
 /// 128 landmarks every few are taken.
-/// @param shapes n ≥ 2 of them, d×N, complete, aligned with one another
+/// @param shapes n ≥ 2 of them, d×N, complete or with expected positions, aligned with one another
+/// @param uncertain dN×dN, added to Σ_i r_ir_iᵀ: the sum of the covariances of expected positions (EM); empty: none
 /// Cost O(n·min(N, 128)) and O(min(N, 128)³) for each of some 60 places.
-CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, const CohortFitOptions& options);
+CohortDisplacements fit_cohort_displacements(const std::vector<Points>& shapes, const Eigen::MatrixXd& uncertain,
+                                             const CohortFitOptions& options);
+
+/// K/λ + σ² on each axis, dN×dN, regular.
+Eigen::MatrixXd displacement_covariance(const KernelOperator& kernel, double lambda, double sigma, const Points& mean);
 
 }  // namespace pulson::cohort

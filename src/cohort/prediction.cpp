@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "core/factorisations.hpp"
+#include "displacement_fit.hpp"
 #include "inference/log_maximum.hpp"
+#include "posed_shapes.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 
@@ -18,17 +20,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kRounds = 30;
-constexpr std::size_t kParts = 10;  // in which specimens are left out by turns
-constexpr double kCentral = 0.9;    // of a coordinate, within the band
-
-std::vector<Index> coordinates_of(const Points& points, bool observed) {
-  std::vector<Index> chosen;
-  for (Index a = 0; a < points.cols(); ++a)
-    for (Index axis = 0; axis < points.rows(); ++axis)
-      if (points.col(a).allFinite() == observed) chosen.push_back(a * points.rows() + axis);
-  return chosen;
-}
+constexpr int kPredictorRounds = 100;
+constexpr double kCovarianceSettled = 1e-3;  // change of the covariance, of its size: bands change by half as much
+constexpr std::size_t kParts = 10;           // in which specimens are left out by turns
+constexpr double kCentral = 0.9;             // of a coordinate, within the band
 
 // log Γ_m(x), but for a constant
 double log_gamma(Index m, double x) {
@@ -67,73 +62,31 @@ struct PriorFit {
   }
 };
 
-// d×N displacements along one axis after the other, for each axis: (matrix ⊗ I).
-MatrixXd for_each_axis(const MatrixXd& matrix, Index d) {
-  MatrixXd all = MatrixXd::Zero(d * matrix.rows(), d * matrix.cols());
-  for (Index b = 0; b < matrix.cols(); ++b)
-    for (Index a = 0; a < matrix.rows(); ++a) all.block(a * d, b * d, d, d).diagonal().setConstant(matrix(a, b));
-  return all;
-}
-
-// An orthonormal basis of what is orthogonal to the columns.
-MatrixXd complement(const MatrixXd& columns) {
-  if (columns.cols() == 0) return MatrixXd::Identity(columns.rows(), columns.rows());
-  const Eigen::HouseholderQR<MatrixXd> factors(columns);
-  return MatrixXd(factors.householderQ()).rightCols(columns.rows() - columns.cols());
-}
-
 }  // namespace
 
-// Of the missing coordinates given the others: mean and scale matrix of Student's distribution.
-struct ShapePredictor::Conditional {
-  std::vector<Index> missing;
-  VectorXd mean;  // displacements
-  MatrixXd scale;
-  double degrees;
-  MatrixXd covariance_given_model;  // of a normal distribution with the covariance Σ
+// The law of the shapes, and what it is known from.
+struct ShapePredictor::Fit {
+  AlignmentKind alignment;
+  PosedShapes law;
+  double prior_weight = 1, prior_scale = 1;
+  double specimens = 0;
+  VectorXd observed{};         // specimens that have a landmark, N
+  MatrixXd mean_covariance{};  // of the estimated mean, dN×dN
+
+  void maximise(const MatrixXd& prior, const ExpectedShapes& expected);
+  void find_mean_covariance(const std::vector<Points>& placed);
+  MatrixXd covariance_by_mean(const PosedShapes::Conditional& found) const;
 };
 
-ShapePredictor::Conditional ShapePredictor::condition(const Points& aligned) const {
-  const std::vector<Index> seen = coordinates_of(aligned, true), missing = coordinates_of(aligned, false);
-  // With some variance along Z the matrix is regular; as Z has a flat prior anyway, any will do.
-  const double along = covariance_.trace() / static_cast<double>(covariance_.rows());
-  const MatrixXd all = covariance_ + along * directions_ * directions_.transpose();
-  const VectorXd displacement = (aligned - mean_).reshaped()(seen);
-  const Eigen::LLT<MatrixXd> factors(all(seen, seen));
-  const MatrixXd z = directions_(seen, Eigen::all), vz = factors.solve(z);
-  const Eigen::LDLT<MatrixXd> normal(z.transpose() * vz);
-  const VectorXd moved = z.cols() > 0 ? VectorXd(normal.solve(vz.transpose() * displacement)) : VectorXd(0);
-  const VectorXd rest = displacement - z * moved;
-  const MatrixXd weights = factors.solve(all(seen, missing));
-  Conditional found{missing, directions_(missing, Eigen::all) * moved + weights.transpose() * rest, {}, 0, {}};
-  MatrixXd covariance = all(missing, missing) - all(missing, seen) * weights;
-  if (z.cols() > 0) {
-    const MatrixXd left = directions_(missing, Eigen::all) - weights.transpose() * z;
-    covariance += left * normal.solve(left.transpose());
-  }
-  found.covariance_given_model = covariance;
-  // Student's: the scale of the joint distribution, and by how much this shape is more or less unusual than most.
-  const double joint = (degrees_ > 2 ? (degrees_ - 2) / degrees_ : 1) * (1 + 1 / specimens_);
-  const double unusual = rest.dot(factors.solve(rest)) / joint;
-  const auto count = static_cast<double>(std::ssize(seen) - z.cols());
-  found.degrees = degrees_ + count;
-  found.scale = covariance * joint * (degrees_ + unusual) / found.degrees;
-  return found;
-}
-
-void ShapePredictor::update(const MatrixXd& prior, const std::vector<Points>& complete, const MatrixXd& uncertain) {
-  const auto n = static_cast<double>(complete.size());
-  mean_ = Points::Zero(mean_.rows(), mean_.cols());
-  for (const Points& shape : complete) mean_ += shape / n;
-  std::vector<Index> all(static_cast<std::size_t>(mean_.size()));
-  std::iota(all.begin(), all.end(), 0);
-  directions_ = motion_directions(mean_, alignment_, all);
-  const MatrixXd basis = complement(directions_);
-  MatrixXd displacements(mean_.size(), static_cast<Index>(complete.size()));
-  for (std::size_t i = 0; i < complete.size(); ++i)
-    displacements.col(static_cast<Index>(i)) = (complete[i] - mean_).reshaped();
-  const MatrixXd free = basis.transpose() * displacements;
-  const MatrixXd scatter = free * free.transpose() + basis.transpose() * uncertain * basis;
+void ShapePredictor::Fit::maximise(const MatrixXd& prior, const ExpectedShapes& expected) {
+  const auto n = static_cast<double>(expected.complete.size());
+  const MatrixXd basis = law.basis();
+  MatrixXd displacements(basis.rows(), static_cast<Index>(expected.complete.size()));
+  for (std::size_t i = 0; i < expected.complete.size(); ++i)
+    displacements.col(static_cast<Index>(i)) = (expected.complete[i] - law.mean()).reshaped();
+  MatrixXd free = basis.transpose() * displacements;
+  free.colwise() -= free.rowwise().mean().eval();
+  const MatrixXd scatter = free * free.transpose() + basis.transpose() * expected.uncertain * basis;
   const MatrixXd v = basis.transpose() * prior * basis;
   const Eigen::LLT<MatrixXd> factors(v);
   const MatrixXd half = factors.matrixL().solve(scatter);
@@ -142,52 +95,81 @@ void ShapePredictor::update(const MatrixXd& prior, const std::vector<Points>& co
   // One shape alone has no scatter: the prior is that of the atlas, which as many coordinates determined as one
   // displacement from its mean has.
   const PriorFit fit = n > 1 ? PriorFit(values.cwiseMax(0), n - 1) : PriorFit{static_cast<double>(basis.cols()), 1};
-  prior_weight_ = fit.weight;
-  prior_scale_ = fit.scale;
-  specimens_ = n;
-  degrees_ = fit.weight + n + 1;  // ν + (n − 1) − m + 1 with ν = δ + m + 1
-  covariance_ = basis * (fit.weight * fit.scale * v + scatter) * basis.transpose() / (fit.weight + n - 1);
+  prior_weight = fit.weight;
+  prior_scale = fit.scale;
+  const MatrixXd covariance = (fit.weight * fit.scale * v + scatter) / (fit.weight + n - 1);
+  law = PosedShapes(updated_mean(law, expected.complete, alignment), alignment, basis * covariance * basis.transpose());
 }
 
-void ShapePredictor::fit(const Atlas& atlas, const std::vector<Points>& aligned) {
-  const SerialBlas serial;
-  alignment_ = atlas.alignment;
-  mean_ = atlas.mean.points;
-  const Index d = mean_.rows();
-  MatrixXd gram = atlas.kernel.gram(mean_, mean_) / atlas.lambda;
-  gram.diagonal().array() += std::max(atlas.sigma * atlas.sigma, 1e-12 * gram(0, 0));
-  const MatrixXd prior = for_each_axis(gram, d);
-  std::vector<Points> complete = aligned;
-  bool has_missing = false;
-  for (Points& shape : complete)
-    for (Index a = 0; a < shape.cols(); ++a)
-      if (!shape.col(a).allFinite()) shape.col(a) = mean_.col(a), has_missing = true;
-  MatrixXd uncertain = MatrixXd::Zero(d * mean_.cols(), d * mean_.cols());
-  update(prior, complete, uncertain);
-  for (int round = 0; has_missing && round < kRounds; ++round) {
-    uncertain.setZero();
-    for (std::size_t i = 0; i < aligned.size(); ++i) {
-      if (aligned[i].allFinite()) continue;
-      const Conditional found = condition(aligned[i]);
-      complete[i].reshaped()(found.missing) = mean_.reshaped()(found.missing) + found.mean;
-      uncertain(found.missing, found.missing) += found.covariance_given_model;
-      if (alignment_ != AlignmentKind::kNone) complete[i] = align(complete[i], mean_, alignment_).apply(complete[i]);
+// The inverse of the information that the shapes hold of the mean. A landmark that none of them has is where the atlas
+// has it: information of one shape.
+void ShapePredictor::Fit::find_mean_covariance(const std::vector<Points>& placed) {
+  const MatrixXd& basis = law.basis();
+  const MatrixXd free = basis.transpose() * law.covariance() * basis;
+  const Index n = law.mean().cols();
+  observed = VectorXd::Zero(n);
+  MatrixXd information = MatrixXd::Zero(free.rows(), free.cols());
+  double complete = 0;
+  for (const Points& shape : placed) {
+    for (Index a = 0; a < n; ++a) observed[a] += shape.col(a).allFinite() ? 1 : 0;
+    if (shape.allFinite()) {
+      complete += 1;
+      continue;
     }
-    update(prior, complete, uncertain);
+    const PosedShapes::Conditional found = law.condition(shape);
+    const MatrixXd part = basis(found.observed, Eigen::all);
+    information += part.transpose() * found.information * part;
   }
+  if (observed.minCoeff() < 1) complete += 1;
+  const MatrixXd identity = MatrixXd::Identity(free.rows(), free.cols());
+  if (complete > 0) information += complete * free.llt().solve(identity);
+  mean_covariance = basis * information.llt().solve(identity) * basis.transpose();
 }
+
+// The covariance of predictions by the mean's: of an error e of the mean they have e_M − W e_O.
+MatrixXd ShapePredictor::Fit::covariance_by_mean(const PosedShapes::Conditional& found) const {
+  const auto& seen = found.observed;
+  const auto& missing = found.missing;
+  const MatrixXd across = found.weights * mean_covariance(seen, missing);
+  return mean_covariance(missing, missing) - across - across.transpose() +
+         found.weights * mean_covariance(seen, seen) * found.weights.transpose();
+}
+
+void ShapePredictor::fit(const Atlas& atlas, const std::vector<Points>& shapes) {
+  const SerialBlas serial;
+  const Points& start = atlas.mean.points;
+  const MatrixXd prior = displacement_covariance(atlas.kernel, atlas.lambda, atlas.sigma, start);
+  const auto found = std::make_shared<Fit>(Fit{atlas.alignment, PosedShapes(start, atlas.alignment, prior)});
+  std::vector<Points> placed = shapes;
+  for (int round = 0; round < kPredictorRounds; ++round) {
+    const MatrixXd before = found->law.covariance();
+    ExpectedShapes expected = expected_shapes(found->law, placed);
+    found->maximise(prior, expected);
+    placed = std::move(expected.placed);
+    if ((found->law.covariance() - before).norm() <= kCovarianceSettled * before.norm()) break;
+  }
+  found->specimens = static_cast<double>(shapes.size());
+  found->find_mean_covariance(placed);
+  fit_ = found;
+}
+
+double ShapePredictor::prior_weight() const { return fit_->prior_weight; }
+double ShapePredictor::prior_scale() const { return fit_->prior_scale; }
+const Points& ShapePredictor::mean() const { return fit_->law.mean(); }
+const MatrixXd& ShapePredictor::covariance() const { return fit_->law.covariance(); }
 
 ShapePredictor::ShapePredictor(const Atlas& atlas) {
-  std::vector<Points> aligned;
-  for (const AtlasSpecimen& specimen : atlas.specimens) aligned.push_back(specimen.shape.points);
-  fit(atlas, aligned);
+  std::vector<Points> shapes;
+  for (const AtlasSpecimen& specimen : atlas.specimens) shapes.push_back(specimen.shape.points);
+  fit(atlas, shapes);
 }
 
-ShapePredictor::ShapePredictor(const Atlas& atlas, const std::vector<Points>& aligned) { fit(atlas, aligned); }
+ShapePredictor::ShapePredictor(const Atlas& atlas, const std::vector<Points>& shapes) { fit(atlas, shapes); }
 
 PredictedLandmarks ShapePredictor::predict(const Landmarks& shape) const {
+  const PosedShapes& law = fit_->law;
   Landmarks mean;
-  mean.points = mean_;
+  mean.points = law.mean();
   mean.source = "the atlas";
   require_alike(mean, shape);
   PredictedLandmarks predicted;
@@ -195,20 +177,28 @@ PredictedLandmarks ShapePredictor::predict(const Landmarks& shape) const {
   predicted.landmarks = incomplete_points(points);
   for (const int a : predicted.landmarks) points.col(a).setConstant(std::nan(""));
   const Index d = points.rows(), left = points.cols() - std::ssize(predicted.landmarks);
-  if (d * left <= directions_.cols())
+  const Index parameters = law.directions().cols();
+  if (d * left <= parameters)
     throw InputError(
         fmt::format("{}: {} landmarks are not missing; the alignment alone needs more", shape.source, left));
-  Alignment map{AlignmentKind::kNone, 1, MatrixXd::Identity(d, d), VectorXd::Zero(d)};
-  if (alignment_ != AlignmentKind::kNone) map = align(points, mean_, alignment_);
-  const Conditional found = condition(map.apply(points));
-  const double quantile = student_quantile(0.5 * (1 + kCentral), found.degrees);
+  const Alignment map = law.placing(points), back = inverted(map);
+  const PosedShapes::Conditional found = law.condition(map.apply(points));
   predicted.positions.resize(d, std::ssize(predicted.landmarks));
   predicted.half_widths.resize(d, std::ssize(predicted.landmarks));
+  if (predicted.landmarks.empty()) return predicted;
+  const MatrixXd covariance = found.covariance + fit_->covariance_by_mean(found);
+  const double distance = found.distance / (1 + 1 / fit_->specimens);
+  const auto count = static_cast<double>(std::ssize(found.observed) - parameters);
   for (Index k = 0; k < predicted.positions.cols(); ++k) {
-    const VectorXd place = mean_.col(predicted.landmarks[static_cast<std::size_t>(k)]) + found.mean.segment(k * d, d);
-    predicted.positions.col(k) = map.linear.transpose() * (place - map.translation) / map.scale;
-    const MatrixXd scale = map.linear.transpose() * found.scale.block(k * d, k * d, d, d) * map.linear;
-    predicted.half_widths.col(k) = quantile / map.scale * scale.diagonal().cwiseMax(0).cwiseSqrt();
+    const int a = predicted.landmarks[static_cast<std::size_t>(k)];
+    predicted.positions.col(k) = back.apply(law.mean().col(a) + found.displacement.segment(k * d, d));
+    // Student's distribution of a landmark given others: with ν = δ + m + 1 as many degrees as there are shapes with
+    // this landmark, and a scale by how much this shape is more or less unusual than most.
+    const double degrees = fit_->prior_weight + fit_->observed[a] + 1 + count;
+    const double unusual = (std::max(degrees - count - 2, 0.0) + distance) / degrees;
+    const MatrixXd scale = unusual * back.linear * covariance.block(k * d, k * d, d, d) * back.linear.transpose();
+    predicted.half_widths.col(k) =
+        student_quantile(0.5 * (1 + kCentral), degrees) * back.scale * scale.diagonal().cwiseMax(0).cwiseSqrt();
   }
   return predicted;
 }

@@ -122,6 +122,33 @@ TEST(Atlas, MissingLandmarksAreLeftOutOfTheData) {
   EXPECT_LT((atlas.template_shape.points - complete.template_shape.points).cwiseAbs().maxCoeff(), standard_error);
 }
 
+// Σp = 0, Σ p∧q = 0 and Σ p·(q − q̄) = 0 for each specimen, and the template as the mean lies.
+TEST(Atlas, MomentaHoldNoPose) {
+  CohortLaw law;
+  law.lambda = 40;
+  law.q0 = oval(10, 3);
+  std::vector<Landmarks> shapes = drawn_shapes(law, 8, 9);
+  for (std::size_t i = 0; i < shapes.size(); i += 2)
+    shapes[i].points.col(static_cast<int>(i)).setConstant(std::nan(""));
+  const Atlas atlas = make_atlas(shapes);
+  ASSERT_TRUE(atlas.converged);
+  const Points& q0 = atlas.template_shape.points;
+  const Points centred = q0.colwise() - q0.rowwise().mean();
+  for (const AtlasSpecimen& specimen : atlas.specimens) {
+    const double scale = specimen.momenta.norm() * centred.norm();
+    const Eigen::Matrix3d moments = specimen.momenta * centred.transpose();
+    EXPECT_LT(specimen.momenta.rowwise().sum().norm(), 1e-6 * specimen.momenta.norm());
+    EXPECT_LT((moments - moments.transpose()).norm(), 1e-6 * scale);
+    EXPECT_LT(std::abs(moments.trace()), 1e-6 * scale);
+  }
+  const Points change = q0 - atlas.mean.points;
+  const Points mean = atlas.mean.points.colwise() - atlas.mean.points.rowwise().mean();
+  EXPECT_LT(change.rowwise().sum().norm(), 1e-9);
+  const Eigen::Matrix3d turn = change * mean.transpose();
+  EXPECT_LT((turn - turn.transpose()).norm(), 1e-9);
+  EXPECT_LT(std::abs(turn.trace()), 1e-9);
+}
+
 TEST(Atlas, InSpaceAndOnALine) {
   CohortLaw law;
   law.q0 = oval(10, 3);

@@ -36,7 +36,7 @@ TEST(DisplacementFit, RecoversWidthLambdaAndSigma) {
   Eigen::MatrixXd logs(3, kCohorts);
   for (int cohort = 0; cohort < kCohorts; ++cohort) {
     const CohortDisplacements found =
-        fit_cohort_displacements(linear_draws(law, 40, 300 + static_cast<std::uint64_t>(cohort)), {});
+        fit_cohort_displacements(linear_draws(law, 40, 300 + static_cast<std::uint64_t>(cohort)), {}, {});
     logs.col(cohort) << std::log(found.kernel.terms().front().alpha / 0.4), std::log(found.lambda / law.lambda),
         std::log(found.sigma / law.sigma);
   }
@@ -54,17 +54,17 @@ TEST(DisplacementFit, WhatIsGivenIsKept) {
   CohortFitOptions options;
   options.kernel = law.kernel;
   options.sigma = 0.01;
-  const CohortDisplacements found = fit_cohort_displacements(shapes, options);
+  const CohortDisplacements found = fit_cohort_displacements(shapes, {}, options);
   EXPECT_EQ(found.sigma, 0.01);
   EXPECT_EQ(found.kernel.spec(), law.kernel.spec());
   EXPECT_NEAR(found.lambda / law.lambda, 1, 4 * std::sqrt(2.0 / (29 * 60)));
   options.lambda = found.lambda;
   options.sigma.reset();
   // About half of the 29 × 60 numbers show mostly σ: 2.4 % is its standard error.
-  EXPECT_NEAR(fit_cohort_displacements(shapes, options).sigma, 0.01, 4 * 0.01 / std::sqrt(29.0 * 60));
+  EXPECT_NEAR(fit_cohort_displacements(shapes, {}, options).sigma, 0.01, 4 * 0.01 / std::sqrt(29.0 * 60));
   options.sigma = 0;
   options.lambda.reset();
-  const CohortDisplacements exact = fit_cohort_displacements(shapes, options);
+  const CohortDisplacements exact = fit_cohort_displacements(shapes, {}, options);
   EXPECT_EQ(exact.sigma, 0);
   EXPECT_LT(exact.lambda, found.lambda);  // K has to explain the noise too
 }
@@ -96,9 +96,27 @@ TEST(DisplacementFit, IsTheLikelihoodOfContrasts) {
     return value;
   };
   const auto value = [&](double lambda, double sigma) {
-    return fit_cohort_displacements(shapes, {law.kernel, lambda, sigma, AlignmentKind::kSimilarity}).log_likelihood;
+    return fit_cohort_displacements(shapes, {}, {law.kernel, lambda, sigma, AlignmentKind::kSimilarity}).log_likelihood;
   };
   EXPECT_NEAR(value(400, 0.01) - value(200, 0.02), log_likelihood(400, 0.01) - log_likelihood(200, 0.02), 1e-8);
+}
+
+// Without an alignment and with the mean of the shapes: −½ Σ_i r_iᵀV⁻¹r_i becomes −½ tr V⁻¹(S + U).
+TEST(DisplacementFit, CovariancesOfExpectedPositionsCountAsScatter) {
+  const CohortLaw law;
+  const std::vector<Points> shapes = linear_draws(law, 5, 6);
+  const Eigen::MatrixXd root = standard_normals(9, 0, 24, 24) / 100, uncertain = root * root.transpose();
+  Points mean = 0 * law.q0;
+  for (const Points& shape : shapes) mean += shape / 5.0;
+  const auto gain = [&](double lambda) {
+    const CohortFitOptions options{law.kernel, lambda, 0.01};
+    return fit_cohort_displacements(shapes, uncertain, options).log_likelihood -
+           fit_cohort_displacements(shapes, {}, options).log_likelihood;
+  };
+  for (const double lambda : {400.0, 100.0}) {
+    const Eigen::MatrixXd v = displacement_covariance(law.kernel, lambda, 0.01, mean);
+    EXPECT_NEAR(gain(lambda), -0.5 * v.llt().solve(uncertain).trace(), 1e-8 * std::abs(gain(lambda)));
+  }
 }
 
 }  // namespace

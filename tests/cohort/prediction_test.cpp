@@ -134,6 +134,91 @@ TEST(PredictMissing, BandsOfTheCohortsOwnShapesCoverNineOfTen) {
   EXPECT_NEAR(covered / count, 0.9, 4 * std::sqrt(0.9 * 0.1 * 2 / count));
 }
 
+// Each drawn shape turned, moved and scaled.
+std::vector<Landmarks> posed_draws(const CohortLaw& law, int count, std::uint64_t seed) {
+  std::vector<Landmarks> shapes = drawn_shapes(law, count, seed);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const auto turn = static_cast<double>(i);
+    const Eigen::Matrix2d rotation{{std::cos(turn), -std::sin(turn)}, {std::sin(turn), std::cos(turn)}};
+    shapes[i].points = ((1 + 0.1 * turn) * rotation * shapes[i].points).colwise() + Eigen::Vector2d(turn, 7);
+  }
+  return shapes;
+}
+
+// Errors over the size of a shape, of the predictions and of the mean placed on the landmarks that are left.
+Score score_in_cohort(const std::vector<Landmarks>& truth, const std::vector<Landmarks>& shapes) {
+  const Atlas atlas = make_atlas(shapes);
+  const std::vector<PredictedLandmarks> predicted = predict_missing(atlas, shapes);
+  Score found;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const Points mean = align(atlas.mean.points, shapes[i].points, atlas.alignment).apply(atlas.mean.points);
+    const double size = centroid_size(truth[i].points);
+    for (std::size_t k = 0; k < predicted[i].landmarks.size(); ++k) {
+      const int a = predicted[i].landmarks[k];
+      const auto column = static_cast<Index>(k);
+      const Eigen::ArrayXd error = (truth[i].points.col(a) - predicted[i].positions.col(column)).array();
+      found.rms += error.square().sum() / (size * size);
+      found.rms_of_mean += (truth[i].points.col(a) - mean.col(a)).squaredNorm() / (size * size);
+      found.covered += (error.abs() < predicted[i].half_widths.col(column).array()).cast<double>().sum();
+      found.count += static_cast<double>(error.size());
+    }
+  }
+  found.rms = std::sqrt(found.rms / found.count);
+  found.rms_of_mean = std::sqrt(found.rms_of_mean / found.count);
+  return found;
+}
+
+void expect_useful(const Score& found) {
+  EXPECT_LT(found.rms, 0.95 * found.rms_of_mean);
+  EXPECT_NEAR(found.covered / found.count, 0.9, 4 * std::sqrt(0.9 * 0.1 * 2 / found.count));
+}
+
+TEST(PredictMissing, NoSpecimenNeedsToBeComplete) {
+  const CohortLaw law;
+  const std::vector<Landmarks> truth = posed_draws(law, 40, 41);
+  for (const std::size_t missing : {1U, 3U}) {
+    std::vector<Landmarks> shapes = truth;
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+      for (std::size_t k = 0; k < missing; ++k)
+        shapes[i].points.col(static_cast<Index>((5 * i + 7 * k) % 12)).setConstant(std::nan(""));
+    expect_useful(score_in_cohort(truth, shapes));
+  }
+}
+
+// One region or the other in two specimens of three.
+TEST(PredictMissing, WholeRegionsMayBeMissing) {
+  const CohortLaw law;
+  const std::vector<Landmarks> truth = posed_draws(law, 40, 42);
+  std::vector<Landmarks> shapes = truth;
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    if (i % 3 > 0) shapes[i].points.middleCols(i % 3 == 1 ? 0 : 6, 3).setConstant(std::nan(""));
+  expect_useful(score_in_cohort(truth, shapes));
+}
+
+// The mean of a landmark that two shapes show is as uncertain as these.
+TEST(PredictMissing, BandsOfALandmarkOfTwoSpecimensAreWide) {
+  const CohortLaw law;
+  double covered = 0, count = 0, width = 0, width_of_known = 0;
+  for (std::uint64_t cohort = 0; cohort < 8; ++cohort) {
+    const std::vector<Landmarks> truth = posed_draws(law, 20, 500 + cohort);
+    std::vector<Landmarks> shapes = truth;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      if (i > 1) shapes[i].points.col(4).setConstant(std::nan(""));
+    }
+    shapes[2].points.col(8).setConstant(std::nan(""));
+    const std::vector<PredictedLandmarks> found = predict_missing(make_atlas(shapes), shapes);
+    ASSERT_THAT(found[2].landmarks, ElementsAre(4, 8));
+    width += found[2].half_widths.col(0).norm();
+    width_of_known += found[2].half_widths.col(1).norm();
+    // All depend on the two shapes: one of them is enough.
+    const Eigen::ArrayXd error = (truth[2].points.col(4) - found[2].positions.col(0)).array().abs();
+    covered += (error < found[2].half_widths.col(0).array()).cast<double>().sum();
+    count += 2;
+  }
+  EXPECT_GT(covered / count, 0.9 - 4 * std::sqrt(0.9 * 0.1 / count));
+  EXPECT_GT(width, 1.1 * width_of_known);  // √(1 + 1/2) beside √(1 + 1/20) of the same law
+}
+
 TEST(ShapePredictor, RefusesAShapeWithTooFewLandmarks) {
   const CohortLaw law;
   AtlasOptions options;

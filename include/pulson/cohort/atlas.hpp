@@ -37,7 +37,7 @@ struct AtlasOptions {
 
 /// One shape of an atlas and its match.
 struct AtlasSpecimen {
-  Landmarks shape;           ///< aligned; missing coordinates are NaN
+  Landmarks shape;           ///< in its pose; missing coordinates are NaN
   double centroid_size = 0;  ///< of the shape as it was given
   Points momenta;            ///< p0, d×N, at the template
   Points result;             ///< q(1), d×N
@@ -54,9 +54,11 @@ struct AtlasSpecimen {
 ///
 ///     Σ_i J_i,   J_i = λ∫H dt + ½∫|u|² dt + ½ Σ_a |q_ia(1) − y_ia|²/σ²,
 ///
-/// over q0 and geodesics from there. By the envelope theorem ∂J_i/∂q0 = −λp_i(0): at the minimum the momenta have the
-/// sum zero, and the template is the Fréchet mean of the specimens (X. Pennec, "Intrinsic statistics on Riemannian
-/// manifolds", 2006).
+/// over q0 and geodesics from there. Each specimen is in the pose in which its momenta contain none, Zᵀp = 0 with the
+/// motion_directions() Z of q0 (for motions without scale the pose of least J_i, and the geodesic is horizontal), and
+/// the template in that of the mean, with its size. By the envelope theorem ∂J_i/∂q0 = −λp_i(0): at the minimum the
+/// momenta have the sum zero, and the template is the Fréchet mean of the specimens (X. Pennec, "Intrinsic statistics
+/// on Riemannian manifolds", 2006).
 struct Atlas {
   Landmarks mean;            ///< generalised Procrustes mean, from which the search starts
   Landmarks template_shape;  ///< q0
@@ -69,7 +71,7 @@ struct Atlas {
   bool converged = false;
   int iterations = 0;   ///< of the template
   long shots = 0;       ///< geodesics shot in all
-  double movement = 0;  ///< of the template in the last iteration, root mean square in diameters
+  double movement = 0;  ///< of template or a specimen in the last iteration, root mean square in diameters
   double step_error =
       0;  ///< root mean square change of the ends in twice the steps, largest over specimens, in diameters
   std::vector<std::string> notes;
@@ -87,8 +89,9 @@ struct Atlas {
 };
 
 /// Estimates template and momenta together. From the generalised Procrustes mean, all specimens are matched in parallel
-/// (Geodesics::match) and the template moves by (A + λσ²)p̄, p̄ the mean of the momenta: Newton's step where
-/// displacements are small, with Anderson's acceleration. Cost O(n·N²·steps) for each of some ten iterations.
+/// (Geodesics::match), each is moved by the pose in its momenta, and the template moves by (A + λσ²)p̄, p̄ the mean of
+/// the momenta: Newton's step where displacements are small, with Anderson's acceleration. Cost O(n·N²·steps) for each
+/// of some ten iterations.
 /// @param shapes two or more, alike; landmarks that miss a coordinate are missing
 /// @throws InputError where shapes do not fit together or an option is wrong
 Atlas make_atlas(const std::vector<Landmarks>& shapes, const AtlasOptions& options = {});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "pulson/cohort/atlas.hpp"
@@ -23,38 +24,36 @@ struct PredictedLandmarks {
 /// with m free coordinates. n specimens of scatter S turn this into IW(δ + m + n, δV + S), so that Σ is estimated by
 /// (δV + S)/(δ + n − 1): few specimens rely on the kernel, many on what they show. δ and s have the greatest marginal
 /// likelihood, which is in closed form (C.-F. Chen, "Bayesian inference for a normal dispersion matrix and its
-/// application to stochastic multiple regression analysis", 1979). Another shape has Student's distribution, and so
-/// have its missing landmarks given the others; the alignment has a flat prior, as in universal kriging. Specimens that
-/// miss landmarks enter by their conditional expectations (EM; A. Dempster, N. Laird and D. Rubin 1977).
+/// application to stochastic multiple regression analysis", 1979).
+///
+/// Specimens that miss landmarks enter by their conditional expectations and covariances (EM; A. Dempster, N. Laird and
+/// D. Rubin 1977). Each round estimates all of it: the pose of each specimen by generalised least squares under Σ, as
+/// the motion of the mean that is nearest to it; the expected scatter; the mean, whose pose and size are held; δ, s and
+/// Σ. Another shape has Student's distribution, and so have its missing landmarks given the others; the pose has a flat
+/// prior, as in universal kriging. To the covariance of a prediction that of the mean is added, the inverse of the
+/// information in the landmarks observed, and its degrees of freedom are δ + 1 more than the number of specimens that
+/// have the landmark and of the coordinates that predict it.
 class ShapePredictor {
  public:
-  /// Cost O((dN)³) for each of some ten rounds where specimens miss landmarks, else once.
+  /// Cost O((dN)³) for each specimen that misses landmarks in each of some ten rounds.
   explicit ShapePredictor(const Atlas& atlas);
-  /// Of aligned shapes, with the kernel, λ, σ and alignment of an atlas that need not be theirs.
-  ShapePredictor(const Atlas& atlas, const std::vector<Points>& aligned);
+  /// Of shapes in any pose, with the kernel, λ, σ and alignment of an atlas that need not be theirs.
+  ShapePredictor(const Atlas& atlas, const std::vector<Points>& shapes);
 
-  double prior_weight() const { return prior_weight_; }  ///< δ, in specimens
-  double prior_scale() const { return prior_scale_; }    ///< s
-  const Points& mean() const { return mean_; }
-  const Eigen::MatrixXd& covariance() const { return covariance_; }  ///< Σ, dN×dN, singular along Z
+  double prior_weight() const;  ///< δ, in specimens
+  double prior_scale() const;   ///< s
+  const Points& mean() const;
+  const Eigen::MatrixXd& covariance() const;  ///< Σ, dN×dN, singular along Z
 
   /// @param shape of the atlas's kind, in any coordinates; landmarks that miss a coordinate are missing
   /// @throws InputError where fewer landmarks are left than the alignment needs
   PredictedLandmarks predict(const Landmarks& shape) const;
 
  private:
-  struct Conditional;
-  Conditional condition(const Points& aligned) const;
-  void fit(const Atlas& atlas, const std::vector<Points>& aligned);
-  void update(const Eigen::MatrixXd& prior, const std::vector<Points>& complete, const Eigen::MatrixXd& uncertain);
+  struct Fit;
+  void fit(const Atlas& atlas, const std::vector<Points>& shapes);
 
-  AlignmentKind alignment_;
-  Points mean_;
-  Eigen::MatrixXd directions_;  ///< Z, dN×r
-  Eigen::MatrixXd covariance_;
-  double prior_weight_ = 1, prior_scale_ = 1;
-  double specimens_ = 0;
-  double degrees_ = 1;  ///< of freedom of Student's distribution of a shape
+  std::shared_ptr<const Fit> fit_;
 };
 
 /// The missing landmarks of an atlas's own shapes, each predicted by a model that has not seen the shape: specimens

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "pulson/matching/data_term.hpp"
@@ -17,8 +18,6 @@ using Eigen::MatrixXd;
 // Of bends, in parts of a landmark's displacement. Measured on random pairs in the plane, benchmarks/minima.cpp.
 constexpr double kStrong = 0.8;
 constexpr double kWeak = 0.4;
-// The cosine of the angle by which two landmarks may turn about each other.
-constexpr double kLittleTurn = 0.5;
 
 Points way_to_targets(const MatchingProblem& problem) {
   const LandmarkTerm& data = *problem.data->landmarks();
@@ -46,6 +45,18 @@ Points turned(const Points& way, int index, std::uint64_t seed) {
   return side;
 }
 
+// For each landmark a normal number: in turn correlated, as the kernel has it where they are half way, and not.
+Eigen::VectorXd sides(const MatchingProblem& problem, int index, std::uint64_t seed) {
+  const auto count = static_cast<int>(problem.source.cols());
+  const Eigen::VectorXd drawn =
+      standard_normals(seed, static_cast<std::uint64_t>(index), 3 + count, 1).col(0).tail(count);
+  if (index % 2 == 1) return drawn;
+  const Points middle = problem.source + 0.5 * way_to_targets(problem);
+  MatrixXd gram = problem.system.kernel.gram(middle, middle);
+  gram.diagonal().array() += 1e-6 * problem.system.kernel.at_zero();
+  return Eigen::LLT<MatrixXd>(gram).matrixL() * drawn;
+}
+
 }  // namespace
 
 std::vector<Points> straight_path(const MatchingProblem& problem) {
@@ -64,10 +75,7 @@ std::vector<Points> bent_path(const MatchingProblem& problem, int index, std::ui
     bend = (index % 2 == 0 ? kStrong : -kStrong) * turned(way, index / 2, seed);
   } else {
     bend = (index % 2 == 0 ? kStrong : kWeak) * turned(way, index, seed);
-    const Eigen::VectorXd drawn =
-        standard_normals(seed, static_cast<std::uint64_t>(index), 3 + static_cast<int>(way.cols()), 1)
-            .col(0)
-            .tail(way.cols());
+    const Eigen::VectorXd drawn = sides(problem, index, seed);
     for (Index a = 0; a < way.cols(); ++a)
       if (drawn[a] < 0) bend.col(a) = -bend.col(a);
   }
@@ -75,17 +83,6 @@ std::vector<Points> bent_path(const MatchingProblem& problem, int index, std::ui
   for (int k = 0; k <= problem.grid.steps; ++k)
     nodes[static_cast<std::size_t>(k)] += std::sin(std::numbers::pi * k / problem.grid.steps) * bend;
   return nodes;
-}
-
-bool turns_little(const MatchingProblem& problem) {
-  const Points& q = problem.source;
-  const Points end = q + way_to_targets(problem);
-  for (Index b = 1; b < q.cols(); ++b)
-    for (Index a = 0; a < b; ++a) {
-      const Eigen::VectorXd before = q.col(b) - q.col(a), after = end.col(b) - end.col(a);
-      if (before.dot(after) < kLittleTurn * before.norm() * after.norm()) return false;
-    }
-  return true;
 }
 
 }  // namespace pulson::matching

@@ -16,8 +16,4 @@ std::vector<Points> straight_path(const MatchingProblem& problem);
 /// @param index 0, 1, … of the bend
 std::vector<Points> bent_path(const MatchingProblem& problem, int index, std::uint64_t seed);
 
-/// Whether no two landmarks turn about each other by more than a right angle's two thirds, nor change order on a line,
-/// on straight ways to their targets.
-bool turns_little(const MatchingProblem& problem);
-
 }  // namespace pulson::matching

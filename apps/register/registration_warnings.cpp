@@ -16,8 +16,9 @@ namespace {
 // A similarity that leaves less than this part of the distance is the first thing to try.
 constexpr double kMostOfIt = 0.5;
 
-// What an accurate integrator may change unmentioned: diameters, and parts of the cost.
+// What an accurate integrator may change unmentioned: diameters or σ, and parts of the cost.
 constexpr double kSmallDistance = 1e-4;
+constexpr double kSmallPart = 0.1;
 constexpr double kSmallChange = 0.01;
 // A cost, in nats, whose changes matter to nobody.
 constexpr double kNoCost = 1e-6;
@@ -117,8 +118,8 @@ std::string end_of_shot(const matching::Registration& registration) {
 }
 
 bool follows_closely(const matching::Registration& registration) {
-  const double size = std::max(diameter(registration.source.points), registration.sigma);
-  return registration.step_error && registration.step_error->rms <= kSmallDistance * size &&
+  const double near = std::max(kSmallDistance * diameter(registration.source.points), kSmallPart * registration.sigma);
+  return registration.step_error && registration.step_error->rms <= near &&
          std::abs(change_of_cost(registration)) <= kSmallChange;
 }
 

@@ -34,9 +34,9 @@ namespace {
 using Eigen::Index;
 
 // Minima are looked for in so many steps, but on a line, where landmarks that pass each other need all, and for so many
-// landmarks. (K = 7, 8 and 10 find as many: benchmarks/minima.cpp.)
+// landmarks. (K = 7, 8 and 10 find as many: benchmarks/minima.)
 constexpr int kFewSteps = 8;
-constexpr Index kFewestLandmarks = 32;
+constexpr Index kFewestLandmarks = 32;  // of more than twice as many
 // λβ² in parts of K(0): where there is one minimum, where bent paths begin, and where β may as well be 0.
 constexpr double kOneMinimum = 1, kSeveral = 1.0 / 16, kNone = 4e-4;
 constexpr double kLittle = 1.0 / 256;
@@ -57,8 +57,13 @@ constexpr double kMeeting = 0.75;
 // Relative gradients over their tolerance: where a minimum is left for the next β, and at the last.
 constexpr double kLoose = 3e3, kClose = 30;
 constexpr int kMostQuickIterations = 100;
-// Costs that differ by less are those of one minimum; and by which those in few steps may be wrong.
-constexpr double kSameCost = 5e-3, kFewStepsError = 0.05;
+// Costs that differ by less are those of one minimum.
+constexpr double kSameCost = 5e-3;
+// By which costs in few steps may be wrong, relatively; and where they are those of few landmarks, by which others have
+// to be lower, since it takes long to search for all.
+constexpr double kMostError = 0.05, kErrorOfPart = 0.01;
+// More landmarks than these have no matrices: see search_paths().
+constexpr Index kMostDense = 300;
 constexpr int kMostRefined = 3;
 constexpr double kSamePlace = 0.05;  // of paths of one minimum: diameters
 constexpr double kSameToRounding = 1e-6;
@@ -79,7 +84,7 @@ struct Outcome {
 
 MatchingProblem in_few(const MatchingProblem& problem) {
   MatchingProblem few = problem;
-  if (problem.source.cols() > kFewestLandmarks && can_be_subsampled(problem))
+  if (problem.source.cols() > 2 * kFewestLandmarks && can_be_subsampled(problem))
     few = subsampled(problem, representatives(problem, kFewestLandmarks));
   if (problem.source.rows() > 1) few.grid.steps = std::min(problem.grid.steps, kFewSteps);
   return few;
@@ -120,8 +125,9 @@ bool landmarks_meet(const std::vector<Points>& nodes) {
 class GlobalSearch {
  public:
   GlobalSearch(const MatchingProblem& problem, const MinimiseOptions& options, Finish finish)
-      : problem_(problem), options_(options), finish_(finish), few_(in_few(problem)), quiet_(options) {
-    quiet_.on_iteration = {};
+      : problem_(problem), options_(options), finish_(finish), few_(in_few(problem)), fully_(options) {
+    fully_.on_iteration = {};
+    quiet_ = fully_;
     quiet_.max_iterations = std::min(options.max_iterations, kMostQuickIterations);
   }
 
@@ -129,7 +135,7 @@ class GlobalSearch {
     PathSolution best = search_paths(problem_, options_, nullptr, finish_);
     most_work_ = kMostWork * best.iterations * problem_.grid.steps * static_cast<double>(problem_.source.cols()) /
                  static_cast<double>(few_.source.cols());
-    if (has_several() && best.path.energy > 0 && begin_at(best.path)) {
+    if (has_several() && best.path.energy > 0 && !options_.is_interrupted() && begin_at(best.path)) {
       look();
       refine(best);
     } else {
@@ -171,16 +177,17 @@ class GlobalSearch {
     return more;
   }
 
-  // The minimum next to these nodes; nothing where there is no path along them.
-  std::optional<PathSolution> near(const std::vector<Points>& nodes, double more, Outcome& outcome) const {
-    MatchingProblem problem = with_more_noise(few_, more);
+  // The minimum next to these nodes, for the landmarks of `base`; nothing where there is no path along them.
+  std::optional<PathSolution> near(const MatchingProblem& base, const std::vector<Points>& nodes, double more,
+                                   int& work) const {
+    MatchingProblem problem = with_more_noise(base, more);
     problem.grid.steps = static_cast<int>(nodes.size()) - 1;
     MinimiseOptions how = quiet_;
     how.gradient_tolerance *= more > 0 ? kLoose : kClose;
     auto path = along({problem.system, problem.lambda}, problem.grid, nodes);
     if (!path) return std::nullopt;
     PathSolution solution = continue_path(problem, how, std::move(*path));
-    outcome.work += solution.iterations * problem.grid.steps;
+    work += solution.iterations * problem.grid.steps;
     return solution;
   }
 
@@ -190,9 +197,9 @@ class GlobalSearch {
     Outcome outcome;
     double cost = 0;
     for (const double level : more) {
-      std::optional<PathSolution> solution = near(nodes, level, outcome);
+      std::optional<PathSolution> solution = near(few_, nodes, level, outcome.work);
       for (int steps = problem_.grid.steps; !solution && steps <= 2 * problem_.grid.steps; steps *= 2)
-        solution = near(resampled(nodes, steps), level, outcome);
+        solution = near(few_, resampled(nodes, steps), level, outcome.work);
       if (!solution) return outcome;
       cost = solution->cost.total();
       if (!(cost <= most)) return outcome;
@@ -215,16 +222,18 @@ class GlobalSearch {
                            [&](int sum, const Found& m) { return m.cost <= most ? sum + m.searches : sum; });
   }
 
-  bool is_same(const Found& a, const Found& b) const {
-    if (std::abs(a.cost - b.cost) > kSameCost * std::min(a.cost, b.cost)) return false;
+  // Of costs and nodes of two paths.
+  bool is_same(double a, double b, const std::vector<Points>& of_a, const std::vector<Points>& of_b) const {
+    if (std::abs(a - b) > kSameCost * std::min(a, b)) return false;
+    const std::vector<Points> first = resampled(of_a, few_.grid.steps), second = resampled(of_b, few_.grid.steps);
     double apart = 0;
-    const std::vector<Points> first = resampled(a.nodes, few_.grid.steps), second = resampled(b.nodes, few_.grid.steps);
     for (std::size_t k = 0; k < first.size(); ++k) apart = std::max(apart, rms_distance(first[k], second[k]));
-    return apart <= kSamePlace * diameter(few_.source);
+    return apart <= kSamePlace * diameter(problem_.source);
   }
 
   void add(Found found) {
-    const auto same = std::find_if(minima_.begin(), minima_.end(), [&](const Found& m) { return is_same(m, found); });
+    const auto same = std::find_if(minima_.begin(), minima_.end(),
+                                   [&](const Found& m) { return is_same(m.cost, found.cost, m.nodes, found.nodes); });
     if (same == minima_.end()) {
       minima_.push_back(std::move(found));
       return;
@@ -266,25 +275,46 @@ class GlobalSearch {
     }
   }
 
-  // In all steps and for all landmarks. Where that bends too much for these nodes, a little noise lets go first.
+  // The minimum next to these nodes, in full. A little noise lets go first where there is no path along them.
+  std::optional<PathSolution> settled(const MatchingProblem& base, std::vector<Points> nodes, bool eased) const {
+    if (eased) {
+      int work = 0;
+      for (const double level : levels(kLittle, kQuarters)) {
+        if (level == 0) break;
+        std::optional<PathSolution> solution = near(base, nodes, level, work);
+        if (!solution) return std::nullopt;
+        nodes = std::move(solution->path.nodes);
+      }
+    }
+    if (auto path = along({base.system, base.lambda}, base.grid, nodes))
+      return continue_path(base, fully_, std::move(*path), finish_);
+    return eased ? std::nullopt : settled(base, std::move(nodes), true);
+  }
+
+  // In all steps, for few landmarks.
+  double cost_of_part(const Found& minimum) const {
+    MatchingProblem part = few_;
+    part.grid = problem_.grid;
+    const auto solution = settled(part, resampled(minimum.nodes, part.grid.steps), false);
+    return solution ? solution->cost.total() : std::numeric_limits<double>::infinity();
+  }
+
+  // In all steps and for all landmarks: the others are carried along, and let go to where they should be.
   std::optional<PathSolution> refined(const Found& minimum) const {
     MatchingProblem part = few_;
     part.grid = problem_.grid;
-    auto path = along({part.system, part.lambda}, part.grid, resampled(minimum.nodes, part.grid.steps));
-    if (!path) {
-      const Outcome eased = follow(resampled(minimum.nodes, part.grid.steps), levels(kLittle, kQuarters),
-                                   std::numeric_limits<double>::infinity());
-      if (!eased.found) return std::nullopt;
-      path = along({part.system, part.lambda}, part.grid, eased.found->nodes);
-    }
-    if (!path) return std::nullopt;
-    if (!is_part()) return continue_path(problem_, quiet_, std::move(*path), finish_);
-    StepFields fields = continue_path(part, quiet_, std::move(*path)).fields;
+    std::optional<PathSolution> solution = settled(part, resampled(minimum.nodes, part.grid.steps), false);
+    if (!solution || !is_part()) return solution;
+    if (!(solution->cost.total() < (1 - kErrorOfPart) * cost_of_part(minima_.front()))) return std::nullopt;
+    StepFields fields = std::move(solution->fields);
     const auto channels = problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
                                                           static_cast<int>(problem_.source.cols()));
     fields.controls.assign(fields.momenta.size(), Eigen::VectorXd::Zero(channels));
     fields.own.clear();
-    return search_paths(problem_, quiet_, &fields, finish_);
+    if (problem_.source.cols() > kMostDense) return search_paths(problem_, fully_, &fields, finish_);
+    const std::vector<Points> rest(fields.momenta.size() + 1, problem_.source);
+    auto nodes = carried(problem_.system, problem_.grid, problem_.source, fields, rest);
+    return nodes ? settled(problem_, std::move(*nodes), true) : std::nullopt;
   }
 
   void refine(PathSolution& best) {
@@ -293,10 +323,14 @@ class GlobalSearch {
     std::vector<Found*> order;
     for (std::size_t i = 1; i < minima_.size(); ++i) order.push_back(&minima_[i]);
     std::sort(order.begin(), order.end(), [](const Found* a, const Found* b) { return a->cost < b->cost; });
+    // By as much as few steps are wrong for the one at hand, so for others, about.
+    const double wrong = is_part() ? -kErrorOfPart : std::abs(recorded->cost / recorded->refined - 1) + kSameCost;
     double reached = recorded->cost;  // in few steps, of those that are refined
     int tried = 0;
     for (Found* minimum : order) {
-      if (minimum->cost > (1 + kFewStepsError) * reached || tried++ == kMostRefined || options_.is_interrupted()) break;
+      if (minimum->cost > (1 + std::min(wrong, kMostError)) * reached || tried++ == kMostRefined ||
+          options_.is_interrupted())
+        break;
       std::optional<PathSolution> solution = refined(*minimum);
       if (!solution || !solution->converged) continue;
       minimum->refined = solution->cost.total();
@@ -309,6 +343,9 @@ class GlobalSearch {
       } else {
         best.iterations = solution->iterations;
         best.evaluations = solution->evaluations;
+        if (is_same(recorded->refined, minimum->refined, best.path.nodes, solution->path.nodes)) {
+          recorded->searches += std::exchange(minimum->searches, 0);
+        }
       }
     }
     record(*recorded, best);
@@ -318,7 +355,7 @@ class GlobalSearch {
   void record(const Found& recorded, PathSolution& best) {
     best.minima = {{recorded.refined, recorded.searches, 0}};
     for (const Found& m : minima_) {
-      if (&m == &recorded) continue;
+      if (&m == &recorded || m.searches == 0) continue;
       const double total = m.refined > 0 ? m.refined : recorded.refined * m.cost / recorded.cost;
       best.minima.push_back({total, m.searches, recorded.refined - total});
     }
@@ -330,7 +367,7 @@ class GlobalSearch {
   const MinimiseOptions& options_;
   Finish finish_;
   MatchingProblem few_;
-  MinimiseOptions quiet_;
+  MinimiseOptions fully_, quiet_;  ///< without progress, in full and in few iterations
   double most_work_ = 0;
   std::vector<Found> minima_;  ///< the first that of the search at hand
 };

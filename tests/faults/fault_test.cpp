@@ -193,6 +193,12 @@ bool was_committed(const std::vector<std::string>& calls, int place, const std::
                      [&](const std::string& call) { return call.starts_with("rename ") && call.ends_with(last); });
 }
 
+std::vector<std::string> names(const std::map<std::string, std::string>& files) {
+  std::vector<std::string> all;
+  for (const auto& [name, text] : files) all.push_back(name);
+  return all;
+}
+
 bool are_old_or_new(const Ending& ending, const Ending& whole, const std::map<std::string, std::string>& old) {
   return std::all_of(ending.numbers.begin(), ending.numbers.end(), [&](const auto& file) {
     const auto before = old.find(file.first), after = whole.numbers.find(file.first);
@@ -204,6 +210,12 @@ bool are_old_or_new(const Ending& ending, const Ending& whole, const std::map<st
 void check(const Ending& ending, const Ending& whole, const std::map<std::string, std::string>& old, bool is_committed,
            bool may_die, bool together) {
   const bool has_died = may_die && (ending.status == -SIGINT || ending.status == -SIGTERM);
+  // Then the best that the search had found is written, all of it.
+  if (may_die && ending.status == 3 && ending.printed.find("not converged: interrupted") != std::string::npos) {
+    EXPECT_EQ(names(ending.numbers), names(whole.numbers));
+    EXPECT_THAT(ending.leftovers, testing::IsEmpty());
+    return;
+  }
   EXPECT_TRUE(has_died || ending.status == 0 || ending.status == 2 || ending.status == 3) << ending.status;
   EXPECT_TRUE(ending.numbers == old || ending.numbers == whole.numbers ||
               (!together && are_old_or_new(ending, whole, old)))

@@ -3,6 +3,7 @@
 #include "program.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <ostream>
 #include <regex>
 
@@ -247,11 +248,18 @@ TEST_F(RegisterProgram, ReportsWhatAnAccurateIntegratorMakesOfTheMomenta) {
 
 // The path is the result there, which more steps do not change.
 TEST_F(RegisterProgram, SaysThatMomentaAloneDoNotReproduceAPath) {
-  write("square.csv", "x,y\n1,1\n-1,1\n-1,-1\n1,-1\n");
-  write("turned.csv", "x,y\n-1,-1\n1,-1\n1,1\n-1,1\n");
+  std::string circle = "x,y\n", band = "x,y\n";  // which is bent to a whole turn
+  for (int a = 0; a < 12; ++a) {
+    const double x = std::cos(std::numbers::pi * a / 6), y = std::sin(std::numbers::pi * a / 6);
+    const double angle = std::numbers::pi - 2 * std::asin(y), radius = 0.8 - 0.3 * x;
+    circle += fmt::format("{},{}\n", x, y);
+    band += fmt::format("{},{}\n", radius * std::cos(angle), radius * std::sin(angle));
+  }
+  write("circle.csv", circle);
+  write("band.csv", band);
   const ProgramRun path =
-      run(words("register square.csv turned.csv -o out --align none --kernel gaussian:alpha=1 "
-                "--lambda 1 --sigma 0.01 --steps 20 --no-picture"));
+      run(words("register circle.csv band.csv -o out --align none --kernel gaussian:alpha=0.6 "
+                "--lambda 1 --sigma 0.002 --steps 20 --no-picture"));
   EXPECT_THAT(path.out,
               HasSubstr("\naccuracy   p0 alone does not reproduce the path: shot by an accurate integrator, "));
   EXPECT_THAT(path.err, Not(HasSubstr("p0")));

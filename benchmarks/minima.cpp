@@ -42,10 +42,11 @@ constexpr double kHalfSide = 1.2;       // of the square that landmarks are draw
 constexpr double kMissed = 0.01;        // of the least J: above it by more is a miss
 constexpr int kFewSteps = 8;            // of other searches but on a line, before all
 constexpr double kFarAbove = 0.1;       // of J: a branch that costs more is left
+constexpr double kSameMinimum = 1e-3;   // of J in few steps: searched for in all steps once
 constexpr double kLastBeta = 0.02;      // before 0
 constexpr int kMostIterations = 100;    // of other searches, for each β
 constexpr double kBranchTolerance = 1;  // relative gradient at which a branch goes on
-constexpr double kMinimumTolerance = 0.1;
+constexpr double kMinimumTolerance = 0.01;
 
 struct Options {
   std::vector<int> landmarks{4, 5, 6, 8};
@@ -174,6 +175,11 @@ class Oracle {
     return bend;
   }
 
+  bool is_known(double cost) const {
+    return std::any_of(known_.begin(), known_.end(),
+                       [&](double other) { return std::abs(cost - other) <= kSameMinimum * cost; });
+  }
+
   // The branch of β from the path that is bent half way.
   void follow(const Points& bend, double first, double ratio) {
     std::vector<Points> nodes;
@@ -183,13 +189,16 @@ class Oracle {
     }
     MinimiseOptions how;
     how.max_iterations = kMostIterations;
+    double cost = 0;
     for (const double beta : falling(std::max(first, beta_), ratio, beta_)) {
       how.gradient_tolerance = beta > beta_ ? kBranchTolerance : kMinimumTolerance;
       std::optional<PathSolution> solution = search(std::move(nodes), problem_of(pair_, beta, few_), how);
       if (!solution || solution->cost.total() > (1 + kFarAbove) * best_) return;
       nodes = std::move(solution->path.nodes);
+      cost = solution->cost.total();
     }
-    offer(nodes);
+    if (!is_known(cost)) offer(nodes);
+    known_.push_back(cost);
   }
 
   const Pair& pair_;
@@ -199,6 +208,7 @@ class Oracle {
   std::mt19937_64 engine_;
   Points way_;
   double best_ = std::numeric_limits<double>::infinity();
+  std::vector<double> known_;  // J of minima in few steps
 };
 
 double cpu_seconds() {

@@ -27,6 +27,30 @@ bool noise_vanishes(const CohortFit& fit) {
                      [](const FittedNumber& number) { return number.vanishes && number.name != "lambda"; });
 }
 
+// Nodes of the most probable path of a shape; none where the integrator finds none.
+std::vector<Points> path_of(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings, int target) {
+  const matching::MatchingProblem problem = shape_problem(cohort, fit, settings, target);
+  const ShapeFit& shape = fit.shapes[static_cast<std::size_t>(target)];
+  std::vector<Points> nodes;
+  try {
+    const Trajectory path = problem.integrator->integrate(problem.system, {problem.source, shape.momenta},
+                                                          settings.grid, shape.increments);
+    for (const PhaseState& state : path.states) nodes.push_back(state.q);
+  } catch (const StepError&) {
+    nodes.clear();
+  }
+  return nodes;
+}
+
+// The better of what searches find, and of what is next to a path.
+matching::PathSolution least_cost_path(const matching::MatchingProblem& problem, const std::vector<Points>& nodes) {
+  matching::PathSolution found = search_globally(problem, {});
+  if (nodes.empty()) return found;
+  std::optional<matching::PathSolution> near = search_along(problem, {}, nodes);
+  if (near && near->cost.total() < found.cost.total()) return std::move(*near);
+  return found;
+}
+
 }  // namespace
 
 std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const CohortFit& fit,
@@ -45,7 +69,7 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
     problem.lambda /= problem.grid.time;  // the energy is λH there, λ∫H dt here
     if (noise_vanishes(fit)) problem.system.noise = make_noise("none");
     try {
-      const matching::PathSolution found = search_globally(problem, {});
+      const matching::PathSolution found = least_cost_path(problem, path_of(cohort, fit, settings, s));
       const Points& end = found.path.end();
       const Observation observation = observe(cohort, s, problem.sigma);
       const Landmarks& shape = cohort.targets[static_cast<std::size_t>(s)];

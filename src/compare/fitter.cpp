@@ -28,7 +28,7 @@ constexpr double kTrial = 1e-3;          // amplitudes at which scales are found
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
 constexpr int kMostBackoffs = 30;
 constexpr int kMostImproved = 2;  // searches for numbers again, from better matches
-constexpr double kWorse = 1;  // nats that a match may cost more with other numbers, to begin at
+constexpr double kWorse = 1;      // nats that a match may cost more with other numbers, to begin at
 
 // Root mean square of what is observed beyond the source, length units.
 double difference(const std::vector<Observation>& observations, const Points& source, double sigma) {

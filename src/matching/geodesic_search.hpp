@@ -18,7 +18,7 @@ struct GeodesicSolution {
   int iterations = 0;
   int evaluations = 0;
   double relative_gradient = 0;
-  std::vector<Minimum> minima;  ///< of search_globally()
+  std::vector<Minimum> minima;              ///< of search_globally()
   std::vector<std::vector<Points>> others;  ///< the same, but none where some landmarks carry the rest
 };
 

@@ -42,12 +42,31 @@ struct Level {
   bool tried_below = false, tried_above = false;
 };
 
-// From the path at another β. @return whether that costs less
+// Whether in some step the flow alone makes landmarks on a line change places. No flow does, but a midpoint step that
+// is too coarse for so little noise jumps over.
+bool flow_changes_order(const MatchingProblem& problem, const DiscretePath& path) {
+  if (problem.source.rows() > 1) return false;
+  for (std::size_t k = 0; k < path.middles.size(); ++k) {
+    const PhaseState& middle = path.middles[k];
+    const Points flow = path.grid.dt() * problem.system.kernel.apply(middle.q, middle.q, middle.p);
+    if (order_inversions(path.nodes[k], path.nodes[k] + flow) > 0) return true;
+  }
+  return false;
+}
+
+// Paths that jump over are no better than any other.
+bool is_better(const MatchingProblem& problem, const PathSolution& a, const PathSolution& b) {
+  const bool jumps = flow_changes_order(problem, a.path);
+  if (jumps != flow_changes_order(problem, b.path)) return !jumps;
+  return a.cost.total() < (1 - kSameMinimum) * b.cost.total();
+}
+
+// From the path at another β. @return whether that is better
 bool try_path(const Level& from, Level& to, const MinimiseOptions& how) {
   std::optional<PathSolution> found = search_along(to.problem, how, from.best.path.nodes);
   if (!found) return false;
   found->iterations += to.best.iterations;
-  if (!(found->cost.total() < (1 - kSameMinimum) * to.best.cost.total())) {
+  if (!is_better(to.problem, *found, to.best)) {
     to.best.iterations = found->iterations;
     return false;
   }
@@ -66,18 +85,6 @@ void keep_the_least(std::vector<Level>& levels, const MinimiseOptions& how) {
     for (std::size_t k = levels.size() - 1; k > 0; --k)
       if (!std::exchange(levels[k].tried_above, true)) any |= try_path(levels[k], levels[k - 1], how);
   }
-}
-
-// Whether in some step the flow alone makes landmarks on a line change places. No flow does, but a midpoint step that is
-// too coarse for so little noise jumps over.
-bool flow_changes_order(const MatchingProblem& problem, const DiscretePath& path) {
-  if (problem.source.rows() > 1) return false;
-  for (std::size_t k = 0; k < path.middles.size(); ++k) {
-    const PhaseState& middle = path.middles[k];
-    const Points flow = path.grid.dt() * problem.system.kernel.apply(middle.q, middle.q, middle.p);
-    if (order_inversions(path.nodes[k], path.nodes[k] + flow) > 0) return true;
-  }
-  return false;
 }
 
 }  // namespace

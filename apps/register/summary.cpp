@@ -55,10 +55,9 @@ void print_search(const matching::Registration& registration) {
 void print_minima(const matching::Registration& registration) {
   const auto& minima = registration.minima;
   if (minima.size() < 2) return;
-  int searches = 0;
-  for (const matching::Minimum& minimum : minima) searches += minimum.found;
-  print_text("minima     {} were found, J = {:.4g} by {} of {} searches; the next best, J = {:.4g}, by {}\n",
-             minima.size(), minima[0].total, minima[0].found, searches, minima[1].total, minima[1].found);
+  print_text("minima     {} were found: J = {:.4g} by {} {}, the next best, J = {:.4g}, by {}\n", minima.size(),
+             minima[0].total, minima[0].found, minima[0].found == 1 ? "search" : "searches", minima[1].total,
+             minima[1].found);
 }
 
 void print_fitted(const inference::FittedParameters& fitted) {

@@ -179,7 +179,8 @@ Fitter::State Fitter::climb(const State& from, const Box& box, NewtonOptions opt
 // evidence. Where the kernel is much too wide, matches do not converge and no slope leads to a better width, so that
 // the best of those a factor of 2 apart is taken.
 Fitter::State Fitter::best_start() const {
-  if (!settings_.fit_width) return alternate(start(1), kMostAlternations);
+  const auto improved = [&](State state) { return improve(state) ? alternate(state, kMostAlternations) : state; };
+  if (!settings_.fit_width) return improved(alternate(start(1), kMostAlternations));
   const auto at_width = [&](double width) -> std::optional<State> {
     try {
       return alternate(start(width), kRoundsOfWidth);
@@ -194,7 +195,7 @@ Fitter::State Fitter::best_start() const {
       if (best && (!next || !(next->log_evidence() > best->log_evidence()))) break;
       if (next) best = std::move(next);
     }
-  return best ? *best : alternate(start(1), kMostAlternations);
+  return improved(best ? *best : alternate(start(1), kMostAlternations));
 }
 
 // Where the evidence may be greatest: near the start, and, as Laplace's evidence falls with the noise where that of the

@@ -27,7 +27,8 @@ constexpr double kLeastGain = 0.01;      // nats that a further round would stil
 constexpr double kTrial = 1e-3;          // amplitudes at which scales are found, of the shapes' differences
 constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise that survives the alignment
 constexpr int kMostBackoffs = 30;
-constexpr double kWorse = 1;  // nats that a match may cost more with other numbers, to begin at
+constexpr int kMostImproved = 2;  // searches for numbers again, from better matches
+constexpr double kWorse = 1;      // nats that a match may cost more with other numbers, to begin at
 
 // Root mean square of what is observed beyond the source, length units.
 double difference(const std::vector<Observation>& observations, const Points& source, double sigma) {
@@ -374,7 +375,12 @@ CohortFit Fitter::run_by_part() {
 Fitter::Maximum Fitter::maximum() {
   std::vector<State> first = candidates();
   if (numbers_open() == 0) return {std::move(first.front()), {}, {}, {}};
-  return search(first);
+  Maximum best = search(first);
+  for (int count = 0; improve(best.state) && count < kMostImproved; ++count) {
+    known_ = {};
+    best = search({climb(best.state, everywhere(best.state))});
+  }
+  return best;
 }
 
 CohortFit Fitter::run() {

@@ -111,6 +111,7 @@ class Fitter {
   std::vector<Eigen::VectorXd> rescale(State& state, const Eigen::VectorXd& u) const;
   std::vector<Eigen::VectorXd> match_with_backoff(State& state, std::vector<Eigen::VectorXd> from,
                                                   Eigen::VectorXd u) const;
+  bool improve(State& state) const;
   void find_variances(State& state) const;
   State alternate(State state, int most_rounds) const;
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/factorisations.hpp"
+#include "matching/solvers.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "random/normals.hpp"
@@ -31,15 +32,28 @@ double cost_of(const VectorXd& z, const Specimen::Shot& shot) {
   return 0.5 * (z.squaredNorm() + shot.residual.squaredNorm());
 }
 
-// The z of greatest probability by the searches of registration.
-VectorXd registered(const Specimen& specimen, const Specimen::Model& model, std::uint64_t seed) {
-  matching::MatchingProblem problem = specimen.problem();
-  problem.integrator = make_integrator("variational-2");
-  const matching::MatchingObjective objective(problem);
-  matching::MinimiseOptions options;
-  options.seed = seed;
-  const matching::MinimiseSummary summary = minimise(objective, options);
-  return specimen.white(model, objective.momenta(summary.solution.z), objective.increments(summary.solution.z));
+// Where searches for minima begin: the z of greatest probability by the searches of registration, then the other minima
+// that these find, and then draws of the prior.
+std::vector<VectorXd> first_guesses(const Specimen& specimen, const Specimen::Model& model, int searches,
+                                    std::uint64_t seed) {
+  const auto unknowns = static_cast<int>(specimen.unknowns());
+  std::vector<VectorXd> guesses;
+  if (specimen.momentum_unknowns() == 0) {
+    guesses.emplace_back(VectorXd::Zero(unknowns));
+  } else {
+    matching::MatchingProblem problem = specimen.problem();
+    problem.integrator = make_integrator("variational-2");
+    const matching::MatchingObjective objective(problem);
+    matching::MinimiseOptions options;
+    options.seed = seed;
+    matching::MinimiseSummary counts;
+    guesses = path_guesses(objective, options, kFarBelow, counts);
+    guesses.front() = minimise_from(objective, options, guesses.front()).solution.z;
+    for (VectorXd& z : guesses) z = specimen.white(model, objective.momenta(z), objective.increments(z));
+  }
+  for (int search = 1; search < searches; ++search)
+    guesses.emplace_back(standard_normals(seed, kGuessPath + static_cast<std::uint64_t>(search), unknowns, 1));
+  return guesses;
 }
 
 // Whether two minima are within a standard deviation of each other.
@@ -86,14 +100,9 @@ std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model
   if (searches == 0) searches = specimen.data() <= kFewData ? kSearchesOfFew : 1;
   std::vector<Minimum> minima;
   std::vector<double> evidences;
-  for (int search = 0; search < searches; ++search) {
+  const std::vector<VectorXd> guesses = first_guesses(specimen, model, searches, seed);
+  for (const VectorXd& guess : guesses) {
     try {
-      const int unknowns = static_cast<int>(specimen.unknowns());
-      const VectorXd guess =
-          search == 0 && specimen.momentum_unknowns() == 0 ? VectorXd(VectorXd::Zero(unknowns))
-          : search == 0
-              ? registered(specimen, model, seed)
-              : VectorXd(standard_normals(seed, kGuessPath + static_cast<std::uint64_t>(search), unknowns, 1));
       Minimum found = find_minimum(specimen, model, guess);
       const LinearAt linear(*found.linear, model);
       const bool known = std::any_of(minima.begin(), minima.end(),
@@ -104,7 +113,7 @@ std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model
       evidences.push_back(linear.log_evidence());
       minima.push_back(std::move(found));
     } catch (const NumericalError&) {
-      if (search + 1 == searches && minima.empty()) throw;
+      if (&guess == &guesses.back() && minima.empty()) throw;
     }
   }
   const double best = *std::max_element(evidences.begin(), evidences.end());

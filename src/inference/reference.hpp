@@ -19,9 +19,9 @@ struct Minimum {
 /// @throws NumericalError where neither `start` nor rest has a path
 Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, const Eigen::VectorXd& start);
 
-/// The distinct minima that searches from several guesses find, in order of their linear evidence; those more than 12
-/// nats below the first are dropped.
-/// @param searches 0: 4 where there are at most 12 data, else 1
+/// The distinct minima that searches from several guesses find; those whose linear evidence is more than 12 nats below
+/// the greatest are dropped. The guesses are the minima that registration finds, and draws of the prior.
+/// @param searches one more than draws of the prior; 0: 4 where there are at most 12 data, else 1
 std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,
                                  std::uint64_t seed);
 

@@ -62,6 +62,7 @@ class GeodesicSearch {
   PathSolution search_from_rest(const MatchingProblem& problem) {
     PathSolution found = counted(search_globally(problem, options_, Finish::kNoSaddle));
     minima_ = found.minima;
+    if (!carriers_) others_ = found.others;
     return found;
   }
 
@@ -173,7 +174,8 @@ class GeodesicSearch {
             iterations_,
             evaluations_,
             path.relative_gradient,
-            minima_};
+            minima_,
+            others_};
   }
 
   const MatchingProblem& problem_;
@@ -183,6 +185,7 @@ class GeodesicSearch {
   TimeGrid grid_;  ///< of shots
   std::optional<Carriers> carriers_;
   std::vector<Minimum> minima_;
+  std::vector<std::vector<Points>> others_;
   int iterations_ = 0;
   int evaluations_ = 0;
 };

@@ -18,7 +18,8 @@ struct GeodesicSolution {
   int iterations = 0;
   int evaluations = 0;
   double relative_gradient = 0;
-  std::vector<Minimum> minima;  ///< of search_globally()
+  std::vector<Minimum> minima;              ///< of search_globally()
+  std::vector<std::vector<Points>> others;  ///< the same, but none where some landmarks carry the rest
 };
 
 /// Minimises λ∫H dt + D(q(T)), D that of landmarks, over geodesics as `rk4` shoots them, or, where that amplifies

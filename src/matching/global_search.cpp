@@ -112,16 +112,6 @@ MatchingProblem with_more_noise(MatchingProblem problem, double more) {
   return problem;
 }
 
-bool landmarks_meet(const std::vector<Points>& nodes) {
-  for (Index b = 1; b < nodes.front().cols(); ++b)
-    for (Index a = 0; a < b; ++a) {
-      const auto apart = [&](const Points& q) { return (q.col(a) - q.col(b)).norm(); };
-      const double least = kMeeting * std::min(apart(nodes.front()), apart(nodes.back()));
-      if (std::any_of(nodes.begin(), nodes.end(), [&](const Points& q) { return apart(q) < least; })) return true;
-    }
-  return false;
-}
-
 class GlobalSearch {
  public:
   GlobalSearch(const MatchingProblem& problem, const MinimiseOptions& options, Finish finish)
@@ -354,13 +344,18 @@ class GlobalSearch {
   // Of minima that are known in few steps only, in proportion.
   void record(const Found& recorded, PathSolution& best) {
     best.minima = {{recorded.refined, recorded.searches, 0}};
-    for (const Found& m : minima_) {
-      if (&m == &recorded || m.searches == 0) continue;
-      const double total = m.refined > 0 ? m.refined : recorded.refined * m.cost / recorded.cost;
-      best.minima.push_back({total, m.searches, recorded.refined - total});
+    best.others.clear();
+    const auto total = [&](const Found& m) {
+      return m.refined > 0 ? m.refined : recorded.refined * m.cost / recorded.cost;
+    };
+    std::vector<const Found*> others;
+    for (const Found& m : minima_)
+      if (&m != &recorded && m.searches > 0) others.push_back(&m);
+    std::sort(others.begin(), others.end(), [&](const Found* a, const Found* b) { return total(*a) < total(*b); });
+    for (const Found* m : others) {
+      best.minima.push_back({total(*m), m->searches, recorded.refined - total(*m)});
+      best.others.push_back(is_part() ? std::vector<Points>() : m->nodes);
     }
-    std::sort(best.minima.begin() + 1, best.minima.end(),
-              [](const Minimum& a, const Minimum& b) { return a.total < b.total; });
   }
 
   const MatchingProblem& problem_;
@@ -373,6 +368,23 @@ class GlobalSearch {
 };
 
 }  // namespace
+
+bool landmarks_meet(const std::vector<Points>& nodes) {
+  for (Index b = 1; b < nodes.front().cols(); ++b)
+    for (Index a = 0; a < b; ++a) {
+      const auto apart = [&](const Points& q) { return (q.col(a) - q.col(b)).norm(); };
+      const double least = kMeeting * std::min(apart(nodes.front()), apart(nodes.back()));
+      if (std::any_of(nodes.begin(), nodes.end(), [&](const Points& q) { return apart(q) < least; })) return true;
+    }
+  return false;
+}
+
+std::optional<PathSolution> search_along(const MatchingProblem& problem, const MinimiseOptions& options,
+                                         const std::vector<Points>& nodes, Finish finish) {
+  auto path = along({problem.system, problem.lambda}, problem.grid, resampled(nodes, problem.grid.steps));
+  if (!path) return std::nullopt;
+  return continue_path(problem, options, std::move(*path), finish);
+}
 
 PathSolution search_globally(const MatchingProblem& problem, const MinimiseOptions& options, Finish finish) {
   return GlobalSearch(problem, options, finish).run();

@@ -2,11 +2,13 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include <fmt/core.h>
 
+#include "global_search.hpp"
 #include "model_parameters.hpp"
-#include "path_search.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
@@ -20,6 +22,7 @@ constexpr double kSettledGrowth = 1e-2;
 // Or by less than this part, and ever less: in the limit the action falls to a quarter as β is halved.
 constexpr double kSettling = 1e-1;
 constexpr double kFall = 0.5;
+constexpr double kSameMinimum = 1e-6;  // costs
 
 RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& target,
                                   const RegistrationOptions& options) {
@@ -29,6 +32,59 @@ RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& targ
         fmt::format("J(beta) is that of mode metamorphosis, and this is mode {}; take noise such as ch-sd:beta=100%",
                     mode_name(problem.mode)));
   return problem;
+}
+
+// The best path that is known at one β, and whether a neighbour has tried it.
+struct Level {
+  double beta = 0;
+  MatchingProblem problem;
+  PathSolution best;
+  bool tried_below = false, tried_above = false;
+};
+
+// Whether in some step the flow alone makes landmarks on a line change places. No flow does, but a midpoint step that
+// is too coarse for so little noise jumps over.
+bool flow_changes_order(const MatchingProblem& problem, const DiscretePath& path) {
+  if (problem.source.rows() > 1) return false;
+  for (std::size_t k = 0; k < path.middles.size(); ++k) {
+    const PhaseState& middle = path.middles[k];
+    const Points flow = path.grid.dt() * problem.system.kernel.apply(middle.q, middle.q, middle.p);
+    if (order_inversions(path.nodes[k], path.nodes[k] + flow) > 0) return true;
+  }
+  return false;
+}
+
+// Paths that jump over are no better than any other.
+bool is_better(const MatchingProblem& problem, const PathSolution& a, const PathSolution& b) {
+  const bool jumps = flow_changes_order(problem, a.path);
+  if (jumps != flow_changes_order(problem, b.path)) return !jumps;
+  return a.cost.total() < (1 - kSameMinimum) * b.cost.total();
+}
+
+// From the path at another β. @return whether that is better
+bool try_path(const Level& from, Level& to, const MinimiseOptions& how) {
+  std::optional<PathSolution> found = search_along(to.problem, how, from.best.path.nodes);
+  if (!found) return false;
+  found->iterations += to.best.iterations;
+  if (!is_better(to.problem, *found, to.best)) {
+    to.best.iterations = found->iterations;
+    return false;
+  }
+  to.best = std::move(*found);
+  to.tried_below = to.tried_above = false;
+  return true;
+}
+
+// Branches of minima cross as β changes, so each is followed down and up. A path at some β costs no more at a larger
+// one: the envelope never rises with β.
+void keep_the_least(std::vector<Level>& levels, const MinimiseOptions& how) {
+  for (bool any = true; any && !how.is_interrupted();) {
+    any = false;
+    for (std::size_t k = 1; k < levels.size(); ++k)
+      if (!std::exchange(levels[k - 1].tried_below, true)) any |= try_path(levels[k - 1], levels[k], how);
+    for (std::size_t k = levels.size() - 1; k > 0; --k)
+      if (!std::exchange(levels[k].tried_above, true)) any |= try_path(levels[k], levels[k - 1], how);
+  }
 }
 
 }  // namespace
@@ -48,19 +104,22 @@ std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmar
   const std::vector<Eigen::Index> amplitudes = models.places("beta");
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
-  std::vector<HomotopyStep> steps;
-  StepFields last;
+  std::vector<Level> levels;
   for (int k = 0; k <= kHalvings; ++k) {
     Eigen::VectorXd values = models.values();
     for (const Eigen::Index i : amplitudes) values[i] *= std::exp2(-k);
     const RegistrationProblem problem = make_problem(source, target, models.options(values));
-    PathSolution found = search_paths(problem.matching, how, k > 0 ? &last : nullptr);
+    PathSolution found = search_globally(problem.matching, how);
+    levels.push_back({values[amplitudes.front()], problem.matching, std::move(found)});
+  }
+  keep_the_least(levels, how);
+  std::vector<HomotopyStep> steps;
+  for (const Level& level : levels) {
+    const PathSolution& best = level.best;
     Registration at = registration;
-    at.result = found.path.end();
-    steps.push_back(
-        {values[amplitudes.front()], found.cost, at.rms(), at.matched(), found.converged, found.iterations});
-    last = std::move(found.fields);
-    for (Eigen::VectorXd& u : last.controls) u *= 2;  // half the noise, the same velocities
+    at.result = best.path.end();
+    const bool matched = at.matched() && !flow_changes_order(level.problem, best.path);
+    steps.push_back({level.beta, best.cost, at.rms(), matched, best.converged, best.iterations});
   }
   return steps;
 }

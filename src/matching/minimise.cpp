@@ -48,26 +48,6 @@ Evaluation at_rest(const MatchingObjective& objective) {
           : "the distances to the target, divided by sigma, leave the range of numbers");
 }
 
-// The unknowns of the best path: of the geodesic where no noise is fitted.
-VectorXd path_start(const MatchingObjective& objective, const MinimiseOptions& options, MinimiseSummary& counts) {
-  MatchingProblem problem = objective.problem();
-  problem.lambda /= problem.grid.time;  // here the energy is λH, there λ∫H dt
-  const MatrixXd still = objective.increments(VectorXd::Zero(objective.unknowns()));
-  const auto unknowns = [&](const auto& found, const MatrixXd& increments) {
-    counts.iterations = found.iterations;
-    counts.evaluations = found.evaluations;
-    return objective.white(found.momenta, increments);
-  };
-  if (fits_noise(objective) && problem.system.noise->traits().linear) {
-    const PathSolution found = search_globally(problem, options);
-    return unknowns(found, found.increments);
-  }
-  problem.system.noise = make_noise("none");
-  problem.realisations.clear();
-  if (problem.data->landmarks() == nullptr) return unknowns(search_globally(problem, options), still);
-  return unknowns(search_geodesic(problem, options), still);
-}
-
 }  // namespace
 
 Solver parse_solver(std::string_view name) { return kSolverNames.parse(name); }
@@ -82,22 +62,57 @@ double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
   return scale > 1e-12 ? size / scale : 0;
 }
 
+std::vector<VectorXd> path_guesses(const MatchingObjective& objective, const MinimiseOptions& options, double within,
+                                   MinimiseSummary& counts) {
+  const bool with_action = fits_noise(objective) && objective.problem().system.noise->traits().linear;
+  MatchingProblem problem = objective.problem();
+  problem.lambda /= problem.grid.time;  // here the energy is λH, there λ∫H dt
+  if (!with_action) {
+    problem.system.noise = make_noise("none");
+    problem.realisations.clear();
+  }
+  const MatrixXd still = objective.increments(VectorXd::Zero(objective.unknowns()));
+  const auto guesses = [&](const auto& found, const MatrixXd& increments) {
+    counts.iterations += found.iterations;
+    counts.evaluations += found.evaluations;
+    std::vector<VectorXd> all{objective.white(found.momenta, increments)};
+    for (std::size_t i = 0; i < found.others.size(); ++i) {
+      if (found.others[i].empty() || found.minima[i + 1].total > found.minima.front().total + within) continue;
+      const auto other = search_along(problem, options, found.others[i], Finish::kShootable);
+      if (other) all.push_back(objective.white(other->momenta, with_action ? other->increments : still));
+    }
+    return all;
+  };
+  if (with_action) {
+    const PathSolution found = search_globally(problem, options);
+    return guesses(found, found.increments);
+  }
+  if (problem.data->landmarks() == nullptr) return guesses(search_globally(problem, options), still);
+  return guesses(search_geodesic(problem, options), still);
+}
+
+MinimiseSummary minimise_from(const MatchingObjective& objective, const MinimiseOptions& options, const VectorXd& z) {
+  Evaluation start = at_rest(objective);
+  const VectorXd active = z.cwiseProduct(objective.active_unknowns());
+  if (std::optional<Evaluation> path = objective.evaluate(active); path && path->cost.total() < start.cost.total())
+    start = std::move(*path);
+  return is_dense(objective, options.solver) ? minimise_gauss_newton(objective, options, std::move(start))
+                                             : minimise_lbfgs(objective, options, std::move(start));
+}
+
 MinimiseSummary minimise(const MatchingObjective& objective, const MinimiseOptions& options) {
   const SerialBlas serial;
-  Evaluation start = at_rest(objective);
-  const bool dense = is_dense(objective, options.solver);
-  if (start.cost.total() < kNegligibleCost)
-    return {.solver = dense ? Solver::kGaussNewton : Solver::kLbfgs,
+  Evaluation rest = at_rest(objective);
+  if (rest.cost.total() < kNegligibleCost)
+    return {.solver = is_dense(objective, options.solver) ? Solver::kGaussNewton : Solver::kLbfgs,
             .converged = true,
             .reason = reason_at_rest(objective.problem()),
             .evaluations = 1,
-            .solution = std::move(start)};
+            .solution = std::move(rest)};
+  constexpr double kNoOthers = -std::numeric_limits<double>::infinity();
   MinimiseSummary counts;
-  const VectorXd on_path = path_start(objective, options, counts).cwiseProduct(objective.active_unknowns());
-  if (std::optional<Evaluation> path = objective.evaluate(on_path); path && path->cost.total() < start.cost.total())
-    start = std::move(*path);
-  MinimiseSummary summary = dense ? minimise_gauss_newton(objective, options, std::move(start))
-                                  : minimise_lbfgs(objective, options, std::move(start));
+  MinimiseSummary summary =
+      minimise_from(objective, options, path_guesses(objective, options, kNoOthers, counts).front());
   summary.iterations += counts.iterations;
   summary.evaluations += counts.evaluations;
   return summary;

@@ -30,6 +30,8 @@ struct PathSolution {
   int evaluations = 0;
   double relative_gradient = 0;
   std::vector<Minimum> minima;  ///< of search_globally()
+  /// Nodes, in fewer steps, of the paths of all minima but the first; none of those known for some landmarks alone.
+  std::vector<std::vector<Points>> others;
 };
 
 /// Fills in what follows from the path of a solution, its grid, nodes, middles and energy: p0, increments, states, cost

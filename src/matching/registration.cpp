@@ -137,11 +137,25 @@ void record_search(const Solution& found, Registration& registration) {
   registration.minima = found.minima;
 }
 
+// Searches from several starts take the steps of the grid, which more may have refined, and their paths are not shot: J
+// of the minima in proportion to that recorded.
+void scale_minima(Registration& registration) {
+  std::vector<Minimum>& minima = registration.minima;
+  if (minima.empty() || !(minima.front().total > 0)) return;
+  const double factor = registration.cost.total() / minima.front().total;
+  for (Minimum& minimum : minima) {
+    minimum.total *= factor;
+    minimum.log_weight *= factor;
+  }
+  minima.front().total = registration.cost.total();
+}
+
 // Along the recorded states, or by `rk4` along a shot of the momenta.
 void record_path(const MatchingProblem& problem, Registration& registration) {
   const Trajectory path = replay(registration);
   registration.result = path.final().q;
   registration.cost = cost_along(problem, path);
+  scale_minima(registration);
   registration.amplification = amplification(problem.system, path);
 }
 

@@ -44,5 +44,15 @@ TEST(SeveralModes, OfASwapAreVisitedAlikeBySymmetry) {
   EXPECT_NEAR(summary.mean, 0.5, 4 * summary.mcse);
 }
 
+// One search finds both ways: the second is among the minima of registration.
+TEST(SeveralModes, AreThoseOfRegistration) {
+  SamplerOptions options;
+  options.chains = 1;
+  options.warmup = 10;
+  options.draws = 10;
+  options.searches = 1;
+  EXPECT_EQ(sample_posterior(swap(0.2), options).modes, 2);
+}
+
 }  // namespace
 }  // namespace pulson::inference

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "path_examples.hpp"
+#include "pulson/matching/registration.hpp"
+#include "shape.hpp"
 
 namespace pulson::matching {
 namespace {
@@ -22,6 +24,30 @@ TEST(AccuratePaths, KeepTheStepsThatAreEnough) {
   const PathSolution straight = search_accurate_paths(swap_on_a_line(2, 1, kSteps).problem(), {});
   EXPECT_EQ(straight.path.grid.steps, kSteps);
   EXPECT_NEAR(straight.cost.total(), swap_cost(2, 1), kAccurate * swap_cost(2, 1));
+}
+
+// The searches for minima take the steps of the grid, the path that is recorded more.
+TEST(AccuratePaths, MinimaAreInProportionToTheRecordedCost) {
+  const Points source{{0, 1}, {0, 0}}, target{{1, 0}, {0.1, 0.1}};
+  RegistrationOptions options;
+  options.kernel = "gaussian:alpha=1";
+  options.noise = "ch-sd:beta=0.2";
+  options.sigma = 0.01;
+  options.lambda = 1;
+  options.align = AlignmentKind::kNone;
+  options.grid.steps = kSteps;
+  const std::vector<Minimum> coarse = register_shapes(shape(source), shape(target), options).minima;
+  options.more_steps = true;
+  const Registration fine = register_shapes(shape(source), shape(target), options);
+  ASSERT_GT(fine.grid.steps, kSteps);
+  ASSERT_GE(fine.minima.size(), 2U);
+  ASSERT_EQ(fine.minima.size(), coarse.size());
+  EXPECT_EQ(fine.minima[0].total, fine.cost.total());
+  EXPECT_NE(fine.minima[0].total, coarse[0].total);
+  for (std::size_t i = 0; i < coarse.size(); ++i) {
+    EXPECT_NEAR(fine.minima[i].total / fine.minima[0].total, coarse[i].total / coarse[0].total, 1e-12);
+    EXPECT_NEAR(fine.minima[i].log_weight, fine.minima[0].total - fine.minima[i].total, 1e-9);
+  }
 }
 
 }  // namespace

@@ -165,8 +165,9 @@ struct Registration {
   int evaluations = 0;
   Eigen::Index unknowns = 0;
   double relative_gradient = 0;
-  /// Of searches over paths from several starts, see global_search.hpp: the recorded one first, then by their cost. J
-  /// of the others is as known in the few steps that these searches take, in proportion. Empty for other searches.
+  /// Of searches over paths from several starts, see global_search.hpp: the recorded one first, with the recorded J,
+  /// then by their cost. J of the others is as known in the steps that these searches take, in proportion. Empty for
+  /// other searches.
   std::vector<Minimum> minima;
   /// None in mode `expected`, and where a shot leaves the path.
   std::optional<DiscretisationError> step_error;
@@ -231,15 +232,16 @@ struct HomotopyStep {
   double rms = 0;  ///< length units
   bool matched = false;
   bool converged = false;
-  int iterations = 0;
+  int iterations = 0;  ///< of all searches at this β
 
   /// The fraction by which J would grow if β were halved, to first order: dJ/d ln β = −2·action.
   double growth() const;
 };
 
-/// How far from diffeomorphic a pair is: J(β) in mode metamorphosis while β is halved ten times, each search over paths
-/// beginning with the last one's path. J grows as β falls: where a diffeomorphism matches, to that of LDDMM; else
-/// without bound, or until the match is lost. (design: mathematics §4.1)
+/// How far from diffeomorphic a pair is: J(β) in mode metamorphosis while β is halved ten times. At each β the least of
+/// what register_shapes() finds there and of the minima next to the paths of the β above and below. J never falls as β
+/// does: where a diffeomorphism matches, it grows to that of LDDMM; else without bound, or until the match is lost.
+/// (design: mathematics §4.1)
 /// @param registration what register_shapes() made of the other arguments
 /// @throws InputError where the mode is not metamorphosis
 std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmarks& target,

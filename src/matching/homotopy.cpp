@@ -60,10 +60,12 @@ bool flow_changes_order(const MatchingProblem& problem, const DiscretePath& path
   return false;
 }
 
-// Paths that jump over are no better than any other.
+// A match that jumps over is no better than one that does not.
 bool is_better(const MatchingProblem& problem, const PathSolution& a, const PathSolution& b) {
-  const bool jumps = flow_changes_order(problem, a.path);
-  if (jumps != flow_changes_order(problem, b.path)) return !jumps;
+  const auto is_sound = [&](const PathSolution& s) {
+    return s.cost.data < s.cost.energy + s.cost.action && !flow_changes_order(problem, s.path);
+  };
+  if (is_sound(a) != is_sound(b)) return is_sound(a);
   return a.cost.total() < (1 - kSameMinimum) * b.cost.total();
 }
 

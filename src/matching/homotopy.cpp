@@ -22,6 +22,7 @@ constexpr double kSettledGrowth = 1e-2;
 // Or by less than this part, and ever less: in the limit the action falls to a quarter as β is halved.
 constexpr double kSettling = 1e-1;
 constexpr double kFall = 0.5;
+constexpr double kMostOfAStep = 0.5;
 constexpr double kSameMinimum = 1e-6;  // costs
 
 RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& target,
@@ -42,22 +43,29 @@ struct Level {
   bool tried_below = false, tried_above = false;
 };
 
-// Whether in some step the flow alone makes landmarks on a line change places. No flow does, but a midpoint step that
-// is too coarse for so little noise jumps over.
+// Whether landmarks on a line change places in some step for the most part by the flow. No flow does that, but a
+// midpoint step that is too coarse for so little noise jumps over.
 bool flow_changes_order(const MatchingProblem& problem, const DiscretePath& path) {
   if (problem.source.rows() > 1) return false;
   for (std::size_t k = 0; k < path.middles.size(); ++k) {
     const PhaseState& middle = path.middles[k];
     const Points flow = path.grid.dt() * problem.system.kernel.apply(middle.q, middle.q, middle.p);
-    if (order_inversions(path.nodes[k], path.nodes[k] + flow) > 0) return true;
+    for (Eigen::Index b = 1; b < flow.cols(); ++b)
+      for (Eigen::Index a = 0; a < b; ++a) {
+        const auto apart = [&](const Points& x) { return x(0, a) - x(0, b); };
+        const double before = apart(path.nodes[k]), after = apart(path.nodes[k + 1]);
+        if (before * after < 0 && apart(flow) / (after - before) > kMostOfAStep) return true;
+      }
   }
   return false;
 }
 
-// Paths that jump over are no better than any other.
+// A match that jumps over is no better than one that does not.
 bool is_better(const MatchingProblem& problem, const PathSolution& a, const PathSolution& b) {
-  const bool jumps = flow_changes_order(problem, a.path);
-  if (jumps != flow_changes_order(problem, b.path)) return !jumps;
+  const auto is_sound = [&](const PathSolution& s) {
+    return s.cost.data < s.cost.energy + s.cost.action && !flow_changes_order(problem, s.path);
+  };
+  if (is_sound(a) != is_sound(b)) return is_sound(a);
   return a.cost.total() < (1 - kSameMinimum) * b.cost.total();
 }
 

@@ -18,7 +18,8 @@ using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
 constexpr int kMostIterations = 12;
 // The last change of a root, in parts of the largest coordinate: Newton's method squares it.
 constexpr double kRootAccuracy = 1e-9;
-// A step turns space over where det(I − ½Δt ∂v/∂x) is 0: the midpoint rule has no single root beyond.
+// A step turns space over where det(I − ½Δt ∂v/∂x) is 0, beyond which the midpoint rule has no single root, or where
+// det(I + ½Δt ∂v/∂x) is, beyond which its flow lets landmarks change places.
 constexpr double kLeastDeterminant = 0.05;
 
 Points noise_velocity(const NoiseModel& noise, const Points& x, const VectorXd& controls) {
@@ -49,8 +50,8 @@ MatrixXd field_gradients(const EffectiveHamiltonian& system, const PhaseState& a
 double least_determinant(const MatrixXd& gradients, double dt, Index d) {
   double least = 1;
   for (Index a = 0; a < gradients.cols(); ++a) {
-    const Block slope = Block::Identity(d, d) - 0.5 * dt * gradients.col(a).reshaped(d, d);
-    least = std::min(least, slope.determinant());
+    const Block half = 0.5 * dt * gradients.col(a).reshaped(d, d), one = Block::Identity(d, d);
+    least = std::min({least, (one - half).determinant(), (one + half).determinant()});
   }
   return least;
 }

@@ -22,7 +22,6 @@ constexpr double kSettledGrowth = 1e-2;
 // Or by less than this part, and ever less: in the limit the action falls to a quarter as β is halved.
 constexpr double kSettling = 1e-1;
 constexpr double kFall = 0.5;
-constexpr double kMostOfAStep = 0.5;
 constexpr double kSameMinimum = 1e-6;  // costs
 
 RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& target,
@@ -43,38 +42,12 @@ struct Level {
   bool tried_below = false, tried_above = false;
 };
 
-// Whether landmarks on a line change places in some step for the most part by the flow. No flow does that, but a
-// midpoint step that is too coarse for so little noise jumps over.
-bool flow_changes_order(const MatchingProblem& problem, const DiscretePath& path) {
-  if (problem.source.rows() > 1) return false;
-  for (std::size_t k = 0; k < path.middles.size(); ++k) {
-    const PhaseState& middle = path.middles[k];
-    const Points flow = path.grid.dt() * problem.system.kernel.apply(middle.q, middle.q, middle.p);
-    for (Eigen::Index b = 1; b < flow.cols(); ++b)
-      for (Eigen::Index a = 0; a < b; ++a) {
-        const auto apart = [&](const Points& x) { return x(0, a) - x(0, b); };
-        const double before = apart(path.nodes[k]), after = apart(path.nodes[k + 1]);
-        if (before * after < 0 && apart(flow) / (after - before) > kMostOfAStep) return true;
-      }
-  }
-  return false;
-}
-
-// A match that jumps over is no better than one that does not.
-bool is_better(const MatchingProblem& problem, const PathSolution& a, const PathSolution& b) {
-  const auto is_sound = [&](const PathSolution& s) {
-    return s.cost.data < s.cost.energy + s.cost.action && !flow_changes_order(problem, s.path);
-  };
-  if (is_sound(a) != is_sound(b)) return is_sound(a);
-  return a.cost.total() < (1 - kSameMinimum) * b.cost.total();
-}
-
 // From the path at another β. @return whether that is better
 bool try_path(const Level& from, Level& to, const MinimiseOptions& how) {
   std::optional<PathSolution> found = search_along(to.problem, how, from.best.path.nodes);
   if (!found) return false;
   found->iterations += to.best.iterations;
-  if (!is_better(to.problem, *found, to.best)) {
+  if (!(found->cost.total() < (1 - kSameMinimum) * to.best.cost.total())) {
     to.best.iterations = found->iterations;
     return false;
   }
@@ -126,8 +99,7 @@ std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmar
     const PathSolution& best = level.best;
     Registration at = registration;
     at.result = best.path.end();
-    const bool matched = at.matched() && !flow_changes_order(level.problem, best.path);
-    steps.push_back({level.beta, best.cost, at.rms(), matched, best.converged, best.iterations});
+    steps.push_back({level.beta, best.cost, at.rms(), at.matched(), best.converged, best.iterations});
   }
   return steps;
 }

@@ -286,9 +286,7 @@ void study(const Options& options) {
     }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App program("Searches that miss the least minimum, of random pairs of landmarks");
   Options options;
   program.add_option("--landmarks", options.landmarks)->delimiter(',');
@@ -301,13 +299,19 @@ int main(int argc, char** argv) {
   program.add_option("--seed", options.seed);
   program.add_flag("--list", options.list, "J of each problem on standard error");
   CLI11_PARSE(program, argc, argv);
+  const SerialBlas serial;
+  set_thread_count(1);
+  study(options);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    const SerialBlas serial;
-    set_thread_count(1);
-    study(options);
+    return run(argc, argv);
   } catch (const std::exception& error) {
     fmt::print(stderr, "minima: {}\n", error.what());
     return 1;
   }
-  return 0;
 }

@@ -208,9 +208,7 @@ void study_incomplete(const std::string& name, const std::vector<Landmarks>& sha
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App program("Predictions of missing landmarks by the model of a cohort");
   std::vector<std::string> cohorts;
   std::vector<double> fractions{1, 5, 10, 20};
@@ -225,25 +223,30 @@ int main(int argc, char** argv) {
   program.add_option("--draws", draws, "for each specimen and fraction");
   program.add_option("--seed", seed);
   CLI11_PARSE(program, argc, argv);
+  fmt::print(
+      "| cohort | hidden | model | thin-plate spline | {} | covered by bands of 90 % |\n"
+      "|---|---|---|---|---|---|---|\n",
+      in_all.empty() ? "regression | mean" : "mean | largest ratio to it of a draw");
+  for (const std::string& cohort : cohorts) {
+    const std::size_t equals = cohort.find('=');
+    const std::vector<Landmarks> shapes = read_cohort(equals == std::string::npos ? cohort : cohort.substr(equals + 1));
+    const std::string name =
+        fmt::format("{}, {} × {}", cohort.substr(0, equals), shapes.size(), shapes.front().count());
+    if (in_all.empty())
+      study(name, shapes, fractions, draws, seed);
+    else
+      study_incomplete(name, shapes, in_all, in_regions, draws, seed);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    fmt::print(
-        "| cohort | hidden | model | thin-plate spline | {} | covered by bands of 90 % |\n"
-        "|---|---|---|---|---|---|---|\n",
-        in_all.empty() ? "regression | mean" : "mean | largest ratio to it of a draw");
-    for (const std::string& cohort : cohorts) {
-      const std::size_t equals = cohort.find('=');
-      const std::vector<Landmarks> shapes =
-          read_cohort(equals == std::string::npos ? cohort : cohort.substr(equals + 1));
-      const std::string name =
-          fmt::format("{}, {} × {}", cohort.substr(0, equals), shapes.size(), shapes.front().count());
-      if (in_all.empty())
-        study(name, shapes, fractions, draws, seed);
-      else
-        study_incomplete(name, shapes, in_all, in_regions, draws, seed);
-    }
+    return run(argc, argv);
   } catch (const std::exception& error) {
     fmt::print(stderr, "predict_missing: {}\n", error.what());
     return 1;
   }
-  return 0;
 }

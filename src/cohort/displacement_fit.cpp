@@ -37,7 +37,7 @@ struct Displacements {
 
 // Columns whose outer products sum to a covariance.
 MatrixXd factor_of(const MatrixXd& covariance) {
-  if (covariance.size() == 0) return MatrixXd(covariance.rows(), 0);
+  if (covariance.size() == 0) return MatrixXd::Zero(covariance.rows(), 0);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> factors(covariance);
   return factors.eigenvectors() * factors.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }

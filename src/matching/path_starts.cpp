@@ -48,8 +48,7 @@ Points turned(const Points& way, int index, std::uint64_t seed) {
 // For each landmark a normal number: in turn correlated, as the kernel has it where they are half way, and not.
 Eigen::VectorXd sides(const MatchingProblem& problem, int index, std::uint64_t seed) {
   const auto count = static_cast<int>(problem.source.cols());
-  const Eigen::VectorXd drawn =
-      standard_normals(seed, static_cast<std::uint64_t>(index), 3 + count, 1).col(0).tail(count);
+  Eigen::VectorXd drawn = standard_normals(seed, static_cast<std::uint64_t>(index), 3 + count, 1).col(0).tail(count);
   if (index % 2 == 1) return drawn;
   const Points middle = problem.source + 0.5 * way_to_targets(problem);
   MatrixXd gram = problem.system.kernel.gram(middle, middle);

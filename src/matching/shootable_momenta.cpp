@@ -30,8 +30,8 @@ PhaseState advanced(const PhaseState& state, const Flow& rate, double dt) {
 
 class MomentaSearch {
  public:
-  MomentaSearch(const MatchingProblem& problem, const MinimiseOptions& options, const PathSolution& found)
-      : found_(found), options_(options), shot_(problem, found), data_(*problem.data), problem_(problem) {
+  MomentaSearch(const MatchingProblem& problem, MinimiseOptions options, const PathSolution& found)
+      : found_(found), options_(std::move(options)), shot_(problem, found), data_(*problem.data), problem_(problem) {
     problem_.grid = found.path.grid;
     options_.max_iterations = std::min(options_.max_iterations, kMostRoundIterations);
   }

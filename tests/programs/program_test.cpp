@@ -7,6 +7,7 @@
 #include <ostream>
 #include <regex>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sched.h>
 

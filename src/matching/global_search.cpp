@@ -34,7 +34,7 @@ namespace {
 using Eigen::Index;
 
 // Minima are looked for in so many steps, but on a line, where landmarks that pass each other need all, and for so many
-// landmarks. (K = 7, 8 and 10 find as many: benchmarks/minima.)
+// landmarks. (In 7 steps 3 of 60 random pairs of 6 landmarks and 8 of 60 of 8 were missed, in 8 steps 3 and 6.)
 constexpr int kFewSteps = 8;
 constexpr Index kFewestLandmarks = 32;  // of more than twice as many
 // λβ² in parts of K(0): where there is one minimum, where bent paths begin, and where β may as well be 0.

@@ -55,7 +55,10 @@ void add_solver_options(CLI::App& verb, RegisterArguments& arguments) {
                   "weight of the energy; auto: fitted with --kernel auto, else 1/diameter^2 of the source")
       ->type_name("NUMBER")
       ->capture_default_str();
-  only_known(verb.add_option("--solver", arguments.solver, "paths, gauss-newton, lbfgs or auto")
+  only_known(verb.add_option("--solver", arguments.solver,
+                             "paths; shooting, by the paper's integrator (20) unless --integrator says otherwise: by "
+                             "gauss-newton, or where large lbfgs, which can be named, too; auto: paths where there is "
+                             "a search for them")
                  ->type_name("NAME")
                  ->capture_default_str(),
              "solver");
@@ -115,7 +118,8 @@ void RegisterArguments::add_to(CLI::App& verb) {
              "mode");
   verb.add_option(
           "--integrator", options.integrator,
-          "see pulson info integrators; auto: rk4 without noise, midpoint for metamorphosis, else variational-2")
+          "see pulson info integrators; auto: variational with --solver shooting, else rk4 without noise, midpoint for "
+          "metamorphosis, variational-2 for the rest")
       ->type_name("NAME")
       ->capture_default_str();
   add_data_options(verb, *this);

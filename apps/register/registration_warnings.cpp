@@ -51,6 +51,10 @@ double change_of_cost(const matching::Registration& registration) {
   return registration.step_error ? registration.step_error->cost / std::max(registration.cost.total(), kNoCost) : 0;
 }
 
+bool is_drawn(const matching::Registration& registration) {
+  return registration.mode == matching::MatchingMode::kPathwise || registration.mode == matching::MatchingMode::kExpected;
+}
+
 // What to make of it; nothing where the path itself is no minimum yet.
 std::string accuracy_remedy(const matching::Registration& registration) {
   if (!registration.converged) return {};
@@ -59,14 +63,15 @@ std::string accuracy_remedy(const matching::Registration& registration) {
         ": errors grow {:.0f}-fold along this path; trajectory.csv and warp follow it, but p0 shot by another "
         "integrator does not",
         *registration.amplification);
-  if (make_integrator(registration.integrator)->traits().order < 2) return ": try --integrator auto or more --steps";
+  if (make_integrator(registration.integrator)->traits().order < 2 && !is_drawn(registration))
+    return ": try --integrator auto or more --steps";
   return ": try more --steps";
 }
 
 // The energy of mode map counts at t = 0 alone, and noise that draws landmarks together may lower it without end.
 bool may_have_no_minimum(const matching::Registration& registration) {
   return registration.mode == matching::MatchingMode::kMap && !registration.converged &&
-         registration_system(registration).noise->traits().linear;
+         registration_noise(registration)->traits().linear;
 }
 
 // Whether landmarks say less of their neighbours than nothing, as where they are paired at random.
@@ -77,6 +82,30 @@ bool neighbours_part(const matching::Registration& registration) {
 
 bool is_interrupted(const matching::Registration& registration) {
   return registration.stop_reason == matching::kInterrupted;
+}
+
+// Why p0 cannot reach the target through noise that it does not choose.
+std::string drawn_remedy(const matching::Registration& registration) {
+  std::string moved;
+  if (registration.spread.size() > 0) {
+    const double spread =
+        std::sqrt(registration.spread.squaredNorm() / static_cast<double>(registration.spread.cols()));
+    moved = fmt::format("over the realisations a landmark ends {:.3g} ({} sigma) from its mean, rms, whatever p0", spread,
+                        rounded(spread / registration.sigma));
+  } else if (const auto& at_rest = registration.noise_displacement) {
+    moved = fmt::format("this realisation moves a landmark at rest by {:.3g} ({} sigma), and no cheaper p0 undoes it",
+                        *at_rest, rounded(*at_rest / registration.sigma));
+  }
+  const bool linear = registration_noise(registration)->traits().linear;
+  return fmt::format("{}: try a smaller amplitude, or noise that is fitted: --mode {}", moved,
+                     linear && !registration.uncertainty ? "metamorphosis" : "map");
+}
+
+// Of a search that ended early.
+std::string search_remedy(const matching::Registration& registration) {
+  if (registration.stop_reason.find("more steps") != std::string::npos) return "try more --steps";
+  if (registration.stop_reason.find("limit of iterations") != std::string::npos) return "try more --max-iterations";
+  return "try more --steps or --max-iterations";
 }
 
 // The likeliest remedy.
@@ -90,7 +119,7 @@ std::string remedy(const matching::Registration& registration) {
   if (should_align(registration))
     return fmt::format("try --align similarity, which leaves {:.0f} % of the distance",
                        100 * left_by_similarity(registration));
-  const bool may_pass = !registration_system(registration).noise->traits().diffeomorphic;
+  const bool may_pass = !registration_noise(registration)->traits().diffeomorphic;
   const std::string noise = "try --noise ch-sd:beta=100%, position noise that lets landmarks pass each other";
   if (registration.source.dimension() == 1 && !may_pass)
     if (const int pairs = matching::order_inversions(registration.source.points, registration.target.points); pairs > 0)
@@ -100,11 +129,8 @@ std::string remedy(const matching::Registration& registration) {
     return "neighbouring landmarks do not move together: check that landmarks correspond (if none do: --data "
            "varifold)" +
            (may_pass ? "" : "; or " + noise);
-  const bool drawn =
-      registration.mode == matching::MatchingMode::kPathwise || registration.mode == matching::MatchingMode::kExpected;
-  if (registration.converged && drawn)
-    return "this noise is drawn rather than fitted: try a smaller amplitude, or mode metamorphosis or map";
-  if (!registration.converged) return "try more --steps or --max-iterations" + (may_pass ? "" : "; or " + noise);
+  if (registration.converged && is_drawn(registration)) return drawn_remedy(registration);
+  if (!registration.converged) return search_remedy(registration) + (may_pass ? "" : "; or " + noise);
   return "try a smaller --sigma or --lambda" + (may_pass ? "" : "; for shapes that no flow can match " + noise);
 }
 
@@ -141,6 +167,8 @@ bool is_shot(const matching::Registration& registration) { return registration.s
 std::string accuracy_text(const matching::Registration& registration) {
   if (!is_shot(registration)) return lone_momenta_text(registration);
   if (!registration.step_error || follows_closely(registration)) return {};
+  if (registration.extrapolated)
+    return fmt::format("p0 is that of these steps: an accurate integrator ends {:.3g} away", registration.step_error->rms);
   return "an accurate integrator " + end_of_shot(registration);
 }
 
@@ -161,6 +189,10 @@ std::vector<std::string> momenta_warnings(const matching::Registration& registra
   std::vector<std::string> texts = path_warnings(registration);
   if (!is_shot(registration)) {
     if (std::string text = lone_momenta_text(registration); !text.empty()) texts.push_back(std::move(text));
+  } else if (const auto& limit = registration.extrapolated) {
+    const double left = limit->error / std::max(registration.cost.total(), kNoCost);
+    if (left > kSmallChange)
+      texts.push_back(fmt::format("J is known to {:.2g} % from these steps: try more --steps", 100 * left));
   } else if (std::abs(change_of_cost(registration)) > kSmallChange) {
     texts.push_back(fmt::format("shot by an accurate integrator, p0 {}{}", end_of_shot(registration),
                                 accuracy_remedy(registration)));

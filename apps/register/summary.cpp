@@ -40,8 +40,10 @@ void print_model(const matching::Registration& registration) {
   if (registration.data.kind != matching::DataKind::kLandmarks)
     print_text("data       {} of width {:.4g}, {} of the target\n", data_kind_name(registration.data.kind),
                *registration.data.width, counted(registration.target.count(), "point"));
-  if (registration.samples > 1)
-    print_text("noise      {} realisations, seed {}\n", registration.samples, registration.seed);
+  if (registration.noise_displacement)
+    print_text("noise      {}, seed {}: moves a landmark at rest by {:.3g}, {:.3g} sigma\n",
+               counted(registration.samples, "realisation"), registration.seed, *registration.noise_displacement,
+               *registration.noise_displacement / registration.sigma);
 }
 
 void print_search(const matching::Registration& registration) {
@@ -89,6 +91,9 @@ void print_distances(const matching::Registration& registration) {
 void print_costs(const matching::Registration& registration, const records::RegistrationFacts& facts) {
   print_text("cost       {:.4g} = energy {:.4g} + action {:.4g} + data {:.4g}\n", registration.cost.total(),
              registration.cost.energy, registration.cost.action, registration.cost.data);
+  if (const auto& limit = registration.extrapolated)
+    print_text("limit      J = {:.4g} as steps tend to 0, from {} and {} steps\n", limit->cost.total(),
+               limit->coarse_steps, registration.grid.steps);
   if (const std::string text = accuracy_text(registration); !text.empty()) print_text("accuracy   {}\n", text);
   const auto part = noise_fraction(registration, facts.shares);
   if (registration.noise != "none" && part) {

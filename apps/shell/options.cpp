@@ -291,7 +291,7 @@ const std::vector<std::string>& known_values(const std::string& option) {
       {"--data", {"landmarks", "varifold", "current"}},
       {"--curve-ends", {"auto", "closed", "open"}},
       {"--align", {"none", "translation", "rigid", "similarity", "affine"}},
-      {"--solver", {"auto", "paths", "gauss-newton", "lbfgs"}},
+      {"--solver", {"auto", "paths", "shooting", "gauss-newton", "lbfgs"}},
       {"--missing", {"negative", "zero"}},
       {"--format", formats::landmark_format_names()},
       {"--dim", {"2", "3"}},

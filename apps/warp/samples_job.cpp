@@ -85,7 +85,7 @@ WarpResult warp_samples(const Picture& picture, const matching::Registration& re
                         const WarpArguments& arguments) {
   if (arguments.inverse)
     throw InputError("--samples maps the source to the target; it cannot be combined with --inverse");
-  const StochasticSystem system = registration_system(registration);
+  const StochasticSystem system{registration_system(registration).kernel, registration_noise(registration)};
   const Points& q0 = registration.source.points;
   const int channels = system.noise->channels(static_cast<int>(q0.rows()), static_cast<int>(q0.cols()));
   if (channels == 0) throw InputError("--samples needs noise, and the registration has none");

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "pulson/dynamics/stochastic_system.hpp"
 
 namespace pulson {
@@ -47,5 +49,9 @@ class EffectiveHamiltonian {
   double lambda_;
   bool noisy_;
 };
+
+/// (λ/2) Σ_i h_i(q, p)² as a part of the Hamiltonian: a model that has no channels and G = (λ/2) Σ h_i², so that
+/// `variational`, which evaluates H + G at (q⁺, p), takes the steps of (20) for H_tot.
+std::shared_ptr<const NoiseModel> control_energy(std::shared_ptr<const NoiseModel> noise, double lambda);
 
 }  // namespace pulson

@@ -130,7 +130,8 @@ class VariationalIntegrator final : public Integrator {
   EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const override;
 
   /// Landmarks without momentum and without a change of it are passive: for M others, cost
-  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), if noise does not move the momenta; else a tangent for each.
+  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), if noise is additive and does not move the momenta; else
+  /// all rows at once, or of few changes a tangent for each.
   Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                    const Eigen::MatrixXd& momentum_changes) const override;
 
@@ -148,6 +149,7 @@ class VariationalIntegrator final : public Integrator {
 
  private:
   bool compensates(const NoiseModel& noise) const { return compensated_ && noise.traits().compensated; }
+  Eigen::MatrixXd rows(const StochasticSystem& system, const Trajectory& path, Eigen::MatrixXd* by_acting) const;
 
   bool compensated_;
 };
@@ -183,7 +185,8 @@ class SymmetricVariationalIntegrator final : public Integrator {
   EndpointJacobian endpoint_jacobian(const StochasticSystem& system, const Trajectory& path) const override;
 
   /// Landmarks without momentum and without a change of it are passive: for M others, cost
-  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), if noise does not move the momenta; else a tangent for each.
+  /// O(K ((dM)³ + (dM)²R + dN dM R)), memory O(dN R), if noise is additive and does not move the momenta; else
+  /// all rows at once, or of few changes a tangent for each.
   Eigen::MatrixXd endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                    const Eigen::MatrixXd& momentum_changes) const override;
 
@@ -204,6 +207,7 @@ class SymmetricVariationalIntegrator final : public Integrator {
     PhaseState second;
   };
   static Parts parts_of(const Step& step);
+  Eigen::MatrixXd rows(const StochasticSystem& system, const Trajectory& path, Eigen::MatrixXd* by_increments) const;
 
   bool noise_;
 };

@@ -10,11 +10,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A Hessian's blocks as dN×dN matrices; pq = qpᵀ, and pp = 0 for what is affine in p.
+// A Hessian's blocks as dN×dN matrices; pq = qpᵀ, and pp is 0 for what is affine in p.
 struct DenseHessian {
   MatrixXd qq;
   MatrixXd pq;
 };
+
+template <class Product>
+MatrixXd dense_pp(const Product& product, Index rows, Index cols) {
+  const Points zero = Points::Zero(rows, cols);
+  return matrix_of([&](const Points& dp) { return product(PhaseState{zero, dp}).p; }, rows, cols);
+}
 
 template <class Product>
 DenseHessian dense_hessian(const Product& product, Index rows, Index cols, bool local) {
@@ -68,7 +74,7 @@ void RowSweep::through_flow(const Points& q, const Points& p) {
   StepMatrices step = system_.kernel.step_matrices(q, p, dt_);
   MatrixXd& tangent = step.tangent;
   MatrixXd& hessian = step.hessian;
-  MatrixXd of_friction;
+  MatrixXd of_friction, by_momenta;
   if (!traits_.hamiltonian) {  // friction acts on K(q)p alone, and not on what compensates
     q_bar_.noalias() -= noise_.friction() * tangent.transpose() * p_bar_;
     of_friction = MatrixXd::Zero(p_bar_.rows(), p_bar_.cols());
@@ -79,12 +85,14 @@ void RowSweep::through_flow(const Points& q, const Points& p) {
     const DenseHessian of_g = dense_hessian(product, d_, n_, traits_.local);
     tangent += dt_ * of_g.pq;
     hessian += dt_ * of_g.qq;
+    if (bends_in_momenta(traits_)) by_momenta = dt_ * dense_pp(product, d_, n_);
   }
   q_bar_.noalias() -= hessian * p_bar_;
   p_bar_ -= (tangent * p_bar_).eval();
   if (!traits_.hamiltonian) p_bar_ -= of_friction;
   q_bar_ = (one_ - tangent.transpose()).partialPivLu().solve(q_bar_).eval();
   add_velocities(step.gram, q_bar_, p_bar_);
+  if (by_momenta.size() > 0) p_bar_ += by_momenta * q_bar_;
 }
 
 void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen::Ref<MatrixXd> by_w) {
@@ -310,7 +318,11 @@ MatrixXd changes_in(const KernelOperator& kernel, const std::vector<FlowSegment>
 }  // namespace
 
 bool changes_need_no_noise(const NoiseTraits& traits) {
-  return traits.additive && !traits.moves_momenta && traits.hamiltonian;
+  return traits.additive && !traits.moves_momenta && traits.hamiltonian && !traits.compensated;
+}
+
+bool rows_cost_less(const Trajectory& path, const MatrixXd& momentum_changes) {
+  return 10 * momentum_changes.cols() > path.initial().q.size();
 }
 
 MatrixXd changes_along(const KernelOperator& kernel, const Points& p0, const std::vector<FlowSegment>& segments,

@@ -136,29 +136,38 @@ SpaceStep SymmetricVariationalIntegrator::do_space(const Step& step) const {
   return space;
 }
 
-EndpointJacobian SymmetricVariationalIntegrator::endpoint_jacobian(const StochasticSystem& system,
-                                                                   const Trajectory& path) const {
+// ∂q(T)/∂p0, and by the increments where these are wanted, dN×CK.
+MatrixXd SymmetricVariationalIntegrator::rows(const StochasticSystem& system, const Trajectory& path,
+                                              MatrixXd* by_increments) const {
   const Points& q0 = path.initial().q;
   const Eigen::Index channels = path.increments.rows();
   RowSweep sweep(system, path.grid.dt() / 2, false, q0.rows(), q0.cols());
-  EndpointJacobian jacobian{{}, MatrixXd(q0.size(), channels * path.grid.steps)};
   for (int k = path.grid.steps - 1; k >= 0; --k) {
     const Step step = step_of(system, path, k, path.increments);
     const Parts at = parts_of(step);
     sweep.through_flow(at.second.q, at.second.p);
-    if (channels > 0)
-      sweep.through_midpoint_noise(at.noise, step.w, jacobian.increments.middleCols(k * channels, channels));
+    MatrixXd by_w = MatrixXd::Zero(q0.size(), by_increments != nullptr ? channels : 0);
+    if (channels > 0) sweep.through_midpoint_noise(at.noise, step.w, by_w);
+    if (by_increments != nullptr) by_increments->middleCols(k * channels, channels) = by_w;
     sweep.through_adjoint_flow(at.first.q, at.first.p);
   }
-  jacobian.momenta = sweep.p_bar().transpose();
+  return sweep.p_bar().transpose();
+}
+
+EndpointJacobian SymmetricVariationalIntegrator::endpoint_jacobian(const StochasticSystem& system,
+                                                                   const Trajectory& path) const {
+  EndpointJacobian jacobian{{}, MatrixXd(path.initial().q.size(), path.increments.size())};
+  jacobian.momenta = rows(system, path, &jacobian.increments);
   return jacobian;
 }
 
 MatrixXd SymmetricVariationalIntegrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                                           const MatrixXd& momentum_changes) const {
-  if (!changes_need_no_noise(system.noise->traits()))
-    return Integrator::endpoint_changes(system, path, momentum_changes);
   require_size("the changes of the momenta", momentum_changes, path.initial().p.size(), momentum_changes.cols());
+  if (!changes_need_no_noise(system.noise->traits())) {
+    if (rows_cost_less(path, momentum_changes)) return rows(system, path, nullptr) * momentum_changes;
+    return Integrator::endpoint_changes(system, path, momentum_changes);
+  }
   std::vector<FlowSegment> segments;
   for (int k = 0; k < path.grid.steps; ++k) {
     const auto i = static_cast<std::size_t>(k);

@@ -114,19 +114,28 @@ SpaceStep VariationalIntegrator::do_space(const Step& step) const {
   return space;
 }
 
-EndpointJacobian VariationalIntegrator::endpoint_jacobian(const StochasticSystem& system,
-                                                          const Trajectory& path) const {
+// ∂q(T)/∂p0, and by the increments that act in each step where these are wanted, dN×CK.
+MatrixXd VariationalIntegrator::rows(const StochasticSystem& system, const Trajectory& path, MatrixXd* by_acting) const {
   const Points& q0 = path.initial().q;
   const Eigen::Index channels = path.increments.rows();
   const MatrixXd w = acting_increments(path.increments);
   RowSweep sweep(system, path.grid.dt(), compensates(*system.noise), q0.rows(), q0.cols());
-  MatrixXd by_w(q0.size(), channels * path.grid.steps);
   for (int k = path.grid.steps - 1; k >= 0; --k) {
     const Step step = step_of(system, path, k, w);
     sweep.through_flow(step.end.q, step.momenta);
-    sweep.through_noise({step.start.q, step.momenta}, step.w, by_w.middleCols(k * channels, channels));
+    MatrixXd by_w = MatrixXd::Zero(q0.size(), by_acting != nullptr ? channels : 0);
+    sweep.through_noise({step.start.q, step.momenta}, step.w, by_w);
+    if (by_acting != nullptr) by_acting->middleCols(k * channels, channels) = by_w;
   }
-  EndpointJacobian jacobian{sweep.p_bar().transpose(), 0.5 * by_w};
+  return sweep.p_bar().transpose();
+}
+
+EndpointJacobian VariationalIntegrator::endpoint_jacobian(const StochasticSystem& system,
+                                                          const Trajectory& path) const {
+  const Eigen::Index channels = path.increments.rows();
+  MatrixXd by_w(path.initial().q.size(), channels * path.grid.steps);
+  MatrixXd by_p0 = rows(system, path, &by_w);
+  EndpointJacobian jacobian{std::move(by_p0), 0.5 * by_w};
   const Eigen::Index later = channels * (path.grid.steps - 1);
   jacobian.increments.leftCols(later) += 0.5 * by_w.rightCols(later);
   return jacobian;
@@ -134,9 +143,11 @@ EndpointJacobian VariationalIntegrator::endpoint_jacobian(const StochasticSystem
 
 MatrixXd VariationalIntegrator::endpoint_changes(const StochasticSystem& system, const Trajectory& path,
                                                  const MatrixXd& momentum_changes) const {
-  if (!changes_need_no_noise(system.noise->traits()))
-    return Integrator::endpoint_changes(system, path, momentum_changes);
   require_size("the changes of the momenta", momentum_changes, path.initial().p.size(), momentum_changes.cols());
+  if (!changes_need_no_noise(system.noise->traits())) {
+    if (rows_cost_less(path, momentum_changes)) return rows(system, path, nullptr) * momentum_changes;
+    return Integrator::endpoint_changes(system, path, momentum_changes);
+  }
   std::vector<FlowSegment> segments;
   for (int k = 0; k < path.grid.steps; ++k)
     segments.push_back({path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k), path.grid.dt(), false});

@@ -41,6 +41,7 @@ Eigen::VectorXd PositionMap::rounding_scale() const {
 }
 
 bool PositionMap::on_same_branch(const Points& before, const Points& after) const {
+  if (compensates_ && bends_in_momenta(system_.noise->traits())) return true;  // landmarks may pass each other
   const auto none_turned = [&](Index b, Index first, Index count) {
     const auto from = before.middleCols(first, count).colwise() - before.col(b);
     const auto to = after.middleCols(first, count).colwise() - after.col(b);
@@ -131,9 +132,11 @@ PhaseState FlowPart::tangent(const PhaseState& at, const PhaseState& change, con
   const NoiseModel& noise = *system_.noise;
   const bool by_parameters = parameters.size() > 0;
   const PositionMap map(system_, p, dt_, compensates_);
+  const Points zero = Points::Zero(q.rows(), q.cols());
   PhaseState of_g;
   if (compensates_ && by_parameters) of_g = noise.compensation_by_parameters(at, parameters);
   Points dq = change.q + dt_ * kernel.apply(q, q, change.p);
+  if (bends_in_momenta()) dq += dt_ * noise.compensation_hessian(at, {zero, change.p}).p;
   if (compensates_ && by_parameters) dq += dt_ * of_g.p;
   dq = solve_linear([&](const Points& x) { return map.tangent(q, x); }, [&] { return map.jacobian(q); }, dq);
 
@@ -169,6 +172,7 @@ PhaseState FlowPart::adjoint(const PhaseState& at, const PhaseState& end_bar, Ve
   const Points mu = solve_linear([&](const Points& x) { return map.transposed(q, x); },
                                  [&]() -> MatrixXd { return map.jacobian(q).transpose(); }, q_bar);
   p_bar += dt_ * kernel.apply(q, q, mu);
+  if (bends_in_momenta()) p_bar += dt_ * noise.compensation_hessian(at, {Points::Zero(q.rows(), q.cols()), mu}).p;
   for_each_parameter(parameters_bar, [&](Eigen::Index i, const VectorXd& unit) {
     if (compensates_) {
       const PhaseState of_g = noise.compensation_by_parameters(at, unit);

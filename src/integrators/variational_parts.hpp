@@ -9,6 +9,9 @@
 
 namespace pulson {
 
+/// Whether G_pp ≠ 0.
+inline bool bends_in_momenta(const NoiseTraits& traits) { return traits.compensated && traits.additive; }
+
 /// F(q) = Δt (H + G)_p(q, p): the implicit map of the positions.
 class PositionMap final : public ImplicitMap {
  public:
@@ -101,6 +104,8 @@ class FlowPart {
   PhaseState adjoint(const PhaseState& at, const PhaseState& end_bar, Eigen::VectorXd& parameters_bar) const;
 
  private:
+  bool bends_in_momenta() const { return compensates_ && pulson::bends_in_momenta(system_.noise->traits()); }
+
   const StochasticSystem& system_;
   double dt_;
   bool compensates_;
@@ -148,7 +153,7 @@ class RowSweep {
   void through_adjoint_flow(const Points& q, const Points& p);
 
   /// Through the noise of (20): from (q + h_w,p, p) to (q, p̂), with the derivatives of the rows by w.
-  /// @param inside (q, p) @param by_w dN×C
+  /// @param inside (q, p) @param by_w dN×C, or dN×0 where they are not wanted
   void through_noise(const PhaseState& inside, const Eigen::VectorXd& w, Eigen::Ref<Eigen::MatrixXd> by_w);
 
   /// Through the midpoint rule of h_w.
@@ -187,6 +192,11 @@ struct FlowSegment {
 
 /// Whether the noise between the parts has no share in the change of q(T) with p0.
 bool changes_need_no_noise(const NoiseTraits& traits);
+
+/// Whether all rows of ∂q(T)/∂p0 by a RowSweep cost less than a tangent for each change: a tangent costs as much as a
+/// tenth of the rows or more (30 landmarks in the plane: 60 tangents 45 times as much for p-sd, 20 times for
+/// ch-sd-screened, 11 times for kunita, 5 times for trouve-vialard, as much for potential).
+bool rows_cost_less(const Trajectory& path, const Eigen::MatrixXd& momentum_changes);
 
 /// Many tangents of one path at once, as products of matrices: the changes of q(T), dN×R, for R changes of p0 (index
 /// a·d + axis). Without noise in the momenta a landmark at p = 0 keeps it: it is carried along, and acts on nothing.

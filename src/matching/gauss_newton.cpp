@@ -115,7 +115,7 @@ class NewtonSearch {
         return true;
       }
     }
-    summary_.reason = out_of_bounds ? "the time step is too coarse: use more steps"
+    summary_.reason = out_of_bounds ? kTooCoarse
                                     : "no step lowers the cost by more than round-off";
     return false;
   }

@@ -20,14 +20,15 @@ std::optional<Index> only_landmark(const NoiseModel& noise, const PhaseState& st
   return only;
 }
 
-VectorXd action_by_landmark(const Registration& registration, const StochasticSystem& system) {
+VectorXd action_by_landmark(const Registration& registration) {
   const Index channels = registration.increments.rows();
   const bool fitted = registration.mode == MatchingMode::kMap || registration.mode == MatchingMode::kMetamorphosis;
   if (!fitted || channels == 0) return {};
   const PhaseState start{registration.source.points, registration.momenta};
+  const std::shared_ptr<const NoiseModel> noise = registration_noise(registration);
   VectorXd action = VectorXd::Zero(start.q.cols());
   for (Index i = 0; i < channels; ++i) {
-    const std::optional<Index> landmark = only_landmark(*system.noise, start, i, channels);
+    const std::optional<Index> landmark = only_landmark(*noise, start, i, channels);
     if (!landmark) return {};
     action[*landmark] += 0.5 * registration.increments.row(i).squaredNorm() / registration.grid.dt();
   }
@@ -49,6 +50,8 @@ VectorXd energy_by_landmark(const Registration& registration, const StochasticSy
     energy +=
         registration.grid.dt() * energy_of(system, registration.lambda, {0.5 * (from.q + to.q), 0.5 * (from.p + to.p)});
   }
+  // Of a shot H_tot at its start counts for all of its steps.
+  if (registration.states.empty() && energy.sum() > 0) energy *= registration.cost.energy / energy.sum();
   return energy;
 }
 
@@ -70,7 +73,7 @@ LandmarkShares landmark_shares(const Registration& registration) {
   const Points& p0 = registration.momenta;
   LandmarkShares shares;
   shares.energy = energy_by_landmark(registration, system);
-  shares.action = action_by_landmark(registration, system);
+  shares.action = action_by_landmark(registration);
   shares.data = data_by_landmark(registration);
   if (registration.increments.rows() == 0) {
     shares.flow = registration.result - q0;

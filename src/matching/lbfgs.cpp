@@ -25,7 +25,7 @@ struct LbfgsSearch {
     auto at = objective.evaluate(z);
     // A wall: the line search turns back to shorter steps.
     if (!at) {
-      failure = "the time step is too coarse: use more steps";
+      failure = kTooCoarse;
       if (gradient != nullptr) *gradient = z;
       return 1e3 * (1 + summary.solution.cost.total());
     }

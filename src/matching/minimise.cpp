@@ -18,9 +18,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr EnumNames<Solver, 4> kSolverNames = {"solver",
+constexpr EnumNames<Solver, 5> kSolverNames = {"solver",
                                                {{{"auto", Solver::kAuto},
                                                  {"paths", Solver::kPaths},
+                                                 {"shooting", Solver::kShooting},
                                                  {"gauss-newton", Solver::kGaussNewton},
                                                  {"lbfgs", Solver::kLbfgs}}}};
 
@@ -64,9 +65,9 @@ double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
 
 std::vector<VectorXd> path_guesses(const MatchingObjective& objective, const MinimiseOptions& options, double within,
                                    MinimiseSummary& counts) {
-  const bool with_action = fits_noise(objective) && objective.problem().system.noise->traits().linear;
   MatchingProblem problem = objective.problem();
-  problem.lambda /= problem.grid.time;  // here the energy is λH, there λ∫H dt
+  const bool with_action = pays_for_controls(problem) || (fits_noise(objective) && problem.system.noise->traits().linear);
+  if (!problem.along_path) problem.lambda /= problem.grid.time;  // here the energy is λH, there λ∫H dt
   if (!with_action) {
     problem.system.noise = make_noise("none");
     problem.realisations.clear();
@@ -96,6 +97,10 @@ MinimiseSummary minimise_from(const MatchingObjective& objective, const Minimise
   const VectorXd active = z.cwiseProduct(objective.active_unknowns());
   if (std::optional<Evaluation> path = objective.evaluate(active); path && path->cost.total() < start.cost.total())
     start = std::move(*path);
+  return minimise_at(objective, options, std::move(start));
+}
+
+MinimiseSummary minimise_at(const MatchingObjective& objective, const MinimiseOptions& options, Evaluation start) {
   return is_dense(objective, options.solver) ? minimise_gauss_newton(objective, options, std::move(start))
                                              : minimise_lbfgs(objective, options, std::move(start));
 }

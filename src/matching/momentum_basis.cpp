@@ -35,28 +35,47 @@ struct Factorisation {
   double left_over = 0;
 };
 
+// K + A at the landmarks.
+struct Metric {
+  const KernelOperator& kernel;
+  const Points& q;
+  const MatrixXd& added;
+
+  Index size() const { return q.cols(); }
+  MatrixXd matrix() const { return added.size() > 0 ? MatrixXd(kernel.gram(q, q) + added) : kernel.gram(q, q); }
+  VectorXd column(Index i) const {
+    const VectorXd of_kernel = kernel.gram(q, q.col(i));
+    return added.size() > 0 ? VectorXd(of_kernel + added.col(i)) : of_kernel;
+  }
+  VectorXd diagonal() const {
+    const VectorXd of_kernel = VectorXd::Constant(size(), kernel.at_zero());
+    return added.size() > 0 ? VectorXd(of_kernel + added.diagonal()) : of_kernel;
+  }
+};
+
 // All landmarks in their order; none where K is singular to rounding.
-std::optional<Factorisation> factor_all(const KernelOperator& kernel, const Points& q) {
+std::optional<Factorisation> factor_all(const Metric& metric) {
   Factorisation result;
-  result.factor = kernel.gram(q, q);
+  result.factor = metric.matrix();
   if (Eigen::LLT<Eigen::Ref<MatrixXd>>(result.factor).info() != Eigen::Success) return std::nullopt;
-  result.pivots.resize(static_cast<std::size_t>(q.cols()));
+  result.pivots.resize(static_cast<std::size_t>(metric.size()));
   std::iota(result.pivots.begin(), result.pivots.end(), Index(0));
   return result;
 }
 
 // Columns of the pivoted factor, each added when its pivot is taken.
-Factorisation factor_pivots(const KernelOperator& kernel, const Points& q, double tolerance, Index most) {
-  const Index n = q.cols();
-  VectorXd left = VectorXd::Constant(n, kernel.at_zero());
+Factorisation factor_pivots(const Metric& metric, double tolerance, Index most) {
+  const Index n = metric.size();
+  VectorXd left = metric.diagonal();
+  const double whole = left.maxCoeff();
   MatrixXd columns(n, std::min<Index>(n, 64));
   Factorisation result;
   for (Index m = 0; m < n && m < most; ++m) {
     Index pivot = 0;
     const double largest = left.maxCoeff(&pivot);
-    if (!(left.sum() > tolerance && largest > kSingular * kernel.at_zero())) break;
+    if (!(left.sum() > tolerance && largest > kSingular * whole)) break;
     if (m == columns.cols()) columns.conservativeResize(n, std::min(n, 2 * m));
-    VectorXd column = kernel.gram(q, q.col(pivot));
+    VectorXd column = metric.column(pivot);
     column.noalias() -= columns.leftCols(m) * columns.row(pivot).head(m).transpose();
     columns.col(m) = column / std::sqrt(column[pivot]);
     left = (left - columns.col(m).cwiseAbs2()).cwiseMax(0);
@@ -68,14 +87,14 @@ Factorisation factor_pivots(const KernelOperator& kernel, const Points& q, doubl
   return result;
 }
 
-Factorisation factor(const KernelOperator& kernel, const Points& q, double tolerance) {
-  const Index n = q.cols();
-  Factorisation first = factor_pivots(kernel, q, tolerance, std::max(kPivotsBeforeAll, n / 2));
+Factorisation factor(const Metric& metric, double tolerance) {
+  const Index n = metric.size();
+  Factorisation first = factor_pivots(metric, tolerance, std::max(kPivotsBeforeAll, n / 2));
   if (first.left_over <= tolerance) return first;
-  if (std::optional<Factorisation> all = factor_all(kernel, q)) {
+  if (std::optional<Factorisation> all = factor_all(metric)) {
     return std::move(*all);
   }
-  return factor_pivots(kernel, q, tolerance, n);
+  return factor_pivots(metric, tolerance, n);
 }
 
 // Between −1 and 1, where its first two derivatives vanish.
@@ -87,14 +106,14 @@ double smooth_step(double x) {
 }  // namespace
 
 std::vector<Index> pivoted_landmarks(const KernelOperator& kernel, const Points& q, double tolerance, Index most) {
-  return factor_pivots(kernel, q, tolerance, most).pivots;
+  return factor_pivots({kernel, q, {}}, tolerance, most).pivots;
 }
 
 MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance,
-                             double faint)
-    : kernel_(kernel), q0_(q0), lambda_(lambda), dimension_(q0.rows()) {
+                             double faint, MatrixXd added)
+    : kernel_(kernel), q0_(q0), lambda_(lambda), added_(std::move(added)), dimension_(q0.rows()) {
   const SerialBlas serial;
-  Factorisation result = factor(kernel, q0, tolerance);
+  Factorisation result = factor({kernel_, q0_, added_}, tolerance);
   pivots_ = std::move(result.pivots);
   left_over_ = result.left_over;
   factor_ = std::sqrt(lambda) * result.factor;
@@ -141,6 +160,7 @@ VectorXd MomentumBasis::white(const Points& p) const {
   require_size("the momenta", p, q0_.rows(), q0_.cols());
   Points velocity = Points::Zero(dimension_, q0_.cols());
   velocity(Eigen::all, pivots_) = lambda_ * kernel_.apply(q0_(Eigen::all, pivots_), q0_, p);
+  if (added_.size() > 0) velocity(Eigen::all, pivots_) += lambda_ * p * added_(Eigen::all, pivots_);
   VectorXd z = pull_back(velocity);
   constexpr double kLeast = 0.1;  // F
   for (Index i = 0; i < strength_.size(); ++i)

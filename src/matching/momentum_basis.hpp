@@ -18,13 +18,17 @@ std::vector<Eigen::Index> pivoted_landmarks(const KernelOperator& kernel, const 
 /// = VDVᵀ at the pivots, p0 = VD^{-½}z0 there and 0 elsewhere, so that the energy (λ/2) p0ᵀK p0 = ½|z0|². (For more
 /// than 1200 pivots λK = LLᵀ and p0 = L⁻ᵀz0.)
 ///
+/// Where a matrix A of one number for each pair of landmarks is given, K + A stands for K throughout.
+///
 /// Directions may fade: p0 = VD^{-½}F z0 with F_i rising from 0 where D_i is a tenth of a given eigenvalue to 1 at ten
 /// times that, twice differentiable by log D_i. Those of F_i = 0 are left out, but for the smoothest.
 class MomentumBasis {
  public:
   /// @param tolerance of the Schur complement's trace, in units of K
   /// @param faint the eigenvalue of λK at which directions are half faded; 0: none are
-  MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance, double faint = 0);
+  /// @param added A, N×N; empty for none
+  MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance, double faint = 0,
+                Eigen::MatrixXd added = {});
 
   const std::vector<Eigen::Index>& pivots() const { return pivots_; }
   /// Landmarks with a momentum.
@@ -64,6 +68,7 @@ class MomentumBasis {
   KernelOperator kernel_;
   Points q0_;
   double lambda_;
+  Eigen::MatrixXd added_;  ///< A
   Eigen::Index dimension_;
   std::vector<Eigen::Index> pivots_;
   Eigen::MatrixXd factor_;        ///< L, lower triangle, of λK at the pivots

@@ -5,10 +5,13 @@
 
 #include <fmt/core.h>
 
+#include "cometric.hpp"
 #include "core/text.hpp"
+#include "dynamics/effective_hamiltonian.hpp"
 #include "matching/momentum_basis.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
+#include "solvers.hpp"
 
 namespace pulson::matching {
 namespace {
@@ -52,6 +55,10 @@ void require_distinct(const Points& source) {
         fmt::format("source landmarks {} and {} are at the same position", pair->first + 1, pair->second + 1));
 }
 
+bool pays_for_controls(const MatchingProblem& problem) {
+  return problem.along_path && problem.system.noise->traits().moves_positions;
+}
+
 namespace {
 
 MatchingProblem checked(MatchingProblem problem) {
@@ -60,13 +67,30 @@ MatchingProblem checked(MatchingProblem problem) {
   return problem;
 }
 
+// λ Σ_i h_i,p h_i,pᵀ, N×N; none where nothing is paid for controls along the path.
+MatrixXd metric_of_controls(const MatchingProblem& problem) {
+  if (!pays_for_controls(problem)) return {};
+  const NoiseCometric noise = noise_cometric(*problem.system.noise, problem.source);
+  if (!noise.isotropic)
+    throw InputError(fmt::format("shooting in mode metamorphosis needs noise that moves landmarks alike along each "
+                                 "axis; for '{}' there are solver paths and mode map",
+                                 problem.system.noise->spec()));
+  return problem.lambda * MatrixXd(noise.matrix);
+}
+
 MomentumBasis make_basis(const MatchingProblem& problem) {
   const KernelOperator& kernel = problem.system.kernel;
   const double observable = kUsefulPart * problem.lambda * std::pow(problem.sigma / problem.grid.time, 2);
   const double trace = kernel.at_zero() * static_cast<double>(problem.source.cols());
   const double tolerance = problem.source.cols() <= kAllLandmarks ? 0 : std::min(observable, kMostLeftOut * trace);
   const double faint = problem.faint * std::pow(problem.lambda * problem.sigma / problem.grid.time, 2);
-  return {kernel, problem.source, problem.lambda, tolerance, faint};
+  const double weight = problem.lambda * (problem.along_path ? problem.grid.time : 1);
+  return {kernel, problem.source, weight, tolerance, faint, metric_of_controls(problem)};
+}
+
+StochasticSystem flow_of(const MatchingProblem& problem) {
+  if (!pays_for_controls(problem)) return problem.system;
+  return {problem.system.kernel, control_energy(problem.system.noise, problem.lambda)};
 }
 
 }  // namespace
@@ -82,8 +106,9 @@ MatchingProblem subsampled(const MatchingProblem& problem, const std::vector<Ind
 
 MatchingObjective::MatchingObjective(MatchingProblem problem)
     : problem_(checked(std::move(problem))),
-      channels_(problem_.system.noise->channels(static_cast<int>(problem_.source.rows()),
-                                                static_cast<int>(problem_.source.cols()))),
+      flow_(flow_of(problem_)),
+      channels_(
+          flow_.noise->channels(static_cast<int>(problem_.source.rows()), static_cast<int>(problem_.source.cols()))),
       basis_(std::make_shared<const MomentumBasis>(make_basis(problem_))) {}
 
 Index MatchingObjective::unknowns() const { return basis_->unknowns() + controls(); }
@@ -128,7 +153,7 @@ std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const V
     parallel_for(static_cast<int>(noises.size()), [&](int i) {
       const auto s = static_cast<std::size_t>(i);
       at.paths[s] =
-          problem_.integrator->integrate(problem_.system, start, problem_.grid, noises[s], RootSearch::kContracting);
+          problem_.integrator->integrate(flow_, start, problem_.grid, noises[s], RootSearch::kContracting);
     });
   } catch (const StepError&) {
     return std::nullopt;
@@ -148,7 +173,7 @@ VectorXd MatchingObjective::data_gradient(const Evaluation& at) const {
   parallel_for(static_cast<int>(bars.size()), [&](int i) {
     const Trajectory& path = at.paths[static_cast<std::size_t>(i)];
     bars[static_cast<std::size_t>(i)] =
-        problem_.integrator->adjoint(problem_.system, path, {problem_.data->gradient(path.final().q), zero}, false);
+        problem_.integrator->adjoint(flow_, path, {problem_.data->gradient(path.final().q), zero}, false);
   });
   Points p_bar = zero;
   for (const PathGradient& bar : bars) p_bar += bar.p0_bar;
@@ -166,7 +191,7 @@ VectorXd MatchingObjective::active_unknowns() const {
                        static_cast<double>(problem_.source.cols());
   const VectorXd eigenvalues = basis_->eigenvalues();
   const VectorXd frequency = basis_->frequency();
-  const NoiseModel& noise = *problem_.system.noise;
+  const NoiseModel& noise = *flow_.noise;
   const bool controlled = controls() > 0 && noise.traits().moves_positions;
   const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
   for (Index i = 0; i < basis_->unknowns(); ++i) {
@@ -183,8 +208,8 @@ VectorXd MatchingObjective::active_unknowns() const {
 
 MatrixXd MatchingObjective::endpoint_changes(const Trajectory& path) const {
   const MatrixXd basis = basis_->changes();
-  if (controls() == 0) return problem_.integrator->endpoint_changes(problem_.system, path, basis);
-  const EndpointJacobian end = problem_.integrator->endpoint_jacobian(problem_.system, path);
+  if (controls() == 0) return problem_.integrator->endpoint_changes(flow_, path, basis);
+  const EndpointJacobian end = problem_.integrator->endpoint_jacobian(flow_, path);
   MatrixXd changes(end.momenta.rows(), unknowns());
   changes.leftCols(basis.cols()).noalias() = end.momenta * basis;
   changes.rightCols(controls()) = std::sqrt(problem_.grid.dt()) * end.increments;

@@ -9,6 +9,7 @@
 #include "accuracy.hpp"
 #include "accurate_paths.hpp"
 #include "core/text.hpp"
+#include "dynamics/effective_hamiltonian.hpp"
 #include "geodesic_search.hpp"
 #include "global_search.hpp"
 #include "pulson/core/errors.hpp"
@@ -18,6 +19,7 @@
 #include "pulson/noise/noise_table.hpp"
 #include "registration_problem.hpp"
 #include "shootable_momenta.hpp"
+#include "shooting.hpp"
 
 namespace pulson::matching {
 namespace {
@@ -76,14 +78,30 @@ void record_accuracy(const MatchingProblem& problem, const Trajectory& path, Reg
   registration.amplification = amplification(problem.system, path);
 }
 
-void record_solution(const MatchingObjective& objective, const MinimiseSummary& summary, Registration& registration) {
+// rms over which drawn noise moves landmarks that are at rest.
+std::optional<double> displacement_at_rest(const MatchingObjective& objective) {
+  if (objective.problem().realisations.empty()) return std::nullopt;
+  const auto rest = objective.evaluate(Eigen::VectorXd::Zero(objective.unknowns()));
+  if (!rest) return std::nullopt;
+  const Points& q0 = objective.problem().source;
+  double sum = 0;
+  for (const Trajectory& path : rest->paths) sum += (path.final().q - q0).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(rest->paths.size()) / static_cast<double>(q0.cols()));
+}
+
+void record_solution(const ShootingSolution& solution, Registration& registration) {
+  const MatchingObjective objective(solution.problem);
+  const MinimiseSummary& summary = solution.summary;
   const MatchingObjective::Evaluation& at = summary.solution;
+  registration.grid = solution.problem.grid;
   registration.result = mean_end(at.paths);
   registration.spread = deviation_of_ends(at.paths, registration.result);
   registration.momenta = objective.momenta(at.z);
-  registration.increments = at.path().increments;
+  registration.increments = solution.increments;
   if (registration.mode == MatchingMode::kExpected) registration.increments.setZero();
-  registration.cost = at.cost;
+  registration.cost = solution.cost;
+  registration.extrapolated = solution.extrapolated;
+  registration.noise_displacement = displacement_at_rest(objective);
   registration.solver = summary.solver;
   registration.converged = summary.converged;
   registration.stop_reason = summary.reason;
@@ -91,13 +109,32 @@ void record_solution(const MatchingObjective& objective, const MinimiseSummary& 
   registration.evaluations = summary.evaluations;
   registration.unknowns = objective.unknowns();
   registration.relative_gradient = summary.relative_gradient;
-  if (registration.mode != MatchingMode::kExpected) record_accuracy(objective.problem(), at.path(), registration);
+  if (registration.mode == MatchingMode::kExpected) return;
+  Trajectory path = at.path();
+  path.increments = solution.increments;
+  record_accuracy(objective.problem(), path, registration);
+}
+
+bool is_shot_metamorphosis(const Registration& registration) {
+  return registration.mode == MatchingMode::kMetamorphosis && registration.integrator == "variational";
 }
 
 bool by_paths(const Registration& registration, const MinimiseOptions& how) {
   return (registration.integrator == "midpoint" || registration.integrator == "rk4") &&
          (registration.mode == MatchingMode::kDeterministic || registration.mode == MatchingMode::kMetamorphosis) &&
          (how.solver == Solver::kAuto || how.solver == Solver::kPaths);
+}
+
+ShootingOptions shooting_options(const RegistrationProblem& problem, const RegistrationOptions& options,
+                                 const MinimiseOptions& how) {
+  ShootingOptions shooting{.minimise = how, .more_steps = options.more_steps};
+  shooting.extrapolate = how.solver == Solver::kShooting;
+  const int frozen = static_cast<int>(problem.matching.realisations.size());
+  if (frozen == 0) return shooting;
+  shooting.follow_noise = problem.mode == MatchingMode::kPathwise;
+  shooting.draw = [noise = problem.matching.system.noise, q0 = problem.matching.source, seed = options.seed,
+                   frozen](const TimeGrid& grid) { return realisations(*noise, q0, grid, seed, frozen); };
+  return shooting;
 }
 
 LaplaceApproximation uncertainty_of(const MatchingProblem& problem, const Registration& registration) {
@@ -288,10 +325,10 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
     record_paths(matching, how, options.more_steps, registration);
     if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
   } else {
-    const MatchingObjective objective(matching);
-    const MinimiseSummary summary = minimise(objective, how);
-    record_solution(objective, summary, registration);
-    if (options.uncertainty) registration.uncertainty = laplace(objective, summary.solution);
+    const ShootingSolution found = shoot(matching, shooting_options(problem, options, how));
+    record_solution(found, registration);
+    if (options.uncertainty)
+      registration.uncertainty = laplace(MatchingObjective(found.problem), found.summary.solution);
   }
   if (how.is_interrupted()) {
     registration.converged = false;
@@ -302,9 +339,14 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
   return registration;
 }
 
+std::shared_ptr<const NoiseModel> registration_noise(const Registration& registration) {
+  return registration.own_noise ? registration.own_noise : make_noise(registration.noise, registration.source);
+}
+
 StochasticSystem registration_system(const Registration& registration) {
-  return {make_kernel(registration.kernel, registration.source.points),
-          registration.own_noise ? registration.own_noise : make_noise(registration.noise, registration.source)};
+  std::shared_ptr<const NoiseModel> noise = registration_noise(registration);
+  if (is_shot_metamorphosis(registration)) noise = control_energy(std::move(noise), registration.lambda);
+  return {make_kernel(registration.kernel, registration.source.points), std::move(noise)};
 }
 
 Trajectory replay(const Registration& registration) {
@@ -314,13 +356,14 @@ Trajectory replay(const Registration& registration) {
   if (!registration.states.empty())
     return {registration.integrator, registration.grid, registration.increments, registration.states, {}};
   const PhaseState start{registration.source.points, registration.momenta};
+  if (is_shot_metamorphosis(registration))
+    return integrator->integrate(system, start, registration.grid, Eigen::MatrixXd::Zero(0, registration.grid.steps));
   if (registration.mode != MatchingMode::kExpected)
     return integrator->integrate(system, start, registration.grid, registration.increments);
   std::vector<Trajectory> paths;
-  for (int s = 0; s < registration.samples; ++s)
-    paths.push_back(integrator->integrate(
-        system, start, registration.grid,
-        realisation(*system.noise, registration.source.points, registration.grid, registration.seed, s)));
+  for (const Eigen::MatrixXd& increments : realisations(*system.noise, registration.source.points, registration.grid,
+                                                        registration.seed, registration.samples))
+    paths.push_back(integrator->integrate(system, start, registration.grid, increments));
   return mean_path(paths);
 }
 

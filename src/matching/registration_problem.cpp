@@ -19,17 +19,27 @@ namespace {
 // Widths of kernels that nothing is fitted to, in diameters: few landmarks move together, outlines have detail.
 constexpr double kWidthOfFew = 1;
 constexpr double kWidthOfCurves = 0.25;
+// Of realisations: 20 steps doubled until a search in drawn noise takes no more.
+constexpr int kFinestSteps = 1280;
 
 bool searches_paths(const RegistrationOptions& options) {
   return options.minimise.solver == Solver::kAuto || options.minimise.solver == Solver::kPaths;
 }
 
-// Metamorphosis is searched for over paths in midpoint steps; other wishes, and probabilities, are of mode map.
+// By the steps of (20); where there is nothing to compensate those as printed are the same.
+bool asks_for_paper(const RegistrationOptions& options) {
+  return options.integrator == "variational" || options.integrator == "variational-paper";
+}
+
+// Metamorphosis is searched for over paths in midpoint steps, or shot by those of (20); other wishes, and
+// probabilities, are of mode map.
 MatchingMode usual_mode(const RegistrationOptions& options, const NoiseModel& noise, bool noisy) {
   if (!noisy) return MatchingMode::kDeterministic;
-  const bool steps = options.integrator == "auto" || options.integrator == "midpoint";
-  const bool paths = noise.traits().linear && steps && searches_paths(options) && !options.uncertainty;
-  return paths ? MatchingMode::kMetamorphosis : MatchingMode::kMap;
+  const bool is_auto = options.integrator == "auto";
+  const bool shot = options.minimise.solver == Solver::kShooting && (is_auto || asks_for_paper(options));
+  const bool along_path = shot || (searches_paths(options) && (is_auto || options.integrator == "midpoint"));
+  return noise.traits().linear && along_path && !options.uncertainty ? MatchingMode::kMetamorphosis
+                                                                     : MatchingMode::kMap;
 }
 
 MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& noise, bool noisy) {
@@ -43,9 +53,6 @@ MatchingMode choose_mode(const RegistrationOptions& options, const NoiseModel& n
         fmt::format("mode metamorphosis needs noise whose potentials are linear in the momenta, such as "
                     "ch-sd or p-sd; for '{}' there is mode map",
                     noise.spec()));
-  if (mode == MatchingMode::kMetamorphosis && !searches_paths(options))
-    throw InputError(fmt::format("mode metamorphosis is solved by paths; solver '{}' goes with mode map",
-                                 solver_name(options.minimise.solver)));
   if (mode == MatchingMode::kMetamorphosis && options.uncertainty)
     throw InputError("uncertainties are those of mode map, whose cost is the logarithm of a probability");
   if (mode == MatchingMode::kExpected && options.samples < 1)
@@ -72,13 +79,26 @@ bool may_separate(const Landmarks& source, int first, int second, const Registra
   return apart.colPivHouseholderQr().rank() == d;
 }
 
+std::string integrator_of_metamorphosis(const RegistrationOptions& options) {
+  const bool is_auto = options.integrator == "auto";
+  const bool by_paths = searches_paths(options) && (is_auto || options.integrator == "midpoint");
+  if (by_paths) return "midpoint";
+  if (options.minimise.solver != Solver::kPaths && (is_auto || asks_for_paper(options))) return "variational";
+  throw InputError(
+      options.minimise.solver == Solver::kPaths
+          ? fmt::format("solver paths takes steps of 'midpoint', not of '{}'; with solver shooting mode metamorphosis "
+                        "takes those of 'variational'",
+                        options.integrator)
+          : fmt::format("mode metamorphosis is searched for over paths in steps of 'midpoint', or shot in those of "
+                        "'variational'; integrator '{}' goes with mode map",
+                        options.integrator));
+}
+
 // The search over paths takes midpoint steps, and holds a matrix of dN×dN for each.
 std::string choose_integrator(const RegistrationOptions& options, MatchingMode mode) {
-  if (mode == MatchingMode::kMetamorphosis && options.integrator != "auto" && options.integrator != "midpoint")
-    throw InputError(fmt::format("mode metamorphosis takes steps of 'midpoint'; integrator '{}' goes with mode map",
-                                 options.integrator));
+  if (mode == MatchingMode::kMetamorphosis) return integrator_of_metamorphosis(options);
   if (options.integrator != "auto") return options.integrator;
-  if (mode == MatchingMode::kMetamorphosis) return "midpoint";
+  if (options.minimise.solver == Solver::kShooting) return "variational";
   if (mode != MatchingMode::kDeterministic || !searches_paths(options)) return "variational-2";
   return options.data.kind == DataKind::kLandmarks ? "rk4" : "midpoint";
 }
@@ -196,10 +216,18 @@ Scales choose_scales(const MatchingShapes& shapes, const Points& q0, const Regis
 
 }  // namespace
 
-Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const TimeGrid& grid, std::uint64_t seed,
-                            int index) {
+std::vector<Eigen::MatrixXd> realisations(const NoiseModel& noise, const Points& shape, const TimeGrid& grid,
+                                          std::uint64_t seed, int count) {
   const int channels = noise.channels(static_cast<int>(shape.rows()), static_cast<int>(shape.cols()));
-  return brownian_increments(seed, static_cast<std::uint64_t>(index), channels, grid);
+  int ratio = 1;
+  while (grid.steps * ratio < kFinestSteps) ratio *= 2;
+  std::vector<Eigen::MatrixXd> all(static_cast<std::size_t>(count));
+  parallel_for(count, [&](int s) {
+    const Eigen::MatrixXd fine =
+        brownian_increments(seed, static_cast<std::uint64_t>(s), channels, {grid.time, ratio * grid.steps});
+    all[static_cast<std::size_t>(s)] = coarsened(fine, ratio);
+  });
+  return all;
 }
 
 Eigen::Index free_coordinates(const RegistrationProblem& problem) {
@@ -228,9 +256,8 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
                        shapes.data.weights);
   const bool noisy = noise->channels(aligned.dimension(), aligned.count()) > 0;
   const MatchingMode mode = choose_mode(options, *noise, noisy);
-  std::vector<Eigen::MatrixXd> realisations;
   const int frozen = mode == MatchingMode::kExpected ? options.samples : mode == MatchingMode::kPathwise ? 1 : 0;
-  for (int s = 0; s < frozen; ++s) realisations.push_back(realisation(*noise, q0, options.grid, options.seed, s));
+  std::vector<Eigen::MatrixXd> drawn = realisations(*noise, q0, options.grid, options.seed, frozen);
   if (mode == MatchingMode::kDeterministic) noise = make_noise("none");
   const std::string integrator = choose_integrator(options, mode);
   std::shared_ptr<const DataTerm> data =
@@ -242,7 +269,9 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
                            std::move(data),
                            scales.sigma,
                            scales.lambda,
-                           std::move(realisations)};
+                           std::move(drawn),
+                           0,
+                           mode == MatchingMode::kDeterministic || mode == MatchingMode::kMetamorphosis};
   return {std::move(shapes.source), std::move(aligned),  std::move(shapes.target),
           std::move(alignment),     scales.fitted,       mode,
           std::move(shapes.data),   std::move(matching), std::move(shapes.notes)};

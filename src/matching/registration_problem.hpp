@@ -24,8 +24,10 @@ RegistrationProblem make_problem(const Landmarks& source, const Landmarks& targe
 /// fitted to them, but for momenta and noise, which have priors, must have fewer parameters, or is undetermined.
 Eigen::Index free_coordinates(const RegistrationProblem& problem);
 
-/// The increments of realisation `index` for a shape of N landmarks in R^d.
-Eigen::MatrixXd realisation(const NoiseModel& noise, const Points& shape, const TimeGrid& grid, std::uint64_t seed,
-                            int index);
+/// The increments of frozen realisations of the noise of a shape: the Brownian paths 0, 1, … of the seed on the finest
+/// grid that twice, four, … times as many steps make of at least 1280, summed up over the steps of `grid`. So they are
+/// the same paths on grids that halve each other's steps.
+std::vector<Eigen::MatrixXd> realisations(const NoiseModel& noise, const Points& shape, const TimeGrid& grid,
+                                          std::uint64_t seed, int count);
 
 }  // namespace pulson::matching

@@ -9,6 +9,9 @@ namespace pulson::matching {
 /// A cost, in nats, that no data would show: what equal shapes have by round-off.
 inline constexpr double kNegligibleCost = 1e-12;
 
+/// Why a search ended at a wall of paths whose steps do not contract.
+inline constexpr const char* kTooCoarse = "the time step is too coarse: use more steps";
+
 /// Unknowns of the paths of least cost that searches find, the best first, with the action of the noise where its
 /// potentials are linear in p: where minimise() begins.
 /// @param within nats: of other minima than the first only those that cost no more above it than this
@@ -19,6 +22,13 @@ std::vector<Eigen::VectorXd> path_guesses(const MatchingObjective& objective, co
 /// minimise(), from these unknowns or from rest, whichever costs less.
 MinimiseSummary minimise_from(const MatchingObjective& objective, const MinimiseOptions& options,
                               const Eigen::VectorXd& z);
+
+/// The same from there alone: by Levenberg–Marquardt or L-BFGS.
+MinimiseSummary minimise_at(const MatchingObjective& objective, const MinimiseOptions& options,
+                            MatchingObjective::Evaluation start);
+
+/// Whether the noise of a problem is a control that is paid for along the path: MatchingProblem::along_path.
+bool pays_for_controls(const MatchingProblem& problem);
 
 /// Levenberg–Marquardt from `start`, see gauss_newton.cpp.
 MinimiseSummary minimise_gauss_newton(const MatchingObjective& objective, const MinimiseOptions& options,

@@ -26,9 +26,9 @@ formats::Json channel_json(const Landmarks& source, const NoiseChannel& channel)
 
 formats::Json channels_json(const matching::Registration& registration) {
   const Landmarks& source = registration.source;
-  const StochasticSystem system = registration_system(registration);
+  const std::shared_ptr<const NoiseModel> noise = registration_noise(registration);
   formats::Json json = formats::Json::array();
-  for (const NoiseChannel& channel : system.noise->describe_channels(source.dimension(), source.count()))
+  for (const NoiseChannel& channel : noise->describe_channels(source.dimension(), source.count()))
     json.push_back(channel_json(source, channel));
   return json;
 }

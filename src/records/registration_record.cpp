@@ -130,6 +130,12 @@ void read_outcome(const Reader& reader, matching::Registration& registration) {
   registration.converged = reader.at("converged").boolean();
   if (reader.has("step_error"))
     registration.step_error = {reader.at("step_error").at("rms").number(), reader.at("step_error").at("cost").number()};
+  if (reader.has("extrapolated")) {
+    const Reader extrapolated = reader.at("extrapolated");
+    registration.extrapolated = {read_cost(extrapolated.at("cost")), extrapolated.at("coarse_steps").count(),
+                                 extrapolated.at("error").number()};
+  }
+  if (reader.has("noise_displacement")) registration.noise_displacement = reader.at("noise_displacement").number();
   if (reader.has("amplification")) registration.amplification = reader.at("amplification").number();
   if (reader.has("minima"))
     for (const Reader& minimum : reader.at("minima").items())
@@ -319,6 +325,10 @@ std::string registration_json(const matching::Registration& registration, const 
   json["matched"] = registration.matched();
   if (registration.step_error)
     json["step_error"] = {{"rms", registration.step_error->rms}, {"cost", registration.step_error->cost}};
+  if (const auto& limit = registration.extrapolated)
+    json["extrapolated"] = {
+        {"cost", cost_json(limit->cost)}, {"coarse_steps", limit->coarse_steps}, {"error", limit->error}};
+  if (registration.noise_displacement) json["noise_displacement"] = *registration.noise_displacement;
   if (registration.amplification) json["amplification"] = *registration.amplification;
   json["stop_reason"] = registration.stop_reason;
   json["relative_gradient"] = registration.relative_gradient;

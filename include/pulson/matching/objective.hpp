@@ -35,6 +35,10 @@ struct MatchingProblem {
   /// A variance, of σ²: directions of the momenta whose prior moves the landmarks by less than that fade, from ten
   /// times as much to a tenth of it. 0: none do.
   double faint = 0;
+  /// Whether the energy is paid for along the path, λ∫H dt in place of λH(q0, p0). Where the noise moves positions its
+  /// controls are then u = λh(q, p), energy and action together are λT H_tot(q0, p0), and paths are those of H_tot (see
+  /// EffectiveHamiltonian), over p0 alone. With noise the integrator has to be `variational`, the potentials linear in p.
+  bool along_path = false;
 };
 
 /// @throws InputError if a number is out of its range or shapes do not fit together
@@ -122,7 +126,8 @@ class MatchingObjective {
   Eigen::Index controls() const;
 
   MatchingProblem problem_;
-  int channels_;
+  StochasticSystem flow_;  ///< of the paths
+  int channels_;           ///< of its noise
   std::shared_ptr<const MomentumBasis> basis_;
 };
 
@@ -133,11 +138,12 @@ constexpr const char* kInterrupted = "interrupted";
 enum class Solver {
   kAuto,         ///< paths where the problem is one of paths in midpoint steps, else shooting by its size
   kPaths,        ///< Newton's method on paths, see search_paths()
+  kShooting,     ///< shooting, by one of the following; without an integrator by `variational`, that of (20)
   kGaussNewton,  ///< shooting, Levenberg–Marquardt with dense Jacobians: few iterations
   kLbfgs,        ///< shooting, limited-memory quasi-Newton on the adjoint gradient: O(N²) an iteration, O(NK) memory
 };
 
-/// @throws InputError that lists `auto`, `paths`, `gauss-newton`, `lbfgs`
+/// @throws InputError that lists `auto`, `paths`, `shooting`, `gauss-newton`, `lbfgs`
 Solver parse_solver(std::string_view name);
 std::string solver_name(Solver solver);
 

@@ -210,7 +210,8 @@ Canvas compose_plane(const FieldPicture& picture, const std::vector<std::size_t>
                   .x = interval_of(picture.axes[0]),
                   .y = interval_of(picture.axes[1]),
                   .y_down = picture.start.frame.y_down};
-  Plan plan = arrange({picture.title, picture.subtitle}, std::vector<View>(shown.size(), view), {.tallest = 800, .least_width = 960});
+  Plan plan = arrange({picture.title, picture.subtitle}, std::vector<View>(shown.size(), view),
+                      {.tallest = 800, .least_width = 960});
   const double most = largest_norm(picture.velocities);
   const Figure figure = plan_figure(picture.start, scale_of(plan.views.front()));
   for (std::size_t i = 0; i < shown.size(); ++i) {

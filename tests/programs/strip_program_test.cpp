@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <gmock/gmock.h>
 
@@ -52,8 +53,9 @@ TEST_F(StripProgram, CarriesTheBandsOfLandmarksThatPassEachOther) {
       for (int c = 0; c < 3; ++c) ASSERT_EQ(after.at(x, y, c), after.at(x, 0, c)) << x << ", " << y;
   const Points from = formats::read_landmarks(sample("core_source")).points;
   const Points to = formats::read_landmarks(sample("core_target")).points;
+  const std::set<Eigen::Index> hidden = {12, 19, 20, 33, 34, 35};
   for (Eigen::Index a = 0; a < from.cols(); ++a) {
-    if (a >= 32 && a < 35) continue;
+    if (hidden.contains(a + 1)) continue;
     const int x = static_cast<int>(std::lround(from(0, a))), there = static_cast<int>(std::lround(to(0, a)));
     double least = 255;
     for (int near = there - 1; near <= there + 1; ++near) least = std::min(least, difference(before, x, after, near));
@@ -61,15 +63,22 @@ TEST_F(StripProgram, CarriesTheBandsOfLandmarksThatPassEachOther) {
   }
 }
 
-TEST_F(StripProgram, WithoutNoiseIsPulledAndKeepsTheOrder) {
-  const ProgramRun matched = register_cores("--max-iterations 5");
-  EXPECT_THAT(matched.out, HasSubstr("topology   0 pairs of landmarks changed order"));
-  const ProgramRun done =
-      run({"warp", "core", strip("core_source"), "--size", "640x64", "-o", "w.png", "--folds", "f.png"});
+TEST_F(StripProgram, IsPulledWhereNothingChangesItsOrderAndComesBack) {
+  Points sorted = formats::read_landmarks(sample("core_target")).points;
+  std::sort(sorted.reshaped().begin(), sorted.reshaped().end());
+  std::string csv = "x\n";
+  for (const double x : sorted.reshaped()) csv += std::to_string(x) + "\n";
+  write("sorted.csv", csv);
+  ASSERT_EQ(run({"register", sample("core_source"), "sorted.csv", "-o", "core", "--no-picture"}).exit_code, 0);
+  const ProgramRun done = run({"warp", "core", strip("core_source"), "--size", "640x64", "-o", "w.png"});
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("method     pull: the map is a diffeomorphism"));
-  const ProgramRun back = run({"warp", "core", "w.png", "--inverse", "-o", "b.png"});
+  const ProgramRun back = run({"warp", "core", "w.png", "--inverse", "--size", "640x64", "-o", "b.png"});
   EXPECT_EQ(back.exit_code, 0) << back.err;
+  const images::Image before = images::read_image(strip("core_source")), after = images::read_image("b.png");
+  double sum = 0;
+  for (int x = 10; x < 630; ++x) sum += difference(before, x, after, x) / 620;
+  EXPECT_LE(sum, 6);  // two linear interpolations blur the edges of the bands
 }
 
 TEST_F(StripProgram, NeedsTheLandmarksOnIt) {

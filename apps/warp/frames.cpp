@@ -119,7 +119,7 @@ void check_canvas(const WarpArguments& arguments, const Landmarks& to, const War
 // ---- what else drawings need
 
 void add_landmarks(const matching::Registration& registration, const Landmarks& to, WarpFrames& frames) {
-  frames.landmarks_there = frames.result.to_pixels(images::in_plane(to.points, frames.result));
+  if (to.dimension() <= 2) frames.landmarks_there = frames.result.to_pixels(images::in_plane(to.points, frames.result));
   for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
   const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);
   frames.label_ranks.resize(static_cast<std::size_t>(registration.original.count()));

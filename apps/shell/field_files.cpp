@@ -91,13 +91,13 @@ void write_field_file(const std::string& file, const warp::VelocityField& field,
 
 }  // namespace
 
-void FieldOptions::add_to(CLI::App& verb, const std::string& path) {
+void FieldOptions::add_to(CLI::App& verb, const std::string& path, const std::string& states) {
   CLI::Option* option = writes_file(verb.add_option(
       "--field", files,
-      fmt::format("write the velocity field u(x, t) of {}, without that of the noise, on a grid: .npy "
+      fmt::format("write the velocity field u(x, t) of {} on a grid, without the fields of the noise: .npy "
                   "[time][component][x][y][z], .csv, or in 1D and 2D a picture (png, svg, pdf) or an animation (gif, "
-                  "mp4, webp; needs ffmpeg); may be repeated",
-                  path)));
+                  "mp4, webp; needs ffmpeg); may be repeated. {} has the momenta",
+                  path, states)));
   option->allow_extra_args(false);
   verb.add_option("--grid-points", grid_points,
                   fmt::format("points of the grid of --field along its longest side [{} on a line, {} in the plane, "

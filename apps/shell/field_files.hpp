@@ -18,8 +18,8 @@ struct FieldOptions {
   std::vector<std::string> files;
   std::optional<int> grid_points;
 
-  /// @param path which is meant, for help: "the path"
-  void add_to(CLI::App& verb, const std::string& path);
+  /// @param path which is meant, for help: "the path" @param states the table that has its q and p
+  void add_to(CLI::App& verb, const std::string& path, const std::string& states);
 
   /// @throws InputError where a file is of no such kind or cannot be written, of a picture in space, and where a field
   /// at so many times may have too many numbers

@@ -201,7 +201,7 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   add_seed_option(*verb, arguments->options.seed);
   verb->add_option("--every", arguments->every, "write every n-th step to paths.csv and --field")
       ->capture_default_str();
-  arguments->field.add_to(*verb, "path 1");
+  arguments->field.add_to(*verb, "path 1", "paths.csv");
   add_threads_option(*verb);
   arguments->output.add_to(*verb, "paths.png and .svg");
   verb->footer(

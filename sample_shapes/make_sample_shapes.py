@@ -164,8 +164,28 @@ ANGELFISH = (
     [(-0.42, -0.44), (-0.60, -0.28), (-0.74, -0.15), (-0.84, -0.06)],
 )
 
+# ---- markers along a core, in pixels of the strips of make_sample_images.py
+
+CORE_LENGTH = 640
+
+
+def core():
+    """40 markers at unequal distances, and where they lie in a second core: stretched smoothly, with the markers 11 and
+    12, 19 and 20, 27 and 28 exchanged and 32 to 36 in reverse."""
+    places = [0.0]
+    for i in range(39):
+        places.append(places[-1] + 1 + 0.4 * math.sin(2.4 * i) + 0.25 * math.sin(5.1 * i + 1))
+    places = [0.03 + 0.94 * place / places[-1] for place in places]
+    stretched = [x + 0.05 * math.sin(math.pi * x) * math.sin(2 * math.pi * x + 0.5) for x in places]
+    order = list(range(40))
+    for first, last in ((11, 12), (19, 20), (27, 28), (32, 36)):  # counted from 1
+        order[first - 1:last] = reversed(order[first - 1:last])
+    return [[(round(CORE_LENGTH * x, 1),) for x in line] for line in (places, [stretched[i] for i in order])]
+
+
 PAIRS = {
     "swap": ([(0.0,), (1.0,)], [(1.0,), (0.0,)]),
+    "core": core(),
     "ellipse": (ellipse(0.8, 0.8), ellipse(1.0, 0.6, bump=0.45)),
     "cs": (letter_c(), letter_s()),
     "discs": (disc((-1.0, 0.0)) + disc((1.0, 0.0)), disc((1.0, 0.0)) + disc((-1.0, 0.0))),

@@ -93,6 +93,7 @@ void RegisterArguments::add_to(CLI::App& verb) {
   add_read_options(verb, reading);
   add_order_option(verb, options.data.by_order);
   output.add_to(verb, "registration.png and .svg");
+  field.add_to(verb, "the path", "trajectory.csv");
   add_flip_option(verb, reading);
   reads_file(verb.add_option(
       "--image", image,

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "pulson/matching/registration.hpp"
+#include "shell/field_files.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
 #include "shell/units.hpp"
@@ -18,6 +19,7 @@ struct RegisterArguments {
   std::string from;  ///< --template: a shape, `mean`, or empty: SOURCE is the source
   formats::ReadOptions reading;
   OutputOptions output;
+  FieldOptions field;
   matching::RegistrationOptions options;
   TimeOptions time;
   std::string kernel = "auto";

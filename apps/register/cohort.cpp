@@ -36,9 +36,9 @@ struct CohortInput {
 
 void refuse_options_of_pairs(const RegisterArguments& arguments) {
   for (const auto& [is_given, option] :
-       {std::pair(arguments.homotopy, "--homotopy"), std::pair(!arguments.image.empty(), "--image"),
-        std::pair(arguments.pixel_size.has_value(), "--pixel-size"), std::pair(!arguments.origin.empty(), "--origin"),
-        std::pair(!arguments.mesh.empty(), "--mesh")})
+       {std::pair(arguments.homotopy, "--homotopy"), std::pair(!arguments.field.files.empty(), "--field"),
+        std::pair(!arguments.image.empty(), "--image"), std::pair(arguments.pixel_size.has_value(), "--pixel-size"),
+        std::pair(!arguments.origin.empty(), "--origin"), std::pair(!arguments.mesh.empty(), "--mesh")})
     if (is_given) throw InputError(fmt::format("{} is for one target; there are several shapes here", option));
 }
 

@@ -57,15 +57,30 @@ struct Background {
   std::optional<formats::Surface> surface;
 };
 
-void write_results(const matching::Registration& registration, const records::RegistrationFacts& facts,
-                   const Background& background, std::vector<std::string>& notes, RunResults& results) {
+void write_field_of(const matching::Registration& registration, const Trajectory& path,
+                    const draw::RegistrationPicture& still, const FieldOptions& options,
+                    const std::optional<warp::VelocityField>& field, RunResults& results) {
+  if (!field) return;
+  draw::FieldPicture picture = make_field_picture(*field, path, registration.source);
+  picture.title = "Velocity field of " + still.title;
+  picture.subtitle = still.subtitle;
+  write_field(options, *field, picture, results);
+}
+
+// The field of --field.
+std::optional<warp::VelocityField> write_results(const matching::Registration& registration,
+                                                 const records::RegistrationFacts& facts, const Background& background,
+                                                 const FieldOptions& field_options, std::vector<std::string>& notes,
+                                                 RunResults& results) {
   const Trajectory path = replay(registration);
+  std::optional<warp::VelocityField> field = field_options.field_of(registration_system(registration).kernel, path);
   results.add("residuals.csv", records::residuals_csv(registration, facts.shares));
   results.add("trajectory.csv", records::trajectory_csv(registration, path));
   if (!facts.homotopy.empty()) results.add("homotopy.csv", homotopy_csv(facts.homotopy));
-  results.commit("registration.json", registration_json(registration, facts));
+  results.commit("registration.json", registration_json(registration, facts), field_json(field));
 
   draw::RegistrationPicture still = make_registration_picture(registration, path);
+  write_field_of(registration, path, still, field_options, field, results);
   const std::optional<PageImage> underlay = add_underlay(background.image, registration, still, notes);
   add_surface(background.surface, registration, path, still, notes);
   const auto picture =
@@ -77,6 +92,7 @@ void write_results(const matching::Registration& registration, const records::Re
     return registration_report(registration, path, facts, without_repeats(notes), picture, {underlay, still});
   });
   results.finish();
+  return field;
 }
 
 }  // namespace
@@ -168,6 +184,7 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   };
   const auto files = with(kRegistrationFiles, arguments.homotopy, "homotopy.csv");
   const auto pictures = with(kRegistrationPictures, arguments.homotopy, "homotopy");
+  arguments.field.check(source.dimension(), options.grid.steps + 1);
   arguments.output.check(files, pictures);
   if (arguments.homotopy) require_homotopy(source, target, options);
   std::optional<inference::FittedParameters> fitted;
@@ -190,12 +207,13 @@ int run_register(const RegisterArguments& arguments, const CLI::App& verb) {
   const std::string wrong = registration.data.kind == matching::DataKind::kLandmarks
                                 ? pair_warning(registration.original, registration.target, notes)
                                 : std::string();
-  write_results(registration, facts, background, notes, results);
+  const auto field = write_results(registration, facts, background, arguments.field, notes, results);
   log_step("wrote the results");
   print_notes(notes);
   if (arguments.output.prints()) {
     print_registration(registration, facts, arguments.kernel);
     if (!facts.homotopy.empty()) print_text("homotopy   {}\n", homotopy_line(facts.homotopy));
+    print_field(arguments.field, field);
     results.print_written();
   }
   if (registration.noise == "none" && options.noise.spec() != "none")

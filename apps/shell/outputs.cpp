@@ -23,6 +23,18 @@ void check_picture_size(const std::optional<double>& width, double dpi) {
                                  pixels, kMostPixels));
 }
 
+bool is_drawing_file(const std::filesystem::path& file) {
+  const std::string extension = io::to_lower(file.extension().string());
+  return extension == ".png" || extension == ".svg" || extension == ".pdf";
+}
+
+draw::PictureFiles drawing_as(const std::filesystem::path& file, const std::optional<double>& width, double dpi) {
+  draw::PictureFiles files{.width = width, .dpi = dpi};
+  const std::string extension = io::to_lower(file.extension().string());
+  (extension == ".svg" ? files.svg : extension == ".pdf" ? files.pdf : files.png) = file;
+  return files;
+}
+
 void note_missing_font() {
   static bool is_noted = false;
   if (const std::string note = is_noted ? "" : draw::font_note(); !note.empty()) print_note(note);

@@ -17,6 +17,12 @@ namespace pulson {
 /// Whether pictures can be that wide, in mm, at that resolution of png. @throws InputError if not
 void check_picture_size(const std::optional<double>& width, double dpi);
 
+/// Whether the extension is that of a drawing with captions: png, svg, pdf.
+bool is_drawing_file(const std::filesystem::path& file);
+
+/// A drawing as one file, in the format of its extension.
+draw::PictureFiles drawing_as(const std::filesystem::path& file, const std::optional<double>& width, double dpi);
+
 /// After a picture was drawn: a note, once, where its texts are in another font than they should be.
 void note_missing_font();
 

@@ -9,6 +9,7 @@
 #include "pulson/draw/pictures.hpp"
 #include "pulson/records/records.hpp"
 #include "report.hpp"
+#include "shell/field_files.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -29,6 +30,7 @@ struct SimulateArguments {
   ensemble::SamplePathsOptions options;
   std::string integrator = "variational";
   OutputOptions output;
+  FieldOptions field;
   int every = 1;
 };
 
@@ -93,10 +95,22 @@ std::vector<std::string> warnings_of(const records::Simulation& simulation) {
   return {fmt::format("{} of {} paths did not reach their end cleanly; {}", unclean, simulation.samples.size(), first)};
 }
 
-void write_results(const records::Simulation& simulation, const std::vector<std::string>& notes, int every,
+void write_field_of_first(const records::Simulation& simulation, const FieldOptions& options,
+                          const std::optional<warp::VelocityField>& field, RunResults& results) {
+  if (!field) return;
+  draw::FieldPicture picture = make_field_picture(*field, simulation.samples.front().path, simulation.shape);
+  picture.title =
+      "Velocity field of " + (simulation.samples.size() == 1 ? std::string("a sample path") : "sample path 1");
+  picture.subtitle = setting(simulation);
+  write_field(options, *field, picture, results);
+}
+
+void write_results(const records::Simulation& simulation, const std::vector<std::string>& notes,
+                   const SimulateArguments& arguments, const std::optional<warp::VelocityField>& field,
                    RunResults& results) {
-  results.add("paths.csv", sample_paths_csv(simulation, every));
-  results.commit("simulation.json", simulation_json(simulation));
+  results.add("paths.csv", sample_paths_csv(simulation, arguments.every));
+  results.commit("simulation.json", simulation_json(simulation), field_json(field));
+  write_field_of_first(simulation, arguments.field, field, results);
   const auto picture = results.draw(
       "paths", [&](const draw::PictureFiles& files) { write_path_picture(make_picture(simulation), files); });
   results.add_page([&] { return simulation_report(simulation, warnings_of(simulation), notes, picture); });
@@ -149,18 +163,22 @@ int run_simulate(const SimulateArguments& arguments) {
   options.grid = arguments.time.grid(start.default_time);
   check_size(start, arguments, options.grid);
   const auto integrator = make_integrator(arguments.integrator);
+  arguments.field.check(start.shape.dimension(), options.grid.steps / arguments.every + 2);
   arguments.output.check(kSimulationFiles, kSimulationPictures);
   records::Simulation simulation{start.system, arguments.integrator, start.shape, start.state, options, {}, 0};
   simulation.samples = sample_paths(start.system, *integrator, start.state, options);
   for (ensemble::SamplePath& sample : simulation.samples) sample.reason = in_option_words(sample.reason);
   simulation.seconds = seconds_now() - begin;
   log_step(fmt::format("drew {} paths of {} steps", options.samples, options.grid.steps));
+  const auto field =
+      arguments.field.field_of(simulation.system.kernel, simulation.samples.front().path, arguments.every);
   RunResults results(arguments.output);
-  write_results(simulation, start.notes, arguments.every, results);
+  write_results(simulation, start.notes, arguments, field, results);
   log_step("wrote the results");
   print_notes(start.notes);
   if (arguments.output.prints()) {
     print_summary(simulation);
+    print_field(arguments.field, field);
     results.print_written();
   }
   const std::vector<std::string> warnings = warnings_of(simulation);
@@ -181,13 +199,16 @@ void add_simulate_verb(CLI::App& program, int& exit_code) {
   arguments->time.add_to(*verb, "100 with --q, else 1, or that of --from");
   verb->add_option("--samples", arguments->options.samples, "number of paths")->capture_default_str();
   add_seed_option(*verb, arguments->options.seed);
-  verb->add_option("--every", arguments->every, "write every n-th step to paths.csv")->capture_default_str();
+  verb->add_option("--every", arguments->every, "write every n-th step to paths.csv and --field")
+      ->capture_default_str();
+  arguments->field.add_to(*verb, "path 1", "paths.csv");
   add_threads_option(*verb);
   arguments->output.add_to(*verb, "paths.png and .svg");
   verb->footer(
       "Examples:\n"
       "  pulson simulate --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --noise ch-sd:beta=1.5,on=2 -o out\n"
       "  pulson simulate --shape wings.tps#1 --noise p-sd:beta=0.1,fields=grid --samples 5 -o out\n"
+      "  pulson simulate --q 0,2 --p 2,1 --kernel peakon:alpha=1 --time 5 --field u.png --field u.npy -o out\n"
       "  pulson simulate --from out/registration.json --noise ch-sd:beta=0.05 --samples 20 -o paths\n"
       "Exit codes: 0 done, 2 bad input, 3 a path could not be followed to its end (results are written).");
   verb->callback([arguments, &exit_code] { exit_code = run_simulate(*arguments); });

@@ -56,11 +56,6 @@ double mean_difference(const images::Image& a, const images::Image& b) {
 
 std::string file_name(const std::string& file) { return fs::path(file).filename().string(); }
 
-bool is_drawing_file(const fs::path& path) {
-  const std::string extension = extension_of(path);
-  return extension == ".png" || extension == ".svg" || extension == ".pdf";
-}
-
 draw::ColourBar bar_of(const images::DivergingScale& scale, const std::vector<float>& values) {
   draw::ColourBar bar{
       .colours = colours_of(images::diverging(even(scale.centre - scale.reach, scale.centre + scale.reach), kBarColours,
@@ -130,10 +125,7 @@ draw::ImagePanel Drawings::panel_of(std::string heading, const images::Image& im
 }
 
 void Drawings::write(const draw::ImagePicture& picture, const fs::path& file) const {
-  draw::PictureFiles files{.width = arguments_.width, .dpi = arguments_.dpi};
-  const std::string extension = extension_of(file);
-  (extension == ".svg" ? files.svg : extension == ".pdf" ? files.pdf : files.png) = file;
-  write_image_picture(picture, files);
+  write_image_picture(picture, drawing_as(file, arguments_.width, arguments_.dpi));
   note_missing_font();
 }
 

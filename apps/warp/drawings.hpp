@@ -14,9 +14,6 @@ namespace pulson {
 /// The name without its folder, for captions.
 std::string file_name(const std::string& file);
 
-/// Whether the extension is that of a drawing with captions: png, svg, pdf.
-bool is_drawing_file(const std::filesystem::path& path);
-
 /// Images with captions, as a warp draws them.
 class Drawings {
  public:

@@ -60,11 +60,8 @@ Points moved_corners(const WarpArguments& arguments, const matching::Registratio
   const Points corners = corners_of(frames.input.width, frames.input.height);
   if (!arguments.inverse)
     return images::ImageWarp(flow, registration.alignment, frames.input, frames.result).forward(corners).places;
-  if (flow.is_diffeomorphic())
-    return images::ImageWarp(flow, registration.alignment, frames.result, frames.input).backward(corners).places;
-  const Alignment& alignment = registration.alignment;
-  return frames.result.to_pixels((alignment.scale * alignment.linear).inverse() *
-                                 (frames.input.to_landmarks(corners).colwise() - alignment.translation));
+  const images::ImageWarp back(flow, registration.alignment, frames.result, frames.input);
+  return flow.is_diffeomorphic() ? back.backward(corners).places : back.aligned_backward(corners);
 }
 
 // The result begins at pixel `first` of the frame that it had.
@@ -122,7 +119,7 @@ void check_canvas(const WarpArguments& arguments, const Landmarks& to, const War
 // ---- what else drawings need
 
 void add_landmarks(const matching::Registration& registration, const Landmarks& to, WarpFrames& frames) {
-  if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
+  if (to.dimension() <= 2) frames.landmarks_there = frames.result.to_pixels(images::in_plane(to.points, frames.result));
   for (int a = 0; a < registration.original.count(); ++a) frames.numbers.push_back(registration.original.number(a));
   const std::vector<std::vector<int>> groups = landmarks_by_group(registration.original);
   frames.label_ranks.resize(static_cast<std::size_t>(registration.original.count()));
@@ -180,7 +177,7 @@ WarpFrames warp_frames(const WarpArguments& arguments, const matching::Registrat
   add_landmarks(registration, to, frames);
   if (arguments.like.empty() && arguments.size.empty()) {
     fit_canvas(arguments, registration, flow, to, frames);
-    if (to.dimension() == 2) frames.landmarks_there = frames.result.to_pixels(to.points);
+    frames.landmarks_there = frames.result.to_pixels(images::in_plane(to.points, frames.result));
   }
   images::check_pixel_count(frames.width, frames.height, arguments.max_pixels, "the result");
   check_canvas(arguments, to, frames);

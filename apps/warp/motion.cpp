@@ -15,22 +15,7 @@ namespace {
 using Eigen::Index;
 
 constexpr double kLongestFrame = 640;
-constexpr double kFramesPerSecond = 12;
-constexpr int kRest = 8;     // frames at both ends
 constexpr int kSpacing = 4;  // vertices between two that are moved exactly
-
-// A picture on white, without alpha.
-std::vector<std::uint8_t> bytes_on_white(const images::Image& image) {
-  const auto values = image.values<std::uint8_t>();
-  std::vector<std::uint8_t> rgb;
-  rgb.reserve(image.pixel_count() * 3);
-  for (std::size_t i = 0; i < image.pixel_count(); ++i)
-    for (std::size_t c = 0; c < 3; ++c) {
-      const int alpha = values[4 * i + 3];
-      rgb.push_back(static_cast<std::uint8_t>((values[4 * i + c] * alpha + 255 * (255 - alpha) + 127) / 255));
-    }
-  return rgb;
-}
 
 // The pixel corners of a small picture: some moved exactly, the others by bilinear interpolation.
 class Corners {
@@ -91,18 +76,19 @@ void write_animation(const images::Image& image, const images::ImageWarp& warp, 
   const warp::SheetOrder over = warp::parse_over(arguments.over);
   std::vector<float> priority;
   if (over == warp::SheetOrder::kPriority)
-    priority = images::label_order(small, reduced(warp.label_pixels(), factor), frames.label_ranks);
+    priority = images::label_order(small, reduced(warp.label_pixels(), factor).topRows(warp.flow().dimension()),
+                                   frames.label_ranks);
   Progress progress;
-  draw::Animation animation(arguments.animate, width, height, kFramesPerSecond);
+  draw::Animation animation(arguments.animate, width, height, draw::kFramesPerSecond);
   for (std::size_t k = 0; k < places.size(); ++k) {
     progress.show(static_cast<double>(k) / static_cast<double>(places.size()), "animation");
     if (Interrupt::came()) throw InputError("interrupted");
     const warp::RasterOptions raster{.width = width, .height = height, .supersampling = 2, .over = over};
     const images::PushedImage pushed =
         push_forward(small, corners.mesh(reduced(places[k], factor)), raster, {.fill = std::nullopt}, priority);
-    const std::vector<std::uint8_t> frame = bytes_on_white(with_landmarks(pushed.image, landmarks, k, 1));
+    const std::vector<std::uint8_t> frame = images::rgb_on_white(with_landmarks(pushed.image, landmarks, k, 1));
     const bool at_end = k == 0 || k + 1 == places.size();
-    for (int repeat = 0; repeat < (at_end ? kRest : 1); ++repeat) animation.add(frame);
+    for (int repeat = 0; repeat < (at_end ? draw::kRestingFrames : 1); ++repeat) animation.add(frame);
   }
   animation.finish();
 }

@@ -8,6 +8,7 @@
 
 #include "core/shape_frames.hpp"
 #include "pulson/core/errors.hpp"
+#include "pulson/images/image_warp.hpp"
 
 namespace pulson {
 namespace {
@@ -49,7 +50,7 @@ bool is_outside(const Eigen::Vector2d& pixel, const Size& size) {
 }
 
 int count_outside(const Points& landmarks, const Frame& frame) {
-  const Points pixels = frame.to_pixels(landmarks);
+  const Points pixels = frame.to_pixels(images::in_plane(landmarks, frame));
   int count = 0;
   for (const auto pixel : pixels.colwise()) count += is_outside(pixel, {frame.width, frame.height}) ? 1 : 0;
   return count;
@@ -80,9 +81,9 @@ Turn turn_of(const Picture& picture, const Landmarks& landmarks, const FrameOpti
       return {fits_stored ? kStored : kDisplayed, fmt::format("it was {} pixels", text_of(original))};
   }
   const auto outside = [&](Orientation orientation) {
-    return landmarks.dimension() != 2 ? 0
-                                      : count_outside(landmarks, options, picture.frame.value_or(Frame{}),
-                                                      orientation == kStored ? stored : displayed);
+    return landmarks.dimension() > 2 ? 0
+                                     : count_outside(landmarks, options, picture.frame.value_or(Frame{}),
+                                                     orientation == kStored ? stored : displayed);
   };
   if (stored != displayed && outside(usual) > 0 && outside(other) == 0) return {other, "there they all lie on it"};
   return {usual, usual == kStored ? "so its file, which does not say otherwise, is read" : "so its program shows it"};
@@ -122,7 +123,7 @@ std::string likeliest(const Landmarks& landmarks, const Frame& frame) {
   if (landmarks.scale && frame.unit_per_pixel == std::array{1.0, 1.0})
     return fmt::format("check that it is the right image, or say the unit of the coordinates, as in --pixel-size {}",
                        *landmarks.scale);
-  const auto [low, high] = bounding_box(landmarks.points);
+  const auto [low, high] = bounding_box(images::in_plane(landmarks.points, frame));
   const double factor =
       (high.array() / (Eigen::Array2d(frame.width, frame.height) * frame.scale().array().abs())).maxCoeff();
   if ((low.array() >= 0).all() && factor > 1)
@@ -140,7 +141,7 @@ std::string outside_text(const Landmarks& landmarks, const Frame& frame, const s
 // Landmarks in centimetres, say, whose file does not say so, are a speck in the corner.
 void check_span(const Landmarks& landmarks, const FrameOptions& options, const std::string& file,
                 PlacedPicture& placed) {
-  const auto [low, high] = bounding_box(placed.frame.to_pixels(landmarks.points));
+  const auto [low, high] = bounding_box(placed.frame.to_pixels(images::in_plane(landmarks.points, placed.frame)));
   if (!(low.allFinite() && high.allFinite()) || landmarks.count() < 2) return;
   const Eigen::Vector2d span = high - low;
   const std::string text =
@@ -158,7 +159,7 @@ void check_span(const Landmarks& landmarks, const FrameOptions& options, const s
 
 void check_places(const Landmarks& landmarks, const FrameOptions& options, const std::string& file,
                   PlacedPicture& placed) {
-  if (landmarks.dimension() != 2) return;
+  if (landmarks.dimension() > 2) return;
   if (const int outside = count_outside(landmarks.points, placed.frame); outside > 0) {
     const std::string text = outside_text(landmarks, placed.frame, file, outside);
     if (!options.say_units())
@@ -180,7 +181,8 @@ Frame frame_on(const Landmarks& landmarks, const FrameOptions& options, const Fr
   }
   if (options.pixel_size) frame.unit_per_pixel = {*options.pixel_size, *options.pixel_size};
   if (options.origin) frame.origin = *options.origin;
-  frame.y_down = options.flip_y ? !*options.flip_y : landmarks.frame.y_down;
+  const bool usual = landmarks.frame.y_down || landmarks.dimension() == 1;  // a strip is seen as it is stored
+  frame.y_down = options.flip_y ? !*options.flip_y : usual;
   frame.says_y = options.flip_y.has_value() || landmarks.frame.says_y;
   return frame;
 }

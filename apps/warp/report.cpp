@@ -53,6 +53,8 @@ std::optional<html::ReportMotion> image_motion(const images::Image& image, const
   html::ReportMotion motion;
   motion.source = registration.source;
   motion.target = registration.target;
+  for (Landmarks* shape : {&motion.source, &motion.target})
+    shape->points = images::in_plane(shape->points, frames.result);
   motion.corresponds = registration.data.kind == matching::DataKind::kLandmarks;
   motion.source.frame.y_down = motion.target.frame.y_down = frames.result.y_down;
   html::MotionImage moved{small_picture(image), {0, 0}, {1, 1}, 0, kPointsPerMeshCell};
@@ -61,7 +63,7 @@ std::optional<html::ReportMotion> image_motion(const images::Image& image, const
   const std::vector<Points> places = warp.paths(joined_lines(lines));
   for (const int k : steps) {
     motion.times.push_back(path.grid.at(k));
-    motion.frames.push_back(path.states[static_cast<std::size_t>(k)].q);
+    motion.frames.push_back(images::in_plane(path.states[static_cast<std::size_t>(k)].q, frames.result));
     motion.grid.push_back(frames.result.to_landmarks(places[static_cast<std::size_t>(k)]));
   }
   motion.image = moved;

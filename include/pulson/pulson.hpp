@@ -30,3 +30,4 @@
 #include "pulson/warp/material_flow.hpp"
 #include "pulson/warp/sampled_map.hpp"
 #include "pulson/warp/sheet_order.hpp"
+#include "pulson/warp/velocity_field.hpp"

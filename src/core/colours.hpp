@@ -23,6 +23,19 @@ inline constexpr std::array<Rgb, 9> kViridis{{{68, 1, 84},
                                               {173, 220, 48},
                                               {253, 231, 37}}};
 
+/// The eleven colours of ColorBrewer's RdBu (Harrower and Brewer, 2003) from blue to red, the middle one made white.
+inline constexpr std::array<Rgb, 11> kBlueWhiteRed{{{0x05, 0x30, 0x61},
+                                                    {0x21, 0x66, 0xAC},
+                                                    {0x43, 0x93, 0xC3},
+                                                    {0x92, 0xC5, 0xDE},
+                                                    {0xD1, 0xE5, 0xF0},
+                                                    {0xFF, 0xFF, 0xFF},
+                                                    {0xFD, 0xDB, 0xC7},
+                                                    {0xF4, 0xA5, 0x82},
+                                                    {0xD6, 0x60, 0x4D},
+                                                    {0xB2, 0x18, 0x2B},
+                                                    {0x67, 0x00, 0x1F}}};
+
 /// Colours of groups, of series and of models in their order, and of the target among them: on white paper, and on the
 /// dark page. All are at least 3:1 to what they are drawn on (WCAG), and any two at least 15 apart (CIEDE2000) to those
 /// who see all colours, and under deuteranopia and protanopia.

@@ -7,6 +7,9 @@
 
 namespace pulson::draw {
 
+inline constexpr double kFramesPerSecond = 12;
+inline constexpr int kRestingFrames = 8;  ///< for the first and for the last state of a motion
+
 /// Frames that the program ffmpeg, a child process, makes a GIF, an MP4 (H.264) or a WebP of, by the extension of
 /// the file. It is written under a temporary name in its own folder and renamed by finish(); without that, or after a
 /// failure, the destructor ends ffmpeg and leaves nothing behind. An object is for one thread; several may be open at

@@ -15,12 +15,12 @@ constexpr double kSampleHeight = 20, kSampleWidth = 20, kLineLength = 36;
 constexpr double kLegendRow = 34;
 constexpr double kBarLength = 190, kBarHeight = 12;
 
-void draw_colour_bar(Canvas& canvas, double left, double y) {
+void draw_colour_bar(Canvas& canvas, double left, double y, const std::function<Colour(double)>& colour) {
   // Round ends reach out by r. Each piece covers the end of the one before it, so no seams show.
   constexpr double r = kBarHeight / 2, kPiece = (kBarLength - 2 * r) / kTimeColours;
   for (int i = 0; i < kTimeColours; ++i) {
     const double from = left + r + kPiece * i;
-    canvas.lines({line(from, y, from + kPiece, y)}, {time_colour((i + 0.5) / kTimeColours), kBarHeight});
+    canvas.lines({line(from, y, from + kPiece, y)}, {colour((i + 0.5) / kTimeColours), kBarHeight});
   }
 }
 
@@ -80,8 +80,11 @@ LegendEntry arrow_entry(const std::string& text, const Colour& colour) {
           }};
 }
 
-LegendEntry bar_entry(const std::string& text_before, const std::string& text) {
-  const auto draw = [](Canvas& canvas, const Box& box) { draw_colour_bar(canvas, box.left, box.middle().y()); };
+LegendEntry bar_entry(const std::string& text_before, const std::string& text,
+                      const std::function<Colour(double)>& colour) {
+  const auto draw = [=](Canvas& canvas, const Box& box) {
+    draw_colour_bar(canvas, box.left, box.middle().y(), colour);
+  };
   return {text, kBarLength, draw, text_before};
 }
 

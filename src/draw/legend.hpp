@@ -21,8 +21,9 @@ LegendEntry dot_entry(const std::string& text, const SeriesLook& look);
 LegendEntry ring_entry(const std::string& text, const Colour& colour);
 LegendEntry line_entry(const std::string& text, const Colour& colour);
 LegendEntry arrow_entry(const std::string& text, const Colour& colour);
-/// The colours of time, from one text to the other.
-LegendEntry bar_entry(const std::string& text_before, const std::string& text);
+/// Colours of parts in [0, 1], those of time if not others, from one text to the other.
+LegendEntry bar_entry(const std::string& text_before, const std::string& text,
+                      const std::function<Colour(double)>& colour = time_colour);
 
 /// The entries around the middle of the canvas, above its bottom edge, in as many rows as they need: the canvas grows
 /// below its first row.

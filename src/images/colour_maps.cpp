@@ -1,7 +1,6 @@
 #include "images/colour_maps.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 
@@ -10,19 +9,6 @@
 
 namespace pulson::images {
 namespace {
-
-/// The eleven colours of RdBu from blue to red, the middle one made white.
-constexpr std::array<Rgb, 11> kBlueWhiteRed{{{0x05, 0x30, 0x61},
-                                             {0x21, 0x66, 0xAC},
-                                             {0x43, 0x93, 0xC3},
-                                             {0x92, 0xC5, 0xDE},
-                                             {0xD1, 0xE5, 0xF0},
-                                             {0xFF, 0xFF, 0xFF},
-                                             {0xFD, 0xDB, 0xC7},
-                                             {0xF4, 0xA5, 0x82},
-                                             {0xD6, 0x60, 0x4D},
-                                             {0xB2, 0x18, 0x2B},
-                                             {0x67, 0x00, 0x1F}}};
 
 /// Next to dark blue it stands out to the colour-blind too.
 constexpr Rgb kMark{0xF0, 0xE4, 0x42};

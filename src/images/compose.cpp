@@ -76,6 +76,18 @@ Image to_rgba8(const Image& image) {
   return result;
 }
 
+std::vector<std::uint8_t> rgb_on_white(const Image& image) {
+  const auto values = image.values<std::uint8_t>();
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(image.pixel_count() * 3);
+  for (std::size_t i = 0; i < image.pixel_count(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int alpha = values[4 * i + 3];
+      rgb.push_back(static_cast<std::uint8_t>((values[4 * i + c] * alpha + 255 * (255 - alpha) + 127) / 255));
+    }
+  return rgb;
+}
+
 Image checkerboard(const Image& a, const Image& b, int squares) {
   const auto [first, second] = of_one_size(a, b);
   if (squares < 1) throw InputError("a checkerboard needs one square or more");

@@ -13,6 +13,9 @@ namespace pulson::images {
 /// pixel with a colour that is NaN is transparent.
 Image to_rgba8(const Image& image);
 
+/// Red, green and blue of an image as of to_rgba8, on white, three bytes a pixel.
+std::vector<std::uint8_t> rgb_on_white(const Image& image);
+
 // Two images of one size, as of to_rgba8. @throws InputError where the sizes differ
 
 /// Squares of both by turns, `squares` ≥ 1 along the longer side, the first one of `a`.

@@ -155,7 +155,10 @@ std::vector<float> label_order(const Image& image, const Points& landmarks, cons
   parallel_for(image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
       Index nearest = 0;
-      const double squared = (landmarks.colwise() - Eigen::Vector2d(x, y)).colwise().squaredNorm().minCoeff(&nearest);
+      const double squared = (landmarks.colwise() - Eigen::Vector2d(x, y).head(landmarks.rows()))
+                                 .colwise()
+                                 .squaredNorm()
+                                 .minCoeff(&nearest);
       const bool is_near = squared <= reach * reach;
       order[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width()) + static_cast<std::size_t>(x)] =
           is_near ? static_cast<float>(ranks[static_cast<std::size_t>(nearest)]) : -1;
@@ -190,7 +193,7 @@ PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp
   if (options.border != Border::kTransparent) push.fill = options.fill;
   std::vector<float> priority;
   if (raster.over == warp::SheetOrder::kPriority)
-    priority = label_order(image, warp.label_pixels(), options.label_ranks);
+    priority = label_order(image, warp.label_pixels().topRows(warp.flow().dimension()), options.label_ranks);
   result.pushed = push_forward(pages, std::move(mesh), raster, push, std::move(priority));
   return result;
 }

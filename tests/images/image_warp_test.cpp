@@ -219,12 +219,59 @@ TEST_F(FittedWarp, CarriesThePixelsOfLandmarksAlongTheirPaths) {
   EXPECT_LE(warp_->landmark_error(), 1e-9);
 }
 
-TEST(ImageWarp, IsOfThePlaneAlone) {
+// Landmarks on a line, and a strip of 5 rows over each, in units and directions of its own.
+class StripWarp : public testing::Test {
+ protected:
+  StripWarp() {
+    Landmarks source, target;
+    source.points = (Points(1, 4) << 1, 3, 5, 6).finished();
+    target.points = (Points(1, 4) << 1.4, 2.7, 5.5, 6.1).finished();
+    matching::RegistrationOptions options = plain_options();
+    options.kernel = "gaussian:alpha=1.5";
+    registration_ = register_shapes(source, target, options);
+    flow_.emplace(registration_system(registration_), replay(registration_));
+    warp_.emplace(*flow_, registration_.alignment, source_, target_);
+  }
+
+  const Frame source_{{-1, 4}, {0.1, 2}, true, 5, 90};
+  const Frame target_{{0.5, -3}, {0.05, 1}, false, 5, 160};
+  matching::Registration registration_;
+  std::optional<warp::MaterialFlow> flow_;
+  std::optional<ImageWarp> warp_;
+};
+
+TEST_F(StripWarp, MovesXByTheFlowAndKeepsRows) {
+  const Points pixels = (random_points(2, 40, 1).array() + 1) * Eigen::Array2d(45, 2.5).replicate(1, 40);
+  const warp::MovedPoints moved = warp_->forward(pixels);
+  const Points places = flow_->end(0.1 * pixels.topRows(1).array() - 1);
+  EXPECT_LE((moved.places.row(0).array() - (places.array() - 0.5) / 0.05).matrix().norm(), 1e-10);
+  EXPECT_EQ(moved.places.row(1), pixels.row(1));
+  EXPECT_LE((warp_->backward(moved.places).places - pixels).norm(), 1e-8);
+  EXPECT_EQ(warp_->orientation(), 1);
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d step = 1e-3 * Eigen::Vector2d::Unit(axis);
+    const Points slope =
+        (warp_->forward(pixels.colwise() + step).places - warp_->forward(pixels.colwise() - step).places) / 2e-3;
+    EXPECT_LE((slope - moved.gradients.middleRows(2 * axis, 2)).norm(), 1e-6 * slope.norm());
+  }
+  EXPECT_LE((warp_->aligned_backward(warp_->aligned(pixels)) - pixels).norm(), 1e-10);
+}
+
+TEST_F(StripWarp, HasItsLandmarksInTheMiddleOfItsRows) {
+  const Points labels = warp_->label_pixels();
+  EXPECT_LE((labels.row(0) - (Points(1, 4) << 20, 40, 60, 70).finished()).norm(), 1e-12);
+  EXPECT_LE((labels.row(1).array() - 2).matrix().norm(), 1e-12);
+  EXPECT_LE((warp_->forward(labels).places - warp_->landmark_paths().back()).norm(), 1e-9);
+  EXPECT_LE((warp_->target().to_landmarks(warp_->landmark_paths().back()).topRows(1) - registration_.result).norm(),
+            1e-9);
+}
+
+TEST(ImageWarp, IsOfALineOrThePlane) {
   Landmarks solid;
   solid.points = random_points(3, 6, 1);
   const warp::MaterialFlow flow = still(solid);
   EXPECT_EQ(error_of([&] { ImageWarp(flow, kNoAlignment, {}, {}); }),
-            "images are of the plane, and the landmarks are in 3D");
+            "images are of a line or the plane, and the landmarks are in 3D");
 }
 
 }  // namespace

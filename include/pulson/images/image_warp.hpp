@@ -56,11 +56,15 @@ struct RemapOptions {
 /// scaled_down. Runs on all threads.
 Image remap(const Image& source, const PixelMap& map, const RemapOptions& options = {});
 
+/// Places of landmarks in the plane of a picture, 2×N: those on a line, 1×N, lie in the middle of its rows.
+Points in_plane(const Points& places, const Frame& frame);
+
 /// The whole map from pixels of a source image to pixels of a target image, by the source's frame, the alignment, the
-/// flow and the target's frame, with gradients in pixels. Thread-safe.
+/// flow and the target's frame, with gradients in pixels. A flow on a line moves all rows of a strip alike: x by the
+/// flow, and each pixel stays in its row. Thread-safe.
 class ImageWarp {
  public:
-  /// Holds a reference to the flow. @throws InputError unless it is of the plane
+  /// Holds a reference to the flow. @throws InputError unless it is of a line or the plane
   ImageWarp(const warp::MaterialFlow& flow, Alignment alignment, const Frame& source, const Frame& target);
 
   warp::MovedPoints forward(const Points& pixels) const;
@@ -68,6 +72,8 @@ class ImageWarp {
   warp::MovedPoints backward(const Points& pixels) const;
   /// Where the alignment alone takes pixels of the source, in pixels of the target.
   Points aligned(const Points& pixels) const;
+  /// Where the inverse of the alignment alone takes pixels of the target, in pixels of the source.
+  Points aligned_backward(const Points& pixels) const;
   /// Places at every time of the flow, in pixels of the target.
   std::vector<Points> paths(const Points& pixels) const;
 
@@ -84,6 +90,15 @@ class ImageWarp {
   std::vector<Points> landmark_paths() const;
 
  private:
+  // Labels of pixels, d×M, after the alignment; and back.
+  Points labels_of(const Points& pixels) const;
+  Points source_pixels(const Points& labels, const Points& rows_of) const;
+  // Places, d×M, in pixels of the target; on a line in the rows of `rows_of`.
+  Points target_pixels(const Points& places, const Points& rows_of) const;
+  // ∂label/∂pixel and ∂place/∂pixel, on a line with 1 for the rows.
+  Eigen::Matrix2d label_scale() const;
+  Eigen::Vector2d place_scale() const;
+
   const warp::MaterialFlow& flow_;
   Alignment alignment_;
   Frame source_;

@@ -31,9 +31,9 @@ using Eigen::VectorXd;
 // Of the first number of steps: under drawn noise, whose landmarks may come close at any time.
 constexpr int kMostDrawnSteps = 64;
 // Of the strength of the noise: the first step along it, and the least, below which the steps of the path are halved.
-constexpr double kFirstGrowth = 0.25, kLeastGrowth = 1.0 / 16;
-// On the way the minimum is followed loosely: of J a thousandth, in a dozen iterations, or the step is halved.
-constexpr double kLooseGradient = 3e-2;
+constexpr double kFirstGrowth = 0.125, kLeastGrowth = 1.0 / 16;
+// On the way the minimum is followed loosely: of J a hundredth, in a dozen iterations, or the step is halved.
+constexpr double kLooseGradient = 0.1;
 constexpr int kMostLooseIterations = 12;
 
 MatrixXd in_halves(const MatrixXd& increments) {
@@ -188,22 +188,23 @@ class Shooting {
                                  .front());
   }
 
-  // Momenta of a minimum under noise of some strength; those given where there is none in a few iterations.
+  // What becomes of momenta in a few iterations under noise of some strength.
   struct Followed {
     Points momenta;
-    bool found = false;
+    bool converged = false;
+    bool too_coarse = false;
   };
   Followed minimum_at(const MatchingProblem& at, double strength, const Points& momenta) {
     MatchingProblem weaker = at;
     for (MatrixXd& realisation : weaker.realisations) realisation *= strength;
     const MatchingObjective objective(weaker);
     std::optional<MatchingObjective::Evaluation> start = objective.evaluate(objective.white(momenta, MatrixXd()));
-    if (!start) return {momenta, false};
+    if (!start) return {.momenta = {}, .converged = false, .too_coarse = true};
     MinimiseOptions loose = options_.minimise;
     loose.gradient_tolerance = std::max(loose.gradient_tolerance, kLooseGradient);
     loose.max_iterations = std::min(loose.max_iterations, kMostLooseIterations);
     const MinimiseSummary summary = counted(minimise_at(objective, loose, std::move(*start)));
-    return {objective.momenta(summary.solution.z), summary.converged};
+    return {objective.momenta(summary.solution.z), summary.converged, summary.reason == kTooCoarse};
   }
 
   // Momenta that follow the noise to its full strength; false where these steps are too long for it.
@@ -217,14 +218,15 @@ class Shooting {
               ? Points(momenta + (next - strength) / (strength - strength_before) * (momenta - before))
               : momenta;
       Followed found = minimum_at(at, next, ahead);
-      if (!found.found) {
+      const bool least = growth <= kLeastGrowth;
+      if (found.too_coarse && least) return false;
+      if (!found.converged && !least) {
         growth /= 2;
-        if (growth < kLeastGrowth) return false;
         continue;
       }
       before = std::exchange(momenta, std::move(found.momenta));
       strength_before = std::exchange(strength, next);
-      growth *= 1.5;
+      if (found.converged) growth *= 1.5;
     }
     return strength == 1;
   }

@@ -44,9 +44,10 @@ void check_same_size(const Points& p, const Points& q, const std::string& what) 
 }
 
 void check_momenta(const Points& p, const std::string& option) {
-  constexpr double kLargest = 1e100;  // squares stay in the range of numbers
-  if (const double largest = p.cwiseAbs().maxCoeff(); !(largest <= kLargest))
-    throw InputError(fmt::format("{}: a momentum is {}; at most {} in size is supported", option, largest, kLargest));
+  constexpr double kLargestMomentum = 1e100;  // squares stay in the range of numbers
+  if (const double largest = p.cwiseAbs().maxCoeff(); !(largest <= kLargestMomentum))
+    throw InputError(
+        fmt::format("{}: a momentum is {}; at most {} in size is supported", option, largest, kLargestMomentum));
 }
 
 // Momenta are no places: what belongs to those of the shape is not applied to them.

@@ -124,6 +124,12 @@ StochasticSystem SweptParameter::at(double value) const {
   return {system_.kernel, make_noise(terms.empty() ? "none" : joined(terms), shape_)};
 }
 
+std::string SweptParameter::pattern() const {
+  std::vector<Spec> terms = terms_;
+  terms[term_].values[key_] = "…";
+  return shortened_spec(joined(terms));
+}
+
 std::vector<records::SweepPoint> sample_sweep(const records::EnsembleRun& base, const SweepValues& sweep,
                                               const SavedEnsembles& saved, const std::string& what,
                                               Progress& progress) {

@@ -38,7 +38,13 @@ class SweptParameter {
   /// sum, and left out where its amplitude, β or σ, is 0. @throws InputError where the value is out of its range
   StochasticSystem at(double value) const;
 
+  /// Noise and kernel for people, with … in place of the value.
+  std::string noise() const { return of_kernel_ ? shortened_spec(system_.noise->spec()) : pattern(); }
+  std::string kernel() const { return of_kernel_ ? pattern() : system_.kernel.spec(4); }
+
  private:
+  std::string pattern() const;
+
   StochasticSystem system_;
   Landmarks shape_;
   bool of_kernel_;

@@ -10,7 +10,6 @@
 #include "shell/run_results.hpp"
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
-#include "simulate/report.hpp"
 
 namespace pulson {
 namespace {
@@ -47,8 +46,11 @@ std::vector<std::string> sweep_warnings(const std::vector<records::SweepPoint>& 
                   lost, all, at)};
 }
 
+SweptParameter parameter_of(const SweepJob& job) { return {job.sweep.parameter, job.base.system, job.base.shape}; }
+
 charts::Chart sweep_chart(const SweepJob& job, const std::vector<records::SweepPoint>& points) {
   const records::EnsembleRun& base = job.base;
+  const SweptParameter parameter = parameter_of(job);
   charts::Series series = probability_series(points, "");
   series.style = charts::SeriesStyle::kLineAndPoints;
   for (std::size_t i = 0; i < series.y.size(); ++i) {
@@ -64,8 +66,8 @@ charts::Chart sweep_chart(const SweepJob& job, const std::vector<records::SweepP
   panel.series.push_back(std::move(series));
   return {"The probability of crossing over " + job.sweep.parameter,
           fmt::format("{}  ·  {}  ·  {} paths a value, band: two standard errors  ·  {}, dt = {:.3g}  ·  seed {}",
-                      shortened_spec(base.system.noise->spec()), base.system.kernel.spec(3), base.options.samples,
-                      base.integrator, base.options.grid.dt(), base.options.seed),
+                      parameter.noise(), parameter.kernel(), base.options.samples, base.integrator,
+                      base.options.grid.dt(), base.options.seed),
           {{std::move(panel)}}};
 }
 
@@ -87,6 +89,19 @@ html::ReportTable sweep_table(const SweepJob& job, const std::vector<records::Sw
   return table;
 }
 
+html::ReportTable sweep_settings(const SweepJob& job) {
+  const SweptParameter parameter = parameter_of(job);
+  FactTable table("setting");
+  table.add("start", start_text(job.base.shape));
+  table.add("kernel", parameter.kernel());
+  table.add("noise", parameter.noise());
+  table.add("integrator", job.base.integrator);
+  table.add("time", job.base.options.grid.time);
+  table.add("steps", fmt::to_string(job.base.options.grid.steps));
+  table.add("seed", fmt::to_string(job.base.options.seed));
+  return std::move(table).table();
+}
+
 html::HtmlReport sweep_report(const SweepJob& job, const std::vector<records::SweepPoint>& points,
                               const std::filesystem::path& picture) {
   html::HtmlReport report =
@@ -95,15 +110,17 @@ html::HtmlReport sweep_report(const SweepJob& job, const std::vector<records::Sw
                              job.base.options.samples, points.size()),
                  sweep_warnings(points), job.base.notes);
   add_still(report, "The probability of crossing", picture);
-  report.sections.push_back({"Numbers", {sweep_table(job, points), settings(job.base).table()}});
+  report.sections.push_back({"Numbers", {sweep_table(job, points), sweep_settings(job)}});
   return report;
 }
 
 void print_sweep(const SweepJob& job, const std::vector<records::SweepPoint>& points) {
   const records::EnsembleRun& base = job.base;
+  const SweptParameter parameter = parameter_of(job);
   print_text("{} values of {}, {} paths each to t = {:.4g}: {} steps of {:.4g}, seed {}{}\n", points.size(),
              job.sweep.parameter, base.options.samples, base.options.grid.time, base.options.grid.steps,
              base.options.grid.dt(), base.options.seed, base.options.antithetic ? ", antithetic" : "");
+  print_text("model      {}, noise {}, integrator {}\n", parameter.kernel(), parameter.noise(), base.integrator);
   for (const records::SweepPoint& point : points)
     print_text("{:<10} {}\n", fmt::format("{:g}", point.value), crossing_text(point));
 }
@@ -134,7 +151,7 @@ int run_sweep(const SweepJob& job) {
                     "in {}D",
                     job.base.start.q.cols() == 1 ? "is 1" : fmt::format("are {}", job.base.start.q.cols()),
                     job.base.start.q.rows()));
-  const SweptParameter parameter(job.sweep.parameter, job.base.system, job.base.shape);
+  const SweptParameter parameter = parameter_of(job);
   for (const double value : job.sweep.values) static_cast<void>(parameter.at(value));
   job.output.check(kSweepFiles, kSweepPictures);
   const std::filesystem::path folder = job.output.file("sweep.partial");

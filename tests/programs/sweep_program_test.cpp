@@ -17,7 +17,8 @@ using testing::IsEmpty;
 using testing::StartsWith;
 
 /// The paper's pair in steps that are too coarse for it, so that paths take little time.
-const std::string kSweepPair = "ensemble --q 0,10 --p 4,1 --kernel gaussian:alpha=1 --dt 0.1 --samples 512 ";
+const std::string kSweepPair = "ensemble --q 0,10 --p 4,1 --dt 0.1 --samples 512 ";
+const std::string kSweepKernel = "--kernel gaussian:alpha=1 ";
 
 class Sweeps : public WithSignals<Program> {
  protected:
@@ -34,7 +35,8 @@ class Sweeps : public WithSignals<Program> {
 
   /// The entry of a sweep is what the ensemble of these options has.
   static void expect_entry(const nlohmann::json& entry, const std::string& options) {
-    ASSERT_EQ(run_line(kSweepPair + options + " --no-picture -o single").exit_code, 0);
+    const std::string kernel = options.find("--kernel") == std::string::npos ? kSweepKernel : "";
+    ASSERT_EQ(run_line(kSweepPair + kernel + options + " --no-picture -o single").exit_code, 0);
     const nlohmann::json record = read_json("single/ensemble.json");
     EXPECT_EQ(entry["crossing"], record["crossing"]) << options;
     EXPECT_EQ(entry["paths"], record["paths"]) << options;
@@ -60,8 +62,8 @@ class Sweeps : public WithSignals<Program> {
 };
 
 TEST_F(Sweeps, HaveTheEnsembleOfEachValue) {
-  const ProgramRun done =
-      run_line(kSweepPair + "--noise ch-sd:on=2 --sweep beta=3,0,1.5 --antithetic --json all.json -o out");
+  const ProgramRun done = run_line(kSweepPair + kSweepKernel +
+                                   "--noise ch-sd:on=2 --sweep beta=3,0,1.5 --antithetic --json all.json -o out");
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(names_in("out"),
               testing::ElementsAre("report.html", "sweep.csv", "sweep.json", "sweep.png", "sweep.svg"));
@@ -81,30 +83,33 @@ TEST_F(Sweeps, HaveTheEnsembleOfEachValue) {
 }
 
 TEST_F(Sweeps, AreOfAnyNumberOfTheNoiseOrTheKernel) {
-  EXPECT_EQ(
-      run_line(kSweepPair + "--noise ch-sd:beta=2,on=2 --sweep kernel.alpha=0.5:1.5:0.5 --no-picture -o out").exit_code,
-      0);
+  EXPECT_EQ(run_line(kSweepPair + kSweepKernel +
+                     "--noise ch-sd:beta=2,on=2 --sweep kernel.alpha=0.5:1.5:0.5 --no-picture -o out")
+                .exit_code,
+            0);
   const nlohmann::json widths = read_json("out/sweep.json")["sweep"];
   ASSERT_EQ(widths.size(), 3U);
   EXPECT_EQ(widths[2]["kernel"], "gaussian:alpha=1.5");
   expect_entry(widths[2], "--noise ch-sd:beta=2,on=2 --kernel gaussian:alpha=1.5");
 
-  EXPECT_EQ(
-      run_line(kSweepPair + "--noise ch-sd:on=2+p-sd:beta=0.5 --sweep ch-sd.beta=0,2 --no-picture -o sum").exit_code,
-      0);
+  EXPECT_EQ(run_line(kSweepPair + kSweepKernel +
+                     "--noise ch-sd:on=2+p-sd:beta=0.5 --sweep ch-sd.beta=0,2 --no-picture -o sum")
+                .exit_code,
+            0);
   const nlohmann::json sums = read_json("sum/sweep.json")["sweep"];
   expect_entry(sums[0], "--noise p-sd:beta=0.5");
   expect_entry(sums[1], "--noise p-sd:beta=0.5+ch-sd:beta=2,on=2");
 }
 
 TEST_F(Sweeps, RefuseWhatTheyHaveNoUseFor) {
-  const std::string pair = kSweepPair + "--noise ch-sd:on=2 -o out ";
+  const std::string pair = kSweepPair + kSweepKernel + "--noise ch-sd:on=2 -o out ";
   expect_refused(pair + "--sweep beta", "--sweep is 'beta'; it must be NAME=from:to:step or NAME=a,b,c");
   expect_refused(pair + "--sweep beta=0:1:0", "it must go up");
   expect_refused(pair + "--sweep beta=1,2,1", "has the value 1 twice");
   expect_refused(pair + "--sweep beta=1,-2", "beta is -2; it must be greater than 0");
-  expect_refused(kSweepPair + "--noise ch-sd:beta=1 -o out --sweep gamma=1,2", "has no number 'gamma'; valid: beta");
-  expect_refused(kSweepPair + "--noise ch-sd:beta=1+p-sd:beta=1 -o out --sweep beta=1,2",
+  expect_refused(kSweepPair + kSweepKernel + "--noise ch-sd:beta=1 -o out --sweep gamma=1,2",
+                 "has no number 'gamma'; valid: beta");
+  expect_refused(kSweepPair + kSweepKernel + "--noise ch-sd:beta=1+p-sd:beta=1 -o out --sweep beta=1,2",
                  "has more than one number 'beta': ch-sd.beta, p-sd.beta");
   for (const std::string option :
        {"--densities 1", "--records 5", "--save-final f.npy", "--shard 1/2", "--stop-after 64"})
@@ -114,7 +119,8 @@ TEST_F(Sweeps, RefuseWhatTheyHaveNoUseFor) {
 }
 
 TEST_F(Sweeps, GoOnAfterBeingKilledToTheSameBits) {
-  const std::string line = kSweepPair + "--noise ch-sd:on=2 --sweep beta=0:5.5:0.5 --threads 1 --no-picture -o ";
+  const std::string line =
+      kSweepPair + kSweepKernel + "--noise ch-sd:on=2 --sweep beta=0:5.5:0.5 --threads 1 --no-picture -o ";
   ASSERT_EQ(run_line(line + "whole").exit_code, 0);
   kill_after(line + "out", "out/sweep.partial", 3);
   const ProgramRun refused = run_line(line + "out");

@@ -132,6 +132,18 @@ TEST(WeakForm, HoldsAlongPaths) {
     }
 }
 
+// (1): both integrators and the trapezoidal rule are of second order.
+TEST(WeakForm, HoldsWithoutNoise) {
+  const std::vector<double> steps = {32, 64, 128};
+  for (const std::string integrator : {"variational-2", "midpoint"}) {
+    std::vector<double> errors;
+    for (const double count : steps)
+      errors.push_back(weak_form_error({"none", {}}, integrator, static_cast<int>(count)));
+    EXPECT_NEAR(fitted_order(steps, errors), -2, 0.05) << integrator;
+    EXPECT_LT(errors.back(), 1e-4) << integrator;
+  }
+}
+
 // So that the test can fail: the noise as it would be with a sign of (10) the other way, m_x ξ − 2 m ξ'.
 TEST(WeakForm, NeedsTheSignsOfThePaper) {
   WeakFormCase flipped = weak_form_cases()[1];

@@ -95,7 +95,8 @@ SweptParameter::SweptParameter(const std::string& name, const StochasticSystem& 
   std::vector<std::string> found, valid;
   for (std::size_t i = 0; i < terms_.size(); ++i)
     for (const std::string& key : keys_of(terms_[i], of_kernel_, shape)) {
-      const std::string full = owner + (terms_.size() > 1 ? terms_[i].name + "." : "") + key;
+      const std::string full =
+          terms_.size() > 1 ? fmt::format("{}{}.{}", owner, terms_[i].name, key) : fmt::format("{}{}", owner, key);
       valid.push_back(full);
       if (!is_named(asked, terms_[i].name, key)) continue;
       found.push_back(full);

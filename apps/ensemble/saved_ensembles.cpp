@@ -17,10 +17,16 @@ SavedEnsembles::SavedEnsembles(std::filesystem::path folder, records::UnitRun ru
   create_output_directory(folder_);
   const std::filesystem::path file = folder_ / "run.units";
   is_resumed_ = is_there(file);
-  if (is_resumed_)
-    resume_units(run, read_saved(file), file.string());
-  else
+  if (!is_resumed_) {
     write_file_atomically(file, unit_part(run));
+    return;
+  }
+  try {
+    resume_units(run, read_saved(file), file.string());
+  } catch (const InputError& error) {
+    throw InputError(
+        fmt::format("{}; repeat that run, remove '{}', or choose another folder", error.what(), folder_.string()));
+  }
 }
 
 void SavedEnsembles::sample(records::EnsembleRun& run, const std::string& what, Progress& progress) const {

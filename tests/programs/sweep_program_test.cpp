@@ -144,7 +144,8 @@ TEST_F(Sweeps, OfTheThirdFigureGoOnAfterBeingKilledToTheSameBits) {
   EXPECT_EQ(count_lines(contents("whole/figure3.csv")), 1 + 4 * 6U);
   for (const std::size_t ensembles : {2, 24}) {  // in the first sweep, and in the grids
     kill_after(line + "out", "out/reproduce.partial", ensembles);
-    EXPECT_THAT(run_line(line + "out --seed 7").err, HasSubstr("it has seed = 1, here it is seed = 7"));
+    EXPECT_THAT(run_line(line + "out --seed 7").err,
+                HasSubstr("it has seed = 1, here it is seed = 7; repeat that run, remove 'out/reproduce.partial'"));
     const ProgramRun done = run_line(line + "out");
     EXPECT_EQ(done.exit_code, 0);
     EXPECT_THAT(done.err, HasSubstr("note: continuing the run that 'out' has begun"));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <fmt/format.h>
 
@@ -11,6 +10,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/records/records.hpp"
 #include "results.hpp"
+#include "sampling.hpp"
 #include "shell/messages.hpp"
 #include "shell/options.hpp"
 #include "shell/path_options.hpp"
@@ -18,14 +18,13 @@
 #include "shell/units.hpp"
 #include "shell/verbs.hpp"
 #include "simulate/start_options.hpp"
+#include "sweep_job.hpp"
 
 namespace pulson {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kCheckpointSeconds = 10;
-constexpr double kPieceSeconds = 1.0 / 3;
 constexpr std::int64_t kMostSamples = 10'000'000'000;
 constexpr std::int64_t kMostKept = 400'000'000;    // numbers: 3.2 GB
 constexpr std::int64_t kMostHistograms = 100'000;  // of 512 bins: 200 MB
@@ -38,6 +37,7 @@ struct EnsembleArguments {
   int records = 101;
   std::vector<double> densities;
   std::string shard;
+  std::string sweep;
   std::optional<std::int64_t> stop_after;
   bool resume = false;
   EnsembleOutput results;
@@ -120,88 +120,6 @@ bool check_outputs(const EnsembleArguments& arguments) {
   return saved_before(checkpoint, arguments.resume, arguments.options.shard.count > 1);
 }
 
-/// Consecutive blocks, as they are dealt out.
-struct Blocks {
-  std::int64_t first = 0;
-  std::int64_t count = 0;
-};
-
-/// Deals out blocks and puts their sums together, in the order of the paths, whatever order they come in.
-class Sampling {
- public:
-  Sampling(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const EnsembleArguments& arguments)
-      : ensemble_(ensemble),
-        run_(run),
-        checkpoint_(arguments.checkpoint()),
-        dealt_(ensemble.blocks_done()),
-        end_(std::clamp(blocks_in(arguments.stop_after.value_or(run.options.samples)), dealt_, ensemble.blocks())),
-        first_(ensemble.blocks_done()) {}
-
-  /// Until all paths are there or a signal comes; saves the sums every so often.
-  void run() {
-    ranks::share<Blocks, ensemble::EnsembleSums>(
-        {.next = [this] { return next(); },
-         .work = [this](const Blocks& blocks) { return ensemble_.sample(blocks.first, blocks.count); },
-         .take = [this](const Blocks& blocks, ensemble::EnsembleSums sums) { take(blocks, std::move(sums)); },
-         .to_bytes = [](const ensemble::EnsembleSums& sums) { return bytes_of(sums); },
-         .of_bytes = [](std::string_view bytes) { return ensemble::sums_of_bytes(bytes); }});
-    run_.sums = ensemble_.sums();
-    run_.seconds = seconds_now() - begin_;
-    if (ranks::is_first() && (run_.partial() || saved_ > begin_ || run_.options.shard.count > 1)) save();
-  }
-
- private:
-  static std::int64_t blocks_in(std::int64_t samples) {
-    return (samples + ensemble::kBlockPaths - 1) / ensemble::kBlockPaths;
-  }
-
-  // So many that they take a third of a second, and fewer where few are left, so that all threads end together.
-  std::optional<Blocks> next() {
-    if (dealt_ == end_) return std::nullopt;
-    const auto done = static_cast<double>(ensemble_.blocks_done() - first_);
-    const auto in_time =
-        static_cast<std::int64_t>(done / std::max(1e-3, seconds_now() - begin_) / threads_ * kPieceSeconds);
-    const auto in_turn = static_cast<std::int64_t>(static_cast<double>(end_ - dealt_) / (2 * threads_));
-    last_ = std::max<std::int64_t>(1, std::min({in_time, in_turn, 2 * last_}));
-    const Blocks blocks{dealt_, last_};
-    dealt_ += blocks.count;
-    return blocks;
-  }
-
-  void take(const Blocks& blocks, ensemble::EnsembleSums sums) {
-    waiting_.emplace(blocks.first, std::move(sums));
-    for (auto found = waiting_.find(ensemble_.blocks_done()); found != waiting_.end();
-         found = waiting_.find(ensemble_.blocks_done())) {
-      ensemble_.append(found->second);
-      waiting_.erase(found);
-    }
-    const std::int64_t samples = ensemble_.sums().samples;
-    progress_.show(static_cast<double>(ensemble_.blocks_done()) / static_cast<double>(end_),
-                   fmt::format("{} of {} paths", samples, run_.options.shard_samples()));
-    const double time = seconds_now();
-    if (time - saved_ < kCheckpointSeconds) return;
-    saved_ = time;
-    run_.sums = ensemble_.sums();
-    save();
-  }
-
-  void save() const { write_file_atomically(checkpoint_, ensemble_checkpoint(run_)); }
-
-  const Interrupt interrupt_;
-  Progress progress_;
-  ensemble::Ensemble& ensemble_;
-  records::EnsembleRun& run_;
-  fs::path checkpoint_;
-  double threads_ = thread_count() * ranks::size();
-  double begin_ = seconds_now();
-  double saved_ = begin_;
-  std::int64_t dealt_;
-  std::int64_t end_;
-  std::int64_t first_;
-  std::int64_t last_ = 1;                                   // blocks dealt out together
-  std::map<std::int64_t, ensemble::EnsembleSums> waiting_;  // for those before them
-};
-
 int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& arguments) {
   print_notes(run.notes);
   const ensemble::Shard& part = run.options.shard;
@@ -212,6 +130,32 @@ int finish_shard(const records::EnsembleRun& run, const EnsembleArguments& argum
   print_warning(
       fmt::format("partial: {} of {} paths; continue with --resume", run.sums.samples, run.options.shard_samples()));
   return kNotConverged;
+}
+
+// All that a sweep has no use for: it writes nothing but crossings.
+void check_sweep_options(const CLI::App& verb) {
+  for (const char* const option :
+       {"--densities", "--records", "--save-final", "--save-paths", "--shard", "--stop-after"})
+    if (verb.count(option) > 0)
+      throw InputError(
+          fmt::format("--sweep and {} cannot be combined: of each value there are the crossings and the "
+                      "counts of paths alone",
+                      option));
+  if (ranks::size() > 1)
+    throw InputError(fmt::format("--sweep is for one process, and there are {} ranks", ranks::size()));
+}
+
+int run_ensemble_sweep(EnsembleArguments arguments, const CLI::App& verb) {
+  check_sweep_options(verb);
+  const SweepValues sweep = parse_sweep(arguments.sweep);
+  if (arguments.start.noise) arguments.start.noise = with_parameter(*arguments.start.noise, sweep.parameter);
+  const Start start = arguments.start.start();
+  check_numbers(arguments);
+  ensemble::EnsembleOptions options = arguments.options;
+  options.grid = arguments.time.grid(start.default_time);
+  records::EnsembleRun base{start.system, arguments.integrator, start.shape, start.state, options, {}, {}, "", 1, 0};
+  base.notes = start.notes;
+  return run_sweep({std::move(base), sweep, settings_of(verb), arguments.resume, arguments.results.output});
 }
 
 int run_ensemble(EnsembleArguments arguments) {
@@ -242,7 +186,11 @@ int run_ensemble(EnsembleArguments arguments) {
     if (ranks::gather(is_done ? "1" : "") == "1") return kDone;
   }
   log_step(fmt::format("{} landmarks, {} steps, {}", start.shape.count(), grid.steps, run.method));
-  Sampling(ensemble, run, arguments).run();
+  const Interrupt interrupt;
+  Progress progress;
+  sample_blocks(ensemble, run, {.checkpoint = checkpoint, .stop_after = arguments.stop_after, .keep = is_shard},
+                progress);
+  progress.clear();
   if (!ranks::is_first()) return kDone;
   log_step(fmt::format("sampled {} paths", run.sums.samples));
   if (is_shard) return finish_shard(run, arguments);
@@ -274,6 +222,10 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
       ->delimiter(',');
   verb->add_flag("--resume", arguments->resume, "continue from what is saved in the folder");
   verb->add_option("--stop-after", arguments->stop_after, "stop after this many samples; continue with --resume");
+  verb->add_option("--sweep", arguments->sweep,
+                   "the probability of crossing for several values of a number of the noise or kernel: "
+                   "beta=0:6.5:0.25 or kernel.alpha=0.5,1,2")
+      ->type_name("NAME=VALUES");
   verb->add_option("--shard", arguments->shard, "sample part i of n, for pulson merge")->type_name("i/n");
   add_threads_option(*verb);
   arguments->results.add_to(*verb);
@@ -283,9 +235,12 @@ void add_ensemble_verb(CLI::App& program, int& exit_code) {
       "  pulson ensemble --shape wings.tps#1 --noise ch-sd:beta=0.1 --samples 10000 -o out\n"
       "  pulson ensemble --from out/registration.json --samples 2000 --save-final ends.npy -o out\n"
       "  pulson ensemble --from out/registration.json --shard 3/8 -o parts\n"
+      "  pulson ensemble --q 0,10 --p 4,1 --noise ch-sd:on=2 --sweep beta=0:6.5:0.25 -o out\n"
       "Ctrl-C writes the results so far, marked partial; --resume continues to the same result, bit for bit.\n"
       "Exit codes: 0 done, 2 bad input, 3 partial, or not all paths are clean (results are written).");
-  verb->callback([arguments, &exit_code] { exit_code = run_ensemble(*arguments); });
+  verb->callback([arguments, verb, &exit_code] {
+    exit_code = arguments->sweep.empty() ? run_ensemble(*arguments) : run_ensemble_sweep(*arguments, *verb);
+  });
 }
 
 }  // namespace pulson

@@ -8,6 +8,7 @@
 #include "charts/chart.hpp"
 #include "core/atomic_file.hpp"
 #include "core/csv_table.hpp"
+#include "pair_noise.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
@@ -52,20 +53,13 @@ Problem problem_of(const FokkerPlanckArguments& arguments) {
     throw InputError(fmt::format("{}: two landmarks on a line are needed; there are {} in {}D", start.shape.source,
                                  state.q.cols(), state.q.rows()));
   const NoiseModel& noise = *start.system.noise;
-  const NoiseTraits traits = noise.traits();
-  const int channels = noise.channels(1, 2);
-  std::array<double, 2> betas{};
-  bool independent = traits.additive && !traits.moves_momenta;
-  for (int i = 0; i < channels && independent; ++i) {
-    const PhaseState load = noise.gradient(state, Eigen::VectorXd::Unit(channels, i));
-    for (std::size_t a = 0; a < 2; ++a) betas.at(a) = std::hypot(betas.at(a), load.p(static_cast<Eigen::Index>(a)));
-    independent = load.p(0) * load.p(1) == 0;
-  }
-  if (!independent)
+  const std::optional<std::array<double, 2>> amplitudes = independent_amplitudes(noise, state);
+  if (!amplitudes)
     throw InputError(
         fmt::format("noise '{}': the pair equation is for independent noise of constant size in the "
                     "positions: ch-sd:beta=B, or ch-sd:beta=B,on=2",
                     noise.spec()));
+  const std::array<double, 2>& betas = *amplitudes;
   fokker_planck::PairEquation equation{
       start.system.kernel, std::hypot(betas[0], betas[1]), arguments.time, state.q(0), state.q(1), state.p(0),
       state.p(1)};

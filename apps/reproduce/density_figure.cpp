@@ -8,7 +8,6 @@
 
 #include "core/csv_table.hpp"
 #include "laboratory.hpp"
-#include "pulson/fokker_planck/pair_equation.hpp"
 
 namespace pulson {
 namespace {
@@ -73,7 +72,13 @@ ensemble::EnsembleSums sample(const Laboratory& laboratory, const PhaseState& st
   options.seed = laboratory.options().seed;
   const StochasticSystem system{make_kernel(paper_kernels().front().spec, {}),
                                 paper_system({paper_kernels().front(), noise, kFreeMomentum}).noise};
-  return laboratory.finish(ensemble::Ensemble(system, "variational-paper", start, options), "fokker-planck");
+  return laboratory.finish(system, "variational-paper", start, options, "fokker-planck");
+}
+
+std::string grids_text(const GridCrossing& crossing) {
+  std::string text;
+  for (const double p : crossing.grids) text += fmt::format("{}{:.5g}", text.empty() ? "" : ", ", p);
+  return text;
 }
 
 }  // namespace
@@ -142,22 +147,21 @@ html::ReportSection fokker_planck_equation(const Laboratory& laboratory) {
   html::ReportTable table{{"kernel", "β", "grids, each of half the spacing", "probability", "stated error", "seconds"},
                           {},
                           "Crossing at t = 100 on the grid, p̄₁ = 4"};
-  for (const PaperKernel& kernel : paper_kernels())
-    for (const double beta : {0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.5}) {
-      laboratory.show(fmt::format("fokker-planck, grid for {}, beta = {}", kernel.name, beta));
-      const fokker_planck::PairCrossing c = crossing_probability(
-          {make_kernel(kernel.spec, {}), beta, laboratory.options().grid.time, 0, 10, kFreeMomentum, 1},
-          laboratory.options().quick ? fokker_planck::PairEquationOptions{.most_grids = 2}
-                                     : fokker_planck::PairEquationOptions{});
-      std::string grids;
-      for (const double p : c.grids) grids += fmt::format("{}{:.5g}", grids.empty() ? "" : ", ", p);
+  constexpr std::array<double, 7> kGridBetas = {0.5, 1, 1.5, 2, 3, 4, 6.5};
+  for (const PaperKernel& kernel : paper_kernels()) {
+    std::vector<fokker_planck::PairEquation> pairs;
+    for (const double beta : kGridBetas)
+      pairs.push_back({make_kernel(kernel.spec, {}), beta, laboratory.options().grid.time, 0, 10, kFreeMomentum, 1});
+    const std::vector<GridCrossing> crossings =
+        laboratory.solve(pairs, laboratory.options().quick ? 2 : 4, "fokker-planck, " + kernel.name);
+    for (std::size_t i = 0; i < crossings.size(); ++i)
       table.rows.push_back({{kernel.name},
-                            {fmt::format("{:g}", beta)},
-                            {grids},
-                            {fmt::format("{:.5g}", c.probability)},
-                            {fmt::format("{:.1e}", c.error)},
-                            {fmt::format("{:.2f}", c.seconds)}});
-    }
+                            {fmt::format("{:g}", kGridBetas.at(i))},
+                            {grids_text(crossings[i])},
+                            {fmt::format("{:.5g}", crossings[i].probability)},
+                            {fmt::format("{:.1e}", crossings[i].error)},
+                            {fmt::format("{:.2f}", crossings[i].seconds)}});
+  }
   section.blocks.emplace_back(std::move(table));
   return section;
 }

@@ -1,6 +1,5 @@
 // Figure 2: mean paths.
 
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -11,11 +10,12 @@
 namespace pulson {
 namespace {
 
-constexpr std::array<double, 3> kBetas = {1.5, 2.5, 4.5};
+const std::vector<double> kMeanBetas = {1.5, 2.5, 4.5};
 constexpr double kMeanMomentum = 4;
 
 struct Means {
   double beta;
+  PaperPair pair;
   ensemble::EnsembleSums sums;
 };
 
@@ -49,7 +49,7 @@ charts::Series deterministic(const Laboratory& laboratory, const ensemble::Sampl
 
 charts::Chart chart_of_means(const Laboratory& laboratory, const std::vector<Means>& all,
                              const std::vector<int>& records, const ensemble::SamplePath& without_noise) {
-  charts::Chart chart{"Mean paths of Gaussian pulsons, p̄₁ = 4",
+  charts::Chart chart{fmt::format("Mean paths of {}, p̄₁ = 4", all.front().pair.kernel.particle),
                       fmt::format("means of {} paths, shaded: one standard deviation  ·  dt = {:.3g}  ·  seed {}",
                                   all.front().sums.samples, laboratory.options().grid.dt(), laboratory.options().seed),
                       {{}, {}},
@@ -84,24 +84,11 @@ Estimate final_momentum(const ensemble::EnsembleSums& sums) {
   return {sums.moments[last].mean[2], sums.mean_error(last)[2]};
 }
 
-}  // namespace
-
-html::ReportSection figure2(const Laboratory& laboratory) {
-  const PaperKernel& kernel = paper_kernels().front();
-  const std::vector<int> records = ensemble::spread_steps(laboratory.options().grid, 501);
-  std::vector<Means> all;
-  for (const double beta : kBetas)
-    all.push_back({beta, laboratory.sample({kernel, fmt::format("ch-sd:beta={},on=2", beta), kMeanMomentum},
-                                           fmt::format("figure2, beta = {}", beta), records)});
-  const ensemble::SamplePath without_noise = laboratory.paths({kernel, "none", kMeanMomentum}, 1).front();
+void add_claims(html::ReportSection& section, const Laboratory& laboratory, const std::vector<Means>& all,
+                const ensemble::SamplePath& without_noise) {
   const double exchanged = without_noise.path.final().p(0);
-  const Estimate small =
-      final_momentum(laboratory.sample({kernel, "ch-sd:beta=0.5,on=2", kMeanMomentum}, "figure2, beta = 0.5"));
-
-  html::ReportSection section{"Figure 2: mean paths", {}};
-  laboratory.write_csv("figure2.csv", csv_of_means(laboratory, all, records));
-  laboratory.add_chart(section, "figure2", chart_of_means(laboratory, all, records, without_noise),
-                       "Mean paths for β = 1.5, 2.5 and 4.5, with one standard deviation; dashed: without noise");
+  const Estimate small = final_momentum(
+      laboratory.sample({all.front().pair.kernel, noise_at("ch-sd:on=2", 0.5), kMeanMomentum}, "figure2, beta = 0.5"));
   html::ReportClaims claims;
   const auto part = [&](double p1) { return 100 * (kMeanMomentum - p1) / (kMeanMomentum - exchanged); };
   claims.push_back(
@@ -120,6 +107,35 @@ html::ReportSection figure2(const Laboratory& laboratory) {
        fmt::format("mean p₁ at the end: {}, {}, {} for β = 1.5, 2.5, 4.5; without interaction it stays 4", text_of(low),
                    text_of(middle), text_of(high))});
   section.blocks.emplace_back(std::move(claims));
+}
+
+}  // namespace
+
+html::ReportSection figure2(const Laboratory& laboratory) {
+  const OwnValues& own = laboratory.own();
+  const PaperKernel kernel = own.kernels_or({paper_kernels().front()}).front();
+  const std::string noise = own.noise_or("ch-sd:on=2");
+  const std::vector<int> records = ensemble::spread_steps(laboratory.options().grid, 501);
+  std::vector<Means> all;
+  for (const double beta : own.betas_or(kMeanBetas)) {
+    const PaperPair pair{kernel, noise_at(noise, beta), kMeanMomentum};
+    all.push_back({beta, pair, laboratory.sample(pair, fmt::format("figure2, beta = {}", beta), records)});
+  }
+  const ensemble::SamplePath without_noise = laboratory.paths({kernel, "none", kMeanMomentum}, 1).front();
+
+  html::ReportSection section{"Figure 2: mean paths", {}};
+  laboratory.write_csv("figure2.csv", csv_of_means(laboratory, all, records));
+  std::string betas;
+  for (const Means& means : all) betas += fmt::format("{}{:g}", betas.empty() ? "" : ", ", means.beta);
+  laboratory.add_chart(section, "figure2", chart_of_means(laboratory, all, records, without_noise),
+                       fmt::format("Mean paths for β = {}, with one standard deviation; dashed: without noise", betas));
+  if (own.is_of_paper(kMeanBetas)) {
+    add_claims(section, laboratory, all, without_noise);
+  } else {
+    std::vector<std::pair<PaperPair, ensemble::EnsembleSums>> ensembles;
+    for (const Means& means : all) ensembles.emplace_back(means.pair, means.sums);
+    add_own_results(section, own, ensembles);
+  }
   return section;
 }
 

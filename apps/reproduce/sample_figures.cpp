@@ -12,6 +12,9 @@ namespace pulson {
 namespace {
 
 constexpr int kPaths = 3;
+constexpr double kSampleBeta = 4;
+// Paths of the compensated integrator with screened noise, which lanes do not know: 20 ms each.
+constexpr std::int64_t kCompensated = 4096, kQuickCompensated = 256;
 constexpr double kTelling = 0.005;  // a standard error that would show a difference of two probabilities
 
 charts::Series coordinate_over_time(const ensemble::SamplePath& sample, int landmark, bool momentum) {
@@ -66,13 +69,20 @@ void add_paths(html::ReportSection& section, const Laboratory& laboratory, const
                        title);
 }
 
-}  // namespace
+/// The pair of a figure, with the values that were asked for.
+PaperPair chosen_pair(const OwnValues& own, const std::string& noise_of_paper) {
+  const bool is_complete = own.betas.empty() && !own.noise.empty();
+  const std::string noise = own.noise_or(noise_of_paper);
+  return {own.kernels_or({paper_kernels().front()}).front(),
+          is_complete ? noise : noise_at(noise, own.betas_or({kSampleBeta}).front()), 4};
+}
 
-html::ReportSection figure1(const Laboratory& laboratory) {
-  const PaperPair pair{paper_kernels().front(), "ch-sd:beta=4,on=2", 4};
-  html::ReportSection section{"Figure 1: sample paths", {}};
-  add_paths(section, laboratory, pair, "figure1", "Sample paths of Gaussian pulsons, p̄₁ = 4, β = 4");
+void add_own_sample(html::ReportSection& section, const Laboratory& laboratory, const PaperPair& pair,
+                    const std::string& what) {
+  add_own_results(section, laboratory.own(), {{pair, laboratory.sample(pair, what)}});
+}
 
+void add_crossing_claims(html::ReportSection& section, const Laboratory& laboratory, const PaperPair& pair) {
   html::ReportClaims claims;
   const ensemble::EnsembleSums sums = laboratory.sample(pair, "figure1");
   const Estimate crossing = sums.crossing_probability();
@@ -105,18 +115,9 @@ html::ReportSection figure1(const Laboratory& laboratory) {
                     sums.momentum_error < 1e-12 ? html::Verdict::kHolds : html::Verdict::kDoesNotHold,
                     fmt::format("largest relative change over {} paths: {:.1e}", sums.samples, sums.momentum_error)});
   section.blocks.emplace_back(std::move(claims));
-  return section;
 }
 
-html::ReportSection figure4(const Laboratory& laboratory) {
-  const PaperPair pair{paper_kernels().front(), "ch-sd-screened:beta=4,gamma=4,on=2", 4};
-  html::ReportSection section{"Figure 4: noise screening", {}};
-  section.blocks.emplace_back(html::ReportParagraph{
-      "The paper prints the potential as β p₂ exp(−(q₂ − q₁)²)/γ and calls γ the range over which the "
-      "noise acts. It is "
-      "read here as β p₂ exp(−(q₂ − q₁)²/γ), which has that range."});
-  add_paths(section, laboratory, pair, "figure4", "Sample paths with screened noise, p̄₁ = 4, β = 4, γ = 4");
-
+void add_screening_claims(html::ReportSection& section, const Laboratory& laboratory, const PaperPair& pair) {
   const TimeGrid& grid = laboratory.options().grid;
   const int early = static_cast<int>(std::lround(1 / grid.dt()));  // t = 1: a gap of 7
   const ensemble::EnsembleSums sums = laboratory.sample(pair, "figure4", {early, grid.steps});
@@ -125,9 +126,10 @@ html::ReportSection figure4(const Laboratory& laboratory) {
   ensemble::EnsembleOptions options;
   options.grid = grid;
   options.seed = laboratory.options().seed;
-  options.samples = std::min<std::int64_t>(laboratory.options().samples, laboratory.options().quick ? 512 : 4096);
-  const ensemble::EnsembleSums stratonovich = laboratory.finish(
-      ensemble::Ensemble(paper_system(pair), "variational", paper_start(pair.p1), options), "figure4, compensated");
+  options.samples = std::min<std::int64_t>(laboratory.options().samples,
+                                           laboratory.options().quick ? kQuickCompensated : kCompensated);
+  const ensemble::EnsembleSums stratonovich =
+      laboratory.finish(paper_system(pair), "variational", paper_start(pair.p1), options, "figure4, compensated");
   const auto share = [](const ensemble::EnsembleSums& s) {
     return fmt::format("{} clean, {} without a root, {} with momenta beyond 1e8, of {}", s.paths.clean, s.paths.no_root,
                        s.paths.momentum_bound, s.samples);
@@ -161,6 +163,33 @@ html::ReportSection figure4(const Laboratory& laboratory) {
                    text_of(crossing), text_of(other), share(stratonovich),
                    std::abs(standard_errors_apart(other, crossing)))});
   section.blocks.emplace_back(std::move(claims));
+}
+
+}  // namespace
+
+html::ReportSection figure1(const Laboratory& laboratory) {
+  const PaperPair pair = chosen_pair(laboratory.own(), "ch-sd:on=2");
+  html::ReportSection section{"Figure 1: sample paths", {}};
+  add_paths(section, laboratory, pair, "figure1", fmt::format("Sample paths of {}, p̄₁ = 4", pair.kernel.particle));
+  if (laboratory.own().is_of_paper({kSampleBeta}))
+    add_crossing_claims(section, laboratory, pair);
+  else
+    add_own_sample(section, laboratory, pair, "figure1");
+  return section;
+}
+
+html::ReportSection figure4(const Laboratory& laboratory) {
+  const PaperPair pair = chosen_pair(laboratory.own(), "ch-sd-screened:gamma=4,on=2");
+  html::ReportSection section{"Figure 4: noise screening", {}};
+  section.blocks.emplace_back(html::ReportParagraph{
+      "The paper prints the potential as β p₂ exp(−(q₂ − q₁)²)/γ and calls γ the range over which the "
+      "noise acts. It is "
+      "read here as β p₂ exp(−(q₂ − q₁)²/γ), which has that range."});
+  add_paths(section, laboratory, pair, "figure4", "Sample paths with screened noise, p̄₁ = 4");
+  if (laboratory.own().is_of_paper({kSampleBeta}))
+    add_screening_claims(section, laboratory, pair);
+  else
+    add_own_sample(section, laboratory, pair, "figure4");
   return section;
 }
 

@@ -46,7 +46,7 @@ charts::ChartPanel trace(const inference::PosteriorDraws& draws, const MatrixXd&
 }
 
 // How many draws of each chain have ranks, among all, in each of some bins; the same number where chains mix.
-charts::ChartPanel ranks(const inference::PosteriorDraws& draws, const MatrixXd& values) {
+charts::ChartPanel rank_panel(const inference::PosteriorDraws& draws, const MatrixXd& values) {
   std::vector<Index> order(static_cast<std::size_t>(values.size()));
   std::iota(order.begin(), order.end(), Index(0));
   std::sort(order.begin(), order.end(), [&](Index a, Index b) { return values.reshaped()[a] < values.reshaped()[b]; });
@@ -113,7 +113,7 @@ charts::Chart chains_chart(const inference::PosteriorProblem& problem, const inf
                            const PosteriorSummary& summary) {
   charts::Chart chart{.title = agreement_words(summary), .subtitle = subtitle(problem, draws), .rows = {}};
   const auto add = [&](const std::string& name, const MatrixXd& values, const inference::ParameterPrior* prior) {
-    chart.rows.push_back({trace(draws, values, name), ranks(draws, values)});
+    chart.rows.push_back({trace(draws, values, name), rank_panel(draws, values)});
     if (prior != nullptr) chart.rows.back().push_back(density(values, *prior));
   };
   for (std::size_t j = 0; j < draws.names.size(); ++j)

@@ -17,14 +17,14 @@ bool is_open(const Spec& spec, const ParameterInfo& info) {
   return info.default_text.empty() && !spec.values.contains(info.name);
 }
 
-std::string text_of(const Spec& spec) {
+}  // namespace
+
+std::string spec_text(const Spec& spec) {
   std::string text = spec.name;
   for (const auto& [key, value] : spec.values)
     text += fmt::format("{}{}={}", text.size() == spec.name.size() ? ":" : ",", key, value);
   return text;
 }
-
-}  // namespace
 
 OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape) {
   if (choice.model()) return {choice.model(), {}, true};
@@ -39,7 +39,7 @@ OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape) {
         open.push_back(info.name);
         spec.values[info.name] = "1";
       }
-    const std::string term = text_of(spec);
+    const std::string term = spec_text(spec);
     complete += (complete.empty() ? "" : "+") + term;
     const std::vector<std::string> names = make_noise(term, shape, choice.table())->parameter_names();
     for (const std::string& name : open) {

@@ -6,6 +6,7 @@
 #include "core/csv_table.hpp"
 #include "core/text.hpp"
 #include "core/undefined.hpp"
+#include "ensemble_facts.hpp"
 #include "formats/json/json_reader.hpp"
 #include "pulson/core/version.hpp"
 #include "pulson/records/records.hpp"
@@ -26,28 +27,6 @@ formats::Json coordinates_json(const Eigen::ArrayXd& values, Eigen::Index first,
     rows.push_back(std::move(row));
   }
   return rows;
-}
-
-formats::Json crossing_json(const EnsembleRun& run) {
-  const bool defined = run.start.q.rows() == 1 && run.start.q.cols() > 1 && run.sums.paths.clean > 0;
-  if (!defined) return nullptr;
-  const ensemble::PathCounts& paths = run.sums.paths;
-  const Estimate estimate = run.sums.crossing_probability();
-  const auto all = static_cast<double>(run.sums.samples);
-  const auto crossed = static_cast<double>(run.sums.crossing.at_end);
-  formats::Json json;
-  json["probability"] = estimate.value;
-  const bool all_alike = run.sums.crossing.at_end == 0 || run.sums.crossing.at_end == paths.clean;
-  json["standard_error"] = all_alike ? formats::Json(nullptr) : defined_or_null(estimate.standard_error);
-  if (all_alike) {
-    const double unseen = unseen_below(static_cast<double>(paths.clean));
-    json[crossed == 0 ? "below_95" : "above_95"] = crossed == 0 ? unseen : 1 - unseen;
-  }
-  json["ever"] = static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean);
-  json["over"] = "clean paths";
-  json["if_all_others_did_not"] = crossed / all;
-  json["if_all_others_did"] = (crossed + all - static_cast<double>(paths.clean)) / all;
-  return json;
 }
 
 void add_means(formats::Json& json, const EnsembleRun& run) {
@@ -89,6 +68,33 @@ void for_each_coordinate(const EnsembleRun& run, const Visit& visit) {
 
 }  // namespace
 
+formats::Json crossing_json(const EnsembleRun& run) {
+  const bool defined = run.start.q.rows() == 1 && run.start.q.cols() > 1 && run.sums.paths.clean > 0;
+  if (!defined) return nullptr;
+  const ensemble::PathCounts& paths = run.sums.paths;
+  const Estimate estimate = run.sums.crossing_probability();
+  const auto all = static_cast<double>(run.sums.samples);
+  const auto crossed = static_cast<double>(run.sums.crossing.at_end);
+  formats::Json json;
+  json["probability"] = estimate.value;
+  const bool all_alike = run.sums.crossing.at_end == 0 || run.sums.crossing.at_end == paths.clean;
+  json["standard_error"] = all_alike ? formats::Json(nullptr) : defined_or_null(estimate.standard_error);
+  if (all_alike) {
+    const double unseen = unseen_below(static_cast<double>(paths.clean));
+    json[crossed == 0 ? "below_95" : "above_95"] = crossed == 0 ? unseen : 1 - unseen;
+  }
+  json["ever"] = static_cast<double>(run.sums.crossing.ever) / static_cast<double>(paths.clean);
+  json["over"] = "clean paths";
+  json["if_all_others_did_not"] = crossed / all;
+  json["if_all_others_did"] = (crossed + all - static_cast<double>(paths.clean)) / all;
+  return json;
+}
+
+formats::Json paths_json(const ensemble::PathCounts& paths) {
+  return {
+      {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
+}
+
 std::string ensemble_json(const EnsembleRun& run) {
   formats::Json json;
   json["format"] = "pulson ensemble 1";
@@ -111,9 +117,7 @@ std::string ensemble_json(const EnsembleRun& run) {
   json["q"] = formats::points_json(run.start.q);
   json["p"] = formats::points_json(run.start.p);
   json["crossing"] = crossing_json(run);
-  const ensemble::PathCounts& paths = run.sums.paths;
-  json["paths"] = {
-      {"clean", paths.clean}, {"no_root", paths.no_root}, {"momentum_bound", paths.momentum_bound}, {"tie", paths.tie}};
+  json["paths"] = paths_json(run.sums.paths);
   json["momentum_bound"] = defined_or_null(run.options.momentum_bound);
   json["largest_momentum"] = defined_or_null(run.sums.largest_momentum);
   json["momentum_error_max"] = run.sums.momentum_error;

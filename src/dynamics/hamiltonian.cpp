@@ -33,7 +33,7 @@ double contraction_bound(const KernelOperator& kernel, const Points& p, double d
 }
 
 EffectiveHamiltonian::EffectiveHamiltonian(StochasticSystem system, double lambda)
-    : system_(std::move(system)), lambda_(lambda), noisy_(system_.noise->traits().moves_positions) {}
+    : system_(std::move(system)), lambda_(lambda), noisy_(system_.noise->traits().moves_positions()) {}
 
 double EffectiveHamiltonian::value(const PhaseState& state) const {
   const double smooth = hamiltonian(system_.kernel, state);

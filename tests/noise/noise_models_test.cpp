@@ -179,7 +179,7 @@ std::vector<Points> bumps_at(const Landmarks& shape, const std::string& count, c
   const Eigen::Index channels = noise->channels(shape.dimension(), shape.count());
   std::vector<Points> found;
   for (Eigen::Index i = 0; i < channels; i += shape.dimension()) {
-    const Points field = noise->spatial_noise(places, unit(channels, i), shape.count());
+    const Points field = noise->spatial_noise(places, shape.points, unit(channels, i));
     for (Eigen::Index a = 0; a < places.cols(); ++a)
       if (field(0, a) > 0.99) found.emplace_back(places.col(a));
   }
@@ -270,6 +270,18 @@ TEST(Kunita, MovesLandmarksByFieldsAboutThem) {
   expect_near(gradient.q, row({slope, -slope}));
   EXPECT_EQ(noise->gradient({state.q, Points::Zero(1, 2)}, Eigen::Vector2d(10, 20)).q, Points::Zero(1, 2));
   EXPECT_EQ(make_noise("kunita:beta=0.5", shape_of(row({0, 8})))->spec(), "kunita:beta=0.5,width=2");
+}
+
+// A point half-way between two landmarks and one beyond them, which its own distances to both move.
+TEST(Kunita, MovesSpaceByFieldsAboutTheLandmarks) {
+  const auto noise = make_noise("kunita:beta=0.5,width=2");
+  const Points q = row({0, 2}), x = row({1, 4});
+  const auto k = [](double z) { return std::exp(-z * z / 4); };
+  expect_near(noise->spatial_noise(x, q, Eigen::Vector2d(10, 20)),
+              row({0.5 * (10 * k(1) + 20 * k(1)), 0.5 * (10 * k(4) + 20 * k(2))}));
+  const auto part = [&](double z) { return 0.25 * 0.25 * (-z / 2 * k(z)) * (k(z) - 1); };
+  EXPECT_NEAR(noise->spatial_compensation(x, q)(0), 0, 1e-17);
+  EXPECT_NEAR(noise->spatial_compensation(x, q)(1), part(4) + part(2), 1e-16);
 }
 
 TEST(Langevin, HasNoiseAndFriction) {

@@ -200,17 +200,17 @@ ImageFolds folds_of(const Image& image, const ImageWarp& warp, double tolerance)
 }
 
 // The corners of the image's pixels, and of cells that are split.
-warp::DeformedMesh mesh_of(const Image& image, const ImageWarp& warp, double tolerance, double& error) {
+warp::DeformedMesh mesh_of(const Image& image, const ImageWarp& warp, const ImageFolds& folds, double tolerance,
+                           double& error) {
   const warp::PlaneMap map = [&](const Points& pixels) { return warp.forward(pixels); };
   warp::DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
   mesh.vertices.reserve(static_cast<std::size_t>(mesh.columns) * static_cast<std::size_t>(mesh.rows));
-  std::vector<bool> reversed;
-  reversed.reserve(mesh.vertices.capacity());
-  sample_map_by_rows(map, {mesh.columns, mesh.rows, -0.5}, tolerance, true, [&](int, const warp::SampledMap& rows) {
+  sample_map_by_rows(map, {mesh.columns, mesh.rows, -0.5}, tolerance, false, [&](int, const warp::SampledMap& rows) {
     mesh.vertices.insert(mesh.vertices.end(), rows.places.begin(), rows.places.end());
-    for (const float determinant : rows.jacobians) reversed.push_back(determinant < 0);
     error = std::max(error, rows.error);
   });
+  std::vector<bool> reversed = folds.folded;
+  if (warp.orientation() < 0) reversed.flip();
   split_cells(map, reversed, mesh);
   return mesh;
 }
@@ -221,7 +221,7 @@ PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp
   const Image& image = *pages.front();
   PushedMesh result;
   result.folds = folds_of(image, warp, options.tolerance);
-  warp::DeformedMesh mesh = mesh_of(image, warp, options.tolerance, result.map_error);
+  warp::DeformedMesh mesh = mesh_of(image, warp, result.folds, options.tolerance, result.map_error);
   const warp::RasterOptions raster{
       .width = options.width, .height = options.height, .supersampling = options.supersampling, .over = options.over};
   PushOptions push{options.interpolation, std::nullopt};

@@ -56,8 +56,9 @@ class CellSplitter {
       : map_(map), reversed_(reversed), mesh_(mesh) {}
 
   void run() {
-    std::vector<std::int64_t> cells = contradicting_cells();
+    std::vector<std::int64_t> cells = suspected_cells();
     for (const std::int64_t cell : cells) touch(cell);
+    answer();
     while (!cells.empty()) {
       for (const std::int64_t cell : cells) bisect_contradicting(cell);
       cells = close();
@@ -73,11 +74,10 @@ class CellSplitter {
   std::size_t vertex_index(const Corner& corner) const {
     return static_cast<std::size_t>(corner.y / kUnitsPerCell * mesh_.columns + corner.x / kUnitsPerCell);
   }
-  MappedCorner mapped(const Corner& corner) const {
-    if (!corner.is_of_a_cell()) return inner_.at(key(corner));
-    const std::size_t index = vertex_index(corner);
-    return {mesh_.vertices[index], reversed_[index]};
+  const std::array<float, 2>& place(const Corner& corner) const {
+    return corner.is_of_a_cell() ? mesh_.vertices[vertex_index(corner)] : known_.at(key(corner)).place;
   }
+  MappedCorner mapped(const Corner& corner) const { return {place(corner), known_.at(key(corner)).reversed}; }
   bool contradicts(const BisectedTriangle& triangle) const {
     return warp::contradicts({mapped(triangle.apex), mapped(triangle.a), mapped(triangle.b)});
   }
@@ -94,13 +94,21 @@ class CellSplitter {
     return triangles;
   }
 
-  std::vector<std::int64_t> contradicting_cells() const {
+  // Those with a triangle that has the other orientation than the map has in the middle.
+  std::vector<std::int64_t> suspected_cells() const {
     std::vector<std::vector<std::int64_t>> of_rows(static_cast<std::size_t>(mesh_.cell_rows()));
     parallel_for(mesh_.cell_rows(), [&](int row) {
-      for (std::int64_t column = 0; column < cell_columns(); ++column) {
-        const auto [first, second] = triangles_of(column, row);
-        if (contradicts(first) || contradicts(second))
-          of_rows[static_cast<std::size_t>(row)].push_back(row * cell_columns() + column);
+      for (int column = 0; column < mesh_.cell_columns(); ++column) {
+        const std::int64_t cell = row * cell_columns() + column;
+        const bool reversed = reversed_[static_cast<std::size_t>(cell)];
+        const auto corner = [&](const std::array<int, 2>& offset) {
+          return MappedCorner{mesh_.at(column + offset[0], row + offset[1]), reversed};
+        };
+        const auto is_suspected = [&](const auto& triangle) {
+          return warp::contradicts({corner(triangle[0]), corner(triangle[1]), corner(triangle[2])});
+        };
+        if (is_suspected(kCellTriangles[0]) || is_suspected(kCellTriangles[1]))
+          of_rows[static_cast<std::size_t>(row)].push_back(cell);
       }
     });
     std::vector<std::int64_t> cells;
@@ -111,20 +119,28 @@ class CellSplitter {
   std::vector<BisectedTriangle>& touch(std::int64_t cell) {
     const auto [found, is_new] = split_.try_emplace(cell);
     if (is_new)
-      for (const BisectedTriangle& triangle : triangles_of(cell % cell_columns(), cell / cell_columns()))
+      for (const BisectedTriangle& triangle : triangles_of(cell % cell_columns(), cell / cell_columns())) {
         found->second.push_back(triangle);
+        for (const Corner& corner : triangle.corners()) ask(corner);
+      }
     return found->second;
   }
 
   void bisect_contradicting(std::int64_t cell) {
     for (const BisectedTriangle& triangle : split_.at(cell))
-      if (triangle.level < kMostBisections && contradicts(triangle)) ask(middle(triangle.a, triangle.b));
+      if (triangle.level < kMostBisections && contradicts(triangle)) add(middle(triangle.a, triangle.b));
   }
 
-  // A corner of the mesh from now on. What the map does to it is known after answer().
-  void ask(const Corner& corner) {
-    if (!inner_.try_emplace(key(corner)).second) return;
+  // What the map does to a corner is known after answer(). False where that was asked before.
+  bool ask(const Corner& corner) {
+    if (!known_.try_emplace(key(corner)).second) return false;
     asked_.push_back(corner);
+    return true;
+  }
+
+  // A corner of the mesh from now on.
+  void add(const Corner& corner) {
+    if (!ask(corner)) return;
     const std::int64_t right = corner.x / kUnitsPerCell, below = corner.y / kUnitsPerCell;
     const std::int64_t left = corner.x % kUnitsPerCell == 0 ? right - 1 : right;
     const std::int64_t above = corner.y % kUnitsPerCell == 0 ? below - 1 : below;
@@ -136,7 +152,7 @@ class CellSplitter {
   }
 
   bool has_corner_between(const Corner& a, const Corner& b) const {
-    return has_middle(a, b) && inner_.contains(key(middle(a, b)));
+    return has_middle(a, b) && known_.contains(key(middle(a, b)));
   }
 
   // Bisects triangles with a corner on one of their sides, which may put others onto sides of more triangles. Returns
@@ -157,7 +173,7 @@ class CellSplitter {
         const Corner m = middle(a, b);
         triangles[i] = {m, apex, a, level + 1};
         triangles.push_back({m, b, apex, level + 1});
-        ask(m);
+        add(m);
       }
       if (triangles.size() > before) changed.push_back(cell);
     }
@@ -183,7 +199,7 @@ class CellSplitter {
     const Eigen::VectorXd jacobians = moved.jacobians();
     i = 0;
     for (const Corner& corner : asked_) {
-      inner_.at(key(corner)) = {{static_cast<float>(moved.places(0, i)), static_cast<float>(moved.places(1, i))},
+      known_.at(key(corner)) = {{static_cast<float>(moved.places(0, i)), static_cast<float>(moved.places(1, i))},
                                 jacobians[i] < 0};
       ++i;
     }
@@ -192,13 +208,14 @@ class CellSplitter {
 
   void write() {
     for (const auto& [cell, triangles] : split_) {
+      if (triangles.size() == kCellTriangles.size()) continue;
       SplitCell split{static_cast<int>(cell % cell_columns()), static_cast<int>(cell / cell_columns()), {}};
       for (const BisectedTriangle& triangle : triangles) {
         MeshTriangle& mapped_triangle = split.triangles.emplace_back();
         std::size_t i = 0;
         for (const Corner& corner : triangle.corners()) {
           mapped_triangle.labels[i] = label(corner);
-          mapped_triangle.places[i++] = mapped(corner).place;
+          mapped_triangle.places[i++] = place(corner);
         }
       }
       mesh_.split.push_back(std::move(split));
@@ -212,7 +229,7 @@ class CellSplitter {
   const std::vector<bool>& reversed_;
   DeformedMesh& mesh_;
   std::unordered_map<std::int64_t, std::vector<BisectedTriangle>> split_;  // by cell
-  std::unordered_map<std::int64_t, MappedCorner> inner_;                   // those that are no corners of cells
+  std::unordered_map<std::int64_t, MappedCorner> known_;
   std::vector<Corner> asked_;
   std::vector<std::int64_t> open_;  // cells some of whose triangles may have a corner on a side
 };

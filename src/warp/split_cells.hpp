@@ -13,10 +13,11 @@ namespace pulson::warp {
 /// kMostBisections of its cell: so the mesh has no gaps, and that of a map without folds covers nothing twice.
 ///
 /// @param map of places in pixels, as that of the mesh's vertices
-/// @param reversed of each vertex, whether the determinant of the map's gradient is negative there
+/// @param reversed of each cell, row by row, whether the determinant of the map's gradient is negative in its middle
 void split_cells(const PlaneMap& map, const std::vector<bool>& reversed, DeformedMesh& mesh);
 
-/// Half of these are halvings of its sides.
+/// Half of these are halvings of its sides. Of swirls that stretch pixels 12 and 40 times, all samples and all but 16
+/// of 16384 then have one sheet; where these do not suffice, each one more doubles the triangles.
 inline constexpr int kMostBisections = 8;
 
 }  // namespace pulson::warp

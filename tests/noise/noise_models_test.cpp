@@ -269,19 +269,9 @@ TEST(Kunita, MovesLandmarksByFieldsAboutThem) {
   const double slope = 0.5 * k * (3 * 20 + 5 * 10);  // of h_w by q_0, as −2 (q_0 − q_1)/width² = 1
   expect_near(gradient.q, row({slope, -slope}));
   EXPECT_EQ(noise->gradient({state.q, Points::Zero(1, 2)}, Eigen::Vector2d(10, 20)).q, Points::Zero(1, 2));
+  expect_near(noise->spatial_noise(row({4}), state.q, Eigen::Vector2d(10, 20)),
+              row({0.5 * (10 * std::exp(-4) + 20 * k)}));
   EXPECT_EQ(make_noise("kunita:beta=0.5", shape_of(row({0, 8})))->spec(), "kunita:beta=0.5,width=2");
-}
-
-// A point half-way between two landmarks and one beyond them, which its own distances to both move.
-TEST(Kunita, MovesSpaceByFieldsAboutTheLandmarks) {
-  const auto noise = make_noise("kunita:beta=0.5,width=2");
-  const Points q = row({0, 2}), x = row({1, 4});
-  const auto k = [](double z) { return std::exp(-z * z / 4); };
-  expect_near(noise->spatial_noise(x, q, Eigen::Vector2d(10, 20)),
-              row({0.5 * (10 * k(1) + 20 * k(1)), 0.5 * (10 * k(4) + 20 * k(2))}));
-  const auto part = [&](double z) { return 0.25 * 0.25 * (-z / 2 * k(z)) * (k(z) - 1); };
-  EXPECT_NEAR(noise->spatial_compensation(x, q)(0), 0, 1e-17);
-  EXPECT_NEAR(noise->spatial_compensation(x, q)(1), part(4) + part(2), 1e-16);
 }
 
 TEST(Langevin, HasNoiseAndFriction) {

@@ -20,13 +20,13 @@
 namespace pulson::warp {
 namespace {
 
-constexpr int kWidth = 100;
-constexpr int kHeight = 80;
+constexpr int kWidth = 70;
+constexpr int kHeight = 60;
 
 // A turn about the middle by an angle that falls with the distance: areas stay, and pixels are sheared by up to
 // 0.86 kTurn.
 constexpr double kTurn = 12;
-constexpr double kReach = 20;
+constexpr double kReach = 14;
 Eigen::Vector2d swirl(const Eigen::Vector2d& x, double direction) {
   const Eigen::Vector2d middle(kWidth / 2.0, kHeight / 2.0), z = x - middle;
   const double angle = direction * kTurn * std::exp(-z.squaredNorm() / (kReach * kReach));
@@ -99,7 +99,7 @@ TEST(SplitCells, CoverEverySampleOnceByItsOwnLabel) {
   double distances = 0;
   int samples = 0;
   for_each_sample(band, [&](std::size_t i, double x, double y) {
-    if (std::hypot(x - kWidth / 2.0, y - kHeight / 2.0) > 38) return;
+    if (std::hypot(x - kWidth / 2.0, y - kHeight / 2.0) > 28) return;
     ASSERT_EQ(band.counts[i], 1) << x << ", " << y;
     distances += (swirl({x, y}, -1) - Eigen::Vector2d(band.labels[i][0], band.labels[i][1])).norm();
     ++samples;

@@ -52,14 +52,15 @@ bool contradicts(const std::array<MappedCorner, 3>& corners) {
 
 class CellSplitter {
  public:
-  CellSplitter(const PlaneMap& map, const std::vector<bool>& reversed, DeformedMesh& mesh)
-      : map_(map), reversed_(reversed), mesh_(mesh) {}
+  CellSplitter(const PlaneMap& map, const std::vector<bool>& reversed, DeformedMesh& mesh, std::size_t most)
+      : map_(map), reversed_(reversed), mesh_(mesh), most_(most) {}
 
   void run() {
     std::vector<std::int64_t> cells = suspected_cells();
+    if (kCellTriangles.size() * cells.size() > most_) return;
     for (const std::int64_t cell : cells) touch(cell);
     answer();
-    while (!cells.empty()) {
+    while (!cells.empty() && triangles_ < most_) {
       for (const std::int64_t cell : cells) bisect_contradicting(cell);
       cells = close();
       answer();
@@ -121,6 +122,7 @@ class CellSplitter {
     if (is_new)
       for (const BisectedTriangle& triangle : triangles_of(cell % cell_columns(), cell / cell_columns())) {
         found->second.push_back(triangle);
+        ++triangles_;
         for (const Corner& corner : triangle.corners()) ask(corner);
       }
     return found->second;
@@ -173,6 +175,7 @@ class CellSplitter {
         const Corner m = middle(a, b);
         triangles[i] = {m, apex, a, level + 1};
         triangles.push_back({m, b, apex, level + 1});
+        ++triangles_;
         add(m);
       }
       if (triangles.size() > before) changed.push_back(cell);
@@ -228,16 +231,18 @@ class CellSplitter {
   const PlaneMap& map_;
   const std::vector<bool>& reversed_;
   DeformedMesh& mesh_;
+  std::size_t most_;
   std::unordered_map<std::int64_t, std::vector<BisectedTriangle>> split_;  // by cell
   std::unordered_map<std::int64_t, MappedCorner> known_;
+  std::size_t triangles_ = 0;  // of all these cells
   std::vector<Corner> asked_;
   std::vector<std::int64_t> open_;  // cells some of whose triangles may have a corner on a side
 };
 
 }  // namespace
 
-void split_cells(const PlaneMap& map, const std::vector<bool>& reversed, DeformedMesh& mesh) {
-  CellSplitter(map, reversed, mesh).run();
+void split_cells(const PlaneMap& map, const std::vector<bool>& reversed, DeformedMesh& mesh, std::size_t most) {
+  CellSplitter(map, reversed, mesh, most).run();
 }
 
 }  // namespace pulson::warp

@@ -132,6 +132,20 @@ TEST(SplitCells, FillTheirCellsWithoutGaps) {
   }
 }
 
+TEST(SplitCells, AreLimitedInNumber) {
+  const auto triangles_with = [](std::size_t most) {
+    DeformedMesh mesh = mesh_of(kWidth, kHeight, swirl_place);
+    split_cells(swirl_map, everywhere(false, mesh), mesh, most);
+    std::size_t count = 0;
+    for (const SplitCell& cell : mesh.split) count += cell.triangles.size();
+    return count;
+  };
+  const std::size_t all = triangles_with(kMostSplitTriangles);
+  EXPECT_GT(all, 10000);
+  EXPECT_LT(triangles_with(all / 2), all);
+  EXPECT_EQ(triangles_with(100), 0U);  // more cells than that are in question
+}
+
 TEST(SplitCells, AreNoneWhereTheMapIsNearlyLinear) {
   DeformedMesh identity = mesh_of(20, 10, [](double x, double y) { return Place{x, y}; });
   const auto never = [](const Points&) -> MovedPoints { throw std::logic_error("the map is not asked"); };

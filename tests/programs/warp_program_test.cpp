@@ -255,6 +255,9 @@ TEST_F(WarpProgram, MirrorsByTheAlignment) {
     EXPECT_THAT(images::read_image("f.png").values<std::uint8_t>(), Each(0));
     for (int x = 1; x < 16; ++x) EXPECT_EQ(pixel(images::read_image("w.png"), x, 5)[0], pixel(image, 16 - x, 5)[0]);
   }
+  ASSERT_EQ(warp("a.csv", "-o moved.csv -q --json w.json").exit_code, 0);
+  EXPECT_EQ(read_json("w.json")["folded_fraction"], 0);
+  EXPECT_NEAR(read_json("w.json")["min_jacobian"], 1, 1e-6);
 }
 
 // Formats without alpha show what is not covered, and what was transparent, in white.

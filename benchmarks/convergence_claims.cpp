@@ -48,7 +48,7 @@ Claim claim_of(const Case& setting, const Row& row, Quantity quantity) {
   // The flow of noise between two half steps is exact where it is not solved for.
   if (is_weak(quantity)) return {Kind::kIs, composed && !noise.compensated ? 2.0 : 1.0};
   if (symmetric) return {Kind::kIs, setting.commutes ? 1 : 0.5};
-  const bool lag_shows = quantity == kState || (quantity == kPosition && noise.moves_positions);
+  const bool lag_shows = quantity == kState || (quantity == kPosition && noise.moves_positions());
   return {Kind::kIs, lag_shows || noise.compensated || !setting.commutes ? 0.5 : 1};
 }
 

@@ -23,7 +23,9 @@ struct GroupShift : pulson::NoiseFormula {
   std::vector<std::string> parameter_names() const { return {"beta"}; }
   std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("group-shift:beta={}", theta[0]); }
   int channels(int dimension, int /*count*/) const { return dimension * static_cast<int>(groups.size()); }
-  pulson::NoiseTraits traits() const { return {.moves_positions = true, .diffeomorphic = false}; }
+  pulson::NoiseTraits traits() const {
+    return {.displacement = pulson::Displacement::landmarks(), .diffeomorphic = false};
+  }
 
   template <class T>
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {

@@ -81,7 +81,7 @@ const std::vector<FileOption>& file_options() {
        "how many points of the image land on each pixel, likewise"},
       {"--displacement", &W::displacement, check_numbers_file,
        "how far each pixel of the image moves after the alignment, likewise", true},
-      {"--folds", &W::folds, check_drawing_file, "mask of the image's pixels that are flipped (png)", true},
+      {"--folds", &W::folds, check_drawing_file, "mask of the image's pixels where the map folds (png)", true},
       {"--holes", &W::holes, check_drawing_file, "mask of holes in the result (png)"},
       {"--grid", &W::grid, check_drawing_file, "the result with the deformed grid and the landmarks' paths (png)",
        true},
@@ -95,7 +95,7 @@ const std::vector<FileOption>& file_options() {
       {"--deviation", &W::deviation, check_numbers_file, "standard deviation of each pixel, as colours or numbers",
        false, true, kEnsembles},
       {"--fold-probability", &W::fold_probability, check_numbers_file,
-       "probability that a pixel of the image is flipped", false, true, kEnsembles}};
+       "probability that the map folds at a pixel of the image", false, true, kEnsembles}};
   return kOptions;
 }
 

@@ -112,14 +112,14 @@ void write_jacobians(const images::Image& image, const images::ImageWarp& warp, 
     const float of_folds =
         holds_numbers(arguments.log_jacobian) ? std::nanf("") : -std::numeric_limits<float>::infinity();
     std::transform(jacobians.begin(), jacobians.end(), logarithms.begin(),
-                   [&](float j) { return j < 0 ? of_folds : std::log2(j); });
+                   [&](float j) { return warp::is_fold(j) ? of_folds : std::log2(j); });
     pictures.write({arguments.log_jacobian, "Logarithm to base 2 of the Jacobian determinant", logarithms, width,
                     height, frames.input, landmarks},
                    kLogJacobianScale);
   });
   try_to_write(arguments.folds, [&] {
     std::vector<bool> folded(jacobians.size());
-    std::transform(jacobians.begin(), jacobians.end(), folded.begin(), [](float j) { return j <= 0; });
+    std::transform(jacobians.begin(), jacobians.end(), folded.begin(), [](float j) { return warp::is_fold(j); });
     write_mask(arguments.folds, folded, width, height);
   });
 }
@@ -132,7 +132,7 @@ void write_statistics(const images::Image& image, const WarpResult& result, cons
                    largest(result.deviations));
   });
   try_to_write(arguments.fold_probability, [&] {
-    pictures.write({arguments.fold_probability, "Probability that a pixel of the image is flipped",
+    pictures.write({arguments.fold_probability, "Probability that the map folds at a pixel of the image",
                     result.fold_probabilities, image.width(), image.height(), frames.input, Points(2, 0)},
                    1.0);
   });

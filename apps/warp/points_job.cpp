@@ -237,10 +237,9 @@ WarpedPoints warp_points(const warp::MaterialFlow& flow, const matching::Registr
   const Eigen::VectorXd jacobians = moved.jacobians();
   if (jacobians.size() > 0) {
     const double least = jacobians.minCoeff();
-    const double aligned = std::pow(alignment.scale, flow.dimension()) * alignment.linear.determinant();
+    const double aligned = std::pow(alignment.scale, flow.dimension()) * std::abs(alignment.linear.determinant());
     figures.min_jacobian = aligned * (arguments.inverse && least > 0 ? 1 / jacobians.maxCoeff() : least);
-    figures.folded_fraction =
-        static_cast<double>((jacobians.array() <= 0).count()) / static_cast<double>(jacobians.size());
+    figures.folded_fraction = moved.folded_fraction();
   }
   figures.landmark_error_max = flow.landmark_error();
   figures.ridge = flow.ridge();

@@ -128,12 +128,12 @@ WarpResult warp_samples(const Picture& picture, const matching::Registration& re
     }
     moments.front().add(one);
     for (std::size_t i = 1; i < pages.size(); ++i) moments[i].add(pushed.pushed.more[i - 1]);
-    for (std::size_t i = 0; i < folded.size(); ++i) folded[i] += pushed.folds.reversed_in_cell[i] > 0 ? 1.0F : 0.0F;
+    for (std::size_t i = 0; i < folded.size(); ++i) folded[i] += pushed.folds.folded[i] ? 1.0F : 0.0F;
     for (std::size_t i = 0; i < result.multiplicity.size(); ++i)
       result.multiplicity[i] = std::max(result.multiplicity[i], pushed.pushed.multiplicity[i]);
     images::MapFigures& figures = result.figures;
     figures.folded_fraction += pushed.folds.folded_fraction;
-    figures.min_jacobian = std::min(figures.min_jacobian, pushed.min_jacobian);
+    figures.min_jacobian = std::min(figures.min_jacobian, pushed.folds.min_jacobian);
     figures.max_multiplicity = std::max(figures.max_multiplicity, pushed.pushed.coverage.max_multiplicity);
     figures.uncovered_fraction += pushed.pushed.coverage.uncovered_fraction();
     figures.map_error = std::max(figures.map_error, pushed.map_error);

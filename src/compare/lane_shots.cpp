@@ -142,7 +142,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
     p_kicks = in_lanes(of_momenta, lanes);
   }
   const bool has_kicks = channels() > 0 && !bumps_;
-  const bool moves_positions = has_kicks && traits.moves_positions;
+  const bool moves_positions = has_kicks && traits.moves_positions();
   const bool moves_momenta = has_kicks && traits.moves_momenta;
   const auto lane_size = static_cast<std::size_t>(lanes);
   std::vector<double> ends(static_cast<std::size_t>(size) * lane_size), found(lane_size);

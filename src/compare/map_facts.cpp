@@ -58,8 +58,7 @@ void measure_maps(const Cohort& cohort, const CompareOptions& options, ComparedM
       const warp::MaterialFlow flow(
           problem.system, problem.integrator->integrate(problem.system, {source, shape.momenta}, options.settings.grid,
                                                         shape.increments));
-      const VectorXd jacobians = flow.end_with_gradients(places).jacobians();
-      folded[s] = static_cast<double>((jacobians.array() <= 0).count()) / static_cast<double>(jacobians.size());
+      folded[s] = flow.end_with_gradients(places).folded_fraction();
     } catch (const StepError&) {
       // the map of this shape is not known between its landmarks; so then is no mean
     }

@@ -27,10 +27,12 @@ class ControlEnergy final : public NoiseModel {
   int channels(int /*dimension*/, int /*count*/) const override { return 0; }
   NoiseTraits traits() const override {
     const NoiseTraits of = noise_->traits();
-    return {.compensated = true,
+    return {.displacement = of.displacement,
+            .compensated = true,
             .translation_invariant = of.translation_invariant,
             .diffeomorphic = of.diffeomorphic,
-            .local = false};
+            .local = false,
+            .affine = false};
   }
   void check(int dimension, int count) const override { noise_->check(dimension, count); }
   std::vector<std::string> parameter_names() const override { return {}; }
@@ -52,8 +54,21 @@ class ControlEnergy final : public NoiseModel {
     sums.compensation->q += dual(gradient.q, change.q);
     sums.compensation->p += dual(gradient.p, change.p);
   }
+  void add_to(const SpaceSums<double>& sums) const override {
+    if (!sums.compensation) return;
+    *sums.compensation += noise_->spatial_noise(sums.x, sums.at, controls(sums.at));
+  }
+  void add_to(const SpaceSums<Dual>& sums) const override {
+    if (!sums.compensation) return;
+    const Points x = values(sums.x);
+    const Eigen::VectorXd u = controls(sums.at);
+    *sums.compensation +=
+        dual(noise_->spatial_noise(x, sums.at, u), noise_->spatial_noise_change(x, sums.at, u, changes(sums.x)));
+  }
 
  private:
+  // At one state: they do not change with the places.
+  Eigen::VectorXd controls(const PhaseState& at) const { return lambda_ * noise_->potentials(at); }
   static Points values(const MatrixOf<Dual>& x) {
     return x.unaryExpr([](const Dual& entry) { return entry.value; });
   }
@@ -75,7 +90,7 @@ std::shared_ptr<const NoiseModel> control_energy(std::shared_ptr<const NoiseMode
 }
 
 EffectiveHamiltonian::EffectiveHamiltonian(StochasticSystem system, double lambda)
-    : system_(std::move(system)), lambda_(lambda), noisy_(system_.noise->traits().moves_positions) {}
+    : system_(std::move(system)), lambda_(lambda), noisy_(system_.noise->traits().moves_positions()) {}
 
 double EffectiveHamiltonian::value(const PhaseState& state) const {
   const double smooth = hamiltonian(system_.kernel, state);

@@ -35,8 +35,8 @@ auto sum_of(const NoiseModel& noise, NoiseSums<T> sums, StateOf<T>* NoiseSums<T>
   return result(std::move(sum));
 }
 template <class T>
-auto sum_of(const NoiseModel& noise, NoiseSums<T> sums, MatrixOf<T>* NoiseSums<T>::*member) {
-  MatrixOf<T> sum = zeros_like<T>(sums.at.q);
+auto sum_of(const NoiseModel& noise, SpaceSums<T> sums, MatrixOf<T>* SpaceSums<T>::*member) {
+  MatrixOf<T> sum = zeros_like<T>(sums.x);
   sums.*member = &sum;
   noise.add_to(sums);
   return result(std::move(sum));
@@ -139,23 +139,21 @@ PhaseState NoiseModel::compensation_by_parameters(const PhaseState& state, const
                       &NoiseSums<Dual>::compensation);
 }
 
-Points NoiseModel::spatial_noise(const Points& x, const VectorXd& w, int count) const {
-  return sum_of<double>(*this, {.at = {x, {}}, .theta = parameters(), .w = w, .count = count},
-                        &NoiseSums<double>::space_noise);
+Points NoiseModel::spatial_noise(const Points& x, const PhaseState& at, const VectorXd& w) const {
+  return sum_of<double>(*this, {.x = x, .at = at, .w = w}, &SpaceSums<double>::noise);
 }
 
-Points NoiseModel::spatial_noise_change(const Points& x, const VectorXd& w, int count, const Points& change) const {
-  return sum_of<Dual>(*this, {.at = {dual(x, change), {}}, .theta = dual(parameters()), .w = w, .count = count},
-                      &NoiseSums<Dual>::space_noise);
+Points NoiseModel::spatial_noise_change(const Points& x, const PhaseState& at, const VectorXd& w,
+                                        const Points& change) const {
+  return sum_of<Dual>(*this, {.x = dual(x, change), .at = at, .w = w}, &SpaceSums<Dual>::noise);
 }
 
-Points NoiseModel::spatial_compensation(const Points& x) const {
-  return sum_of<double>(*this, {.at = {x, {}}, .theta = parameters()}, &NoiseSums<double>::space_compensation);
+Points NoiseModel::spatial_compensation(const Points& x, const PhaseState& at) const {
+  return sum_of<double>(*this, {.x = x, .at = at}, &SpaceSums<double>::compensation);
 }
 
-Points NoiseModel::spatial_compensation_change(const Points& x, const Points& change) const {
-  return sum_of<Dual>(*this, {.at = {dual(x, change), {}}, .theta = dual(parameters())},
-                      &NoiseSums<Dual>::space_compensation);
+Points NoiseModel::spatial_compensation_change(const Points& x, const PhaseState& at, const Points& change) const {
+  return sum_of<Dual>(*this, {.x = dual(x, change), .at = at}, &SpaceSums<Dual>::compensation);
 }
 
 double NoiseModel::friction() const { return friction_of<double>(*this, parameters()); }

@@ -13,12 +13,17 @@ namespace pulson::images {
 /// @param landmarks in pixels of the image @throws InputError unless each has a rank
 std::vector<float> label_order(const Image& image, const Points& landmarks, const std::vector<int>& ranks);
 
-/// Pages of one size pushed forward, with the mesh's folds. `reversed_in_cell`: flipped triangles at each pixel of the
-/// image.
+/// Where a map folds, by its Jacobian at the pixels of the image.
+struct ImageFolds {
+  std::vector<bool> folded;    ///< row by row
+  double folded_fraction = 0;  ///< of the pixels
+  double min_jacobian = 1;
+};
+
+/// Pages of one size pushed forward, and where the map folds.
 struct PushedMesh {
   PushedImage pushed;
-  warp::MeshFolds folds;
-  double min_jacobian = 1;
+  ImageFolds folds;
   double map_error = 0;
 };
 PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options);

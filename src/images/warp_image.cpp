@@ -12,6 +12,7 @@
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/warp/sampled_map.hpp"
+#include "warp/split_cells.hpp"
 
 namespace pulson::images {
 namespace {
@@ -71,13 +72,15 @@ class PulledRows {
 
   WarpedImage result() && {
     MapFigures& figures = result_.figures;
-    // Of the map that moves the source. Where the map is flipped its inverse has no value, which the sign shows.
-    figures.min_jacobian = options_.inverse || least_ <= 0 ? least_ : 1.0 / most_;
-    const auto all = static_cast<double>(result_.multiplicity.size());
     const auto outside = std::count(result_.multiplicity.begin(), result_.multiplicity.end(), 0);
-    figures.folded_fraction = static_cast<double>(folded_) / all;
-    figures.uncovered_fraction = static_cast<double>(outside) / all;
-    figures.max_multiplicity = outside < std::ssize(result_.multiplicity) ? 1 : 0;
+    const auto inside = std::ssize(result_.multiplicity) - outside;
+    figures.uncovered_fraction = static_cast<double>(outside) / static_cast<double>(result_.multiplicity.size());
+    figures.max_multiplicity = inside > 0 ? 1 : 0;
+    if (inside > 0) {
+      figures.folded_fraction = static_cast<double>(folded_) / static_cast<double>(inside);
+      // Of the map that moves the source. Where the map is flipped its inverse has no value, which the sign shows.
+      figures.min_jacobian = options_.inverse || folded_ > 0 ? least_ : 1.0 / most_;
+    }
     result_.holes.resize(result_.multiplicity.size());
     result_.image = std::move(results_.front());
     result_.more.assign(std::move_iterator(results_.begin() + 1), std::move_iterator(results_.end()));
@@ -85,13 +88,15 @@ class PulledRows {
   }
 
  private:
+  // Of the image's own points: of other pixels the result shows nothing.
   void note_jacobians(const warp::SampledMap& rows) {
     const auto sign = static_cast<float>(warp_.orientation());
-    for (const float determinant : rows.jacobians) {
-      const float jacobian = sign * determinant;
+    for (std::size_t i = 0; i < rows.places.size(); ++i) {
+      if (is_outside(rows.places[i], first_)) continue;
+      const float jacobian = sign * rows.jacobians[i];
       least_ = std::min(least_, jacobian);
       most_ = std::max(most_, jacobian);
-      folded_ += jacobian <= 0 ? 1 : 0;
+      folded_ += warp::is_fold(jacobian) ? 1 : 0;
     }
     result_.figures.map_error = std::max(result_.figures.map_error, rows.error);
   }
@@ -124,7 +129,7 @@ WarpedImage push(std::span<const Image* const> pages, const ImageWarp& warp, con
   WarpedImage result;
   MapFigures& figures = result.figures;
   figures.map_error = mesh.map_error;
-  figures.min_jacobian = mesh.min_jacobian;
+  figures.min_jacobian = mesh.folds.min_jacobian;
   figures.folded_fraction = mesh.folds.folded_fraction;
   figures.max_multiplicity = mesh.pushed.coverage.max_multiplicity;
   figures.uncovered_fraction = mesh.pushed.coverage.uncovered_fraction();
@@ -167,26 +172,59 @@ std::vector<float> label_order(const Image& image, const Points& landmarks, cons
   return order;
 }
 
-PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options) {
-  const Image& image = *pages.front();
+namespace {
+
+// The rows of the Jacobian at the pixels of an image, one band after the other.
+template <class Use>
+void for_jacobian_rows(const Image& image, const ImageWarp& warp, bool inverse, double tolerance, const Use& use) {
+  const warp::PlaneMap map = [&](const Points& pixels) {
+    return inverse ? warp.backward(pixels) : warp.forward(pixels);
+  };
+  sample_map_by_rows(map, {image.width(), image.height(), 0}, tolerance, true, [&](int, warp::SampledMap&& band) {
+    if (warp.orientation() < 0)
+      for (float& jacobian : band.jacobians) jacobian = -jacobian;
+    use(band.jacobians);
+  });
+}
+
+ImageFolds folds_of(const Image& image, const ImageWarp& warp, double tolerance) {
+  ImageFolds folds;
+  folds.folded.reserve(image.pixel_count());
+  folds.min_jacobian = std::numeric_limits<double>::infinity();
+  for_jacobian_rows(image, warp, false, tolerance, [&](const std::vector<float>& jacobians) {
+    for (const float jacobian : jacobians) {
+      folds.folded.push_back(warp::is_fold(jacobian));
+      folds.min_jacobian = std::min<double>(folds.min_jacobian, jacobian);
+    }
+  });
+  folds.folded_fraction = static_cast<double>(std::count(folds.folded.begin(), folds.folded.end(), true)) /
+                          static_cast<double>(folds.folded.size());
+  return folds;
+}
+
+// The corners of the image's pixels, and of cells that are split.
+warp::DeformedMesh mesh_of(const Image& image, const ImageWarp& warp, const ImageFolds& folds, double tolerance,
+                           double& error) {
   const warp::PlaneMap map = [&](const Points& pixels) { return warp.forward(pixels); };
-  PushedMesh result;
-  const bool is_mirrored = warp.orientation() < 0;
-  result.min_jacobian = std::numeric_limits<double>::infinity();
   warp::DeformedMesh mesh{image.width() + 1, image.height() + 1, {}};
   mesh.vertices.reserve(static_cast<std::size_t>(mesh.columns) * static_cast<std::size_t>(mesh.rows));
-  const auto add = [&](int, const warp::SampledMap& rows) {
+  sample_map_by_rows(map, {mesh.columns, mesh.rows, -0.5}, tolerance, false, [&](int, const warp::SampledMap& rows) {
     mesh.vertices.insert(mesh.vertices.end(), rows.places.begin(), rows.places.end());
-    const auto [least, most] = std::minmax_element(rows.jacobians.begin(), rows.jacobians.end());
-    result.min_jacobian = std::min<double>(result.min_jacobian, is_mirrored ? -*most : *least);
-    result.map_error = std::max(result.map_error, rows.error);
-  };
-  sample_map_by_rows(map, {mesh.columns, mesh.rows, -0.5}, options.tolerance, true, add);
-  result.folds = mesh_folds(mesh);
-  if (is_mirrored) {
-    result.folds.folded_fraction = 1 - result.folds.folded_fraction;
-    for (std::uint8_t& reversed : result.folds.reversed_in_cell) reversed = 2 - reversed;
-  }
+    error = std::max(error, rows.error);
+  });
+  std::vector<bool> reversed = folds.folded;
+  if (warp.orientation() < 0) reversed.flip();
+  split_cells(map, reversed, mesh);
+  return mesh;
+}
+
+}  // namespace
+
+PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp, const WarpImageOptions& options) {
+  const Image& image = *pages.front();
+  PushedMesh result;
+  result.folds = folds_of(image, warp, options.tolerance);
+  warp::DeformedMesh mesh = mesh_of(image, warp, result.folds, options.tolerance, result.map_error);
   const warp::RasterOptions raster{
       .width = options.width, .height = options.height, .supersampling = options.supersampling, .over = options.over};
   PushOptions push{options.interpolation, std::nullopt};
@@ -199,13 +237,12 @@ PushedMesh push_image(std::span<const Image* const> pages, const ImageWarp& warp
 }
 
 std::vector<float> jacobians_on_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
-  const warp::PlaneMap map = [&](const Points& pixels) {
-    return options.inverse ? warp.backward(pixels) : warp.forward(pixels);
-  };
-  std::vector<float> jacobians = sample_map(map, {image.width(), image.height(), 0}, options.tolerance, true).jacobians;
-  if (warp.orientation() < 0)
-    for (float& jacobian : jacobians) jacobian = -jacobian;
-  return jacobians;
+  std::vector<float> all;
+  all.reserve(image.pixel_count());
+  for_jacobian_rows(image, warp, options.inverse, options.tolerance, [&](const std::vector<float>& jacobians) {
+    all.insert(all.end(), jacobians.begin(), jacobians.end());
+  });
+  return all;
 }
 
 std::vector<float> displacements_on_image(const Image& image, const ImageWarp& warp, const WarpImageOptions& options) {
@@ -253,7 +290,7 @@ WarpedImage warp_image(std::span<const Image* const> pages, const ImageWarp& war
     throw InputError("`method = pull` needs a map that has an inverse; here the noise moves landmarks individually");
   if (may_pull && is_invertible) {
     WarpedImage result = pull(pages, warp, options);
-    if (result.figures.min_jacobian > 0) {
+    if (result.figures.folded_fraction == 0) {
       result.reason = "the map is a diffeomorphism";
       return result;
     }

@@ -85,7 +85,7 @@ void RowSweep::through_flow(const Points& q, const Points& p) {
     const DenseHessian of_g = dense_hessian(product, d_, n_, traits_.local);
     tangent += dt_ * of_g.pq;
     hessian += dt_ * of_g.qq;
-    if (bends_in_momenta(traits_)) by_momenta = dt_ * dense_pp(product, d_, n_);
+    if (!traits_.affine) by_momenta = dt_ * dense_pp(product, d_, n_);
   }
   q_bar_.noalias() -= hessian * p_bar_;
   p_bar_ -= (tangent * p_bar_).eval();
@@ -100,7 +100,7 @@ void RowSweep::through_noise(const PhaseState& inside, const VectorXd& w, Eigen:
   if (!traits_.additive) {
     const auto product = [&](const PhaseState& unit) { return noise_.hessian(inside, w, unit); };
     const DenseHessian of_h = dense_hessian(product, d_, n_, traits_.local);
-    if (traits_.moves_positions) q_bar_.noalias() += of_h.pq.transpose() * mu;
+    if (traits_.moves_positions()) q_bar_.noalias() += of_h.pq.transpose() * mu;
     if (traits_.moves_momenta) {
       p_bar_ = (one_ + of_h.pq).partialPivLu().solve(p_bar_).eval();
       q_bar_.noalias() -= of_h.qq * p_bar_;
@@ -129,7 +129,7 @@ void RowSweep::through_midpoint_noise(const PhaseState& middle, const VectorXd& 
   if (traits_.additive) return rows_by_noise(middle, q_bar_, p_bar_, by_w);
   const auto product = [&](const PhaseState& unit) { return noise_.hessian(middle, w, unit); };
   const DenseHessian of_h = dense_hessian(product, d_, n_, traits_.local);
-  const bool mixed = traits_.moves_positions && traits_.moves_momenta;  // else A = 0
+  const bool mixed = traits_.moves_positions() && traits_.moves_momenta;  // else A = 0
   MatrixXd nu_p = 2 * p_bar_;
   if (mixed) nu_p = (one_ + 0.5 * of_h.pq).partialPivLu().solve(nu_p).eval();
   MatrixXd nu_q = 2 * q_bar_ - 0.5 * of_h.qq * nu_p;
@@ -162,7 +162,7 @@ void RowSweep::rows_by_noise(const PhaseState& at, const MatrixXd& mu, const Mat
       constant_p_ = constant.p.sparseView();
     }
     by_w.setZero();
-    if (traits_.moves_positions) by_w += mu.transpose() * constant_p_;
+    if (traits_.moves_positions()) by_w += mu.transpose() * constant_p_;
     if (traits_.moves_momenta) by_w -= nu.transpose() * constant_q_;
     return;
   }

@@ -48,7 +48,7 @@ NoiseOutcome through_noise(const NoiseModel& noise, const VectorXd& w, const Pha
   if (w.size() == 0) return {start, start};
   const NoiseTraits traits = noise.traits();
   NoiseOutcome outcome{start, {}};
-  if (!traits.additive && traits.moves_positions) {
+  if (!traits.additive && traits.moves_positions()) {
     ImplicitRoot root = solve_implicit(NoisePositionMap(noise, start.p, w), start.q, search);
     outcome.middle.q = std::move(root.x);
     outcome.found = root.found;

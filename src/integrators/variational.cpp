@@ -20,7 +20,7 @@ Integrator::StepOutcome VariationalIntegrator::do_step(const StochasticSystem& s
   }
   const Points& p = traits.moves_momenta ? outcome.stage_momenta : start.p;
   Points c = start.q;
-  if (traits.moves_positions) c += noise.gradient({start.q, p}, w).p;
+  if (traits.moves_positions()) c += noise.gradient({start.q, p}, w).p;
 
   const FlowPart flow(system, dt, compensates(noise));
   ImplicitRoot root = flow.positions({c, p}, search);
@@ -60,7 +60,7 @@ PhaseState VariationalIntegrator::do_tangent(const Step& step, const PhaseState&
         },
         [&] { return map.jacobian(p); }, dp);
   }
-  if (traits.moves_positions) {
+  if (traits.moves_positions()) {
     if (!traits.additive) dq += noise.hessian(inside, step.w, {start_change.q, dp}).p;
     dq += forcing.p;
   }
@@ -80,7 +80,7 @@ Integrator::StepBar VariationalIntegrator::do_adjoint(const Step& step, const Ph
   const Points mu = bar.start.q;
   const PhaseState inside{step.start.q, p};
   Points nu = zero;
-  if (traits.moves_positions && !traits.additive) {
+  if (traits.moves_positions() && !traits.additive) {
     const PhaseState of_h = noise.hessian(inside, step.w, {zero, mu});
     bar.start.q += of_h.q;
     bar.start.p += of_h.p;

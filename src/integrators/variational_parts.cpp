@@ -41,7 +41,7 @@ Eigen::VectorXd PositionMap::rounding_scale() const {
 }
 
 bool PositionMap::on_same_branch(const Points& before, const Points& after) const {
-  if (compensates_ && bends_in_momenta(system_.noise->traits())) return true;  // landmarks may pass each other
+  if (compensates_ && !system_.noise->traits().affine) return true;  // landmarks may pass each other
   const auto none_turned = [&](Index b, Index first, Index count) {
     const auto from = before.middleCols(first, count).colwise() - before.col(b);
     const auto to = after.middleCols(first, count).colwise() - after.col(b);

@@ -9,9 +9,6 @@
 
 namespace pulson {
 
-/// Whether G_pp ≠ 0.
-inline bool bends_in_momenta(const NoiseTraits& traits) { return traits.compensated && traits.additive; }
-
 /// F(q) = Δt (H + G)_p(q, p): the implicit map of the positions.
 class PositionMap final : public ImplicitMap {
  public:
@@ -104,7 +101,7 @@ class FlowPart {
   PhaseState adjoint(const PhaseState& at, const PhaseState& end_bar, Eigen::VectorXd& parameters_bar) const;
 
  private:
-  bool bends_in_momenta() const { return compensates_ && pulson::bends_in_momenta(system_.noise->traits()); }
+  bool bends_in_momenta() const { return compensates_ && !system_.noise->traits().affine; }
 
   const StochasticSystem& system_;
   double dt_;

@@ -42,7 +42,7 @@ double regularisation(const KernelOperator& kernel) { return kRegularisation * k
 
 NoiseCometric noise_cometric(const NoiseModel& noise, const Points& q) {
   const auto channels = static_cast<Index>(noise.channels(static_cast<int>(q.rows()), static_cast<int>(q.cols())));
-  if (!noise.traits().moves_positions) return {Eigen::SparseMatrix<double>(q.cols(), q.cols()), true};
+  if (!noise.traits().moves_positions()) return {Eigen::SparseMatrix<double>(q.cols(), q.cols()), true};
   const PhaseState rest{q, Points::Zero(q.rows(), q.cols())};
   std::vector<Eigen::Triplet<double>> entries;
   for (Index i = 0; i < channels; ++i) {

@@ -28,7 +28,7 @@ Points noise_velocity(const NoiseModel& noise, const Points& x, const VectorXd& 
 
 void add_noise_gradients(const NoiseModel& noise, const Points& x, const VectorXd& controls, MatrixXd& blocks) {
   const NoiseTraits traits = noise.traits();
-  if (traits.additive || !traits.local || !traits.moves_positions) return;
+  if (traits.additive || !traits.local || !traits.moves_positions()) return;
   const Index d = x.rows();
   const Points none = Points::Zero(d, x.cols());
   for (Index axis = 0; axis < d; ++axis) {

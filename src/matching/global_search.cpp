@@ -137,7 +137,7 @@ class GlobalSearch {
   // Landmarks on a line keep their order without noise, and curves have no targets to go to.
   bool has_several() const {
     return problem_.data->landmarks() != nullptr &&
-           (problem_.source.rows() > 1 || problem_.system.noise->traits().moves_positions);
+           (problem_.source.rows() > 1 || problem_.system.noise->traits().moves_positions());
   }
 
   bool is_part() const { return few_.source.cols() < problem_.source.cols(); }

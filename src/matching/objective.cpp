@@ -56,7 +56,7 @@ void require_distinct(const Points& source) {
 }
 
 bool pays_for_controls(const MatchingProblem& problem) {
-  return problem.along_path && problem.system.noise->traits().moves_positions;
+  return problem.along_path && problem.system.noise->traits().moves_positions();
 }
 
 namespace {
@@ -192,7 +192,7 @@ VectorXd MatchingObjective::active_unknowns() const {
   const VectorXd eigenvalues = basis_->eigenvalues();
   const VectorXd frequency = basis_->frequency();
   const NoiseModel& noise = *flow_.noise;
-  const bool controlled = controls() > 0 && noise.traits().moves_positions;
+  const bool controlled = controls() > 0 && noise.traits().moves_positions();
   const Points rest = Points::Zero(problem_.source.rows(), problem_.source.cols());
   for (Index i = 0; i < basis_->unknowns(); ++i) {
     if (eigenvalues[i] < least) active_unknowns[i] = 0;

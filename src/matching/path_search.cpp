@@ -403,7 +403,7 @@ PathSolution search_paths(const MatchingProblem& problem, const MinimiseOptions&
                           Finish finish) {
   check(problem);
   const Points& q0 = problem.source;
-  if (!problem.system.noise->traits().moves_positions) require_distinct(q0);
+  if (!problem.system.noise->traits().moves_positions()) require_distinct(q0);
   if (q0.cols() <= 2 * kFewLandmarks || !can_be_subsampled(problem))
     return PathSearch(problem, options).run(start, finish);
   if (start != nullptr) return search_from(problem, options, *start, finish);

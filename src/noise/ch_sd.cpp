@@ -17,7 +17,9 @@ struct ChSd : NoiseFormula {
   void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     on.describe(dimension, channels);
   }
-  NoiseTraits traits() const { return {.moves_positions = true, .diffeomorphic = false, .linear = true}; }
+  NoiseTraits traits() const {
+    return {.displacement = Displacement::landmarks(), .diffeomorphic = false, .linear = true};
+  }
   void check(int /*dimension*/, int count, const std::string& spec) const { on.check(count, spec); }
 
   template <class T>
@@ -38,7 +40,7 @@ struct NoNoise : NoiseFormula {
   std::vector<std::string> parameter_names() const { return {}; }
   std::string spec(const Eigen::VectorXd& /*theta*/) const { return "none"; }
   int channels(int /*dimension*/, int /*count*/) const { return 0; }
-  NoiseTraits traits() const { return {.linear = true}; }
+  NoiseTraits traits() const { return {.displacement = Displacement::none(), .linear = true}; }
   template <class T>
   void add_potentials(const StateOf<T>&, const VectorOf<T>&, VectorOf<T>&) const {}
   template <class T>

@@ -23,7 +23,7 @@ struct ChSdScreened : NoiseFormula {
     on.describe(dimension, channels);
   }
   NoiseTraits traits() const {
-    return {.moves_positions = true,
+    return {.displacement = Displacement::landmarks(),
             .moves_momenta = true,
             .additive = false,
             .compensated = true,

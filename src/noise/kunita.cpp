@@ -1,4 +1,5 @@
 #include <array>
+#include <numbers>
 #include <type_traits>
 
 #include <fmt/core.h>
@@ -26,7 +27,7 @@ struct Kunita : NoiseFormula {
     LandmarkChoice().describe(dimension, channels);
   }
   NoiseTraits traits() const {
-    return {.moves_positions = true,
+    return {.displacement = Displacement::field(),
             .moves_momenta = true,
             .additive = false,
             .compensated = true,
@@ -103,6 +104,22 @@ struct Kunita : NoiseFormula {
     });
   }
 
+  // β Σ_b k(x − q_b) w_b: the fields are known everywhere.
+  template <class T>
+  void add_spatial_noise(const MatrixOf<T>& x, const Points& q, const Eigen::VectorXd& theta, const Eigen::VectorXd& w,
+                         MatrixOf<T>& field) const {
+    field += T(theta[0]) * sum_over_landmarks(kernel_of(theta[1]), x, q, w.reshaped(q.rows(), q.cols()));
+  }
+
+  // ¼β² Σ_b ∇k(z) (k(z) − 1) = β²/(2 width²) Σ_b (k(z) − k(z)²) z, z = x − q_b: G_p of a landmark at x that has no
+  // channel, as p_x is in the potentials of the others alone. k² is the kernel of width/√2.
+  template <class T>
+  void add_spatial_compensation(const MatrixOf<T>& x, const Points& q, const Eigen::VectorXd& theta,
+                                MatrixOf<T>& field) const {
+    const double factor = 0.5 * theta[0] * theta[0] / (theta[1] * theta[1]);
+    field += T(factor) * (moments(theta[1], x, q) - moments(theta[1] / std::numbers::sqrt2, x, q));
+  }
+
   static Points rest_velocity(const Points& q, const Eigen::VectorXd& theta, const Eigen::VectorXd& w) {
     return theta[0] * kernel_of(theta[1]).apply(q, q, w.reshaped(q.rows(), q.cols()));
   }
@@ -138,6 +155,36 @@ struct Kunita : NoiseFormula {
       }
       for (Eigen::Index b = 0; b < n; ++b) rest.slope.template block<d, 1>(b * d, b * d + c) -= sum.col(b);
     }
+  }
+
+  // Σ_b k(x − q_b) p_b, and its change along that of x.
+  static Points sum_over_landmarks(const KernelOperator& k, const Points& x, const Points& q, const Points& p) {
+    return k.apply(x, q, p);
+  }
+  static MatrixOf<Dual> sum_over_landmarks(const KernelOperator& k, const MatrixOf<Dual>& x, const Points& q,
+                                           const Points& p) {
+    const Eigen::Index d = x.rows();
+    const Points places = x.unaryExpr([](const Dual& c) { return c.value; });
+    const Points change = x.unaryExpr([](const Dual& c) { return c.change; });
+    Eigen::MatrixXd jacobians;
+    const Points sum = k.apply_with_jacobian(places, q, p, jacobians);
+    MatrixOf<Dual> result(d, x.cols());
+    for (Eigen::Index m = 0; m < x.cols(); ++m) {
+      const Eigen::VectorXd of_sum = jacobians.col(m).reshaped(d, d) * change.col(m);
+      for (Eigen::Index j = 0; j < d; ++j) result(j, m) = {sum(j, m), of_sum[j]};
+    }
+    return result;
+  }
+
+  // Σ_b k(x − q_b) (x − q_b), with coordinates from the landmarks' mean, as larger ones would cancel with a larger
+  // error.
+  template <class T>
+  static MatrixOf<T> moments(double width, const MatrixOf<T>& x, const Points& q) {
+    const KernelOperator k = kernel_of(width);
+    const Eigen::VectorXd mean = q.rowwise().mean();
+    const MatrixOf<T> from_mean = x.colwise() - mean.cast<T>();
+    const MatrixOf<T> sum = sum_over_landmarks(k, x, q, Points::Ones(q.rows(), q.cols()));
+    return from_mean.cwiseProduct(sum) - sum_over_landmarks(k, x, q, q.colwise() - mean);
   }
 
   // visit(a, b, q_a − q_b, k), a < b

@@ -19,7 +19,12 @@ struct Langevin : NoiseFormula {
   void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     LandmarkChoice().describe(dimension, channels);
   }
-  NoiseTraits traits() const { return {.moves_momenta = true, .hamiltonian = false, .translation_invariant = false}; }
+  NoiseTraits traits() const {
+    return {.displacement = Displacement::none(),
+            .moves_momenta = true,
+            .hamiltonian = false,
+            .translation_invariant = false};
+  }
 
   template <class T>
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {

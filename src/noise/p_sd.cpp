@@ -136,7 +136,7 @@ struct PSd : NoiseFormula {
     }
   }
   NoiseTraits traits() const {
-    return {.moves_positions = true,
+    return {.displacement = Displacement::field(),
             .moves_momenta = !is_constant(),
             .additive = is_constant(),
             .compensated = !is_constant(),
@@ -193,16 +193,17 @@ struct PSd : NoiseFormula {
   }
 
   template <class T>
-  void add_spatial_noise(const MatrixOf<T>& x, const VectorOf<T>& theta, const Eigen::VectorXd& w,
-                         MatrixOf<T>& field) const {
+  void add_spatial_noise(const MatrixOf<T>& x, const Points& /*q*/, const Eigen::VectorXd& theta,
+                         const Eigen::VectorXd& w, MatrixOf<T>& field) const {
     StateOf<T> gradient{MatrixOf<T>::Constant(x.rows(), x.cols(), T(0)), field};
-    add_gradient(StateOf<T>{x, gradient.q}, theta, w, gradient);
+    add_gradient<T>(StateOf<T>{x, gradient.q}, theta.cast<T>(), w, gradient);
     field = gradient.p;
   }
   template <class T>
-  void add_spatial_compensation(const MatrixOf<T>& x, const VectorOf<T>& theta, MatrixOf<T>& field) const {
+  void add_spatial_compensation(const MatrixOf<T>& x, const Points& /*q*/, const Eigen::VectorXd& theta,
+                                MatrixOf<T>& field) const {
     StateOf<T> gradient{MatrixOf<T>::Constant(x.rows(), x.cols(), T(0)), field};
-    add_compensation_gradient(StateOf<T>{x, gradient.q}, theta, gradient);
+    add_compensation_gradient<T>(StateOf<T>{x, gradient.q}, theta.cast<T>(), gradient);
     field = gradient.p;
   }
 };

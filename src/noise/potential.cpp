@@ -26,7 +26,9 @@ struct Potential : NoiseFormula {
       }
     }
   }
-  NoiseTraits traits() const { return {.moves_momenta = true, .additive = false, .local = false}; }
+  NoiseTraits traits() const {
+    return {.displacement = Displacement::none(), .moves_momenta = true, .additive = false, .local = false};
+  }
 
   template <class T>
   void add_potentials(const StateOf<T>& state, const VectorOf<T>& theta, VectorOf<T>& h) const {

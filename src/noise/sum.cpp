@@ -43,10 +43,10 @@ class SumOfNoises final : public NoiseModel {
     return all;
   }
   NoiseTraits traits() const override {
-    NoiseTraits all{.linear = true};
+    NoiseTraits all{.displacement = Displacement::none(), .linear = true};
     for (const auto& term : terms_) {
       const NoiseTraits one = term->traits();
-      all.moves_positions |= one.moves_positions;
+      all.displacement = all.displacement + one.displacement;
       all.moves_momenta |= one.moves_momenta;
       all.additive &= one.additive;
       all.compensated |= one.compensated;
@@ -55,6 +55,7 @@ class SumOfNoises final : public NoiseModel {
       all.diffeomorphic &= one.diffeomorphic;
       all.local &= one.local;
       all.linear &= one.linear;
+      all.affine &= one.affine;
     }
     return all;
   }
@@ -99,6 +100,8 @@ class SumOfNoises final : public NoiseModel {
 
   void add_to(const NoiseSums<double>& sums) const override { add(sums); }
   void add_to(const NoiseSums<Dual>& sums) const override { add(sums); }
+  void add_to(const SpaceSums<double>& sums) const override { add(sums); }
+  void add_to(const SpaceSums<Dual>& sums) const override { add(sums); }
 
  private:
   // Channels of different terms share none, so their G add. Each term has its share of θ, of w and of the potentials.
@@ -112,19 +115,31 @@ class SumOfNoises final : public NoiseModel {
       if (to.w.size() > 0) share.w = to.w.segment(channel, size);
       VectorOf<T> potentials = VectorOf<T>::Constant(size, T(0));
       StateOf<T> gradient, compensation;
-      MatrixOf<T> noise, drift;
       if (to.potentials) share.potentials = &potentials;
       share.gradient = zero_beside(to.gradient, gradient);
       share.compensation = zero_beside(to.compensation, compensation);
-      share.space_noise = zero_beside(to.space_noise, noise);
-      share.space_compensation = zero_beside(to.space_compensation, drift);
       term->add_to(share);
       if (to.potentials) to.potentials->segment(channel, size) += potentials;
       if (to.gradient) *to.gradient += gradient;
       if (to.compensation) *to.compensation += compensation;
-      if (to.space_noise) *to.space_noise += noise;
-      if (to.space_compensation) *to.space_compensation += drift;
       parameter += theta.size();
+      channel += size;
+    }
+  }
+
+  template <class T>
+  void add(const SpaceSums<T>& to) const {
+    Eigen::Index channel = 0;
+    for (const auto& term : terms_) {
+      const Eigen::Index size = term->channels(static_cast<int>(to.at.q.rows()), static_cast<int>(to.at.q.cols()));
+      SpaceSums<T> share{.x = to.x, .at = to.at};
+      if (to.w.size() > 0) share.w = to.w.segment(channel, size);
+      MatrixOf<T> noise, compensation;
+      share.noise = zero_beside(to.noise, noise);
+      share.compensation = zero_beside(to.compensation, compensation);
+      term->add_to(share);
+      if (to.noise) *to.noise += noise;
+      if (to.compensation) *to.compensation += compensation;
       channel += size;
     }
   }

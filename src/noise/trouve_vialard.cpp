@@ -22,7 +22,9 @@ struct TrouveVialard : NoiseFormula {
     if (!common) return;
     for (NoiseChannel& channel : channels) channel.landmarks = on.listed();
   }
-  NoiseTraits traits() const { return {.moves_momenta = true, .translation_invariant = false}; }
+  NoiseTraits traits() const {
+    return {.displacement = Displacement::none(), .moves_momenta = true, .translation_invariant = false};
+  }
   void check(int /*dimension*/, int count, const std::string& spec) const { on.check(count, spec); }
 
   template <class T>

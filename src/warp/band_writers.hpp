@@ -67,7 +67,8 @@ class TriangleSamples {
   bool is_empty() const { return box_.is_empty() || doubled_area_ == 0; }
   bool is_reversed() const { return reversed_; }
 
-  /// The larger eigenvalue σ² of AᵀA in units², of the affine map A of the unit triangle's corners to these.
+  /// The larger eigenvalue σ² of AᵀA in units², of the affine map A to this triangle of one that is right-angled at its
+  /// first corner with sides of length 1.
   double squared_stretch() const {
     const Vector u = vector(0, 1);
     const Vector v = vector(0, 2);
@@ -178,14 +179,30 @@ inline std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 /// Where counts of sheets end.
 inline constexpr int kMaxSheets = std::numeric_limits<std::uint8_t>::max();
 
-/// The label at weights w1 and w2 of a triangle's corners 1 and 2: x + sign w1, y + sign w2.
+/// The label at weights w1 and w2 of a triangle's corners 1 and 2: (x, y) + w1 side1 + w2 side2.
 struct LabelMap {
-  double x, y, sign;
+  double x, y;
+  std::array<double, 2> side1, side2;
 
   LabelMap(int column, int row, std::size_t triangle)
       : x(column + kCellTriangles[triangle][0][0] - 0.5),
         y(row + kCellTriangles[triangle][0][1] - 0.5),
-        sign(triangle == 0 ? 1 : -1) {}
+        side1{triangle == 0 ? 1.0 : -1.0, 0},
+        side2{0, triangle == 0 ? 1.0 : -1.0} {}
+
+  explicit LabelMap(const MeshTriangle& triangle)
+      : x(triangle.labels[0][0]),
+        y(triangle.labels[0][1]),
+        side1{triangle.labels[1][0] - x, triangle.labels[1][1] - y},
+        side2{triangle.labels[2][0] - x, triangle.labels[2][1] - y} {}
+
+  std::array<float, 2> at(double w1, double w2) const {
+    return {static_cast<float>(x + side1[0] * w1 + side2[0] * w2),
+            static_cast<float>(y + side1[1] * w1 + side2[1] * w2)};
+  }
+
+  /// Of either side.
+  double squared_length() const { return side1[0] * side1[0] + side1[1] * side1[1]; }
 };
 
 /// Writes the samples of triangles into a band.
@@ -207,8 +224,7 @@ class BandWriter {
     triangle.for_each([&](int x, int y, double w1, double w2) {
       const std::size_t sample = as_index(y - window_.top) * as_index(row_length_) + as_index(x);
       if (takes(sample)) {
-        band_.labels[sample] = {static_cast<float>(label.x + label.sign * w1),
-                                static_cast<float>(label.y + label.sign * w2)};
+        band_.labels[sample] = label.at(w1, w2);
         band_.reversed[sample] = reversed;
       }
       if (band_.counts[sample] < kMaxSheets) ++band_.counts[sample];
@@ -244,7 +260,7 @@ class TopSheetWriter : public BandWriter {
       write_samples(triangle, label, [this](std::size_t sample) { return count(sample) == 0; });
       return;
     }
-    const double stretch = triangle.squared_stretch();
+    const double stretch = triangle.squared_stretch() / label.squared_length();
     const Rank rank = {priority, static_cast<float>(triangle.is_reversed() ? -stretch : 1 / stretch)};
     write_samples(triangle, label, [this, rank](std::size_t sample) {
       if (count(sample) > 0 && !rank.is_above(ranks_[sample])) return false;

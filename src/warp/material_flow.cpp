@@ -1,6 +1,8 @@
 #include "pulson/warp/material_flow.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 
 #include "core/factorisations.hpp"
 #include "core/text.hpp"
@@ -64,11 +66,20 @@ Eigen::VectorXd MovedPoints::jacobians() const {
   return determinants;
 }
 
+double MovedPoints::folded_fraction() const {
+  const Eigen::VectorXd determinants = jacobians();
+  return determinants.size() > 0
+             ? static_cast<double>(std::count_if(determinants.begin(), determinants.end(), is_fold)) /
+                   static_cast<double>(determinants.size())
+             : 0;
+}
+
 MaterialFlow::MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel labels)
     : system_(std::move(system)),
       path_(std::move(path)),
       steps_(make_integrator(path_.integrator)->space_steps(system_, path_)) {
   const SerialBlas serial;
+  check_fields();
   const std::vector<std::vector<Points>> displacements = landmark_displacements();
   check_landmarks(displacements);
   double largest = 0;
@@ -83,12 +94,12 @@ MaterialFlow::MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel
       label_coefficients_[k].push_back(row.size() > 0 ? labels_->coefficients(row) : Points());
 }
 
-// By step and row of its table what the noise, and what compensates it, does to landmarks beyond its fields over space.
+// By step and row of its table what the noise, and what compensates it, does to landmarks beyond its fields over space;
+// all empty where it declares nothing of the kind.
 std::vector<std::vector<Points>> MaterialFlow::landmark_displacements() const {
   const NoiseModel& noise = *system_.noise;
   std::vector<std::vector<Points>> all(steps_.size());
-  if (!noise.traits().moves_positions) return all;
-  const auto count = static_cast<int>(path_.initial().q.cols());
+  if (!noise.traits().displacement.has_landmarks()) return all;
   for (std::size_t k = 0; k < steps_.size(); ++k) {
     const SpaceStep& step = steps_[k];
     all[k].resize(static_cast<std::size_t>(step.drift.rows()));
@@ -97,8 +108,8 @@ std::vector<std::vector<Points>> MaterialFlow::landmark_displacements() const {
       const bool noisy = !step.noise.col(j).isZero(0);
       const bool compensated = step.compensated && !step.drift.col(j).isZero(0);
       Points by_noise, by_compensation;
-      if (noisy) by_noise = noise.gradient(at, step.w).p - noise.spatial_noise(at.q, step.w, count);
-      if (compensated) by_compensation = noise.compensation_gradient(at).p - noise.spatial_compensation(at.q);
+      if (noisy) by_noise = noise.gradient(at, step.w).p - noise.spatial_noise(at.q, at, step.w);
+      if (compensated) by_compensation = noise.compensation_gradient(at).p - noise.spatial_compensation(at.q, at);
       for (Index i = 0; i < step.drift.rows(); ++i) {
         Points& row = all[k][static_cast<std::size_t>(i)];
         if (row.size() == 0) row = Points::Zero(at.q.rows(), at.q.cols());
@@ -112,14 +123,27 @@ std::vector<std::vector<Points>> MaterialFlow::landmark_displacements() const {
   return all;
 }
 
+// A field that is declared has to be what moves the landmarks in the first step in which anything does.
+void MaterialFlow::check_fields() const {
+  const NoiseModel& noise = *system_.noise;
+  const Displacement displacement = noise.traits().displacement;
+  if (!displacement.has_field() || displacement.has_landmarks()) return;
+  for (const SpaceStep& step : steps_) {
+    const PhaseState& at = step.stages.front();
+    const Points moved = noise.gradient(at, step.w).p;
+    if (moved.isZero(0)) continue;
+    if ((noise.spatial_noise(at.q, at, step.w) - moved).norm() <= kSamePlace * moved.norm()) return;
+    throw std::logic_error("noise '" + noise.spec() + "' declares a field over space that is not what moves landmarks");
+  }
+}
+
 // Landmarks go through the steps as points of space and must land on themselves; where they do not, a step is too long.
 void MaterialFlow::check_landmarks(const std::vector<std::vector<Points>>& displacements) const {
-  const auto count = static_cast<int>(path_.initial().q.cols());
   parallel_for(path_.grid.steps, [&](int k) {
     const auto i = static_cast<std::size_t>(k);
     const Points& end = path_.states[i + 1].q;
     Tracers points{path_.states[i].q, {}};
-    const bool moved = SpatialStep(system_, steps_[i], count).forward(points, {displacements[i], {}});
+    const bool moved = SpatialStep(system_, steps_[i]).forward(points, {displacements[i], {}});
     const double scale = std::max(path_.states[i].q.cwiseAbs().maxCoeff(), end.cwiseAbs().maxCoeff());
     if (!moved || !((points.x - end).cwiseAbs().maxCoeff() <= kSamePlace * scale))
       throw StepError(k, path_.grid, "the map of space has no unique value at some landmark");
@@ -128,7 +152,6 @@ void MaterialFlow::check_landmarks(const std::vector<std::vector<Points>>& displ
 
 std::vector<Points> MaterialFlow::paths(const Points& labels) const {
   require_size("the labels of points", labels, dimension(), labels.cols());
-  const auto count = static_cast<int>(path_.initial().q.cols());
   std::vector<Points> places(steps_.size() + 1, Points(labels.rows(), labels.cols()));
   places.front() = labels;
   for_blocks(labels.cols(), [&](Index first, Index size) {
@@ -136,7 +159,7 @@ std::vector<Points> MaterialFlow::paths(const Points& labels) const {
     const LabelBlock own(labels_.get(), block, false);
     Tracers points{block, {}};
     for (std::size_t k = 0; k < steps_.size(); ++k) {
-      if (!SpatialStep(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
+      if (!SpatialStep(system_, steps_[k]).forward(points, own.of(label_coefficients_[k])))
         throw StepError(static_cast<int>(k), path_.grid, "the map of space has no unique value at some point");
       places[k + 1].middleCols(first, size) = points.x;
     }
@@ -151,14 +174,13 @@ MovedPoints MaterialFlow::end_with_gradients(const Points& labels) const { retur
 MovedPoints MaterialFlow::moved(const Points& labels, bool with_gradients) const {
   require_size("the labels of points", labels, dimension(), labels.cols());
   const Index d = labels.rows();
-  const auto count = static_cast<int>(path_.initial().q.cols());
   MovedPoints result{Points(d, labels.cols()), MatrixXd(d * d, with_gradients ? labels.cols() : 0)};
   for_blocks(labels.cols(), [&](Index first, Index size) {
     const Points block = labels.middleCols(first, size);
     const LabelBlock own(labels_.get(), block, with_gradients);
     Tracers points{block, with_gradients ? identity_columns(d, size) : MatrixXd()};
     for (std::size_t k = 0; k < steps_.size(); ++k)
-      if (!SpatialStep(system_, steps_[k], count).forward(points, own.of(label_coefficients_[k])))
+      if (!SpatialStep(system_, steps_[k]).forward(points, own.of(label_coefficients_[k])))
         throw StepError(static_cast<int>(k), path_.grid, "the map of space has no unique value at some point");
     result.places.middleCols(first, size) = points.x;
     if (with_gradients) result.gradients.middleCols(first, size) = points.gradients;
@@ -171,12 +193,11 @@ MovedPoints MaterialFlow::inverse(const Points& places) const {
     throw InputError("the map has no inverse: its noise moves landmarks individually and may fold space");
   require_size("the places of points", places, dimension(), places.cols());
   const Index d = places.rows();
-  const auto count = static_cast<int>(path_.initial().q.cols());
   MovedPoints result{Points(d, places.cols()), MatrixXd(d * d, places.cols())};
   for_blocks(places.cols(), [&](Index first, Index size) {
     Tracers points{places.middleCols(first, size), identity_columns(d, size)};
     for (std::size_t k = steps_.size(); k-- > 0;)
-      if (!SpatialStep(system_, steps_[k], count).backward(points))
+      if (!SpatialStep(system_, steps_[k]).backward(points))
         throw StepError(static_cast<int>(k), path_.grid, "the map of space cannot be inverted at some point");
     result.places.middleCols(first, size) = points.x;
     result.gradients.middleCols(first, size) = points.gradients;

@@ -12,58 +12,6 @@
 
 namespace pulson::warp {
 
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-struct RowFolds {
-  std::int64_t reversed = 0;
-  std::int64_t triangles = 0;
-  double min_jacobian = kInfinity;
-  double max_jacobian = -kInfinity;
-
-  void add(double jacobian) {
-    reversed += jacobian < 0 ? 1 : 0;
-    ++triangles;
-    min_jacobian = std::min(min_jacobian, jacobian);
-    max_jacobian = std::max(max_jacobian, jacobian);
-  }
-};
-
-RowFolds folds_of_row(const DeformedMesh& mesh, int row, std::uint8_t* reversed_in_cell) {
-  RowFolds folds;
-  for (int column = 0; column < mesh.cell_columns(); ++column) {
-    const std::array<double, 2> jacobians = {triangle_jacobian(mesh, column, row, 0),
-                                             triangle_jacobian(mesh, column, row, 1)};
-    if (!std::isfinite(jacobians[0] + jacobians[1])) continue;
-    for (const double jacobian : jacobians) {
-      folds.add(jacobian);
-      if (jacobian < 0) ++reversed_in_cell[column];
-    }
-  }
-  return folds;
-}
-
-MeshFolds sum_of_rows(const std::vector<RowFolds>& rows) {
-  RowFolds all;
-  for (const RowFolds& row : rows) {
-    all.reversed += row.reversed;
-    all.triangles += row.triangles;
-    all.min_jacobian = std::min(all.min_jacobian, row.min_jacobian);
-    all.max_jacobian = std::max(all.max_jacobian, row.max_jacobian);
-  }
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  if (all.triangles == 0) return {0, 0, 0, nan, nan, {}};
-  return {static_cast<double>(all.reversed) / static_cast<double>(all.triangles),
-          all.reversed,
-          all.triangles,
-          all.min_jacobian,
-          all.max_jacobian,
-          {}};
-}
-
-}  // namespace
-
 void DeformedMesh::check() const {
   const std::string size = std::to_string(columns) + " x " + std::to_string(rows);
   if (columns < 2 || rows < 2) throw InputError("mesh of " + size + " vertices: at least 2 x 2 are needed");
@@ -71,31 +19,10 @@ void DeformedMesh::check() const {
     throw InputError("mesh of " + size + " vertices has " + std::to_string(vertices.size()) + " of them");
 }
 
-double triangle_jacobian(const DeformedMesh& mesh, int column, int row, std::size_t triangle) {
-  const auto& corners = kCellTriangles[triangle];
-  const auto vertex = [&](std::size_t i) -> const std::array<float, 2>& {
-    return mesh.at(column + corners[i][0], row + corners[i][1]);
-  };
-  const auto& a = vertex(0);
-  const auto edge = [&](std::size_t i, std::size_t axis) {
-    return static_cast<double>(vertex(i)[axis]) - static_cast<double>(a[axis]);
-  };
-  return edge(1, 0) * edge(2, 1) - edge(1, 1) * edge(2, 0);
-}
-
-MeshFolds mesh_folds(const DeformedMesh& mesh) {
-  mesh.check();
-  const auto columns = static_cast<std::size_t>(mesh.cell_columns());
-  const auto rows = static_cast<std::size_t>(mesh.cell_rows());
-  std::vector<std::uint8_t> reversed_in_cell(columns * rows, 0);
-  std::vector<RowFolds> folds(rows);
-  parallel_for(mesh.cell_rows(), [&](int row) {
-    const auto r = static_cast<std::size_t>(row);
-    folds[r] = folds_of_row(mesh, row, reversed_in_cell.data() + r * columns);
+std::vector<SplitCell>::const_iterator DeformedMesh::split_from(int column, int row) const {
+  return std::partition_point(split.begin(), split.end(), [&](const SplitCell& cell) {
+    return cell.row < row || (cell.row == row && cell.column < column);
   });
-  MeshFolds sum = sum_of_rows(folds);
-  sum.reversed_in_cell = std::move(reversed_in_cell);
-  return sum;
 }
 
 namespace {
@@ -198,18 +125,27 @@ RasterBand MeshRaster::empty_band(int index) const {
   return band;
 }
 
+bool MeshRaster::is_of_block(std::vector<SplitCell>::const_iterator cell, int row, int end) const {
+  return cell != mesh_->split.end() && cell->row == row && cell->column < end;
+}
+
 MeshRaster::SampleRows MeshRaster::rows_of_block(int block, int row) const {
   constexpr std::int32_t kLargest = std::numeric_limits<std::int32_t>::max() / 2;
   FixedPoint low = {kLargest, kLargest};
   FixedPoint high = {-kLargest, -kLargest};
-  const int end = std::min((block + 1) * kCellsPerBlock, mesh_->cell_columns());
+  const int begin = block * kCellsPerBlock;
+  const int end = std::min(begin + kCellsPerBlock, mesh_->cell_columns());
+  const auto add = [&](const std::array<float, 2>& place) {
+    const FixedPoint vertex = snapped(place, options_.supersampling);
+    if (!vertex.is_valid()) return;
+    low = {std::min(low.x, vertex.x), std::min(low.y, vertex.y)};
+    high = {std::max(high.x, vertex.x), std::max(high.y, vertex.y)};
+  };
   for (int r = row; r <= row + 1; ++r)
-    for (int column = block * kCellsPerBlock; column <= end; ++column) {
-      const FixedPoint vertex = snapped(mesh_->at(column, r), options_.supersampling);
-      if (!vertex.is_valid()) continue;
-      low = {std::min(low.x, vertex.x), std::min(low.y, vertex.y)};
-      high = {std::max(high.x, vertex.x), std::max(high.y, vertex.y)};
-    }
+    for (int column = begin; column <= end; ++column) add(mesh_->at(column, r));
+  for (auto cell = mesh_->split_from(begin, row); is_of_block(cell, row, end); ++cell)
+    for (const MeshTriangle& triangle : cell->triangles)
+      for (const auto& place : triangle.places) add(place);
   if (last_sample(high.x) < 0 || first_sample(low.x) >= options_.width * options_.supersampling) return {0, -1};
   return {first_sample(low.y), last_sample(high.y)};
 }
@@ -232,7 +168,14 @@ void MeshRaster::write_block(Writer& writer, int block, int row) const {
   for (int r = 0; r < 2; ++r)
     for (int column = begin; column <= end; ++column)
       vertices[as_index(r)][as_index(column - begin)] = snapped(mesh_->at(column, row + r), options_.supersampling);
+  auto split = mesh_->split_from(begin, row);
   for (int column = begin; column < end; ++column) {
+    const float priority =
+        priority_.empty() ? 0 : priority_[as_index(row) * as_index(mesh_->cell_columns()) + as_index(column)];
+    if (is_of_block(split, row, end) && split->column == column) {
+      write_split(writer, *split++, priority);
+      continue;
+    }
     const std::size_t left = as_index(column - begin);
     const auto corner = [&](const std::array<int, 2>& offset) -> const FixedPoint& {
       return vertices[as_index(offset[1])][left + as_index(offset[0])];
@@ -240,13 +183,22 @@ void MeshRaster::write_block(Writer& writer, int block, int row) const {
     if (!(corner({0, 0}).is_valid() && corner({1, 0}).is_valid() && corner({0, 1}).is_valid() &&
           corner({1, 1}).is_valid()))
       continue;
-    const float priority =
-        priority_.empty() ? 0 : priority_[as_index(row) * as_index(mesh_->cell_columns()) + as_index(column)];
     for (std::size_t triangle = 0; triangle < 2; ++triangle) {
       const auto& [a, b, c] = kCellTriangles[triangle];
       const TriangleSamples samples({corner(a), corner(b), corner(c)}, writer.window());
       if (!samples.is_empty()) writer.write(samples, LabelMap(column, row, triangle), priority);
     }
+  }
+}
+
+template <class Writer>
+void MeshRaster::write_split(Writer& writer, const SplitCell& cell, float priority) const {
+  for (const MeshTriangle& triangle : cell.triangles) {
+    std::array<FixedPoint, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i) corners[i] = snapped(triangle.places[i], options_.supersampling);
+    if (!(corners[0].is_valid() && corners[1].is_valid() && corners[2].is_valid())) continue;
+    const TriangleSamples samples(corners, writer.window());
+    if (!samples.is_empty()) writer.write(samples, LabelMap(triangle), priority);
   }
 }
 

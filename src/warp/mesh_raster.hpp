@@ -10,6 +10,20 @@
 
 namespace pulson::warp {
 
+/// A triangle in the source, right-angled at its first corner with sides of equal length, and where its corners are
+/// mapped: in pixel coordinates.
+struct MeshTriangle {
+  std::array<std::array<double, 2>, 3> labels;
+  std::array<std::array<float, 2>, 3> places;
+};
+
+/// The triangles of a cell that two do not describe well enough, see split_cells().
+struct SplitCell {
+  int column = 0;
+  int row = 0;
+  std::vector<MeshTriangle> triangles;
+};
+
 /// The corners of an image's pixels and their images under a map. Positions are in pixel coordinates: x to the right, y
 /// down, pixel centres at integers.
 struct DeformedMesh {
@@ -18,6 +32,7 @@ struct DeformedMesh {
   /// Where vertex (c, r), whose label is its position (c − 0.5, r − 0.5) in the source, is mapped; row by row. Cells
   /// with a vertex that is not finite are left out.
   std::vector<std::array<float, 2>> vertices;
+  std::vector<SplitCell> split = {};  ///< those of these cells replace the two of others; row by row
 
   const std::array<float, 2>& at(int column, int row) const {
     return vertices[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
@@ -25,6 +40,9 @@ struct DeformedMesh {
   }
   int cell_columns() const { return columns - 1; }
   int cell_rows() const { return rows - 1; }
+
+  /// The split cells of a row from a column on.
+  std::vector<SplitCell>::const_iterator split_from(int column, int row) const;
 
   /// @throws InputError if there is no cell or the number of vertices is not columns · rows
   void check() const;
@@ -34,22 +52,6 @@ struct DeformedMesh {
 /// lower left corner in every cell. Both triangles keep their orientation under the identity.
 inline constexpr std::array<std::array<std::array<int, 2>, 3>, 2> kCellTriangles = {
     {{{{0, 0}, {1, 0}, {0, 1}}}, {{{1, 1}, {0, 1}, {1, 0}}}}};
-
-/// Signed Jacobian, output area over source area, of a triangle (0 or 1) of a cell; NaN where a vertex is not finite.
-double triangle_jacobian(const DeformedMesh& mesh, int column, int row, std::size_t triangle);
-
-/// Where a mesh is flipped.
-struct MeshFolds {
-  double folded_fraction = 0;  ///< of the area of the source that is not left out
-  std::int64_t reversed_triangles = 0;
-  std::int64_t triangles = 0;  ///< not left out
-  double min_jacobian = 0;     ///< NaN where all cells are left out
-  double max_jacobian = 0;
-  std::vector<std::uint8_t> reversed_in_cell;  ///< reversed triangles of every cell, 0 to 2, row by row
-};
-
-/// @throws InputError as DeformedMesh::check
-MeshFolds mesh_folds(const DeformedMesh& mesh);
 
 struct RasterOptions {
   int width = 0;  ///< of the output, in pixels
@@ -118,11 +120,14 @@ class MeshRaster {
   MeshRaster(std::shared_ptr<const DeformedMesh> mesh, const RasterOptions& options, std::vector<float> priority);
 
   RasterBand empty_band(int index) const;
+  bool is_of_block(std::vector<SplitCell>::const_iterator cell, int row, int end) const;
   SampleRows rows_of_block(int block, int row) const;
   template <class Writer>
   void write_cells(Writer& writer) const;
   template <class Writer>
   void write_block(Writer& writer, int block, int row) const;
+  template <class Writer>
+  void write_split(Writer& writer, const SplitCell& cell, float priority) const;
 
   std::shared_ptr<const DeformedMesh> mesh_;
   RasterOptions options_;

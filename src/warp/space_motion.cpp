@@ -50,21 +50,22 @@ SpatialStep::Field SpatialStep::field(Index stage, double drift, double noise, c
   const PhaseState& at = step_.stages[static_cast<std::size_t>(stage)];
   const Index d = x.rows();
   Field field{Points::Zero(d, x.cols()), MatrixXd::Zero(with_gradients ? d * d : 0, with_gradients ? x.cols() : 0)};
-  const bool fields_of_noise = noise != 0 && step_.w.size() > 0;
+  const bool fields_of_noise = noise != 0 && has_fields_;
+  const bool fields_of_compensation = drift != 0 && step_.compensated && has_fields_;
   if (drift != 0) {
     MatrixXd slopes;
     field.value = drift * (with_gradients ? system_.kernel.apply_with_jacobian(x, at.q, at.p, slopes)
                                           : system_.kernel.apply(x, at.q, at.p));
     if (with_gradients) field.gradients = drift * slopes;
-    if (step_.compensated) field.value += drift * system_.noise->spatial_compensation(x);
   }
-  if (fields_of_noise) field.value += noise * system_.noise->spatial_noise(x, step_.w, count_);
+  if (fields_of_compensation) field.value += drift * system_.noise->spatial_compensation(x, at);
+  if (fields_of_noise) field.value += noise * system_.noise->spatial_noise(x, at, step_.w);
   for (Index axis = 0; with_gradients && axis < d; ++axis) {
     const Points unit = Eigen::VectorXd::Unit(d, axis).replicate(1, x.cols());
-    if (drift != 0 && step_.compensated)
-      field.gradients.middleRows(axis * d, d) += drift * system_.noise->spatial_compensation_change(x, unit);
+    if (fields_of_compensation)
+      field.gradients.middleRows(axis * d, d) += drift * system_.noise->spatial_compensation_change(x, at, unit);
     if (fields_of_noise)
-      field.gradients.middleRows(axis * d, d) += noise * system_.noise->spatial_noise_change(x, step_.w, count_, unit);
+      field.gradients.middleRows(axis * d, d) += noise * system_.noise->spatial_noise_change(x, at, step_.w, unit);
   }
   return field;
 }

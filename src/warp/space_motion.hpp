@@ -27,9 +27,8 @@ struct LabelDisplacements {
 /// One SpaceStep for a system, applied to points.
 class SpatialStep {
  public:
-  /// @param count of the landmarks
-  SpatialStep(const StochasticSystem& system, const SpaceStep& step, int count)
-      : system_(system), step_(step), count_(count) {}
+  SpatialStep(const StochasticSystem& system, const SpaceStep& step)
+      : system_(system), step_(step), has_fields_(system.noise->traits().displacement.has_field()) {}
 
   /// X to X⁺. False where an implicit stage has no root that is certain to be the right one.
   bool forward(Tracers& points, const LabelDisplacements& own) const;
@@ -51,7 +50,7 @@ class SpatialStep {
 
   const StochasticSystem& system_;
   const SpaceStep& step_;
-  int count_;
+  bool has_fields_;  ///< of the noise
 };
 
 }  // namespace pulson::warp

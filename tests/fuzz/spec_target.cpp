@@ -46,7 +46,8 @@ void use_noise(const NoiseModel& noise, const Landmarks& shape) {
   require(noise.potentials(state).size() == channels, "a noise has other potentials than channels: " + spec);
   require(noise.contract(state, noise.gradient(state, w)).size() == channels, "gradients of " + spec);
   noise.compensation_gradient(state);
-  noise.spatial_noise(shape.points, w, kLandmarks);
+  noise.spatial_noise(shape.points, state, w);
+  noise.spatial_compensation(shape.points, state);
   const auto same = demand("a noise's own parameters", [&] { return noise.with_parameters(noise.parameters()); });
   require(same->spec() == spec, "a noise changes with its own parameters: " + spec);
 }

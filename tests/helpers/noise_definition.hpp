@@ -77,6 +77,13 @@ class DefinedNoise {
     for (const Spec& term : parse_spec_sum(spec, "noise")) terms_.push_back(read(term, shape));
   }
 
+  /// The same noise of a state with one more landmark, which has none of the channels.
+  DefinedNoise with_tracer() const {
+    DefinedNoise more = *this;
+    ++more.tracers_;
+    return more;
+  }
+
   /// θ of all terms, and its names within them.
   std::vector<double> theta() const {
     std::vector<double> all;
@@ -98,8 +105,9 @@ class DefinedNoise {
     auto first = theta.begin();
     for (const Term& term : terms_) {
       const auto last = first + static_cast<std::ptrdiff_t>(term.theta.size());
-      std::vector<T> h = potentials_of(term, Coordinates<T>{x, d_, n_}, std::vector<T>(first, last));
-      if (fields_alone && term.name != "p-sd" && term.name != "linear") h.assign(h.size(), constant<T>(0));
+      std::vector<T> h = potentials_of(term, Coordinates<T>{x, d_, n_ + tracers_}, std::vector<T>(first, last));
+      if (fields_alone && term.name != "p-sd" && term.name != "kunita" && term.name != "linear")
+        h.assign(h.size(), constant<T>(0));
       all.insert(all.end(), h.begin(), h.end());
       first = last;
     }
@@ -332,7 +340,7 @@ class DefinedNoise {
     for (int b = 0; b < n_; ++b)
       for (int j = 0; j < d_; ++j) {
         h.push_back(constant<T>(0));
-        for (int a = 0; a < n_; ++a)
+        for (int a = 0; a < at.n; ++a)
           h.back() += theta[0] * at.p(a, j) * exp(-at.squared_distance(a, b) * inverse(theta[1] * theta[1]));
       }
     return h;
@@ -344,7 +352,7 @@ class DefinedNoise {
     for (int k = 0; k < d_; ++k) {
       for (int j = 0; j < d_; ++j) {
         h.push_back(constant<T>(0));
-        for (int a = 0; a < n_; ++a) h.back() += theta[0] * at.p(a, j) * at.q(a, k);
+        for (int a = 0; a < at.n; ++a) h.back() += theta[0] * at.p(a, j) * at.q(a, k);
       }
     }
     return h;
@@ -353,7 +361,7 @@ class DefinedNoise {
   template <class T>
   std::vector<T> p_sd(const Term& term, const Coordinates<T>& at, const std::vector<T>& theta) const {
     std::vector<T> h;
-    for (int a = 0; a < n_; ++a) {
+    for (int a = 0; a < at.n; ++a) {
       const std::vector<T> phi = fields_at(term, at, a, theta);
       h.resize(phi.size() * d_, constant<T>(0));
       for (std::size_t i = 0; i < h.size(); ++i) h[i] += theta[0] * phi[i / d_] * at.p(a, static_cast<int>(i % d_));
@@ -403,16 +411,18 @@ class DefinedNoise {
   // The derivatives by all coordinates as (q part, p part).
   template <class Slope>
   PhaseState each(const Slope& slope) const {
-    PhaseState all{Points(d_, n_), Points(d_, n_)};
-    for (int m = 0; m < d_ * n_; ++m) {
+    const int n = n_ + tracers_;
+    PhaseState all{Points(d_, n), Points(d_, n)};
+    for (int m = 0; m < d_ * n; ++m) {
       all.q(m) = slope(m);
-      all.p(m) = slope(m + d_ * n_);
+      all.p(m) = slope(m + d_ * n);
     }
     return all;
   }
 
   int d_;
   int n_;
+  int tracers_ = 0;  // behind the landmarks
   std::vector<Term> terms_;
 };
 

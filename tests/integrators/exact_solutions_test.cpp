@@ -28,7 +28,7 @@ struct LinearFlow : NoiseFormula {
   std::string spec(const Eigen::VectorXd& /*theta*/) const { return "linear-flow"; }
   int channels(int /*dimension*/, int /*count*/) const { return 1; }
   NoiseTraits traits() const {
-    return {.moves_positions = true,
+    return {.displacement = Displacement::landmarks(),
             .moves_momenta = true,
             .additive = false,
             .compensated = true,

@@ -96,13 +96,15 @@ class FieldsOfAxes final : public NoiseModel {
 
   std::string spec() const override { return "fields-of-axes"; }
   int channels(int, int) const override { return static_cast<int>(fields_.cols()); }
-  NoiseTraits traits() const override { return {.moves_positions = true, .linear = true}; }
+  NoiseTraits traits() const override { return {.displacement = Displacement::landmarks(), .linear = true}; }
   void check(int, int) const override {}
   std::vector<std::string> parameter_names() const override { return {}; }
   VectorXd parameters() const override { return {}; }
   std::shared_ptr<const NoiseModel> with_parameters(const VectorXd&) const override { return nullptr; }
   void add_to(const NoiseSums<double>& sums) const override { add(sums); }
   void add_to(const NoiseSums<Dual>& sums) const override { add(sums); }
+  void add_to(const SpaceSums<double>&) const override {}
+  void add_to(const SpaceSums<Dual>&) const override {}
 
  private:
   template <class T>

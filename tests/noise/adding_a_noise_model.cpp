@@ -12,7 +12,7 @@ struct Linear : NoiseFormula {
   std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("linear:beta={}", theta[0]); }
   int channels(int dimension, int /*count*/) const { return dimension * dimension; }
   NoiseTraits traits() const {
-    return {.moves_positions = true,
+    return {.displacement = Displacement::field(),
             .moves_momenta = true,
             .additive = false,
             .compensated = true,
@@ -44,16 +44,17 @@ struct Linear : NoiseFormula {
     gradient.p += factor * state.q;
   }
 
-  // The model is a field over space, so h_w,p and G_p are known everywhere.
+  // The displacement is a field over space: h_w,p and G_p are known everywhere.
   template <class T>
-  void add_spatial_noise(const MatrixOf<T>& x, const VectorOf<T>& theta, const Eigen::VectorXd& w,
-                         MatrixOf<T>& field) const {
-    const MatrixOf<T> map = theta[0] * w.cast<T>().reshaped(x.rows(), x.rows());
+  void add_spatial_noise(const MatrixOf<T>& x, const Points& /*q*/, const Eigen::VectorXd& theta,
+                         const Eigen::VectorXd& w, MatrixOf<T>& field) const {
+    const MatrixOf<T> map = (theta[0] * w).cast<T>().reshaped(x.rows(), x.rows());
     field += map.lazyProduct(x);
   }
   template <class T>
-  void add_spatial_compensation(const MatrixOf<T>& x, const VectorOf<T>& theta, MatrixOf<T>& field) const {
-    field += T(0.25) * theta[0] * theta[0] * x;
+  void add_spatial_compensation(const MatrixOf<T>& x, const Points& /*q*/, const Eigen::VectorXd& theta,
+                                MatrixOf<T>& field) const {
+    field += T(0.25 * theta[0] * theta[0]) * x;
   }
 };
 

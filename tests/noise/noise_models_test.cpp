@@ -179,7 +179,7 @@ std::vector<Points> bumps_at(const Landmarks& shape, const std::string& count, c
   const Eigen::Index channels = noise->channels(shape.dimension(), shape.count());
   std::vector<Points> found;
   for (Eigen::Index i = 0; i < channels; i += shape.dimension()) {
-    const Points field = noise->spatial_noise(places, unit(channels, i), shape.count());
+    const Points field = noise->spatial_noise(places, {shape.points, {}}, unit(channels, i));
     for (Eigen::Index a = 0; a < places.cols(); ++a)
       if (field(0, a) > 0.99) found.emplace_back(places.col(a));
   }
@@ -269,6 +269,8 @@ TEST(Kunita, MovesLandmarksByFieldsAboutThem) {
   const double slope = 0.5 * k * (3 * 20 + 5 * 10);  // of h_w by q_0, as −2 (q_0 − q_1)/width² = 1
   expect_near(gradient.q, row({slope, -slope}));
   EXPECT_EQ(noise->gradient({state.q, Points::Zero(1, 2)}, Eigen::Vector2d(10, 20)).q, Points::Zero(1, 2));
+  expect_near(noise->spatial_noise(row({4}), state, Eigen::Vector2d(10, 20)),
+              row({0.5 * (10 * std::exp(-4) + 20 * k)}));
   EXPECT_EQ(make_noise("kunita:beta=0.5", shape_of(row({0, 8})))->spec(), "kunita:beta=0.5,width=2");
 }
 

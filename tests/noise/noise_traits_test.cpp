@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -22,10 +23,14 @@ using testing::ThrowsMessage;
 
 // ---- what it says of itself
 
+// A model that does not declare its displacement does not compile.
+static_assert(!std::is_default_constructible_v<Displacement>);
+static_assert(!std::is_default_constructible_v<NoiseTraits>);
+
 TEST_P(NoiseContract, TraitsAreTrueBothWays) {
   in_each_dimension([](const Subject& s) {
     const PhaseState h = s.gradient(s.state);
-    EXPECT_EQ(h.p.norm() > 0, s.traits.moves_positions);
+    EXPECT_EQ(h.p.norm() > 0, s.traits.moves_positions());
     EXPECT_EQ(h.q.norm() > 0, s.traits.moves_momenta);
     EXPECT_EQ(norm(s.gradient(s.change) - h) == 0, s.traits.additive);
 

@@ -59,7 +59,7 @@ TEST_F(SumOfThree, AddsWhatItsTermsDo) {
   expect_close(sum_->gradient(state_, w), gradient, 1e-15);
   expect_close(sum_->hessian(state_, w, change_), hessian, 1e-15);
   expect_close(sum_->compensation_gradient(state_), terms_[1]->compensation_gradient(state_), 1e-15);
-  EXPECT_EQ(sum_->spatial_noise(change_.q, w, kCount), terms_[1]->spatial_noise(change_.q, parts[1], kCount));
+  EXPECT_EQ(sum_->spatial_noise(change_.q, state_, w), terms_[1]->spatial_noise(change_.q, state_, parts[1]));
   EXPECT_EQ(sum_->friction(), 0.6);
 }
 

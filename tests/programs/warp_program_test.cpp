@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
@@ -62,7 +63,7 @@ TEST_F(WarpProgram, WritesAllThatIsAskedForOfAFoldingMap) {
   const auto mask = folds.values<std::uint8_t>();
   const double folded =
       static_cast<double>(std::count(mask.begin(), mask.end(), 255)) / static_cast<double>(mask.size());
-  EXPECT_NEAR(folded, recorded["folded_fraction"], 0.01);
+  EXPECT_DOUBLE_EQ(folded, recorded["folded_fraction"]);
   EXPECT_EQ(images::read_image("l.tif").type(), images::PixelType::kFloat32);
   for (const char* picture : {"holes.png", "g.png"}) EXPECT_EQ(images::read_image(picture).width(), 600) << picture;
   for (const char* drawing : {"j.png", "s.png"}) EXPECT_GT(images::read_image(drawing).width(), 1200) << drawing;
@@ -254,6 +255,9 @@ TEST_F(WarpProgram, MirrorsByTheAlignment) {
     EXPECT_THAT(images::read_image("f.png").values<std::uint8_t>(), Each(0));
     for (int x = 1; x < 16; ++x) EXPECT_EQ(pixel(images::read_image("w.png"), x, 5)[0], pixel(image, 16 - x, 5)[0]);
   }
+  ASSERT_EQ(warp("a.csv", "-o moved.csv -q --json w.json").exit_code, 0);
+  EXPECT_EQ(read_json("w.json")["folded_fraction"], 0);
+  EXPECT_NEAR(read_json("w.json")["min_jacobian"], 1, 1e-6);
 }
 
 // Formats without alpha show what is not covered, and what was transparent, in white.
@@ -347,6 +351,25 @@ TEST_F(WarpProgram, PutsNothingAroundGridsOfNumbers) {
     EXPECT_EQ(result.origin, grid.origin);
     EXPECT_THAT(std::vector(result.values.begin(), result.values.begin() + 8),
                 ElementsAre(-300, 700, 700, 700, 700, 700, 0, 0));
+  }
+}
+
+// The fields of noise are the map's, and samples of a map that never folds have no folds.
+TEST_F(WarpProgram, FoldsNothingByNoiseWhoseDisplacementIsAField) {
+  write_image("grey.png", uneven_image(17, 17, 1, images::PixelType::kUint8));
+  for (const std::string noise : {"p-sd:beta=1", "kunita:beta=1,width=5"}) {
+    register_squares(noise);
+    for (const std::string how : {"--method pull", "--method push", "--samples 3 --fold-probability p.tif"}) {
+      const ProgramRun done = warp("grey.png", "-o w.png -q --json w.json --folds f.png " + how);
+      ASSERT_EQ(done.exit_code, 0) << done.err;
+      const nlohmann::json recorded = read_json("w.json");
+      EXPECT_EQ(recorded["folded_fraction"], 0) << noise << how;
+      EXPECT_GT(recorded["min_jacobian"], 0) << noise << how;
+      EXPECT_EQ(recorded["max_multiplicity"], 1) << noise << how;
+      EXPECT_THAT(images::read_image("f.png").values<std::uint8_t>(), Each(0));
+    }
+    EXPECT_THAT(images::read_image("p.tif").values<float>(), Each(0));
+    std::filesystem::remove_all("out");
   }
 }
 

@@ -1,4 +1,4 @@
-// Folds of a mesh, holes in what it covers, and sums over bands.
+// What a mesh covers: holes, and sums over bands.
 
 #include <cmath>
 #include <cstddef>
@@ -13,33 +13,6 @@
 
 namespace pulson::warp {
 namespace {
-
-TEST(MeshFolds, CountsReversedTriangles) {
-  const MeshFolds none = mesh_folds(mesh_of(9, 7, [](double x, double y) { return Place{2 * x, 3 * y}; }));
-  EXPECT_EQ(none.folded_fraction, 0);
-  EXPECT_EQ(none.triangles, 126);
-  EXPECT_EQ(none.min_jacobian, 6);
-  EXPECT_EQ(none.max_jacobian, 6);
-  DeformedMesh mesh = mesh_of(40, 10, [](double x, double y) { return Place{std::abs(x - 9.5), 2 * y}; });
-  const MeshFolds folds = mesh_folds(mesh);
-  EXPECT_EQ(folds.folded_fraction, 0.25);
-  EXPECT_EQ(folds.reversed_triangles, 200);
-  EXPECT_EQ(folds.min_jacobian, -2);
-  EXPECT_EQ(folds.max_jacobian, 2);
-  EXPECT_EQ(folds.reversed_in_cell[9], 2);
-  EXPECT_EQ(folds.reversed_in_cell[10], 0);
-  vertex(mesh, 0, 0) = {kFloatNaN, 0};
-  EXPECT_EQ(mesh_folds(mesh).triangles, 798);
-  EXPECT_EQ(mesh_folds(mesh).reversed_triangles, 198);
-}
-
-TEST(MeshFolds, OfNothingHaveNoJacobian) {
-  const MeshFolds folds = mesh_folds({2, 2, {{kFloatNaN, 0}, {1, 0}, {0, 1}, {1, 1}}});
-  EXPECT_EQ(folds.triangles, 0);
-  EXPECT_EQ(folds.folded_fraction, 0);
-  EXPECT_TRUE(std::isnan(folds.min_jacobian));
-  EXPECT_EQ(folds.reversed_in_cell.size(), 1U);
-}
 
 TEST(Enclosed, KeepsWhatDoesNotReachTheBorder) {
   const std::vector<std::string> picture = {"..........",  //

@@ -19,7 +19,8 @@ namespace {
 using testing::HasSubstr;
 
 const std::vector<std::string> kDiffeomorphisms = {"none", "p-sd:beta=0.2,fields=grid,count=2",
-                                                   "p-sd:beta=0.2,fields=cos", "trouve-vialard:sigma=0.05"};
+                                                   "p-sd:beta=0.2,fields=cos", "kunita:beta=0.2,width=0.6",
+                                                   "trouve-vialard:sigma=0.05"};
 
 // ∂X(T)/∂x by central differences of order 4, columns of d×d.
 Eigen::MatrixXd differences(const MaterialFlow& flow, const Points& labels) {
@@ -64,7 +65,8 @@ INSTANTIATE_TEST_SUITE_P(Integrators, MaterialMap,
 TEST_P(MaterialMap, GradientsAreThoseOfTheEnd) {
   std::vector<std::string> noises = kDiffeomorphisms;
   for (const char* folding : {"ch-sd:beta=0.5", "ch-sd:beta=1,on=2/3", "ch-sd-screened:beta=0.2,gamma=0.5",
-                              "ch-sd:beta=0.2+p-sd:beta=0.2,fields=cos+trouve-vialard:sigma=0.01"})
+                              "ch-sd:beta=0.2+p-sd:beta=0.2,fields=cos+trouve-vialard:sigma=0.01",
+                              "ch-sd:beta=0.2+kunita:beta=0.2,width=0.6"})
     noises.emplace_back(folding);
   for (const std::string& noise : taken(noises))
     for (const LabelKernel kernel : {LabelKernel::kMetric, LabelKernel::kThinPlate}) {

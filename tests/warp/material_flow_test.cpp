@@ -54,8 +54,9 @@ INSTANTIATE_TEST_SUITE_P(Tables, MaterialFlowContract,
 TEST_P(MaterialFlowContract, CarriesLandmarksOntoTheirOwnPath) {
   for (const std::string noise :
        {"none", "ch-sd:beta=0.5", "ch-sd:beta=2,on=2/3", "p-sd:beta=0.3,fields=grid,count=2",
-        "p-sd:beta=0.3,fields=cos", "ch-sd-screened:beta=0.2,gamma=0.5", "ch-sd:beta=0.2+p-sd:beta=0.2,fields=cos",
-        "trouve-vialard:sigma=0.01", "ch-sd-screened:beta=0.2,gamma=0.5+trouve-vialard:sigma=0.01+p-sd:beta=0.2"}) {
+        "p-sd:beta=0.3,fields=cos", "kunita:beta=0.3,width=0.6", "ch-sd-screened:beta=0.2,gamma=0.5",
+        "ch-sd:beta=0.2+p-sd:beta=0.2,fields=cos", "trouve-vialard:sigma=0.01",
+        "ch-sd-screened:beta=0.2,gamma=0.5+trouve-vialard:sigma=0.01+p-sd:beta=0.2"}) {
     const Motion motion = this->motion(noise);
     const std::vector<Points> paths = motion.flow().paths(q0_);
     ASSERT_EQ(paths.size(), motion.path.states.size());
@@ -84,7 +85,8 @@ TEST_P(MaterialFlowContract, EndIsTheLastPlace) {
 }
 
 TEST_P(MaterialFlowContract, KeepsOrientationWithoutNoiseAndWithThatOfFields) {
-  for (const std::string noise : {"none", "p-sd:beta=0.1,fields=grid,count=2", "trouve-vialard:sigma=0.01"})
+  for (const std::string noise :
+       {"none", "p-sd:beta=0.1,fields=grid,count=2", "kunita:beta=0.1,width=0.6", "trouve-vialard:sigma=0.01"})
     expect_orientation(motion(noise).flow());
 }
 

@@ -30,6 +30,28 @@ inline DeformedMesh mesh_of(int width, int height, const Map& map) {
   return mesh;
 }
 
+/// Signed: output area over source area.
+inline double triangle_jacobian(const std::array<std::array<float, 2>, 3>& places,
+                                const std::array<std::array<double, 2>, 3>& labels) {
+  const auto doubled_area = [](const auto& t) {
+    return (static_cast<double>(t[1][0]) - t[0][0]) * (static_cast<double>(t[2][1]) - t[0][1]) -
+           (static_cast<double>(t[1][1]) - t[0][1]) * (static_cast<double>(t[2][0]) - t[0][0]);
+  };
+  return doubled_area(places) / doubled_area(labels);
+}
+
+/// Of a triangle of a cell that is not split.
+inline double triangle_jacobian(const DeformedMesh& mesh, int column, int row, std::size_t triangle) {
+  std::array<std::array<float, 2>, 3> places{};
+  std::array<std::array<double, 2>, 3> labels{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& [right, down] = kCellTriangles[triangle][i];
+    places[i] = mesh.at(column + right, row + down);
+    labels[i] = {static_cast<double>(column + right), static_cast<double>(row + down)};
+  }
+  return triangle_jacobian(places, labels);
+}
+
 /// Of row-by-row arrays.
 inline std::size_t index_at(int width, int x, int y) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);

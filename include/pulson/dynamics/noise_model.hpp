@@ -68,9 +68,32 @@ struct Eigen::NumTraits<pulson::Dual> : Eigen::NumTraits<double> {
 
 namespace pulson {
 
+/// What the displacement h_w,p of a noise is: nothing, a field over space, which then carries every point, or one that
+/// landmarks alone have, which is interpolated between them. It has no default: each model declares it.
+class Displacement {
+ public:
+  static constexpr Displacement none() { return {false, false}; }
+  /// The model gives the field: see NoiseModel::spatial_noise.
+  static constexpr Displacement field() { return {true, false}; }
+  static constexpr Displacement landmarks() { return {false, true}; }
+
+  constexpr bool has_field() const { return has_field_; }
+  constexpr bool has_landmarks() const { return has_landmarks_; }
+  /// Of a sum of models.
+  constexpr Displacement operator+(const Displacement& other) const {
+    return {has_field_ || other.has_field_, has_landmarks_ || other.has_landmarks_};
+  }
+
+ private:
+  constexpr Displacement(bool has_field, bool has_landmarks) : has_field_(has_field), has_landmarks_(has_landmarks) {}
+
+  bool has_field_;
+  bool has_landmarks_;
+};
+
 /// What a noise model is, as integrators, documentation and tests need to know it.
 struct NoiseTraits {
-  bool moves_positions = false;       ///< some h_i,p ≠ 0
+  Displacement displacement;          ///< of positions by h_w,p
   bool moves_momenta = false;         ///< some h_i,q ≠ 0
   bool additive = true;               ///< h_i,p and h_i,q are constant
   bool compensated = false;           ///< some channel has h_i,q·h_i,p ≠ 0, so that G ≠ 0
@@ -79,6 +102,10 @@ struct NoiseTraits {
   bool diffeomorphic = true;          ///< landmarks cannot pass each other in the limit Δt → 0
   bool local = true;    ///< each potential is a sum over landmarks, so that ∇²h_w has d×d blocks alone
   bool linear = false;  ///< every h_i is linear in p: h_i(q, 0) = 0
+  bool affine = true;   ///< G is affine in p
+
+  /// Whether some h_i,p ≠ 0.
+  constexpr bool moves_positions() const { return displacement.has_field() || displacement.has_landmarks(); }
 };
 
 /// What tells a channel of noise apart from the others of its model: with the numbers of `noise`, enough to write its
@@ -113,17 +140,27 @@ struct StateOf {
 /// It adds to each sum that there is.
 template <class T>
 struct NoiseSums {
-  const StateOf<T>& at;      ///< d×N; of sums over space q is the places x, d×M
+  const StateOf<T>& at;      ///< d×N
   const VectorOf<T>& theta;  ///< θ
   Eigen::VectorXd w = {};    ///< C increments, for those sums that have h_w
   int count = 0;             ///< N
 
-  VectorOf<T>* potentials = nullptr;          ///< h_i, C numbers
-  StateOf<T>* gradient = nullptr;             ///< ∇h_w
-  StateOf<T>* compensation = nullptr;         ///< ∇G
-  MatrixOf<T>* space_noise = nullptr;         ///< the share of h_w,p that is a field over space, at the places, d×M
-  MatrixOf<T>* space_compensation = nullptr;  ///< the same share of G_p
-  T* friction = nullptr;                      ///< λ
+  VectorOf<T>* potentials = nullptr;   ///< h_i, C numbers
+  StateOf<T>* gradient = nullptr;      ///< ∇h_w
+  StateOf<T>* compensation = nullptr;  ///< ∇G
+  T* friction = nullptr;               ///< λ
+};
+
+/// What a noise model is asked for at places x of space, in a scalar T: numbers, or Duals, whose changes are
+/// derivatives along a change of the places. It adds to each sum that there is.
+template <class T>
+struct SpaceSums {
+  const MatrixOf<T>& x;    ///< d×M
+  const PhaseState& at;    ///< of the landmarks
+  Eigen::VectorXd w = {};  ///< C increments, for the field of noise
+
+  MatrixOf<T>* noise = nullptr;         ///< the share of h_w,p that is a field over space, d×M
+  MatrixOf<T>* compensation = nullptr;  ///< the same share of G_p
 };
 
 /// What moves positions at rest, of a model that is linear in p: there h_i,q = 0, so that p stays 0 and
@@ -179,6 +216,9 @@ class NoiseModel {
   /// Adds to the sums that there are, at any θ.
   virtual void add_to(const NoiseSums<double>& sums) const = 0;
   virtual void add_to(const NoiseSums<Dual>& sums) const = 0;
+  /// The fields over space of a model that declares some; none else.
+  virtual void add_to(const SpaceSums<double>& sums) const = 0;
+  virtual void add_to(const SpaceSums<Dual>& sums) const = 0;
 
   /// h_i, C numbers.
   Eigen::VectorXd potentials(const PhaseState& state) const;
@@ -204,16 +244,18 @@ class NoiseModel {
   /// ∇²G along a change of the state.
   PhaseState compensation_hessian(const PhaseState& state, const PhaseState& change) const;
 
-  /// The share of h_w,p that is a field over space, Σ_i w_i ξ_i(x), d×M; zero for models that know landmarks alone. The
-  /// C increments are those of a shape of `count` landmarks.
-  Points spatial_noise(const Points& x, const Eigen::VectorXd& w, int count) const;
+  /// The share of h_w,p that is a field over space while the landmarks are at a state, Σ_i w_i ξ_i(x), d×M; zero for models
+  /// that declare none.
+  Points spatial_noise(const Points& x, const PhaseState& at, const Eigen::VectorXd& w) const;
 
   /// The change of that field along a change of the places, d×M.
-  Points spatial_noise_change(const Points& x, const Eigen::VectorXd& w, int count, const Points& change) const;
+  Points spatial_noise_change(const Points& x, const PhaseState& at, const Eigen::VectorXd& w,
+                              const Points& change) const;
 
-  /// The same share of G_p, d×M.
-  Points spatial_compensation(const Points& x) const;
-  Points spatial_compensation_change(const Points& x, const Points& change) const;
+  /// The same share of G_p, d×M: at x what G_p would be of one more landmark there that has no momentum and no channels
+  /// of its own.
+  Points spatial_compensation(const Points& x, const PhaseState& at) const;
+  Points spatial_compensation_change(const Points& x, const PhaseState& at, const Points& change) const;
 
   /// λ of the friction −λ H_p in dp.
   double friction() const;

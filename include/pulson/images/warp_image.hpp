@@ -33,9 +33,11 @@ struct WarpImageOptions {
 
 /// What a map does to an image.
 struct MapFigures {
-  double folded_fraction = 0;  ///< of the image's area; where pulled, of the result's pixels
-  double min_jacobian = 1;     ///< of the map from source to target, positive where it is no more than mirrored
-  int max_multiplicity = 1;    ///< most points of the image that land on one pixel
+  /// Of the image's pixels those where the map folds (warp::is_fold); where pulled, of the result's pixels that show
+  /// the image.
+  double folded_fraction = 0;
+  double min_jacobian = 1;   ///< at them, of the map from source to target, positive where it is no more than mirrored
+  int max_multiplicity = 1;  ///< most points of the image that land on one pixel
   double uncovered_fraction = 0;
   double hole_fraction = 0;
   double map_error = 0;  ///< pixels

@@ -23,12 +23,14 @@ struct NoiseFormula {
   template <class T>
   void add_compensation_gradient(const StateOf<T>& /*state*/, const VectorOf<T>& /*theta*/,
                                  StateOf<T>& /*gradient*/) const {}
-  /// Adds Σ_i w_i ξ_i(x) where the model is made of fields over space.
+  /// Adds Σ_i w_i ξ_i(x) where the traits declare a field over space, which may depend on the landmarks' places q.
   template <class T>
-  void add_spatial_noise(const MatrixOf<T>& /*x*/, const VectorOf<T>& /*theta*/, const Eigen::VectorXd& /*w*/,
-                         MatrixOf<T>& /*field*/) const {}
+  void add_spatial_noise(const MatrixOf<T>& /*x*/, const Points& /*q*/, const Eigen::VectorXd& /*theta*/,
+                         const Eigen::VectorXd& /*w*/, MatrixOf<T>& /*field*/) const {}
+  /// Adds what G_p would be of a landmark at x without momentum and without channels of its own.
   template <class T>
-  void add_spatial_compensation(const MatrixOf<T>& /*x*/, const VectorOf<T>& /*theta*/, MatrixOf<T>& /*field*/) const {}
+  void add_spatial_compensation(const MatrixOf<T>& /*x*/, const Points& /*q*/, const Eigen::VectorXd& /*theta*/,
+                                MatrixOf<T>& /*field*/) const {}
   /// The index in θ of the friction λ, or −1 where there is none.
   static int friction_index() { return -1; }
 };
@@ -95,6 +97,8 @@ class DifferentiatedNoise final : public NoiseModel {
 
   void add_to(const NoiseSums<double>& sums) const override { add(sums); }
   void add_to(const NoiseSums<Dual>& sums) const override { add(sums); }
+  void add_to(const SpaceSums<double>& sums) const override { add(sums); }
+  void add_to(const SpaceSums<Dual>& sums) const override { add(sums); }
 
  private:
   template <class T>
@@ -102,9 +106,12 @@ class DifferentiatedNoise final : public NoiseModel {
     if (to.potentials) formula_.add_potentials(to.at, to.theta, *to.potentials);
     if (to.gradient) formula_.add_gradient(to.at, to.theta, to.w, *to.gradient);
     if (to.compensation) formula_.add_compensation_gradient(to.at, to.theta, *to.compensation);
-    if (to.space_noise) formula_.add_spatial_noise(to.at.q, to.theta, to.w, *to.space_noise);
-    if (to.space_compensation) formula_.add_spatial_compensation(to.at.q, to.theta, *to.space_compensation);
     if (to.friction && Formula::friction_index() >= 0) *to.friction += to.theta[Formula::friction_index()];
+  }
+  template <class T>
+  void add(const SpaceSums<T>& to) const {
+    if (to.noise) formula_.add_spatial_noise(to.x, to.at.q, theta_, to.w, *to.noise);
+    if (to.compensation) formula_.add_spatial_compensation(to.x, to.at.q, theta_, *to.compensation);
   }
 
   Formula formula_;

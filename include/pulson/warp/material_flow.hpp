@@ -47,6 +47,10 @@ class LabelSpace {
   double ridge_ = 0;
 };
 
+/// Whether a map folds at a point: where its exact Jacobian is negative. Alignments and frames that mirror all of space
+/// do not count.
+inline bool is_fold(double jacobian) { return jacobian < 0; }
+
 /// Images of points under the map, and the gradient of the map there.
 struct MovedPoints {
   Points places;              ///< d×M
@@ -54,6 +58,8 @@ struct MovedPoints {
 
   /// det ∂X(T)/∂x, M numbers.
   Eigen::VectorXd jacobians() const;
+  /// Of the points, those where the map folds; 0 of none.
+  double folded_fraction() const;
 };
 
 /// The motion of every point of space under a landmark path. A step moves the point with label x (its position at t =
@@ -61,13 +67,15 @@ struct MovedPoints {
 ///
 ///     X⁺ = X + Δt (Σ_b K(X⁺ − q_b⁺) p_b + η(X⁺)) + Σ_i ξ_i(X) w_i + Σ_a c_a(x) δ_a,   X(0) = x
 ///
-/// where ξ_i are the fields of noise over space and η what compensates them (P-SD); δ_a is what other noise moved
-/// landmark a in this step, and c_a the cardinal functions of interpolation in label space: each object moves with
-/// its interior, so two of them pass through each other cleanly. The map is a diffeomorphism where all δ = 0, otherwise
-/// it may fold. Methods run on all threads.
+/// where ξ_i are the fields of a noise whose displacement is one over space (P-SD, Kunita's about the landmarks of the
+/// stage) and η what compensates them; δ_a is what a displacement of landmarks did to landmark a in this step, and c_a
+/// the cardinal functions of interpolation in label space: each object moves with its interior, so two of them pass
+/// through each other cleanly. The map is a diffeomorphism where all δ = 0, otherwise it may fold. Methods run on all
+/// threads.
 class MaterialFlow {
  public:
-  /// @throws StepError where a step is too long for the space between the landmarks
+  /// @throws StepError where a step is too long for the space between the landmarks; std::logic_error where the noise
+  /// declares a field over space that is not what moves landmarks
   MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel labels = LabelKernel::kMetric);
 
   /// Places of the labelled points at every time of the path. @param labels d×M @return K+1 matrices d×M @throws
@@ -99,6 +107,7 @@ class MaterialFlow {
  private:
   MovedPoints moved(const Points& labels, bool with_gradients) const;
   std::vector<std::vector<Points>> landmark_displacements() const;
+  void check_fields() const;
   void check_landmarks(const std::vector<std::vector<Points>>& displacements) const;
 
   StochasticSystem system_;

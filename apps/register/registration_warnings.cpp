@@ -52,7 +52,8 @@ double change_of_cost(const matching::Registration& registration) {
 }
 
 bool is_drawn(const matching::Registration& registration) {
-  return registration.mode == matching::MatchingMode::kPathwise || registration.mode == matching::MatchingMode::kExpected;
+  return registration.mode == matching::MatchingMode::kPathwise ||
+         registration.mode == matching::MatchingMode::kExpected;
 }
 
 // What to make of it; nothing where the path itself is no minimum yet.
@@ -90,8 +91,8 @@ std::string drawn_remedy(const matching::Registration& registration) {
   if (registration.spread.size() > 0) {
     const double spread =
         std::sqrt(registration.spread.squaredNorm() / static_cast<double>(registration.spread.cols()));
-    moved = fmt::format("over the realisations a landmark ends {:.3g} ({} sigma) from its mean, rms, whatever p0", spread,
-                        rounded(spread / registration.sigma));
+    moved = fmt::format("over the realisations a landmark ends {:.3g} ({} sigma) from its mean, rms, whatever p0",
+                        spread, rounded(spread / registration.sigma));
   } else if (const auto& at_rest = registration.noise_displacement) {
     moved = fmt::format("this realisation moves a landmark at rest by {:.3g} ({} sigma), and no cheaper p0 undoes it",
                         *at_rest, rounded(*at_rest / registration.sigma));
@@ -168,7 +169,8 @@ std::string accuracy_text(const matching::Registration& registration) {
   if (!is_shot(registration)) return lone_momenta_text(registration);
   if (!registration.step_error || follows_closely(registration)) return {};
   if (registration.extrapolated)
-    return fmt::format("p0 is that of these steps: an accurate integrator ends {:.3g} away", registration.step_error->rms);
+    return fmt::format("p0 is that of these steps: an accurate integrator ends {:.3g} away",
+                       registration.step_error->rms);
   return "an accurate integrator " + end_of_shot(registration);
 }
 

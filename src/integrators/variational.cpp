@@ -115,7 +115,8 @@ SpaceStep VariationalIntegrator::do_space(const Step& step) const {
 }
 
 // ∂q(T)/∂p0, and by the increments that act in each step where these are wanted, dN×CK.
-MatrixXd VariationalIntegrator::rows(const StochasticSystem& system, const Trajectory& path, MatrixXd* by_acting) const {
+MatrixXd VariationalIntegrator::rows(const StochasticSystem& system, const Trajectory& path,
+                                     MatrixXd* by_acting) const {
   const Points& q0 = path.initial().q;
   const Eigen::Index channels = path.increments.rows();
   const MatrixXd w = acting_increments(path.increments);

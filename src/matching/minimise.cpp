@@ -66,7 +66,8 @@ double relative_gradient(const VectorXd& z, const VectorXd& gradient) {
 std::vector<VectorXd> path_guesses(const MatchingObjective& objective, const MinimiseOptions& options, double within,
                                    MinimiseSummary& counts) {
   MatchingProblem problem = objective.problem();
-  const bool with_action = pays_for_controls(problem) || (fits_noise(objective) && problem.system.noise->traits().linear);
+  const bool with_action =
+      pays_for_controls(problem) || (fits_noise(objective) && problem.system.noise->traits().linear);
   if (!problem.along_path) problem.lambda /= problem.grid.time;  // here the energy is λH, there λ∫H dt
   if (!with_action) {
     problem.system.noise = make_noise("none");
@@ -92,16 +93,18 @@ std::vector<VectorXd> path_guesses(const MatchingObjective& objective, const Min
   return guesses(search_geodesic(problem, options), still);
 }
 
-MinimiseSummary minimise_from(const MatchingObjective& objective, const MinimiseOptions& options, const VectorXd& z) {
+MinimiseSummary minimise_from(const MatchingObjective& objective, const MinimiseOptions& options, const VectorXd& z,
+                              Walls walls) {
   Evaluation start = at_rest(objective);
   const VectorXd active = z.cwiseProduct(objective.active_unknowns());
   if (std::optional<Evaluation> path = objective.evaluate(active); path && path->cost.total() < start.cost.total())
     start = std::move(*path);
-  return minimise_at(objective, options, std::move(start));
+  return minimise_at(objective, options, std::move(start), walls);
 }
 
-MinimiseSummary minimise_at(const MatchingObjective& objective, const MinimiseOptions& options, Evaluation start) {
-  return is_dense(objective, options.solver) ? minimise_gauss_newton(objective, options, std::move(start))
+MinimiseSummary minimise_at(const MatchingObjective& objective, const MinimiseOptions& options, Evaluation start,
+                            Walls walls) {
+  return is_dense(objective, options.solver) ? minimise_gauss_newton(objective, options, std::move(start), walls)
                                              : minimise_lbfgs(objective, options, std::move(start));
 }
 

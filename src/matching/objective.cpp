@@ -72,9 +72,10 @@ MatrixXd metric_of_controls(const MatchingProblem& problem) {
   if (!pays_for_controls(problem)) return {};
   const NoiseCometric noise = noise_cometric(*problem.system.noise, problem.source);
   if (!noise.isotropic)
-    throw InputError(fmt::format("shooting in mode metamorphosis needs noise that moves landmarks alike along each "
-                                 "axis; for '{}' there are solver paths and mode map",
-                                 problem.system.noise->spec()));
+    throw InputError(
+        fmt::format("shooting in mode metamorphosis needs noise that moves landmarks alike along each "
+                    "axis; for '{}' there are solver paths and mode map",
+                    problem.system.noise->spec()));
   return problem.lambda * MatrixXd(noise.matrix);
 }
 
@@ -152,8 +153,7 @@ std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const V
   try {
     parallel_for(static_cast<int>(noises.size()), [&](int i) {
       const auto s = static_cast<std::size_t>(i);
-      at.paths[s] =
-          problem_.integrator->integrate(flow_, start, problem_.grid, noises[s], RootSearch::kContracting);
+      at.paths[s] = problem_.integrator->integrate(flow_, start, problem_.grid, noises[s], RootSearch::kContracting);
     });
   } catch (const StepError&) {
     return std::nullopt;

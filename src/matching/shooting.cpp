@@ -55,8 +55,8 @@ MatrixXd controls_along(const MatchingProblem& problem, const Trajectory& path) 
   const PhaseState& first = path.initial();
   MatrixXd increments(total.controls(first).size(), path.grid.steps);
   for (int k = 0; k < path.grid.steps; ++k)
-    increments.col(k) = path.grid.dt() *
-                        total.controls({path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k)});
+    increments.col(k) =
+        path.grid.dt() * total.controls({path.states[static_cast<std::size_t>(k) + 1].q, path.step_momenta(k)});
   return increments;
 }
 
@@ -106,9 +106,9 @@ class Shooting {
     finer.grid.steps *= 2;
     const MatchingObjective objective(finer), coarser(found.problem);
     const VectorXd& z = found.summary.solution.z;
-    return solution_of(objective, counted(minimise_from(objective, options_.minimise,
-                                                        objective.white(coarser.momenta(z),
-                                                                        in_halves(coarser.increments(z))))));
+    return solution_of(objective,
+                       counted(minimise_from(objective, options_.minimise,
+                                             objective.white(coarser.momenta(z), in_halves(coarser.increments(z))))));
   }
 
   // Given so many steps, J is extrapolated by a search in half as many.
@@ -131,9 +131,8 @@ class Shooting {
     const double gain = std::pow(2, fine.problem.integrator->traits().order);
     ExtrapolatedCost result{1 / (gain - 1) * (gain * fine.cost + -1.0 * coarse.cost), coarse.problem.grid.steps, 0};
     const double to_finer = std::abs(result.cost.total() - fine.cost.total());
-    const double to_before = coarse.extrapolated
-                                 ? std::abs(result.cost.total() - coarse.extrapolated->cost.total())
-                                 : std::numeric_limits<double>::infinity();
+    const double to_before = coarse.extrapolated ? std::abs(result.cost.total() - coarse.extrapolated->cost.total())
+                                                 : std::numeric_limits<double>::infinity();
     result.error = std::min(to_finer, to_before);
     return result;
   }
@@ -170,8 +169,10 @@ class Shooting {
       if (follow(at, strength, momenta) || last) {
         const MatchingObjective objective(at);
         if (!last && !objective.evaluate(VectorXd::Zero(objective.unknowns()))) continue;
-        ShootingSolution found = solution_of(
-            objective, counted(minimise_from(objective, options_.minimise, objective.white(momenta, MatrixXd()))));
+        ShootingSolution found =
+            solution_of(objective, counted(minimise_from(objective, options_.minimise,
+                                                         objective.white(momenta, MatrixXd()),
+                                                         last ? Walls::kSkirt : Walls::kEnd)));
         if (last || interrupted() || found.summary.reason != kTooCoarse) return found;
         momenta = objective.momenta(found.summary.solution.z);
       }
@@ -183,9 +184,8 @@ class Shooting {
     still.system.noise = make_noise("none");
     still.realisations.clear();
     const MatchingObjective objective(still);
-    return objective.momenta(path_guesses(objective, options_.minimise, -std::numeric_limits<double>::infinity(),
-                                          counts_)
-                                 .front());
+    return objective.momenta(
+        path_guesses(objective, options_.minimise, -std::numeric_limits<double>::infinity(), counts_).front());
   }
 
   // What becomes of momenta in a few iterations under noise of some strength.
@@ -213,10 +213,9 @@ class Shooting {
     double strength_before = strength;
     for (double growth = kFirstGrowth; strength < 1 && !interrupted();) {
       const double next = std::min(1.0, strength + growth);
-      const Points ahead =
-          strength > strength_before
-              ? Points(momenta + (next - strength) / (strength - strength_before) * (momenta - before))
-              : momenta;
+      const Points ahead = strength > strength_before
+                               ? Points(momenta + (next - strength) / (strength - strength_before) * (momenta - before))
+                               : momenta;
       Followed found = minimum_at(at, next, ahead);
       const bool least = growth <= kLeastGrowth;
       if (found.too_coarse && least) return false;

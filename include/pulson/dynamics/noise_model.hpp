@@ -244,8 +244,8 @@ class NoiseModel {
   /// ∇²G along a change of the state.
   PhaseState compensation_hessian(const PhaseState& state, const PhaseState& change) const;
 
-  /// The share of h_w,p that is a field over space while the landmarks are at a state, Σ_i w_i ξ_i(x), d×M; zero for models
-  /// that declare none.
+  /// The share of h_w,p that is a field over space while the landmarks are at a state, Σ_i w_i ξ_i(x), d×M; zero for
+  /// models that declare none.
   Points spatial_noise(const Points& x, const PhaseState& at, const Eigen::VectorXd& w) const;
 
   /// The change of that field along a change of the places, d×M.

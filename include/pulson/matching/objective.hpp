@@ -37,7 +37,8 @@ struct MatchingProblem {
   double faint = 0;
   /// Whether the energy is paid for along the path, λ∫H dt in place of λH(q0, p0). Where the noise moves positions its
   /// controls are then u = λh(q, p), energy and action together are λT H_tot(q0, p0), and paths are those of H_tot (see
-  /// EffectiveHamiltonian), over p0 alone. With noise the integrator has to be `variational`, the potentials linear in p.
+  /// EffectiveHamiltonian), over p0 alone. With noise the integrator has to be `variational`, the potentials linear in
+  /// p.
   bool along_path = false;
 };
 

@@ -211,8 +211,8 @@ struct Registration {
 Registration register_shapes(const Landmarks& source, const Landmarks& target, const RegistrationOptions& options = {});
 
 /// The system and path of a registration, whose states are kept or shot again: the same bits as when it was fitted, on
-/// the same build. In mode `expected` the path is the mean of those of the realisations. Of a shot in mode metamorphosis
-/// the system is that of H_tot, which has no channels.
+/// the same build. In mode `expected` the path is the mean of those of the realisations. Of a shot in mode
+/// metamorphosis the system is that of H_tot, which has no channels.
 StochasticSystem registration_system(const Registration& registration);
 Trajectory replay(const Registration& registration);
 

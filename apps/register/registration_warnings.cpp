@@ -168,9 +168,11 @@ bool is_shot(const matching::Registration& registration) { return registration.s
 std::string accuracy_text(const matching::Registration& registration) {
   if (!is_shot(registration)) return lone_momenta_text(registration);
   if (!registration.step_error || follows_closely(registration)) return {};
-  if (registration.extrapolated)
-    return fmt::format("p0 is that of these steps: an accurate integrator ends {:.3g} away",
-                       registration.step_error->rms);
+  if (registration.extrapolated || is_drawn(registration))
+    return registration.step_error->rms < diameter(registration.source.points)
+               ? fmt::format("p0 is that of these steps: an accurate integrator ends {:.3g} away",
+                             registration.step_error->rms)
+               : std::string("p0 is that of these steps: an accurate integrator does not follow them");
   return "an accurate integrator " + end_of_shot(registration);
 }
 
@@ -195,7 +197,7 @@ std::vector<std::string> momenta_warnings(const matching::Registration& registra
     const double left = limit->error / std::max(registration.cost.total(), kNoCost);
     if (left > kSmallChange)
       texts.push_back(fmt::format("J is known to {:.2g} % from these steps: try more --steps", 100 * left));
-  } else if (std::abs(change_of_cost(registration)) > kSmallChange) {
+  } else if (std::abs(change_of_cost(registration)) > kSmallChange && !is_drawn(registration)) {
     texts.push_back(fmt::format("shot by an accurate integrator, p0 {}{}", end_of_shot(registration),
                                 accuracy_remedy(registration)));
   }

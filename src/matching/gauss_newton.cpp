@@ -19,8 +19,6 @@ constexpr double kFirstDamping = 1e-8;
 constexpr double kLeastDamping = 1e-14;
 constexpr double kMostDamping = 1e12;
 constexpr int kMaxCorrections = 3;
-// A search that so many walls in a row have shortened creeps along them.
-constexpr int kMostAlongWall = 3;
 // Nielsen's damping: μ shrinks smoothly with the gain of an accepted step, and grows ever faster while steps are
 // refused.
 struct Damping {
@@ -39,11 +37,9 @@ struct Damping {
 
 class NewtonSearch {
  public:
-  NewtonSearch(const MatchingObjective& objective, const MinimiseOptions& options, MatchingObjective::Evaluation start,
-               Walls walls)
+  NewtonSearch(const MatchingObjective& objective, const MinimiseOptions& options, MatchingObjective::Evaluation start)
       : objective_(objective),
         options_(options),
-        ends_at_walls_(walls == Walls::kEnd),
         frequency_(objective.frequency()),
         active_unknowns_(objective.active_unknowns()) {
     summary_.solver = Solver::kGaussNewton;
@@ -100,7 +96,7 @@ class NewtonSearch {
 
   // One accepted step, with as much damping as it needs; false where none lowers the cost.
   bool advance() {
-    bool out_of_bounds = false, met_wall = false;
+    bool out_of_bounds = false;
     const double cost = total(at());
     for (; damping_.mu < kMostDamping; damping_.refuse()) {
       model_->set_damping(damping_.mu);
@@ -112,15 +108,11 @@ class NewtonSearch {
       if (!(predicted > kRoundingOfCost * cost)) break;
       std::optional<Evaluation> trial = corrected(foreseen, evaluate_from(at(), delta));
       out_of_bounds = !trial;
-      met_wall |= out_of_bounds;
       const double gain = trial ? (cost - total(*trial)) / predicted : -1;
       if (gain > kSmallestGain) {
         summary_.solution = std::move(*trial);
         damping_.accept(std::min(gain, 1.0));
-        along_wall_ = met_wall ? along_wall_ + 1 : 0;
-        out_of_bounds = along_wall_ >= kMostAlongWall;
-        if (!ends_at_walls_ || !out_of_bounds) return true;
-        break;
+        return true;
       }
     }
     summary_.reason = out_of_bounds ? kTooCoarse : "no step lowers the cost by more than round-off";
@@ -144,8 +136,6 @@ class NewtonSearch {
 
   const MatchingObjective& objective_;
   const MinimiseOptions& options_;
-  bool ends_at_walls_;
-  int along_wall_ = 0;  ///< iterations in a row that had to be shortened by walls
   VectorXd frequency_;
   VectorXd active_unknowns_;
   MinimiseSummary summary_;
@@ -157,8 +147,8 @@ class NewtonSearch {
 }  // namespace
 
 MinimiseSummary minimise_gauss_newton(const MatchingObjective& objective, const MinimiseOptions& options,
-                                      MatchingObjective::Evaluation start, Walls walls) {
-  return NewtonSearch(objective, options, std::move(start), walls).run();
+                                      MatchingObjective::Evaluation start) {
+  return NewtonSearch(objective, options, std::move(start)).run();
 }
 
 }  // namespace pulson::matching

@@ -93,18 +93,16 @@ std::vector<VectorXd> path_guesses(const MatchingObjective& objective, const Min
   return guesses(search_geodesic(problem, options), still);
 }
 
-MinimiseSummary minimise_from(const MatchingObjective& objective, const MinimiseOptions& options, const VectorXd& z,
-                              Walls walls) {
+MinimiseSummary minimise_from(const MatchingObjective& objective, const MinimiseOptions& options, const VectorXd& z) {
   Evaluation start = at_rest(objective);
   const VectorXd active = z.cwiseProduct(objective.active_unknowns());
   if (std::optional<Evaluation> path = objective.evaluate(active); path && path->cost.total() < start.cost.total())
     start = std::move(*path);
-  return minimise_at(objective, options, std::move(start), walls);
+  return minimise_at(objective, options, std::move(start));
 }
 
-MinimiseSummary minimise_at(const MatchingObjective& objective, const MinimiseOptions& options, Evaluation start,
-                            Walls walls) {
-  return is_dense(objective, options.solver) ? minimise_gauss_newton(objective, options, std::move(start), walls)
+MinimiseSummary minimise_at(const MatchingObjective& objective, const MinimiseOptions& options, Evaluation start) {
+  return is_dense(objective, options.solver) ? minimise_gauss_newton(objective, options, std::move(start))
                                              : minimise_lbfgs(objective, options, std::move(start));
 }
 

@@ -19,24 +19,20 @@ inline constexpr const char* kTooCoarse = "the time step is too coarse: use more
 std::vector<Eigen::VectorXd> path_guesses(const MatchingObjective& objective, const MinimiseOptions& options,
                                           double within, MinimiseSummary& counts);
 
-/// What becomes of steps into paths whose steps do not contract: shorter ones, or, where finer steps are to follow, after
-/// three in a row the end of the search, with the reason kTooCoarse.
-enum class Walls { kSkirt, kEnd };
-
 /// minimise(), from these unknowns or from rest, whichever costs less.
 MinimiseSummary minimise_from(const MatchingObjective& objective, const MinimiseOptions& options,
-                              const Eigen::VectorXd& z, Walls walls = Walls::kSkirt);
+                              const Eigen::VectorXd& z);
 
-/// The same from there alone: by Levenberg–Marquardt, or L-BFGS, which skirts walls.
+/// The same from there alone: by Levenberg–Marquardt or L-BFGS.
 MinimiseSummary minimise_at(const MatchingObjective& objective, const MinimiseOptions& options,
-                            MatchingObjective::Evaluation start, Walls walls = Walls::kSkirt);
+                            MatchingObjective::Evaluation start);
 
 /// Whether the noise of a problem is a control that is paid for along the path: MatchingProblem::along_path.
 bool pays_for_controls(const MatchingProblem& problem);
 
 /// Levenberg–Marquardt from `start`, see gauss_newton.cpp.
 MinimiseSummary minimise_gauss_newton(const MatchingObjective& objective, const MinimiseOptions& options,
-                                      MatchingObjective::Evaluation start, Walls walls = Walls::kSkirt);
+                                      MatchingObjective::Evaluation start);
 
 /// NLopt's L-BFGS from `start`, see lbfgs.cpp.
 MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const MinimiseOptions& options,

@@ -136,7 +136,6 @@ TEST_P(NoiseContract, KnowsItsFieldsOverSpaceEverywhere) {
 
 TEST_P(NoiseContract, KnowsTheChangesOfItsFieldsOverSpace) {
   in_each_dimension([](const Subject& s) {
-    const Points& q = s.state.q;
     const Points places = random_points(s.d, 2 * kCount, 21);
     const Points change = random_points(s.d, 2 * kCount, 22);
     const auto difference = [&](const std::function<Points(const Points&)>& field) -> Points {

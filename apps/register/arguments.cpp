@@ -119,8 +119,8 @@ void RegisterArguments::add_to(CLI::App& verb) {
              "mode");
   verb.add_option(
           "--integrator", options.integrator,
-          "see pulson info integrators; auto: variational with --solver shooting, else rk4 without noise, midpoint for "
-          "metamorphosis, variational-2 for the rest")
+          "see pulson info integrators; auto: variational with --solver shooting, in pathwise and expected, else rk4 "
+          "without noise, midpoint for metamorphosis, variational-2 for map")
       ->type_name("NAME")
       ->capture_default_str();
   add_data_options(verb, *this);

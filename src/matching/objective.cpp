@@ -149,8 +149,8 @@ std::optional<MatchingObjective::Evaluation> MatchingObjective::evaluate(const V
   const std::vector<MatrixXd> fitted =
       problem_.realisations.empty() ? std::vector<MatrixXd>{increments(z)} : std::vector<MatrixXd>{};
   const std::vector<MatrixXd>& noises = fitted.empty() ? problem_.realisations : fitted;
-  // Noise that is a control could be bent to what the end of a branch makes of it; noise that is drawn could not.
-  const RootSearch search = fitted.empty() ? RootSearch::kThorough : RootSearch::kContracting;
+  // Of several realisations some step of some path hardly ever contracts.
+  const RootSearch search = noises.size() > 1 ? RootSearch::kThorough : RootSearch::kContracting;
   Evaluation at{z, std::vector<Trajectory>(noises.size()), {}};
   try {
     parallel_for(static_cast<int>(noises.size()), [&](int i) {

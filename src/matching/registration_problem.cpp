@@ -98,7 +98,8 @@ std::string integrator_of_metamorphosis(const RegistrationOptions& options) {
 std::string choose_integrator(const RegistrationOptions& options, MatchingMode mode) {
   if (mode == MatchingMode::kMetamorphosis) return integrator_of_metamorphosis(options);
   if (options.integrator != "auto") return options.integrator;
-  if (options.minimise.solver == Solver::kShooting) return "variational";
+  const bool drawn = mode == MatchingMode::kPathwise || mode == MatchingMode::kExpected;
+  if (options.minimise.solver == Solver::kShooting || drawn) return "variational";
   if (mode != MatchingMode::kDeterministic || !searches_paths(options)) return "variational-2";
   return options.data.kind == DataKind::kLandmarks ? "rk4" : "midpoint";
 }

@@ -102,7 +102,7 @@ class MatchingObjective {
   Eigen::VectorXd active_unknowns() const;
 
   /// Empty where a step of a path does not contract: such z are out of bounds, since near the end of a root tiny
-  /// controls would move landmarks far. Of given realisations, where a step has no root that is connected to Δt = 0.
+  /// controls would move landmarks far. Of several realisations, where a step has no root that is connected to Δt = 0.
   std::optional<Evaluation> evaluate(const Eigen::VectorXd& z) const;
 
   /// ∂D/∂z at an evaluation, by the adjoint: ∇J = z + it.

@@ -101,8 +101,8 @@ struct RegistrationOptions {
   /// Default: without noise `deterministic`; `metamorphosis` where its potentials are linear in p, unless
   /// `uncertainty` is asked for; else `map`.
   std::optional<MatchingMode> mode{};
-  /// `auto`: `variational`, that of (20), with solver `shooting`; else `rk4` in mode deterministic, whose geodesic it
-  /// shoots; `midpoint` in mode metamorphosis and for curves; else `variational-2`
+  /// `auto`: `variational`, that of (20), with solver `shooting` and in modes pathwise and expected; else `rk4` in mode
+  /// deterministic, whose geodesic it shoots; `midpoint` in mode metamorphosis and for curves; else `variational-2`
   std::string integrator = "auto";
   TimeGrid grid{};
   /// Whether paths are searched for, and shot, in twice, four or eight times as many steps where those of the grid

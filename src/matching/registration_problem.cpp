@@ -219,6 +219,7 @@ Scales choose_scales(const MatchingShapes& shapes, const Points& q0, const Regis
 
 std::vector<Eigen::MatrixXd> realisations(const NoiseModel& noise, const Points& shape, const TimeGrid& grid,
                                           std::uint64_t seed, int count) {
+  if (count == 0 || grid.steps < 1) return {};
   const int channels = noise.channels(static_cast<int>(shape.rows()), static_cast<int>(shape.cols()));
   int ratio = 1;
   while (grid.steps * ratio < kFinestSteps) ratio *= 2;

@@ -178,6 +178,8 @@ class Shooting {
         if (rest) how.gradient_tolerance = std::max(how.gradient_tolerance, sampling_tolerance(objective, *rest));
         ShootingSolution found =
             solution_of(objective, counted(minimise_from(objective, how, objective.white(momenta, MatrixXd()))));
+        if (found.summary.converged && found.summary.relative_gradient > options_.minimise.gradient_tolerance)
+          found.summary.reason = "no more is left to gain than so few realisations can tell";
         if (last || interrupted() || found.summary.reason != kTooCoarse) return found;
         momenta = objective.momenta(found.summary.solution.z);
       }

@@ -187,7 +187,7 @@ TEST(SampleShapes, ComeInPairsThatMatch) {
     EXPECT_THAT(warnings, IsEmpty()) << name;
     ++pairs;
   }
-  EXPECT_EQ(pairs, 6);
+  EXPECT_EQ(pairs, 7);
 }
 
 }  // namespace

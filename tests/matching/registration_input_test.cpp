@@ -120,7 +120,7 @@ TEST(Registrations, MatchFrozenNoise) {
   EXPECT_TRUE(pathwise.converged);
   EXPECT_TRUE(pathwise.matched());
   EXPECT_EQ(pathwise.cost.action, 0);
-  EXPECT_EQ(pathwise.increments, brownian_increments(7, 0, 8, options.grid));
+  EXPECT_EQ(pathwise.increments, coarsened(brownian_increments(7, 0, 8, {1, 1280}), 64));
   EXPECT_EQ(replay(pathwise).final().q, pathwise.result);
 
   options.mode = MatchingMode::kExpected;
@@ -301,7 +301,8 @@ TEST(RegistrationErrors, NameWhatIsUnknown) {
             "unknown mode 'mapp'; did you mean 'map'; valid: deterministic, metamorphosis, map, pathwise, expected");
   EXPECT_EQ(error_of([] { parse_alignment("projective"); }),
             "unknown alignment 'projective'; valid: none, translation, rigid, similarity, affine");
-  EXPECT_EQ(error_of([] { parse_solver("adam"); }), "unknown solver 'adam'; valid: auto, paths, gauss-newton, lbfgs");
+  EXPECT_EQ(error_of([] { parse_solver("adam"); }),
+            "unknown solver 'adam'; valid: auto, paths, shooting, gauss-newton, lbfgs");
   EXPECT_THAT(error_with([](auto& options) { options.kernel = "gausian"; }),
               AllOf(HasSubstr("unknown kernel 'gausian'"), HasSubstr("'gaussian'")));
   EXPECT_THAT(error_with([](auto& options) { options.noise = "chsd:beta=1"; }),

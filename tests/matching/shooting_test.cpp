@@ -157,7 +157,7 @@ TEST(ShotMetamorphosis, CostsWhatTheSearchOverPathsFinds) {
   }
 }
 
-TEST(Realisations, AreOneBrownianPathOnGridsThatHalveEachOther) {
+TEST(DrawnPaths, AreOneBrownianPathOnGridsThatHalveEachOther) {
   const Points q0 = Numbers(2).landmarks(2, 3);
   const auto noise = make_noise("ch-sd:beta=1", landmarks_of(q0));
   const std::vector<MatrixXd> coarse = realisations(*noise, q0, {2, 20}, 7, 3),

@@ -72,7 +72,7 @@ TEST_F(CompletingProgram, CompletesInBash) {
   EXPECT_THAT(in_bash({"register", "--ker"}), ElementsAre("--kernel"));
   EXPECT_THAT(in_bash({"register", "--noise", "ch"}), IsSupersetOf({"ch-sd", "ch-sd-screened"}));
   EXPECT_THAT(in_bash({"register", "a.csv", "b.csv", "--solver", ""}),
-              ElementsAre("auto", "paths", "gauss-newton", "lbfgs"));
+              ElementsAre("auto", "paths", "shooting", "gauss-newton", "lbfgs"));
   EXPECT_THAT(in_bash({"register", "--mode", "=", "ma"}), ElementsAre("map")) << "as bash splits --mode=ma";
   EXPECT_THAT(in_bash({"warp", "r.json", "a.png", "--ani"}), ElementsAre("--animate"));
   EXPECT_THAT(in_bash({"warp", "--method", "p"}), ElementsAre("pull", "push"));

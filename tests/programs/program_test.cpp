@@ -240,7 +240,7 @@ TEST_F(RegisterProgram, ReportsWhatAnAccurateIntegratorMakesOfTheMomenta) {
     EXPECT_EQ(accurate.err, "");
     EXPECT_THAT(accurate.out, Not(HasSubstr("accuracy")));
   }
-  const std::string coarse_shot = "--integrator variational --kernel gaussian:alpha=0.1 --no-picture";
+  const std::string coarse_shot = "--integrator variational --steps 20 --kernel gaussian:alpha=0.1 --no-picture";
   const ProgramRun coarse = run(register_pair("fish", coarse_shot));
   EXPECT_THAT(coarse.out, HasSubstr("\naccuracy   an accurate integrator ends 0.009"));
   EXPECT_THAT(coarse.err, StartsWith("warning: shot by an accurate integrator, p0 ends 0.009"));
@@ -327,7 +327,10 @@ TEST_F(RegisterProgram, AdvisesByWhatTheNoiseCanDo) {
   EXPECT_THAT(warned("swapped.csv", "p-sd:beta=10%", "metamorphosis"),
               HasSubstr("1 pair of landmarks has a different order in the target, which no flow can reach: try --noise "
                         "ch-sd:beta=100%"));
-  EXPECT_THAT(warned("near.csv", "ch-sd:beta=100%", "expected"), HasSubstr("this noise is drawn rather than fitted"));
+  EXPECT_THAT(warned("near.csv", "ch-sd:beta=100%", "expected"),
+              AllOf(HasSubstr("over the realisations a landmark ends 0.9"),
+                    HasSubstr(" from its mean, rms, whatever p0: try a smaller amplitude, or noise that is fitted: "
+                              "--mode metamorphosis\n")));
 }
 
 // The program inherits the affinity of this process.

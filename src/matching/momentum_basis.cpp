@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -109,9 +110,9 @@ std::vector<Index> pivoted_landmarks(const KernelOperator& kernel, const Points&
   return factor_pivots({kernel, q, {}}, tolerance, most).pivots;
 }
 
-MomentumBasis::MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance,
-                             double faint, MatrixXd added)
-    : kernel_(kernel), q0_(q0), lambda_(lambda), added_(std::move(added)), dimension_(q0.rows()) {
+MomentumBasis::MomentumBasis(KernelOperator kernel, const Points& q0, double lambda, double tolerance, double faint,
+                             MatrixXd added)
+    : kernel_(std::move(kernel)), q0_(q0), lambda_(lambda), added_(std::move(added)), dimension_(q0.rows()) {
   const SerialBlas serial;
   Factorisation result = factor({kernel_, q0_, added_}, tolerance);
   pivots_ = std::move(result.pivots);

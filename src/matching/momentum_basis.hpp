@@ -27,7 +27,7 @@ class MomentumBasis {
   /// @param tolerance of the Schur complement's trace, in units of K
   /// @param faint the eigenvalue of λK at which directions are half faded; 0: none are
   /// @param added A, N×N; empty for none
-  MomentumBasis(const KernelOperator& kernel, const Points& q0, double lambda, double tolerance, double faint = 0,
+  MomentumBasis(KernelOperator kernel, const Points& q0, double lambda, double tolerance, double faint = 0,
                 Eigen::MatrixXd added = {});
 
   const std::vector<Eigen::Index>& pivots() const { return pivots_; }

@@ -91,8 +91,8 @@ std::string drawn_remedy(const matching::Registration& registration) {
   if (registration.spread.size() > 0) {
     const double spread =
         std::sqrt(registration.spread.squaredNorm() / static_cast<double>(registration.spread.cols()));
-    moved = fmt::format("over the realisations a landmark ends {:.3g} ({} sigma) from its mean, rms, whatever p0",
-                        spread, rounded(spread / registration.sigma));
+    moved = fmt::format("over the realisations a landmark ends {:.3g} ({} sigma) from its mean, rms", spread,
+                        rounded(spread / registration.sigma));
   } else if (const auto& at_rest = registration.noise_displacement) {
     moved = fmt::format("this realisation moves a landmark at rest by {:.3g} ({} sigma), and no cheaper p0 undoes it",
                         *at_rest, rounded(*at_rest / registration.sigma));

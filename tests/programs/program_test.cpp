@@ -329,7 +329,7 @@ TEST_F(RegisterProgram, AdvisesByWhatTheNoiseCanDo) {
                         "ch-sd:beta=100%"));
   EXPECT_THAT(warned("near.csv", "ch-sd:beta=100%", "expected"),
               AllOf(HasSubstr("over the realisations a landmark ends 0.9"),
-                    HasSubstr(" from its mean, rms, whatever p0: try a smaller amplitude, or noise that is fitted: "
+                    HasSubstr(" from its mean, rms: try a smaller amplitude, or noise that is fitted: "
                               "--mode metamorphosis\n")));
 }
 

@@ -11,7 +11,7 @@
 #include "pulson/matching/data_term.hpp"
 #include "random/normals.hpp"
 #include "rank_statistics.hpp"
-#include "specimen.hpp"
+#include "reference.hpp"
 
 namespace pulson::inference {
 

@@ -6,9 +6,9 @@
 
 #include <Eigen/Cholesky>
 
-#include "fitted_draws.hpp"
 #include "no_u_turn.hpp"
 #include "normal_quantile.hpp"
+#include "posterior/fitted_draws.hpp"
 #include "pulson/core/errors.hpp"
 
 namespace pulson::inference {

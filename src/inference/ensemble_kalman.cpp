@@ -15,7 +15,7 @@
 #include "pulson/core/parallel.hpp"
 #include "pulson/inference/diagnostics.hpp"
 #include "random/normals.hpp"
-#include "specimen.hpp"
+#include "reference.hpp"
 
 namespace pulson::inference {
 

@@ -144,8 +144,8 @@ VectorXd ParameterSpace::values(const VectorXd& phi) const {
   return values;
 }
 
-ModelNumbers ParameterSpace::at(const VectorXd& phi) const {
-  ModelNumbers numbers{kernel_, noise_, lambda_, 1};
+posterior::Numbers ParameterSpace::at(const VectorXd& phi) const {
+  posterior::Numbers numbers{kernel_, noise_, lambda_, 1};
   std::vector<KernelTerm> terms = kernel_->terms();
   VectorXd of_noise = noise_->parameters();
   bool noise_changes = false;

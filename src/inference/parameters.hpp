@@ -4,17 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "posterior/specimen.hpp"
 #include "pulson/inference/posterior.hpp"
 
 namespace pulson::inference {
-
-/// The models of all specimens at one θ.
-struct ModelNumbers {
-  std::shared_ptr<const KernelOperator> kernel;  ///< shared where its numbers are those of the medians
-  std::shared_ptr<const NoiseModel> noise;
-  double lambda = 1;
-  double sigma = 1;  ///< relative to that of the data
-};
 
 /// Names of the parameters of the models in the order of ModelParameters: alpha and weight of each term of the kernel,
 /// those of the noise, data-sigma, lambda.
@@ -42,7 +35,7 @@ class ParameterSpace {
   Eigen::Index count() const { return std::ssize(priors_); }
   const std::vector<ParameterPrior>& priors() const { return priors_; }
   Eigen::VectorXd values(const Eigen::VectorXd& phi) const;  ///< θ
-  ModelNumbers at(const Eigen::VectorXd& phi) const;
+  posterior::Numbers at(const Eigen::VectorXd& phi) const;
   bool samples_kernel() const { return samples_kernel_; }
 
  private:

@@ -19,18 +19,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kMostSteps = 60;
-constexpr int kMostHalvings = 12;
 constexpr double kSmallGain = 0.05;  // nats: the minimum is that of a reference
 constexpr double kFarBelow = 12;     // nats
 constexpr int kTurns = 2;            // of θ and z
 constexpr Index kFewData = 12;
 constexpr int kSearchesOfFew = 4;
 constexpr std::uint64_t kGuessPath = 1ULL << 60U;
-
-double cost_of(const VectorXd& z, const Specimen::Shot& shot) {
-  return 0.5 * (z.squaredNorm() + shot.residual.squaredNorm());
-}
 
 // Where searches for minima begin: the z of greatest probability by the searches of registration, then the other minima
 // that these find, and then draws of the prior.
@@ -65,34 +59,7 @@ bool same_minimum(const LinearAt& linear, const VectorXd& a, const VectorXd& b) 
 }  // namespace
 
 Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, const VectorXd& start) {
-  Minimum at{start, 0, false, nullptr};
-  std::optional<Specimen::Shot> shot = specimen.shoot(model, at.z);
-  if (!shot) shot = specimen.shoot(model, at.z = VectorXd::Zero(specimen.unknowns()));
-  if (!shot)
-    throw NumericalError(
-        "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`");
-  at.cost = cost_of(at.z, *shot);
-  for (int step = 0;; ++step) {
-    at.linear = std::make_shared<LinearModel>(specimen, model, *shot, at.z);
-    const LinearAt linear(*at.linear, model);
-    const VectorXd way = linear.mean() - at.z;
-    const VectorXd least = at.z + way;
-    const double gain = at.cost - 0.5 * (least.squaredNorm() + linear.residual(least).squaredNorm());
-    at.converged = gain <= kSmallGain;
-    if (at.converged || step == kMostSteps) return at;
-    bool fell = false;
-    double part = 1;
-    for (int halving = 0; halving < kMostHalvings && !fell; ++halving, part /= 2) {
-      const VectorXd tried = at.z + part * way;
-      std::optional<Specimen::Shot> there = specimen.shoot(model, tried);
-      if (!there || cost_of(tried, *there) >= at.cost - 1e-4 * part * gain) continue;
-      at.z = tried;
-      at.cost = cost_of(tried, *there);
-      shot = std::move(there);
-      fell = true;
-    }
-    if (!fell) return at;
-  }
+  return posterior::find_minima({&specimen}, model, {{start}}, kSmallGain).front();
 }
 
 std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,
@@ -146,7 +113,7 @@ class LinearPosterior {
   double operator()(const VectorXd& phi) const {
     double sum = log_standard_normal(phi);
     try {
-      const ModelNumbers numbers = space_.at(phi);
+      const posterior::Numbers numbers = space_.at(phi);
       for (std::size_t i = 0; i < specimens_.size(); ++i) {
         const Specimen::Model model = specimens_[i].model(numbers);
         double best = -std::numeric_limits<double>::infinity();
@@ -242,7 +209,7 @@ Reference make_reference(const std::vector<Specimen>& specimens, const Parameter
   reference.centre = VectorXd::Zero(k);
   reference.minima.resize(specimens.size());
   const auto count = static_cast<int>(specimens.size());
-  ModelNumbers numbers = space.at(reference.centre);
+  posterior::Numbers numbers = space.at(reference.centre);
   parallel_for(count, [&](int i) {
     const auto s = static_cast<std::size_t>(i);
     reference.minima[s] = find_minima(specimens[s], specimens[s].model(numbers), searches, seed);

@@ -3,19 +3,17 @@
 #include <memory>
 #include <vector>
 
-#include "linear_model.hpp"
+#include "parameters.hpp"
+#include "posterior/minimum.hpp"
 
 namespace pulson::inference {
 
-/// A minimum of one specimen's −log p(y, z | θ), and the model linear about it.
-struct Minimum {
-  Eigen::VectorXd z;
-  double cost = 0;  ///< ½|z|² + ½|r|²
-  bool converged = false;
-  std::shared_ptr<const LinearModel> linear;
-};
+using posterior::LinearAt;
+using posterior::LinearModel;
+using posterior::Minimum;
+using posterior::Specimen;
 
-/// Gauss–Newton steps in the space of the data from `start`, halved until the cost falls.
+/// posterior::find_minima() of one specimen, as accurately as a reference needs it.
 /// @throws NumericalError where neither `start` nor rest has a path
 Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, const Eigen::VectorXd& start);
 

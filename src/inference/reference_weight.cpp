@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "fitted_draws.hpp"
 #include "normal_quantile.hpp"
+#include "posterior/fitted_draws.hpp"
 #include "pulson/core/errors.hpp"
 #include "random/normals.hpp"
 
@@ -33,7 +33,7 @@ VectorXd drawn(std::uint64_t seed, std::uint64_t chain, std::uint64_t iteration,
 
 ThetaPoint make_theta(const ChainSetting& setting, const VectorXd& phi, double power) {
   ThetaPoint theta{phi, {}, {}};
-  const ModelNumbers numbers = setting.space.at(phi);
+  const posterior::Numbers numbers = setting.space.at(phi);
   for (std::size_t i = 0; i < setting.specimens.size(); ++i) {
     theta.models.push_back(setting.specimens[i].model(numbers));
     std::vector<LinearAt>& linear = theta.linear.emplace_back();
@@ -51,7 +51,8 @@ LogWeight log_weight_of(const ChainSetting& setting, std::size_t specimen, const
   const Specimen& of = setting.specimens[specimen];
   LogWeight weight;
   if (setting.move.fits_data) {
-    weight.value = shot.log_likelihood - fitted_log_density(of, theta.models[specimen], linear.front(), z, shot);
+    const posterior::ShotBatch shots(of, theta.models[specimen], &linear.front());
+    weight.value = shot.log_likelihood - fitted_log_densities(shots, linear.front(), z, shot.residual)[0];
     const VectorXd lacks = shot.residual - linear.front().apply(z);
     weight.kicked = -0.5 * lacks.dot(linear.front().solve(lacks));
     return weight;
@@ -76,8 +77,10 @@ std::optional<VectorXd> draw_of(const ChainSetting& setting, std::size_t specime
                                 std::size_t mode, const VectorXd& normals, bool passing) {
   const LinearAt& linear = theta.linear[specimen][mode];
   if (!setting.move.fits_data) return linear.draw(normals);
-  return fitted_draw(setting.specimens[specimen], theta.models[specimen], linear, normals,
-                     passing ? kPassing : kFitted);
+  const posterior::ShotBatch shots(setting.specimens[specimen], theta.models[specimen], &linear);
+  const posterior::FittedDraws draws = fitted_draws(shots, linear, normals, passing ? kPassing : kFitted);
+  if (!draws.found.front()) return std::nullopt;
+  return draws.z.col(0);
 }
 
 std::size_t drawn_mode(const VectorXd& log_weights, double uniform) {

@@ -11,6 +11,7 @@
 #include "pulson/core/name_table.hpp"
 #include "pulson/inference/diagnostics.hpp"
 #include "pulson/matching/registration.hpp"
+#include "pulson/posterior/branch.hpp"
 
 namespace pulson::inference {
 
@@ -21,13 +22,7 @@ struct ParameterPrior {
   double log_deviation = 0.5;
 };
 
-/// A path of a tree of shapes. It begins where its parent ends, or at the source.
-struct Branch {
-  std::string name;  ///< of the node at its end
-  int parent = -1;   ///< −1: the source
-  TimeGrid grid;
-  std::shared_ptr<const matching::DataTerm> data;  ///< of the shape at its end, least squares; none: not observed
-};
+using posterior::Branch;
 
 /// The posterior of one or more targets, each an independent path from the source,
 ///

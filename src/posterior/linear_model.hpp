@@ -7,7 +7,7 @@
 
 #include "specimen.hpp"
 
-namespace pulson::inference {
+namespace pulson::posterior {
 
 /// The residual of one specimen linearised about a point, in physical variables, at the σ of the data:
 ///
@@ -20,6 +20,9 @@ class LinearModel {
   /// @param at a path of `z`
   LinearModel(const Specimen& specimen, const Specimen::Model& model, const Specimen::Shot& at,
               const Eigen::VectorXd& z);
+  /// @param slopes, residual of the path of `z`
+  LinearModel(const Specimen& specimen, const Specimen::Model& model, Specimen::Slopes slopes,
+              const Eigen::VectorXd& residual, const Eigen::VectorXd& z);
 
  private:
   friend class LinearAt;
@@ -29,7 +32,7 @@ class LinearModel {
   Eigen::MatrixXd by_velocity_;                   ///< G_v, n×dN; of a tree n×0
   std::vector<Specimen::BranchSlopes> branches_;  ///< G_W
   Eigen::VectorXd offset_;                        ///< c
-  PhaseState middle_;                             ///< where strengths are measured
+  PhaseState start_;                              ///< where strengths are measured
   std::vector<PhaseState> probes_;
   std::shared_ptr<const NoiseModel> noise_;
   Eigen::VectorXd strengths_;          ///< at the θ it was made with
@@ -48,6 +51,13 @@ class LinearAt {
   Eigen::VectorXd transposed(const Eigen::VectorXd& v) const;  ///< Jᵀv
   /// J'Jᵀ, J' of the slopes at another point, of the same models.
   Eigen::MatrixXd product(const Specimen::Slopes& slopes, const Specimen::Model& model) const;
+  /// Jᵀ as ShotBatch needs it: the changes of p0 that J' of another point acts on, dN×n, and those of the unknowns of
+  /// the increments, CK×n.
+  Eigen::MatrixXd momentum_changes(const Specimen::Model& model) const;
+  Eigen::MatrixXd increment_changes() const;
+  /// Of the end points' variance, linearised, what is due to momenta and to each channel: traces of JJᵀ.
+  double momentum_share() const;
+  double noise_share() const;
   const Eigen::VectorXd& offset() const { return offset_; }  ///< c
   Eigen::VectorXd residual(const Eigen::VectorXd& z) const { return apply(z) + offset_; }
   Eigen::VectorXd solve(const Eigen::VectorXd& v) const { return factors_.solve(v); }  ///< S⁻¹v
@@ -72,4 +82,4 @@ class LinearAt {
   double log_evidence_ = 0;
 };
 
-}  // namespace pulson::inference
+}  // namespace pulson::posterior

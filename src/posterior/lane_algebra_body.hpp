@@ -14,7 +14,7 @@
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
-namespace pulson::compare {
+namespace pulson::posterior {
 namespace HWY_NAMESPACE {
 
 using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
@@ -128,7 +128,7 @@ inline void AddSlope(const double* bar, const double* by, double* slopes, int m,
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace pulson::compare
+}  // namespace pulson::posterior
 HWY_AFTER_NAMESPACE();
 // NOLINTEND(readability-identifier-naming)
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "noise/bump_fields.hpp"
-#include "posterior.hpp"
+#include "linear_model.hpp"
 
-namespace pulson::compare {
+namespace pulson::posterior {
 
 /// What the vector code of LaneShots computes with: numbers of a lane are `lanes` apart, so that entry i of lane l is
 /// at i·lanes + l.
@@ -44,20 +44,16 @@ struct LaneShotArguments {
   std::vector<double>* workspace = nullptr;
 };
 
-/// Shoots paths of the integrator `variational-2` for one objective, as many at once as a vector has lanes, where the
-/// noise is additive and Hamiltonian, or of bumps over space, and landmarks are few: with the same steps as
-/// MatchingObjective::evaluate() and MatchingObjective::endpoint_changes(), whose results they equal to within 1e-10 of
-/// the shape's size.
+/// Shoots paths of the integrator `variational-2` of one model, as many at once as a vector has lanes, where the noise
+/// is additive and Hamiltonian, or of bumps over space, and landmarks are few: with the same steps as
+/// Integrator::integrate() and its derivatives, whose results they equal to within 1e-10 of the shape's size.
 class LaneShots {
  public:
-  /// Whether there is vector code for the objective.
-  static bool knows(const matching::MatchingObjective& objective);
+  /// Whether there is vector code for the model.
+  static bool knows(const Specimen& specimen, const Specimen::Model& model);
 
-  /// @param slope J of the match, n×U: slopes() has products with its transpose @param observation of the shape
-  LaneShots(const matching::MatchingObjective& objective, const Observation& observation, const Eigen::MatrixXd& slope);
-
-  /// Of no shape, without slopes.
-  explicit LaneShots(const matching::MatchingObjective& objective);
+  /// @param chord whose J products() have; null: none
+  LaneShots(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord);
 
   /// How many are shot at once.
   static int lanes();
@@ -67,27 +63,27 @@ class LaneShots {
     Eigen::MatrixXd ends;     ///< q(T), dN×L
     std::vector<char> found;  ///< whether each has a path
     /// What was asked for, of each.
-    std::vector<Eigen::MatrixXd> slopes;   ///< A ∂q(T)/∂z Jᵀ, n×n; A the projection of the observation
-    std::vector<Eigen::MatrixXd> changes;  ///< ∂q(T)/∂z, dN×U
+    std::vector<Eigen::MatrixXd> products;  ///< J(z)Jᵀ, n×n
+    std::vector<Specimen::Slopes> slopes;
   };
-  enum class With { kNothing, kSlopes, kChanges };
+  enum class With { kNothing, kProducts, kSlopes };
   Shots shoot(const Eigen::MatrixXd& z, With with) const;
 
  private:
   struct Rows {
     std::vector<double> by_q, by_p, by_start, by_weights;
   };
-  Eigen::MatrixXd changes_of(const Rows& rows, Eigen::Index lane) const;
+  Specimen::Slopes slopes_of(const Rows& rows, Eigen::Index lane) const;
   Eigen::Index channels() const { return bumps_ ? bumps_->centres.size() : of_p_.cols(); }
 
-  const matching::MatchingObjective& objective_;
-  Eigen::MatrixXd momenta_;      // ∂p0/∂z0, dN×U0
+  const Specimen& specimen_;
+  const Specimen::Model& model_;
   Eigen::MatrixXd of_q_, of_p_;  // ∇h_i, dN×C
-  Eigen::MatrixXd projection_;   // dN×n
+  Eigen::MatrixXd rows_;         // ∂r/∂q(T), dN×n
   Eigen::MatrixXd by_q_, by_p_;  // dN×(n·steps)
   Eigen::MatrixXd by_start_;     // dN×n
   std::optional<BumpFields> bumps_;
   Eigen::MatrixXd by_weights_;  // C×(n·steps)
 };
 
-}  // namespace pulson::compare
+}  // namespace pulson::posterior

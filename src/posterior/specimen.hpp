@@ -3,17 +3,39 @@
 #include <memory>
 #include <optional>
 
-#include "parameters.hpp"
+#include <vector>
 
-namespace pulson::inference {
+#include <Eigen/Core>
 
-/// One target's unknowns z ~ N(0, I): momenta p0 = (λ(K(q0) + εI))^{-½} z0 by Cholesky factorisation, which is smooth
-/// in the width of the kernel, and increments ΔW = √Δt zW. Of a tree the increments of its branches, one after the
-/// other, and no momenta. Thread-safe.
+#include "pulson/matching/objective.hpp"
+#include "pulson/posterior/branch.hpp"
+
+namespace pulson::posterior {
+
+/// The numbers θ of the models of all specimens.
+struct Numbers {
+  std::shared_ptr<const KernelOperator> kernel;  ///< shared where it is that of the problem
+  std::shared_ptr<const NoiseModel> noise;
+  double lambda = 1;
+  double sigma = 1;  ///< relative to that of the data
+};
+
+/// One shape's unknowns z ~ N(0, I) and its data. Momenta are p0 = (λ(K(q0) + εI))^{-½} z0 by Cholesky factorisation,
+/// which is smooth in the width of the kernel, increments ΔW = √Δt zW; of a tree the increments of its branches, one
+/// after the other, and no momenta. With F the derivative of the residual of a data term by positions, n×dN, X the
+/// motions that an alignment takes out of the data, and A an orthonormal basis of what is orthogonal to FX,
+///
+///     r(z) = Aᵀ r_data(q(T)),   −log p(y | z, θ) = ½|r|² + volume(θ),
+///
+/// where the amplitudes of the motions have a flat prior along an orthonormal basis. Thread-safe.
 class Specimen {
  public:
-  /// @param tree see PosteriorProblem; empty: one path with the data of the problem
+  /// @param tree one path with the data of the problem where it is empty
   explicit Specimen(matching::MatchingProblem problem, std::vector<Branch> tree = {});
+
+  /// One path. @param motions X, orthonormal in the coordinates that are observed, dN×k
+  /// @throws InputError where the alignment accounts for all observed coordinates
+  Specimen(matching::MatchingProblem problem, const Eigen::MatrixXd& motions);
 
   /// The models at one θ.
   struct Model {
@@ -43,7 +65,7 @@ class Specimen {
   Eigen::Index channels() const { return channels_; }
   Eigen::Index data() const { return count_; }
 
-  Model model(const ModelNumbers& numbers) const;
+  Model model(const Numbers& numbers) const;
   Points momenta(const Model& model, const Eigen::VectorXd& z) const;              ///< p0
   Eigen::MatrixXd increments(std::size_t branch, const Eigen::VectorXd& z) const;  ///< ΔW
   /// The z of p0 and ΔW, of one path.
@@ -52,6 +74,8 @@ class Specimen {
   /// None where a step has no root or numbers overflow.
   std::optional<std::vector<Trajectory>> paths(const Model& model, const Eigen::VectorXd& z) const;
   std::optional<Shot> shoot(const Model& model, const Eigen::VectorXd& z) const;
+  /// r. @param ends q(T) of each branch, one after the other
+  Eigen::VectorXd residual(const Model& model, const Eigen::VectorXd& ends) const;
 
   /// J(z)ᵀv, by the adjoint.
   Eigen::VectorXd transposed(const Model& model, const Shot& shot, const Eigen::VectorXd& v) const;
@@ -62,19 +86,23 @@ class Specimen {
     Eigen::MatrixXd end;     ///< of these coordinates by the unknowns
   };
   struct Slopes {
-    Eigen::MatrixXd momenta;  ///< of the data by p0, n×dN, or n×0
+    Eigen::MatrixXd momenta;  ///< of the end by p0, dN×dN; of no size for a tree
     std::vector<BranchSlopes> branches;
   };
   Slopes slopes(const Model& model, const Shot& shot) const;
+  /// ∂r/∂q(T) of one path, at the σ of the data, n×dN.
+  const Eigen::MatrixXd& projection() const { return projection_; }
 
   /// −log p(y | z, θ) − ½|r|²
   double log_volume(const Model& model) const;
 
  private:
   Eigen::MatrixXd root_of(const KernelOperator& kernel) const;
-  Eigen::VectorXd residual(const std::vector<Trajectory>& paths) const;
-  /// The derivative of a branch's own data by the positions at its end, at the σ of the data.
-  Eigen::MatrixXd by_end(std::size_t branch, const Shot& shot) const;
+  void add_branches();
+  /// Of a branch's own data, at the σ of the data.
+  Eigen::VectorXd own_residual(std::size_t branch, const Points& end) const;
+  /// Its derivative by the positions at the end.
+  Eigen::MatrixXd by_end(std::size_t branch) const;
   /// A derivative by the momenta as one by z.
   Eigen::VectorXd whitened(const Model& model, const Eigen::VectorXd& by_momenta) const;
 
@@ -87,7 +115,9 @@ class Specimen {
   Eigen::Index count_ = 0;
   double nugget_;
   double log_determinant_ = 0;
+  Eigen::MatrixXd complement_;  ///< A; empty for all
+  Eigen::MatrixXd projection_;
   std::shared_ptr<const Eigen::MatrixXd> reference_root_;
 };
 
-}  // namespace pulson::inference
+}  // namespace pulson::posterior

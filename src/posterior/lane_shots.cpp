@@ -1,6 +1,6 @@
 // Compiled once per vector target by foreach_target.h; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "compare/lane_shots.cpp"
+#define HWY_TARGET_INCLUDE "posterior/lane_shots.cpp"
 #include <hwy/foreach_target.h>
 // clang-format off
 #include <hwy/highway.h>
@@ -13,9 +13,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "matching/momentum_basis.hpp"
 
-namespace pulson::compare {
+namespace pulson::posterior {
 
 HWY_EXPORT(ShootLanes);
 HWY_EXPORT(ShotLaneCount);
@@ -48,46 +47,41 @@ MatrixXd of_lanes(const std::vector<double>& values, Index rows, Index count, in
 
 int LaneShots::lanes() { return static_cast<int>(HWY_DYNAMIC_DISPATCH(ShotLaneCount)()); }
 
-bool LaneShots::knows(const matching::MatchingObjective& objective) {
-  const matching::MatchingProblem& problem = objective.problem();
-  const NoiseTraits traits = problem.system.noise->traits();
-  return problem.integrator->name() == "variational-2" && traits.hamiltonian &&
-         (traits.additive || bump_fields(*problem.system.noise)) && problem.source.size() <= kMostCoordinates &&
+bool LaneShots::knows(const Specimen& specimen, const Specimen::Model& model) {
+  const matching::MatchingProblem& problem = specimen.problem();
+  const NoiseTraits traits = model.system.noise->traits();
+  return specimen.momentum_unknowns() > 0 && problem.integrator->name() == "variational-2" && traits.hamiltonian &&
+         (traits.additive || bump_fields(*model.system.noise)) && problem.source.size() <= kMostCoordinates &&
          lanes() >= 2;
 }
 
-LaneShots::LaneShots(const matching::MatchingObjective& objective)
-    : objective_(objective), momenta_(objective.basis().changes()) {
-  const matching::MatchingProblem& problem = objective.problem();
+LaneShots::LaneShots(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord)
+    : specimen_(specimen), model_(model), rows_(MatrixXd::Identity(specimen.problem().source.size(), specimen.problem().source.size())) {
+  const matching::MatchingProblem& problem = specimen.problem();
   const Points& source = problem.source;
-  projection_ = MatrixXd::Identity(source.size(), source.size());
-  bumps_ = bump_fields(*problem.system.noise);
-  if (bumps_) return;
-  const Index channels = (objective.unknowns() - momenta_.cols()) / problem.grid.steps;
-  of_q_.resize(source.size(), channels);
-  of_p_.resize(source.size(), channels);
-  const PhaseState rest{source, Points::Zero(source.rows(), source.cols())};
-  for (Index i = 0; i < channels; ++i) {
-    const PhaseState field = problem.system.noise->gradient(rest, VectorXd::Unit(channels, i));
-    of_q_.col(i) = field.q.reshaped();
-    of_p_.col(i) = field.p.reshaped();
-  }
-}
-
-LaneShots::LaneShots(const matching::MatchingObjective& objective, const Observation& observation,
-                     const MatrixXd& slope)
-    : LaneShots(objective) {
-  const matching::MatchingProblem& problem = objective.problem();
-  const Index size = problem.source.size();
-  const Index n = observation.count();
+  const Index size = source.size();
   const int steps = problem.grid.steps;
-  projection_ = observation.projection.transpose();
-  by_start_ = momenta_ * slope.leftCols(momenta_.cols()).transpose();
+  bumps_ = bump_fields(*model.system.noise);
+  if (!bumps_) {
+    const Index count = specimen.channels();
+    of_q_.resize(size, count);
+    of_p_.resize(size, count);
+    const PhaseState rest{source, Points::Zero(source.rows(), source.cols())};
+    for (Index i = 0; i < count; ++i) {
+      const PhaseState field = model.system.noise->gradient(rest, VectorXd::Unit(count, i));
+      of_q_.col(i) = field.q.reshaped();
+      of_p_.col(i) = field.p.reshaped();
+    }
+  }
+  if (chord == nullptr) return;
+  const Index n = specimen.data();
+  rows_ = specimen.projection().transpose() / model.sigma;
+  by_start_ = chord->momentum_changes(model);
+  const MatrixXd of_increments = std::sqrt(problem.grid.dt()) * chord->increment_changes();
   (bumps_ ? by_weights_ : by_q_).resize(bumps_ ? channels() : size, n * steps);
   if (!bumps_) by_p_.resize(size, n * steps);
-  const double root = std::sqrt(problem.grid.dt());
   for (int k = 0; k < steps && channels() > 0; ++k) {
-    const MatrixXd part = root * slope.middleCols(momenta_.cols() + k * channels(), channels()).transpose();
+    const auto part = of_increments.middleRows(k * channels(), channels());
     if (bumps_) {
       by_weights_.middleCols(k * n, n) = part;
     } else {
@@ -97,10 +91,10 @@ LaneShots::LaneShots(const matching::MatchingObjective& objective, const Observa
   }
 }
 
-MatrixXd LaneShots::changes_of(const Rows& rows, Index lane) const {
-  const Index size = projection_.cols();
-  const Index steps = objective_.problem().grid.steps;
-  const double root = std::sqrt(objective_.problem().grid.dt());
+Specimen::Slopes LaneShots::slopes_of(const Rows& rows, Index lane) const {
+  const Index size = rows_.rows();
+  const Index steps = specimen_.problem().grid.steps;
+  const double root = std::sqrt(specimen_.problem().grid.dt());
   const int lanes = LaneShots::lanes();
   using Strides = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
   const auto of_step = [&](const std::vector<double>& values, Index height, Index step) {
@@ -108,26 +102,27 @@ MatrixXd LaneShots::changes_of(const Rows& rows, Index lane) const {
                                                            size, Strides(height * lanes, lanes))
                         .transpose());
   };
-  MatrixXd changes(size, objective_.unknowns());
-  changes.leftCols(momenta_.cols()).noalias() = of_step(rows.by_start, size, 0) * momenta_;
+  MatrixXd end = MatrixXd::Zero(size, steps * channels());
   for (Index k = 0; k < steps && channels() > 0; ++k) {
-    auto part = changes.middleCols(momenta_.cols() + k * channels(), channels());
-    part.setZero();
+    auto part = end.middleCols(k * channels(), channels());
     if (!rows.by_weights.empty()) part = root * of_step(rows.by_weights, channels(), k);
     if (!rows.by_q.empty()) part.noalias() += root * of_step(rows.by_q, size, k) * of_p_;
     if (!rows.by_p.empty()) part.noalias() -= root * of_step(rows.by_p, size, k) * of_q_;
   }
-  return changes;
+  return {of_step(rows.by_start, size, 0), {{specimen_.projection(), std::move(end)}}};
 }
 
 LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
-  const matching::MatchingProblem& problem = objective_.problem();
-  const NoiseTraits traits = problem.system.noise->traits();
+  const matching::MatchingProblem& problem = specimen_.problem();
+  const NoiseTraits traits = model_.system.noise->traits();
   const int lanes = LaneShots::lanes();
   const Index size = problem.source.size();
-  const Index n = projection_.cols();
+  const MatrixXd rows_of_end = with == With::kProducts ? rows_ : MatrixXd::Identity(size, size);
+  const Index n = rows_of_end.cols();
   const int steps = problem.grid.steps;
-  const std::vector<double> p0 = in_lanes(momenta_ * z.topRows(momenta_.cols()), lanes);
+  MatrixXd momenta(size, z.cols());
+  for (Index l = 0; l < z.cols(); ++l) momenta.col(l) = specimen_.momenta(model_, z.col(l)).reshaped();
+  const std::vector<double> p0 = in_lanes(momenta, lanes);
   std::vector<double> q_kicks, p_kicks, weights;
   const MatrixXd w = std::sqrt(problem.grid.dt()) * z.bottomRows(channels() * steps);
   if (bumps_) {
@@ -146,8 +141,8 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   const bool moves_momenta = has_kicks && traits.moves_momenta;
   const auto lane_size = static_cast<std::size_t>(lanes);
   std::vector<double> ends(static_cast<std::size_t>(size) * lane_size), found(lane_size);
-  std::vector<double> slopes(with == With::kSlopes ? static_cast<std::size_t>(n * n) * lane_size : 0);
-  const auto rows_of_lanes = static_cast<std::size_t>(with == With::kChanges ? size : 0) * lane_size;
+  std::vector<double> slopes(with == With::kProducts ? static_cast<std::size_t>(n * n) * lane_size : 0);
+  const auto rows_of_lanes = static_cast<std::size_t>(with == With::kSlopes ? size : 0) * lane_size;
   const auto of_all = [&](Index height) {
     return static_cast<std::size_t>(height) * static_cast<std::size_t>(steps) * rows_of_lanes;
   };
@@ -162,7 +157,7 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   arguments.steps = steps;
   arguments.rows = with == With::kNothing ? 0 : static_cast<int>(n);
   arguments.half = problem.grid.dt() / 2;
-  arguments.terms = &problem.system.kernel.terms();
+  arguments.terms = &model_.system.kernel.terms();
   arguments.moves_positions = moves_positions;
   arguments.moves_momenta = moves_momenta;
   arguments.q0 = problem.source.data();
@@ -177,13 +172,13 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
     arguments.weights = weights.data();
     arguments.by_weights = by_weights_.data();
   }
-  arguments.projection = projection_.data();
+  arguments.projection = rows_of_end.data();
   arguments.by_q = by_q_.data();
   arguments.by_p = by_p_.data();
   arguments.by_start = by_start_.data();
   arguments.ends = ends.data();
   arguments.found = found.data();
-  arguments.slopes = with == With::kSlopes ? slopes.data() : nullptr;
+  arguments.slopes = with == With::kProducts ? slopes.data() : nullptr;
   arguments.rows_by_q = rows.by_q.data();
   arguments.rows_by_p = rows.by_p.data();
   arguments.rows_by_start = rows.by_start.data();
@@ -192,15 +187,15 @@ LaneShots::Shots LaneShots::shoot(const MatrixXd& z, With with) const {
   HWY_DYNAMIC_DISPATCH(ShootLanes)(arguments);
   Shots shots{of_lanes(ends, size, z.cols(), lanes), std::vector<char>(static_cast<std::size_t>(z.cols())), {}, {}};
   for (std::size_t l = 0; l < shots.found.size(); ++l) shots.found[l] = found[l] != 0 ? 1 : 0;
-  for (Index l = 0; with == With::kChanges && l < z.cols(); ++l) shots.changes.push_back(changes_of(rows, l));
-  for (Index l = 0; with == With::kSlopes && l < z.cols(); ++l) {
-    MatrixXd slope(n, n);
-    for (Index i = 0; i < n * n; ++i) slope.reshaped()[i] = slopes[static_cast<std::size_t>(i * lanes + l)];
-    shots.slopes.push_back(std::move(slope));
+  for (Index l = 0; with == With::kSlopes && l < z.cols(); ++l) shots.slopes.push_back(slopes_of(rows, l));
+  for (Index l = 0; with == With::kProducts && l < z.cols(); ++l) {
+    MatrixXd product(n, n);
+    for (Index i = 0; i < n * n; ++i) product.reshaped()[i] = slopes[static_cast<std::size_t>(i * lanes + l)];
+    shots.products.push_back(std::move(product));
   }
   return shots;
 }
 
-}  // namespace pulson::compare
+}  // namespace pulson::posterior
 
 #endif  // HWY_ONCE

@@ -20,7 +20,7 @@
 // Functions are named in Highway's style, which they extend.
 // NOLINTBEGIN(readability-identifier-naming)
 HWY_BEFORE_NAMESPACE();
-namespace pulson::compare {
+namespace pulson::posterior {
 namespace HWY_NAMESPACE {
 
 using namespace pulson::HWY_NAMESPACE;  // NOLINT(google-build-using-namespace): the same target's lanes
@@ -566,7 +566,7 @@ void ShootLanes(const LaneShotArguments& arguments) {
 std::size_t ShotLaneCount() { return hn::Lanes(Tag()); }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace pulson::compare
+}  // namespace pulson::posterior
 HWY_AFTER_NAMESPACE();
 // NOLINTEND(readability-identifier-naming)
 

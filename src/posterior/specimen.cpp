@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include <Eigen/QR>
+#include <fmt/core.h>
 
 #include "core/factorisations.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 
-namespace pulson::inference {
+namespace pulson::posterior {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -16,7 +20,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-// See PosteriorProblem; and of K(0), for rounding.
+// ε = kSeen λσ²/T²: momenta in directions whose eigenvalue of K is below ε would move no landmark by more than 0.03 σ.
+// It keeps them finite where K is singular to rounding, and changes the velocities Kp0 of the others by a fraction ε
+// over their eigenvalue. At least so much of K(0), for rounding.
 constexpr double kSeen = 1e-3;
 constexpr double kSingular = 1e-12;
 
@@ -41,6 +47,27 @@ Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree)
   check(problem_);
   matching::require_distinct(problem_.source);
   if (branches_.empty()) branches_.push_back({"", -1, problem_.grid, problem_.data});
+  add_branches();
+}
+
+Specimen::Specimen(matching::MatchingProblem problem, const MatrixXd& motions) : Specimen(std::move(problem)) {
+  if (motions.cols() == 0) return;
+  const MatrixXd moved = projection_ * motions;
+  if (count_ <= moved.cols())
+    throw InputError(fmt::format(
+        "its {} observed coordinates are too few, as the alignment accounts for all of them", count_));
+  const Eigen::HouseholderQR<MatrixXd> factors(moved);
+  MatrixXd basis = MatrixXd::Identity(count_, count_);
+  basis.applyOnTheLeft(factors.householderQ());
+  complement_ = basis.rightCols(count_ - moved.cols());
+  log_determinant_ += 2 * factors.matrixQR().diagonal().cwiseAbs().array().log().sum() -
+                      static_cast<double>(moved.cols()) * std::log(2 * std::numbers::pi);
+  count_ = complement_.cols();
+  places_.front().data = count_;
+  projection_ = complement_.transpose() * projection_;
+}
+
+void Specimen::add_branches() {
   for (const Branch& branch : branches_) {
     const Index of_branch = channels_ * branch.grid.steps;
     places_.push_back({momenta_ + channels_ * steps_, of_branch, count_, 0});
@@ -52,6 +79,7 @@ Specimen::Specimen(matching::MatchingProblem problem, std::vector<Branch> tree)
     for (auto b = static_cast<int>(places_.size()) - 1; b >= 0; b = branches_[static_cast<std::size_t>(b)].parent)
       places_[static_cast<std::size_t>(b)].data += data;
   }
+  if (momenta_ > 0) projection_ = by_end(0);
 }
 
 MatrixXd Specimen::root_of(const KernelOperator& kernel) const {
@@ -62,7 +90,7 @@ MatrixXd Specimen::root_of(const KernelOperator& kernel) const {
   return factors.matrixL();
 }
 
-Specimen::Model Specimen::model(const ModelNumbers& numbers) const {
+Specimen::Model Specimen::model(const Numbers& numbers) const {
   const bool is_reference = same_kernel(*numbers.kernel, problem_.system.kernel);
   return {{*numbers.kernel, numbers.noise},
           numbers.lambda,
@@ -106,23 +134,34 @@ std::optional<std::vector<Trajectory>> Specimen::paths(const Model& model, const
   return paths;
 }
 
-VectorXd Specimen::residual(const std::vector<Trajectory>& paths) const {
+VectorXd Specimen::own_residual(std::size_t branch, const Points& end) const {
+  VectorXd own = branches_[branch].data->residual(end);
+  if (complement_.size() > 0) own = complement_.transpose() * own;
+  return own;
+}
+
+VectorXd Specimen::residual(const Model& model, const VectorXd& ends) const {
+  const Index d = problem_.source.rows(), n = problem_.source.cols();
   VectorXd residual(count_);
   Index first = 0;
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     if (!branches_[b].data) continue;
-    const VectorXd own = branches_[b].data->residual(paths[b].final().q);
+    const VectorXd own = own_residual(b, ends.segment(static_cast<Index>(b) * d * n, d * n).reshaped(d, n));
     residual.segment(first, own.size()) = own;
     first += own.size();
   }
-  return residual;
+  return residual / model.sigma;
 }
 
 std::optional<Specimen::Shot> Specimen::shoot(const Model& model, const VectorXd& z) const {
   std::optional<std::vector<Trajectory>> found = paths(model, z);
   if (!found) return std::nullopt;
   Shot shot{std::move(*found), {}, 0};
-  shot.residual = residual(shot.paths) / model.sigma;
+  const Index size = problem_.source.size();
+  VectorXd ends(size * std::ssize(shot.paths));
+  for (std::size_t b = 0; b < shot.paths.size(); ++b)
+    ends.segment(static_cast<Index>(b) * size, size) = shot.paths[b].final().q.reshaped();
+  shot.residual = residual(model, ends);
   shot.log_likelihood = -0.5 * shot.residual.squaredNorm() - log_volume(model);
   if (!std::isfinite(shot.log_likelihood)) return std::nullopt;
   return shot;
@@ -139,9 +178,9 @@ VectorXd Specimen::whitened(const Model& model, const VectorXd& by_momenta) cons
   return by_z.transpose().reshaped() / std::sqrt(model.lambda);
 }
 
-MatrixXd Specimen::by_end(std::size_t branch, const Shot& shot) const {
+MatrixXd Specimen::by_end(std::size_t branch) const {
   const Index size = problem_.source.size();
-  return branches_[branch].data->linearise(shot.paths[branch].final().q, MatrixXd::Identity(size, size)).changes;
+  return branches_[branch].data->linearise(problem_.source, MatrixXd::Identity(size, size)).changes;
 }
 
 // Backwards through the branches: what depends on the end of one are its own data and the starts of its children.
@@ -149,7 +188,7 @@ VectorXd Specimen::transposed(const Model& model, const Shot& shot, const Vector
   const Index d = problem_.source.rows(), n = problem_.source.cols(), size = problem_.source.size();
   VectorXd by_z(unknowns());
   if (momenta_ > 0) {
-    const PhaseState bar{(by_end(0, shot).transpose() * v).reshaped(d, n), Points::Zero(d, n)};
+    const PhaseState bar{(projection_.transpose() * v).reshaped(d, n), Points::Zero(d, n)};
     const PathGradient gradient = problem_.integrator->adjoint(model.system, shot.paths.front(), bar, false);
     by_z.head(momenta_) = whitened(model, gradient.p0_bar.reshaped());
     by_z.tail(by_z.size() - momenta_) = std::sqrt(problem_.grid.dt()) * gradient.increments_bar.reshaped();
@@ -161,7 +200,7 @@ VectorXd Specimen::transposed(const Model& model, const Shot& shot, const Vector
   for (std::size_t b = branches_.size(); b-- > 0;) {
     const Place& place = places_[b];
     if (branches_[b].data) {
-      const MatrixXd own = by_end(b, shot);
+      const MatrixXd own = by_end(b);
       after -= own.rows();
       rows[b].leftCols(size) += v.segment(after, own.rows()).transpose() * own;
     }
@@ -176,12 +215,10 @@ Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {
   const Index size = problem_.source.size();
   if (momenta_ > 0) {
     EndpointJacobian end = problem_.integrator->endpoint_jacobian(model.system, shot.paths.front());
-    MatrixXd by_end = problem_.data->linearise(shot.paths.front().final().q, MatrixXd::Identity(size, size)).changes;
-    MatrixXd by_momenta = by_end * end.momenta;
-    return {std::move(by_momenta), {{std::move(by_end), std::sqrt(problem_.grid.dt()) * end.increments}}};
+    return {std::move(end.momenta), {{projection_, std::sqrt(problem_.grid.dt()) * end.increments}}};
   }
   const Index of_state = is_at_rest(model.system, shot.paths.front().initial()) ? size : 2 * size;
-  Slopes slopes{MatrixXd(count_, 0), std::vector<BranchSlopes>(branches_.size())};
+  Slopes slopes{{}, std::vector<BranchSlopes>(branches_.size())};
   std::vector<MatrixXd> starts(branches_.size());
   parallel_for(static_cast<int>(branches_.size()), [&](int b) {
     const auto i = static_cast<std::size_t>(b);
@@ -196,7 +233,7 @@ Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {
     MatrixXd& of_data = slopes.branches[b].by_end;
     if (of_data.size() == 0) of_data.setZero(place.data, of_state);
     if (branches_[b].data) {
-      const MatrixXd own = by_end(b, shot);
+      const MatrixXd own = by_end(b);
       of_data.topLeftCorner(own.rows(), size) = own;
     }
     if (branches_[b].parent < 0) continue;
@@ -208,4 +245,4 @@ Specimen::Slopes Specimen::slopes(const Model& model, const Shot& shot) const {
   return slopes;
 }
 
-}  // namespace pulson::inference
+}  // namespace pulson::posterior

@@ -6,7 +6,7 @@
 #include "core/factorisations.hpp"
 #include "random/normals.hpp"
 
-namespace pulson::inference {
+namespace pulson::posterior {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -45,29 +45,34 @@ MatrixXd gram_through(const MatrixXd& rows, const MatrixXd& root, Index d) {
 
 LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model, const Specimen::Shot& at,
                          const VectorXd& z)
-    : specimen_(&specimen), noise_(model.system.noise), root_(model.root) {
+    : LinearModel(specimen, model, specimen.slopes(model, at), at.residual, z) {}
+
+LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model, Specimen::Slopes slopes,
+                         const VectorXd& residual, const VectorXd& z)
+    : specimen_(&specimen),
+      start_{specimen.problem().source, specimen.momenta(model, z)},
+      noise_(model.system.noise),
+      root_(model.root) {
   const matching::MatchingProblem& problem = specimen.problem();
   const Index d = problem.source.rows(), n = problem.source.cols(), channels = specimen.channels();
-  Specimen::Slopes slopes = specimen.slopes(model, at);
   branches_ = std::move(slopes.branches);
-  by_velocity_.resize(slopes.momenta.rows(), slopes.momenta.cols());
+  const MatrixXd momenta = slopes.momenta.size() > 0 ? MatrixXd(branches_.front().by_end * slopes.momenta) : MatrixXd(specimen.data(), 0);
+  by_velocity_.resize(momenta.rows(), momenta.cols());
   for (Index axis = 0; axis < d && by_velocity_.cols() > 0; ++axis) {
-    MatrixXd rows = axis_columns(slopes.momenta, axis, d).transpose();
+    MatrixXd rows = axis_columns(momenta, axis, d).transpose();
     root_->triangularView<Eigen::Lower>().solveInPlace(rows);
     root_->transpose().triangularView<Eigen::Upper>().solveInPlace(rows);
     by_velocity_(Eigen::all, Eigen::seqN(axis, n, d)) = MatrixXd(rows.transpose());
   }
   momentum_gram_ = gram_through(by_velocity_, *root_, d);
-  offset_ = model.sigma * at.residual;
-  if (slopes.momenta.cols() > 0) offset_ -= slopes.momenta * specimen.momenta(model, z).reshaped();
+  offset_ = model.sigma * residual;
+  if (momenta.cols() > 0) offset_ -= momenta * start_.p.reshaped();
   for (std::size_t b = 0; b < branches_.size(); ++b) {
     const Specimen::Place& place = specimen.places()[b];
     const VectorXd moved = branches_[b].end * z.segment(place.first_unknown, place.unknowns);
     offset_.segment(place.first_datum, place.data).noalias() -= branches_[b].by_end * moved;
   }
 
-  const std::vector<PhaseState>& states = at.paths.front().states;
-  middle_ = states[states.size() / 2];
   for (int i = 0; i < kProbes; ++i) {
     const MatrixXd normals =
         standard_normals(kProbeSeed, static_cast<std::uint64_t>(i), static_cast<int>(d), static_cast<int>(2 * n));
@@ -105,7 +110,7 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
 
 VectorXd LinearModel::strengths(const NoiseModel& noise) const {
   VectorXd squares = VectorXd::Zero(specimen_->channels());
-  for (const PhaseState& probe : probes_) squares += noise.contract(middle_, probe).cwiseAbs2();
+  for (const PhaseState& probe : probes_) squares += noise.contract(start_, probe).cwiseAbs2();
   return squares.cwiseSqrt();
 }
 
@@ -189,8 +194,9 @@ VectorXd LinearAt::transposed(const VectorXd& v) const {
 MatrixXd LinearAt::product(const Specimen::Slopes& slopes, const Specimen::Model& model) const {
   const Specimen& specimen = *linear_->specimen_;
   MatrixXd product = MatrixXd::Zero(specimen.data(), specimen.data());
-  if (slopes.momenta.cols() > 0)
-    product.noalias() += scale_velocity_ / std::sqrt(model.lambda) * slopes.momenta * linear_->by_velocity_.transpose();
+  if (slopes.momenta.size() > 0)
+    product.noalias() +=
+        slopes.branches.front().by_end * (slopes.momenta * momentum_changes(model));
   const Index channels = scale_channels_.size();
   const bool alike = channels > 0 && (scale_channels_.array() == scale_channels_[0]).all();
   for (std::size_t b = 0; channels > 0 && b < slopes.branches.size(); ++b) {
@@ -209,6 +215,38 @@ MatrixXd LinearAt::product(const Specimen::Slopes& slopes, const Specimen::Model
   return product / model.sigma;
 }
 
+MatrixXd LinearAt::momentum_changes(const Specimen::Model& model) const {
+  return scale_velocity_ / std::sqrt(model.lambda) * linear_->by_velocity_.transpose();
+}
+
+MatrixXd LinearAt::increment_changes() const {
+  const Specimen& specimen = *linear_->specimen_;
+  const Index channels = scale_channels_.size();
+  MatrixXd changes = MatrixXd::Zero(specimen.unknowns() - specimen.momentum_unknowns(), specimen.data());
+  for (std::size_t b = 0; channels > 0 && b < linear_->branches_.size(); ++b) {
+    const Specimen::Place& place = specimen.places()[b];
+    const VectorXd scales = scale_channels_.replicate(place.unknowns / channels, 1);
+    changes.block(place.first_unknown - specimen.momentum_unknowns(), place.first_datum, place.unknowns, place.data) =
+        scales.asDiagonal() * (linear_->branches_[b].end.transpose() * linear_->branches_[b].by_end.transpose());
+  }
+  return changes;
+}
+
+double LinearAt::momentum_share() const {
+  return factors_.matrixLLT().triangularView<Eigen::Lower>().toDenseMatrix().squaredNorm() -
+         static_cast<double>(offset_.size()) - noise_share();
+}
+
+double LinearAt::noise_share() const {
+  const Index channels = scale_channels_.size();
+  VectorXd squares = VectorXd::Zero(std::ssize(linear_->gram_));
+  for (Index i = 0; i < channels; ++i)
+    squares[linear_->group_[static_cast<std::size_t>(i)]] = scale_channels_[i] * scale_channels_[i];
+  double trace = 0;
+  for (Index g = 0; g < squares.size(); ++g) trace += squares[g] * linear_->gram_[static_cast<std::size_t>(g)].trace();
+  return trace;
+}
+
 VectorXd LinearAt::draw(const VectorXd& normals) const {
   const Index unknowns = linear_->specimen_->unknowns();
   const VectorXd zeta = normals.head(unknowns);
@@ -224,4 +262,4 @@ VectorXd LinearAt::pull_back(const VectorXd& z_bar) const {
 
 VectorXd LinearAt::mean() const { return -transposed(solve(offset_)); }
 
-}  // namespace pulson::inference
+}  // namespace pulson::posterior

@@ -1,0 +1,84 @@
+#include "shot_batch.hpp"
+
+#include <algorithm>
+
+#include "lane_shots.hpp"
+
+namespace pulson::posterior {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+namespace {
+
+// task(first column, columns) for as many at once as there are lanes.
+template <class Task>
+void for_each_group(Index columns, const Task& task) {
+  const Index lanes = LaneShots::lanes();
+  for (Index first = 0; first < columns; first += lanes) task(first, std::min(lanes, columns - first));
+}
+
+}  // namespace
+
+ShotBatch::ShotBatch(const Specimen& specimen, const Specimen::Model& model, const LinearAt* chord)
+    : specimen_(specimen), model_(model), chord_(chord) {
+  if (LaneShots::knows(specimen, model)) lanes_ = std::make_unique<LaneShots>(specimen, model, chord);
+}
+
+ShotBatch::~ShotBatch() = default;
+
+Index ShotBatch::at_once() const { return lanes_ ? LaneShots::lanes() : 1; }
+
+ShotBatch::Ends ShotBatch::ends(const MatrixXd& z) const {
+  const Index size = specimen_.problem().source.size();
+  Ends ends{MatrixXd::Zero(size * std::ssize(specimen_.branches()), z.cols()), {}};
+  if (lanes_) {
+    for_each_group(z.cols(), [&](Index first, Index count) {
+      const LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kNothing);
+      ends.positions.middleCols(first, count) = shots.ends;
+      ends.found.insert(ends.found.end(), shots.found.begin(), shots.found.end());
+    });
+    return ends;
+  }
+  for (Index l = 0; l < z.cols(); ++l) {
+    const auto paths = specimen_.paths(model_, z.col(l));
+    ends.found.push_back(paths ? 1 : 0);
+    for (std::size_t b = 0; paths && b < paths->size(); ++b)
+      ends.positions.col(l).segment(static_cast<Index>(b) * size, size) = (*paths)[b].final().q.reshaped();
+  }
+  return ends;
+}
+
+std::vector<Specimen::Slopes> ShotBatch::slopes(const MatrixXd& z) const {
+  std::vector<Specimen::Slopes> slopes(static_cast<std::size_t>(z.cols()));
+  if (lanes_) {
+    for_each_group(z.cols(), [&](Index first, Index count) {
+      LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kSlopes);
+      for (std::size_t l = 0; l < shots.slopes.size(); ++l)
+        if (shots.found[l]) slopes[static_cast<std::size_t>(first) + l] = std::move(shots.slopes[l]);
+    });
+    return slopes;
+  }
+  for (Index l = 0; l < z.cols(); ++l)
+    if (const auto shot = specimen_.shoot(model_, z.col(l)))
+      slopes[static_cast<std::size_t>(l)] = specimen_.slopes(model_, *shot);
+  return slopes;
+}
+
+std::vector<MatrixXd> ShotBatch::products(const MatrixXd& z) const {
+  std::vector<MatrixXd> products(static_cast<std::size_t>(z.cols()));
+  if (lanes_) {
+    for_each_group(z.cols(), [&](Index first, Index count) {
+      LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kProducts);
+      for (std::size_t l = 0; l < shots.products.size(); ++l)
+        if (shots.found[l]) products[static_cast<std::size_t>(first) + l] = std::move(shots.products[l]);
+    });
+    return products;
+  }
+  const std::vector<Specimen::Slopes> slopes = this->slopes(z);
+  for (std::size_t l = 0; l < products.size(); ++l)
+    if (!slopes[l].branches.empty()) products[l] = chord_->product(slopes[l], model_);
+  return products;
+}
+
+}  // namespace pulson::posterior

@@ -69,7 +69,6 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
             {"lambda", fit.lambda},
             {"fitted", fitted_json(fit.fitted)},
             {"converged", fit.converged},
-            {"rounds", fit.rounds},
             {"rms", model.rms.value},
             {"energy", model.energy.value},
             {"action", model.action.value},
@@ -99,13 +98,13 @@ Json model_json(const compare::ComparedModel& model, const compare::CohortSettin
   json["importance_sampling"]["samples"] = settings.importance_samples;
   json["importance_sampling"]["least_effective_part"] = fit.effective_part;
   int lost = 0;
-  double beyond = 0;
+  double distant = 0;
   for (const compare::ShapeFit& shape : fit.shapes) {
     lost += shape.lost_samples;
-    beyond = std::max(beyond, shape.beyond);
+    distant = std::max(distant, shape.distant);
   }
   json["importance_sampling"]["lost"] = lost;
-  json["importance_sampling"]["most_beyond"] = beyond;
+  json["importance_sampling"]["most_distant"] = distant;
   json["sampled_evidence"] = nullptr;
   if (const auto& sampled = fit.sampled) {
     json["sampled_evidence"] = estimate(sampled->total);

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "compare/amplitudes.hpp"
+#include "compare/open_noise.hpp"
 #include "pulson/kernels/kernel_operator.hpp"
 #include "pulson/noise/noise_table.hpp"
 

@@ -5,11 +5,11 @@
 
 #include <fmt/core.h>
 
-#include "amplitudes.hpp"
+#include "cohort_model.hpp"
 #include "core/determined.hpp"
-#include "fitter.hpp"
+#include "fit.hpp"
 #include "forward_samples.hpp"
-#include "posterior.hpp"
+#include "open_noise.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
@@ -23,13 +23,10 @@ double CohortFit::score() const {
 namespace {
 
 // Momenta and noise have priors; numbers that are fitted have none.
-void require_determined_numbers(const Cohort& cohort, const std::string& name, const OpenNoise& noise,
-                                const CohortSettings& settings) {
-  const double sigma = settings.sigma.in(diameter(cohort.source.points));
-  const Eigen::Index numbers = std::ssize(noise.open) + (settings.lambda ? 0 : 1) + (settings.fit_width ? 1 : 0);
+void require_determined_numbers(const CohortModel& cohort, const std::string& name) {
   Eigen::Index coordinates = 0;
-  for (int s = 0; s < static_cast<int>(cohort.targets.size()); ++s) coordinates += observe(cohort, s, sigma).count();
-  require_determined_parameters(fmt::format("noise '{}' is", name), numbers, coordinates,
+  for (int s = 0; s < cohort.shapes(); ++s) coordinates += cohort.specimen(s).data();
+  require_determined_parameters(fmt::format("noise '{}' is", name), cohort.count(), coordinates,
                                 "give more shapes or landmarks, or numbers such as lambda");
 }
 
@@ -37,9 +34,9 @@ void require_determined_numbers(const Cohort& cohort, const std::string& name, c
 
 CohortFit fit_cohort(const Cohort& cohort, const NoiseChoice& noise, const CohortSettings& settings) {
   const SerialBlas serial;
-  const OpenNoise open = make_open_noise(noise, cohort.source);
-  require_determined_numbers(cohort, noise.spec(), open, settings);
-  return Fitter(cohort, open, settings).run();
+  const CohortModel model(cohort, make_open_noise(noise, cohort.source), settings);
+  require_determined_numbers(model, noise.spec());
+  return fit_model(model);
 }
 
 int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
@@ -54,7 +51,7 @@ int sufficient_steps(const Cohort& cohort, CohortSettings settings) {
   int steps = kFewest;
   for (; steps < kMost; steps *= 2) try {
       settings.grid.steps = steps;
-      const CohortFit fit = Fitter(cohort, make_open_noise("none", cohort.source), settings).run_by_part();
+      const CohortFit fit = fit_roughly(CohortModel(cohort, make_open_noise("none", cohort.source), settings));
       const matching::MatchingProblem problem = shape_problem(cohort, fit, settings, 0);
       const StochasticSystem& system = problem.system;
       const TimeGrid finer{settings.grid.time, 2 * steps};
@@ -80,7 +77,7 @@ bool is_complete(const NoiseChoice& noise, const Landmarks& shape) {
 
 matching::MatchingProblem shape_problem(const Cohort& cohort, const CohortFit& fit, const CohortSettings& settings,
                                         int target) {
-  const double sigma = settings.sigma.in(diameter(cohort.source.points));
+  const double sigma = fit.sigma > 0 ? fit.sigma : settings.sigma.in(diameter(cohort.source.points));
   return {{make_kernel(fit.kernel, cohort.source.points),
            fit.own_noise ? fit.own_noise : make_noise(fit.noise, cohort.source)},
           make_integrator(settings.integrator),

@@ -8,12 +8,13 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/core.h>
 
-#include "fitter.hpp"
-#include "importance.hpp"
+#include "cohort_model.hpp"
+#include "fit.hpp"
 #include "least_cost_paths.hpp"
 #include "map_facts.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
+#include "sampled.hpp"
 #include "sampled_evidence.hpp"
 #include "statistics.hpp"
 
@@ -25,7 +26,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kConfounded = 0.9;
-constexpr double kMuchBeyond = 0.1;
+constexpr double kMuchDistant = 0.1;
 constexpr double kSameEvidence = 0.1;  // nats that two evidences may differ by, beside their errors, without a note
 constexpr double kWorstRhat = 1.05;    // of the log likelihood of a shape
 
@@ -106,7 +107,7 @@ Prediction cross_validated(const CohortShapes& shapes, const NoiseChoice& noise,
     settings.importance_samples = 0;
     settings.kernel = of_all.kernel;
     settings.fit_width = false;
-    const CohortFit fit = Fitter(cohort, make_open_noise(noise, cohort.source), settings).run_again(of_all, training);
+    const CohortFit fit = fit_again(CohortModel(cohort, make_open_noise(noise, cohort.source), settings), of_all);
     const MatrixXd samples = aligned_samples(cohort, shape_problem(cohort, fit, settings, 0), options.forward_samples,
                                              settings.seed + static_cast<std::uint64_t>(fold));
     std::vector<Landmarks> targets;
@@ -294,13 +295,13 @@ void add_notes(Comparison& comparison, const CompareOptions& options) {
     if (lost > 0)
       notes.push_back(fmt::format("{}: {} of the importance samples have no path and count as 0; try more `grid.steps`",
                                   model.noise, lost));
-    const auto most_beyond = std::max_element(model.fit.shapes.begin(), model.fit.shapes.end(),
-                                              [](const auto& a, const auto& b) { return a.beyond < b.beyond; });
-    if (most_beyond->beyond > kMuchBeyond)
+    const auto most_distant = std::max_element(model.fit.shapes.begin(), model.fit.shapes.end(),
+                                               [](const auto& a, const auto& b) { return a.distant < b.distant; });
+    if (most_distant->distant > kMuchDistant)
       notes.push_back(
           fmt::format("{}: up to {:.0f} % of the evidence of a shape is far from its match, which the search "
                       "for the numbers left out",
-                      model.noise, 100 * most_beyond->beyond));
+                      model.noise, 100 * most_distant->distant));
     if (has_few_effective(model) && !model.fit.sampled)
       notes.push_back(
           fmt::format("{}: for some shape only {:.0f} % of the importance samples are effective; the evidence of every "
@@ -332,7 +333,7 @@ Comparison compare_models(const CohortShapes& shapes, const std::vector<NoiseCho
     ComparedModel model;
     model.noise = noise.spec();
     model.fit = fit_cohort(comparison.cohort, noise, same.settings);
-    sum_up(model, same.settings.sigma.in(0));
+    sum_up(model, model.fit.sigma);
     const MatrixXd samples =
         aligned_samples(comparison.cohort, shape_problem(comparison.cohort, model.fit, same.settings, 0),
                         options.forward_samples, same.settings.seed);

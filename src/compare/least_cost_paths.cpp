@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "cohort_model.hpp"
 #include "matching/global_search.hpp"
-#include "posterior.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
@@ -84,12 +84,16 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
     try {
       const matching::PathSolution found = least_cost_path(problem, path_of(cohort, fit, settings, s));
       const Points& end = found.path.end();
-      const Observation observation = observe(cohort, s, problem.sigma);
+      const posterior::Specimen specimen(problem, motions_of(cohort, s));
+      const double misfit =
+          specimen.residual(specimen.model({std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise}),
+                            end.reshaped())
+              .norm();
       const Landmarks& shape = cohort.targets[static_cast<std::size_t>(s)];
       const auto landmarks = static_cast<double>(shape.count() - std::ssize(incomplete_points(shape.points)));
-      total[s] = found.cost.energy + found.cost.action + 0.5 * observation.residual(end).squaredNorm();
+      total[s] = found.cost.energy + found.cost.action + 0.5 * misfit * misfit;
       action[s] = found.cost.action;
-      rms[s] = problem.sigma * observation.residual(end).norm() / std::sqrt(std::max(landmarks, 1.0));
+      rms[s] = problem.sigma * misfit / std::sqrt(std::max(landmarks, 1.0));
       if (source.rows() == 1) inversions[s] = matching::order_inversions(source, end);
       if (source.rows() == 2) flipped[s] = warp::flipped_triangles(source, end);
       converged[s] = found.converged;
@@ -97,14 +101,13 @@ std::optional<LeastCostPaths> least_cost_paths(const Cohort& cohort, const Cohor
       // no path: not matched
     }
   });
-  const double sigma = settings.sigma.in(diameter(source));
   const auto estimate = [](const VectorXd& values) { return Estimate{values.mean(), standard_error(values)}; };
   return LeastCostPaths{.total = estimate(total),
                         .action = estimate(action),
                         .rms = estimate(rms),
                         .order_inversions = estimate(inversions),
                         .flipped_triangles = estimate(flipped),
-                        .matched = static_cast<int>((rms.array() <= kMatchedRms * sigma).count()),
+                        .matched = static_cast<int>((rms.array() <= kMatchedRms * fit.sigma).count()),
                         .converged = static_cast<int>(converged.count())};
 }
 

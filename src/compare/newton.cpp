@@ -25,7 +25,8 @@ VectorXd solved(const MatrixXd& information, const VectorXd& gradient) {
   return axes.eigenvectors() * along.cwiseQuotient(sizes.cwiseMax(least));
 }
 
-// Numbers that it would take beyond a bound end there, and the others where the model has them best then.
+}  // namespace
+
 VectorXd newton_step(const SecondOrder& here, const VectorXd& x, const Box& box, double longest) {
   std::vector<Index> free, held;
   for (Index i = 0; i < x.size(); ++i) {
@@ -51,8 +52,6 @@ VectorXd newton_step(const SecondOrder& here, const VectorXd& x, const Box& box,
   }
   return step;
 }
-
-}  // namespace
 
 BoxMaximum maximise_in_box(const std::function<double(const VectorXd&)>& value,
                            const std::function<SecondOrder(const VectorXd&)>& model, const Box& box,

@@ -19,6 +19,10 @@ struct SecondOrder {
   Eigen::MatrixXd information;  ///< −∇², or what stands for it; eigenvalues that are not positive count as their size
 };
 
+/// The step of Newton's method. Numbers that it would take beyond a bound end there, and the others where the model has
+/// them best then; numbers at a bound to which the gradient leads stay there. @param longest of each number
+Eigen::VectorXd newton_step(const SecondOrder& here, const Eigen::VectorXd& x, const Box& box, double longest);
+
 /// Where a function is greatest.
 struct BoxMaximum {
   Eigen::VectorXd x;

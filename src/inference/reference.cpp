@@ -59,7 +59,7 @@ bool same_minimum(const LinearAt& linear, const VectorXd& a, const VectorXd& b) 
 }  // namespace
 
 Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, const VectorXd& start) {
-  return posterior::find_minima({&specimen}, model, {{start}}, kSmallGain).front();
+  return posterior::find_minima({&specimen}, model, {{start}}, {.tolerance = kSmallGain}).front();
 }
 
 std::vector<Minimum> find_minima(const Specimen& specimen, const Specimen::Model& model, int searches,

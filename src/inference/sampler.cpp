@@ -278,7 +278,11 @@ PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOp
                                  options.method));
   const ParameterSpace space(problem);
   std::vector<Specimen> specimens;
-  for (const matching::MatchingProblem& specimen : problem.specimens) specimens.emplace_back(specimen, problem.tree);
+  for (std::size_t i = 0; i < problem.specimens.size(); ++i)
+    if (problem.motions.empty())
+      specimens.emplace_back(problem.specimens[i], problem.tree);
+    else
+      specimens.emplace_back(problem.specimens[i], problem.motions[i]);
   Reference reference = make_reference(specimens, space, options.searches, options.seed);
   if (move.fits_data) keep_the_best(reference);
   const ChainSetting setting{specimens, space, reference, move, inflation(move), options.seed};

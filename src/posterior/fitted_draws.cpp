@@ -20,14 +20,14 @@ namespace {
 // them Newton's method, whose 20 steps of at least 1/64 go as far as one whole step.
 constexpr int kMostChords = 40, kMostNewton = 20;
 constexpr double kLeastPart = 1.0 / 64;
-constexpr std::size_t kWindow = 3;  // secants: as many as the bends of a path have directions that matter
+constexpr std::size_t kDrawWindow = 3;  // secants: as many as the bends of a path have directions that matter
 constexpr double kFarther = 1e3;    // than before: chord iterations that lead away do not come back
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The search for all draws.
-class Search {
+class DrawSearch {
  public:
-  Search(const ShotBatch& shots, const LinearAt& linear, const MatrixXd& normals, double accuracy)
+  DrawSearch(const ShotBatch& shots, const LinearAt& linear, const MatrixXd& normals, double accuracy)
       : shots_(shots),
         linear_(linear),
         zeta_(normals.topRows(shots.specimen().unknowns())),
@@ -78,7 +78,7 @@ class Search {
   void by_chords() {
     std::vector<Index> left;
     for (Index l = 0; l < count(); ++l) left.push_back(l);
-    std::vector<Secants> secants(at(count()), Secants(kWindow));
+    std::vector<Secants> secants(at(count()), Secants(kDrawWindow));
     for (int iteration = 0; iteration < kMostChords && !left.empty(); ++iteration) {
       const std::vector<char> has_path = shoot(left);
       std::vector<Index> next;
@@ -150,7 +150,7 @@ class Search {
 
 FittedDraws fitted_draws(const ShotBatch& shots, const LinearAt& linear, const MatrixXd& normals, double accuracy,
                          const MatrixXd& begin) {
-  return Search(shots, linear, normals, accuracy).run(begin);
+  return DrawSearch(shots, linear, normals, accuracy).run(begin);
 }
 
 VectorXd fitted_log_densities(const ShotBatch& shots, const LinearAt& linear, const MatrixXd& z,

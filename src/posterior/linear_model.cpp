@@ -106,36 +106,43 @@ VectorXd LinearModel::strengths(const NoiseModel& noise) const {
   return squares.cwiseSqrt();
 }
 
+VectorXd LinearModel::group_ratios(const NoiseModel& noise) const {
+  VectorXd now = VectorXd::Zero(std::ssize(gram_)), then = now;
+  const VectorXd strengths = &noise == noise_.get() ? strengths_ : this->strengths(noise);
+  for (Index i = 0; i < strengths.size(); ++i) {
+    const int g = group_[static_cast<std::size_t>(i)];
+    now[g] += strengths[i] * strengths[i];
+    then[g] += strengths_[i] * strengths_[i];
+  }
+  for (Index g = 0; g < now.size(); ++g) now[g] = then[g] > kNegligibleStrength ? now[g] / then[g] : 1;
+  return now;
+}
+
+MatrixXd LinearModel::covariance(const Specimen::Model& model) const {
+  MatrixXd covariance = model.root == root_
+                            ? momentum_gram_
+                            : gram_through(by_velocity_, *model.root, specimen_->problem().source.rows());
+  covariance /= model.lambda;
+  if (!gram_.empty()) {
+    const VectorXd ratios = group_ratios(*model.system.noise);
+    for (std::size_t g = 0; g < gram_.size(); ++g) covariance += ratios[static_cast<Index>(g)] * gram_[g];
+  }
+  covariance.diagonal().array() += model.sigma * model.sigma;
+  return covariance;
+}
+
 LinearAt::LinearAt(const LinearModel& linear, const Specimen::Model& model) : linear_(&linear), root_(model.root) {
   const Specimen& specimen = *linear.specimen_;
-  const double precision = 1 / (model.sigma * model.sigma);
   scale_velocity_ = 1 / (model.sigma * std::sqrt(model.lambda));
   offset_ = linear.offset_ / model.sigma;
-  MatrixXd s = (precision / model.lambda) *
-               (root_ == linear.root_ ? linear.momentum_gram_
-                                      : gram_through(linear.by_velocity_, *root_, specimen.problem().source.rows()));
   const Index channels = specimen.channels();
   scale_channels_ = VectorXd::Constant(channels, 1 / model.sigma);
   if (channels > 0) {
-    const std::size_t groups = linear.gram_.size();
-    VectorXd now = VectorXd::Zero(std::ssize(linear.gram_)), then = now;
-    const bool same = model.system.noise == linear.noise_;
-    const VectorXd strengths = same ? linear.strengths_ : linear.strengths(*model.system.noise);
-    for (Index i = 0; i < channels; ++i) {
-      const int g = linear.group_[static_cast<std::size_t>(i)];
-      now[g] += strengths[i] * strengths[i];
-      then[g] += linear.strengths_[i] * linear.strengths_[i];
-    }
-    for (std::size_t g = 0; g < groups; ++g) {
-      const auto index = static_cast<Index>(g);
-      const double ratio = then[index] > kNegligibleStrength ? now[index] / then[index] : 1;
-      s += (precision * ratio) * linear.gram_[g];
-      now[index] = std::sqrt(ratio);
-    }
-    for (Index i = 0; i < channels; ++i) scale_channels_[i] *= now[linear.group_[static_cast<std::size_t>(i)]];
+    const VectorXd ratios = linear.group_ratios(*model.system.noise);
+    for (Index i = 0; i < channels; ++i)
+      scale_channels_[i] *= std::sqrt(ratios[linear.group_[static_cast<std::size_t>(i)]]);
   }
-  s.diagonal().array() += 1;
-  factors_.compute(s);
+  factors_.compute(linear.covariance(model) / (model.sigma * model.sigma));
   log_evidence_ = -0.5 * offset_.dot(factors_.solve(offset_)) - half_log_determinant() - specimen.log_volume(model);
 }
 

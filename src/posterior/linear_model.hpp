@@ -24,8 +24,15 @@ class LinearModel {
   LinearModel(const Specimen& specimen, const Specimen::Model& model, Specimen::Slopes slopes,
               const Eigen::VectorXd& residual, const Eigen::VectorXd& z);
 
+  /// The covariance of the data at another θ, S σ², at the σ of the data: σ²I + G_v(K + ε)G_vᵀ/λ + Σ_i ρ_i² G_i G_iᵀ.
+  Eigen::MatrixXd covariance(const Specimen::Model& model) const;
+  /// c; in units of the σ of the data.
+  const Eigen::VectorXd& offset() const { return offset_; }
+  const Specimen& specimen() const { return *specimen_; }
+
  private:
   friend class LinearAt;
+  Eigen::VectorXd group_ratios(const NoiseModel& noise) const;  ///< of each group, ρ²
   Eigen::VectorXd strengths(const NoiseModel& noise) const;  ///< of each channel
 
   const Specimen* specimen_;

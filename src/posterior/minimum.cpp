@@ -14,45 +14,44 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int kMostSteps = 60;      // quadratic convergence takes less than ten
 constexpr int kMostHalvings = 12;   // a step of 1/4096 that does not gain is one along which the cost rises
 constexpr double kFall = 1e-4;      // Armijo's constant, of what a step should gain
-constexpr std::size_t kWindow = 3;  // of the secants of Gauss–Newton steps
+constexpr std::size_t kMinimumWindow = 3;  // of the secants of Gauss–Newton steps
 
 // The search of one specimen.
-struct Search {
+struct MinimumSearch {
   const Specimen* specimen = nullptr;
   Minimum best;
   VectorXd residual;
   bool begun = false;
   VectorXd to;  // the minimum of the linear model
-  Secants secants{kWindow};
+  Secants secants{kMinimumWindow};
   VectorXd faster;  // than the step, if it has a size
   double part = 1;  // of the step
   bool ended = false, moved = false;
 };
 
-class Searches {
+class MinimumSearches {
  public:
-  Searches(const std::vector<const Specimen*>& specimens, const Specimen::Model& model, double tolerance)
-      : model_(model), tolerance_(tolerance), shots_(*specimens.front(), model), all_(specimens.size()) {
+  MinimumSearches(const std::vector<const Specimen*>& specimens, const Specimen::Model& model, const MinimumOptions& options)
+      : model_(model), options_(options), shots_(*specimens.front(), model), all_(specimens.size()) {
     for (std::size_t s = 0; s < specimens.size(); ++s) all_[s].specimen = specimens[s];
   }
 
   std::vector<Minimum> run(const std::vector<std::vector<VectorXd>>& starts) {
     begin(starts);
-    for (int count = 0; count <= kMostSteps; ++count) {
+    for (int count = 0; count <= options_.most_steps; ++count) {
       linearise();
-      if (count < kMostSteps && !advance()) break;
+      if (count < options_.most_steps && !advance()) break;
     }
     std::vector<Minimum> minima;
-    for (Search& search : all_) minima.push_back(std::move(search.best));
+    for (MinimumSearch& search : all_) minima.push_back(std::move(search.best));
     return minima;
   }
 
  private:
   // Takes z where it has a path of a cost below a limit. @return of each whether it was taken
-  std::vector<char> take(const std::vector<Search*>& which, const MatrixXd& z, const std::vector<double>& below) {
+  std::vector<char> take(const std::vector<MinimumSearch*>& which, const MatrixXd& z, const std::vector<double>& below) {
     const ShotBatch::Ends ends = shots_.ends(z);
     std::vector<char> taken(which.size());
     for (std::size_t i = 0; i < which.size(); ++i) {
@@ -77,7 +76,7 @@ class Searches {
     for (const auto& of_one : starts) most = std::max(most, of_one.size());
     const Index unknowns = shots_.specimen().unknowns();
     for (std::size_t i = 0; i <= most; ++i) {  // at last, rest
-      std::vector<Search*> tries;
+      std::vector<MinimumSearch*> tries;
       std::vector<double> below;
       MatrixXd z(unknowns, std::ssize(all_));
       for (std::size_t s = 0; s < all_.size(); ++s) {
@@ -89,7 +88,7 @@ class Searches {
       }
       if (!tries.empty()) take(tries, z.leftCols(std::ssize(tries)), below);
     }
-    for (const Search& search : all_)
+    for (const MinimumSearch& search : all_)
       if (!search.begun)
         throw NumericalError(
             "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`");
@@ -97,23 +96,24 @@ class Searches {
 
   // About the places that are new.
   void linearise() {
-    std::vector<Search*> new_ones;
-    for (Search& search : all_)
+    std::vector<MinimumSearch*> new_ones;
+    for (MinimumSearch& search : all_)
       if (search.moved) new_ones.push_back(&search);
     MatrixXd z(shots_.specimen().unknowns(), std::ssize(new_ones));
     for (Index i = 0; i < z.cols(); ++i) z.col(i) = new_ones[static_cast<std::size_t>(i)]->best.z;
     std::vector<Specimen::Slopes> slopes = shots_.slopes(z);
     for (std::size_t i = 0; i < new_ones.size(); ++i) {
-      Search& search = *new_ones[i];
+      MinimumSearch& search = *new_ones[i];
       Minimum& best = search.best;
       search.moved = false;
+      if (slopes[i].branches.empty()) throw NumericalError("a path has no derivatives: use more `grid.steps`");
       of_specimen(slopes[i], *search.specimen);
       best.linear =
           std::make_shared<LinearModel>(*search.specimen, model_, std::move(slopes[i]), search.residual, best.z);
       const LinearAt linear(*best.linear, model_);
       search.to = linear.mean();
       best.gain = best.cost - 0.5 * (search.to.squaredNorm() + linear.residual(search.to).squaredNorm());
-      best.converged = best.gain <= tolerance_;
+      best.converged = best.gain <= options_.tolerance;
       search.ended = best.converged;
       search.part = 1;
       search.faster = search.secants.next(best.z, best.z - search.to);
@@ -129,10 +129,10 @@ class Searches {
   // @return whether any has come to a lower cost
   bool advance() {
     for (int halving = 0; halving <= kMostHalvings; ++halving) {
-      std::vector<Search*> tries;
+      std::vector<MinimumSearch*> tries;
       std::vector<double> below;
       MatrixXd z(shots_.specimen().unknowns(), std::ssize(all_));
-      for (Search& search : all_) {
+      for (MinimumSearch& search : all_) {
         if (search.ended || search.moved) continue;
         const Minimum& best = search.best;
         const bool secant = search.faster.size() > 0;
@@ -148,7 +148,7 @@ class Searches {
       }
     }
     bool any = false;
-    for (Search& search : all_) {
+    for (MinimumSearch& search : all_) {
       any |= search.moved;
       search.ended |= !search.moved;  // no part of the step falls
     }
@@ -156,16 +156,16 @@ class Searches {
   }
 
   const Specimen::Model& model_;
-  double tolerance_;
+  MinimumOptions options_;
   ShotBatch shots_;
-  std::vector<Search> all_;
+  std::vector<MinimumSearch> all_;
 };
 
 }  // namespace
 
 std::vector<Minimum> find_minima(const std::vector<const Specimen*>& specimens, const Specimen::Model& model,
-                                 const std::vector<std::vector<VectorXd>>& starts, double tolerance) {
-  return Searches(specimens, model, tolerance).run(starts);
+                                 const std::vector<std::vector<VectorXd>>& starts, const MinimumOptions& options) {
+  return MinimumSearches(specimens, model, options).run(starts);
 }
 
 }  // namespace pulson::posterior

@@ -11,6 +11,9 @@ using Eigen::MatrixXd;
 
 namespace {
 
+// Whether a step of a lane contracts may turn on the last bits, which the lanes beside it have a share in: so what was
+// found once is not asked again where its derivatives are wanted.
+
 // task(first column, columns) for as many at once as there are lanes.
 template <class Task>
 void for_each_group(Index columns, const Task& task) {
@@ -55,7 +58,8 @@ std::vector<Specimen::Slopes> ShotBatch::slopes(const MatrixXd& z) const {
     for_each_group(z.cols(), [&](Index first, Index count) {
       LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kSlopes);
       for (std::size_t l = 0; l < shots.slopes.size(); ++l)
-        if (shots.found[l]) slopes[static_cast<std::size_t>(first) + l] = std::move(shots.slopes[l]);
+        if (shots.slopes[l].momenta.allFinite() && shots.slopes[l].branches.front().end.allFinite())
+          slopes[static_cast<std::size_t>(first) + l] = std::move(shots.slopes[l]);
     });
     return slopes;
   }
@@ -71,7 +75,7 @@ std::vector<MatrixXd> ShotBatch::products(const MatrixXd& z) const {
     for_each_group(z.cols(), [&](Index first, Index count) {
       LaneShots::Shots shots = lanes_->shoot(z.middleCols(first, count), LaneShots::With::kProducts);
       for (std::size_t l = 0; l < shots.products.size(); ++l)
-        if (shots.found[l]) products[static_cast<std::size_t>(first) + l] = std::move(shots.products[l]);
+        if (shots.products[l].allFinite()) products[static_cast<std::size_t>(first) + l] = std::move(shots.products[l]);
     });
     return products;
   }

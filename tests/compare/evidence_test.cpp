@@ -238,9 +238,9 @@ TEST(Evidence, CountsPartsFarFromTheMatch) {
   settings.importance_samples = 4000;
   const ShapeFit shape = fit_cohort({named_shape(q0), {named_shape(y)}}, noise, settings).shapes.front();
   EXPECT_LE(std::sqrt(shape.variance), 0.05);
-  EXPECT_GT(shape.beyond, 0.05);
+  EXPECT_GT(shape.distant, 0.05);
   EXPECT_NEAR(shape.log_evidence, truth.log_evidence, 3 * std::hypot(std::sqrt(shape.variance), truth.error))
-      << "Laplace " << shape.laplace << ", beyond " << shape.beyond << ", lost " << shape.lost_samples << ", effective "
+      << "Laplace " << shape.laplace << ", distant " << shape.distant << ", lost " << shape.lost_samples << ", effective "
       << shape.effective_samples;
 }
 

@@ -1,4 +1,4 @@
-// The surfaces by which the evidence is searched, and the intervals from them.
+// The maximum of the evidence over the numbers of a model, and the intervals about it.
 
 #include <cmath>
 #include <limits>
@@ -9,9 +9,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "evidence_map.hpp"
-#include "profile.hpp"
-#include "response_surface.hpp"
+#include "evidence_maximum.hpp"
+#include "sampled.hpp"
 
 namespace pulson::compare {
 namespace {
@@ -25,89 +24,6 @@ const MatrixXd kInformation{{4, 1.5}, {1.5, 1}};
 const VectorXd kMiddle{{1, -2}};
 double quadratic(const VectorXd& x) { return -0.5 * (x - kMiddle).dot(kInformation * (x - kMiddle)); }
 SecondOrder second_order(const VectorXd& x) { return {-kInformation * (x - kMiddle), kInformation}; }
-
-MatrixXd places() {
-  MatrixXd places(2, 9);
-  places << 0, 1, 2, 0, 1, 2, 0, 1, 2.5, -3, -3, -3, -2, -2, -2, -1, -1, -1;
-  return places;
-}
-
-TEST(ResponseSurface, IsTheQuadraticThroughItsValues) {
-  const MatrixXd at = places();
-  VectorXd values(at.cols());
-  for (Index k = 0; k < at.cols(); ++k) values[k] = quadratic(at.col(k));
-  const ResponseSurface surface(at, values, kInformation);
-  const VectorXd x{{0.3, -1.4}};
-  EXPECT_NEAR(surface(x), quadratic(x), 1e-10);
-  EXPECT_LE((surface.second_order(x).gradient - second_order(x).gradient).norm(), 1e-9);
-  EXPECT_LE((surface.second_order(x).information - kInformation).norm(), 1e-9);
-}
-
-TEST(ResponseSurface, PassesThroughAnyValuesWithItsOwnDerivatives) {
-  const MatrixXd at = places();
-  const VectorXd values = (0.3 * at.row(0).array()).exp() * (0.5 * at.row(1).array()).sin();
-  const ResponseSurface surface(at, values, kInformation);
-  for (Index k = 0; k < at.cols(); ++k) EXPECT_NEAR(surface(at.col(k)), values[k], 1e-9);
-  const VectorXd x{{0.3, -1.4}};
-  EXPECT_NEAR(surface(x), std::exp(0.3 * x[0]) * std::sin(0.5 * x[1]), 0.02);
-  const double h = 1e-4;
-  const SecondOrder here = surface.second_order(x);
-  for (Index i = 0; i < 2; ++i) {
-    const VectorXd step = h * VectorXd::Unit(2, i);
-    EXPECT_NEAR(here.gradient[i], (surface(x + step) - surface(x - step)) / (2 * h), 1e-6);
-    const VectorXd bend = (surface.second_order(x + step).gradient - surface.second_order(x - step).gradient) / (2 * h);
-    EXPECT_LE((here.information.col(i) + bend).norm(), 1e-6);
-  }
-}
-
-// With errors of ±0.3 about a quadratic whose values within a deviation differ by less than ½, a surface through them
-// has maxima between its places.
-TEST(ResponseSurface, IsNearValuesWithErrors) {
-  MatrixXd at(2, 25);
-  VectorXd values(25), exact(25);
-  for (Index k = 0; k < 25; ++k) {
-    at.col(k) = VectorXd{{0.5 * static_cast<double>(k % 5 - 2), 0.5 * static_cast<double>(k / 5 - 2)}};
-    exact[k] = -0.5 * at.col(k).squaredNorm();
-    values[k] = exact[k] + 0.3 * std::sin(40.0 * static_cast<double>(k * k));
-  }
-  const MatrixXd metric = MatrixXd::Identity(2, 2);
-  const ResponseSurface through(at, values, metric), near(at, values, metric, VectorXd::Ones(25));
-  const auto error = [&](const ResponseSurface& surface) {
-    double sum = 0;
-    for (Index k = 0; k < 25; ++k) sum += std::pow(surface(at.col(k)) - exact[k], 2);
-    return std::sqrt(sum / 25);
-  };
-  EXPECT_GT(error(through), 0.18);
-  EXPECT_LT(error(near), 0.12);
-  EXPECT_NEAR(near.second_order(VectorXd::Zero(2)).information(0, 0), 1, 0.3);
-  // Without errors it is as good as through them.
-  VectorXd bent(25);
-  for (Index k = 0; k < 25; ++k) bent[k] = std::exp(at(0, k)) * std::cos(at(1, k));
-  const ResponseSurface smooth(at, bent, metric, VectorXd::Ones(25));
-  EXPECT_NEAR(smooth(VectorXd{{0.3, 0.2}}), std::exp(0.3) * std::cos(0.2), 0.02);
-}
-
-// Nothing can be left out to choose how smooth it is.
-TEST(ResponseSurface, PassesThroughAsManyValuesAsItsPolynomialHas) {
-  const MatrixXd metric = MatrixXd::Identity(2, 2);
-  for (const Index count : {1, 2, 3, 6}) {
-    const MatrixXd at = MatrixXd{{0, 1, 0, 2, 1, 0}, {0, 0, 1, 0, 1, 2}}.leftCols(count);
-    const VectorXd values = VectorXd{{3, 1, -2, 4, 0.5, 7}}.head(count);
-    const ResponseSurface near(at, values, metric, VectorXd::Constant(count, 1e-9));
-    EXPECT_TRUE(std::isfinite(near(VectorXd{{0.3, 0.4}})));
-    if (count == 2) continue;  // a constant
-    for (Index k = 0; k < count; ++k) EXPECT_NEAR(near(at.col(k)), values[k], 1e-6) << count;
-  }
-}
-
-// One number never varies, so that no quadratic is determined.
-TEST(ResponseSurface, OfPlacesOnALineIsFlatAcrossIt) {
-  MatrixXd at(2, 4);
-  at << 0, 1, 2, 3, 5, 5, 5, 5;
-  const ResponseSurface surface(at, VectorXd{{0, 1, 4, 9}}, MatrixXd::Identity(2, 2));
-  EXPECT_NEAR(surface(VectorXd{{2, 5}}), 4, 1e-9);
-  EXPECT_TRUE(std::isfinite(surface(VectorXd{{2, 6}})));
-}
 
 TEST(MaximiseInBox, FindsTheMaximumInsideAndAtABound) {
   const Box wide{VectorXd{{-9, -9}}, VectorXd{{9, 9}}};
@@ -125,47 +41,87 @@ TEST(MaximiseInBox, FindsTheMaximumInsideAndAtABound) {
   EXPECT_LE((after_one.x - bound.x).norm(), 1e-6) << "in one step, as of any quadratic";
 }
 
-TEST(ProfileEnd, OfAQuadraticIsTheMarginalDeviation) {
-  const Likelihood likelihood{quadratic, second_order, {VectorXd{{-99, -99}}, VectorXd{{99, 99}}}, kMiddle};
+// The evidence of that, without errors.
+std::optional<Evidence> as_evidence(const VectorXd& x) { return Evidence{quadratic(x), {}}; }
+const Box kWide{VectorXd{{-99, -99}}, VectorXd{{99, 99}}};
+
+TEST(EvidenceAbout, OfAQuadraticIsThatWhateverTheMetricsScale) {
+  const VectorXd x{{0.3, -1.4}};
+  for (const double scale : {0.5, 1.0, 3.0}) {
+    const auto local = evidence_about(as_evidence, x, scale * kInformation, kWide);
+    ASSERT_TRUE(local);
+    EXPECT_LE((local->slope.gradient - second_order(x).gradient).norm(), 1e-9);
+    EXPECT_LE((local->slope.information - kInformation).norm(), 1e-9);
+  }
+}
+
+TEST(EvidenceAbout, TakesTheMetricWhereOneSideHasNoEvidence) {
+  const Box box{VectorXd{{0.3, -99}}, kWide.most};
+  const VectorXd x{{0.3, -1.4}};
+  const auto local = evidence_about(as_evidence, x, kInformation, box);
+  EXPECT_LE((local->slope.gradient - second_order(x).gradient).norm(), 1e-9);
+}
+
+TEST(MaximiseEvidence, FindsTheMaximumInsideAndAtABound) {
+  const auto inside = maximise_evidence(as_evidence, VectorXd{{0, 0}}, kInformation, kWide);
+  ASSERT_TRUE(inside);
+  EXPECT_TRUE(inside->converged);
+  EXPECT_LE(quadratic(kMiddle) - quadratic(inside->local.x), kAtMaximum);
+  const Box narrow{VectorXd{{-9, -1}}, VectorXd{{9, 9}}};
+  const auto bound = maximise_evidence(as_evidence, VectorXd{{0, 0}}, kInformation, narrow);
+  EXPECT_TRUE(bound->converged);
+  EXPECT_NEAR(bound->local.x[1], -1, 1e-12);
+  EXPECT_NEAR(bound->local.x[0], 1 - 1.5 / 4, 0.1);  // the best with the other held
+}
+
+TEST(MaximiseEvidence, HasNoneWhereThereIsNoEvidenceAtTheStart) {
+  const auto none = [](const VectorXd&) -> std::optional<Evidence> { return std::nullopt; };
+  EXPECT_FALSE(maximise_evidence(none, kMiddle, kInformation, kWide));
+}
+
+TEST(FindIntervals, OfAQuadraticAreTheMarginalDeviations) {
+  const auto local = evidence_about(as_evidence, kMiddle, kInformation, kWide);
+  const Intervals intervals = find_intervals(as_evidence, *local, kWide, {0, 0});
   const MatrixXd covariance = kInformation.inverse();
-  for (const Index i : {0, 1})
-    for (const int direction : {-1, 1}) {
-      const double deviation = std::sqrt(covariance(i, i));
-      const auto end = profile_end(likelihood, i, direction, deviation, [](double) { return kDropOfNinety; });
-      EXPECT_FALSE(end.is_beyond);
-      EXPECT_NEAR(end.place[i], kMiddle[i] + direction * 1.64485 * deviation, 2e-3 * deviation);
-    }
+  for (const Index i : {0, 1}) {
+    const double half = 1.64485 * std::sqrt(covariance(i, i));
+    EXPECT_NEAR(intervals.low[i], kMiddle[i] - half, 0.05 * half);
+    EXPECT_NEAR(intervals.high[i], kMiddle[i] + half, 0.05 * half);
+  }
 }
 
-TEST(ProfileEnd, IsThatOfTheBoxWhereTheProfileEndsBeyond) {
-  const Likelihood likelihood{quadratic, second_order, {VectorXd{{0.9, -99}}, VectorXd{{99, 99}}}, kMiddle};
-  const ProfileEnd end = profile_end(likelihood, 0, -1, 1, [](double) { return kDropOfNinety; });
-  EXPECT_TRUE(end.is_beyond);
-  EXPECT_DOUBLE_EQ(end.place[0], 0.9);
+TEST(FindIntervals, EndAtTheBoxWhereTheEvidenceHasNotFallen) {
+  const Box box{VectorXd{{0.9, -99}}, kWide.most};
+  const auto local = evidence_about(as_evidence, kMiddle, kInformation, box);
+  const Intervals intervals = find_intervals(as_evidence, *local, box, {0, 0});
+  EXPECT_EQ(intervals.low[0], -std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isfinite(intervals.high[0]));
 }
 
-// Two peaks of deviations 1 at 0 and 10, the latter lower by less than 1.35, with a valley between.
-TEST(ProfileEnd, IsThatOfTheFartherPeakWhereThatIsLikelyToo) {
-  const auto of_peaks = [](double lower) {
-    const auto log_sum = [lower](double x) {
-      return std::log(std::exp(-0.5 * x * x) + std::exp(-0.5 * (x - 10) * (x - 10) - lower));
-    };
-    return Likelihood{[=](const VectorXd& x) { return log_sum(x[0]); },
-                      [=](const VectorXd& x) {
-                        constexpr double kStep = 1e-4;
-                        const double up = log_sum(x[0] + kStep), here = log_sum(x[0]), down = log_sum(x[0] - kStep);
-                        return SecondOrder{VectorXd::Constant(1, (up - down) / (2 * kStep)),
-                                           MatrixXd::Constant(1, 1, -(up - 2 * here + down) / (kStep * kStep))};
-                      },
-                      {VectorXd::Constant(1, -99), VectorXd::Constant(1, 99)},
-                      VectorXd::Zero(1)};
+// log cosh: flatter tails than the parabola at its maximum.
+TEST(FindIntervals, FollowEvidenceThatIsNoParabola) {
+  const auto evidence = [](const VectorXd& x) -> std::optional<Evidence> {
+    return Evidence{-std::log(std::cosh(2 * x[0])), {}};
   };
-  const auto drop = [](double) { return kDropOfNinety; };
-  const std::vector<VectorXd> others = {VectorXd::Constant(1, 10.2)};
-  EXPECT_NEAR(profile_end(of_peaks(1), 0, 1, 1, drop).place[0], 1.64485, 2e-3);
-  EXPECT_NEAR(profile_end(of_peaks(1), 0, 1, 1, drop, others).place[0], 10 + std::sqrt(2 * (kDropOfNinety - 1)), 2e-3);
-  EXPECT_NEAR(profile_end(of_peaks(1), 0, -1, 1, drop, others).place[0], -1.64485, 2e-3);
-  EXPECT_NEAR(profile_end(of_peaks(2), 0, 1, 1, drop, others).place[0], 1.64485, 2e-3);
+  const VectorXd zero = VectorXd::Zero(1);
+  const Box box{VectorXd{{-99}}, VectorXd{{99}}};
+  const auto local = evidence_about(evidence, zero, MatrixXd::Constant(1, 1, 4), box);
+  const double end = 0.5 * std::acosh(std::exp(kDropOfNinety));
+  EXPECT_NEAR(find_intervals(evidence, *local, box, {0}).high[0], end, 0.06);
+}
+
+// Two groups of draws that put the maximum s apart: the drop is as much wider as the draws leave uncertain.
+TEST(FindIntervals, AreWiderByTheErrorsOfTheDraws) {
+  const double apart = 0.8;
+  const auto evidence = [&](const VectorXd& x) -> std::optional<Evidence> {
+    VectorXd without(2);
+    without << -0.5 * std::pow(x[0] - apart / 2, 2), -0.5 * std::pow(x[0] + apart / 2, 2);
+    return Evidence{-0.5 * x[0] * x[0], without};
+  };
+  const Box box{VectorXd{{-99}}, VectorXd{{99}}};
+  const auto local = evidence_about(evidence, VectorXd::Zero(1), MatrixXd::Identity(1, 1), box);
+  const double variance = 2 * std::pow(apart / 2, 2) / 2;  // of the jackknife
+  EXPECT_NEAR(find_intervals(evidence, *local, box, {0}).high[0], std::sqrt(2 * kDropOfNinety * (1 + variance)), 0.06);
 }
 
 // An estimate that would be N(d, 1) were there no bound at 0: the likelihood ratio of the truth d over a grid of 2e5

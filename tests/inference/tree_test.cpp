@@ -10,12 +10,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "inference/specimen.hpp"
+#include "inference/parameters.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/inference/posterior.hpp"
 #include "random/normals.hpp"
 
 namespace pulson::inference {
+
+using posterior::Specimen;
+
 namespace {
 
 using Eigen::MatrixXd;

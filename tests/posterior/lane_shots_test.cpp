@@ -1,6 +1,6 @@
 // The vector code of paths against the integrator.
 
-#include "lane_shots.hpp"
+#include "posterior/lane_shots.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -12,16 +12,25 @@
 
 #include "cohort_examples.hpp"
 #include "forced_target.hpp"
+#include "posterior/shot_batch.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
 #include "random_numbers.hpp"
 
-namespace pulson::compare {
+namespace pulson::posterior {
+
+using compare::cohort_settings;
+using compare::CohortSettings;
+using compare::fit_cohort;
+using compare::named_shape;
+using compare::oval;
+
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using RandomNumbers = pulson::Numbers;
 
 matching::MatchingProblem problem_of(const Points& source, const std::string& noise, const std::string& kernel) {
   return {{make_kernel(kernel, source), make_noise(noise, named_shape(source))},
@@ -43,33 +52,41 @@ INSTANTIATE_TEST_SUITE_P(All, OfPaths,
                                                           "matern32:alpha=0.5+matern52:alpha=0.3,weight=0.5")),
                          [](const auto& row) { return "Case" + std::to_string(row.index); });
 
-// Ends, derivatives and their products, to round-off.
+Numbers numbers_of(const matching::MatchingProblem& problem) {
+  return {std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise, problem.lambda, 1};
+}
+
+// Ends, derivatives and their products with those of another point, to round-off.
 TEST_P(OfPaths, AreThoseOfTheIntegrator) {
   const auto& [dimension, noise, kernel] = GetParam();
-  Numbers numbers(5);
+  RandomNumbers numbers(5);
   const Points source = numbers.landmarks(dimension, 5);
-  const matching::MatchingObjective objective(problem_of(source, noise, kernel));
+  const Specimen specimen(problem_of(source, noise, kernel));
+  const Specimen::Model model = specimen.model(numbers_of(specimen.problem()));
   if (LaneShots::lanes() < 2) GTEST_SKIP() << "no vector of two numbers";
-  ASSERT_TRUE(LaneShots::knows(objective));
-  const Cohort cohort{named_shape(source), {named_shape(source)}};
-  const Observation observation = observe(cohort, 0, 0.1);
-  const MatrixXd slope = numbers(observation.count(), objective.unknowns());
-  const MatrixXd z = 0.5 * numbers(objective.unknowns(), LaneShots::lanes());
-  const auto sloped = LaneShots(objective, observation, slope).shoot(z, LaneShots::With::kSlopes);
-  const auto changed = LaneShots(objective).shoot(z, LaneShots::With::kChanges);
+  ASSERT_TRUE(LaneShots::knows(specimen, model));
+  const VectorXd about = 0.2 * numbers(specimen.unknowns(), 1);
+  const LinearModel linear(specimen, model, specimen.shoot(model, about).value(), about);
+  const LinearAt chord(linear, model);
+  const MatrixXd z = 0.5 * numbers(specimen.unknowns(), LaneShots::lanes());
+  const LaneShots lanes(specimen, model, &chord);
+  const auto with_products = lanes.shoot(z, LaneShots::With::kProducts);
+  const auto with_slopes = lanes.shoot(z, LaneShots::With::kSlopes);
   int found = 0;
   for (Index l = 0; l < z.cols(); ++l) {
     const auto lane = static_cast<std::size_t>(l);
-    const auto at = objective.evaluate(z.col(l));
-    ASSERT_EQ(at.has_value(), sloped.found[lane] != 0);
+    const auto at = specimen.shoot(model, z.col(l));
+    ASSERT_EQ(at.has_value(), with_products.found[lane] != 0);
     if (!at) continue;
     ++found;
-    const VectorXd end = at->path().final().q.reshaped();
-    EXPECT_LE((sloped.ends.col(l) - end).norm(), 1e-12 * (1 + end.norm()));
-    const MatrixXd changes = objective.endpoint_changes(at->path());
-    EXPECT_LE((changed.changes[lane] - changes).norm(), 1e-11 * changes.norm());
-    const MatrixXd product = observation.projection * changes * slope.transpose();
-    EXPECT_LE((sloped.slopes[lane] - product).norm(), 1e-11 * product.norm());
+    const VectorXd end = at->paths.front().final().q.reshaped();
+    EXPECT_LE((with_products.ends.col(l) - end).norm(), 1e-12 * (1 + end.norm()));
+    const Specimen::Slopes slopes = specimen.slopes(model, *at);
+    EXPECT_LE((with_slopes.slopes[lane].momenta - slopes.momenta).norm(), 1e-11 * slopes.momenta.norm());
+    const MatrixXd& of_noise = slopes.branches.front().end;
+    EXPECT_LE((with_slopes.slopes[lane].branches.front().end - of_noise).norm(), 1e-11 * of_noise.norm());
+    const MatrixXd product = chord.product(slopes, model);
+    EXPECT_LE((with_products.products[lane] - product).norm(), 1e-11 * product.norm());
   }
   EXPECT_GT(found, 0);
 }
@@ -77,22 +94,23 @@ TEST_P(OfPaths, AreThoseOfTheIntegrator) {
 // Fewer than there are lanes, and some without a path.
 TEST(LaneShots, LeaveOutThoseWithoutAPath) {
   const Points source = Eigen::RowVector3d(0, 0.4, 1);
-  const matching::MatchingObjective objective(problem_of(source, "none", "gaussian:alpha=0.5"));
+  const Specimen specimen(problem_of(source, "none", "gaussian:alpha=0.5"));
+  const Specimen::Model model = specimen.model(numbers_of(specimen.problem()));
   if (LaneShots::lanes() < 2) GTEST_SKIP() << "no vector of two numbers";
-  MatrixXd z = MatrixXd::Zero(objective.unknowns(), 2);
+  MatrixXd z = MatrixXd::Zero(specimen.unknowns(), 2);
   z.col(1).setConstant(1e4);
-  const auto shots = LaneShots(objective).shoot(z, LaneShots::With::kNothing);
+  const auto shots = LaneShots(specimen, model, nullptr).shoot(z, LaneShots::With::kNothing);
   EXPECT_TRUE(shots.found[0]);
   EXPECT_FALSE(shots.found[1]);
-  EXPECT_FALSE(objective.evaluate(z.col(1)).has_value());
+  EXPECT_FALSE(specimen.shoot(model, z.col(1)).has_value());
   EXPECT_LE((shots.ends.col(0) - source.reshaped()).norm(), 1e-15);
 }
 
 TEST(LaneShots, DoNotKnowOtherNoiseNorManyLandmarks) {
-  Numbers numbers(5);
+  RandomNumbers numbers(5);
   const auto is_known = [&](int landmarks, const std::string& noise) {
-    return LaneShots::knows(
-        matching::MatchingObjective(problem_of(numbers.landmarks(2, landmarks), noise, "gaussian:alpha=0.5")));
+    const Specimen specimen(problem_of(numbers.landmarks(2, landmarks), noise, "gaussian:alpha=0.5"));
+    return LaneShots::knows(specimen, specimen.model(numbers_of(specimen.problem())));
   };
   EXPECT_FALSE(is_known(5, "ch-sd-screened:beta=0.1,gamma=1"));
   EXPECT_FALSE(is_known(5, "langevin:sigma=0.1,friction=0.1"));
@@ -118,4 +136,4 @@ TEST(LaneShots, GiveTheSameEvidenceOfSamplesWithAllVectorTargets) {
 }
 
 }  // namespace
-}  // namespace pulson::compare
+}  // namespace pulson::posterior

@@ -34,6 +34,7 @@ struct CohortSettings {
   std::string integrator = "variational-2";
   Length sigma =
       Length::percent(1);  ///< standard deviation of an observed coordinate, or per cent of the source's diameter
+  bool fit_sigma = false;          ///< whether σ is fitted too, from there
   std::optional<double> lambda{};  ///< weight of the energy, 1/variance of the momenta; none: fitted
   int importance_samples = 50;     ///< for each shape at most, with which the evidence is corrected; 0: Laplace's
   double sampling_error = 0.1;     ///< standard error of the cohort's log evidence at which fewer will do
@@ -72,7 +73,7 @@ struct ShapeFit {
   int samples = 0;
   double effective_samples = 0;
   int lost_samples = 0;  ///< those without a path, of weight 0
-  double beyond = 0;     ///< part of the evidence where draws about the match do not come, found by others
+  double distant = 0;    ///< part of the evidence where draws about the match do not come, found by others
   int coordinates = 0;   ///< n: those observed, less the directions of the alignment
   bool converged = false;
 };
@@ -91,6 +92,7 @@ struct CohortFit {
   /// The noise with these, where it is not one that make_noise() makes of `noise`; else null.
   std::shared_ptr<const NoiseModel> own_noise{};
   double lambda = 0;
+  double sigma = 0;  ///< of an observed coordinate, length units
   std::vector<FittedNumber> fitted;
   std::vector<ShapeFit> shapes;
   double log_evidence = 0, laplace = 0;      ///< summed over the shapes
@@ -98,7 +100,6 @@ struct CohortFit {
   double effective_part = 1;                 ///< smallest effective fraction of the samples over the shapes
   std::optional<SampledEvidence> sampled{};  ///< where it was asked for: then log_evidence is that
   int coordinates = 0;                       ///< n, summed over the shapes
-  int rounds = 0;
   bool converged = false;
   /// Fraction of the variance of the end points, linearised about the matches, due to the noise: tr Σ_noise/(tr Σ_noise
   /// + tr Σ_momenta); 0 where the sum is below a millionth of σ² per coordinate, and nothing but σ is detectable.

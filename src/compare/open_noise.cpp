@@ -1,4 +1,4 @@
-#include "amplitudes.hpp"
+#include "open_noise.hpp"
 
 #include <algorithm>
 
@@ -8,9 +8,6 @@ namespace pulson::compare {
 namespace {
 
 using Eigen::Index;
-using Eigen::VectorXd;
-
-constexpr double kProportional = 1e-9;  // largest difference from that, of the field
 
 // Parameters whose value is not in the specification and has no default, in the order in which the model has them.
 bool is_open(const Spec& spec, const ParameterInfo& info) {
@@ -52,27 +49,6 @@ OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape) {
   }
   noise.model = make_noise(complete, shape, choice.table());
   return noise;
-}
-
-std::vector<int> channel_amplitudes(const NoiseModel& noise, const Points& shape) {
-  const int channels = noise.channels(static_cast<int>(shape.rows()), static_cast<int>(shape.cols()));
-  const VectorXd values = noise.parameters();
-  // Momenta that are all different, so that no field vanishes by chance.
-  const PhaseState state{shape, Points::NullaryExpr(shape.rows(), shape.cols(), [](Index i, Index j) {
-                           return 1 + 0.37 * static_cast<double>(i) + 0.11 * static_cast<double>(j);
-                         })};
-  std::vector<int> amplitudes(static_cast<std::size_t>(channels), -1);
-  for (int c = 0; c < channels; ++c) {
-    const VectorXd unit = VectorXd::Unit(channels, c);
-    const PhaseState field = noise.gradient(state, unit);
-    const double size = field.q.norm() + field.p.norm();
-    for (Index i = 0; i < values.size(); ++i) {
-      const PhaseState change = noise.gradient_by_parameters(state, unit, VectorXd::Unit(values.size(), i));
-      const double off = (values[i] * change.q - field.q).norm() + (values[i] * change.p - field.p).norm();
-      if (size > 0 && off <= kProportional * size) amplitudes[static_cast<std::size_t>(c)] = static_cast<int>(i);
-    }
-  }
-  return amplitudes;
 }
 
 }  // namespace pulson::compare

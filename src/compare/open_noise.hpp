@@ -21,8 +21,4 @@ std::string spec_text(const Spec& spec);
 /// that is given as such has none. @throws InputError as make_noise() does
 OpenNoise make_open_noise(const NoiseChoice& choice, const Landmarks& shape);
 
-/// For each channel the number of the model that is its amplitude, so that its field is proportional to it; −1 where
-/// there is none.
-std::vector<int> channel_amplitudes(const NoiseModel& noise, const Points& shape);
-
 }  // namespace pulson::compare

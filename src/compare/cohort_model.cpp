@@ -1,0 +1,355 @@
+#include "cohort_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <fmt/core.h>
+
+#include "core/text.hpp"
+#include "matching/solvers.hpp"
+#include "pulson/core/errors.hpp"
+#include "pulson/core/parallel.hpp"
+#include "pulson/matching/data_term.hpp"
+
+namespace pulson::compare {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using posterior::LinearAt;
+using posterior::Minimum;
+using posterior::Specimen;
+
+constexpr double kUnit = 6;              // v₀ has so many times the effect of σ²: below, the evidence is linear in v
+constexpr double kTrial = 1e-3;          // amplitudes at which effects are found, of the shapes' differences: linear
+constexpr double kUnobservable = 1e-12;  // fraction of the variance of a noise: what rounding leaves of none
+constexpr double kMostVariance = 16;     // x of a variance at most: 10⁷ times the effect of σ²
+constexpr double kWidthRange = 2.1;      // of the logarithm of the kernel's width: a factor of 8
+constexpr double kOtherRange = 3.4;      // of other logarithms: a factor of 30
+// Of 387 searches on the leaves those that converged did so in 15 steps.
+constexpr posterior::MinimumOptions kRoughly{.tolerance = 1e-2, .most_steps = 15};
+constexpr double kDifference = 1e-3;     // of x, for derivatives of covariances: exact to 1e-6
+
+
+// Root mean square of what is observed of the shapes' differences from the source, length units.
+double difference(const std::vector<Specimen>& specimens, const Specimen::Model& model, double sigma) {
+  double sum = 0;
+  Index count = 0;
+  for (const Specimen& specimen : specimens) {
+    sum += specimen.residual(model, specimen.problem().source.reshaped()).squaredNorm();
+    count += specimen.data();
+  }
+  return sigma * std::sqrt(std::max(sum / static_cast<double>(count), 1.0));
+}
+
+}  // namespace
+
+MatrixXd motions_of(const Cohort& cohort, int shape) {
+  const VectorXd values = cohort.targets[at(shape)].points.reshaped();
+  std::vector<Index> observed;
+  for (Index i = 0; i < values.size(); ++i)
+    if (!std::isnan(values[i])) observed.push_back(i);
+  const MatrixXd of_observed = motion_directions(cohort.source.points, cohort.alignment, observed);
+  MatrixXd motions = MatrixXd::Zero(values.size(), of_observed.cols());
+  for (std::size_t i = 0; i < observed.size(); ++i) motions.row(observed[i]) = of_observed.row(static_cast<Index>(i));
+  return motions;
+}
+
+double OpenNumber::value(double x) const {
+  if (!is_variance()) return unit * std::exp(x);
+  const double v = unit * std::max(std::expm1(x), kNegligible);
+  return kind == Kind::kLambda ? 1 / v : std::sqrt(v);
+}
+
+double OpenNumber::place(double value) const {
+  if (!is_variance()) return std::log(value / unit);
+  return std::log1p((kind == Kind::kLambda ? 1 / value : value * value) / unit);
+}
+
+bool Matches::all_converged() const {
+  return std::all_of(minima.begin(), minima.end(), [](const Minimum& match) { return match.converged; });
+}
+
+CohortModel::CohortModel(const Cohort& cohort, OpenNoise noise, const CohortSettings& settings)
+    : cohort_(cohort),
+      settings_(settings),
+      sigma_(settings.sigma.in(diameter(cohort.source.points))),
+      kernel_(settings.kernel.make(cohort.source.points)),
+      integrator_(make_integrator(settings.integrator)),
+      noise_(std::move(noise)) {
+  using Kind = OpenNumber::Kind;
+  require_positive("sigma", sigma_);
+  if (cohort.targets.empty()) throw InputError("there is no shape to fit a model to");
+  const Points& source = cohort.source.points;
+  const auto d = static_cast<int>(source.rows()), n = static_cast<int>(source.cols());
+  noise_.model->check(d, n);
+  const std::vector<NoiseAmplitude> amplitudes = noise_.model->amplitudes(d, n);
+  const auto is_amplitude = [&](Index parameter) {
+    return std::any_of(amplitudes.begin(), amplitudes.end(),
+                       [&](const NoiseAmplitude& a) { return a.parameter == parameter && a.power == 1; });
+  };
+  const std::vector<std::string> names = noise_.model->parameter_names();
+  if (!settings.lambda) open_.push_back({Kind::kLambda, "lambda"});
+  for (const Index i : noise_.open)
+    if (is_amplitude(i)) open_.push_back({Kind::kAmplitude, names[at(i)], i});
+  if (settings.fit_width) open_.push_back({Kind::kWidth, "alpha", 0, kernel_.terms().front().alpha});
+  for (const Index i : noise_.open)
+    if (!is_amplitude(i)) open_.push_back({Kind::kOther, names[at(i)], i, std::pow(kernel_.terms().front().alpha, 2)});
+  if (settings.fit_sigma) open_.push_back({Kind::kSigma, "data-sigma", 0, sigma_});
+  find_units();
+}
+
+// Amplitudes such that momenta and every open channel explain equal shares of the observed variance, linearised at
+// rest; there the effect of each is proportional to its variance.
+void CohortModel::find_units() {
+  const Points& source = cohort_.source.points;
+  const double far = diameter(source);
+  posterior::Numbers numbers{std::make_shared<KernelOperator>(kernel_), noise_.model,
+                             settings_.lambda.value_or(1 / (far * far)), 1};
+  for (int s = 0; s < static_cast<int>(cohort_.targets.size()); ++s) try {
+      specimens_.emplace_back(problem(numbers, s), motions_of(cohort_, s));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}", cohort_.targets[at(s)].source, error.what()));
+    }
+  VectorXd theta = noise_.model->parameters();
+  Specimen::Model model = specimens_.front().model(numbers);
+  const double size = difference(specimens_, model, sigma_);
+  for (const OpenNumber& number : open_)
+    if (number.kind == OpenNumber::Kind::kAmplitude)
+      theta[number.parameter] = kTrial * size;
+    else if (number.kind == OpenNumber::Kind::kOther)
+      theta[number.parameter] = number.unit;
+  if (theta.size() > 0) numbers.noise = noise_.model->with_parameters(theta);
+  model = specimens_.front().model(numbers);
+  const Specimen& first = specimens_.front();
+  const auto shot = first.shoot(model, VectorXd::Zero(first.unknowns()));
+  if (!shot)
+    throw NumericalError(
+        "landmarks at rest have no path: the noise is too strong for the time step; use more `grid.steps`");
+  const Specimen::Slopes slopes = first.slopes(model, *shot);
+  check_observable(slopes.branches.front());
+  const posterior::LinearModel at_rest(first, model, slopes, shot->residual, VectorXd::Zero(first.unknowns()));
+  double excess = 0;
+  Index data = 0;
+  for (const Specimen& specimen : specimens_) {
+    const auto n = static_cast<double>(specimen.data());
+    excess += std::max(specimen.residual(model, source.reshaped()).squaredNorm(), 2 * n) - n;
+    data += specimen.data();
+  }
+  excess /= static_cast<double>(data);
+  const auto n = static_cast<double>(first.data());
+  const auto groups = static_cast<double>(
+      std::count_if(open_.begin(), open_.end(), [](const OpenNumber& number) { return number.is_variance(); }));
+  const double trace = at_rest.covariance(model).trace();
+  box_ = {VectorXd(count()), VectorXd(count())};
+  start_ = VectorXd::Zero(count());
+  for (Index i = 0; i < count(); ++i) {
+    OpenNumber& number = open_[at(i)];
+    const double range = number.kind == OpenNumber::Kind::kWidth ? kWidthRange : kOtherRange;
+    box_.least[i] = -range;
+    box_.most[i] = range;
+    if (!number.is_variance()) continue;
+    // What twice the variance adds.
+    posterior::Numbers twice = numbers;
+    const bool is_lambda = number.kind == OpenNumber::Kind::kLambda;
+    if (is_lambda) {
+      twice.lambda /= 2;
+    } else {
+      VectorXd more = theta;
+      more[number.parameter] *= std::sqrt(2.0);
+      twice.noise = noise_.model->with_parameters(more);
+    }
+    const double v = is_lambda ? 1 / numbers.lambda : std::pow(theta[number.parameter], 2);
+    const double effect = (at_rest.covariance(first.model(twice)).trace() - trace) / n;
+    number.unit = kUnit * v / effect;
+    box_.least[i] = std::log1p(kNegligible);
+    box_.most[i] = kMostVariance;
+    start_[i] = std::log1p(excess / groups / kUnit);
+  }
+}
+
+// The amplitude of noise whose displacements the alignment removes is not determined.
+void CohortModel::check_observable(const Specimen::BranchSlopes& slopes) const {
+  const Points& source = cohort_.source.points;
+  const auto amplitudes =
+      noise_.model->amplitudes(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
+  const Index channels = specimens_.front().channels();
+  for (const NoiseAmplitude& amplitude : amplitudes) {
+    if (std::find(noise_.open.begin(), noise_.open.end(), amplitude.parameter) == noise_.open.end()) continue;
+    std::vector<Index> columns;
+    for (Index i = 0; i < slopes.end.cols(); ++i)
+      if (std::binary_search(amplitude.channels.begin(), amplitude.channels.end(), static_cast<int>(i % channels)))
+        columns.push_back(i);
+    const MatrixXd whole = slopes.end(Eigen::all, columns);
+    if ((slopes.by_end * whole).squaredNorm() > kUnobservable * whole.squaredNorm() / (sigma_ * sigma_)) continue;
+    throw InputError(fmt::format("noise '{}' moves the shapes only as their alignment ({}) does, which removes it",
+                                 noise_.model->spec(), alignment_name(cohort_.alignment)));
+  }
+}
+
+posterior::Numbers CohortModel::numbers(const VectorXd& x) const {
+  posterior::Numbers numbers{std::make_shared<KernelOperator>(kernel_), noise_.model, settings_.lambda.value_or(1), 1};
+  VectorXd theta = noise_.model->parameters();
+  for (Index i = 0; i < count(); ++i) {
+    const OpenNumber& number = open_[at(i)];
+    switch (number.kind) {
+      case OpenNumber::Kind::kLambda:
+        numbers.lambda = number.value(x[i]);
+        break;
+      case OpenNumber::Kind::kAmplitude:
+      case OpenNumber::Kind::kOther:
+        theta[number.parameter] = number.value(x[i]);
+        break;
+      case OpenNumber::Kind::kWidth: {
+        std::vector<KernelTerm> terms = kernel_.terms();
+        for (KernelTerm& term : terms) term.alpha *= std::exp(x[i]);
+        numbers.kernel = std::make_shared<KernelOperator>(std::move(terms));
+        break;
+      }
+      case OpenNumber::Kind::kSigma:
+        numbers.sigma = std::exp(x[i]);
+        break;
+    }
+  }
+  if (theta.size() > 0) numbers.noise = noise_.model->with_parameters(theta);
+  return numbers;
+}
+
+VectorXd CohortModel::place(const std::vector<double>& values) const {
+  VectorXd x(count());
+  for (Index i = 0; i < count(); ++i) x[i] = open_[at(i)].place(values[at(i)]);
+  return box_.clipped(x);
+}
+
+matching::MatchingProblem CohortModel::problem(const posterior::Numbers& numbers, int shape) const {
+  return {{*numbers.kernel, numbers.noise},
+          integrator_,
+          settings_.grid,
+          cohort_.source.points,
+          std::make_shared<matching::LandmarkTerm>(
+              matching::LandmarkObservations{cohort_.targets[at(shape)].points, sigma_ * numbers.sigma, {}, {}}),
+          sigma_ * numbers.sigma,
+          numbers.lambda,
+          {},
+          kFaint};
+}
+
+Matches CohortModel::match(const VectorXd& x, const Matches* near, Effort effort) const {
+  const posterior::MinimumOptions options = effort == Effort::kRough ? kRoughly : posterior::MinimumOptions{};
+  const posterior::Numbers numbers = this->numbers(x);
+  Matches matches{x, specimens_.front().model(numbers), std::vector<Minimum>(specimens_.size()), 0};
+  const auto starts_of = [&](int s) -> std::vector<VectorXd> {
+    if (near == nullptr) return {};
+    const Minimum& before = near->minima[at(s)];
+    const Specimen& specimen = specimens_[at(s)];
+    return {LinearAt(*before.linear, matches.model).mean(),
+            specimen.white(matches.model, specimen.momenta(near->model, before.z),
+                           specimen.increments(0, before.z))};
+  };
+  const Index at_once = posterior::ShotBatch(specimens_.front(), matches.model).at_once();
+  parallel_for(static_cast<int>((shapes() + at_once - 1) / at_once), [&](int group) {
+    const auto first = static_cast<int>(group * at_once);
+    const int last = std::min(first + static_cast<int>(at_once), shapes());
+    std::vector<const Specimen*> specimens;
+    std::vector<std::vector<VectorXd>> starts;
+    for (int s = first; s < last; ++s) {
+      specimens.push_back(&specimens_[at(s)]);
+      starts.push_back(starts_of(s));
+    }
+    std::vector<Minimum> found = find_minima(specimens, matches.model, starts, options);
+    for (int s = first; s < last; ++s) {
+      Minimum& match = matches.minima[at(s)] = std::move(found[at(s - first)]);
+      const double data = match.cost - 0.5 * match.z.squaredNorm();
+      const Specimen& specimen = specimens_[at(s)];
+      if (effort == Effort::kThorough && (!match.converged || data > static_cast<double>(specimen.data()))) {
+        const matching::MatchingObjective objective(problem(numbers, s));
+        const VectorXd other = minimise(objective, {}).solution.z;
+        const VectorXd begin = specimen.white(matches.model, objective.momenta(other), objective.increments(other));
+        Minimum again = find_minima({&specimen}, matches.model, {{begin}}).front();
+        if (again.cost < match.cost) match = std::move(again);
+      }
+      if (settings_.on_match) settings_.on_match();
+    }
+  });
+  for (const Minimum& match : matches.minima)
+    matches.log_evidence += LinearAt(*match.linear, matches.model).log_evidence();
+  return matches;
+}
+
+namespace {
+
+// −½ cᵀC⁻¹c − ½ log det C − log volume, and what derivatives take of it.
+struct OfShape {
+  OfShape(const posterior::LinearModel& linear, const Specimen::Model& model)
+      : covariance(linear.covariance(model)), factors(covariance), weighed(factors.solve(linear.offset())) {
+    Specimen::Model of_data = model;
+    of_data.sigma = 1;  // C has σ
+    value = -0.5 * linear.offset().dot(weighed) - factors.matrixLLT().diagonal().array().log().sum() -
+            linear.specimen().log_volume(of_data);
+  }
+
+  MatrixXd covariance;
+  Eigen::LLT<MatrixXd> factors;
+  VectorXd weighed;
+  double value = 0;
+};
+
+}  // namespace
+
+double CohortModel::linear_value(const Matches& about, const VectorXd& x) const {
+  const Specimen::Model model = this->model(x);
+  VectorXd values(shapes());
+  parallel_for(shapes(), [&](int s) { values[s] = OfShape(*about.minima[at(s)].linear, model).value; });
+  return values.sum();
+}
+
+CohortModel::LinearEvidence CohortModel::linear_evidence_with(const Matches& about, const VectorXd& x,
+                                                              bool with_sigma) const {
+  const Index n = count() + (with_sigma ? 1 : 0);
+  const Specimen::Model model = this->model(x);
+  std::vector<Specimen::Model> aside;
+  for (Index i = 0; i < count(); ++i) aside.push_back(this->model(x + kDifference * VectorXd::Unit(count(), i)));
+  if (with_sigma) {
+    aside.push_back(model);
+    aside.back().sigma *= std::exp(kDifference);
+  }
+  std::vector<LinearEvidence> all(at(shapes()), {0, {VectorXd(n), MatrixXd(n, n)}});
+  parallel_for(shapes(), [&](int s) {
+    const posterior::LinearModel& linear = *about.minima[at(s)].linear;
+    const OfShape here(linear, model);
+    LinearEvidence& of_shape = all[at(s)];
+    of_shape.value = here.value;
+    std::vector<MatrixXd> parts;  // L⁻¹ C_i L⁻ᵀ
+    for (Index i = 0; i < n; ++i) {
+      const MatrixXd change = (linear.covariance(aside[at(i)]) - here.covariance) / kDifference;
+      const MatrixXd half = here.factors.matrixL().solve(change);
+      parts.emplace_back(here.factors.matrixL().solve(MatrixXd(half.transpose())));
+      of_shape.slope.gradient[i] = 0.5 * (here.weighed.dot(change * here.weighed) - parts.back().trace());
+      for (Index j = 0; j <= i; ++j)
+        of_shape.slope.information(i, j) = of_shape.slope.information(j, i) =
+            0.5 * parts[at(i)].cwiseProduct(parts[at(j)]).sum();
+    }
+  });
+  LinearEvidence sum{0, {VectorXd::Zero(n), MatrixXd::Zero(n, n)}};
+  for (const LinearEvidence& of_shape : all) {
+    sum.value += of_shape.value;
+    sum.slope.gradient += of_shape.slope.gradient;
+    sum.slope.information += of_shape.slope.information;
+  }
+  return sum;
+}
+
+CohortModel::LinearEvidence CohortModel::linear_evidence(const Matches& about, const VectorXd& x) const {
+  return linear_evidence_with(about, x, false);
+}
+
+VectorXd CohortModel::correlations_with_sigma(const Matches& about) const {
+  const MatrixXd information = linear_evidence_with(about, about.x, true).slope.information;
+  const Index n = count();
+  return information.col(n).head(n).cwiseQuotient(
+      (information.diagonal().head(n) * information(n, n)).cwiseSqrt());
+}
+
+}  // namespace pulson::compare

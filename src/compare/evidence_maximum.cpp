@@ -1,0 +1,184 @@
+#include "evidence_maximum.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace pulson::compare {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kStencil = 0.7;  // standard deviations: a third derivative enters by its half, draws' errors by 1/0.7
+constexpr double kMostStencil = 0.7, kLeastStencil = 1e-3;  // of x, whatever the metric has
+// Of the metric's: the linear models' curvature is right to a factor of a few, or the number is not determined.
+constexpr double kLeastOfMetric = 0.1, kMostOfMetric = 5;
+constexpr int kMostSteps = 8, kMostHalvings = 4;
+constexpr double kLongest = 1;  // of a step of Newton's method, in each coordinate: a factor e
+constexpr int kMostOutward = 6;    // places at which an end is sought
+constexpr double kAtEnd = 0.1;     // nats: within 0.05 deviations of an end
+constexpr double kFarthest = 3;    // times the distance at which a parabola ends
+
+double upper_tail(double x) { return 0.5 * std::erfc(x / std::numbers::sqrt2); }
+
+MatrixXd inverse_of(const MatrixXd& information) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(information);
+  const VectorXd sizes = axes.eigenvalues().cwiseAbs().cwiseMax(1e-9 * axes.eigenvalues().cwiseAbs().maxCoeff());
+  return axes.eigenvectors() * sizes.cwiseInverse().asDiagonal() * axes.eigenvectors().transpose();
+}
+
+// Variances of the maximum by the draws, each group of which moves it by a Newton step; numbers at a bound stay there.
+VectorXd variances_by_draws(const LocalEvidence& local, const Box& box) {
+  VectorXd variances = VectorXd::Zero(local.x.size());
+  const Index groups = local.gradients_without_group.cols();
+  std::vector<Index> free;
+  for (Index i = 0; i < local.x.size(); ++i)
+    if (local.x[i] > box.least[i] && local.x[i] < box.most[i]) free.push_back(i);
+  if (groups < 2 || free.empty()) return variances;
+  const MatrixXd moves = inverse_of(local.slope.information(free, free)) *
+                         local.gradients_without_group(free, Eigen::all);
+  variances(free) = (moves.colwise() - moves.rowwise().mean()).rowwise().squaredNorm() *
+                    (static_cast<double>(groups - 1) / static_cast<double>(groups));
+  return variances;
+}
+
+}  // namespace
+
+std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const VectorXd& x, const MatrixXd& metric,
+                                            const Box& box) {
+  const std::optional<Evidence> here = evidence(x);
+  if (!here) return std::nullopt;
+  const Index n = x.size(), groups = here->without_group.size();
+  LocalEvidence local{x, *here, {VectorXd::Zero(n), MatrixXd::Zero(n, n)}, MatrixXd::Zero(n, groups)};
+  VectorXd curvatures(n);
+  for (Index i = 0; i < n; ++i) {
+    const double by_metric = std::max(metric(i, i), 1e-6);
+    const double h = std::clamp(kStencil / std::sqrt(by_metric), kLeastStencil, kMostStencil);
+    const auto beside = [&](double step) -> std::optional<Evidence> {
+      const VectorXd to = x + step * VectorXd::Unit(n, i);
+      if (to[i] < box.least[i] || to[i] > box.most[i]) return std::nullopt;
+      return evidence(to);
+    };
+    const std::optional<Evidence> above = beside(h), below = beside(-h);
+    curvatures[i] = by_metric;
+    if (above && below) {
+      local.slope.gradient[i] = (above->value - below->value) / (2 * h);
+      local.gradients_without_group.row(i) = (above->without_group - below->without_group) / (2 * h);
+      curvatures[i] = std::clamp((2 * here->value - above->value - below->value) / (h * h), kLeastOfMetric * by_metric,
+                                 kMostOfMetric * by_metric);
+    } else if (above || below) {
+      const Evidence& aside = above ? *above : *below;
+      const double step = above ? h : -h;
+      local.slope.gradient[i] = (aside.value - here->value) / step + 0.5 * step * by_metric;
+      local.gradients_without_group.row(i) =
+          ((aside.without_group - here->without_group) / step).array() + 0.5 * step * by_metric;
+    }
+  }
+  // The correlations are the metric's.
+  const VectorXd scale = curvatures.cwiseQuotient(metric.diagonal().cwiseMax(1e-6)).cwiseSqrt();
+  local.slope.information = scale.asDiagonal() * metric * scale.asDiagonal();
+  local.slope.information.diagonal() = curvatures;
+  return local;
+}
+
+std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const VectorXd& start,
+                                                 const MatrixXd& metric, const Box& box) {
+  std::optional<LocalEvidence> local = evidence_about(evidence, box.clipped(start), metric, box);
+  if (!local) return std::nullopt;
+  EvidenceMaximum best{std::move(*local), false};
+  for (int count = 0; count < kMostSteps; ++count) {
+    const LocalEvidence& here = best.local;
+    VectorXd step = newton_step(here.slope, here.x, box, kLongest);
+    best.converged = 0.5 * here.slope.gradient.dot(box.clipped(here.x + step) - here.x) < kAtMaximum;
+    if (best.converged) return best;
+    std::optional<VectorXd> next;
+    for (int halving = 0; halving < kMostHalvings && !next; ++halving, step /= 2) {
+      const VectorXd to = box.clipped(here.x + step);
+      const std::optional<Evidence> there = evidence(to);
+      if (there && there->value > here.here.value) next = to;
+    }
+    if (!next) break;
+    std::optional<LocalEvidence> risen = evidence_about(evidence, *next, metric, box);
+    if (!risen) break;
+    best.local = std::move(*risen);
+  }
+  return best;
+}
+
+double drop_of_ninety(double from_bound) {
+  const double d = std::max(from_bound, 1e-9);
+  if (d * d >= 2 * kDropOfNinety) return kDropOfNinety;
+  double low = 1.6, high = 2 * kDropOfNinety;
+  for (int i = 0; i < 40; ++i) {
+    const double c = (low + high) / 2;
+    const double second = d * d < c ? (c + d * d) / (2 * d) : std::sqrt(c);
+    (upper_tail(std::sqrt(c)) + upper_tail(second) > 0.1 ? low : high) = c;
+  }
+  return low / 2;
+}
+
+Intervals find_intervals(const EvidenceAt& evidence, const LocalEvidence& maximum, const Box& box,
+                         const std::vector<char>& near_bound) {
+  const Index n = maximum.x.size();
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  Intervals intervals{VectorXd::Constant(n, -kNowhere), VectorXd::Constant(n, kNowhere)};
+  const MatrixXd covariance = inverse_of(maximum.slope.information);
+  const VectorXd by_draws = variances_by_draws(maximum, box);
+  for (Index i = 0; i < n; ++i)
+    for (const int direction : {-1, 1}) {
+      const double deviation = std::sqrt(covariance(i, i));
+      const VectorXd along = covariance.col(i) / covariance(i, i);
+      const double bound = direction < 0 ? box.least[i] : box.most[i];
+      const double wider = 1 + by_draws[i] / covariance(i, i);
+      const auto wanted = [&](double t) {
+        const double distance = (maximum.x[i] + direction * t - box.least[i]) / deviation;
+        return wider * (near_bound[static_cast<std::size_t>(i)] ? drop_of_ninety(distance) : kDropOfNinety);
+      };
+      // How far the evidence has fallen at a distance t, beyond what is wanted.
+      const auto excess = [&](double t) -> std::optional<double> {
+        VectorXd to = box.clipped(maximum.x + direction * t * along);
+        to[i] = std::clamp(maximum.x[i] + direction * t, box.least[i], box.most[i]);
+        const std::optional<Evidence> there = evidence(to);
+        if (!there) return std::nullopt;
+        return maximum.here.value - there->value - wanted(t);
+      };
+      const double most = direction * (bound - maximum.x[i]);
+      const double first = std::sqrt(2 * wanted(0)) * deviation;
+      double inside = 0, at_inside = -wanted(0), outside = kNowhere, at_outside = kNowhere;
+      double t = std::min(first, most);
+      double end = first;
+      for (int count = 0; count < kMostOutward; ++count) {
+        const std::optional<double> there = excess(t);
+        if (!there) break;  // no evidence so far: that of the parabola
+        end = t;
+        if (std::abs(*there) <= kAtEnd) break;
+        (*there < 0 ? inside : outside) = t;
+        (*there < 0 ? at_inside : at_outside) = *there;
+        if (*there < 0 && t >= most) {
+          end = kNowhere;
+          break;
+        }
+        if (std::isfinite(outside)) {
+          // The drop is about t²: its root is about a line.
+          const double of_inside = std::sqrt(std::max(at_inside + wanted(inside), 0.0));
+          const double of_outside = std::sqrt(at_outside + wanted(outside));
+          const double root = std::sqrt(wanted(t));
+          t = inside + (outside - inside) * std::clamp((root - of_inside) / (of_outside - of_inside), 0.1, 0.9);
+          end = t;
+        } else {
+          t = std::min({1.6 * t, most, kFarthest * first});
+          if (t <= inside) break;
+        }
+      }
+      if (std::isfinite(end)) (direction < 0 ? intervals.low : intervals.high)[i] = maximum.x[i] + direction * end;
+    }
+  return intervals;
+}
+
+}  // namespace pulson::compare

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "newton.hpp"
+
+namespace pulson::compare {
+
+/// The log evidence of a cohort at a place x: a number, and where it was sampled what each group of the draws would make
+/// of it if it were left out, which tells the error of differences.
+struct Evidence {
+  double value = 0;
+  Eigen::VectorXd without_group;  ///< of no size where nothing was sampled
+};
+
+/// None where there is no evidence, as where some shape has no path or too few draws are effective.
+using EvidenceAt = std::function<std::optional<Evidence>(const Eigen::VectorXd& x)>;
+
+/// The evidence to second order about a place, by central differences over most of a standard deviation, so that the
+/// errors of the draws are small beside them. What neighbours that have no evidence leave open is the metric's.
+struct LocalEvidence {
+  Eigen::VectorXd x;
+  Evidence here;
+  SecondOrder slope;
+  Eigen::MatrixXd gradients_without_group;  ///< a column each
+};
+
+/// @param metric about the information: that of the linear models
+std::optional<LocalEvidence> evidence_about(const EvidenceAt& evidence, const Eigen::VectorXd& x,
+                                            const Eigen::MatrixXd& metric, const Box& box);
+
+/// By Newton's method. @param converged whether a further step would gain less than kAtMaximum
+struct EvidenceMaximum {
+  LocalEvidence local;
+  bool converged = false;
+};
+
+/// Nats that a step would still gain at a maximum: within 0.14 standard deviations of it.
+inline constexpr double kAtMaximum = 0.01;
+
+std::optional<EvidenceMaximum> maximise_evidence(const EvidenceAt& evidence, const Eigen::VectorXd& start,
+                                                 const Eigen::MatrixXd& metric, const Box& box);
+
+/// By how much the log-likelihood of a number may be below its maximum for the number to be in the interval of 90 %:
+/// half of 2.706, the quantile of χ² of one degree, but near the least value that the number can have. There, at a
+/// distance of `from_bound` standard deviations, the maximum cannot lie where it would without the bound, and c with
+///
+///     Q(√c) + Q((c + d²)/(2d)) = 0.1   where d = from_bound < √c
+///
+/// covers 90 %, 1.642 at the bound; Q is the normal distribution's upper tail (G. Feldman and R. Cousins 1998).
+double drop_of_ninety(double from_bound);
+
+/// Far from any bound.
+inline constexpr double kDropOfNinety = 2.70554 / 2;
+
+/// The interval of 90 % of each number by the profile of the evidence, ±∞ where it does not fall before a bound: where
+/// the number is that and the others are where the evidence to second order has them best, at which the evidence itself
+/// is asked for. The drop is wider by what the draws leave uncertain: with V the variance of the estimate by the draws
+/// (jackknife over their groups) and s its standard deviation, 1 + V/s² times as much.
+/// @param near_bound of which numbers the drop is that near a bound
+struct Intervals {
+  Eigen::VectorXd low, high;
+};
+Intervals find_intervals(const EvidenceAt& evidence, const LocalEvidence& maximum, const Box& box,
+                         const std::vector<char>& near_bound);
+
+}  // namespace pulson::compare

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "cohort_model.hpp"
+#include "evidence_maximum.hpp"
+
+namespace pulson::compare {
+
+/// fit_cohort() of a model, its settings checked.
+CohortFit fit_model(const CohortModel& cohort);
+
+/// The same without intervals, at the greatest evidence of the models linear about the matches; of 32 shapes or more
+/// that of 16 of them, as numbers that only begin a search or choose its time steps need be no better.
+CohortFit fit_roughly(const CohortModel& cohort);
+
+/// The same from the numbers of a fit to more shapes, for cross-validation.
+CohortFit fit_again(const CohortModel& cohort, const CohortFit& before);
+
+}  // namespace pulson::compare

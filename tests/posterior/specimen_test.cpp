@@ -1,0 +1,188 @@
+// The contract of the posterior of one shape, for noises and integrators alike.
+
+#include "posterior/specimen.hpp"
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <tuple>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include "posterior/minimum.hpp"
+#include "posterior/shot_batch.hpp"
+#include "pulson/core/alignment.hpp"
+#include "pulson/noise/noise_table.hpp"
+#include "random_numbers.hpp"
+
+namespace pulson::posterior {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Random = pulson::Numbers;
+
+constexpr double kSigma = 0.1;
+
+Landmarks shape_of(Points points) {
+  Landmarks shape;
+  shape.points = std::move(points);
+  return shape;
+}
+
+matching::MatchingProblem problem_of(const std::string& noise, const std::string& integrator) {
+  Random numbers(3);
+  const Points source = numbers.landmarks(2, 4);
+  const Points target = source + 0.1 * numbers(2, 4);
+  return {{make_kernel("gaussian:alpha=0.7", source), make_noise(noise, shape_of(source))},
+          make_integrator(integrator),
+          {1, 4},
+          source,
+          std::make_shared<matching::LandmarkTerm>(matching::LandmarkObservations{target, kSigma, {}, {}}),
+          kSigma,
+          5,
+          {}};
+}
+
+class OfModels : public testing::TestWithParam<std::tuple<std::string, std::string>> {
+ protected:
+  OfModels() : specimen(problem_of(std::get<0>(GetParam()), std::get<1>(GetParam()))), model(specimen.model(numbers())) {
+    Random random(7);
+    z = 0.4 * random(specimen.unknowns(), 1);
+  }
+
+  posterior::Numbers numbers(double lambda = 1, double sigma = 1, double amplitude = 1) const {
+    const matching::MatchingProblem& problem = specimen.problem();
+    std::shared_ptr<const NoiseModel> noise = problem.system.noise;
+    VectorXd theta = noise->parameters();
+    for (const NoiseAmplitude& a : noise->amplitudes(2, 4)) theta[a.parameter] *= amplitude;
+    if (theta.size() > 0) noise = noise->with_parameters(theta);
+    return {std::make_shared<KernelOperator>(problem.system.kernel), noise, lambda * problem.lambda, sigma};
+  }
+
+  Specimen specimen;
+  Specimen::Model model;
+  VectorXd z;
+};
+INSTANTIATE_TEST_SUITE_P(
+    All, OfModels,
+    testing::Combine(testing::Values("none", "ch-sd:beta=0.05", "ch-sd-screened:beta=0.05,gamma=1",
+                                     "p-sd:fields=grid,count=2,beta=0.1", "trouve-vialard:sigma=0.3",
+                                     "kunita:beta=0.05,width=0.5", "potential:beta=0.05,gamma=1"),
+                     testing::Values("variational-2", "heun")),
+    [](const auto& row) { return "Case" + std::to_string(row.index); });
+
+TEST_P(OfModels, WhiteUndoesMomentaAndIncrements) {
+  const VectorXd back = specimen.white(model, specimen.momenta(model, z), specimen.increments(0, z));
+  EXPECT_LE((back - z).norm(), 1e-10 * z.norm());
+  // |z0|² is λ p0ᵀ(K + ε)p0, ε a thousandth of what moves a landmark by σ.
+  const Points p = specimen.momenta(model, z);
+  const double energy = 5 * (p.transpose() * model.system.kernel.apply(specimen.problem().source,
+                                                                       specimen.problem().source, p)).trace();
+  EXPECT_NEAR(z.head(8).squaredNorm(), energy, 1e-2 * energy);
+}
+
+TEST_P(OfModels, SlopesAndTheirTransposeAreTheDerivative) {
+  const auto shot = specimen.shoot(model, z);
+  ASSERT_TRUE(shot);
+  const LinearModel linear(specimen, model, *shot, z);
+  const LinearAt at(linear, model);
+  Random random(9);
+  const VectorXd along = random(specimen.unknowns(), 1);
+  constexpr double kStep = 1e-5;
+  const VectorXd difference =
+      (specimen.shoot(model, z + kStep * along)->residual - specimen.shoot(model, z - kStep * along)->residual) /
+      (2 * kStep);
+  EXPECT_LE((at.apply(along) - difference).norm(), 1e-6 * difference.norm());
+  EXPECT_LE((at.residual(z) - shot->residual).norm(), 1e-9 * (1 + shot->residual.norm()));
+  const VectorXd v = random(specimen.data(), 1);
+  EXPECT_NEAR(v.dot(at.apply(along)), at.transposed(v).dot(along), 1e-9 * v.norm() * along.norm());
+  EXPECT_LE((specimen.transposed(model, *shot, v) - at.transposed(v)).norm(), 1e-8 * at.transposed(v).norm());
+}
+
+// As lanes or one by one.
+TEST_P(OfModels, ABatchHasTheShotsOfEach) {
+  Random random(11);
+  const auto first = specimen.shoot(model, z);
+  ASSERT_TRUE(first);
+  const LinearModel linear(specimen, model, *first, z);
+  const LinearAt chord(linear, model);
+  const ShotBatch batch(specimen, model, &chord);
+  const MatrixXd all = 0.3 * random(specimen.unknowns(), batch.at_once() + 1);
+  const ShotBatch::Ends ends = batch.ends(all);
+  const auto products = batch.products(all);
+  const auto slopes = batch.slopes(all);
+  for (Index l = 0; l < all.cols(); ++l) {
+    const auto i = static_cast<std::size_t>(l);
+    const auto shot = specimen.shoot(model, all.col(l));
+    ASSERT_EQ(shot.has_value(), ends.found[i] != 0);
+    if (!shot) continue;
+    EXPECT_LE((specimen.residual(model, ends.positions.col(l)) - shot->residual).norm(), 1e-10);
+    const Specimen::Slopes one = specimen.slopes(model, *shot);
+    EXPECT_LE((slopes[i].momenta - one.momenta).norm(), 1e-10 * one.momenta.norm());
+    const MatrixXd product = chord.product(one, model);
+    EXPECT_LE((products[i] - product).norm(), 1e-10 * product.norm());
+  }
+}
+
+// A linear model is that of the same path for other λ and σ, and for other amplitudes where the path is linear in the
+// increments, as these schemes are but for the noise's own dependence on positions.
+TEST_P(OfModels, LinearModelsAreRescaledExactly) {
+  const auto shot = specimen.shoot(model, z);
+  ASSERT_TRUE(shot);
+  const LinearModel linear(specimen, model, *shot, z);
+  const double amplitude = 1.7;
+  const Specimen::Model other = specimen.model(numbers(2.3, 0.6, amplitude));
+  const VectorXd same_path =
+      specimen.white(other, specimen.momenta(model, z), specimen.increments(0, z) / amplitude);
+  const auto again = specimen.shoot(other, same_path);
+  ASSERT_TRUE(again);
+  const LinearModel linear_anew(specimen, other, *again, same_path);
+  const LinearAt anew(linear_anew, other);
+  const LinearAt rescaled(linear, other);
+  EXPECT_NEAR(rescaled.log_evidence(), anew.log_evidence(), 1e-6 * std::abs(anew.log_evidence()));
+  EXPECT_LE((rescaled.mean() - anew.mean()).norm(), 1e-6 * anew.mean().norm());
+  const MatrixXd covariance = linear.covariance(other);
+  const VectorXd v = Random(2)(specimen.data(), 1);
+  EXPECT_LE((covariance * v - other.sigma * other.sigma * (v + rescaled.apply(rescaled.transposed(v)))).norm(),
+            1e-9 * (covariance * v).norm());
+}
+
+// The gradient z + Jᵀr vanishes at a minimum, alone and among others.
+TEST_P(OfModels, MinimaAreStationary) {
+  const std::vector<Minimum> minima =
+      find_minima({&specimen, &specimen}, model, {{z}, {}}, {.tolerance = 1e-8, .most_steps = 60});
+  for (const Minimum& minimum : minima) {
+    EXPECT_TRUE(minimum.converged);
+    const auto shot = specimen.shoot(model, minimum.z);
+    const VectorXd gradient = minimum.z + specimen.transposed(model, *shot, shot->residual);
+    EXPECT_LE(gradient.norm(), 1e-3);
+    EXPECT_NEAR(minimum.cost, 0.5 * (minimum.z.squaredNorm() + shot->residual.squaredNorm()), 1e-9);
+  }
+  EXPECT_NEAR(minima[0].cost, minima[1].cost, 1e-6);
+}
+
+// Data that a motion only moves are the same, and the volume is that of the coordinates left.
+TEST(SpecimenWithMotions, LeavesThoseOut) {
+  const matching::MatchingProblem problem = problem_of("none", "variational-2");
+  std::vector<Index> all(8);
+  for (Index i = 0; i < 8; ++i) all[static_cast<std::size_t>(i)] = i;
+  const MatrixXd motions = motion_directions(problem.source, AlignmentKind::kRigid, all);
+  ASSERT_EQ(motions.cols(), 3);
+  const Specimen specimen(problem, motions);
+  EXPECT_EQ(specimen.data(), 5);
+  const Specimen::Model model =
+      specimen.model({std::make_shared<KernelOperator>(problem.system.kernel), problem.system.noise, problem.lambda, 1});
+  const VectorXd end = problem.source.reshaped();
+  const VectorXd moved = end + motions * VectorXd{{0.3, -0.2, 0.1}};
+  EXPECT_LE((specimen.residual(model, end) - specimen.residual(model, moved)).norm(), 1e-12);
+  EXPECT_NEAR(specimen.log_volume(model), 5 * std::log(std::sqrt(2 * M_PI) * kSigma), 1e-9);
+  EXPECT_LE((specimen.projection() * motions).norm(), 1e-12);
+  EXPECT_LE((specimen.projection() * specimen.projection().transpose() * kSigma * kSigma - MatrixXd::Identity(5, 5)).norm(),
+            1e-12);
+}
+
+}  // namespace
+}  // namespace pulson::posterior

@@ -21,21 +21,22 @@ using Eigen::VectorXd;
 const NameTable<MoveKind>& sampler_table() {
   static const NameTable<MoveKind> kTable(
       "sampler",
-      {{"hmc", {}, "Hamiltonian Monte Carlo: a quarter turn in steps whose size is adapted", {true, true, true, 0.8}},
+      {{"hmc",
+        {},
+        "Hamiltonian Monte Carlo: a quarter turn in steps whose size is adapted",
+        {.uses_gradient = true, .target_acceptance = 0.8}},
        {"nuts",
         {},
         "Hamiltonian Monte Carlo whose trajectories end where they turn back: the no-U-turn sampler",
-        {true, true, true, 0.8, true}},
-       {"mala", {}, "one step of it: function-space Langevin", {true, false, true, 0.6}},
+        {.uses_gradient = true, .target_acceptance = 0.8, .until_it_turns = true}},
        {"pcn",
         {},
         "preconditioned Crank-Nicolson: rotations of an adapted angle, without gradients",
-        {false, false, true, 0.35}},
+        {.uses_gradient = false, .target_acceptance = 0.35}},
        {"rto",
         {},
         "randomise then optimise: Hamiltonian Monte Carlo whose draws are fitted to their perturbed data",
-        {true, true, true, 0.8, false, true}},
-       {"independence", {}, "independent draws of the Gauss-Newton Gaussian", {false, false, false, 0}}});
+        {.uses_gradient = true, .target_acceptance = 0.8, .fits_data = true}}});
   return kTable;
 }
 

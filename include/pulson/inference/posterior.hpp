@@ -71,15 +71,13 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
 
 /// How a chain moves in the whitened coordinates of the Gauss–Newton Gaussian.
 struct MoveKind {
-  bool uses_gradient = false;
-  bool whole_rotation = false;  ///< trajectories of a quarter turn, else of one step
-  bool adapts = true;           ///< the angle of a step; else it is a quarter turn
-  double target_acceptance = 0;
+  bool uses_gradient = false;    ///< trajectories of a quarter turn with kicks; else one rotation without
+  double target_acceptance = 0;  ///< to which the angle of a step is adapted
   bool until_it_turns = false;  ///< trajectories of NUTS, which end where they turn back
   bool fits_data = false;       ///< each draw fits its perturbed data exactly, and not by the linear model
 };
 
-/// hmc, nuts, mala, pcn, rto, independence.
+/// hmc, nuts, pcn, rto.
 const NameTable<MoveKind>& sampler_table();
 
 struct SamplerOptions {

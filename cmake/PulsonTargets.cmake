@@ -59,12 +59,12 @@ if(PULSON_UNITY)
 endif()
 
 # Tests spend their time in the libraries; with less optimisation of their own they compile a fifth faster, and those that
-# compute nothing themselves, of the kind text_test, by another fifth without any. So do, in a build for work, the verbs
-# and the folders that read, write and draw, of the kind app.
+# compute nothing themselves, of the kind text_test, by another fifth without any. So do the verbs and the folders that
+# read, write and draw, of the kind app.
 # g++ 12 takes members of Eigen's matrices for uninitialised at -O1.
 set(PULSON_OPTIONS_test $<$<NOT:$<CONFIG:Debug>>:-O1> -Wno-maybe-uninitialized)
 set(PULSON_OPTIONS_text_test -O0)
-set(PULSON_OPTIONS_app $<$<CONFIG:RelWithDebInfo>:-O1> $<$<CONFIG:RelWithDebInfo>:-Wno-maybe-uninitialized>)
+set(PULSON_OPTIONS_app $<$<NOT:$<CONFIG:Debug>>:-O1> -Wno-maybe-uninitialized)
 
 # The headers that most files of this kind include; not CLI11's and nlohmann's, with which precompiled ones are slower
 # than none.

@@ -50,7 +50,8 @@ void SampleArguments::add_to(CLI::App& verb) {
                  ->capture_default_str(),
              "alignment", {"auto"});
   verb.add_option("--integrator", integrator, "see pulson info integrators")->type_name("NAME")->capture_default_str();
-  verb.add_option("--method", sampler.method, fmt::format("Markov chains: {}", fmt::join(names_in(inference::sampler_table()), ", ")))
+  verb.add_option("--method", sampler.method,
+                  fmt::format("Markov chains: {}", fmt::join(names_in(inference::sampler_table()), ", ")))
       ->type_name("NAME")
       ->capture_default_str();
   verb.add_option("--chains", sampler.chains, "number of chains")->capture_default_str();

@@ -75,15 +75,15 @@ Minimum find_minimum(const Specimen& specimen, const Specimen::Model& model, con
   for (int step = 0;; ++step) {
     at.linear = std::make_shared<LinearModel>(specimen, model, *shot, at.z);
     const LinearAt linear(*at.linear, model);
-    const VectorXd way = linear.mean() - at.z;
-    const VectorXd least = at.z + way;
+    const VectorXd direction = linear.mean() - at.z;
+    const VectorXd least = at.z + direction;
     const double gain = at.cost - 0.5 * (least.squaredNorm() + linear.residual(least).squaredNorm());
     at.converged = gain <= kSmallGain;
     if (at.converged || step == kMostSteps) return at;
     bool fell = false;
     double part = 1;
     for (int halving = 0; halving < kMostHalvings && !fell; ++halving, part /= 2) {
-      const VectorXd tried = at.z + part * way;
+      const VectorXd tried = at.z + part * direction;
       std::optional<Specimen::Shot> there = specimen.shoot(model, tried);
       if (!there || cost_of(tried, *there) >= at.cost - 1e-4 * part * gain) continue;
       at.z = tried;
@@ -222,13 +222,14 @@ Quadratic maximise(const LinearPosterior& f, VectorXd& phi) {
   constexpr double kLongest = 1;
   for (int step = 0;; ++step) {
     Quadratic model = quadratic(f, phi);
-    VectorXd way = MatrixXd(model.information).llt().solve(model.gradient);
-    if (step == kMost || !way.allFinite() || way.dot(model.information * way) < kNear * kNear) return model;
-    if (const double longest = way.cwiseAbs().maxCoeff(); longest > kLongest) way *= kLongest / longest;
+    VectorXd direction = MatrixXd(model.information).llt().solve(model.gradient);
+    if (step == kMost || !direction.allFinite() || direction.dot(model.information * direction) < kNear * kNear)
+      return model;
+    if (const double longest = direction.cwiseAbs().maxCoeff(); longest > kLongest) direction *= kLongest / longest;
     double part = 1;
-    while (part > 1e-3 && !(f(phi + part * way) > model.value)) part /= 2;
+    while (part > 1e-3 && !(f(phi + part * direction) > model.value)) part /= 2;
     if (part <= 1e-3) return model;
-    phi += part * way;
+    phi += part * direction;
   }
 }
 

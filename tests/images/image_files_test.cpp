@@ -263,8 +263,8 @@ TEST_F(ImageFiles, BmpIsReadInEveryForm) {
 
 // A changed file gives an image, or one line of error; with the sanitizers this is a test of every reader.
 TEST_F(ImageFiles, ChangedBytesDoNoHarm) {
-  std::vector<std::string> files{bmp(4, 2, std::string("\x03\x22\0\0\x02\x12\0\x01", 8)), "P2\n3 2\n100\n1 2 3 4 5 6\n", "P6\n2 1\n255\nabcdef",
-                                 tif(12, 3, "abcdefghi", 2, -1)};
+  std::vector<std::string> files{bmp(4, 2, std::string("\x03\x22\0\0\x02\x12\0\x01", 8)), "P2\n3 2\n100\n1 2 3 4 5 6\n",
+                                 "P6\n2 1\n255\nabcdef", tif(12, 3, "abcdefghi", 2, -1)};
   const Image image = uneven_image(5, 4, 3, PixelType::kUint8);
   for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
     write_image(name, image);

@@ -45,8 +45,8 @@ class PnmReader {
       for (std::uint8_t& value : image.values<std::uint8_t>())
         value = limited<std::uint8_t>(kind == '1' ? 1U - bit() : (is_text ? number() : byte()));
     if (bits_of(image.format()) == 0) {  // which no format that is written holds
-      file.notes.push_back("the highest value is " + std::to_string(highest_) + "; numbers are scaled to the range of " +
-                           describe(image.type()) + " pixels");
+      file.notes.push_back("the highest value is " + std::to_string(highest_) +
+                           "; numbers are scaled to the range of " + describe(image.type()) + " pixels");
       file.pages.front() = {shown(file.pages.front())};
     }
     if (!is_text && rest_.size() > 2 && rest_[0] == 'P' && rest_[1] >= '1' && rest_[1] <= '6')

@@ -166,7 +166,7 @@ bool goes_on(const EnsembleExample& example, const EnsembleRun& run, const std::
     EXPECT_FALSE(ensemble_json(end).empty());
     EXPECT_FALSE(ensemble_means_csv(end).empty());
     EXPECT_FALSE(ensemble_densities_csv(end).empty());
-  } catch (const InputError&) {  // also where sums have become infinite, which records do not hold
+  } catch (const Error&) {  // also where sums are infinite, which records do not hold
     return false;
   }
   return true;

@@ -100,6 +100,7 @@ SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
 
 inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
                                                      std::vector<std::string>& notes) const {
+  static_cast<void>(inference::sampler_table().find(sampler.method));
   check_at_least(sampler.chains, 1, "--chains");
   check_at_least(sampler.draws, 4, "--draws");
   check_at_least(sampler.warmup, 0, "--warmup");

@@ -43,7 +43,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   expect_refused(words("grey.png grey.png -o w.png"), "grey.png is an image; the registration comes first");
   refuse("missing.png -o w.png", "cannot read 'missing.png'");
   refuse("word.png -o w.png", "it is not an image");
-  refuse("grey.png -o w.xyz", "no image format has the extension '.xyz'");
+  refuse("grey.png -o w.xyz", "no image format that is written has the extension '.xyz'");
   refuse("grey.png -o w", "it has no extension");
   refuse("grey.png -o folder", "it is a folder");
   refuse("grey.png -o no/w.png", "there is no folder 'no'");
@@ -55,7 +55,7 @@ TEST_F(WarpRefuses, WrongFilesAndOptions) {
   refuse("grey.png -o w.png --over top", "valid: least-stretched, average, first, label-order");
   refuse("grey.png -o w.png --method puhs", "valid: auto, pull, push");
   refuse("grey.png -o w.png --labels plate", "valid: metric, thin-plate");
-  refuse("grey.png -o w.png --border none", "unknown border 'none'; valid: auto, transparent, constant");
+  refuse("grey.png -o w.png --border none", "unknown border 'none'; valid: auto, constant, replicate");
   for (const char* background : {"1,2", "256", "-1", "nan", "1,2,300", "1;2;3", "1,2,3,4"})
 
     refuse(std::string("grey.png -o w.png --background=") + background,

@@ -59,22 +59,23 @@ if(PULSON_UNITY)
 endif()
 
 # Tests spend their time in the libraries; with less optimisation of their own they compile a fifth faster, and those that
-# compute nothing themselves, of the kind text_test, by another fifth without any. So do, in a build for work, the verbs
-# and the folders that read, write and draw, of the kind app.
+# compute nothing themselves, of the kind text_test, by another fifth without any. So do the verbs and the folders that
+# read, write and draw, of the kind app.
 # g++ 12 takes members of Eigen's matrices for uninitialised at -O1.
 set(PULSON_OPTIONS_test $<$<NOT:$<CONFIG:Debug>>:-O1> -Wno-maybe-uninitialized)
 set(PULSON_OPTIONS_text_test -O0)
-set(PULSON_OPTIONS_app $<$<CONFIG:RelWithDebInfo>:-O1> $<$<CONFIG:RelWithDebInfo>:-Wno-maybe-uninitialized>)
+set(PULSON_OPTIONS_app $<$<NOT:$<CONFIG:Debug>>:-O1> -Wno-maybe-uninitialized)
 
 # The headers that most files of this kind include; not CLI11's and nlohmann's, with which precompiled ones are slower
 # than none.
 set(PULSON_APP_HEADERS <algorithm> <cmath> <functional> <memory> <optional> <string> <vector> <Eigen/Core> <fmt/format.h>
                        <fmt/ranges.h>)
 
-# pulson_precompile(<target> <kind> <headers...>): the first target of a kind makes them, the others take them from it.
-# Kinds: source, app, test, and text_test. The macros of a command must be those of the headers: fmt's are in sources
+# pulson_compile_as(<target> <kind> <headers...>): with the options of the kind, and its precompiled headers, which the
+# first target of a kind makes and the others take from it. Kinds: source, app, test, and text_test. The macros of a command must be those of the headers: fmt's are in sources
 # and apps alone.
-function(pulson_precompile target kind)
+function(pulson_compile_as target kind)
+  target_compile_options(${target} PRIVATE ${PULSON_OPTIONS_${kind}})
   if(NOT PULSON_PRECOMPILED_HEADERS)
     return()
   endif()
@@ -141,10 +142,9 @@ function(pulson_library folder)
     PUBLIC ${ARG_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:pulson_options> ${ARG_PRIVATE})
   if(ARG_APP)
-    target_compile_options(pulson_${folder} PRIVATE ${PULSON_OPTIONS_app})
-    pulson_precompile(pulson_${folder} app ${PULSON_APP_HEADERS})
+    pulson_compile_as(pulson_${folder} app ${PULSON_APP_HEADERS})
   elseif(fmt::fmt IN_LIST ARG_PRIVATE)
-    pulson_precompile(
+    pulson_compile_as(
       pulson_${folder} source <algorithm> <cmath> <functional> <map> <memory> <optional> <string> <vector>
       <Eigen/Core> <fmt/format.h> <fmt/ranges.h> ${PROJECT_SOURCE_DIR}/src/core/factorisations.hpp)
   endif()

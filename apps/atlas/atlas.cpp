@@ -269,8 +269,7 @@ int run_atlas(const AtlasArguments& arguments, const std::string& settings) {
 }  // namespace
 
 void add_atlas_verb(CLI::App& program, int& exit_code) {
-  CLI::App* verb =
-      program.add_subcommand("atlas", "Estimate the template of a cohort, its modes and what they go with");
+  CLI::App* verb = program.add_subcommand("atlas", "Estimate the template of a cohort, its modes and their covariates");
   auto arguments = std::make_shared<AtlasArguments>();
   arguments->add_to(*verb);
   verb->footer(

@@ -1,11 +1,10 @@
 #include "match_rounds.hpp"
 
-#include <cstring>
-
 #include <fmt/format.h>
 
 #include "core/atomic_file.hpp"
 #include "core/paths.hpp"
+#include "core/state_bytes.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/parallel.hpp"
 #include "shell/messages.hpp"
@@ -17,14 +16,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string_view bytes_of(const std::vector<double>& numbers) {
-  return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(double)};
+std::string bytes_of(const std::vector<double>& numbers) {
+  StateWriter state;
+  state(numbers);
+  return state.take();
 }
 
+/// Of all lists that are there, one after the other.
 std::vector<double> doubles_of(std::string_view bytes) {
-  std::vector<double> numbers(bytes.size() / sizeof(double));
-  if (!numbers.empty()) std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(double));
-  return numbers;
+  StateReader state(bytes);
+  std::vector<double> all, list;
+  while (!state.at_end()) {
+    state(list);
+    all.insert(all.end(), list.begin(), list.end());
+  }
+  return all;
 }
 
 /// What rank 0 has, on all ranks.
@@ -84,7 +90,7 @@ void MatchRounds::share(int count, const Match& match, const Store& store) {
       throw;
     }
     if (ranks::is_first()) {
-      const std::string_view bytes = bytes_of(all);
+      const std::string bytes = bytes_of(all);
       run_.results[round_] = Json::binary({bytes.begin(), bytes.end()});
       run_.seconds = before_ + seconds_now() - begin_;
     }

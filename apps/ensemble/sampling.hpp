@@ -18,8 +18,8 @@ struct SamplingPlan {
   std::string what{};                        ///< what the line of progress begins with
 };
 
-/// Samples what is left of the ensemble on all threads of all ranks, until all paths are there or a signal comes; the
-/// caller holds an Interrupt. The sums go to `run`, on rank 0.
+/// Samples the remaining paths of the ensemble on all threads of all ranks, until all paths are there or a signal
+/// comes; the caller holds an Interrupt. The sums go to `run`, on rank 0.
 void sample_blocks(ensemble::Ensemble& ensemble, records::EnsembleRun& run, const SamplingPlan& plan,
                    Progress& progress);
 

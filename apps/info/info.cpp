@@ -27,7 +27,7 @@ namespace {
 
 // ---- of a file
 
-/// What `pulson info` reports about a shape beyond its contents.
+/// What `pulson info` reports about a shape besides its contents.
 struct ShapeFacts {
   std::size_t missing = 0;                              ///< landmarks that have a missing coordinate
   std::size_t coincident = 0;                           ///< landmarks at the place of an earlier one

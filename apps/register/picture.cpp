@@ -199,16 +199,16 @@ void add_material(const StochasticSystem& system, const Trajectory& path, const 
 namespace {
 
 std::string caption(const html::ReportMotion& motion) {
-  const std::string way = "The landmarks moving from the source to their end points, with the target as rings. ";
+  const std::string lead = "The landmarks moving from the source to their end points, with the target as rings. ";
   switch (motion.source.dimension()) {
     case 1:
-      return way + "Time runs to the right; thin lines are points between the landmarks that move with them.";
+      return lead + "Time runs to the right; thin lines are points between the landmarks that move with them.";
     case 2:
-      return way + (motion.grid.empty()
-                        ? "No grid is drawn."
-                        : "The grid moves with the landmarks; noise that separates neighbours may fold it.");
+      return lead + (motion.grid.empty()
+                         ? "No grid is drawn."
+                         : "The grid moves with the landmarks; noise that separates neighbours may fold it.");
     default:
-      return way + "Drag sideways or up and down, or use the arrow keys, to turn the view.";
+      return lead + "Drag sideways or up and down, or use the arrow keys, to turn the view.";
   }
 }
 

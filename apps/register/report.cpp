@@ -107,8 +107,10 @@ html::ReportTable model_table(const matching::Registration& registration) {
 // nothing is known of it.
 Eigen::VectorXd noise_shares(const matching::Registration& registration, const matching::LandmarkShares& shares) {
   if (registration.noise == "none" || shares.noise.size() == 0) return {};
-  const Points way = registration.result - registration.source.points;
-  return (shares.noise.cwiseProduct(way).colwise().sum().array() / way.colwise().squaredNorm().array()).transpose();
+  const Points displacement = registration.result - registration.source.points;
+  return (shares.noise.cwiseProduct(displacement).colwise().sum().array() /
+          displacement.colwise().squaredNorm().array())
+      .transpose();
 }
 
 std::string residuals_caption(const matching::Registration& registration, std::size_t listed, std::size_t outliers) {

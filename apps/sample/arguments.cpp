@@ -1,8 +1,6 @@
 #include "arguments.hpp"
 
-#include <limits>
-
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include "core/text.hpp"
 #include "formats/text/newick.hpp"
@@ -11,19 +9,6 @@
 #include "shell/path_options.hpp"
 
 namespace pulson {
-
-namespace {
-
-constexpr const char* kEnsembleMethod = "enkf";
-
-// The methods of sample_posterior(), and sample_ensemble().
-const NameTable<inference::MoveKind>& method_table() {
-  static const NameTable<inference::MoveKind> kTable =
-      inference::sampler_table().with({kEnsembleMethod, {}, "ensemble Kalman smoother", {}});
-  return kTable;
-}
-
-}  // namespace
 
 void SampleArguments::add_to(CLI::App& verb) {
   reads_shape(verb.add_option("SOURCE", source, "shape: file, file#3 (from 1) or file#id=NAME"))->required();
@@ -66,8 +51,7 @@ void SampleArguments::add_to(CLI::App& verb) {
              "alignment", {"auto"});
   verb.add_option("--integrator", integrator, "see pulson info integrators")->type_name("NAME")->capture_default_str();
   verb.add_option("--method", sampler.method,
-                  "of Markov chains hmc, nuts, mala, pcn, rto or independence; enkf: an ensemble Kalman smoother, "
-                  "approximate and fast")
+                  fmt::format("Markov chains: {}", fmt::join(names_in(inference::sampler_table()), ", ")))
       ->type_name("NAME")
       ->capture_default_str();
   verb.add_option("--chains", sampler.chains, "number of chains")->capture_default_str();
@@ -83,17 +67,6 @@ void SampleArguments::add_to(CLI::App& verb) {
       ->type_name("COUNT")
       ->capture_default_str();
   verb.add_option("--keep-paths", sampler.paths_kept, "number of paths in paths.npy")->capture_default_str();
-  verb.add_option("--members", ensemble.members, "with --method enkf: members of the ensemble")
-      ->type_name("COUNT")
-      ->capture_default_str();
-  verb.add_option("--rounds", ensemble.rounds, "with --method enkf: rounds in which the data are assimilated, at least")
-      ->type_name("COUNT")
-      ->capture_default_str();
-  verb.add_option("--localisation", localisation,
-                  "with --method enkf: distance from a landmark to the nearest data that do not change it, a length or "
-                  "per cent of the source's diameter; none; auto: few data for each of many members")
-      ->type_name("LENGTH")
-      ->capture_default_str();
   verb.add_option("--calibrate", calibrate,
                   "simulation-based calibration instead: shapes drawn from the prior, and ranks of the true values "
                   "among the posterior's draws")
@@ -115,34 +88,6 @@ nlohmann::ordered_json tree_facts(const std::vector<TreeNode>& tree) {
   return nodes;
 }
 
-bool SampleArguments::uses_ensemble() const { return sampler.method == kEnsembleMethod; }
-
-void SampleArguments::check_given(const CLI::App& verb) const {
-  static_cast<void>(method_table().find(sampler.method));
-  const auto refuse = [&](const std::vector<const char*>& names, const std::string& reason) {
-    for (const char* const name : names)
-      if (verb.get_option(name)->count() > 0) throw InputError(fmt::format("{} is for {}", name, reason));
-  };
-  if (!uses_ensemble()) return refuse({"--members", "--rounds", "--localisation"}, "--method enkf");
-  refuse({"--chains", "--draws", "--warmup", "--searches", "--temperatures", "--calibrate", "--ranks", "--fault",
-          "--shard", "--resume", "--tree"},
-         "Markov chains; --method enkf does not have it");
-  if (verb.get_option("--parameters")->count() > 0 && parameters != std::vector<std::string>{"none"})
-    throw InputError("--method enkf samples no parameters; give --parameters none");
-}
-
-inference::EnsembleKalmanOptions SampleArguments::ensemble_kalman(const inference::PosteriorProblem& problem) const {
-  inference::EnsembleKalmanOptions options = ensemble;
-  options.seed = sampler.seed;
-  options.paths_kept = sampler.paths_kept;
-  if (localisation == "none") options.localisation = std::numeric_limits<double>::infinity();
-  if (localisation != "none" && localisation != "auto") {
-    options.localisation = Length::parse(localisation, "--localisation").in(diameter(problem.sources.front().points));
-    require_positive("--localisation", *options.localisation);
-  }
-  return options;
-}
-
 SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
   if (calibrate <= 0 && !units.shard.empty()) throw InputError("--shard is for the simulations of --calibrate");
   SampleShapes shapes{read_landmarks(source, &notes, reading), read_shapes(targets, reading, notes), {}};
@@ -155,6 +100,7 @@ SampleShapes SampleArguments::read(std::vector<std::string>& notes) const {
 
 inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
                                                      std::vector<std::string>& notes) const {
+  static_cast<void>(inference::sampler_table().find(sampler.method));
   check_at_least(sampler.chains, 1, "--chains");
   check_at_least(sampler.draws, 4, "--draws");
   check_at_least(sampler.warmup, 0, "--warmup");
@@ -162,9 +108,6 @@ inference::PosteriorProblem SampleArguments::problem(const SampleShapes& shapes,
   check_at_least(sampler.temperatures, 1, "--temperatures");
   check_at_least(sampler.paths_kept, 2, "--keep-paths");
   check_at_least(calibrate, 0, "--calibrate");
-  constexpr int kFewestMembers = 20;
-  check_at_least(ensemble.members, kFewestMembers, "--members");
-  check_at_least(ensemble.rounds, 1, "--rounds");
   matching::RegistrationOptions options;
   options.kernel = kernel;
   options.noise = noise;

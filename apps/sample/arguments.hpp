@@ -1,10 +1,8 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "pulson/inference/ensemble_kalman.hpp"
 #include "pulson/inference/posterior.hpp"
 #include "shell/options.hpp"
 #include "shell/outputs.hpp"
@@ -39,8 +37,6 @@ struct SampleArguments {
   std::string tree;  ///< a Newick file, or empty
   std::vector<std::string> parameters = {"all"};
   inference::SamplerOptions sampler;
-  inference::EnsembleKalmanOptions ensemble;
-  std::string localisation = "auto";
   int calibrate = 0;  ///< simulations; 0: sample the posterior
   std::string fault;  ///< NAME=FACTOR, or empty
   int ranks = 63;
@@ -48,16 +44,10 @@ struct SampleArguments {
 
   void add_to(CLI::App& verb);
 
-  /// Whether the method is the ensemble Kalman smoother, and no Markov chains.
-  bool uses_ensemble() const;
-  /// @param verb whose options were given @throws InputError where one of them has no effect with the method
-  void check_given(const CLI::App& verb) const;
-
   /// @throws InputError
   SampleShapes read(std::vector<std::string>& notes) const;
   inference::PosteriorProblem problem(const SampleShapes& shapes, std::vector<std::string>& notes) const;
   inference::CalibrationOptions calibration() const;
-  inference::EnsembleKalmanOptions ensemble_kalman(const inference::PosteriorProblem& problem) const;
 };
 
 }  // namespace pulson

@@ -29,10 +29,7 @@ std::vector<inference::DrawSummary> summaries(const inference::PosteriorDraws& d
   return all;
 }
 
-Json summary_of(const inference::DrawSummary& numbers, bool of_chains = true) {
-  if (!of_chains)
-    return {
-        {"mean", numbers.mean}, {"sd", numbers.sd}, {"q05", numbers.q05}, {"q50", numbers.q50}, {"q95", numbers.q95}};
+Json summary_of(const inference::DrawSummary& numbers) {
   return {{"mean", numbers.mean},
           {"sd", numbers.sd},
           {"mcse", defined_or_null(numbers.mcse)},
@@ -45,14 +42,14 @@ Json summary_of(const inference::DrawSummary& numbers, bool of_chains = true) {
 }
 
 Json landmark_rows(const inference::PosteriorProblem& problem,
-                   const std::vector<std::vector<inference::DrawSummary>>& specimens, bool of_chains = true) {
+                   const std::vector<std::vector<inference::DrawSummary>>& specimens) {
   Json rows = Json::array();
   for (std::size_t s = 0; s < specimens.size(); ++s) {
     const auto d = static_cast<std::size_t>(problem.sources.front().dimension());
     for (std::size_t i = 0; i < specimens[s].size(); ++i) {
       Json row{{"specimen", s + 1}, {"landmark", i / d + 1}, {"axis", i % d + 1}};
       if (!problem.tree.empty()) row = {{"node", node_name(problem, s)}, {"landmark", i / d + 1}, {"axis", i % d + 1}};
-      row.update(summary_of(specimens[s][i], of_chains));
+      row.update(summary_of(specimens[s][i]));
       rows.push_back(std::move(row));
     }
   }
@@ -176,30 +173,6 @@ std::string summary_json(const inference::PosteriorProblem& problem, const infer
   json.update(models(problem));
   if (!problem.tree.empty()) json["tree"] = tree_rows(problem);
   json.update(sampler_settings(options));
-  json["notes"] = in_option_words(notes);
-  json["version"] = version();
-  return records::record_text(json);
-}
-
-std::string ensemble_json(const inference::PosteriorProblem& problem, const inference::EnsembleKalmanOptions& options,
-                          const inference::EnsembleDraws& ensemble, const PosteriorSummary& summary,
-                          const std::vector<std::string>& notes) {
-  Json radii = Json::array();  // null: none
-  for (const double radius : ensemble.localisation) radii.push_back(defined_or_null(radius));
-  Json json{{"method", "enkf"},
-            {"members", ensemble.draws.draws},
-            {"lost", ensemble.lost},
-            {"rounds", ensemble.rounds},
-            {"localisation", std::move(radii)},
-            {"seconds", ensemble.draws.seconds},
-            {"misfit", ensemble.misfit},
-            {"log_likelihood", summary_of(summary.parameters.back().numbers, false)},
-            {"momenta", landmark_rows(problem, summary.momenta, false)}};
-  json["path"] = {{"middle", landmark_rows(problem, summary.middles, false)},
-                  {"end", landmark_rows(problem, summary.ends, false)}};
-  json["path_evaluations"] = ensemble.draws.path_evaluations;
-  json.update(models(problem));
-  json["seed"] = options.seed;
   json["notes"] = in_option_words(notes);
   json["version"] = version();
   return records::record_text(json);

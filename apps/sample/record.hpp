@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "pulson/inference/ensemble_kalman.hpp"
 #include "pulson/inference/posterior.hpp"
 
 namespace pulson {
@@ -42,11 +41,6 @@ std::string ess_text(double ess);
 std::string summary_json(const inference::PosteriorProblem& problem, const inference::SamplerOptions& options,
                          const inference::PosteriorDraws& draws, const PosteriorSummary& summary,
                          const std::vector<std::string>& notes);
-
-/// The same of an ensemble, without what chains alone have.
-std::string ensemble_json(const inference::PosteriorProblem& problem, const inference::EnsembleKalmanOptions& options,
-                          const inference::EnsembleDraws& ensemble, const PosteriorSummary& summary,
-                          const std::vector<std::string>& notes);
 
 /// `draws.csv`: chain, draw, θ, log likelihood.
 std::string draws_csv(const inference::PosteriorDraws& draws);

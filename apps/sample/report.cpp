@@ -36,8 +36,7 @@ html::ReportTable parameter_table(const inference::PosteriorProblem& problem, co
   return table;
 }
 
-html::ReportTable landmarks(const inference::PosteriorProblem& problem, const PosteriorSummary& summary,
-                            bool of_chains = true) {
+html::ReportTable landmarks(const inference::PosteriorProblem& problem, const PosteriorSummary& summary) {
   const Landmarks& source = problem.sources.front();
   html::ReportTable table = landmark_table(source);
   const char* const axes[] = {"x", "y", "z"};
@@ -45,8 +44,7 @@ html::ReportTable landmarks(const inference::PosteriorProblem& problem, const Po
     table.header.push_back(fmt::format("p0 {}", axes[i]));
     table.header.emplace_back("sd");
   }
-  table.header.emplace_back("sd of q(T/2)");
-  if (of_chains) table.header.insert(table.header.end(), {"R-hat", "least ESS"});
+  table.header.insert(table.header.end(), {"sd of q(T/2)", "R-hat", "least ESS"});
   const auto d = static_cast<std::size_t>(source.dimension());
   Eigen::VectorXd deviations(source.count());
   for (int a = 0; a < source.count(); ++a) {
@@ -68,8 +66,7 @@ html::ReportTable landmarks(const inference::PosteriorProblem& problem, const Po
         ess = min_or_undefined(ess, min_or_undefined(of->ess_bulk, of->ess_tail));
       }
     }
-    row.push_back({report_number(deviations[a])});
-    if (of_chains) row.insert(row.end(), {{report_number(rhat)}, {ess_text(ess)}});
+    row.insert(row.end(), {{report_number(deviations[a])}, {report_number(rhat)}, {ess_text(ess)}});
     table.rows.push_back(std::move(row));
   }
   table.caption =
@@ -184,39 +181,6 @@ html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const
   report.sections.push_back({"Numbers", {facts(problem, draws, summary)}});
   report.sections.push_back(problem.tree.empty() ? html::ReportSection{"Landmarks", {landmarks(problem, summary)}}
                                                  : html::ReportSection{"Nodes", {nodes(problem, summary)}});
-  return report;
-}
-
-std::string localisation_words(const inference::EnsembleDraws& ensemble) {
-  std::vector<std::string> radii;
-  for (const double radius : ensemble.localisation)
-    if (std::string text = std::isfinite(radius) ? report_number(radius, 3) : "none";
-        radii.empty() || radii.back() != text)
-      radii.push_back(std::move(text));
-  return radii == std::vector<std::string>{"none"} ? "no localisation"
-                                                   : fmt::format("localisation {}", fmt::join(radii, ", "));
-}
-
-html::HtmlReport ensemble_report(const inference::PosteriorProblem& problem, const inference::EnsembleDraws& ensemble,
-                                 const PosteriorSummary& summary, const std::vector<std::string>& warnings,
-                                 const std::vector<std::string>& notes, const std::filesystem::path& paths) {
-  const inference::PosteriorDraws& draws = ensemble.draws;
-  html::HtmlReport report =
-      new_report("Approximate posterior of " + start_name(problem.sources.front()),
-                 fmt::format("{} of an ensemble Kalman smoother, {} in {}D: {}.", counted(draws.draws, "member"),
-                             counted(problem.sources.front().count(), "landmark"), problem.sources.front().dimension(),
-                             model_words(problem)),
-                 warnings, notes);
-  if (std::optional<html::ReportMotion> motion = motion_of(problem, draws))
-    report.sections.push_back({"Motion", {std::move(*motion)}});
-  add_still(report, "Paths", paths);
-  FactTable table = model_facts(problem);
-  table.add("localisation", localisation_words(ensemble));
-  table.add("members without a path", fmt::to_string(ensemble.lost));
-  table.add("misfit, sigma", std::sqrt(ensemble.misfit));
-  table.add("seconds", fmt::format("{:.1f}", draws.seconds));
-  report.sections.push_back({"Numbers", {std::move(table).table()}});
-  report.sections.push_back({"Landmarks", {landmarks(problem, summary, false)}});
   return report;
 }
 

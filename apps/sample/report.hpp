@@ -15,19 +15,12 @@ html::HtmlReport sample_report(const inference::PosteriorProblem& problem, const
                                const std::vector<std::string>& notes, const std::filesystem::path& paths,
                                const std::filesystem::path& chains);
 
-html::HtmlReport ensemble_report(const inference::PosteriorProblem& problem, const inference::EnsembleDraws& ensemble,
-                                 const PosteriorSummary& summary, const std::vector<std::string>& warnings,
-                                 const std::vector<std::string>& notes, const std::filesystem::path& paths);
-
 html::HtmlReport calibration_report(const inference::PosteriorProblem& problem,
                                     const inference::Calibration& calibration, const std::vector<std::string>& notes,
                                     const std::filesystem::path& picture);
 
 /// "12.34 ± 0.05", or "undetermined" where the draws are too few for a standard error.
 std::string evidence_text(const inference::PosteriorDraws& draws);
-
-/// "localisation 0.3", or "no localisation"; several specimens have several.
-std::string localisation_words(const inference::EnsembleDraws& ensemble);
 
 /// "ch-sd:beta=0.1, gaussian:alpha=0.5, lambda 2.3, sigma 0.01, heun in 20 steps"
 std::string model_words(const inference::PosteriorProblem& problem);

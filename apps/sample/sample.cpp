@@ -12,7 +12,6 @@
 #include "core/atomic_file.hpp"
 #include "core/determined.hpp"
 #include "core/paths.hpp"
-#include "ensemble_kalman.hpp"
 #include "picture.hpp"
 #include "report.hpp"
 #include "shell/messages.hpp"
@@ -218,14 +217,12 @@ int run_posterior(const SampleArguments& arguments, const SampleShapes& shapes, 
 }
 
 int run_sample(const SampleArguments& arguments, const CLI::App& verb) {
-  arguments.check_given(verb);
   if (arguments.calibrate > 0) return run_calibration(arguments, settings_of(verb));
   if (ranks::size() > 1)
     throw InputError(
         fmt::format("there are {} ranks; the chains of one posterior are for one process, and with "
                     "--calibrate simulations are shared",
                     ranks::size()));
-  if (arguments.uses_ensemble()) return run_ensemble_kalman(arguments, verb);
   std::vector<std::string> notes;
   const SampleShapes shapes = arguments.read(notes);
   return run_posterior(arguments, shapes, settings_of(verb), notes);
@@ -242,11 +239,9 @@ void add_sample_verb(CLI::App& program, int& exit_code) {
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% -o out\n"
       "  pulson sample wings.tps#1 wings.tps#2 wings.tps#3 --noise ch-sd:beta=2% --parameters beta,lambda -o out\n"
       "  pulson sample root.csv leaves.tps --tree phylogeny.nwk --noise kunita:beta=5%,width=20% -o out\n"
-      "  pulson sample outline.csv target.csv --noise ch-sd:beta=2% --method enkf -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 -o out\n"
       "  pulson sample source.csv target.csv --noise ch-sd:beta=2% --calibrate 200 --shard 3/8 -o parts\n"
-      "Exit codes: 0 done, 2 bad input, 3 the chains have not converged or the ensemble does not fit the data (results"
-      " are written), or chains were"
+      "Exit codes: 0 done, 2 bad input, 3 the chains have not converged (results are written), or were"
       " interrupted (--resume continues).");
   verb->callback([arguments, verb, &exit_code] { exit_code = run_sample(*arguments, *verb); });
 }

@@ -12,9 +12,14 @@
 
 #include "core/text.hpp"
 #include "path_options.hpp"
+#include "pulson/core/alignment.hpp"
 #include "pulson/core/errors.hpp"
 #include "pulson/core/name_table.hpp"
 #include "pulson/core/parallel.hpp"
+#include "pulson/images/image_warp.hpp"
+#include "pulson/matching/registration.hpp"
+#include "pulson/warp/material_flow.hpp"
+#include "pulson/warp/sheet_order.hpp"
 #include "ranks.hpp"
 #include "spec_slips.hpp"
 
@@ -285,24 +290,41 @@ void add_flip_option(CLI::App& verb, formats::ReadOptions& options) {
       "down]");
 }
 
+namespace {
+
+/// The names of all values of an enum that counts from 0.
+template <class Enum>
+std::vector<std::string> names_of(std::string (*name)(Enum)) {
+  std::vector<std::string> names;
+  for (int value = 0; !name(static_cast<Enum>(value)).empty(); ++value) names.push_back(name(static_cast<Enum>(value)));
+  return names;
+}
+
+std::vector<std::string> with_auto(std::vector<std::string> names) {
+  names.insert(names.begin(), "auto");
+  return names;
+}
+
+}  // namespace
+
 const std::vector<std::string>& known_values(const std::string& option) {
   static const std::map<std::string, std::vector<std::string>> kValues = {
-      {"--mode", {"deterministic", "metamorphosis", "map", "pathwise", "expected"}},
-      {"--data", {"landmarks", "varifold", "current"}},
-      {"--curve-ends", {"auto", "closed", "open"}},
-      {"--align", {"none", "translation", "rigid", "similarity", "affine"}},
-      {"--solver", {"auto", "paths", "shooting", "gauss-newton", "lbfgs"}},
+      {"--mode", names_of(&matching::mode_name)},
+      {"--data", names_of(&matching::data_kind_name)},
+      {"--curve-ends", names_of(&matching::curve_ends_name)},
+      {"--align", names_of(&alignment_name)},
+      {"--solver", names_of(&matching::solver_name)},
       {"--missing", {"negative", "zero"}},
       {"--format", formats::landmark_format_names()},
       {"--dim", {"2", "3"}},
       {"--scale", {"apply"}},
       {"--axes", {"LPS", "RAS"}},
       {"--from-axes", {"LPS", "RAS"}},
-      {"--labels", {"metric", "thin-plate"}},
+      {"--labels", names_of(&warp::label_kernel_name)},
       {"--method", {"auto", "pull", "push"}},
-      {"--over", {"least-stretched", "first", "label-order", "average"}},
-      {"--interpolation", {"nearest", "linear", "cubic", "lanczos", "label"}},
-      {"--border", {"auto", "transparent", "constant", "replicate", "reflect"}}};
+      {"--over", names_of(&warp::over_name)},
+      {"--interpolation", names_in(images::interpolation_table())},
+      {"--border", with_auto(names_in(images::border_table()))}};
   static const std::vector<std::string> kNone;
   const auto found = kValues.find(option);
   return found == kValues.end() ? kNone : found->second;

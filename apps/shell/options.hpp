@@ -11,6 +11,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include "pulson/core/name_table.hpp"
 #include "pulson/core/time_grid.hpp"
 #include "pulson/formats/landmark_files.hpp"
 
@@ -60,6 +61,14 @@ void add_order_option(CLI::App& verb, bool& by_order);
 
 /// Adds --flip-y and --no-flip-y of verbs that draw landmarks.
 void add_flip_option(CLI::App& verb, formats::ReadOptions& options);
+
+/// The names of a table's rows.
+template <class Make>
+std::vector<std::string> names_in(const NameTable<Make>& table) {
+  std::vector<std::string> names;
+  for (const auto& row : table.rows()) names.push_back(row.name);
+  return names;
+}
 
 /// The words that an option takes: of `--mode` deterministic, map, … Empty where it takes others as well.
 const std::vector<std::string>& known_values(const std::string& option);

@@ -22,7 +22,7 @@ void add_fokker_planck_verb(CLI::App& program, int& exit_code);
 void add_reproduce_verb(CLI::App& program, int& exit_code);
 void add_convert_verb(CLI::App& program);
 void add_info_verb(CLI::App& program);
-/// `pulson completion bash|zsh|fish`: prints the shell's script for the verbs that `program` has by then.
+/// `pulson completion bash`: prints the script for the verbs that `program` has by then.
 void add_completion_verb(CLI::App& program);
 
 }  // namespace pulson

@@ -150,12 +150,12 @@ void WarpArguments::add_to(CLI::App& verb) {
       "nearest, linear, cubic or lanczos; label: for images of region numbers, of which it invents none", "NAME");
   only_known(
       add(kPicture, "--border", border,
-          "beyond the image: transparent, constant (see --background), replicate or reflect; auto: transparent if "
+          "outside the image: transparent, constant (see --background), replicate or reflect; auto: transparent if "
           "the image has an alpha channel, else constant",
           "NAME"),
       "border");
   add(kPicture, "--background", background,
-      "what lies beyond the image: a colour r,g,b of 0 to 255, or one value in the units of the image [white; of "
+      "what lies outside the image: a colour r,g,b of 0 to 255, or one value in the units of the image [white; of "
       "labels, floating-point images, mha and nrrd 0]",
       "COLOUR");
   add(kPicture, "--supersampling", supersampling, "samples per pixel and axis of a push-forward, 1 to 8");

@@ -32,7 +32,7 @@ std::vector<Points> grid_lines(int width, int height);
 /// The landmarks' paths up to step k and the landmarks at their ends, as rings, drawn on a picture of the target.
 images::Image with_landmarks(const images::Image& image, const std::vector<Points>& paths, std::size_t k, double scale);
 
-/// The image on its way, a frame for each time of the flow and a rest at both ends, at most 640 pixels wide or high.
+/// The image as it deforms, a frame for each time of the flow and a rest at both ends, at most 640 pixels wide or high.
 /// @throws InputError where ffmpeg fails
 void write_animation(const images::Image& image, const images::ImageWarp& warp, const WarpFrames& frames,
                      const WarpArguments& arguments);

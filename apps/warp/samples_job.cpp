@@ -89,7 +89,7 @@ WarpResult warp_samples(const Picture& picture, const matching::Registration& re
   const Points& q0 = registration.source.points;
   const int channels = system.noise->channels(static_cast<int>(q0.rows()), static_cast<int>(q0.cols()));
   if (channels == 0) throw InputError("--samples needs noise, and the registration has none");
-  // Increments of Brownian motion want the scheme that compensates for their roughness.
+  // Increments of Brownian motion need the scheme that compensates for their roughness.
   const std::string name = registration.integrator == "variational-paper" ? "variational" : registration.integrator;
   const auto integrator = make_integrator(name);
 

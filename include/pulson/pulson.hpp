@@ -16,7 +16,6 @@
 #include "pulson/fields/grid_fields.hpp"
 #include "pulson/fokker_planck/pair_equation.hpp"
 #include "pulson/formats/landmark_files.hpp"
-#include "pulson/inference/ensemble_kalman.hpp"
 #include "pulson/inference/fit_parameters.hpp"
 #include "pulson/inference/posterior.hpp"
 #include "pulson/integrators/integrator.hpp"

@@ -104,7 +104,7 @@ CohortDisplacements fitted_model(Atlas& atlas, const CohortFitOptions& fit) {
   return model;
 }
 
-// Coordinates beyond mean and alignment.
+// Degrees of freedom that mean and alignment leave.
 Index free_coordinates(const Atlas& atlas) {
   const Index d = atlas.mean.points.rows(), parameters = alignment_parameters(atlas.alignment, d);
   Index coordinates = -d * atlas.mean.points.cols() + parameters;

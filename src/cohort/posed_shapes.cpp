@@ -90,34 +90,35 @@ PosedShapes::PosedShapes(Points mean, AlignmentKind alignment, const MatrixXd& c
 
 PosedShapes::Conditional PosedShapes::condition(const Points& placed) const {
   Conditional found{places_of(placed, true), places_of(placed, false), {}, {}, {}, {}, {}, 0};
-  const std::vector<Index>&seen = found.observed, &missing = found.missing;
+  const std::vector<Index>&observed = found.observed, &missing = found.missing;
   const MatrixXd all = with_poses(covariance_, directions_);
-  const PoseEstimate estimate(all, directions_, seen);
-  const VectorXd displacement = (placed - mean_).reshaped()(seen);
+  const PoseEstimate estimate(all, directions_, observed);
+  const VectorXd displacement = (placed - mean_).reshaped()(observed);
   found.pose = estimate.pose(displacement);
-  found.information = estimate.factors().solve(MatrixXd::Identity(std::ssize(seen), std::ssize(seen)));
+  found.information = estimate.factors().solve(MatrixXd::Identity(std::ssize(observed), std::ssize(observed)));
   found.information -=
-      found.information * estimate.z() * estimate.pose(MatrixXd::Identity(std::ssize(seen), std::ssize(seen)));
+      found.information * estimate.z() * estimate.pose(MatrixXd::Identity(std::ssize(observed), std::ssize(observed)));
   found.distance = displacement.dot(found.information * displacement);
   if (missing.empty()) return found;
-  const MatrixXd regression = estimate.factors().solve(all(seen, missing)).transpose();
+  const MatrixXd regression = estimate.factors().solve(all(observed, missing)).transpose();
   const MatrixXd left = directions_(missing, Eigen::all) - regression * estimate.z();
-  found.weights = regression + left * estimate.pose(MatrixXd::Identity(std::ssize(seen), std::ssize(seen)));
+  found.weights = regression + left * estimate.pose(MatrixXd::Identity(std::ssize(observed), std::ssize(observed)));
   found.displacement = found.weights * displacement;
-  found.covariance = all(missing, missing) - regression * all(seen, missing) + left * estimate.solved(left.transpose());
+  found.covariance =
+      all(missing, missing) - regression * all(observed, missing) + left * estimate.solved(left.transpose());
   return found;
 }
 
 Alignment PosedShapes::placing(const Points& shape) const {
   Alignment map = inverted(align(mean_, shape, alignment_));
   if (alignment_ == AlignmentKind::kNone) return map;
-  const std::vector<Index> seen = places_of(shape, true);
-  const bool is_complete = std::ssize(seen) == mean_.size();  // then (ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹ = Zᵀ
+  const std::vector<Index> observed = places_of(shape, true);
+  const bool is_complete = std::ssize(observed) == mean_.size();  // then (ZᵀV⁻¹Z)⁻¹ZᵀV⁻¹ = Zᵀ
   const MatrixXd all = is_complete ? MatrixXd(0, 0) : with_poses(covariance_, directions_);
   const std::optional<PoseEstimate> estimate =
-      is_complete ? std::nullopt : std::optional<PoseEstimate>(std::in_place, all, directions_, seen);
+      is_complete ? std::nullopt : std::optional<PoseEstimate>(std::in_place, all, directions_, observed);
   for (int round = 0; round < kMostPlacings; ++round) {
-    const VectorXd displacement = (map.apply(shape) - mean_).reshaped()(seen);
+    const VectorXd displacement = (map.apply(shape) - mean_).reshaped()(observed);
     const VectorXd pose = estimate ? VectorXd(estimate->pose(displacement)) : directions_.transpose() * displacement;
     const Points moved = mean_ + (directions_ * pose).reshaped(mean_.rows(), mean_.cols());
     map = composed(align(moved, mean_, alignment_), map);

@@ -128,11 +128,11 @@ void ShapePredictor::Fit::find_mean_covariance(const std::vector<Points>& placed
 
 // The covariance of predictions by the mean's: of an error e of the mean they have e_M − W e_O.
 MatrixXd ShapePredictor::Fit::covariance_by_mean(const PosedShapes::Conditional& found) const {
-  const auto& seen = found.observed;
+  const auto& present = found.observed;
   const auto& missing = found.missing;
-  const MatrixXd across = found.weights * mean_covariance(seen, missing);
+  const MatrixXd across = found.weights * mean_covariance(present, missing);
   return mean_covariance(missing, missing) - across - across.transpose() +
-         found.weights * mean_covariance(seen, seen) * found.weights.transpose();
+         found.weights * mean_covariance(present, present) * found.weights.transpose();
 }
 
 void ShapePredictor::fit(const Atlas& atlas, const std::vector<Points>& shapes) {

@@ -1,125 +1,119 @@
-// Sums on their way to another process of the same build: numbers as they lie in memory, lists after their lengths.
+// Sums of an ensemble as bytes: in checkpoints, and on their way to another process.
 
-#include <cstring>
-#include <type_traits>
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
-#include "pulson/core/errors.hpp"
+#include "core/state_bytes.hpp"
 #include "pulson/ensemble/ensemble.hpp"
 
 namespace pulson::ensemble {
 
 namespace {
 
-class BytesOut {
- public:
-  void raw(const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); }
-  std::size_t length(std::size_t count, std::size_t /*item*/) {
-    raw(&count, sizeof count);
-    return count;
-  }
+// Each of these describes both directions, see StateWriter.
 
-  std::string bytes;
-};
-
-class BytesIn {
- public:
-  explicit BytesIn(std::string_view bytes) : bytes_(bytes) {}
-
-  void raw(void* data, std::size_t size) {
-    if (size > bytes_.size()) throw InputError("the sums of an ensemble end early");
-    if (size > 0) std::memcpy(data, bytes_.data(), size);
-    bytes_.remove_prefix(size);
-  }
-  std::size_t length(std::size_t /*count*/, std::size_t item) {
-    std::size_t count = 0;
-    raw(&count, sizeof count);
-    if (count > bytes_.size() / item) throw InputError("the sums of an ensemble end early");
-    return count;
-  }
-
- private:
-  std::string_view bytes_;
-};
-
-// Each `pass` goes through a value in either direction: `Bytes` is BytesOut and the value is constant, or BytesIn.
-
-template <class Bytes, class T>
-  requires std::is_arithmetic_v<std::remove_const_t<T>>
-void pass(Bytes& bytes, T& number) {
-  bytes.raw(&number, sizeof number);
+template <class State, class Moments>
+void pass_moments(State& state, Moments& list) {
+  state.list(list, [&](auto& moments) { state(moments.count, moments.mean, moments.squares); });
 }
 
-template <class Bytes, class List>
-void pass_numbers(Bytes& bytes, List& list) {
-  const std::size_t count = bytes.length(static_cast<std::size_t>(list.size()), sizeof(*list.data()));
-  if constexpr (!std::is_const_v<List>) list.resize(count);
-  bytes.raw(list.data(), count * sizeof(*list.data()));
-}
-
-template <class Bytes, class List, class PassItem>
-void pass_list(Bytes& bytes, List& list, const PassItem& pass_item) {
-  const std::size_t count = bytes.length(list.size(), 1);
-  if constexpr (!std::is_const_v<List>) list.resize(count);
-  for (auto& item : list) pass_item(item);
-}
-
-template <class Bytes, class List>
-void pass_moments(Bytes& bytes, List& list) {
-  pass_list(bytes, list, [&](auto& moments) {
-    pass(bytes, moments.count);
-    pass_numbers(bytes, moments.mean);
-    pass_numbers(bytes, moments.squares);
+template <class State, class Nodes>
+void pass_nodes(State& state, Nodes& nodes) {
+  state.list(nodes, [&](auto& node) {
+    state(node.first_block, node.level);
+    pass_moments(state, node.moments);
+    pass_moments(state, node.pair_moments);
   });
 }
 
-template <class Bytes, class Nodes>
-void pass_nodes(Bytes& bytes, Nodes& nodes) {
-  pass_list(bytes, nodes, [&](auto& node) {
-    pass(bytes, node.first_block);
-    pass(bytes, node.level);
-    pass_moments(bytes, node.moments);
-    pass_moments(bytes, node.pair_moments);
-  });
+// Without the empty bins at both ends, which are most: how many there are, the first of the others, and these.
+
+void pass_bins(StateWriter& state, const std::vector<std::uint64_t>& counts) {
+  const auto is_filled = [](std::uint64_t count) { return count > 0; };
+  const auto first = std::find_if(counts.begin(), counts.end(), is_filled);
+  const auto last = std::find_if(counts.rbegin(), std::make_reverse_iterator(first), is_filled);
+  state(static_cast<std::int64_t>(counts.size()), static_cast<std::int64_t>(first - counts.begin()),
+        std::vector<std::uint64_t>(first, last.base()));
+}
+
+void pass_bins(StateReader& state, std::vector<std::uint64_t>& counts) {
+  constexpr std::int64_t kMostBins = 1 << 16;  // of 16 bits, as lanes number them
+  std::int64_t size = 0, first = 0;
+  std::vector<std::uint64_t> filled;
+  state(size, first, filled);
+  if (size < 0 || size > kMostBins || first < 0 || first > size || std::ssize(filled) > size - first)
+    StateReader::fail();
+  counts.assign(static_cast<std::size_t>(size), 0);
+  std::copy(filled.begin(), filled.end(), counts.begin() + first);
 }
 
 /// All but the tree.
-template <class Bytes, class Sums>
-void pass_sums(Bytes& bytes, Sums& sums) {
-  pass(bytes, sums.samples);
-  for (auto* count : {&sums.paths.clean, &sums.paths.no_root, &sums.paths.momentum_bound, &sums.paths.tie,
-                      &sums.crossing.at_end, &sums.crossing.ever})
-    pass(bytes, *count);
-  for (auto& count : sums.crossing.pairs) pass(bytes, count);
-  pass(bytes, sums.momentum_error);
-  pass(bytes, sums.largest_momentum);
-  pass_list(bytes, sums.histograms, [&](auto& record) {
-    pass_list(bytes, record, [&](auto& histogram) {
-      pass(bytes, histogram.low);
-      pass(bytes, histogram.high);
-      pass_numbers(bytes, histogram.counts);
-      pass(bytes, histogram.smallest);
-      pass(bytes, histogram.largest);
+template <class State, class Sums>
+void pass_sums(State& state, Sums& sums) {
+  state(sums.samples, sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound, sums.paths.tie);
+  state(sums.crossing.at_end, sums.crossing.ever, sums.crossing.pairs, sums.momentum_error, sums.largest_momentum);
+  state.list(sums.histograms, [&](auto& record) {
+    state.list(record, [&](auto& histogram) {
+      state(histogram.low, histogram.high, histogram.smallest, histogram.largest);
+      pass_bins(state, histogram.counts);
     });
   });
-  pass_numbers(bytes, sums.states);
+  state(sums.states);
+}
+
+// Of larger counts sums would overflow.
+constexpr std::int64_t kMostCounted = std::int64_t{1} << 52U;
+constexpr int kHighestLevel = 52;
+
+bool is_count(std::int64_t count) { return count >= 0 && count <= kMostCounted; }
+
+bool has_counts(const EnsembleSums& sums) {
+  for (const std::int64_t count : {sums.samples, sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound,
+                                   sums.paths.tie, sums.crossing.at_end, sums.crossing.ever})
+    if (!is_count(count)) return false;
+  for (const auto& record : sums.histograms)
+    for (const Histogram& histogram : record)
+      for (const std::uint64_t count : histogram.counts)
+        if (count > kMostCounted) return false;
+  return std::all_of(sums.crossing.pairs.begin(), sums.crossing.pairs.end(), is_count);
+}
+
+/// Whether moments of the paths can be added to each other.
+bool can_be_added(const std::vector<MomentNode>& nodes, std::int64_t samples) {
+  Eigen::Index coordinates = -1;
+  const auto fit = [&](const std::vector<Moments>& list) {
+    return std::all_of(list.begin(), list.end(), [&](const Moments& moments) {
+      if (moments.count < 0 || moments.count > samples) return false;
+      if (moments.count == 0) return true;
+      if (coordinates < 0) coordinates = moments.mean.size();
+      return moments.mean.size() == coordinates && moments.squares.size() == coordinates;
+    });
+  };
+  return std::all_of(nodes.begin(), nodes.end(), [&](const MomentNode& node) {
+    return is_count(node.first_block) && node.level >= 0 && node.level <= kHighestLevel &&
+           node.moments.size() == nodes.front().moments.size() &&
+           node.pair_moments.size() == nodes.front().pair_moments.size() && fit(node.moments) && fit(node.pair_moments);
+  });
 }
 
 }  // namespace
 
 std::string bytes_of(const EnsembleSums& sums) {
-  BytesOut out;
-  pass_sums(out, sums);
-  pass_nodes(out, sums.tree.nodes());
-  return std::move(out.bytes);
+  StateWriter state;
+  pass_sums(state, sums);
+  pass_nodes(state, sums.tree.nodes());
+  return state.take();
 }
 
 EnsembleSums sums_of_bytes(std::string_view bytes) {
-  BytesIn in(bytes);
+  StateReader state(bytes);
   EnsembleSums sums;
-  pass_sums(in, sums);
+  pass_sums(state, sums);
   std::vector<MomentNode> nodes;
-  pass_nodes(in, nodes);
+  pass_nodes(state, nodes);
+  state.require_end();
+  if (!has_counts(sums) || !can_be_added(nodes, sums.samples)) StateReader::fail();
   for (MomentNode& node : nodes) sums.tree.add(std::move(node));
   return sums;
 }

@@ -92,7 +92,7 @@ struct Rough<Matern52Profile> {
   Floats weight, c;
 };
 
-// A kernel of one term: the fast way.
+// A kernel of one term: the fast path.
 template <class Profile>
 class OneTerm {
  public:

@@ -41,7 +41,7 @@ double closing_root(const KernelTerm& kernel, double c, double strength) {
 }
 
 // The smallest root g ≥ c > 0 of g = c + a drop(g), a > 0: the fixed-point iteration from c rises to it. The branch
-// from a = 0 has come so far if (g − c)/drop(g), the a that belongs to g, rises all the way.
+// from a = 0 has come so far if (g − c)/drop(g), the a that belongs to g, rises throughout.
 bool opening_root(const KernelTerm& kernel, double c, double a, double& root) {
   double g = c;
   for (int turn = 0;; ++turn) {

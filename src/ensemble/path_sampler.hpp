@@ -80,7 +80,7 @@ std::unique_ptr<const PathSampler> make_pair_sampler(const StochasticSystem& sys
 /// Samples one batch of lanes: `advance(batch, first, last)` takes steps, `copy(batch, states)` gives what a record
 /// needs.
 template <class Batch, class Advance, class Copy>
-LaneEnds sample_lanes(Batch batch, const PathPlan& plan, Eigen::Index coordinates, const PathSampler::Sink& sink,
+LaneEnds sample_lanes(Batch&& batch, const PathPlan& plan, Eigen::Index coordinates, const PathSampler::Sink& sink,
                       const Advance& advance, const Copy& copy) {
   LaneStates states;
   states.values.resize(kPathBatch, coordinates);

@@ -20,20 +20,21 @@ using namespace std::string_view_literals;
 
 /// Which pictures a format holds.
 struct Capacity {
-  bool grey, colour, alpha;
+  bool alpha;
   bool any;               ///< all types and numbers of channels, and many pages
   bool wide;              ///< 16 bits
-  std::vector<int> bits;  ///< of grey and of palettes; empty: any highest value
+  std::vector<int> bits;  ///< of grey and of palettes
   bool palette, transparent_palette;
 };
 
-/// How files of a format begin, what it holds, and how it is read and written.
+/// How files of a format begin, what it holds, and how it is read and written. The last two are of formats that are
+/// written.
 struct Format {
   std::vector<std::string> extensions;
   std::vector<std::string_view> signatures;
-  Capacity capacity;
   PictureFile (*decode)(std::string_view bytes, std::int64_t max_pixels);
-  std::string (*encode)(std::span<const Page> pages);
+  std::string (*encode)(std::span<const Page> pages) = nullptr;
+  Capacity capacity{};
 
   bool begins(std::string_view bytes) const {
     return std::any_of(signatures.begin(), signatures.end(), [&](auto start) { return bytes.starts_with(start); });
@@ -42,24 +43,15 @@ struct Format {
 
 const std::vector<Format>& formats() {
   static const std::vector<Format> kFormats{
-      {{".png"}, {"\x89PNG"sv}, {true, true, true, false, true, {1, 2, 4, 8, 16}, true, true}, decode_png, encode_png},
+      {{".png"}, {"\x89PNG"sv}, decode_png, encode_png, {true, false, true, {1, 2, 4, 8, 16}, true, true}},
       {{".tif", ".tiff"},
        {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv},
-       {true, true, true, true, true, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}, true, false},
        decode_tiff,
-       encode_tiff},
-      {{".jpg", ".jpeg"},
-       {"\xFF\xD8\xFF"sv},
-       {true, true, false, false, false, {8}, false, false},
-       decode_jpeg,
-       encode_jpeg},
-      {{".bmp"}, {"BM"sv}, {true, true, false, false, false, {1, 4, 8}, true, false}, decode_bmp, encode_bmp},
-      {{".pgm"},
-       {"P1"sv, "P2"sv, "P4"sv, "P5"sv},
-       {true, false, false, false, true, {}, false, false},
-       decode_pnm,
-       encode_pnm},
-      {{".ppm"}, {"P3"sv, "P6"sv}, {false, true, false, false, true, {}, false, false}, decode_pnm, encode_pnm}};
+       encode_tiff,
+       {true, true, true, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}, true, false}},
+      {{".jpg", ".jpeg"}, {"\xFF\xD8\xFF"sv}, decode_jpeg, encode_jpeg, {false, false, false, {8}, false, false}},
+      {{".bmp"}, {"BM"sv}, decode_bmp},
+      {{".pgm", ".ppm"}, {"P1"sv, "P2"sv, "P3"sv, "P4"sv, "P5"sv, "P6"sv}, decode_pnm}};
   return kFormats;
 }
 
@@ -76,7 +68,6 @@ std::string refused_type(const Capacity& capacity, const Page& page) {
   const bool is_plain = is_byte || format.type == PixelType::kUint16;
   if (!is_plain) return capacity.any ? "" : describe(format.type) + " pixels";
   if (!is_byte && !capacity.wide) return range_of(format);
-  if (capacity.bits.empty()) return "";
   const int bits = bits_of(format);
   const bool is_known = std::find(capacity.bits.begin(), capacity.bits.end(), bits) != capacity.bits.end();
   const bool may_have_fewer = capacity.any || format.channels == 1;
@@ -102,8 +93,7 @@ std::string refused_channels(const Capacity& capacity, const Page& page) {
     return std::to_string(format.channels) + " channels" + (format.has_alpha() ? "" : " without alpha");
   if (format.alpha == Alpha::kAssociated) return "colours multiplied by alpha";
   if (format.has_alpha() && !capacity.alpha) return "an alpha channel";
-  if (format.colours() == 1 && !capacity.grey) return "grey";
-  return format.colours() == 3 && !capacity.colour ? "colours" : "";
+  return "";
 }
 
 std::string refused_of(const Capacity& capacity, std::span<const Page> pages) {
@@ -127,16 +117,18 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
+/// That is written.
 const Format& find_format(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
   std::vector<std::string> known;
   for (const Format& format : formats())
     for (const std::string& name : format.extensions) {
+      if (format.encode == nullptr) continue;
       if (name == extension) return format;
       known.push_back(name);
     }
-  const std::string found =
-      extension.empty() ? "it has no extension" : "no image format has the extension '" + extension + "'";
+  const std::string found = extension.empty() ? "it has no extension"
+                                              : "no image format that is written has the extension '" + extension + "'";
   throw InputError(failure_of(path) + found + "; valid: " + joined(known));
 }
 
@@ -147,7 +139,7 @@ const Format& fitting_format(const std::filesystem::path& path, std::span<const 
   if (refused.empty()) return format;
   std::vector<std::string> fit;
   for (const Format& other : formats())
-    if (refused_of(other.capacity, pages).empty()) fit.push_back(other.extensions.front());
+    if (other.encode != nullptr && refused_of(other.capacity, pages).empty()) fit.push_back(other.extensions.front());
   throw InputError(failure_of(path) + extension_of(path) + " does not hold " + refused +
                    "; what does for this image: " + (fit.empty() ? "none" : joined(fit)));
 }

@@ -42,7 +42,7 @@ Chain::Chain(const ChainSetting& setting, int number, double power)
     : setting_(setting),
       number_(static_cast<std::uint64_t>(number)),
       power_(power),
-      log_angle_(std::log(setting.move.adapts ? kFirstAngle : kQuarterTurn)),
+      log_angle_(std::log(kFirstAngle)),
       log_scale_(setting.move.fits_data
                      ? std::log(kQuarterTurn)
                      : std::log(2.4 / std::sqrt(std::max<double>(1, static_cast<double>(setting.space.count()))))),
@@ -218,8 +218,8 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
     probability = of_kicks = trajectory.acceptance();
   } else {
     // Steps of different lengths, so that no trajectory is periodic.
-    const double angle = setting_.move.adapts ? std::exp(log_angle_) * (0.8 + 0.4 * uniform(kind)) : kQuarterTurn;
-    const int steps = setting_.move.whole_rotation
+    const double angle = std::exp(log_angle_) * (0.8 + 0.4 * uniform(kind));
+    const int steps = setting_.move.uses_gradient
                           ? std::clamp(static_cast<int>(std::lround(kQuarterTurn / angle)), 1, kMostKicks)
                           : 1;
     bool lost = false;
@@ -239,7 +239,7 @@ void Chain::move_path(std::size_t specimen, bool adapting) {
   if (!adapting) {
     accepted_ += probability;
     ++moves_;
-  } else if (setting_.move.adapts) {
+  } else {
     log_angle_ +=
         (of_kicks - setting_.move.target_acceptance) / std::pow(static_cast<double>(iteration_ + 1), kAdaptation);
     log_angle_ = std::clamp(log_angle_, std::log(kLeastAngle), std::log(kQuarterTurn));

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/state_bytes.hpp"
 #include "reference_weight.hpp"
-#include "state_bytes.hpp"
 
 namespace pulson::inference {
 
@@ -56,6 +56,9 @@ class Chain {
   std::int64_t lost_draws() const { return lost_draws_; }  ///< those without a path, with power 0
 
  private:
+  /// All but the points, for either direction.
+  template <class State, class Self>
+  static void pass_counts(State& state, Self& chain);
   Eigen::VectorXd normals(std::size_t kind, Eigen::Index count) const;
   double uniform(std::size_t kind) const;
   bool begin_at(ThetaPoint theta, double size);

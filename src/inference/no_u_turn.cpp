@@ -45,7 +45,7 @@ NoUTurn::Tree NoUTurn::joined(Tree before, Tree after, bool takes_after) {
           before.sum + after.sum};
 }
 
-// 2^doublings points beyond `from`; none where one of them has no path, or a part turns.
+// 2^doublings points after `from`; none where one of them has no path, or a part turns.
 std::optional<NoUTurn::Tree> NoUTurn::grown(const TrajectoryPoint& from, int direction, int doublings) {
   if (doublings == 0) return leaf(from, direction);
   std::optional<Tree> near = grown(from, direction, doublings - 1);

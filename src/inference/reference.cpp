@@ -189,13 +189,14 @@ Quadratic maximise(const LinearPosterior& f, VectorXd& phi) {
   constexpr double kLongest = 1;
   for (int step = 0;; ++step) {
     Quadratic model = quadratic(f, phi);
-    VectorXd way = MatrixXd(model.information).llt().solve(model.gradient);
-    if (step == kMost || !way.allFinite() || way.dot(model.information * way) < kNear * kNear) return model;
-    if (const double longest = way.cwiseAbs().maxCoeff(); longest > kLongest) way *= kLongest / longest;
+    VectorXd direction = MatrixXd(model.information).llt().solve(model.gradient);
+    if (step == kMost || !direction.allFinite() || direction.dot(model.information * direction) < kNear * kNear)
+      return model;
+    if (const double longest = direction.cwiseAbs().maxCoeff(); longest > kLongest) direction *= kLongest / longest;
     double part = 1;
-    while (part > 1e-3 && !(f(phi + part * way) > model.value)) part /= 2;
+    while (part > 1e-3 && !(f(phi + part * direction) > model.value)) part /= 2;
     if (part <= 1e-3) return model;
-    phi += part * way;
+    phi += part * direction;
   }
 }
 

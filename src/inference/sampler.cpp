@@ -20,22 +20,22 @@ using Eigen::VectorXd;
 
 const NameTable<MoveKind>& sampler_table() {
   static const NameTable<MoveKind> kTable(
-      "sampler",
-      {{"hmc", {}, "Hamiltonian Monte Carlo: a quarter turn in steps whose size is adapted", {true, true, true, 0.8}},
-       {"nuts",
-        {},
-        "Hamiltonian Monte Carlo whose trajectories end where they turn back: the no-U-turn sampler",
-        {true, true, true, 0.8, true}},
-       {"mala", {}, "one step of it: function-space Langevin", {true, false, true, 0.6}},
-       {"pcn",
-        {},
-        "preconditioned Crank-Nicolson: rotations of an adapted angle, without gradients",
-        {false, false, true, 0.35}},
-       {"rto",
-        {},
-        "randomise then optimise: Hamiltonian Monte Carlo whose draws are fitted to their perturbed data",
-        {true, true, true, 0.8, false, true}},
-       {"independence", {}, "independent draws of the Gauss-Newton Gaussian", {false, false, false, 0}}});
+      "sampler", {{"hmc",
+                   {},
+                   "Hamiltonian Monte Carlo: a quarter turn in steps whose size is adapted",
+                   {.uses_gradient = true, .target_acceptance = 0.8}},
+                  {"nuts",
+                   {},
+                   "Hamiltonian Monte Carlo whose trajectories end where they turn back: the no-U-turn sampler",
+                   {.uses_gradient = true, .target_acceptance = 0.8, .until_it_turns = true}},
+                  {"pcn",
+                   {},
+                   "preconditioned Crank-Nicolson: rotations of an adapted angle, without gradients",
+                   {.uses_gradient = false, .target_acceptance = 0.35}},
+                  {"rto",
+                   {},
+                   "randomise then optimise: Hamiltonian Monte Carlo whose draws are fitted to their perturbed data",
+                   {.uses_gradient = true, .target_acceptance = 0.8, .fits_data = true}}});
   return kTable;
 }
 
@@ -109,17 +109,10 @@ class Recorder {
   }
 
   // What is recorded, in an order that writing and reading share.
-  template <typename Archive>
-  void pass(Archive& archive) {
-    archive(out.parameters);
-    archive(out.log_likelihood);
-    archive(out.log_weight);
-    archive(out.mode);
-    archive(out.tempered_log_likelihood);
-    archive(out.momenta);
-    archive(out.ends);
-    archive(out.middles);
-    archive(out.paths);
+  template <typename State>
+  void pass(State& state) {
+    state(out.parameters, out.log_likelihood, out.log_weight, out.mode, out.tempered_log_likelihood);
+    state(out.momenta, out.ends, out.middles, out.paths);
   }
 
   PosteriorDraws out;
@@ -231,10 +224,7 @@ class Run {
 
   std::string state(std::chrono::steady_clock::time_point start) {
     StateWriter to;
-    to(done_);
-    to(warm_);
-    to(before_ + seconds_since(start));
-    to(powers_);
+    to(done_, warm_, before_ + seconds_since(start), powers_);
     for (const Replicas& group : groups_) group.write(to);
     recorder_.pass(to);
     return to.take();
@@ -242,13 +232,10 @@ class Run {
 
   void read() {
     StateReader from(options_.state);
-    from(done_);
-    from(warm_);
-    from(before_);
-    from(powers_);
+    from(done_, warm_, before_, powers_);
     for (Replicas& group : groups_) group.read(from);
     recorder_.pass(from);
-    from.end();
+    from.require_end();
     counted_ = done_ * options_.chains;
   }
 

@@ -58,16 +58,12 @@ void Replicas::set_powers(const std::vector<double>& powers) {
 
 void Replicas::write(StateWriter& to) const {
   for (const Chain& chain : chains_) chain.write(to);
-  to(rejected_);
-  to(tried_);
-  to(iteration_);
+  to(rejected_, tried_, iteration_);
 }
 
 void Replicas::read(StateReader& from) {
   for (Chain& chain : chains_) chain.read(from);
-  from(rejected_);
-  from(tried_);
-  from(iteration_);
+  from(rejected_, tried_, iteration_);
 }
 
 std::vector<double> Replicas::rejected() const {

@@ -80,7 +80,7 @@ class Specimen {
   /// J(z)ᵀv, by the adjoint.
   Eigen::VectorXd transposed(const Model& model, const Shot& shot, const Eigen::VectorXd& v) const;
 
-  /// The derivatives of the data that depend on a branch by its unknowns: by way of its end, by_end·end.
+  /// The derivatives of the data that depend on a branch by its unknowns: through its end, by_end·end.
   struct BranchSlopes {
     Eigen::MatrixXd by_end;  ///< of the data, at the σ of the data, by the coordinates of the end
     Eigen::MatrixXd end;     ///< of these coordinates by the unknowns

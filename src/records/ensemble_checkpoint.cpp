@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -22,7 +21,7 @@ namespace pulson::records {
 
 namespace {
 
-constexpr const char* kFormat = "pulson ensemble sums 3";
+constexpr const char* kFormat = "pulson ensemble sums 4";
 
 /// For a message: the beginning of long lists.
 std::string excerpt(const formats::Json& json) {
@@ -67,138 +66,33 @@ std::int64_t count_of(const formats::Json& json) {
   return json.get<std::int64_t>();
 }
 
-formats::Json array_json(const Eigen::ArrayXd& x) { return std::vector<double>(x.begin(), x.end()); }
-
-Eigen::ArrayXd array_of(const formats::Json& json) {
-  const auto numbers = json.get<std::vector<double>>();
-  return Eigen::Map<const Eigen::ArrayXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-}
-
-formats::Json moments_json(const std::vector<ensemble::Moments>& moments) {
-  formats::Json rows = formats::Json::array();
-  for (const ensemble::Moments& m : moments) rows.push_back({m.count, array_json(m.mean), array_json(m.squares)});
-  return rows;
-}
-
-/// @throws Damaged unless these can be added to others of `records` records of so many coordinates
-void check_sizes(const std::vector<ensemble::Moments>& moments, std::size_t records, Eigen::Index coordinates) {
-  if (moments.size() != records) throw Damaged();
-  for (const ensemble::Moments& m : moments)
-    if (m.count > 0 && (m.mean.size() != coordinates || m.squares.size() != coordinates)) throw Damaged();
-}
-
-formats::Json tree_json(const ensemble::MomentTree& tree) {
-  formats::Json nodes = formats::Json::array();
-  for (const ensemble::MomentNode& node : tree.nodes())
-    nodes.push_back({node.first_block, node.level, moments_json(node.moments), moments_json(node.pair_moments)});
-  return nodes;
-}
-
-std::vector<ensemble::Moments> moments_of(const formats::Json& json, std::int64_t samples) {
-  std::vector<ensemble::Moments> moments;
-  for (const formats::Json& row : json) {
-    moments.push_back({count_of(row.at(0)), array_of(row.at(1)), array_of(row.at(2))});
-    if (moments.back().count > samples) throw Damaged();
-  }
-  return moments;
-}
-
-ensemble::MomentTree tree_of(const formats::Json& json, std::int64_t samples, Eigen::Index coordinates) {
-  constexpr std::int64_t kHighest = 52;
-  ensemble::MomentTree tree;
-  for (const formats::Json& row : json) {
-    const std::int64_t level = count_of(row.at(1));
-    if (level > kHighest) throw Damaged();
-    ensemble::MomentNode node{count_of(row.at(0)), static_cast<int>(level), moments_of(row.at(2), samples),
-                              moments_of(row.at(3), samples)};
-    const ensemble::MomentNode& first = tree.nodes().empty() ? node : tree.nodes().front();
-    check_sizes(node.moments, first.moments.size(), coordinates);
-    check_sizes(node.pair_moments, first.pair_moments.size(), coordinates);
-    tree.add(std::move(node));
-  }
-  return tree;
-}
-
-/// Without the empty bins at both ends, which are most: the first of the others, and these.
-std::pair<std::size_t, std::vector<std::uint64_t>> filled_bins(const std::vector<std::uint64_t>& counts) {
-  const auto is_filled = [](std::uint64_t count) { return count > 0; };
-  const auto first = std::find_if(counts.begin(), counts.end(), is_filled);
-  const auto last = std::find_if(counts.rbegin(), std::make_reverse_iterator(first), is_filled);
-  return {static_cast<std::size_t>(first - counts.begin()), {first, last.base()}};
-}
-
-formats::Json histograms_json(const std::vector<std::vector<ensemble::Histogram>>& histograms) {
-  formats::Json records = formats::Json::array();
-  for (const auto& record : histograms) {
-    formats::Json rows = formats::Json::array();
-    for (const ensemble::Histogram& h : record) {
-      const auto [first, counts] = filled_bins(h.counts);
-      rows.push_back({h.low, h.high, h.counts.size(), first, counts, h.smallest, h.largest});
-    }
-    records.push_back(std::move(rows));
-  }
-  return records;
-}
-
-/// @param row from its third number on: how many bins there are, the first of those that follow
-std::vector<std::uint64_t> bins_of(const formats::Json& row) {
-  constexpr std::int64_t kMostBins = 1 << 16;
-  const std::int64_t size = count_of(row.at(2));
-  std::int64_t bin = count_of(row.at(3));
-  const formats::Json& filled = row.at(4);
-  if (size > kMostBins || bin > size || std::ssize(filled) > size - bin) throw Damaged();
-  std::vector<std::uint64_t> bins(static_cast<std::size_t>(size));
-  for (const formats::Json& count : filled)
-    bins[static_cast<std::size_t>(bin++)] = static_cast<std::uint64_t>(count_of(count));
-  return bins;
-}
-
-std::vector<std::vector<ensemble::Histogram>> histograms_of(const formats::Json& json) {
-  std::vector<std::vector<ensemble::Histogram>> histograms;
-  for (const formats::Json& rows : json) {
-    histograms.emplace_back();
-    for (const formats::Json& row : rows)
-      histograms.back().push_back({row.at(0).get<double>(), row.at(1).get<double>(), bins_of(row),
-                                   row.at(5).get<double>(), row.at(6).get<double>()});
-  }
-  return histograms;
-}
-
 [[noreturn]] void fail_damaged(std::string_view name) {
   throw InputError(fmt::format(
       "'{}' is damaged, or of another version of pulson: it cannot be resumed; remove it and start again", name));
 }
 
 ensemble::EnsembleSums sums_of(const formats::Json& json) {
+  const auto& binary = json.at("sums").get_binary();
   ensemble::EnsembleSums sums;
-  sums.samples = count_of(json.at("samples"));
-  const formats::Json& paths = json.at("paths");
-  sums.paths = {count_of(paths.at(0)), count_of(paths.at(1)), count_of(paths.at(2)), count_of(paths.at(3))};
-  sums.crossing.at_end = count_of(json.at("crossed_at_end"));
-  sums.crossing.ever = count_of(json.at("crossed_ever"));
-  const formats::Json& pairs = json.at("crossed_pairs");
-  sums.crossing.pairs = {count_of(pairs.at(0)), count_of(pairs.at(1)), count_of(pairs.at(2))};
-  json.at("momentum_error").get_to(sums.momentum_error);
-  json.at("largest_momentum").get_to(sums.largest_momentum);
-  const formats::Json& identity = json.at("identity");
-  const formats::Json& q = identity.at("q");
-  sums.tree = tree_of(json.at("tree"), sums.samples, static_cast<Eigen::Index>(2 * q.size() * q.at(0).size()));
+  try {
+    sums = ensemble::sums_of_bytes({reinterpret_cast<const char*>(binary.data()), binary.size()});
+  } catch (const InputError&) {
+    throw Damaged();
+  }
   const ensemble::MomentNode total = sums.tree.total();
   sums.moments = total.moments;
   sums.pair_moments = total.pair_moments;
   if (sums.tree.nodes().empty()) {
+    const formats::Json& identity = json.at("identity");
     sums.moments.resize(identity.at("records").size());
     if (identity.at("antithetic").get<bool>()) sums.pair_moments = sums.moments;
   }
-  sums.histograms = histograms_of(json.at("histograms"));
-  json.at("states").get_to(sums.states);
   return sums;
 }
 
 }  // namespace
 
 std::string ensemble_checkpoint(const EnsembleRun& run) {
-  const ensemble::EnsembleSums& sums = run.sums;
   formats::Json json;
   json["format"] = kFormat;
   json["identity"] = identity_json(run);
@@ -212,16 +106,8 @@ std::string ensemble_checkpoint(const EnsembleRun& run) {
   json["threads"] = run.threads;
   json["seconds"] = run.seconds;
   json["notes"] = run.notes;
-  json["samples"] = sums.samples;
-  json["paths"] = {sums.paths.clean, sums.paths.no_root, sums.paths.momentum_bound, sums.paths.tie};
-  json["crossed_at_end"] = sums.crossing.at_end;
-  json["crossed_ever"] = sums.crossing.ever;
-  json["crossed_pairs"] = sums.crossing.pairs;
-  json["momentum_error"] = sums.momentum_error;
-  json["largest_momentum"] = sums.largest_momentum;
-  json["tree"] = tree_json(sums.tree);
-  json["histograms"] = histograms_json(sums.histograms);
-  json["states"] = sums.states;
+  const std::string sums = ensemble::bytes_of(run.sums);
+  json["sums"] = formats::Json::binary({sums.begin(), sums.end()});
   return sealed_cbor(json);
 }
 
@@ -249,9 +135,9 @@ Points points_of(const formats::Json& json) {
   if (json.empty()) throw Damaged();
   Points points(static_cast<Eigen::Index>(json.at(0).size()), static_cast<Eigen::Index>(json.size()));
   for (Eigen::Index a = 0; a < points.cols(); ++a) {
-    const Eigen::ArrayXd row = array_of(json.at(static_cast<std::size_t>(a)));
-    if (row.size() != points.rows()) throw Damaged();
-    points.col(a) = row;
+    const auto point = json.at(static_cast<std::size_t>(a)).get<std::vector<double>>();
+    if (std::ssize(point) != points.rows()) throw Damaged();
+    points.col(a) = Eigen::Map<const Eigen::VectorXd>(point.data(), points.rows());
   }
   return points;
 }

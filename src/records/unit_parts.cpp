@@ -22,7 +22,7 @@ namespace {
 
 using formats::Json;
 
-constexpr const char* kUnitFormat = "pulson units 2";
+constexpr const char* kUnitFormat = "pulson units 3";
 constexpr int kMostUnits = 100'000'000;
 
 Json matrices_json(const std::vector<Points>& matrices) {

@@ -84,8 +84,8 @@ class ThinPlateLabels final : public LabelSpace {
     for (Index m = 0; m < x.cols(); ++m) {
       MatrixXd gradient = coefficients.rightCols(d);
       for (Index a = 0; a < labels_.cols(); ++a) {
-        const VectorXd way = x.col(m) - labels_.col(a);
-        gradient += slope_by_distance(way.norm()) * coefficients.col(a) * way.transpose();
+        const VectorXd offset = x.col(m) - labels_.col(a);
+        gradient += slope_by_distance(offset.norm()) * coefficients.col(a) * offset.transpose();
       }
       gradients.col(m) = gradient.reshaped();
     }

@@ -94,8 +94,8 @@ MaterialFlow::MaterialFlow(StochasticSystem system, Trajectory path, LabelKernel
       label_coefficients_[k].push_back(row.size() > 0 ? labels_->coefficients(row) : Points());
 }
 
-// By step and row of its table what the noise, and what compensates it, does to landmarks beyond its fields over space;
-// all empty where it declares nothing of the kind.
+// By step and row of its table what the noise, and what compensates it, does to landmarks besides its fields over
+// space; all empty where it declares nothing of the kind.
 std::vector<std::vector<Points>> MaterialFlow::landmark_displacements() const {
   const NoiseModel& noise = *system_.noise;
   std::vector<std::vector<Points>> all(steps_.size());

@@ -149,7 +149,7 @@ bool SpatialStep::backward(Tracers& points) const {
   return ends_in_last_stage() ? backward_from_last_stage(points) : backward_by_newton(points);
 }
 
-// The flow is explicit this way; the noise is solved for where it is a field over space.
+// The flow is explicit; the noise is solved for where it is a field over space.
 bool SpatialStep::backward_from_last_stage(Tracers& points) const {
   const Index d = points.x.rows();
   const MatrixXd identity = MatrixXd::Identity(d, d).reshaped().replicate(1, points.x.cols());

@@ -13,7 +13,7 @@ namespace pulson::warp {
 inline constexpr int kMostBisections = 8;
 
 /// Some 0.2 GB. How many triangles a map needs depends on it and not on the size of the picture: the swirls above take
-/// 40000 and 170000. What takes more mixes the picture beyond what pixels can show.
+/// 40000 and 170000. What takes more mixes the picture more finely than pixels can show.
 inline constexpr std::size_t kMostSplitTriangles = std::size_t{1} << 20;
 
 /// Splits the cells of a mesh in which the map turns between the corners, so that a triangle has the opposite

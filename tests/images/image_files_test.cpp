@@ -53,17 +53,6 @@ TEST_F(ImageFiles, PngAndTifBringBackEveryKind) {
   });
 }
 
-TEST_F(ImageFiles, UncompressedFormatsBringBackWhatTheyHold) {
-  const Image grey = uneven_image(7, 5, 1, PixelType::kUint8), colours = uneven_image(7, 5, 3, PixelType::kUint8);
-  const Image grey16 = uneven_image(7, 5, 1, PixelType::kUint16), colours16 = uneven_image(7, 5, 3, PixelType::kUint16);
-  EXPECT_EQ(rewritten("a.bmp", grey), grey);
-  EXPECT_EQ(rewritten("a.bmp", colours), colours);
-  EXPECT_EQ(rewritten("a.pgm", grey), grey);
-  EXPECT_EQ(rewritten("a.pgm", grey16), grey16);
-  EXPECT_EQ(rewritten("a.ppm", colours), colours);
-  EXPECT_EQ(rewritten("a.ppm", colours16), colours16);
-}
-
 TEST_F(ImageFiles, JpgIsNearTheOriginal) {
   const Image grey = image_u8(2, 1, 1, {100, 110});
   const Image read = rewritten("a.jpeg", grey);
@@ -77,8 +66,6 @@ TEST_F(ImageFiles, JpgIsNearTheOriginal) {
 TEST_F(ImageFiles, ChannelsAreInTheOrderRedGreenBlue) {
   write("a.ppm", "P6\n2 1\n255\n\x01\x02\x03\x04\x05\x06");
   EXPECT_EQ(read_image("a.ppm"), image_u8(2, 1, 3, {1, 2, 3, 4, 5, 6}));
-  write_image("b.ppm", image_u8(1, 1, 3, {7, 8, 9}));
-  EXPECT_THAT(contents("b.ppm"), testing::EndsWith("\x07\x08\x09"));
 }
 
 TEST_F(ImageFiles, ContentsTellTheFormatNotTheName) {
@@ -222,6 +209,11 @@ TEST_F(ImageFiles, PnmIsReadInEveryForm) {
   EXPECT_EQ(read_image("a"), image_u8(1, 1, 3, {1, 2, 3}));
   write("a", "P5 1 1 1023\n\x03\xFF");
   EXPECT_EQ(read_image("a").at(0, 0, 0), 65535);
+  EXPECT_EQ(read_pages("a").pages.front().image.at(0, 0, 0), 1023);
+  write("a", "P2\n3 1\n100\n0 50 100\n");
+  const PictureFile scaled = read_pages("a");
+  EXPECT_EQ(scaled.pages.front().image, image_u8(3, 1, 1, {0, 128, 255}));
+  EXPECT_THAT(scaled.notes, testing::ElementsAre(HasSubstr("the highest value is 100; numbers are scaled")));
   for (const char* text :
        {"P2\n2 1\n0\n1 1", "P2\n2 1\n70000\n1 1", "P2\n2 1\n255\n1", "P5\n2 0\n255\n", "P5\n2 x\n255\n"}) {
     write("a", text);
@@ -272,9 +264,9 @@ TEST_F(ImageFiles, BmpIsReadInEveryForm) {
 // A changed file gives an image, or one line of error; with the sanitizers this is a test of every reader.
 TEST_F(ImageFiles, ChangedBytesDoNoHarm) {
   std::vector<std::string> files{bmp(4, 2, std::string("\x03\x22\0\0\x02\x12\0\x01", 8)), "P2\n3 2\n100\n1 2 3 4 5 6\n",
-                                 tif(12, 3, "abcdefghi", 2, -1)};
+                                 "P6\n2 1\n255\nabcdef", tif(12, 3, "abcdefghi", 2, -1)};
   const Image image = uneven_image(5, 4, 3, PixelType::kUint8);
-  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
+  for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
     write_image(name, image);
     files.push_back(contents(name));
   }
@@ -336,8 +328,12 @@ TEST_F(ImageFiles, WhatCannotBeReadIsNamed) {
 
 TEST_F(ImageFiles, AFileCutAnywhereIsRefused) {
   const Image image = uneven_image(32, 32, 3, PixelType::kUint8);
+  write_image("a.png", image);
+  write_image("a.jpg", image);
+  write_image("a.tif", image);
+  write("a.bmp", bmp(8, 0, std::string("\x02\x02\x02\0\x01\x02\0\0", 8)));
+  write("a.ppm", "P6\n32 1\n255\n" + std::string(96, 'a'));
   for (const std::string name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"}) {
-    write_image(name, image);
     const std::string whole = contents(name);
     for (const double share : {0.05, 0.3, 0.5, 0.9, 0.99}) {
       write(name, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
@@ -388,22 +384,20 @@ TEST_F(ImageFiles, FormatsThatHoldTheImageAreNamed) {
   const auto image = [](int channels, PixelType depth) { return uneven_image(3, 2, channels, depth); };
   using enum PixelType;
   EXPECT_EQ(write_error("a.jpg", image(3, kUint16)),
-            "cannot write 'a.jpg': .jpg does not hold 16-bit pixels; what does for this image: .png, .tif, .ppm");
+            "cannot write 'a.jpg': .jpg does not hold 16-bit pixels; what does for this image: .png, .tif");
   EXPECT_EQ(write_error("a.JPEG", image(4, kUint8)),
             "cannot write 'a.JPEG': .jpeg does not hold an alpha channel; what does for this image: .png, .tif");
   EXPECT_EQ(write_error("a.png", image(1, kFloat32)),
             "cannot write 'a.png': .png does not hold 32-bit floating-point pixels; what does for this image: .tif");
-  EXPECT_EQ(write_error("a.pgm", image(3, kUint8)),
-            "cannot write 'a.pgm': .pgm does not hold colours; what does for this image: .png, .tif, .jpg, .bmp, .ppm");
-  EXPECT_THAT(write_error("a.ppm", image(1, kUint8)), HasSubstr(".ppm does not hold grey; what does"));
-  EXPECT_THAT(write_error("a.bmp", image(2, kUint8)), HasSubstr("an alpha channel"));
 }
 
 TEST_F(ImageFiles, ExtensionsAndPlacesThatCannotBeWritten) {
   const Image image = uneven_image(3, 2, 1, PixelType::kUint8);
   EXPECT_EQ(write_error("a.gif", image),
-            "cannot write 'a.gif': no image format has the extension '.gif'; valid: .png, .tif, .tiff, .jpg, .jpeg, "
-            ".bmp, .pgm, .ppm");
+            "cannot write 'a.gif': no image format that is written has the extension '.gif'; valid: .png, .tif, .tiff, "
+            ".jpg, .jpeg");
+  for (const char* name : {"a.bmp", "a.pgm", "a.ppm"})
+    EXPECT_THAT(write_error(name, image), HasSubstr("no image format that is written has the extension"));
   EXPECT_THAT(write_error("a", image), HasSubstr("it has no extension; valid: .png"));
   EXPECT_THAT(error_of([] { check_image_extension("a.webp"); }), HasSubstr("'.webp'"));
   EXPECT_EQ(error_of([] { check_image_extension("a.tiff"); }), "no error");

@@ -115,22 +115,14 @@ std::vector<Kind> kinds_of(int width, int height) {
   add_tifs(kinds, width, height);
   for (const PixelType type : {kUint8, kUint16}) {
     for (const int channels : {1, 2, 3, 4}) add("a.png", PixelFormat::usual(channels, type));
-    add("a.pgm", PixelFormat::usual(1, type));
-    add("a.ppm", PixelFormat::usual(3, type));
   }
-  add("a.pgm", {1, kUint16, Alpha::kNone, 1023});
-  add("a.ppm", {3, kUint8, Alpha::kNone, 100});
   for (const int bits : {1, 2, 4, 8}) {
     const PixelFormat format{1, kUint8, Alpha::kNone, std::exp2(bits) - 1};
     add("a.png", format);
     for (const bool is_opaque : {true, false})
       add("a.png", format, {.palette = palette(std::size_t{1} << bits, is_opaque)});
-    if (bits == 2) continue;
-    add("a.bmp", format);
-    add("a.bmp", format, {.palette = palette(std::size_t{1} << bits, true)});
   }
   add("a.png", {1, kUint8, Alpha::kNone, 255}, {.palette = palette(200, true)});
-  add("a.bmp", PixelFormat::usual(3, kUint8));
   return kinds;
 }
 

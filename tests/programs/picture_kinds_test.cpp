@@ -122,13 +122,13 @@ TEST_F(PictureKinds, IdentityKeepsPalettesAndFewBits) {
   for (int i = 0; i < 16; ++i)
     about.palette.push_back(
         {static_cast<std::uint16_t>(257 * i * 16), 0, static_cast<std::uint16_t>(65535 - 257 * i), 0xFFFF});
-  for (const std::string file : {"p.png", "p.tif", "p.bmp"}) {
+  for (const std::string file : {"p.png", "p.tif"}) {
     expect_identity(file, {{numbers, about}});
     expect_identity("grey" + file, {{numbers}});
   }
   EXPECT_THAT(warp("p.png", "-o w.png").err, HasSubstr("note: p.png has a palette, whose numbers have no means"));
   expect_refused("p.png", "-o w.jpg", ".jpg changes numbers, and those of labels have to stay");
-  expect_refused("p.png", "-o w.ppm", ".ppm does not hold");
+  expect_refused("p.png", "-o w.ppm", "no image format that is written has the extension");
   expect_refused("p.png", "-o w.mha", ".mha does not hold a palette");
 }
 
@@ -200,7 +200,7 @@ TEST_F(PictureKinds, WhatAFormatCannotHoldIsRefusedBeforeTheWork) {
   expect_refused("f.tif", "-o w.png",
                  ".png does not hold 32-bit floating-point pixels; what does for this image: .tif");
   write_pages("s.tif", pages_of_type(PixelType::kInt16, 1));
-  expect_refused("s.tif", "-o w.pgm", ".pgm does not hold signed 16-bit pixels");
+  expect_refused("s.tif", "-o w.png", ".png does not hold signed 16-bit pixels");
   write_pages("z.tif", pages_of_type(PixelType::kUint8, 3));
   expect_refused("z.tif", "-o w.png", ".png does not hold 3 pages; what does for this image: .tif");
   expect_refused("z.tif", "-o w.mha", ".mha does not hold 3 pages");

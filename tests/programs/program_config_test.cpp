@@ -196,6 +196,19 @@ TEST_F(ConfiguredProgram, PrintsAConfigurationThatRepeatsTheRun) {
   EXPECT_EQ(first, second);
 }
 
+TEST_F(ConfiguredProgram, TakesASectionOfEveryVerb) {
+  const std::string help = run({"--help"}).out;
+  std::string sections;
+  for (const std::string verb : {"register", "atlas", "warp", "simulate", "ensemble", "merge", "compare", "sample",
+                                 "fokker-planck", "reproduce", "convert", "info", "completion"}) {
+    EXPECT_THAT(help, HasSubstr("\n  " + verb + ' '));
+    sections += "[" + verb + "]\n";
+  }
+  write("all.toml", sections);
+  const ProgramRun done = run(words("register a.csv b.csv -o out --config all.toml --print-config"));
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+}
+
 TEST_F(ConfiguredProgram, PrintsTheConfigurationOfEveryVerb) {
   for (const std::string line :
        {"warp r.json a.png -o b.png --no-flip-y --size 10x20", "simulate --q 0,1 -o out",

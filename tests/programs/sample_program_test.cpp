@@ -130,53 +130,6 @@ TEST_F(SampleProgram, RanksTrueValuesInSimulations) {
   EXPECT_TRUE(record["inside_band"].is_boolean());
 }
 
-TEST_F(SampleProgram, WritesTheMembersOfAnEnsemble) {
-  const std::string kPair = "sample " + sample("ellipse_source") + ' ' + sample("ellipse_target");
-  const ProgramRun done = run(
-      words(kPair + " -o out --method enkf --members 30 --rounds 3 --localisation 40% --noise ch-sd:beta=2% --steps 4 "
-                    "--sigma 2% --keep-paths 10 --seed 2"));
-  ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(names_in("out"),
-              ElementsAre("momenta.npy", "paths.npy", "paths.png", "paths.svg", "report.html", "summary.json"));
-  EXPECT_THAT(done.err, HasSubstr("note: --method enkf samples no parameters"));
-  const nlohmann::json summary = read_json("out/summary.json");
-  EXPECT_EQ(summary["method"], "enkf");
-  EXPECT_EQ(summary["members"], 30);
-  const int rounds = summary["rounds"].get<int>();
-  EXPECT_GE(rounds, 3);  // more where the members are far from the target
-  EXPECT_THAT(done.out, HasSubstr("30 members, " + std::to_string(30 * (rounds + 1)) + " paths"));
-  EXPECT_EQ(summary["lost"], 0);
-  EXPECT_EQ(summary["seed"], 2);
-  EXPECT_NEAR(summary["localisation"][0].get<double>(), 0.65, 0.01);  // 40 % of 1.62
-  EXPECT_LT(summary["misfit"].get<double>(), 4);
-  EXPECT_EQ(summary["momenta"].size(), 80U);
-  EXPECT_EQ(summary["path"]["middle"].size(), 80U);
-  EXPECT_GT(summary["path"]["end"][0]["sd"].get<double>(), 0);
-  EXPECT_FALSE(summary["momenta"][0].contains("rhat"));
-  EXPECT_THAT(contents("out/paths.npy").substr(0, 128), HasSubstr("(10, 1, 5, 40, 2"));
-  EXPECT_THAT(contents("out/momenta.npy").substr(0, 128), HasSubstr("(1, 30, 1, 40, 2"));
-  EXPECT_THAT(contents("out/report.html"), testing::Not(HasSubstr("R-hat")));
-  const ProgramRun coarse = run(words(kPair + " -o coarse --method enkf --rounds 1 --sigma 0.01% --localisation none "
-                                              "--parameters none --no-picture"));
-  EXPECT_EQ(coarse.exit_code, 3);
-  EXPECT_THAT(coarse.err, HasSubstr("sigma from the target"));
-  EXPECT_TRUE(read_json("coarse/summary.json")["localisation"][0].is_null());
-}
-
-TEST_F(SampleProgram, RefusesOptionsOfTheOtherMethod) {
-  for (const char* const option :
-       {"--chains 2", "--draws 9", "--warmup 9", "--searches 2", "--temperatures 2", "--calibrate 5", "--ranks 7",
-        "--fault beta=2", "--shard 1/2", "--resume", "--tree tree.nwk"})
-    expect_refused(std::string("-o out --method enkf ") + option, "is for Markov chains");
-  for (const char* const option : {"--members 30", "--rounds 2", "--localisation 1"})
-    expect_refused(std::string("-o out ") + option, "is for --method enkf");
-  expect_refused("-o out --method enkf --parameters beta", "--parameters none");
-  expect_refused("-o out --method enkf --members 19", "--members");
-  expect_refused("-o out --method enkf --rounds 0", "--rounds");
-  expect_refused("-o out --method enkf --localisation 0", "--localisation");
-  expect_refused("-o out --method enkf --localisation near", "--localisation");
-}
-
 TEST_F(SampleProgram, RefusesWhatCannotBeSampled) {
   expect_refused("-o out --noise ch-sd:beta=1 --parameters gamma", "'gamma' is not a positive parameter");
   expect_refused("-o out --noise ch-sd:beta=1 --method nutz", "unknown sampler 'nutz'");

@@ -160,15 +160,15 @@ bool goes_on(const EnsembleExample& example, const EnsembleRun& run, const std::
   ensemble::Ensemble ensemble = example.ensemble();
   try {
     ensemble.resume(read_ensemble_checkpoint(run, bytes, "x"));
-  } catch (const InputError&) {
+    while (!ensemble.done()) ensemble.advance(1);
+    EnsembleRun end = run;
+    end.sums = ensemble.sums();
+    EXPECT_FALSE(ensemble_json(end).empty());
+    EXPECT_FALSE(ensemble_means_csv(end).empty());
+    EXPECT_FALSE(ensemble_densities_csv(end).empty());
+  } catch (const Error&) {  // also where sums are infinite, which records do not hold
     return false;
   }
-  while (!ensemble.done()) ensemble.advance(1);
-  EnsembleRun end = run;
-  end.sums = ensemble.sums();
-  EXPECT_FALSE(ensemble_json(end).empty());
-  EXPECT_FALSE(ensemble_means_csv(end).empty());
-  EXPECT_FALSE(ensemble_densities_csv(end).empty());
   return true;
 }
 
@@ -213,8 +213,8 @@ std::string replaced(std::string bytes, const std::string& text, const std::stri
 TEST(EnsembleCheckpoint, OfAnotherVersionIsRefused) {
   const EnsembleRun run = run_after(line_example(), 1);
   const std::string bytes = ensemble_checkpoint(run);
-  EXPECT_EQ(checkpoint_error(run, sealed(replaced(bytes.substr(0, bytes.size() - 4), "pulson ensemble sums 3",
-                                                  "pulson ensemble sums 2"))),
+  EXPECT_EQ(checkpoint_error(run, sealed(replaced(bytes.substr(0, bytes.size() - 4), "pulson ensemble sums 4",
+                                                  "pulson ensemble sums 3"))),
             "'out/ensemble.partial' was written by another version of pulson and cannot be resumed");
 }
 

@@ -254,9 +254,10 @@ class Ensemble {
   mutable Histograms histograms_;  // empty bins of the ranges that all blocks have; made when they are needed
 };
 
-/// All that sample() makes, as bytes for another process of the same build, and back.
+/// All that sample() makes, as bytes for the same build, and back: without `moments` and `pair_moments`, which the tree
+/// gives.
 std::string bytes_of(const EnsembleSums& sums);
-/// @throws InputError where the bytes end early
+/// @throws InputError where the bytes are not of such sums
 EnsembleSums sums_of_bytes(std::string_view bytes);
 
 }  // namespace pulson::ensemble

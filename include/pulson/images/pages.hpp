@@ -68,19 +68,19 @@ struct PictureFile {
 };
 
 /// All pages of a file of format png, jpg, tif, bmp, pgm or ppm, recognised by its contents, not its name, as they are
-/// stored. Only colours that tif has in other ways (YCbCr, CIELab) are converted, which a note says; smaller copies of
-/// a page are left out with a note. Files of more pixels in all pages than `max_pixels` are refused by what their
-/// headers say, before they are decoded; so are those whose numbers take more than 16 bytes for each of these.
+/// stored. Only colours that tif has in other ways (YCbCr, CIELab) are converted, and numbers of pgm and ppm whose
+/// highest value is not 2^bits − 1 scaled, which notes say; smaller copies of a page are left out with a note. Files of
+/// more pixels in all pages than `max_pixels` are refused by what their headers say, before they are decoded; so are
+/// those whose numbers take more than 16 bytes for each of these.
 /// @throws InputError if the file is missing, no regular file, not a picture, truncated, or larger than 2^20 pixels on
 /// a side, 2^30 or `max_pixels` in all; files of known other kinds are named
 PictureFile read_pages(const std::filesystem::path& path, std::int64_t max_pixels = kMaxPixels);
 PictureFile decode_pages(std::string_view bytes, std::int64_t max_pixels = kMaxPixels);
 
 /// Writes pictures in the format of the extension: .png (8 or 16 bits and fewer, palette, alpha), .tif or .tiff (all
-/// types, channels and pages), .jpg or .jpeg (8 bits, quality 95), .bmp (8 bits, palette),
-/// .pgm (grey, 8 or 16 bits), .ppm (colour, 8 or 16 bits), with what the format can say beside the pixels. The file
-/// holds all or what it held before. @throws InputError for another extension, for pages that the format cannot hold
-/// (names those that can), or if the file cannot be written
+/// types, channels and pages), .jpg or .jpeg (8 bits, quality 95), with what the format can say beside the pixels. The
+/// file holds all or what it held before. @throws InputError for another extension, for pages that the format cannot
+/// hold (names those that can), or if the file cannot be written
 void write_pages(const std::filesystem::path& path, std::span<const Page> pages);
 std::string encode_pages(std::span<const Page> pages, const std::string& extension);
 

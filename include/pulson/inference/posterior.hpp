@@ -69,15 +69,13 @@ PosteriorProblem make_tree_problem(const Landmarks& source, const std::vector<Tr
 
 /// How a chain moves in the whitened coordinates of the Gauss–Newton Gaussian.
 struct MoveKind {
-  bool uses_gradient = false;
-  bool whole_rotation = false;  ///< trajectories of a quarter turn, else of one step
-  bool adapts = true;           ///< the angle of a step; else it is a quarter turn
-  double target_acceptance = 0;
-  bool until_it_turns = false;  ///< trajectories of NUTS, which end where they turn back
-  bool fits_data = false;       ///< each draw fits its perturbed data exactly, and not by the linear model
+  bool uses_gradient = false;    ///< trajectories of a quarter turn with kicks; else one rotation without
+  double target_acceptance = 0;  ///< to which the angle of a step is adapted
+  bool until_it_turns = false;   ///< trajectories of NUTS, which end where they turn back
+  bool fits_data = false;        ///< each draw fits its perturbed data exactly, and not by the linear model
 };
 
-/// hmc, nuts, mala, pcn, rto, independence.
+/// hmc, nuts, pcn, rto.
 const NameTable<MoveKind>& sampler_table();
 
 struct SamplerOptions {
@@ -126,7 +124,7 @@ struct PosteriorDraws {
   std::vector<double> powers;               ///< τ, increasing from 0 to 1; empty without tempering
   std::vector<double> exchanged;            ///< mean probability, of each pair of neighbours
   Eigen::MatrixXd tempered_log_likelihood;  ///< powers × draws: of the draws of each power
-  double lost_fraction = 0;                 ///< of the prior's draws, for want of a path
+  double lost_fraction = 0;                 ///< of the prior's draws, which have no path
   bool partial = false;                     ///< sampling was ended by SamplerOptions::on_state: most is not there
 
   /// Draws of one row by chain, draws×chains.
@@ -160,7 +158,7 @@ struct PosteriorDraws {
 /// finds minima that no search has found, and leaves tails.
 ///
 /// The evidence is that of bridge sampling (X.-L. Meng and W. Wong 1996) between the posterior and the reference; with
-/// several temperatures from the prior by way of all of these, which is right however far from linear the path is.
+/// several temperatures from the prior through all of these, which is right however far from linear the path is.
 /// Chains run in parallel; the draws have the same bits for any number of threads.
 PosteriorDraws sample_posterior(const PosteriorProblem& problem, const SamplerOptions& options);
 

@@ -35,13 +35,10 @@ std::string encode_tiff(std::span<const Page> pages);
 
 /// All of Windows and OS/2 1.x: 1 to 32 bits, run lengths, bit fields. An even palette of greys gives grey.
 PictureFile decode_bmp(std::string_view bytes, std::int64_t max_pixels);
-/// 24 bits, or a palette.
-std::string encode_bmp(std::span<const Page> pages);
 
-/// pbm, pgm and ppm, as text or binary (P1 to P6). The highest value is the file's.
+/// pbm, pgm and ppm, as text or binary (P1 to P6). The highest value is the file's where it is 2^bits − 1; other
+/// numbers are scaled to the range of their type, with a note.
 PictureFile decode_pnm(std::string_view bytes, std::int64_t max_pixels);
-/// P5 or P6.
-std::string encode_pnm(std::span<const Page> pages);
 
 /// @throws InputError "the image is damaged or cut off"
 [[noreturn]] void fail_as_damaged();

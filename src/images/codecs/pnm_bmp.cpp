@@ -44,6 +44,11 @@ class PnmReader {
     else
       for (std::uint8_t& value : image.values<std::uint8_t>())
         value = limited<std::uint8_t>(kind == '1' ? 1U - bit() : (is_text ? number() : byte()));
+    if (bits_of(image.format()) == 0) {  // which no format that is written holds
+      file.notes.push_back("the highest value is " + std::to_string(highest_) +
+                           "; numbers are scaled to the range of " + describe(image.type()) + " pixels");
+      file.pages.front() = {shown(file.pages.front())};
+    }
     if (!is_text && rest_.size() > 2 && rest_[0] == 'P' && rest_[1] >= '1' && rest_[1] <= '6')
       throw InputError("it holds several pictures; save each in a file of its own, or all as pages of a tif");
     return file;
@@ -102,17 +107,6 @@ class PnmReader {
 }  // namespace
 
 PictureFile decode_pnm(std::string_view bytes, std::int64_t max_pixels) { return PnmReader(bytes).read(max_pixels); }
-
-std::string encode_pnm(std::span<const Page> pages) {
-  const Image& image = pages.front().image;
-  std::string bytes = std::string(image.channels() == 1 ? "P5" : "P6") + "\n" + std::to_string(image.width()) + " " +
-                      std::to_string(image.height()) + "\n" + std::to_string(static_cast<int>(image.full())) + "\n";
-  const std::size_t start = bytes.size();
-  bytes.append(reinterpret_cast<const char*>(image.bytes().data()), image.bytes().size());
-  if (image.type() == PixelType::kUint16 && std::endian::native == std::endian::little)
-    for (std::size_t i = start; i < bytes.size(); i += 2) std::swap(bytes[i], bytes[i + 1]);
-  return bytes;
-}
 
 namespace {
 
@@ -285,76 +279,8 @@ class BmpReader {
   std::optional<Resolution> resolution_;
 };
 
-void append_number(std::string& bytes, std::size_t value, int width) {
-  for (int i = 0; i < width; ++i) bytes += static_cast<char>(value >> (8 * i) & 255U);
-}
-
-/// The colours of an image of one channel; greys where it has no palette.
-std::string palette_of(const Page& page, int bits) {
-  std::string bytes;
-  constexpr unsigned kTo16Bits = 257;
-  const std::size_t all = std::size_t{1} << static_cast<unsigned>(bits), most = all - 1;
-  for (std::size_t i = 0; i < all; ++i)
-    for (std::size_t c = 3; c-- > 0;) {
-      std::size_t value = page.about.has_palette() ? 0 : (i * 255 + most / 2) / most;
-      if (i < page.about.palette.size()) value = (page.about.palette[i][c] + kTo16Bits / 2) / kTo16Bits;
-      append_number(bytes, value, c == 0 ? 2 : 1);  // and a zero
-    }
-  return bytes;
-}
-
-/// Row y, the leftmost pixel in the highest bits, or blue first.
-std::string row_of(const Image& image, int y, int bits) {
-  const unsigned char* const from = row(image, y);
-  std::string bytes(reinterpret_cast<const char*>(from), row_size(image));
-  for (std::size_t i = 0; image.channels() == 3 && i < bytes.size(); i += 3) std::swap(bytes[i], bytes[i + 2]);
-  if (bits >= 8) return bytes;
-  const auto in_byte = static_cast<std::size_t>(8 / bits);
-  std::string packed((bytes.size() + in_byte - 1) / in_byte, '\0');
-  for (std::size_t i = 0; i < bytes.size(); ++i)
-    packed[i / in_byte] = static_cast<char>(static_cast<unsigned char>(packed[i / in_byte]) |
-                                            from[i] << (8 - static_cast<std::size_t>(bits) * (i % in_byte + 1)));
-  return packed;
-}
-
-std::size_t pixels_per_metre(double x, Resolution::Unit unit) {
-  constexpr double kPerMetre = 100, kInch = 0.0254, kHighest = 0x7FFFFFFF;
-  const double value = unit == Resolution::Unit::kInch ? x / kInch : x * kPerMetre;
-  return unit == Resolution::Unit::kNone ? 0 : static_cast<std::size_t>(std::clamp(std::round(value), 0.0, kHighest));
-}
-
 }  // namespace
 
 PictureFile decode_bmp(std::string_view bytes, std::int64_t max_pixels) { return BmpReader(bytes).read(max_pixels); }
-
-std::string encode_bmp(std::span<const Page> pages) {
-  const Page& page = pages.front();
-  const Image& image = page.image;
-  const int bits = image.channels() == 1 ? bits_of(image.format()) : 24;
-  const std::string palette = bits <= 8 ? palette_of(page, bits) : "";
-  const std::size_t stride = (static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(bits) + 31) / 32 * 4;
-  const std::size_t pixels_at = kFileHeader + 40 + palette.size();
-  const Resolution resolution = page.about.resolution.value_or(Resolution{0, 0, Resolution::Unit::kNone});
-  std::string bytes = "BM";
-  append_number(bytes, pixels_at + stride * static_cast<std::size_t>(image.height()), 4);
-  append_number(bytes, 0, 4);
-  append_number(bytes, pixels_at, 4);
-  append_number(bytes, 40, 4);
-  append_number(bytes, static_cast<std::size_t>(image.width()), 4);
-  append_number(bytes, static_cast<std::size_t>(image.height()), 4);
-  append_number(bytes, 1, 2);  // planes
-  append_number(bytes, static_cast<std::size_t>(bits), 2);
-  bytes.append(8, '\0');
-  append_number(bytes, pixels_per_metre(resolution.x, resolution.unit), 4);
-  append_number(bytes, pixels_per_metre(resolution.y, resolution.unit), 4);
-  bytes.append(8, '\0');
-  bytes += palette;
-  for (int y = image.height(); y-- > 0;) {
-    const std::string line = row_of(image, y, bits);
-    bytes += line;
-    bytes.append(stride - line.size(), '\0');
-  }
-  return bytes;
-}
 
 }  // namespace pulson::images

@@ -7,6 +7,7 @@
 
 #include "core/determined.hpp"
 #include "core/text.hpp"
+#include "curve_alignment.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/data_term.hpp"
 #include "pulson/noise/noise_table.hpp"
@@ -104,34 +105,14 @@ std::string choose_integrator(const RegistrationOptions& options, MatchingMode m
   return options.data.kind == DataKind::kLandmarks ? "rk4" : "midpoint";
 }
 
-// The middle of a curve: of its edges, by their lengths.
-Eigen::VectorXd centre(const Curve& curve) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(curve.points.rows());
-  double length = 0;
-  for (const auto& [a, b] : curve.edges) {
-    const double edge = (curve.points.col(b) - curve.points.col(a)).norm();
-    sum += 0.5 * edge * (curve.points.col(a) + curve.points.col(b));
-    length += edge;
-  }
-  return length > 0 ? Eigen::VectorXd(sum / length) : Eigen::VectorXd(curve.points.rowwise().mean());
-}
-
-Alignment align_curves(const Curve& source, const Curve& target, AlignmentKind kind) {
-  const Eigen::Index d = source.points.rows();
-  Alignment motion{kind, 1, Eigen::MatrixXd::Identity(d, d), Eigen::VectorXd::Zero(d)};
-  if (kind == AlignmentKind::kNone) return motion;
-  if (kind != AlignmentKind::kTranslation)
-    throw InputError(fmt::format("alignment {} needs corresponding landmarks; curves can be aligned by translation",
-                                 alignment_name(kind)));
-  motion.translation = centre(target) - centre(source);
-  return motion;
-}
-
 // On a line there is nothing to turn, and a motion would hide what the landmarks do.
 AlignmentKind choose_alignment(const RegistrationOptions& options, int dimension) {
   if (options.align) return *options.align;
-  if (dimension == 1) return AlignmentKind::kNone;
-  return options.data.kind == DataKind::kLandmarks ? AlignmentKind::kSimilarity : AlignmentKind::kTranslation;
+  return dimension == 1 ? AlignmentKind::kNone : AlignmentKind::kSimilarity;
+}
+
+CurveMeasure measure_of(const DataOptions& data) {
+  return data.kind == DataKind::kVarifold ? CurveMeasure::kVarifold : CurveMeasure::kCurrent;
 }
 
 Alignment find_alignment(const MatchingShapes& shapes, const RegistrationOptions& options) {
@@ -140,7 +121,9 @@ Alignment find_alignment(const MatchingShapes& shapes, const RegistrationOptions
   if (data.kind == DataKind::kLandmarks)
     return align(shapes.source.points, shapes.target.points, kind,
                  {.weights = data.weights, .reflect = options.reflect});
-  return align_curves({shapes.source.points, shapes.source_edges}, make_curve(shapes.target, data.ends), kind);
+  const Curve target = make_curve(shapes.target, data.ends);
+  return align_curves({shapes.source.points, shapes.source_edges}, target, kind,
+                      {measure_of(data), data.width.value_or(automatic_data_width(target)), options.reflect});
 }
 
 // y that points up in one file and down in the other is common, and no flow that keeps orientation mends it well.
@@ -174,9 +157,8 @@ std::shared_ptr<const DataTerm> landmark_data(const MatchingShapes& shapes, doub
 std::shared_ptr<const DataTerm> curve_data(MatchingShapes& shapes, double sigma) {
   const Curve target = make_curve(shapes.target, shapes.data.ends);
   if (!shapes.data.width) shapes.data.width = automatic_data_width(target);
-  const auto measure = shapes.data.kind == DataKind::kVarifold ? CurveMeasure::kVarifold : CurveMeasure::kCurrent;
   return std::make_shared<CurveTerm>(shapes.source_edges, shapes.source.count(), target,
-                                     CurveTermOptions{measure, sigma, *shapes.data.width});
+                                     CurveTermOptions{measure_of(shapes.data), sigma, *shapes.data.width});
 }
 
 // The kernel, λ and σ in numbers, for an aligned source.

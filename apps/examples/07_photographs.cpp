@@ -135,6 +135,6 @@ int main() {
 
   std::cout.precision(3);
   std::cout << "reprojection error " << before << " pixels by the template, " << error() << " by its flow\n"
-            << "shape off by " << shape_distance(q0, individual) << ", "
-            << shape_distance(flowed(shot, p0), individual) << '\n';
+            << "shape off by " << shape_distance(q0, individual) << ", " << shape_distance(flowed(shot, p0), individual)
+            << '\n';
 }

@@ -24,8 +24,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Widths of the first data term and the last, in diameters of the target. Finer ones see detail that the flow is to
-// match, and have as many minima: two skulls, of which one is to be turned by 2 degrees and enlarged by 1.2, were turned
-// by 18 and enlarged by 1.08 at a tenth.
+// match, and have as many minima: two skulls, of which one is to be turned by 2 degrees and enlarged by 1.2, were
+// turned by 18 and enlarged by 1.08 at a tenth.
 constexpr double kWidestPart = 0.5, kFinestPart = 0.25;
 constexpr Index kMostEdges = 200;        // of a curve in the searches from all starts; the last one takes every edge
 constexpr int kAngles = 12;              // starts in the plane: within 15 degrees of any turn
@@ -210,8 +210,7 @@ std::vector<Eigen::Matrix<double, d, d>> turns_around() {
     do {
       for (int signs = 0; signs < 8; ++signs) {
         Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
-        for (int i = 0; i < 3; ++i)
-          turn(order[static_cast<std::size_t>(i)], i) = (signs >> i) % 2 == 0 ? 1 : -1;
+        for (int i = 0; i < 3; ++i) turn(order[static_cast<std::size_t>(i)], i) = (signs >> i) % 2 == 0 ? 1 : -1;
         if (turn.determinant() > 0) turns.push_back(turn);
       }
     } while (std::next_permutation(order.begin(), order.end()));

@@ -104,9 +104,8 @@ const char* reason_of(const ceres::GradientProblemSolver::Summary& ended, const 
 
 MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const MinimiseOptions& options,
                                MatchingObjective::Evaluation start) {
-  MinimiseSummary summary{.solver = Solver::kLbfgs,
-                          .relative_gradient = std::numeric_limits<double>::max(),
-                          .solution = std::move(start)};
+  MinimiseSummary summary{
+      .solver = Solver::kLbfgs, .relative_gradient = std::numeric_limits<double>::max(), .solution = std::move(start)};
   LbfgsState state{objective, summary};
   LbfgsProgress progress(state, options);
   ceres::GradientProblemSolver::Options ceres_options = lbfgs_options(options);

@@ -6,11 +6,11 @@
 #include <functional>
 #include <numbers>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-
 #include "pulson/core/errors.hpp"
+#include "pulson/matching/registration.hpp"
 
 namespace pulson::matching {
 namespace {
@@ -95,8 +95,7 @@ TEST(CurveAlignment, AMirrorImageIsReachedByAReflectionAlone) {
   const Alignment turned = aligned(outline, by, AlignmentKind::kSimilarity);
   EXPECT_NEAR(turned.linear.determinant(), 1, 1e-12);
   EXPECT_GT(apart(outline, turned, by), 0.5);
-  const Alignment reflected =
-      aligned(outline, by, AlignmentKind::kSimilarity, {CurveMeasure::kVarifold, 0.1, true});
+  const Alignment reflected = aligned(outline, by, AlignmentKind::kSimilarity, {CurveMeasure::kVarifold, 0.1, true});
   EXPECT_NEAR(reflected.linear.determinant(), -1, 1e-12);
   EXPECT_LT(apart(outline, reflected, by), 1.2 * kSampling);
 }
@@ -119,6 +118,23 @@ TEST(CurveAlignment, ATranslationJoinsTheMiddlesOfEdges) {
   const Alignment by = motion(1, MatrixXd::Identity(2, 2), Eigen::Vector2d(3, -2));
   EXPECT_LT(apart(outline, aligned(outline, by, AlignmentKind::kTranslation), by), kSampling);
   EXPECT_EQ(aligned(outline, by, AlignmentKind::kNone).translation, VectorXd::Zero(2));
+}
+
+// And in its record; what is left for the flow is what the sampling leaves.
+TEST(CurveAlignment, IsTheDefaultOfARegistration) {
+  const Alignment by = motion(1.5, Eigen::Rotation2Dd(2).toRotationMatrix(), Eigen::Vector2d(4, 1));
+  Landmarks source, target;
+  source.points = sampled(outline, 24, 0).points;
+  target.points = by.apply(sampled(outline, 33, 0.1).points);
+  RegistrationOptions options;
+  options.data.kind = DataKind::kVarifold;
+  options.sigma = 0.05;
+  options.grid = {1, 5};
+  const Registration fit = register_shapes(source, target, options);
+  EXPECT_TRUE(fit.converged) << fit.stop_reason;
+  EXPECT_EQ(fit.alignment.kind, AlignmentKind::kSimilarity);
+  EXPECT_LT(apart(outline, fit.alignment, by), 0.05);
+  EXPECT_LT(fit.initial_rms(), 0.05);  // sagittae of up to 1.5 × 2 (2π/24)²/8 = 0.026, of both
 }
 
 TEST(CurveAlignment, RefusesAnAffineMap) {

@@ -11,13 +11,12 @@ int main() {
   const pulson::Points q0{{0.0, 1.0}, {0.0, 0.0}}, target{{0.2, 1.1}, {0.3, -0.2}};
   pulson::Points p0 = pulson::Points::Zero(2, 2);
   ceres::Problem problem;
-  problem.AddResidualBlock(
-      new pulson::ShotCost({{pulson::make_kernel("gaussian:alpha=1"), pulson::make_noise("none")},
-                            pulson::make_integrator("rk4"),
-                            {1, 10},
-                            q0},
-                           target),
-      nullptr, p0.data());
+  problem.AddResidualBlock(new pulson::ShotCost({{pulson::make_kernel("gaussian:alpha=1"), pulson::make_noise("none")},
+                                                 pulson::make_integrator("rk4"),
+                                                 {1, 10},
+                                                 q0},
+                                                target),
+                           nullptr, p0.data());
   ceres::Solver::Options options;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;

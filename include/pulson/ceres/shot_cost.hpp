@@ -1,8 +1,8 @@
 #pragma once
 
-// Component pulson::ceres: flows in problems of Ceres Solver (http://ceres-solver.org). The one public header that names
-// a library besides Eigen and that of C++; pulson/pulson.hpp does not include it. Names are in pulson: a namespace
-// pulson::ceres would hide Ceres' own.
+// Component pulson::ceres: flows in problems of Ceres Solver (http://ceres-solver.org). The one public header that
+// names a library besides Eigen and that of C++; pulson/pulson.hpp does not include it. Names are in pulson: a
+// namespace pulson::ceres would hide Ceres' own.
 
 #include <memory>
 

@@ -29,6 +29,7 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/pulsonConfig.cmake.in 
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/pulsonConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(
   FILES ${PROJECT_BINARY_DIR}/pulsonConfig.cmake ${PROJECT_BINARY_DIR}/pulsonConfigVersion.cmake
+        ${PROJECT_SOURCE_DIR}/cmake/CeresBlas.cmake
         ${PROJECT_SOURCE_DIR}/cmake/FindCairo.cmake ${PROJECT_SOURCE_DIR}/cmake/FindOpenCVParts.cmake
   DESTINATION ${package_dir}
   COMPONENT library)

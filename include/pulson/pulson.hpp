@@ -1,6 +1,6 @@
 #pragma once
 
-// The public headers of pulson::pulson: all but those of pulson::images.
+// The public headers of pulson::pulson: all but those of pulson::images and pulson::ceres.
 
 #include "pulson/cohort/atlas.hpp"
 #include "pulson/cohort/prediction.hpp"

@@ -2,9 +2,9 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include "core/text.hpp"
+#include "displacement_likelihood.hpp"
 #include "pulson/core/parallel.hpp"
 #include "pulson/matching/registration.hpp"
 
@@ -15,10 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kMostLandmarks = 128;
 constexpr Index kFewestFree = 4;  // coordinates beyond the directions of the alignment
-// Widths, in diameters. See docs/matching.md, "Kernel", for what their range and the family rest on.
-constexpr double kNarrowest = 0.1, kWidest = 0.4;
 constexpr int kWidthsPerOctave = 4;
 // Deviations of the displacements, λ^{-½}, in diameters.
 constexpr double kLeastDeviation = 1e-4, kMostDeviation = 10;
@@ -29,11 +26,8 @@ std::vector<Index> used_landmarks(const Points& source, const Points& target) {
   std::vector<Index> complete;
   for (Index a = 0; a < source.cols(); ++a)
     if (source.col(a).allFinite() && target.col(a).allFinite()) complete.push_back(a);
-  const auto count = static_cast<Index>(complete.size());
-  if (count <= kMostLandmarks) return complete;
   std::vector<Index> few;
-  for (Index i = 0; i < kMostLandmarks; ++i)
-    few.push_back(complete[static_cast<std::size_t>(i * count / kMostLandmarks)]);
+  for (const Index i : fitted_landmarks(std::ssize(complete))) few.push_back(complete[static_cast<std::size_t>(i)]);
   return few;
 }
 
@@ -67,46 +61,6 @@ double maximum_on(double low, double high, int count, const Function& f) {
   return (a + b) / 2;
 }
 
-// The likelihood of one width as a function of λ, in the eigenvectors of K. Lengths are in diameters.
-class WidthLikelihood {
- public:
-  WidthLikelihood(const MatrixXd& gram, const Points& displacements, const MatrixXd& directions, double variance)
-      : factors_(gram), variance_(variance) {
-    const MatrixXd& vectors = factors_.eigenvectors();
-    rotated_ = displacements * vectors;
-    for (Index j = 0; j < directions.cols(); ++j)
-      motions_.emplace_back(directions.col(j).reshaped(displacements.rows(), displacements.cols()) * vectors);
-  }
-
-  // @param variance of the displacements, 1/λ
-  double operator()(double variance) const {
-    const Eigen::RowVectorXd v = (variance * factors_.eigenvalues().array().max(0) + variance_).matrix().transpose();
-    const auto r = static_cast<Index>(motions_.size());
-    MatrixXd normal(r, r);
-    VectorXd right(r);
-    const Points scaled = rotated_.array().rowwise() / v.array();
-    for (Index i = 0; i < r; ++i) {
-      const Points& z = motions_[static_cast<std::size_t>(i)];
-      right[i] = z.cwiseProduct(scaled).sum();
-      const Points of_i = z.array().rowwise() / v.array();
-      for (Index j = 0; j <= i; ++j)
-        normal(j, i) = normal(i, j) = of_i.cwiseProduct(motions_[static_cast<std::size_t>(j)]).sum();
-    }
-    double value = static_cast<double>(rotated_.rows()) * v.array().log().sum() + rotated_.cwiseProduct(scaled).sum();
-    if (r > 0) {
-      const Eigen::LDLT<MatrixXd> solver(normal);
-      value += solver.vectorD().array().abs().log().sum() - right.dot(solver.solve(right));
-    }
-    return -0.5 * value;
-  }
-
- private:
-  Eigen::SelfAdjointEigenSolver<MatrixXd> factors_;
-  double variance_;
-  Points rotated_;
-  std::vector<Points> motions_;
-};
-
 // Root mean square over the landmarks of |(P_aa)⁻¹(Pr)_a|, P as in the header with the covariance V.
 double left_out_error(const MatrixXd& v, const MatrixXd& directions, const Points& displacements) {
   const Index d = displacements.rows(), n = displacements.cols();
@@ -123,14 +77,6 @@ double left_out_error(const MatrixXd& v, const MatrixXd& directions, const Point
   return std::sqrt(sum / static_cast<double>(n));
 }
 
-// The same matrix for each axis.
-MatrixXd for_each_axis(const MatrixXd& matrix, Index d) {
-  MatrixXd all = MatrixXd::Zero(d * matrix.rows(), d * matrix.cols());
-  for (Index b = 0; b < matrix.cols(); ++b)
-    for (Index a = 0; a < matrix.rows(); ++a) all.block(a * d, b * d, d, d).diagonal().setConstant(matrix(a, b));
-  return all;
-}
-
 }  // namespace
 
 std::optional<DisplacementModel> fit_displacements(const Points& source, const Points& target,
@@ -145,18 +91,22 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
   if (!(size > 0) || n == 0) return std::nullopt;
   const Points q0 = (source(Eigen::all, used).colwise() - source(Eigen::all, used).rowwise().mean()) / size;
   const Points displacements = (target(Eigen::all, used) - source(Eigen::all, used)) / size;
-  const MatrixXd directions = motion_directions(q0, options.alignment, all_coordinates(d * n));
-  if (d * n < directions.cols() + kFewestFree) return std::nullopt;
+  const DisplacementDraws draws{q0, displacements.reshaped(),
+                                motion_directions(q0, options.alignment, all_coordinates(d * n))};
+  if (d * n < draws.directions.cols() + kFewestFree) return std::nullopt;
 
   const double variance = std::pow(options.sigma / size, 2);
-  const auto gram = [&](double alpha) { return KernelOperator({{options.profile, alpha, 1}}).gram(q0, q0); };
+  const auto kernel_of = [&](double alpha) { return KernelOperator({{options.profile, alpha, 1}}); };
   DisplacementModel best;
   best.log_likelihood = -std::numeric_limits<double>::infinity();
-  const int widths = static_cast<int>(std::lround(kWidthsPerOctave * std::log2(kWidest / kNarrowest)));
+  const int widths = static_cast<int>(std::lround(kWidthsPerOctave * std::log2(kWidestFit / kNarrowestFit)));
   for (int i = 0; i <= widths; ++i) {
-    const double alpha = kNarrowest * std::exp2(static_cast<double>(i) / kWidthsPerOctave);
-    const WidthLikelihood likelihood(gram(alpha), displacements, directions, variance);
-    const auto at = [&](double log_deviation) { return likelihood(std::exp(2 * log_deviation)); };
+    const double alpha = kNarrowestFit * std::exp2(static_cast<double>(i) / kWidthsPerOctave);
+    const DisplacementLikelihood likelihood(kernel_of(alpha), draws);
+    const auto at = [&](double log_deviation) {
+      const double moved = std::exp(2 * log_deviation);
+      return likelihood(variance / moved, moved);
+    };
     const double log_deviation = options.lambda
                                      ? -0.5 * std::log(*options.lambda * size * size)
                                      : maximum_on(std::log(kLeastDeviation), std::log(kMostDeviation), kDeviations, at);
@@ -164,10 +114,10 @@ std::optional<DisplacementModel> fit_displacements(const Points& source, const P
       best = {{options.profile, alpha, 1}, std::exp(-2 * log_deviation), value, 0, 0, n};
   }
   if (!std::isfinite(best.log_likelihood)) return std::nullopt;  // sigma leaves the range of numbers
-  const MatrixXd v =
-      for_each_axis(gram(best.kernel.alpha), d) / best.lambda + variance * MatrixXd::Identity(d * n, d * n);
-  best.prediction_error = size * left_out_error(v, directions, displacements);
-  best.alignment_error = size * left_out_error(MatrixXd::Identity(d * n, d * n), directions, displacements);
+  const MatrixXd v = on_each_axis(kernel_of(best.kernel.alpha).gram(q0, q0), d) / best.lambda +
+                     variance * MatrixXd::Identity(d * n, d * n);
+  best.prediction_error = size * left_out_error(v, draws.directions, displacements);
+  best.alignment_error = size * left_out_error(MatrixXd::Identity(d * n, d * n), draws.directions, displacements);
   if (!std::isfinite(best.prediction_error) || !std::isfinite(best.alignment_error)) return std::nullopt;
   best.kernel.alpha *= size;
   best.lambda = options.lambda.value_or(best.lambda / (size * size));

@@ -208,10 +208,27 @@ void record_geodesic(const MatchingProblem& problem, const MinimiseOptions& how,
   registration.step_error = step_error(problem, registration);
 }
 
-void record_paths(const MatchingProblem& problem, const MinimiseOptions& how, bool more_steps,
+// From the path of coarse data, which have few minima: those of curves have one for every detail of the outlines.
+PathSolution search_curves(const MatchingProblem& problem, const std::shared_ptr<const DataTerm>& coarse_data,
+                           const MinimiseOptions& how, bool more_steps) {
+  MatchingProblem coarse = problem;
+  coarse.data = coarse_data;
+  const PathSolution first = search_paths(coarse, how, nullptr, Finish::kShootable);
+  PathSolution found =
+      more_steps ? search_accurate_paths(problem, how, &first.fields) : search_paths(problem, how, &first.fields);
+  found.iterations += first.iterations;
+  found.evaluations += first.evaluations;
+  found.minima = {{found.cost.total(), 1, 0}};
+  return found;
+}
+
+void record_paths(const RegistrationProblem& of, const MinimiseOptions& how, bool more_steps,
                   Registration& registration) {
+  const MatchingProblem& problem = of.matching;
   if (registration.integrator == "rk4") return record_geodesic(problem, how, more_steps, registration);
-  const PathSolution found = more_steps ? search_accurate_paths(problem, how) : search_globally(problem, how);
+  const PathSolution found = of.coarse_data ? search_curves(problem, of.coarse_data, how, more_steps)
+                             : more_steps   ? search_accurate_paths(problem, how)
+                                            : search_globally(problem, how);
   record_search(found, registration);
   registration.grid = found.path.grid;
   registration.increments = found.increments;
@@ -322,7 +339,7 @@ Registration register_shapes(const Landmarks& source, const Landmarks& target, c
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
   if (by_paths(registration, how)) {
-    record_paths(matching, how, options.more_steps, registration);
+    record_paths(problem, how, options.more_steps, registration);
     if (options.uncertainty) registration.uncertainty = uncertainty_of(matching, registration);
   } else {
     const ShootingSolution found = shoot(matching, shooting_options(problem, options, how));

@@ -14,6 +14,7 @@ struct RegistrationProblem {
   MatchingMode mode = MatchingMode::kDeterministic;
   DataOptions data;
   MatchingProblem matching;
+  std::shared_ptr<const DataTerm> coarse_data;  ///< of curves: of a greater width, where a search begins; else null
   std::vector<std::string> notes;
 };
 

@@ -34,7 +34,7 @@ bool pays_for_controls(const MatchingProblem& problem);
 MinimiseSummary minimise_gauss_newton(const MatchingObjective& objective, const MinimiseOptions& options,
                                       MatchingObjective::Evaluation start);
 
-/// NLopt's L-BFGS from `start`, see lbfgs.cpp.
+/// Ceres' L-BFGS from `start`, see lbfgs.cpp.
 MinimiseSummary minimise_lbfgs(const MatchingObjective& objective, const MinimiseOptions& options,
                                MatchingObjective::Evaluation start);
 

@@ -152,9 +152,9 @@ TEST(Registrations, MatchOutlinesWithoutCorrespondence) {
   EXPECT_TRUE(fit.converged);
   EXPECT_GT(fit.initial_rms(), 0.15);
   EXPECT_LT(fit.rms(), 0.03);
-  options.align = AlignmentKind::kRigid;
+  options.align = AlignmentKind::kAffine;
   EXPECT_THAT(error_of([&] { register_shapes(outline(20, 1, 1, "a.csv"), outline(33, 1.4, 0.8, "b.csv"), options); }),
-              HasSubstr("alignment rigid needs corresponding landmarks"));
+              HasSubstr("alignment affine needs corresponding landmarks"));
 }
 
 TEST(RegistrationErrors, NameLandmarksAtOnePlace) {

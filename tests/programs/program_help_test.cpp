@@ -65,8 +65,8 @@ TEST_F(HelpOfProgram, KnowsItsVersion) {
   EXPECT_EQ(printed({"-v"}), text);
   EXPECT_THAT(text.substr(0, text.find('\n')), MatchesRegex("pulson [0-9]+\\.[0-9]+\\.[0-9]+"));
   EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 15);
-  for (const std::string library : {"Eigen", "Highway", "NLopt", "Qhull", "zlib", "fmt", "nlohmann_json", "CLI11",
-                                    R"(toml\+\+)", "OpenCV", "OpenBLAS"})
+  for (const std::string library : {"Eigen", "Highway", "NLopt", "Ceres", "Qhull", "zlib", "fmt", "nlohmann_json",
+                                    "CLI11", R"(toml\+\+)", "OpenCV", "OpenBLAS"})
     EXPECT_THAT(text, testing::ContainsRegex(library + " [0-9]+\\.[0-9]+"));
 }
 

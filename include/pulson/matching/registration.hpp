@@ -111,7 +111,7 @@ struct RegistrationOptions {
   bool more_steps = false;
   Length sigma = Length::percent(0.5);  ///< per cent of the diameter of the aligned source
   std::optional<double> lambda{};       ///< none: fitted with `kernel = auto`, else 1/diameter² of the aligned source
-  /// none: `similarity` in the plane and in space, for curves `translation`; `none` on a line
+  /// none: `similarity` in the plane and in space, `none` on a line
   std::optional<AlignmentKind> align{};
   bool reflect = false;  ///< whether the alignment may be a reflection
   DataOptions data{};

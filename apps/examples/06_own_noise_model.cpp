@@ -23,6 +23,9 @@ struct GroupShift : pulson::NoiseFormula {
   std::vector<std::string> parameter_names() const { return {"beta"}; }
   std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("group-shift:beta={}", theta[0]); }
   int channels(int dimension, int /*count*/) const { return dimension * static_cast<int>(groups.size()); }
+  std::vector<pulson::NoiseAmplitude> amplitudes(int channels) const {
+    return {pulson::NoiseAmplitude::of_all(0, channels)};  // the first parameter scales them all
+  }
   pulson::NoiseTraits traits() const {
     return {.displacement = pulson::Displacement::landmarks(), .diffeomorphic = false};
   }

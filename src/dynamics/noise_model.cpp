@@ -1,5 +1,7 @@
 #include "pulson/dynamics/noise_model.hpp"
 
+#include <numeric>
+
 namespace pulson {
 namespace {
 
@@ -62,6 +64,14 @@ int count_of(const PhaseState& state) { return static_cast<int>(state.q.cols());
 std::vector<NoiseChannel> NoiseModel::describe_channels(int dimension, int count) const {
   return {static_cast<std::size_t>(channels(dimension, count)), NoiseChannel{.noise = spec()}};
 }
+
+NoiseAmplitude NoiseAmplitude::of_all(int parameter, int channels) {
+  NoiseAmplitude amplitude{.parameter = parameter, .channels = std::vector<int>(static_cast<std::size_t>(channels))};
+  std::iota(amplitude.channels.begin(), amplitude.channels.end(), 0);
+  return amplitude;
+}
+
+std::vector<NoiseAmplitude> NoiseModel::amplitudes(int /*dimension*/, int /*count*/) const { return {}; }
 
 VectorXd NoiseModel::potentials(const PhaseState& state) const {
   return potentials_of<double>(*this, {.at = {state.q, state.p}, .theta = parameters(), .count = count_of(state)});

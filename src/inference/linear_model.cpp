@@ -1,7 +1,6 @@
 #include "linear_model.hpp"
 
 #include <cmath>
-#include <map>
 
 #include "core/factorisations.hpp"
 #include "random/normals.hpp"
@@ -16,7 +15,6 @@ namespace {
 
 constexpr int kProbes = 4;
 constexpr std::uint64_t kProbeSeed = 0x70726f6265ULL;  // any
-constexpr double kStretch = 1.1;                       // of a parameter, to find which channels it changes
 constexpr double kNegligibleStrength = 1e-12;
 
 // The columns of one axis.
@@ -75,27 +73,21 @@ LinearModel::LinearModel(const Specimen& specimen, const Specimen::Model& model,
   }
   if (channels == 0) return;
   strengths_ = strengths(*noise_);
-  const VectorXd theta = noise_->parameters();
-  std::vector<std::vector<bool>> patterns(static_cast<std::size_t>(channels));
-  for (Index j = 0; j < theta.size(); ++j) {
-    VectorXd changed = theta;
-    changed[j] *= kStretch;
-    if (changed[j] == theta[j]) continue;
-    const VectorXd stretched = strengths(*noise_->with_parameters(changed));
-    for (Index i = 0; i < channels; ++i)
-      patterns[static_cast<std::size_t>(i)].push_back(std::abs(stretched[i] - strengths_[i]) > 1e-9 * strengths_[i]);
+  group_.assign(static_cast<std::size_t>(channels), 0);  // 0: of channels that no number scales
+  int groups = 1;
+  for (const NoiseAmplitude& amplitude : noise_->amplitudes(static_cast<int>(d), static_cast<int>(n))) {
+    for (const int i : amplitude.channels) group_[static_cast<std::size_t>(i)] = groups;
+    ++groups;
   }
-  std::map<std::vector<bool>, int> groups;
-  for (const std::vector<bool>& pattern : patterns)
-    group_.push_back(groups.try_emplace(pattern, static_cast<int>(groups.size())).first->second);
-  gram_.assign(groups.size(), MatrixXd::Zero(specimen.data(), specimen.data()));
+  gram_.assign(static_cast<std::size_t>(groups), MatrixXd::Zero(specimen.data(), specimen.data()));
   for (std::size_t b = 0; b < branches_.size(); ++b)
-    for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
+    for (int g = 0; g < groups; ++g) {
       const MatrixXd& end = branches_[b].end;
       std::vector<Index> columns;
-      for (Index i = 0; groups.size() > 1 && i < end.cols(); ++i)
+      for (Index i = 0; i < end.cols(); ++i)
         if (group_[static_cast<std::size_t>(i % channels)] == g) columns.push_back(i);
-      const MatrixXd of_end = groups.size() > 1 ? gram_of(end(Eigen::all, columns)) : gram_of(end);
+      if (columns.empty()) continue;
+      const MatrixXd of_end = std::ssize(columns) < end.cols() ? gram_of(end(Eigen::all, columns)) : gram_of(end);
       const Specimen::Place& place = specimen.places()[b];
       gram_[static_cast<std::size_t>(g)]
           .block(place.first_datum, place.first_datum, place.data, place.data)

@@ -33,7 +33,7 @@ class LinearModel {
   std::vector<PhaseState> probes_;
   std::shared_ptr<const NoiseModel> noise_;
   Eigen::VectorXd strengths_;          ///< at the θ it was made with
-  std::vector<int> group_;             ///< of each channel: those of one group change alike with θ
+  std::vector<int> group_;             ///< of each channel: those of one group are scaled by one number
   std::vector<Eigen::MatrixXd> gram_;  ///< of each group, G_W G_Wᵀ over its channels
   std::shared_ptr<const Eigen::MatrixXd> root_;
   Eigen::MatrixXd momentum_gram_;  ///< G_v (K + ε) G_vᵀ with that root

@@ -31,6 +31,10 @@ RegistrationProblem metamorphosis(const Landmarks& source, const Landmarks& targ
     throw InputError(
         fmt::format("J(beta) is that of mode metamorphosis, and this is mode {}; take noise such as ch-sd:beta=100%",
                     mode_name(problem.mode)));
+  if (ModelParameters(problem, options).amplitudes().empty())
+    throw InputError(
+        fmt::format("J(beta) needs noise of which a number is declared as the amplitude; that of '{}' is not",
+                    problem.matching.system.noise->spec()));
   return problem;
 }
 
@@ -82,7 +86,7 @@ std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmar
                                           const RegistrationOptions& options, const Registration& registration) {
   const SerialBlas serial;
   const ModelParameters models(metamorphosis(source, target, options), options);
-  const std::vector<Eigen::Index> amplitudes = models.places("beta");
+  const std::vector<Eigen::Index>& amplitudes = models.amplitudes();
   MinimiseOptions how = options.minimise;
   how.seed = options.seed;
   std::vector<Level> levels;

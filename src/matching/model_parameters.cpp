@@ -44,6 +44,9 @@ ModelParameters::ModelParameters(const RegistrationProblem& problem, Registratio
     names_.insert(names_.end(), {owner[i] + "alpha", owner[i] + "weight"});
     values.insert(values.end(), {terms_[i].alpha, terms_[i].weight});
   }
+  const Points& shape = problem.matching.source;
+  for (const NoiseAmplitude& a : noise_->amplitudes(static_cast<int>(shape.rows()), static_cast<int>(shape.cols())))
+    amplitudes_.push_back(std::ssize(names_) + a.parameter);
   for (const std::string& name : noise_->parameter_names()) names_.push_back(name);
   for (const double value : noise_->parameters()) values.push_back(value);
   names_.insert(names_.end(), {"data-sigma", "lambda"});

@@ -23,6 +23,9 @@ class ModelParameters {
   /// @throws InputError that lists the valid names
   std::vector<Eigen::Index> places(const std::string& name) const;
 
+  /// The places of the noise's amplitudes, see NoiseModel::amplitudes.
+  const std::vector<Eigen::Index>& amplitudes() const { return amplitudes_; }
+
   /// The options with these values, nothing left automatic.
   RegistrationOptions options(const Eigen::VectorXd& values) const;
 
@@ -32,6 +35,7 @@ class ModelParameters {
   RegistrationOptions options_;
   std::vector<std::string> names_;
   Eigen::VectorXd values_;
+  std::vector<Eigen::Index> amplitudes_;
 };
 
 }  // namespace pulson::matching

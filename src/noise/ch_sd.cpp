@@ -14,6 +14,7 @@ struct ChSd : NoiseFormula {
   std::vector<std::string> parameter_names() const { return {"beta"}; }
   std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("ch-sd:beta={}{}", theta[0], on.spec()); }
   int channels(int dimension, int count) const { return dimension * on.count(count); }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     on.describe(dimension, channels);
   }

@@ -19,6 +19,7 @@ struct ChSdScreened : NoiseFormula {
     return fmt::format("ch-sd-screened:beta={},gamma={}{}", theta[0], theta[1], on.spec());
   }
   int channels(int dimension, int count) const { return dimension * on.count(count); }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     on.describe(dimension, channels);
   }

@@ -23,6 +23,7 @@ struct Kunita : NoiseFormula {
     return fmt::format("kunita:beta={},width={}", theta[0], theta[1]);
   }
   int channels(int dimension, int count) const { return dimension * count; }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     LandmarkChoice().describe(dimension, channels);
   }

@@ -16,6 +16,7 @@ struct Langevin : NoiseFormula {
     return fmt::format("langevin:sigma={},friction={}", theta[0], theta[1]);
   }
   int channels(int dimension, int count) const { return dimension * count; }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     LandmarkChoice().describe(dimension, channels);
   }

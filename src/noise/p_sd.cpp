@@ -125,6 +125,7 @@ struct PSd : NoiseFormula {
     return fmt::format("p-sd:beta={},fields=bump,center={},width={}", theta[0], centre, theta[1]);
   }
   int channels(int dimension, int /*count*/) const { return dimension * fields.count(dimension); }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   void describe(int dimension, const Eigen::VectorXd& theta, std::vector<NoiseChannel>& channels) const {
     for (int i = 0; i < static_cast<int>(channels.size()); ++i) {
       NoiseChannel& channel = channels[static_cast<std::size_t>(i)];

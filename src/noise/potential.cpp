@@ -15,6 +15,7 @@ struct Potential : NoiseFormula {
     return fmt::format("potential:beta={},gamma={}{}", theta[0], theta[1], common ? ",common=1" : "");
   }
   int channels(int /*dimension*/, int count) const { return common ? 1 : count * (count - 1) / 2; }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   void describe(int /*dimension*/, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     if (common) return;
     int a = 0, b = 1;

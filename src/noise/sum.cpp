@@ -76,6 +76,20 @@ class SumOfNoises final : public NoiseModel {
     }
     return names;
   }
+  std::vector<NoiseAmplitude> amplitudes(int dimension, int count) const override {
+    std::vector<NoiseAmplitude> all;
+    int parameter = 0, channel = 0;
+    for (const auto& term : terms_) {
+      for (NoiseAmplitude amplitude : term->amplitudes(dimension, count)) {
+        amplitude.parameter += parameter;
+        for (int& i : amplitude.channels) i += channel;
+        all.push_back(std::move(amplitude));
+      }
+      parameter += static_cast<int>(term->parameters().size());
+      channel += term->channels(dimension, count);
+    }
+    return all;
+  }
   Eigen::VectorXd parameters() const override {
     Eigen::VectorXd all;
     for (const auto& term : terms_) {

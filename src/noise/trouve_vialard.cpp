@@ -17,6 +17,7 @@ struct TrouveVialard : NoiseFormula {
     return fmt::format("trouve-vialard:sigma={}{}{}", theta[0], common ? ",common=1" : "", on.spec());
   }
   int channels(int dimension, int count) const { return common ? dimension : dimension * on.count(count); }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   void describe(int dimension, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& channels) const {
     on.describe(dimension, channels);
     if (!common) return;

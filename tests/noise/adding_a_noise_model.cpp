@@ -11,6 +11,7 @@ struct Linear : NoiseFormula {
   std::vector<std::string> parameter_names() const { return {"beta"}; }
   std::string spec(const Eigen::VectorXd& theta) const { return fmt::format("linear:beta={}", theta[0]); }
   int channels(int dimension, int /*count*/) const { return dimension * dimension; }
+  std::vector<NoiseAmplitude> amplitudes(int channels) const { return {NoiseAmplitude::of_all(0, channels)}; }
   NoiseTraits traits() const {
     return {.displacement = Displacement::field(),
             .moves_momenta = true,

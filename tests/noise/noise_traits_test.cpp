@@ -48,6 +48,47 @@ TEST_P(NoiseContract, TraitsAreTrueBothWays) {
   });
 }
 
+// Which channels are scaled by c^power as θ_j is multiplied by c, from the potentials alone: `power` is that of the
+// ratio at one c, and must be that at another.
+std::vector<int> channels_scaled(const Subject& s, Eigen::Index j, double power) {
+  const auto multiplied = [&](double c) {
+    Eigen::VectorXd theta = s.noise->parameters();
+    theta[j] *= c;
+    return s.noise->with_parameters(theta)->potentials(s.state);
+  };
+  const Eigen::VectorXd h = s.noise->potentials(s.state), twice = multiplied(2), third = multiplied(1.0 / 3);
+  std::vector<int> scaled;
+  for (int i = 0; i < s.channels; ++i) {
+    const bool is_scaled = std::abs(twice[i] - std::pow(2, power) * h[i]) <= 1e-13 * std::abs(twice[i]) &&
+                           std::abs(third[i] - std::pow(3, -power) * h[i]) <= 1e-13 * std::abs(third[i]);
+    if (is_scaled && twice[i] != h[i]) scaled.push_back(i);
+  }
+  return scaled;
+}
+
+TEST_P(NoiseContract, ListsWhichChannelsEachNumberScales) {
+  in_each_dimension([](const Subject& s) {
+    std::vector<std::vector<int>> declared(s.noise->parameters().size());
+    std::vector<double> powers(declared.size(), 1);
+    std::vector<int> all;
+    for (const NoiseAmplitude& amplitude : s.noise->amplitudes(s.d, kCount)) {
+      declared.at(amplitude.parameter) = amplitude.channels;
+      powers.at(amplitude.parameter) = amplitude.power;
+      all.insert(all.end(), amplitude.channels.begin(), amplitude.channels.end());
+    }
+    EXPECT_EQ(std::set(all.begin(), all.end()).size(), all.size());
+    for (std::size_t j = 0; j < declared.size(); ++j) {
+      EXPECT_EQ(channels_scaled(s, static_cast<Eigen::Index>(j), powers[j]), declared[j]);
+      if (declared[j].empty()) continue;
+      Eigen::VectorXd theta = s.noise->parameters();
+      theta[static_cast<Eigen::Index>(j)] *= 2;
+      Eigen::VectorXd unchanged = s.noise->with_parameters(theta)->potentials(s.state) - s.noise->potentials(s.state);
+      for (const int i : declared[j]) unchanged[i] = 0;
+      EXPECT_TRUE(unchanged.isZero(0));
+    }
+  });
+}
+
 TEST_P(NoiseContract, LandmarksSeeEachOtherWhereItIsNotLocal) {
   in_each_dimension([](const Subject& s) {
     PhaseState of_first = 0 * s.change;

@@ -118,6 +118,17 @@ struct NoiseChannel {
   Eigen::VectorXd wavevector{};  ///< d, of its field over space
 };
 
+/// A number of a noise model that scales channels: where it is multiplied by c, h_i becomes c^power h_i for each of
+/// these channels, and no other h_i changes.
+struct NoiseAmplitude {
+  int parameter = 0;          ///< index in θ
+  std::vector<int> channels;  ///< from 0, ascending
+  double power = 1;
+
+  /// Of a model with C channels that are all proportional to θ[parameter].
+  static NoiseAmplitude of_all(int parameter, int channels);
+};
+
 template <class T>
 using MatrixOf = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
 template <class T>
@@ -209,6 +220,10 @@ class NoiseModel {
 
   /// θ
   virtual Eigen::VectorXd parameters() const = 0;
+
+  /// Which channels each number of θ scales, of shapes of `count` landmarks in R^d; no channel is in two of them. Here
+  /// none is declared.
+  virtual std::vector<NoiseAmplitude> amplitudes(int dimension, int count) const;
 
   /// The same model with other parameters. @throws InputError if one is out of its range
   virtual std::shared_ptr<const NoiseModel> with_parameters(const Eigen::VectorXd& parameters) const = 0;

@@ -254,12 +254,12 @@ struct HomotopyStep {
   double growth() const;
 };
 
-/// How far from diffeomorphic a pair is: J(β) in mode metamorphosis while β is halved ten times. At each β the least of
-/// what register_shapes() finds there and of the minima next to the paths of the β above and below. J never falls as β
-/// does: where a diffeomorphism matches, it grows to that of LDDMM; else without bound, or until the match is lost.
-/// (design: mathematics §4.1)
+/// How far from diffeomorphic a pair is: J(β) in mode metamorphosis while β is halved ten times; of a sum, every number
+/// that NoiseModel::amplitudes() lists. At each β the least of what register_shapes() finds there and of the minima
+/// next to the paths of the β above and below. J never falls as β does: where a diffeomorphism matches, it grows to
+/// that of LDDMM; else without bound, or until the match is lost. (design: mathematics §4.1)
 /// @param registration what register_shapes() made of the other arguments
-/// @throws InputError where the mode is not metamorphosis
+/// @throws InputError where the mode is not metamorphosis, or the noise lists no amplitude
 std::vector<HomotopyStep> follow_homotopy(const Landmarks& source, const Landmarks& target,
                                           const RegistrationOptions& options, const Registration& registration);
 

@@ -19,6 +19,8 @@ struct NoiseFormula {
   void check(int /*dimension*/, int /*count*/, const std::string& /*spec*/) const {}
   /// Completes descriptions that hold the specification.
   void describe(int /*dimension*/, const Eigen::VectorXd& /*theta*/, std::vector<NoiseChannel>& /*channels*/) const {}
+  /// The numbers that scale channels, of `channels` in all; see NoiseModel::amplitudes.
+  std::vector<NoiseAmplitude> amplitudes(int /*channels*/) const { return {}; }
   /// Adds ∇G; needed where some h_i,q·h_i,p ≠ 0, and G must be affine in p too.
   template <class T>
   void add_compensation_gradient(const StateOf<T>& /*state*/, const VectorOf<T>& /*theta*/,
@@ -75,6 +77,9 @@ class DifferentiatedNoise final : public NoiseModel {
 
   std::vector<std::string> parameter_names() const override { return formula_.parameter_names(); }
   Eigen::VectorXd parameters() const override { return theta_; }
+  std::vector<NoiseAmplitude> amplitudes(int dimension, int count) const override {
+    return formula_.amplitudes(channels(dimension, count));
+  }
   std::shared_ptr<const NoiseModel> with_parameters(const Eigen::VectorXd& parameters) const override {
     return std::make_shared<DifferentiatedNoise>(formula_, parameters);
   }

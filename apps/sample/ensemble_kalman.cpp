@@ -62,14 +62,10 @@ void print_summary(const inference::PosteriorProblem& problem, const inference::
 
 }  // namespace
 
-int run_ensemble_kalman(const SampleArguments& arguments, const CLI::App& verb) {
+int run_ensemble_kalman(const SampleArguments& arguments, const CLI::App& /*verb*/) {
   std::vector<std::string> notes;
   const SampleShapes shapes = arguments.read(notes);
-  SampleArguments fixed = arguments;
-  fixed.parameters = {"none"};
-  const inference::PosteriorProblem problem = fixed.problem(shapes, notes);
-  if (verb.get_option("--parameters")->count() == 0)
-    notes.emplace_back("--method enkf samples no parameters: those of kernel, noise, sigma and lambda are held");
+  const inference::PosteriorProblem problem = arguments.problem(shapes, notes);
   const OutputOptions& output = arguments.output;
   output.check(kEnsembleFiles, kEnsemblePictures);
   Progress progress;

@@ -193,7 +193,7 @@ std::vector<std::string> values_of(const std::string& name) {
     values = {"all"};
     for (const Experiment& experiment : experiments()) values.push_back(experiment.name);
   }
-  if (name == "WHAT") values = {"kernels", "noises", "integrators", "formats"};
+  if (name == "WHAT") values = {"kernels", "noises", "integrators", "formats", "defaults"};
   if (name == "SHELL") values = {"bash", "zsh", "fish"};
   return values.empty() ? known_values(name) : values;
 }

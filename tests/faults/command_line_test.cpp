@@ -90,6 +90,8 @@ Words hostile_texts() {
           "p-sd:beta=1,fields=grid,count=2",
           "kunita:beta=1",
           "ch-sd",
+          "ch-sd:beta=1:fit(0.5)",
+          "fit",
           "variational",
           "rk4",
           "png",
